@@ -1,0 +1,66 @@
+# The front door. Each rule first installs the Debian packages it needs, if any is missing.
+#
+#   make help                    what there is
+#   make test PRESET=asan        any preset of CMakePresets.json
+PRESET ?= release
+PREFIX ?= /usr/local
+JOBS ?= $(shell nproc)
+BUILD = $(if $(filter release,$(PRESET)),build,build-$(PRESET))
+PACKAGE_GROUPS = build $(if $(filter tsan clang fuzz,$(PRESET)),check)
+MAKEFLAGS += --no-print-directory
+
+# Configures and builds the targets $(2) of the preset $(1), whose folder is $(3).
+build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
+	cmake --build $(3) --parallel $(JOBS) --target $(2)
+
+.PHONY: help build demo test test-long bench lint install clean dependencies
+help:
+	@echo "make build      the program build/caustica and the libraries"
+	@echo "make demo       renders the Cornell box and the caustics scene to out/"
+	@echo "make test       every fast test           (PRESET=asan, tsan, debug: with that build)"
+	@echo "make test-long  the slow, statistical tests"
+	@echo "make bench      measures speed, writes bench/results.json"
+	@echo "make lint       source rules; gcc and clang with warnings as errors"
+	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
+	@echo "make clean      removes build folders and out/"
+
+dependencies:
+	@scripts/install-dependencies.sh $(PACKAGE_GROUPS)
+
+build: dependencies
+	@$(call build_targets,$(PRESET),all,$(BUILD))
+
+demo: build
+	@mkdir -p out
+	$(BUILD)/caustica render scenes/cornell-box/cornell-box.xml -o out/cornell-box.exr -o out/cornell-box.png
+	$(BUILD)/caustica render scenes/caustics/caustics.xml -o out/caustics.exr -o out/caustics.png
+	@echo "The images are:"
+	@ls -l out/cornell-box.exr out/cornell-box.png out/caustics.exr out/caustics.png
+
+test: dependencies
+	@rm -f $(BUILD)/tests/summary
+	@$(call build_targets,$(PRESET),all tests,$(BUILD))
+	@scripts/run-tests.sh $(BUILD) tests
+
+test-long: dependencies
+	@$(call build_targets,$(PRESET),all tests-long,$(BUILD))
+	@CA_TEST_TIMEOUT=$${CA_TEST_TIMEOUT:-3600} scripts/run-tests.sh $(BUILD) tests-long
+
+bench: dependencies
+	@$(call build_targets,release,all benches,build)
+	@scripts/run-benches.sh build
+
+lint:
+	@scripts/install-dependencies.sh build check
+	@scripts/check-sources.sh
+	@echo "gcc, warnings as errors"
+	@$(call build_targets,release,all tests tests-long benches fuzz-objects,build)
+	@echo "clang, warnings as errors"
+	@$(call build_targets,clang,all tests tests-long benches fuzz-objects,build-clang)
+	@echo "lint: no complaints"
+
+install: build
+	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+clean:
+	rm -rf build build-* out

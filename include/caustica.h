@@ -1,0 +1,149 @@
+/* caustica.h: the C interface of libcaustica, a physically based renderer for light through glass and mirrors.
+ *
+ * Life of a picture:
+ *
+ *     ca_error error;
+ *     ca_scene *scene = NULL;
+ *     ca_render_settings settings;
+ *     ca_image_layers *image = NULL;
+ *     ca_render_settings_init(&settings);
+ *     if (ca_scene_load("scene.xml", NULL, 0, &scene, &error) != CA_OK) { puts(error.message); ... }
+ *     settings.samples_per_pixel = 64;
+ *     ca_render(scene, &settings, &image, NULL, &error);
+ *     ca_image_save(image, "scene.exr", 0.0f, &error);
+ *     ca_image_release(image);
+ *     ca_scene_release(scene);
+ *
+ * Units: linear Rec. 709 radiance, W sr^-1 m^-2 where the scene has units. Images have their first row on top.
+ * Errors: every call that can fail returns a ca_status and writes one sentence to the ca_error it is given
+ * (which may be NULL). Threads: a scene is immutable and may be rendered by several threads at once; one image,
+ * one settings record and one error belong to one thread at a time. */
+#ifndef CAUSTICA_H
+#define CAUSTICA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CA_VERSION_MAJOR 0
+#define CA_VERSION_MINOR 1
+#define CA_VERSION_PATCH 0
+
+#if defined(__GNUC__)
+#define CA_API __attribute__((visibility("default")))
+#else
+#define CA_API
+#endif
+
+/* Every way a call can end. */
+#define CA_STATUS_LIST(X)                                                                                          \
+    X(CA_OK, "ok")                                                                                                 \
+    X(CA_ERROR_MEMORY, "out of memory")                                                                            \
+    X(CA_ERROR_FILE, "a file cannot be read or written")                                                           \
+    X(CA_ERROR_FORMAT, "a file is damaged or of an unknown format")                                                \
+    X(CA_ERROR_SCENE, "the scene asks for something wrong or unknown")                                             \
+    X(CA_ERROR_UNSUPPORTED, "the chosen method cannot do this")                                                    \
+    X(CA_ERROR_ARGUMENT, "a setting is out of range")
+
+typedef enum ca_status {
+#define CA_STATUS_ENUM(name, text) name,
+    CA_STATUS_LIST(CA_STATUS_ENUM)
+#undef CA_STATUS_ENUM
+} ca_status;
+
+/* What went wrong, as one line for a person; starts with "file:line:column: " where a file is to blame. */
+typedef struct ca_error {
+    char message[1024];
+} ca_error;
+
+CA_API const char *ca_status_name(ca_status status);
+
+/* "0.1.0" */
+CA_API const char *ca_version(void);
+
+/* ---- Scenes ---------------------------------------------------------------------------------------------------- */
+
+typedef struct ca_scene ca_scene;
+
+/* Replaces the value of a scene's <default name="..." value="..."/>. */
+typedef struct ca_define {
+    const char *name, *value;
+} ca_define;
+
+/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render. `scene` is set on success. */
+CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
+                               ca_error *error);
+CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
+
+/* ---- Rendering ------------------------------------------------------------------------------------------------- */
+
+typedef struct ca_render_progress {
+    uint32_t passes_done, passes_total; /* total 0: not known */
+    double seconds, seconds_total;      /* total 0: not limited by time */
+    double noise_percent;               /* relative standard error of the image so far; negative: not known yet */
+    double noise_target;                /* 0: none */
+} ca_render_progress;
+
+/* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
+typedef struct ca_render_settings {
+    const char *integrator;     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay */
+    uint32_t samples_per_pixel; /* camera paths per pixel */
+    double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
+    double noise_percent;       /* > 0: stop when the relative standard error of the image is below this many percent */
+    const char *sampler;        /* "independent", "sobol" */
+    uint64_t seed;
+    bool has_seed;
+    uint32_t threads;       /* 0: one per processor. The image does not depend on it, to the bit */
+    uint32_t width, height; /* of the full film; its crop is scaled along */
+    bool has_crop;
+    uint32_t crop[4]; /* x0, y0, x1, y1, half open, in pixels of the full film */
+    int max_depth;    /* as Mitsuba: 1 sees lights only, -1 is unlimited */
+    bool has_max_depth;
+    double memory_mib; /* > 0: refuse to start if the film would need more */
+    /* Called after each pass; false ends the render, the image made so far is returned. */
+    bool (*progress)(const ca_render_progress *progress, void *user);
+    void *progress_user;
+} ca_render_settings;
+
+CA_API void ca_render_settings_init(ca_render_settings *settings);
+
+/* Totals over a render. */
+typedef struct ca_render_statistics {
+    double seconds; /* of rendering, without loading */
+    uint64_t iterations, light_paths, camera_paths;
+    uint64_t rays, shadow_rays; /* nearest-hit and visibility queries */
+    uint64_t photons, photons_tested, merges;
+    uint64_t peak_memory_bytes; /* of the process */
+    double mean_luminance;
+    double mean_standard_deviation; /* standard deviation of one iteration's pixel luminance, averaged over pixels */
+    double noise_percent;           /* root of the mean variance of a pixel's mean, over the mean luminance */
+    uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect */
+    bool interrupted;               /* ended by the progress callback */
+} ca_render_statistics;
+
+/* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */
+typedef struct ca_image_layers ca_image_layers;
+
+/* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's. */
+CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
+                           ca_render_statistics *statistics, ca_error *error);
+
+/* ---- Images ---------------------------------------------------------------------------------------------------- */
+
+/* Size of the picture (the rendered part). */
+CA_API void ca_image_size(const ca_image_layers *image, uint32_t *width, uint32_t *height);
+/* width * height values of one channel, first row on top, borrowed; NULL where there is no such channel. */
+CA_API const float *ca_image_channel(const ca_image_layers *image, const char *name);
+/* .exr (all channels), .png (sRGB, times 2^exposure), .pfm; complete or not at all. */
+CA_API ca_status ca_image_save(const ca_image_layers *image, const char *path, float exposure, ca_error *error);
+CA_API void ca_image_release(ca_image_layers *image); /* NULL is allowed */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,95 @@
+#!/bin/sh
+# Source rules that a compiler does not check:
+#
+#   1. A file includes only its own folder of src/ or lower ones (order below), and its headers exist.
+#   2. Each foreign library is used by its one file.
+#   3. Heap memory comes from base/memory.h; nothing below cli/ prints or exits.
+#   4. No file is left half done.
+#
+# Prints one line for each breach; exit status 1 if there is any. Comments and strings do not count for 3.
+set -eu
+cd "$(dirname "$0")/.."
+
+awk '
+BEGIN {
+    count = split("base math sampling image geometry material light camera scene path photon film import integrator" \
+                  " noise render cli", order, " ")
+    for (i = 1; i <= count; i++) level[order[i]] = i
+    # header : the files that may include it
+    owner["embree"]    = "^src/geometry/accel[a-z0-9_]*\\.[ch]$|^bench/"
+    owner["openexr"]   = "^src/image/[a-z0-9_]*exr[a-z0-9_]*\\.[ch]$"
+    owner["png"]       = "^src/image/[a-z0-9_]*png[a-z0-9_]*\\.[ch]$"
+    owner["turbojpeg"] = "^src/image/[a-z0-9_]*jpe?g[a-z0-9_]*\\.[ch]$"
+    owner["stb"]       = "^src/image/[a-z0-9_]*stb[a-z0-9_]*\\.[ch]$"
+    owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$"
+    owner["jansson"]   = "^src/[a-z]+/[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
+    owner["zlib"]      = "^src/import/[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$"
+}
+
+function complain(text) { printf "%s:%d: %s\n", FILENAME, FNR, text; breaches++ }
+
+function foreign_library(header)
+{
+    if (header ~ /^embree[0-9]*\//) return "embree"
+    if (header ~ /^(OpenEXR\/)?openexr[a-z_]*\.h$/) return "openexr"
+    if (header ~ /^stb/) return "stb"
+    if (header ~ /^(png|turbojpeg|expat|jansson|zlib)\.h$/) return substr(header, 1, length(header) - 2)
+    return ""
+}
+
+function check_include(line,    header, library, folder)
+{
+    header = line
+    sub(/^[ \t]*#[ \t]*include[ \t]*[<"]/, "", header)
+    sub(/[>"].*/, "", header)
+    if (line ~ /</) {
+        library = foreign_library(header)
+        if (library != "" && FILENAME !~ owner[library])
+            complain("<" header "> is not for this file; its place is " owner[library])
+        return
+    }
+    if (header == "caustica.h" || FILENAME !~ /^src\//) return
+    folder = header
+    sub(/\/.*/, "", folder)
+    if (!(folder in level) || header !~ /\//) { complain("\"" header "\" is not written from src/"); return }
+    if (level[folder] > level[own]) complain("\"" header "\": " own " may not look up to " folder)
+    if ((getline text < ("src/" header)) < 0) complain("\"" header "\" does not exist")
+    close("src/" header)
+}
+
+# The line without strings, character constants and comments; `in_comment` lives on from line to line.
+function code_of(line,    start)
+{
+    gsub(/\\\\|\\"|\\\x27/, "", line)
+    gsub(/"[^"]*"/, "\"\"", line)
+    gsub(/\x27[^\x27]\x27/, "0", line)
+    if (in_comment) {
+        start = index(line, "*/")
+        if (!start) return ""
+        line = substr(line, start + 2)
+        in_comment = 0
+    }
+    while ((start = index(line, "/*")) > 0) {
+        rest = substr(line, start + 2)
+        line = substr(line, 1, start - 1)
+        if (!index(rest, "*/")) { in_comment = 1; break }
+        line = line " " substr(rest, index(rest, "*/") + 2)
+    }
+    sub(/\/\/.*/, "", line)
+    return line
+}
+
+FNR == 1 { own = FILENAME; sub(/^src\//, "", own); sub(/\/.*/, "", own); in_comment = 0 }
+/^[ \t]*#[ \t]*include/ { check_include($0) }
+/TODO|FIXME|XXX[^X]|HACK/ { if ($0 !~ /XXXXXX/) complain("unfinished: " $0) }
+{
+    code = code_of($0)
+    if (FILENAME !~ /^src\// || FILENAME ~ /^src\/base\/memory\.c$/) next
+    if (code ~ /(^|[^a-z0-9_])(malloc|calloc|realloc|free|strdup|strndup|aligned_alloc|posix_memalign)[ ]*\(/)
+        complain("heap memory comes from base/memory.h")
+    if (own != "cli" && code ~ /(^|[^a-z0-9_])(printf|puts|putchar|perror|exit|_exit|abort)[ ]*\(/)
+        complain("nothing below cli/ prints or exits")
+    if (own != "cli" && code ~ /(^|[^a-z0-9_])(stdout|stderr)([^a-z0-9_]|$)/) complain("nothing below cli/ prints")
+}
+END { exit breaches > 0 }
+' $(find include src tests bench -name '*.[ch]' | LC_ALL=C sort)

@@ -1,0 +1,145 @@
+#define _POSIX_C_SOURCE 200809L
+#include "base/file.h"
+
+#include "base/memory.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static ca_status fail_errno(ca_error *error, const char *path, const char *what)
+{
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: %s: %s", path, what, strerror(errno));
+}
+
+static ca_status read_stream(FILE *stream, const char *path, const char *what, size_t limit, ca_bytes *bytes,
+                             ca_error *error)
+{
+    struct stat info;
+    if (fstat(fileno(stream), &info) != 0) return fail_errno(error, path, "cannot read");
+    if (!S_ISREG(info.st_mode)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not a regular file", path);
+    if (info.st_size < 0 || (uint64_t)info.st_size > limit)
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: a %s of %lld bytes is over the limit of %zu", path, what,
+                       (long long)info.st_size, limit);
+    const size_t size = (size_t)info.st_size;
+    bytes->data = ca_alloc(size + 1, 1);
+    if (!bytes->data) return ca_fail_memory(error, path);
+    bytes->size = fread(bytes->data, 1, size, stream);
+    if (ferror(stream)) {
+        ca_bytes_destroy(bytes);
+        return fail_errno(error, path, "cannot read");
+    }
+    bytes->data[bytes->size] = 0;
+    return CA_OK;
+}
+
+ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error)
+{
+    *bytes = (ca_bytes){0};
+    FILE *stream = fopen(path, "rb");
+    if (!stream) {
+        const char *reason = strerror(errno);
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot open this %s: %s", path, what, reason);
+    }
+    const ca_status status = read_stream(stream, path, what, limit, bytes, error);
+    fclose(stream);
+    return status;
+}
+
+void ca_bytes_destroy(ca_bytes *bytes)
+{
+    ca_free(bytes->data);
+    *bytes = (ca_bytes){0};
+}
+
+static void writer_free(ca_file_writer *writer)
+{
+    ca_free(writer->path);
+    ca_free(writer->temporary_path);
+    *writer = (ca_file_writer){0};
+}
+
+static char *concatenate(const char *a, size_t a_length, const char *b)
+{
+    const size_t b_length = strlen(b);
+    char *text = ca_alloc(a_length + b_length + 1, 1);
+    if (!text) return NULL;
+    memcpy(text, a, a_length);
+    memcpy(text + a_length, b, b_length + 1);
+    return text;
+}
+
+ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *error)
+{
+    *writer = (ca_file_writer){0};
+    writer->path = concatenate(path, strlen(path), "");
+    writer->temporary_path = concatenate(path, strlen(path), ".XXXXXX");
+    if (!writer->path || !writer->temporary_path) {
+        writer_free(writer);
+        return ca_fail_memory(error, path);
+    }
+    const int descriptor = mkstemp(writer->temporary_path);
+    if (descriptor < 0) {
+        const ca_status status = fail_errno(error, path, "cannot write");
+        writer_free(writer);
+        return status;
+    }
+    /* mkstemp makes the file private; give it the rights a plain fopen would have given. */
+    const mode_t mask = umask(0);
+    umask(mask);
+    (void)fchmod(descriptor, 0666 & ~mask);
+    writer->stream = fdopen(descriptor, "wb");
+    if (!writer->stream) {
+        const ca_status status = fail_errno(error, path, "cannot write");
+        close(descriptor);
+        unlink(writer->temporary_path);
+        writer_free(writer);
+        return status;
+    }
+    return CA_OK;
+}
+
+ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
+{
+    bool good = !ferror(writer->stream) && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
+    int reason = errno;
+    if (fclose(writer->stream) != 0 && good) {
+        good = false;
+        reason = errno;
+    }
+    if (good && rename(writer->temporary_path, writer->path) != 0) {
+        good = false;
+        reason = errno;
+    }
+    ca_status status = CA_OK;
+    if (!good) {
+        unlink(writer->temporary_path);
+        errno = reason;
+        status = fail_errno(error, writer->path, "cannot write");
+    }
+    writer_free(writer);
+    return status;
+}
+
+void ca_file_abandon(ca_file_writer *writer)
+{
+    if (!writer->stream) return;
+    fclose(writer->stream);
+    unlink(writer->temporary_path);
+    writer_free(writer);
+}
+
+char *ca_path_resolve(const char *base_file, const char *path)
+{
+    const char *slash = path[0] == '/' || !base_file ? NULL : strrchr(base_file, '/');
+    return slash ? concatenate(base_file, (size_t)(slash - base_file) + 1, path) : concatenate(path, strlen(path), "");
+}
+
+const char *ca_path_extension(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    const char *dot = strrchr(slash ? slash : path, '.');
+    return dot ? dot : "";
+}

@@ -1,0 +1,41 @@
+/* Files: whole reads with a limit, and writes that never leave half a file.
+ *
+ * A write goes to a temporary file beside the target and is renamed over it when complete: a full disk or a
+ * kill leaves the old file as it was. Threads: none is shared. */
+#ifndef CA_BASE_FILE_H
+#define CA_BASE_FILE_H
+
+#include "base/status.h"
+
+#include <stdio.h>
+
+typedef struct ca_bytes {
+    unsigned char *data; /* owned; followed by one zero byte, so text can be read as a string */
+    size_t size;
+} ca_bytes;
+
+/* Reads a whole regular file of at most `limit` bytes. `what` names the kind of file in errors ("mesh"). */
+ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error);
+void ca_bytes_destroy(ca_bytes *bytes);
+
+/* An output that becomes visible only at ca_file_commit. */
+typedef struct ca_file_writer {
+    FILE *stream;         /* open for writing, binary */
+    char *path;           /* owned; the target */
+    char *temporary_path; /* owned; where the bytes go until the commit */
+} ca_file_writer;
+
+ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *error);
+/* Flushes, syncs, renames; on any failure the temporary file is removed. The writer is finished either way. */
+ca_status ca_file_commit(ca_file_writer *writer, ca_error *error);
+/* Removes the temporary file; the writer is finished. */
+void ca_file_abandon(ca_file_writer *writer);
+
+/* `path` itself if absolute, else seen from the folder that holds `base_file`. Caller frees with ca_free; NULL
+ * when out of memory. */
+char *ca_path_resolve(const char *base_file, const char *path);
+
+/* The extension with its dot, lower case is the caller's business; "" if there is none. Borrowed from `path`. */
+const char *ca_path_extension(const char *path);
+
+#endif

@@ -1,0 +1,98 @@
+#include "base/memory.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+static atomic_long fail_countdown = -1;
+
+static bool allocation_fails(void)
+{
+    if (atomic_load_explicit(&fail_countdown, memory_order_relaxed) < 0) return false;
+    return atomic_fetch_sub(&fail_countdown, 1) == 0;
+}
+
+void ca_memory_fail_after(long count) { atomic_store(&fail_countdown, count); }
+
+static bool byte_count(size_t count, size_t size, size_t *bytes)
+{
+    if (__builtin_mul_overflow(count, size, bytes)) return false;
+    if (*bytes == 0) *bytes = 1;
+    return !allocation_fails();
+}
+
+void *ca_alloc(size_t count, size_t size)
+{
+    size_t bytes;
+    return byte_count(count, size, &bytes) ? malloc(bytes) : NULL;
+}
+
+void *ca_alloc_zeroed(size_t count, size_t size)
+{
+    size_t bytes;
+    return byte_count(count, size, &bytes) ? calloc(1, bytes) : NULL;
+}
+
+void ca_free(void *memory) { free(memory); }
+
+bool ca_array_reserve(void **array, size_t *capacity, size_t needed, size_t size)
+{
+    if (needed <= *capacity) return true;
+    size_t grown = *capacity > SIZE_MAX / 2 ? needed : 2 * *capacity;
+    if (grown < needed) grown = needed;
+    if (grown < 8) grown = 8;
+    size_t bytes;
+    if (!byte_count(grown, size, &bytes)) return false;
+    void *moved = realloc(*array, bytes);
+    if (!moved) return false;
+    *array = moved;
+    *capacity = grown;
+    return true;
+}
+
+/* An arena is a list of blocks, newest first; each is filled from its start. */
+struct ca_arena_block {
+    struct ca_arena_block *next;
+    size_t used, size;
+    _Alignas(16) unsigned char bytes[];
+};
+
+enum { ARENA_BLOCK_BYTES = 64 * 1024 };
+
+void *ca_arena_alloc(ca_arena *arena, size_t count, size_t size)
+{
+    size_t bytes;
+    if (__builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX / 2) return NULL;
+    bytes = (bytes + 15) & ~(size_t)15;
+    struct ca_arena_block *block = arena->first;
+    if (!block || block->size - block->used < bytes) {
+        const size_t block_size = bytes > ARENA_BLOCK_BYTES ? bytes : ARENA_BLOCK_BYTES;
+        block = ca_alloc(1, sizeof *block + block_size);
+        if (!block) return NULL;
+        block->next = arena->first;
+        block->used = 0;
+        block->size = block_size;
+        arena->first = block;
+    }
+    void *result = block->bytes + block->used;
+    block->used += bytes;
+    arena->bytes += bytes;
+    return memset(result, 0, bytes);
+}
+
+char *ca_arena_strdup(ca_arena *arena, const char *text)
+{
+    const size_t length = strlen(text) + 1;
+    char *copy = ca_arena_alloc(arena, length, 1);
+    return copy ? memcpy(copy, text, length) : NULL;
+}
+
+void ca_arena_clear(ca_arena *arena)
+{
+    for (struct ca_arena_block *block = arena->first; block;) {
+        struct ca_arena_block *next = block->next;
+        ca_free(block);
+        block = next;
+    }
+    *arena = (ca_arena){0};
+}

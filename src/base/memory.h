@@ -1,0 +1,39 @@
+/* Memory: checked allocation, growing arrays and arenas.
+ *
+ * All heap memory of the project comes from here, so that tests can make the n-th allocation fail
+ * (ca_memory_fail_after) and see that nothing leaks or crashes. Sizes are element counts times element sizes,
+ * checked for overflow. Owners have create/destroy; ca_free(NULL) is allowed.
+ *
+ * Threads: allocation is thread-safe; an arena belongs to one thread. */
+#ifndef CA_BASE_MEMORY_H
+#define CA_BASE_MEMORY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* `count` elements of `size` bytes, uninitialised / zeroed, aligned to 16; NULL if it does not fit or overflows.
+ * A count of 0 gives a valid pointer. */
+void *ca_alloc(size_t count, size_t size);
+void *ca_alloc_zeroed(size_t count, size_t size);
+void ca_free(void *memory);
+
+/* Makes room for `needed` elements in a growing array (capacity at least doubles). false when out of memory; the
+ * old array is then still valid. `*array` may start as NULL with capacity 0. */
+bool ca_array_reserve(void **array, size_t *capacity, size_t needed, size_t size);
+
+/* For tests: the allocation after `count` further ones fails, once; a negative count turns it off. */
+void ca_memory_fail_after(long count);
+
+/* Bytes handed out one after another and freed together. */
+typedef struct ca_arena {
+    struct ca_arena_block *first;
+    size_t bytes; /* handed out so far */
+} ca_arena;
+
+/* Zeroed memory that lives until ca_arena_clear, aligned to 16; NULL when out of memory. */
+void *ca_arena_alloc(ca_arena *arena, size_t count, size_t size);
+char *ca_arena_strdup(ca_arena *arena, const char *text);
+void ca_arena_clear(ca_arena *arena);
+
+#endif

@@ -1,0 +1,41 @@
+#include "base/status.h"
+
+#include <stdio.h>
+
+ca_status ca_fail(ca_error *error, ca_status status, const ca_location *where, const char *format, ...)
+{
+    if (!error) return status;
+    size_t used = 0;
+    const size_t size = sizeof error->message;
+    if (where && where->file) {
+        int n = 0;
+        if (where->line && where->column)
+            n = snprintf(error->message, size, "%s:%u:%u: ", where->file, where->line, where->column);
+        else if (where->line)
+            n = snprintf(error->message, size, "%s:%u: ", where->file, where->line);
+        else
+            n = snprintf(error->message, size, "%s: ", where->file);
+        used = n < 0 ? 0 : (size_t)n < size ? (size_t)n : size - 1;
+    }
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->message + used, size - used, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+ca_status ca_fail_memory(ca_error *error, const char *what)
+{
+    return ca_fail(error, CA_ERROR_MEMORY, NULL, "out of memory: %s", what);
+}
+
+const char *ca_status_name(ca_status status)
+{
+    switch (status) {
+#define CA_STATUS_CASE(name, text)                                                                                 \
+    case name: return text;
+        CA_STATUS_LIST(CA_STATUS_CASE)
+#undef CA_STATUS_CASE
+    }
+    return "unknown status";
+}

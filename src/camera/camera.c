@@ -1,0 +1,197 @@
+#include "camera/camera.h"
+
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+#include <assert.h>
+
+double ca_camera_tan_half_x(double fov_degrees, ca_fov_axis axis, uint32_t width, uint32_t height)
+{
+    assert(fov_degrees > 0.0 && fov_degrees < 180.0);
+    const double tan_half = tan(0.5 * fov_degrees * (CA_PI_D / 180.0));
+    const double aspect = (double)width / (double)height;
+    switch (axis) {
+    case CA_FOV_X: return tan_half;
+    case CA_FOV_Y: return tan_half * aspect;
+    case CA_FOV_DIAGONAL: return tan_half * aspect / sqrt(1.0 + aspect * aspect);
+    case CA_FOV_SMALLER: return width > height ? tan_half * aspect : tan_half;
+    case CA_FOV_LARGER: return width > height ? tan_half : tan_half * aspect;
+    }
+    return tan_half;
+}
+
+static ca_vec3 column(const ca_camera *camera, int i)
+{
+    return (ca_vec3){camera->map.to[0][i], camera->map.to[1][i], camera->map.to[2][i]};
+}
+
+/* The orthographic film is two units wide in camera space, so that its size comes from the map's scale. A principal
+ * point's offset moves what the film sees as if every film position were larger by it, as in Mitsuba 3. */
+void ca_camera_prepare(ca_camera *camera)
+{
+    const bool orthographic = camera->kind == CA_CAMERA_ORTHOGRAPHIC;
+    const double half_x = orthographic ? 1.0 : (double)camera->tan_half_x;
+    const double half_y = half_x * camera->height / camera->width;
+    camera->pixel_width = (float)(2.0 * half_x / camera->width);
+    camera->pixel_height = (float)(2.0 * half_y / camera->height);
+    camera->left = (float)(half_x * (1.0 - 2.0 * (double)camera->principal_x));
+    camera->top = (float)(half_y * (1.0 - 2.0 * (double)camera->principal_y));
+    const ca_vec3 axis = ca_normalize(column(camera, 2));
+    camera->area_scale = orthographic ? ca_abs_dot(ca_cross(column(camera, 0), column(camera, 1)), axis) : 1.0f;
+}
+
+bool ca_camera_has_dirac_position(const ca_camera *camera)
+{
+    return camera->kind == CA_CAMERA_PERSPECTIVE ||
+           (camera->kind == CA_CAMERA_THIN_LENS && !(camera->lens_radius > 0.0f));
+}
+
+bool ca_camera_has_dirac_direction(const ca_camera *camera) { return camera->kind == CA_CAMERA_ORTHOGRAPHIC; }
+
+/* Film position <-> point of the plane z = 1 (perspective) or z = 0 (orthographic), in camera space. */
+static ca_vec2 film_to_plane(const ca_camera *camera, ca_vec2 film)
+{
+    return (ca_vec2){camera->left - film.x * camera->pixel_width, camera->top - film.y * camera->pixel_height};
+}
+
+static ca_vec2 plane_to_film(const ca_camera *camera, ca_vec2 plane)
+{
+    return (ca_vec2){(camera->left - plane.x) / camera->pixel_width, (camera->top - plane.y) / camera->pixel_height};
+}
+
+/* Densities of a ray that leaves with `cos_camera`. A pixel covers pixel_width pixel_height on the plane z = 1, at the
+ * distance 1/cos and tilted by cos: area cos^3 steradians. On a lens the same holds for its image in the plane of focus,
+ * larger by focus_distance^2 and farther by as much. */
+static ca_pdf_solid_angle pixel_pdf(const ca_camera *camera, float cos_camera)
+{
+    const float area = camera->pixel_width * camera->pixel_height;
+    return (ca_pdf_solid_angle){1.0f / (area * cos_camera * cos_camera * cos_camera)};
+}
+
+static ca_pdf_area position_pdf(const ca_camera *camera)
+{
+    if (camera->kind == CA_CAMERA_ORTHOGRAPHIC)
+        return (ca_pdf_area){1.0f / (camera->pixel_width * camera->pixel_height * camera->area_scale)};
+    if (ca_camera_has_dirac_position(camera)) return (ca_pdf_area){1.0f};
+    return (ca_pdf_area){CA_INV_PI / ca_sqr(camera->lens_radius)};
+}
+
+/* ---- Rays --------------------------------------------------------------------------------------------------------- */
+
+static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
+{
+    const ca_vec3 axis = column(camera, 2);
+    const float length = ca_length(axis);
+    return (ca_camera_ray){.origin = ca_map_point(camera->map.to, (ca_vec3){plane.x, plane.y, 0.0f}),
+                           .direction = ca_mul(axis, 1.0f / length),
+                           .t_min = camera->near_clip * length,
+                           .t_max = camera->far_clip * length,
+                           .weight = {1.0f, 1.0f, 1.0f},
+                           .pdf_position = position_pdf(camera),
+                           .pdf_direction = {1.0f},
+                           .cos_camera = 1.0f};
+}
+
+static ca_vec3 lens_point(const ca_camera *camera, ca_vec2 u_lens)
+{
+    if (ca_camera_has_dirac_position(camera)) return (ca_vec3){0.0f, 0.0f, 0.0f};
+    const ca_vec2 disk = ca_warp_disk(u_lens);
+    return (ca_vec3){camera->lens_radius * disk.x, camera->lens_radius * disk.y, 0.0f};
+}
+
+ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens)
+{
+    const ca_vec2 plane = film_to_plane(camera, film_position);
+    if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) return orthographic_ray(camera, plane);
+
+    /* All rays of a film position meet in the plane of focus. */
+    const ca_vec3 lens = lens_point(camera, u_lens);
+    ca_vec3 direction = {plane.x, plane.y, 1.0f};
+    if (!ca_camera_has_dirac_position(camera)) {
+        direction.x -= lens.x / camera->focus_distance;
+        direction.y -= lens.y / camera->focus_distance;
+    }
+    const float cos_camera = 1.0f / ca_length(direction);
+    return (ca_camera_ray){.origin = ca_map_point(camera->map.to, lens),
+                           .direction = ca_normalize(ca_map_vector(camera->map.to, direction)),
+                           .t_min = camera->near_clip / cos_camera,
+                           .t_max = camera->far_clip / cos_camera,
+                           .weight = {1.0f, 1.0f, 1.0f},
+                           .pdf_position = position_pdf(camera),
+                           .pdf_direction = pixel_pdf(camera, cos_camera),
+                           .cos_camera = cos_camera};
+}
+
+/* ---- Splats ------------------------------------------------------------------------------------------------------- */
+
+static bool on_film(const ca_camera *camera, ca_vec2 film, float margin)
+{
+    return film.x >= -margin && film.y >= -margin && film.x <= (float)camera->width + margin &&
+           film.y <= (float)camera->height + margin;
+}
+
+/* A world point in camera space. The camera's place is taken off first: mapping coordinates far from the world's origin
+ * would lose the digits that tell pixels apart. */
+static ca_vec3 to_camera_space(const ca_camera *camera, ca_vec3 world)
+{
+    return ca_map_vector(camera->map.from, ca_sub(world, column(camera, 3)));
+}
+
+static bool orthographic_direct(const ca_camera *camera, ca_vec3 reference, float margin, ca_camera_direct *direct)
+{
+    const ca_vec3 local = to_camera_space(camera, reference);
+    if (!(local.z >= camera->near_clip && local.z <= camera->far_clip)) return false;
+    const ca_vec2 film = plane_to_film(camera, (ca_vec2){local.x, local.y});
+    if (!on_film(camera, film, margin)) return false;
+    const ca_vec3 axis = column(camera, 2);
+    const float length = ca_length(axis);
+    const ca_pdf_area pdf_position = position_pdf(camera);
+    *direct = (ca_camera_direct){.position = ca_map_point(camera->map.to, (ca_vec3){local.x, local.y, 0.0f}),
+                                 .to_camera = ca_mul(axis, -1.0f / length),
+                                 .distance = local.z * length,
+                                 .t_near = (local.z - camera->near_clip) * length,
+                                 .film_position = film,
+                                 .importance = pdf_position.v,
+                                 .pdf_direct = {1.0f},
+                                 .pdf_position = pdf_position,
+                                 .pdf_direction = {1.0f},
+                                 .cos_camera = 1.0f};
+    return true;
+}
+
+bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens, float margin,
+                             ca_camera_direct *direct)
+{
+    if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) return orthographic_direct(camera, reference, margin, direct);
+
+    const ca_vec3 local = to_camera_space(camera, reference);
+    if (!(local.z > 0.0f && local.z >= camera->near_clip && local.z <= camera->far_clip)) return false;
+    const ca_vec3 lens = lens_point(camera, u_lens);
+    const bool dirac = ca_camera_has_dirac_position(camera);
+    const ca_vec3 ray = ca_sub(local, lens);
+    ca_vec2 plane = {ray.x / local.z, ray.y / local.z};
+    if (!dirac) { /* the plane of focus, seen from the lens' centre, projected to z = 1 */
+        plane.x += lens.x / camera->focus_distance;
+        plane.y += lens.y / camera->focus_distance;
+    }
+    const ca_vec2 film = plane_to_film(camera, plane);
+    if (!on_film(camera, film, margin)) return false;
+
+    const float distance = ca_length(ray), cos_camera = local.z / distance;
+    const ca_pdf_solid_angle pdf_direction = pixel_pdf(camera, cos_camera);
+    const ca_pdf_area pdf_position = position_pdf(camera);
+    /* We = pdf_position pdf_direction / cos; a pinhole has the geometry of the connection in its importance. */
+    const float We = pdf_position.v * pdf_direction.v / cos_camera;
+    *direct = (ca_camera_direct){
+        .position = ca_map_point(camera->map.to, lens),
+        .to_camera = ca_normalize(ca_map_vector(camera->map.to, ca_neg(ray))),
+        .distance = distance,
+        .t_near = distance * ((local.z - camera->near_clip) / local.z),
+        .film_position = film,
+        .importance = dirac ? We * cos_camera / ca_sqr(distance) : We,
+        .pdf_direct = {dirac ? 1.0f : ca_pdf_to_solid_angle(pdf_position, cos_camera, ca_sqr(distance)).v},
+        .pdf_position = pdf_position,
+        .pdf_direction = pdf_direction,
+        .cos_camera = cos_camera};
+    return true;
+}

@@ -1,0 +1,79 @@
+/* Sensors: rays from film positions, and film positions from points of the scene.
+ *
+ * Frame: the camera looks along +z, +y is up, +x is to the *left* of the picture. Film positions are in pixels of the
+ * full film, (0, 0) is the upper left corner, x to the right and y down.
+ *
+ * Importance We is normalised so that the pixel's value is the integral of We L cos over lens, directions (and film area
+ * for the orthographic one) with the pixel's filter: for a perspective camera and a film position density of one per
+ * pixel, We cos = pdf_lens pdf_direction, so a camera path starts with the weight 1. Densities:
+ *     pdf_position   of the ray's origin: thin lens per area of the lens; orthographic per area of one pixel's
+ *                    footprint; pinhole: 1, Dirac
+ *     pdf_direction  per solid angle, for a film position uniform in *one* pixel (1 / solid angle of the pixel at this
+ *                    direction); orthographic: 1, Dirac
+ * so that each pixel is a sensor of its own. A whole-image density is this divided by the number of pixels. */
+#ifndef CA_CAMERA_CAMERA_H
+#define CA_CAMERA_CAMERA_H
+
+#include "base/status.h"
+#include "math/measure.h"
+#include "math/rgb.h"
+#include "math/transform.h"
+
+typedef enum ca_camera_kind { CA_CAMERA_PERSPECTIVE, CA_CAMERA_THIN_LENS, CA_CAMERA_ORTHOGRAPHIC } ca_camera_kind;
+
+typedef struct ca_camera {
+    ca_camera_kind kind;
+    ca_affine map;              /* camera -> world; rigid but for the orthographic one */
+    uint32_t width, height;     /* of the full film */
+    float near_clip, far_clip;  /* along z */
+    float tan_half_x;           /* of the full film's horizontal field of view */
+    float principal_x, principal_y; /* principal point's offset, as a fraction of width and height */
+    float lens_radius, focus_distance;
+
+    /* Made by ca_camera_prepare. */
+    float pixel_width, pixel_height; /* of a pixel on the plane z = 1 (perspective, thin lens) or in camera space */
+    float left, top;                 /* x and y of film position (0, 0) on that plane */
+    float area_scale; /* orthographic: world area per camera-space area */
+} ca_camera;
+
+/* Which side of the film the field of view is measured along; "diagonal" likewise. */
+typedef enum ca_fov_axis { CA_FOV_X, CA_FOV_Y, CA_FOV_DIAGONAL, CA_FOV_SMALLER, CA_FOV_LARGER } ca_fov_axis;
+/* tan of half the horizontal field of view, from one along `axis` in degrees in (0, 180). */
+double ca_camera_tan_half_x(double fov_degrees, ca_fov_axis axis, uint32_t width, uint32_t height);
+
+void ca_camera_prepare(ca_camera *camera);
+
+typedef struct ca_camera_ray {
+    ca_vec3 origin, direction;
+    float t_min, t_max; /* where the ray passes the near and the far clip plane */
+    ca_rgb weight; /* 1 for all cameras here; kept for vignetting */
+    ca_pdf_area pdf_position;
+    ca_pdf_solid_angle pdf_direction;
+    float cos_camera; /* between the direction and the camera's axis */
+} ca_camera_ray;
+
+ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens);
+
+/* A splat: a point of the lens for `reference`. The contribution to the image at film_position is
+ * f |cos| importance / pdf_direct.v; with the film's filter normalised to an integral of one pixel. */
+typedef struct ca_camera_direct {
+    ca_vec3 position;  /* on the lens */
+    ca_vec3 to_camera; /* unit, from the reference */
+    float distance;    /* from the reference to `position` */
+    float t_near;      /* along the connection, from the reference: the near clip plane; nothing blocks beyond */
+    ca_vec2 film_position;
+    float importance;              /* We as above; pinhole: per distance^2, pdf_direct 1 */
+    ca_pdf_solid_angle pdf_direct; /* of to_camera as seen from the reference, per solid angle there */
+    ca_pdf_area pdf_position;      /* as a camera path of that pixel would have started there ... */
+    ca_pdf_solid_angle pdf_direction; /* ... and have gone to the reference */
+    float cos_camera;
+} ca_camera_direct;
+
+/* false: outside of the film (of its full size, widened by `margin` pixels for the filter) or of the clip planes. */
+bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens, float margin,
+                             ca_camera_direct *direct);
+
+bool ca_camera_has_dirac_position(const ca_camera *camera);  /* pinhole */
+bool ca_camera_has_dirac_direction(const ca_camera *camera); /* orthographic */
+
+#endif

@@ -1,0 +1,205 @@
+#include "cli/options.h"
+
+#include "base/memory.h"
+#include "base/text.h"
+#include "cli/values.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME_LIMIT = 64, OPTION_LIMIT = 64 };
+
+/* ---- Names that are nearly right -------------------------------------------------------------------------------- */
+
+/* The known option that is meant: nearly the same name, or one that begins like it. */
+static const char *nearest_option(const ca_option_table *table, const char *name)
+{
+    const char *names[OPTION_LIMIT];
+    size_t count = 0;
+    for (; count < table->count && count < OPTION_LIMIT; count++) names[count] = table->options[count].name;
+    const char *nearest = ca_nearest_name(name, names, count);
+    for (size_t i = 0; i < count && !nearest; i++)
+        if (strlen(name) >= 3 && strncmp(name, names[i], strlen(name)) == 0) nearest = names[i];
+    return nearest;
+}
+
+static ca_status fail_unknown(const ca_option_table *table, const char *word, const char *name, ca_error *error)
+{
+    const char *nearest = word[1] == '-' ? nearest_option(table, name) : NULL;
+    if (nearest)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s is not known; did you mean --%s?", name, nearest);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option %s is not known", word);
+}
+
+/* ---- Lists ------------------------------------------------------------------------------------------------------ */
+
+static ca_status append_text(ca_text_list *list, const char *text, ca_error *error)
+{
+    if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items))
+        return ca_fail_memory(error, "the command line");
+    list->items[list->count++] = text;
+    return CA_OK;
+}
+
+static ca_status append_rect(ca_rect_list *list, const char *text, ca_error *error)
+{
+    if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items))
+        return ca_fail_memory(error, "the command line");
+    CA_TRY(ca_value_rect(text, list->items[list->count], error));
+    list->count++;
+    return CA_OK;
+}
+
+void ca_text_list_destroy(ca_text_list *list)
+{
+    ca_free(list->items);
+    *list = (ca_text_list){0};
+}
+
+void ca_rect_list_destroy(ca_rect_list *list)
+{
+    ca_free(list->items);
+    *list = (ca_rect_list){0};
+}
+
+/* ---- Parsing ---------------------------------------------------------------------------------------------------- */
+
+static ca_status read_value(const ca_option *option, const char *text, void *target, ca_error *error)
+{
+    switch (option->kind) {
+    case CA_OPTION_FLAG: *(bool *)target = true; return CA_OK;
+    case CA_OPTION_TEXT: *(const char **)target = text; return CA_OK;
+    case CA_OPTION_TEXT_LIST: return append_text(target, text, error);
+    case CA_OPTION_COUNT: return ca_value_count(text, option->minimum, target, error);
+    case CA_OPTION_SEED: return ca_value_seed(text, target, error);
+    case CA_OPTION_INTEGER: return ca_value_integer(text, option->minimum, target, error);
+    case CA_OPTION_REAL: return ca_value_real(text, target, error);
+    case CA_OPTION_POSITIVE: return ca_value_positive(text, target, error);
+    case CA_OPTION_SIZE: return ca_value_size(text, target, error);
+    case CA_OPTION_RECT: return ca_value_rect(text, target, error);
+    case CA_OPTION_RECT_LIST: return append_rect(target, text, error);
+    }
+    return CA_OK;
+}
+
+static bool is_list(const ca_option *option)
+{
+    return option->kind == CA_OPTION_TEXT_LIST || option->kind == CA_OPTION_RECT_LIST;
+}
+
+/* The option of a word "--name", "--name=value", "-l" or "-lvalue"; *value is what follows in the same word, or NULL. */
+static const ca_option *find_option(const ca_option_table *table, const char *word, const char **value)
+{
+    const bool is_long = word[1] == '-';
+    const size_t length = is_long ? strcspn(word + 2, "=") : 1;
+    for (size_t i = 0; i < table->count; i++) {
+        const ca_option *option = &table->options[i];
+        if (is_long ? strncmp(option->name, word + 2, length) != 0 || option->name[length] != 0
+                    : option->letter != word[1])
+            continue;
+        const char *rest = word + (is_long ? 2 + length : 2);
+        *value = *rest == 0 ? NULL : rest + is_long;
+        return option;
+    }
+    return NULL;
+}
+
+/* Puts the name of the option in front of what is wrong with its value. */
+static ca_status fail_value(const ca_option *option, const ca_error *reason, ca_status status, ca_error *error)
+{
+    return ca_fail(error, status, NULL, "--%s: %.900s", option->name, reason->message);
+}
+
+typedef struct word_reader {
+    char *const *words;
+    int count, next;
+} word_reader;
+
+static ca_status parse_option(const ca_option_table *table, word_reader *reader, bool *seen, void *record,
+                              ca_error *error)
+{
+    const char *word = reader->words[reader->next++], *value = NULL;
+    const ca_option *option = find_option(table, word, &value);
+    if (!option) {
+        char name[NAME_LIMIT];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(word + 1 + (word[1] == '-'), "="), word + 1 + (word[1] == '-'));
+        return fail_unknown(table, word, name, error);
+    }
+    bool *const seen_this = &seen[option - table->options];
+    if (*seen_this && !is_list(option))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s is given twice", option->name);
+    *seen_this = true;
+    if (option->kind == CA_OPTION_FLAG && value)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s takes no value", option->name);
+    if (option->kind != CA_OPTION_FLAG && !value) {
+        const char *next = reader->next < reader->count ? reader->words[reader->next] : NULL;
+        if (!next || strncmp(next, "--", 2) == 0)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s needs a value: %s", option->name,
+                           option->argument);
+        value = next;
+        reader->next++;
+    }
+    ca_error reason = {""};
+    const ca_status status = read_value(option, value, (char *)record + option->offset, &reason);
+    if (status != CA_OK) return fail_value(option, &reason, status, error);
+    if (option->given) *(bool *)((char *)record + option->given) = true;
+    return CA_OK;
+}
+
+ca_status ca_options_parse(const ca_option_table *table, int word_count, char *const words[], void *record,
+                           ca_text_list *operands, ca_error *error)
+{
+    bool seen[OPTION_LIMIT] = {false};
+    word_reader reader = {.words = words, .count = word_count};
+    bool options_ended = table->count > OPTION_LIMIT;
+    while (reader.next < reader.count) {
+        const char *word = words[reader.next];
+        if (options_ended || word[0] != '-' || word[1] == 0) {
+            CA_TRY(append_text(operands, word, error));
+            reader.next++;
+        } else if (strcmp(word, "--") == 0) {
+            options_ended = true;
+            reader.next++;
+        } else {
+            CA_TRY(parse_option(table, &reader, seen, record, error));
+        }
+    }
+    return CA_OK;
+}
+
+/* ---- Definitions ------------------------------------------------------------------------------------------------ */
+
+ca_status ca_options_defines(const ca_text_list *words, ca_define **defines, char **storage, ca_error *error)
+{
+    size_t bytes = 0;
+    for (size_t i = 0; i < words->count; i++) bytes += strlen(words->items[i]) + 1;
+    *defines = ca_alloc(words->count, sizeof **defines);
+    *storage = ca_alloc(bytes, 1);
+    if (!*defines || !*storage) return ca_fail_memory(error, "the command line");
+    char *text = *storage;
+    for (size_t i = 0; i < words->count; i++) {
+        const size_t size = strlen(words->items[i]) + 1;
+        memcpy(text, words->items[i], size);
+        char *equals = strchr(text, '=');
+        if (!equals || equals == text)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--define: \"%s\" is not NAME=VALUE", words->items[i]);
+        *equals = 0;
+        (*defines)[i] = (ca_define){.name = text, .value = equals + 1};
+        text += size;
+    }
+    return CA_OK;
+}
+
+/* ---- Help ------------------------------------------------------------------------------------------------------- */
+
+void ca_options_print(const ca_option_table *table, FILE *stream)
+{
+    enum { COLUMN = 30 };
+    for (size_t i = 0; i < table->count; i++) {
+        const ca_option *option = &table->options[i];
+        int used = option->letter ? fprintf(stream, "  -%c, --%s", option->letter, option->name)
+                                  : fprintf(stream, "      --%s", option->name);
+        if (option->argument) used += fprintf(stream, " %s", option->argument);
+        fprintf(stream, "%*s%s\n", used < COLUMN - 2 ? COLUMN - used : 2, "", option->help);
+    }
+}

@@ -1,0 +1,74 @@
+/* Command line options: a command describes its options in a table, the words of the command line fill a record.
+ *
+ *     static const ca_option options[] = {
+ *         {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1,
+ *          .offset = offsetof(settings, spp), .help = "samples per pixel"},
+ *     };
+ *
+ * Forms: --name VALUE, --name=VALUE, --flag, -o VALUE, -oVALUE; "--" ends the options; everything else is an operand.
+ * A value may begin with one dash (a number) but not with two, so that a forgotten value is noticed; --name=--VALUE is
+ * possible. An option that is not known, is given twice (unless it is a list), lacks its value or has a malformed one
+ * is an error that names it. */
+#ifndef CA_CLI_OPTIONS_H
+#define CA_CLI_OPTIONS_H
+
+#include "base/status.h"
+
+#include <stdio.h>
+
+/* What a value looks like, and what lies at the option's offset in the record. */
+typedef enum ca_option_kind {
+    CA_OPTION_FLAG,      /* bool; no value */
+    CA_OPTION_TEXT,      /* const char *, borrowed */
+    CA_OPTION_TEXT_LIST, /* ca_text_list; may be given several times */
+    CA_OPTION_COUNT,     /* uint32_t, at least .minimum */
+    CA_OPTION_SEED,      /* uint64_t */
+    CA_OPTION_INTEGER,   /* int, at least .minimum */
+    CA_OPTION_REAL,      /* double, any finite number */
+    CA_OPTION_POSITIVE,  /* double > 0 */
+    CA_OPTION_SIZE,      /* uint32_t[2]: WIDTHxHEIGHT, both at least 1 */
+    CA_OPTION_RECT,      /* uint32_t[4]: x0,y0,x1,y1 with x0 < x1 and y0 < y1 */
+    CA_OPTION_RECT_LIST, /* ca_rect_list; may be given several times */
+} ca_option_kind;
+
+typedef struct ca_text_list {
+    const char **items; /* owned array of borrowed texts */
+    size_t count, capacity;
+} ca_text_list;
+
+typedef struct ca_rect_list {
+    uint32_t (*items)[4]; /* owned */
+    size_t count, capacity;
+} ca_rect_list;
+
+typedef struct ca_option {
+    const char *name;     /* without dashes */
+    char letter;          /* 0: none */
+    const char *argument; /* "FILE", for the help; NULL for flags */
+    ca_option_kind kind;
+    int minimum;
+    size_t offset; /* of the value in the record */
+    size_t given;  /* offset of a bool that is set when the option is given; 0: none (a record begins with something else) */
+    const char *help;
+} ca_option;
+
+typedef struct ca_option_table {
+    const char *command; /* "render" */
+    const ca_option *options;
+    size_t count;
+} ca_option_table;
+
+/* Fills `record` from the words and appends operands. Errors: CA_ERROR_ARGUMENT, CA_ERROR_MEMORY. Lists are the
+ * caller's to release, also on failure. */
+ca_status ca_options_parse(const ca_option_table *table, int word_count, char *const words[], void *record,
+                           ca_text_list *operands, ca_error *error);
+void ca_text_list_destroy(ca_text_list *list);
+void ca_rect_list_destroy(ca_rect_list *list);
+
+/* "NAME=VALUE" words for ca_scene_load. The texts are owned by `storage`. */
+ca_status ca_options_defines(const ca_text_list *words, ca_define **defines, char **storage, ca_error *error);
+
+/* One line per option, aligned. */
+void ca_options_print(const ca_option_table *table, FILE *stream);
+
+#endif

@@ -1,0 +1,24 @@
+/* The progress line on standard error: bar, passes, time gone and left, noise so far. One line that is drawn over
+ * itself, never wider than the terminal, and gone at the end; nothing at all where standard error is no terminal. */
+#ifndef CA_CLI_PROGRESS_H
+#define CA_CLI_PROGRESS_H
+
+#include "caustica.h"
+
+#include <stdio.h>
+
+typedef struct ca_progress_line {
+    FILE *stream;
+    bool shown;        /* is anything drawn? */
+    double last_drawn; /* seconds of rendering */
+} ca_progress_line;
+
+/* `wanted`: false keeps it silent. */
+ca_progress_line ca_progress_start(bool wanted);
+void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress);
+void ca_progress_clear(ca_progress_line *line);
+
+/* "1:02:03", "2:03" or "2.3 s". */
+void ca_format_seconds(double seconds, char *text, size_t size);
+
+#endif

@@ -1,0 +1,162 @@
+#include "film/film.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <string.h>
+
+_Static_assert(sizeof(ca_film_pixel) == 96, "film.h promises 96 bytes per pixel");
+
+ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
+                         ca_error *error)
+{
+    *film = (ca_film){.x0 = crop[0],
+                      .y0 = crop[1],
+                      .width = crop[2] - crop[0],
+                      .height = crop[3] - crop[1],
+                      .full_width = full_width,
+                      .full_height = full_height};
+    film->pixels = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->pixels);
+    return film->pixels ? CA_OK : ca_fail_memory(error, "the film");
+}
+
+void ca_film_destroy(ca_film *film)
+{
+    ca_free(film->pixels);
+    *film = (ca_film){0};
+}
+
+static void add3(float sum[3], float a, float b, float c)
+{
+    sum[0] += a;
+    sum[1] += b;
+    sum[2] += c;
+}
+
+bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
+{
+    ca_film_pixel *pixel = &film->pixels[(size_t)y * film->width + x];
+    pixel->samples++;
+    const ca_rgb r = sample->radiance;
+    if (!(ca_rgb_is_finite(r) && r.r >= 0.0f && r.g >= 0.0f && r.b >= 0.0f)) return false;
+    const ca_rgb value = ca_rgb_scale(r, sample->filter_weight);
+    const double rgb[3] = {(double)value.r, (double)value.g, (double)value.b};
+    for (int c = 0; c < 3; c++) {
+        pixel->sum[c] += rgb[c];
+        pixel->sum_squares[c] += rgb[c] * rgb[c];
+    }
+    const double luminance = (double)ca_luminance(value);
+    pixel->sum_squares_luminance += luminance * luminance;
+    add3(pixel->albedo, sample->albedo.r, sample->albedo.g, sample->albedo.b);
+    add3(pixel->normal, sample->normal.x, sample->normal.y, sample->normal.z);
+    add3(pixel->position, sample->position.x, sample->position.y, sample->position.z);
+    return true;
+}
+
+/* Unbiased sample variance from sums; 0 under two samples. */
+static double variance(double sum, double sum_squares, double n)
+{
+    return n < 2.0 ? 0.0 : fmax(0.0, (sum_squares - sum * sum / n) / (n - 1.0));
+}
+
+static double luminance_sum(const ca_film_pixel *pixel)
+{
+    return 0.2126 * pixel->sum[0] + 0.7152 * pixel->sum[1] + 0.0722 * pixel->sum[2];
+}
+
+ca_film_summary ca_film_summarise(const ca_film *film)
+{
+    const size_t count = (size_t)film->width * film->height;
+    double mean = 0.0, deviation = 0.0, variance_of_means = 0.0;
+    bool known = count > 0;
+    for (size_t i = 0; i < count; i++) {
+        const ca_film_pixel *pixel = &film->pixels[i];
+        const double n = pixel->samples;
+        if (n < 2.0) known = false;
+        if (n < 1.0) continue;
+        const double v = variance(luminance_sum(pixel), pixel->sum_squares_luminance, n);
+        mean += luminance_sum(pixel) / n;
+        deviation += sqrt(v);
+        variance_of_means += v / n;
+    }
+    ca_film_summary summary = {.mean_luminance = mean / (double)count,
+                               .mean_standard_deviation = deviation / (double)count,
+                               .noise = (double)NAN};
+    if (known && mean > 0.0) summary.noise = sqrt(variance_of_means / (double)count) / summary.mean_luminance;
+    return summary;
+}
+
+/* Development: one table says which channel holds what, in the order in which they are added. */
+typedef enum film_quantity { MEAN, VARIANCE, RELATIVE_VARIANCE, ALBEDO, NORMAL, POSITION, SAMPLES } film_quantity;
+
+static const struct film_layer {
+    const char *name;
+    film_quantity quantity;
+    int component;
+} film_layers[] = {
+    {"R", MEAN, 0},
+    {"G", MEAN, 1},
+    {"B", MEAN, 2},
+    {"Albedo.R", ALBEDO, 0},
+    {"Albedo.G", ALBEDO, 1},
+    {"Albedo.B", ALBEDO, 2},
+    {"N.X", NORMAL, 0},
+    {"N.Y", NORMAL, 1},
+    {"N.Z", NORMAL, 2},
+    {"P.X", POSITION, 0},
+    {"P.Y", POSITION, 1},
+    {"P.Z", POSITION, 2},
+    {"Variance.R", VARIANCE, 0},
+    {"Variance.G", VARIANCE, 1},
+    {"Variance.B", VARIANCE, 2},
+    {"RelativeVariance.R", RELATIVE_VARIANCE, 0},
+    {"RelativeVariance.G", RELATIVE_VARIANCE, 1},
+    {"RelativeVariance.B", RELATIVE_VARIANCE, 2},
+    {"Samples.Y", SAMPLES, 0},
+};
+
+static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity, int c)
+{
+    const double n = pixel->samples;
+    if (n == 0.0) return 0.0;
+    const double mean = pixel->sum[c] / n;
+    const double v = variance(pixel->sum[c], pixel->sum_squares[c], n);
+    switch (quantity) {
+    case MEAN: return mean;
+    case VARIANCE: return v;
+    case RELATIVE_VARIANCE: return mean != 0.0 ? v / (mean * mean) : 0.0;
+    case ALBEDO: return (double)pixel->albedo[c] / n;
+    case NORMAL: return (double)pixel->normal[c] / n;
+    case POSITION: return (double)pixel->position[c] / n;
+    case SAMPLES: return n;
+    }
+    return 0.0;
+}
+
+static ca_status develop_layer(const ca_film *film, const struct film_layer *layer, ca_image_layers *layers,
+                               ca_error *error)
+{
+    float *data;
+    CA_TRY(ca_layers_add(layers, layer->name, &data, error));
+    const size_t count = (size_t)film->width * film->height;
+    for (size_t i = 0; i < count; i++)
+        data[i] = (float)pixel_quantity(&film->pixels[i], layer->quantity, layer->component);
+    return CA_OK;
+}
+
+ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
+{
+    CA_TRY(ca_layers_create(layers, film->width, film->height, error));
+    (*layers)->full_width = film->full_width;
+    (*layers)->full_height = film->full_height;
+    (*layers)->x0 = (int32_t)film->x0;
+    (*layers)->y0 = (int32_t)film->y0;
+    for (size_t i = 0; i < sizeof film_layers / sizeof film_layers[0]; i++) {
+        const ca_status status = develop_layer(film, &film_layers[i], *layers, error);
+        if (status == CA_OK) continue;
+        ca_layers_destroy(*layers);
+        *layers = NULL;
+        return status;
+    }
+    return CA_OK;
+}

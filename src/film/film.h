@@ -1,0 +1,59 @@
+/* The film: sums per pixel, and their development into an image.
+ *
+ * A pixel's value is the plain mean of its samples (they were drawn from the filter and carry its weight, filter.h).
+ * Layers: R G B; Albedo.*, N.*, P.* of the primary hit, averaged; Variance.* the unbiased sample variance of *one*
+ * sample (not of the mean: divide by Samples.Y for that); RelativeVariance.* = Variance / mean^2, 0 where the mean
+ * is; Samples.Y the number of samples.
+ *
+ * State: 96 bytes per pixel. A pixel is written by one thread at a time, in the order of its samples, so the sums do not
+ * depend on the number of threads. The film sees no scene. */
+#ifndef CA_FILM_FILM_H
+#define CA_FILM_FILM_H
+
+#include "base/status.h"
+#include "image/layers.h"
+#include "math/rgb.h"
+#include "math/vec.h"
+
+/* One camera path's worth, already times the filter's weight where that says so. */
+typedef struct ca_film_sample {
+    ca_rgb radiance;    /* before the filter's weight */
+    float filter_weight;
+    ca_rgb albedo;      /* of the primary hit, zero where there is none; likewise: */
+    ca_vec3 normal;     /* shading normal */
+    ca_vec3 position;
+} ca_film_sample;
+
+typedef struct ca_film_pixel {
+    double sum[3], sum_squares[3]; /* of R, G, B */
+    double sum_squares_luminance;
+    float albedo[3], normal[3], position[3];
+    uint32_t samples;
+} ca_film_pixel;
+
+typedef struct ca_film {
+    uint32_t x0, y0, width, height;   /* the part that is rendered ... */
+    uint32_t full_width, full_height; /* ... of this */
+    ca_film_pixel *pixels;            /* owned, width * height, row by row */
+} ca_film;
+
+ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
+                         ca_error *error);
+void ca_film_destroy(ca_film *film);
+
+/* Adds a sample to pixel (x, y) of the rendered part. The gate: a radiance that is not finite or is negative is a
+ * defect; it is replaced by zero, and false is returned so that the caller counts it. */
+bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample);
+
+/* What is known of the image so far. */
+typedef struct ca_film_summary {
+    double mean_luminance;
+    double mean_standard_deviation; /* of one sample's luminance, averaged over pixels */
+    double noise; /* root of the mean variance of a pixel's mean, over the mean luminance; NAN under two samples or
+                     for a black image */
+} ca_film_summary;
+ca_film_summary ca_film_summarise(const ca_film *film);
+
+ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
+
+#endif

@@ -1,0 +1,308 @@
+#include "geometry/mesh.h"
+
+#include "base/memory.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+static const size_t max_vertices = ((size_t)1 << 31) - 1;
+static const size_t max_triangles = (size_t)1 << 30;
+
+ca_status ca_mesh_create(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
+                         ca_error *error)
+{
+    *mesh = (ca_mesh){0};
+    if (vertex_count > max_vertices || triangle_count > max_triangles)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "a mesh of %zu vertices and %zu triangles is over the limit of %zu and %zu", vertex_count,
+                       triangle_count, max_vertices, max_triangles);
+    mesh->vertex_count = (uint32_t)vertex_count;
+    mesh->triangle_count = (uint32_t)triangle_count;
+    mesh->positions = ca_alloc_zeroed(3 * vertex_count + 1, sizeof *mesh->positions);
+    mesh->indices = ca_alloc_zeroed(3 * triangle_count, sizeof *mesh->indices);
+    if (normals) mesh->normals = ca_alloc_zeroed(3 * vertex_count, sizeof *mesh->normals);
+    if (uvs) mesh->uvs = ca_alloc_zeroed(2 * vertex_count, sizeof *mesh->uvs);
+    if (!mesh->positions || !mesh->indices || (normals && !mesh->normals) || (uvs && !mesh->uvs)) {
+        ca_mesh_destroy(mesh);
+        return ca_fail_memory(error, "mesh");
+    }
+    return CA_OK;
+}
+
+void ca_mesh_destroy(ca_mesh *mesh)
+{
+    for (uint32_t i = 0; i < mesh->attribute_count; ++i) {
+        ca_free(mesh->attributes[i].name);
+        ca_free(mesh->attributes[i].values);
+    }
+    ca_free(mesh->attributes);
+    ca_free(mesh->positions);
+    ca_free(mesh->normals);
+    ca_free(mesh->uvs);
+    ca_free(mesh->indices);
+    *mesh = (ca_mesh){0};
+}
+
+static size_t attribute_length(const ca_mesh *mesh, const ca_mesh_attribute *attribute)
+{
+    return (size_t)attribute->components * (attribute->per_face ? mesh->triangle_count : mesh->vertex_count);
+}
+
+ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
+                                ca_error *error)
+{
+    assert(components >= 1 && components <= 4 && !ca_mesh_find_attribute(mesh, name));
+    const size_t name_size = strlen(name) + 1;
+    size_t capacity = mesh->attribute_count;
+    void *attributes = mesh->attributes;
+    const bool reserved =
+        ca_array_reserve(&attributes, &capacity, (size_t)mesh->attribute_count + 1, sizeof *mesh->attributes);
+    mesh->attributes = attributes;
+    if (!reserved) return ca_fail_memory(error, "mesh attribute");
+
+    ca_mesh_attribute attribute = {.components = components, .per_face = per_face};
+    attribute.name = ca_alloc(name_size, 1);
+    attribute.values = ca_alloc_zeroed(attribute_length(mesh, &attribute), sizeof *attribute.values);
+    if (!attribute.name || !attribute.values) {
+        ca_free(attribute.name);
+        ca_free(attribute.values);
+        return ca_fail_memory(error, "mesh attribute");
+    }
+    memcpy(attribute.name, name, name_size);
+    mesh->attributes[mesh->attribute_count++] = attribute;
+    *values = attribute.values;
+    return CA_OK;
+}
+
+const ca_mesh_attribute *ca_mesh_find_attribute(const ca_mesh *mesh, const char *name)
+{
+    for (uint32_t i = 0; i < mesh->attribute_count; ++i)
+        if (strcmp(mesh->attributes[i].name, name) == 0) return &mesh->attributes[i];
+    return NULL;
+}
+
+static ca_vec3 load3(const float *values) { return (ca_vec3){values[0], values[1], values[2]}; }
+
+static void store3(float *values, ca_vec3 v)
+{
+    values[0] = v.x;
+    values[1] = v.y;
+    values[2] = v.z;
+}
+
+/* A zero vector stays zero: readers of normals fall back on the face's own where the sum of corners has no length. */
+static ca_vec3 unit_or_zero(ca_vec3 v)
+{
+    const double x = (double)v.x, y = (double)v.y, z = (double)v.z;
+    const double length = sqrt(x * x + y * y + z * z); /* floats squared neither overflow nor vanish in double */
+    if (!(length > 0.0) || !isfinite(length)) return (ca_vec3){0};
+    return (ca_vec3){(float)(x / length), (float)(y / length), (float)(z / length)};
+}
+
+static void reverse_triangles(ca_mesh *mesh)
+{
+    for (size_t t = 0; t < mesh->triangle_count; ++t) {
+        uint32_t *corners = mesh->indices + 3 * t;
+        const uint32_t second = corners[1];
+        corners[1] = corners[2];
+        corners[2] = second;
+    }
+}
+
+void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map)
+{
+    for (size_t v = 0; v < mesh->vertex_count; ++v) {
+        float *position = mesh->positions + 3 * v;
+        store3(position, ca_map_point(map->to, load3(position)));
+    }
+    if (mesh->normals)
+        for (size_t v = 0; v < mesh->vertex_count; ++v) {
+            float *normal = mesh->normals + 3 * v;
+            store3(normal, unit_or_zero(ca_map_normal(map->from, load3(normal))));
+        }
+    const ca_vec3 column0 = {map->to[0][0], map->to[1][0], map->to[2][0]};
+    const ca_vec3 column1 = {map->to[0][1], map->to[1][1], map->to[2][1]};
+    const ca_vec3 column2 = {map->to[0][2], map->to[1][2], map->to[2][2]};
+    if (ca_dot(ca_cross(unit_or_zero(column0), unit_or_zero(column1)), unit_or_zero(column2)) < 0.0f)
+        reverse_triangles(mesh);
+}
+
+void ca_mesh_flip_normals(ca_mesh *mesh)
+{
+    reverse_triangles(mesh);
+    if (!mesh->normals) return;
+    for (size_t i = 0; i < (size_t)3 * mesh->vertex_count; ++i) mesh->normals[i] = -mesh->normals[i];
+}
+
+void ca_mesh_drop_normals(ca_mesh *mesh)
+{
+    ca_free(mesh->normals);
+    mesh->normals = NULL;
+}
+
+/* Corners in double precision: large coordinates and small triangles then keep their normals and areas. */
+static void load_triangle(const ca_mesh *mesh, size_t triangle, double p[3][3])
+{
+    for (int k = 0; k < 3; ++k) {
+        const float *position = mesh->positions + (size_t)3 * mesh->indices[3 * triangle + (size_t)k];
+        for (int i = 0; i < 3; ++i) p[k][i] = (double)position[i];
+    }
+}
+
+static void edge(const double from[3], const double to[3], double result[3])
+{
+    for (int i = 0; i < 3; ++i) result[i] = to[i] - from[i];
+}
+
+static void cross(const double a[3], const double b[3], double result[3])
+{
+    result[0] = a[1] * b[2] - a[2] * b[1];
+    result[1] = a[2] * b[0] - a[0] * b[2];
+    result[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle)
+{
+    double p[3][3], a[3], b[3], n[3];
+    load_triangle(mesh, triangle, p);
+    edge(p[0], p[1], a);
+    edge(p[0], p[2], b);
+    cross(a, b, n);
+    return 0.5 * sqrt(dot(n, n));
+}
+
+/* Adds the triangle's unit normal, weighted by its angle at each corner, to the corners' sums. */
+static void add_corner_normals(const ca_mesh *mesh, size_t triangle, double *sums)
+{
+    double p[3][3], a[3], b[3], n[3], crossed[3];
+    load_triangle(mesh, triangle, p);
+    edge(p[0], p[1], a);
+    edge(p[0], p[2], b);
+    cross(a, b, n);
+    const double length = sqrt(dot(n, n));
+    if (!(length > 0.0)) return;
+    for (int k = 0; k < 3; ++k) {
+        edge(p[k], p[(k + 1) % 3], a);
+        edge(p[k], p[(k + 2) % 3], b);
+        cross(a, b, crossed);
+        const double angle = atan2(sqrt(dot(crossed, crossed)), dot(a, b));
+        double *sum = sums + (size_t)3 * mesh->indices[3 * triangle + (size_t)k];
+        for (int i = 0; i < 3; ++i) sum[i] += n[i] / length * angle;
+    }
+}
+
+ca_status ca_mesh_compute_normals(ca_mesh *mesh, ca_error *error)
+{
+    const size_t value_count = (size_t)3 * mesh->vertex_count;
+    double *sums = ca_alloc_zeroed(value_count, sizeof *sums);
+    if (!mesh->normals) mesh->normals = ca_alloc(value_count, sizeof *mesh->normals);
+    if (!sums || !mesh->normals) {
+        ca_free(sums);
+        ca_mesh_drop_normals(mesh);
+        return ca_fail_memory(error, "mesh normals");
+    }
+    for (size_t t = 0; t < mesh->triangle_count; ++t) add_corner_normals(mesh, t, sums);
+    for (size_t v = 0; v < mesh->vertex_count; ++v) {
+        const double length = sqrt(dot(sums + 3 * v, sums + 3 * v));
+        for (size_t i = 3 * v; i < 3 * v + 3; ++i)
+            mesh->normals[i] = length > 0.0 ? (float)(sums[i] / length) : 0.0f;
+    }
+    ca_free(sums);
+    return CA_OK;
+}
+
+size_t ca_mesh_bytes(const ca_mesh *mesh)
+{
+    size_t floats = (size_t)3 * mesh->vertex_count + 1;
+    if (mesh->normals) floats += (size_t)3 * mesh->vertex_count;
+    if (mesh->uvs) floats += (size_t)2 * mesh->vertex_count;
+    for (uint32_t i = 0; i < mesh->attribute_count; ++i) floats += attribute_length(mesh, &mesh->attributes[i]);
+    return floats * sizeof(float) + (size_t)3 * mesh->triangle_count * sizeof(uint32_t);
+}
+
+/* Index of the first value that is not finite, or `count`. */
+static size_t find_not_finite(const float *values, size_t count)
+{
+    size_t i = 0;
+    while (i < count && isfinite(values[i])) ++i;
+    return i;
+}
+
+static ca_status check_vertex_values(const ca_mesh *mesh, const float *values, size_t components, const char *what,
+                                     const ca_location *where, ca_error *error)
+{
+    if (!values) return CA_OK;
+    const size_t count = components * mesh->vertex_count;
+    const size_t bad = find_not_finite(values, count);
+    if (bad == count) return CA_OK;
+    return ca_fail(error, CA_ERROR_FORMAT, where, "the %s of vertex %zu is not a finite number", what,
+                   bad / components);
+}
+
+ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *error)
+{
+    const ca_location where = {.file = path};
+    if (mesh->triangle_count == 0 || mesh->vertex_count == 0)
+        return ca_fail(error, CA_ERROR_FORMAT, &where, "the mesh has no faces");
+    for (size_t i = 0; i < (size_t)3 * mesh->triangle_count; ++i)
+        if (mesh->indices[i] >= mesh->vertex_count)
+            return ca_fail(error, CA_ERROR_FORMAT, &where, "triangle %zu uses vertex %u, but there are only %u", i / 3,
+                           mesh->indices[i], mesh->vertex_count);
+    CA_TRY(check_vertex_values(mesh, mesh->positions, 3, "position", &where, error));
+    CA_TRY(check_vertex_values(mesh, mesh->normals, 3, "normal", &where, error));
+    CA_TRY(check_vertex_values(mesh, mesh->uvs, 2, "uv", &where, error));
+    for (uint32_t i = 0; i < mesh->attribute_count; ++i) {
+        const ca_mesh_attribute *attribute = &mesh->attributes[i];
+        const size_t count = attribute_length(mesh, attribute);
+        const size_t bad = find_not_finite(attribute->values, count);
+        if (bad < count)
+            return ca_fail(error, CA_ERROR_FORMAT, &where, "the attribute \"%s\" of %s %zu is not a finite number",
+                           attribute->name, attribute->per_face ? "triangle" : "vertex", bad / attribute->components);
+    }
+    return CA_OK;
+}
+
+/* A square of two triangles around `center` with the half sides u and v, along which uv run from 0 to 1. It faces
+ * `normal`, which is u x v or its opposite. */
+static void add_square(ca_mesh *mesh, uint32_t square, ca_vec3 center, ca_vec3 normal, ca_vec3 u, ca_vec3 v)
+{
+    static const float corner_uv[4][2] = {{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}};
+    static const uint32_t corners[2][6] = {{0, 1, 2, 0, 2, 3}, {0, 2, 1, 0, 3, 2}};
+    for (uint32_t k = 0; k < 4; ++k) {
+        const size_t vertex = 4 * (size_t)square + k;
+        const ca_vec3 along_u = ca_madd(center, 2.0f * corner_uv[k][0] - 1.0f, u);
+        store3(mesh->positions + 3 * vertex, ca_madd(along_u, 2.0f * corner_uv[k][1] - 1.0f, v));
+        store3(mesh->normals + 3 * vertex, normal);
+        memcpy(mesh->uvs + 2 * vertex, corner_uv[k], sizeof corner_uv[k]);
+    }
+    const uint32_t *order = corners[ca_dot(ca_cross(u, v), normal) < 0.0f];
+    for (size_t i = 0; i < 6; ++i) mesh->indices[6 * (size_t)square + i] = 4 * square + order[i];
+}
+
+ca_status ca_mesh_create_rectangle(ca_mesh *mesh, ca_error *error)
+{
+    const ca_vec3 x = {1.0f, 0.0f, 0.0f}, y = {0.0f, 1.0f, 0.0f}, z = {0.0f, 0.0f, 1.0f};
+    CA_TRY(ca_mesh_create(mesh, 4, 2, true, true, error));
+    add_square(mesh, 0, (ca_vec3){0}, z, x, y);
+    return CA_OK;
+}
+
+/* Faces and the directions of u and v on each as in Mitsuba 3 (src/shapes/cube.cpp): u x v points inwards. */
+ca_status ca_mesh_create_cube(ca_mesh *mesh, ca_error *error)
+{
+    static const ca_vec3 faces[6][3] = {
+        /* normal              u                    v */
+        {{0.0f, -1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {1.0f, 0.0f, 0.0f}},
+        {{0.0f, 1.0f, 0.0f}, {-1.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}},
+        {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, -1.0f}},
+        {{0.0f, 0.0f, 1.0f}, {0.0f, 1.0f, 0.0f}, {1.0f, 0.0f, 0.0f}},
+        {{-1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}},
+        {{0.0f, 0.0f, -1.0f}, {0.0f, -1.0f, 0.0f}, {1.0f, 0.0f, 0.0f}},
+    };
+    CA_TRY(ca_mesh_create(mesh, 24, 12, true, true, error));
+    for (uint32_t f = 0; f < 6; ++f) add_square(mesh, f, faces[f][0], faces[f][0], faces[f][1], faces[f][2]);
+    return CA_OK;
+}

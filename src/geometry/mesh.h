@@ -1,0 +1,66 @@
+/* Triangle meshes in world space (or in the space of their shape group).
+ *
+ * Layout: positions[3 v + i], normals likewise or NULL, uvs[2 v + i] or NULL; indices[3 t + k] < vertex_count.
+ * Attributes are further per-vertex or per-face values ("vertex_color", "face_color"), read by textures.
+ * State: 12 bytes per triangle for indices, 12 per vertex for positions, 12 for normals, 8 for uvs; about half as
+ * many vertices as triangles in a closed mesh. Owner: whoever created it; Embree shares positions and indices. */
+#ifndef CA_GEOMETRY_MESH_H
+#define CA_GEOMETRY_MESH_H
+
+#include "base/status.h"
+#include "math/transform.h"
+
+#include <stddef.h>
+
+typedef struct ca_mesh_attribute {
+    char *name;          /* owned; "vertex_..." or "face_..." */
+    uint32_t components; /* 1 to 4 */
+    bool per_face;
+    float *values; /* owned; components * (vertices or triangles) */
+} ca_mesh_attribute;
+
+typedef struct ca_mesh {
+    uint32_t vertex_count, triangle_count;
+    float *positions; /* 3 floats a vertex, and one float of padding at the very end: Embree reads 16 bytes */
+    float *normals;   /* unit, or zero where the file's are; NULL: the faces' own normals */
+    float *uvs;       /* NULL: barycentric coordinates */
+    uint32_t *indices;
+    ca_mesh_attribute *attributes;
+    uint32_t attribute_count;
+} ca_mesh;
+
+/* Allocates zeroed positions and indices, and normals and uvs where asked. Limits: 2^31 - 1 vertices, 2^30
+ * triangles. */
+ca_status ca_mesh_create(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
+                         ca_error *error);
+void ca_mesh_destroy(ca_mesh *mesh);
+
+/* Adds a zeroed attribute; *values is borrowed from the mesh. */
+ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
+                                ca_error *error);
+/* NULL where there is none of that name. */
+const ca_mesh_attribute *ca_mesh_find_attribute(const ca_mesh *mesh, const char *name);
+
+/* Maps positions and normals; a map that mirrors swaps two corners of every triangle, so that the outside stays
+ * outside. */
+void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map);
+void ca_mesh_flip_normals(ca_mesh *mesh);
+void ca_mesh_drop_normals(ca_mesh *mesh); /* face_normals */
+
+/* Smooth normals for files that carry none: at each vertex the faces' unit normals weighted by their angle there, as
+ * Mitsuba does (Thürmer and Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets"); zero where only faces
+ * without area meet. */
+ca_status ca_mesh_compute_normals(ca_mesh *mesh, ca_error *error);
+
+double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle);
+size_t ca_mesh_bytes(const ca_mesh *mesh);
+
+/* Checks what every other part relies on: indices in range, all numbers finite. `path` names the file in errors. */
+ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *error);
+
+/* Mitsuba's unit shapes: the square [-1, 1]^2 in z = 0 facing +z with uv over [0, 1]^2, and the cube [-1, 1]^3 with
+ * face normals and the same uv on each face. */
+ca_status ca_mesh_create_rectangle(ca_mesh *mesh, ca_error *error);
+ca_status ca_mesh_create_cube(ca_mesh *mesh, ca_error *error);
+
+#endif

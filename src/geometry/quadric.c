@@ -1,0 +1,190 @@
+#include "geometry/quadric.h"
+
+#include "math/numeric.h"
+
+/* Double precision vectors of this file. */
+typedef struct dvec {
+    double x, y, z;
+} dvec;
+
+static dvec dvec_of(ca_vec3 v) { return (dvec){(double)v.x, (double)v.y, (double)v.z}; }
+static dvec dvec_column(const float m[3][4], int column)
+{
+    return (dvec){(double)m[0][column], (double)m[1][column], (double)m[2][column]};
+}
+static dvec dsub(dvec a, dvec b) { return (dvec){a.x - b.x, a.y - b.y, a.z - b.z}; }
+static dvec dmadd(dvec a, double s, dvec b) { return (dvec){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
+static double ddot(dvec a, dvec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static dvec dcross(dvec a, dvec b)
+{
+    return (dvec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+static dvec dscale(dvec a, double s) { return (dvec){a.x * s, a.y * s, a.z * s}; }
+static ca_vec3 dround(dvec a) { return (ca_vec3){(float)a.x, (float)a.y, (float)a.z}; }
+
+/* Roots of a t^2 - 2 b t + c = 0, the stable way (no cancellation between b and the root). */
+static bool solve_quadratic(double a, double b, double c, double discriminant, double roots[2])
+{
+    if (!(discriminant >= 0.0) || a == 0.0) return false;
+    const double q = b + copysign(sqrt(discriminant), b);
+    const double r0 = q / a, r1 = q != 0.0 ? c / q : r0;
+    roots[0] = fmin(r0, r1);
+    roots[1] = fmax(r0, r1);
+    return true;
+}
+
+/* The discriminant b^2 - a c is taken from the distance between the ray's line and the centre: for a sphere far away
+ * the naive difference cancels (Haines, Günther and Akenine-Möller 2019, "Precision improvements for ray/sphere
+ * intersection"). `offset` goes from the ray's origin to the centre; for cylinders both are across the axis. */
+static bool round_roots(dvec offset, dvec direction, double radius, double roots[2])
+{
+    const double a = ddot(direction, direction);
+    if (a == 0.0) return false;
+    const double b = ddot(offset, direction);
+    const dvec nearest = dmadd(offset, -b / a, direction);
+    const double discriminant = a * (radius * radius - ddot(nearest, nearest));
+    return solve_quadratic(a, b, ddot(offset, offset) - radius * radius, discriminant, roots);
+}
+
+static bool pick(double candidate, float t_min, float t_max, float *t)
+{
+    const float rounded = (float)candidate;
+    if (!(candidate > (double)t_min && rounded > t_min && rounded < t_max)) return false;
+    *t = rounded;
+    return true;
+}
+
+static bool intersect_sphere(const ca_shape *shape, dvec o, dvec d, float t_min, float t_max, float *t)
+{
+    double roots[2];
+    if (!round_roots(dsub(dvec_of(shape->center), o), d, (double)shape->radius, roots)) return false;
+    return pick(roots[0], t_min, t_max, t) || pick(roots[1], t_min, t_max, t);
+}
+
+/* The disk is the image of the unit disk: centre + x s + y t with x^2 + y^2 <= 1 (an ellipse if s and t differ). */
+static bool intersect_disk(const ca_shape *shape, dvec o, dvec d, float t_min, float t_max, float *t)
+{
+    const dvec s_axis = dvec_column(shape->map.to, 0), t_axis = dvec_column(shape->map.to, 1);
+    const dvec center = dvec_column(shape->map.to, 3), n = dcross(s_axis, t_axis);
+    const double denominator = ddot(n, d);
+    if (denominator == 0.0) return false;
+    const double hit = ddot(n, dsub(center, o)) / denominator;
+    const dvec p = dsub(dmadd(o, hit, d), center);
+    const double area2 = ddot(n, n);
+    const double x = ddot(dcross(p, t_axis), n) / area2, y = ddot(dcross(s_axis, p), n) / area2;
+    return x * x + y * y <= 1.0 && pick(hit, t_min, t_max, t);
+}
+
+static bool intersect_cylinder(const ca_shape *shape, dvec o, dvec d, float t_min, float t_max, float *t)
+{
+    const dvec z_axis = dvec_column(shape->map.to, 2), base = dvec_column(shape->map.to, 3);
+    const double length2 = ddot(z_axis, z_axis);
+    const dvec offset = dsub(base, o);
+    const dvec d_across = dmadd(d, -ddot(d, z_axis) / length2, z_axis);
+    const dvec offset_across = dmadd(offset, -ddot(offset, z_axis) / length2, z_axis);
+    double roots[2];
+    if (!round_roots(offset_across, d_across, (double)shape->radius, roots)) return false;
+    for (int i = 0; i < 2; i++) {
+        const double height = ddot(dsub(dmadd(o, roots[i], d), base), z_axis) / length2;
+        if (height >= 0.0 && height <= 1.0 && pick(roots[i], t_min, t_max, t)) return true;
+    }
+    return false;
+}
+
+bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max, float *t)
+{
+    const dvec o = dvec_of(origin), d = dvec_of(direction);
+    switch (shape->kind) {
+    case CA_SHAPE_SPHERE: return intersect_sphere(shape, o, d, t_min, t_max, t);
+    case CA_SHAPE_DISK: return intersect_disk(shape, o, d, t_min, t_max, t);
+    case CA_SHAPE_CYLINDER: return intersect_cylinder(shape, o, d, t_min, t_max, t);
+    case CA_SHAPE_MESH: break;
+    }
+    return false;
+}
+
+/* Rounding a point computed in double precision costs half an ulp of each coordinate; a second one covers that the
+ * double precision value itself comes from rounded input. */
+static ca_vec3 rounding_error(ca_vec3 p)
+{
+    return (ca_vec3){2.0f * CA_GAMMA(1) * fabsf(p.x) + FLT_MIN, 2.0f * CA_GAMMA(1) * fabsf(p.y) + FLT_MIN,
+                     2.0f * CA_GAMMA(1) * fabsf(p.z) + FLT_MIN};
+}
+
+/* Angle around z in turns, [0, 1). */
+static float turn(float x, float y)
+{
+    const float u = atan2f(y, x) * CA_INV_TWO_PI;
+    return u < 0.0f ? fminf(u + 1.0f, CA_ONE_MINUS_EPSILON) : u;
+}
+
+static void set_tangents(const ca_shape *shape, ca_vec3 dpdu_local, ca_vec3 dpdv_local, ca_surface *surface)
+{
+    surface->dpdu = ca_map_vector(shape->map.to, dpdu_local);
+    surface->dpdv = ca_map_vector(shape->map.to, dpdv_local);
+}
+
+static void sphere_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
+{
+    const dvec center = dvec_of(shape->center);
+    const dvec from_center = dsub(dvec_of(position), center);
+    const double scale = 1.0 / sqrt(ddot(from_center, from_center));
+    surface->position = dround(dmadd(center, (double)shape->radius * scale, from_center));
+    surface->ng = dround(dscale(from_center, scale));
+    const ca_vec3 local = ca_normalize(ca_map_vector(shape->map.from, surface->ng));
+    surface->uv = (ca_vec2){turn(local.x, local.y), acosf(ca_clamp(local.z, -1.0f, 1.0f)) * CA_INV_PI};
+    if (!shape->needs_tangents) return;
+    const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
+    const ca_vec3 outward = ring > 0.0f ? (ca_vec3){local.x / ring, local.y / ring, 0.0f} : (ca_vec3){1, 0, 0};
+    set_tangents(shape, (ca_vec3){-CA_TWO_PI * ring * outward.y, CA_TWO_PI * ring * outward.x, 0.0f},
+                 (ca_vec3){CA_PI * local.z * outward.x, CA_PI * local.z * outward.y, -CA_PI * ring}, surface);
+}
+
+static void disk_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
+{
+    const dvec s_axis = dvec_column(shape->map.to, 0), t_axis = dvec_column(shape->map.to, 1);
+    const dvec center = dvec_column(shape->map.to, 3), n = dcross(s_axis, t_axis);
+    const double area2 = ddot(n, n);
+    const dvec p = dsub(dvec_of(position), center);
+    const double x = ddot(dcross(p, t_axis), n) / area2, y = ddot(dcross(s_axis, p), n) / area2;
+    surface->position = dround(dmadd(dmadd(center, x, s_axis), y, t_axis));
+    surface->ng = dround(dscale(n, 1.0 / sqrt(area2)));
+    const float radius = (float)sqrt(x * x + y * y);
+    surface->uv = (ca_vec2){fminf(radius, 1.0f), turn((float)x, (float)y)};
+    if (!shape->needs_tangents) return;
+    const ca_vec3 outward =
+        radius > 0.0f ? (ca_vec3){(float)x / radius, (float)y / radius, 0.0f} : (ca_vec3){1, 0, 0};
+    set_tangents(shape, outward,
+                 (ca_vec3){-CA_TWO_PI * radius * outward.y, CA_TWO_PI * radius * outward.x, 0.0f}, surface);
+}
+
+static void cylinder_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
+{
+    const dvec z_axis = dvec_column(shape->map.to, 2), base = dvec_column(shape->map.to, 3);
+    const dvec p = dsub(dvec_of(position), base);
+    const double height = ddot(p, z_axis) / ddot(z_axis, z_axis);
+    const dvec across = dmadd(p, -height, z_axis);
+    const double scale = 1.0 / sqrt(ddot(across, across));
+    surface->position = dround(dmadd(dmadd(base, height, z_axis), (double)shape->radius * scale, across));
+    surface->ng = dround(dscale(across, scale));
+    const ca_vec3 local = ca_map_vector(shape->map.from, surface->ng);
+    const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
+    surface->uv = (ca_vec2){turn(local.x, local.y), (float)height};
+    if (!shape->needs_tangents) return;
+    set_tangents(shape, (ca_vec3){-CA_TWO_PI * local.y / ring, CA_TWO_PI * local.x / ring, 0.0f},
+                 (ca_vec3){0.0f, 0.0f, 1.0f}, surface);
+}
+
+void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
+{
+    surface->dpdu = surface->dpdv = (ca_vec3){0};
+    switch (shape->kind) {
+    case CA_SHAPE_SPHERE: sphere_surface(shape, position, surface); break;
+    case CA_SHAPE_DISK: disk_surface(shape, position, surface); break;
+    case CA_SHAPE_CYLINDER: cylinder_surface(shape, position, surface); break;
+    case CA_SHAPE_MESH: break;
+    }
+    if (shape->flip_normals) surface->ng = ca_neg(surface->ng);
+    surface->ns = surface->ng;
+    surface->position_error = rounding_error(surface->position);
+}

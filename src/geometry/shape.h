@@ -1,0 +1,67 @@
+/* Shapes as the renderer sees them: triangle meshes, and spheres, disks and cylinders that are exact, not tessellated.
+ *
+ * Frame: world, or the shape group's space for the members of a group. Normals: the mesh's winding (corner order
+ * counter-clockwise seen from outside); spheres and cylinders outward; disks +z; all reversed by `flip_normals`.
+ * Shapes are immutable once compiled and shared by all threads. */
+#ifndef CA_GEOMETRY_SHAPE_H
+#define CA_GEOMETRY_SHAPE_H
+
+#include "geometry/mesh.h"
+#include "math/frame.h"
+#include "math/measure.h"
+#include "sampling/distribution.h"
+
+#define CA_NONE UINT32_MAX
+
+typedef enum ca_shape_kind { CA_SHAPE_MESH, CA_SHAPE_SPHERE, CA_SHAPE_DISK, CA_SHAPE_CYLINDER } ca_shape_kind;
+
+typedef struct ca_shape {
+    ca_shape_kind kind;
+    bool flip_normals;      /* quadrics only; a mesh is flipped when it is compiled */
+    bool needs_tangents;    /* its material uses dpdu, dpdv */
+    uint32_t material;      /* index in the scene's materials */
+    uint32_t light;         /* index in the scene's lights, or CA_NONE */
+    float area;             /* m^2 */
+    const ca_mesh *mesh;    /* CA_SHAPE_MESH; borrowed */
+    ca_distribution_1d triangles; /* by area; only for meshes that emit */
+    /* Quadrics: the unit sphere; the unit disk in z = 0; the cylinder of radius 1 around z from z = 0 to 1. `map` may
+     * only scale uniformly for spheres, and rigidly with one radius and one length for cylinders. */
+    ca_affine map;
+    ca_vec3 center; /* sphere */
+    float radius;   /* sphere, cylinder */
+    float length;   /* cylinder */
+} ca_shape;
+
+/* A point of a surface, with what is needed to leave it and to shade it. World space. */
+typedef struct ca_surface {
+    ca_vec3 position;
+    ca_vec3 position_error; /* bound on the rounding error of each coordinate */
+    ca_vec3 ng;             /* geometric normal, unit, on the side of ns; the shape's outside unless ns disagrees */
+    ca_vec3 ns;             /* shading normal, unit */
+    ca_vec3 dpdu, dpdv;     /* only where shape.needs_tangents; zero elsewhere */
+    ca_vec2 uv;
+    ca_vec2 barycentric; /* of corners 1 and 2 (meshes) */
+    const ca_mesh *mesh; /* NULL for quadrics */
+    uint32_t shape, primitive, instance; /* instance: CA_NONE outside of instances */
+    uint32_t material, light;            /* as the shape's */
+} ca_surface;
+
+/* A ray origin that is off the surface on the side of `direction` by the rounding error of the position, so that a ray
+ * from it never meets the surface it starts on. No epsilon: the distance follows from position_error. */
+ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, ca_vec3 direction);
+
+/* A point uniform by area over a shape, in the shape's own space; fills position, position_error, ng, ns, uv,
+ * barycentric, primitive (instance CA_NONE) and returns its density 1/area. */
+ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface);
+
+/* A point seen from `reference`, by a density per solid angle as near to uniform in the solid angle as the shape
+ * allows (spheres from outside: the cone; everything else: by area). Returns the density at `reference`, 0 where
+ * there is none. Agrees with ca_shape_pdf_direct for the same point. */
+ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface);
+/* The density with which ca_shape_sample_direct picks `position` (on the shape, geometric normal ng) from reference. */
+ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
+
+/* World bounds (of the group's space). */
+void ca_shape_bounds(const ca_shape *shape, ca_vec3 *low, ca_vec3 *high);
+
+#endif

@@ -1,0 +1,213 @@
+/* Points of shapes for light sources: uniform by area, or seen from a point of the scene; and bounds. */
+#include "geometry/quadric.h"
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+/* ---- By area ------------------------------------------------------------------------------------------------------ */
+
+static ca_vec3 load3(const float *values, uint32_t index)
+{
+    const float *p = values + 3 * (size_t)index;
+    return (ca_vec3){p[0], p[1], p[2]};
+}
+
+static ca_vec3 interpolate3(const float *values, const uint32_t index[3], float b0, float b1, float b2)
+{
+    return ca_madd(ca_madd(ca_mul(load3(values, index[0]), b0), b1, load3(values, index[1])), b2,
+                   load3(values, index[2]));
+}
+
+/* A point of a triangle, as ca_accel_surface makes it from a hit. Its position is a sum of three products, each coordinate
+ * within seven roundings of the largest corner's. */
+static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 barycentric, ca_surface *surface)
+{
+    const uint32_t *index = mesh->indices + 3 * (size_t)primitive;
+    const ca_vec3 p0 = load3(mesh->positions, index[0]), p1 = load3(mesh->positions, index[1]),
+                  p2 = load3(mesh->positions, index[2]);
+    const float b1 = barycentric.x, b2 = barycentric.y, b0 = 1.0f - b1 - b2;
+    surface->position = interpolate3(mesh->positions, index, b0, b1, b2);
+    surface->position_error =
+        ca_mul(ca_max_vec3(ca_abs3(p0), ca_max_vec3(ca_abs3(p1), ca_abs3(p2))), 2.0f * CA_GAMMA(7));
+    surface->ng = ca_normalize(ca_cross(ca_sub(p1, p0), ca_sub(p2, p0)));
+    surface->ns = surface->ng;
+    surface->barycentric = surface->uv = barycentric;
+    surface->mesh = mesh;
+    surface->primitive = primitive;
+    if (mesh->uvs) {
+        const float *uv0 = mesh->uvs + 2 * (size_t)index[0], *uv1 = mesh->uvs + 2 * (size_t)index[1],
+                    *uv2 = mesh->uvs + 2 * (size_t)index[2];
+        surface->uv = (ca_vec2){b0 * uv0[0] + b1 * uv1[0] + b2 * uv2[0], b0 * uv0[1] + b1 * uv1[1] + b2 * uv2[1]};
+    }
+    if (!mesh->normals) return;
+    const ca_vec3 n = interpolate3(mesh->normals, index, b0, b1, b2);
+    const float length2 = ca_length2(n);
+    if (length2 > 0.0f) surface->ns = ca_mul(n, 1.0f / sqrtf(length2));
+    if (ca_dot(surface->ns, surface->ng) < 0.0f) surface->ng = ca_neg(surface->ng);
+}
+
+static void sample_mesh(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
+{
+    float probability;
+    const uint32_t primitive = ca_distribution_1d_sample(&shape->triangles, u.x, &probability, &u.x);
+    triangle_surface(shape->mesh, primitive, ca_warp_triangle(u), surface);
+}
+
+static ca_vec3 quadric_point(const ca_shape *shape, ca_vec2 u)
+{
+    switch (shape->kind) {
+    case CA_SHAPE_SPHERE: return ca_madd(shape->center, shape->radius, ca_warp_sphere(u));
+    case CA_SHAPE_DISK: {
+        const ca_vec2 d = ca_warp_disk(u);
+        return ca_map_point(shape->map.to, (ca_vec3){d.x, d.y, 0.0f});
+    }
+    default: {
+        float s, c;
+        ca_sincos(CA_TWO_PI * u.x, &s, &c);
+        return ca_map_point(shape->map.to, (ca_vec3){c, s, u.y});
+    }
+    }
+}
+
+static ca_surface blank_surface(const ca_shape *shape)
+{
+    return (ca_surface){
+        .shape = CA_NONE, .instance = CA_NONE, .material = shape->material, .light = shape->light};
+}
+
+ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
+{
+    *surface = blank_surface(shape);
+    if (shape->kind == CA_SHAPE_MESH)
+        sample_mesh(shape, u, surface);
+    else
+        ca_quadric_surface(shape, quadric_point(shape, u), surface);
+    return (ca_pdf_area){1.0f / shape->area};
+}
+
+/* ---- Seen from a point -------------------------------------------------------------------------------------------- */
+
+/* Density per solid angle at the reference of a point chosen by area. */
+static ca_pdf_solid_angle area_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
+{
+    const ca_vec3 segment = ca_sub(position, reference);
+    const float distance2 = ca_length2(segment);
+    if (!(distance2 > 0.0f)) return (ca_pdf_solid_angle){0.0f};
+    const float cos_far = ca_abs_dot(ng, segment) / sqrtf(distance2);
+    return ca_pdf_to_solid_angle((ca_pdf_area){1.0f / shape->area}, cos_far, distance2);
+}
+
+/* The cone in which a sphere is seen. In double precision, where the difference of squared distances keeps enough digits
+ * for references that nearly touch the sphere and for spheres that are tiny or far. */
+typedef struct sphere_cone {
+    ca_vec3 axis; /* unit, from the reference to the centre */
+    float sin2_max, one_minus_cos_max;
+} sphere_cone;
+
+/* false: the reference is inside of the sphere or on it. */
+static bool sphere_cone_from(const ca_shape *shape, ca_vec3 reference, sphere_cone *cone)
+{
+    const double x = (double)shape->center.x - (double)reference.x, y = (double)shape->center.y - (double)reference.y,
+                 z = (double)shape->center.z - (double)reference.z;
+    const double distance2 = x * x + y * y + z * z, radius2 = (double)shape->radius * (double)shape->radius;
+    if (!(distance2 > radius2)) return false;
+    const double inverse = 1.0 / sqrt(distance2);
+    const double sin2 = radius2 / distance2, cos_max = sqrt((distance2 - radius2) / distance2);
+    cone->axis = (ca_vec3){(float)(x * inverse), (float)(y * inverse), (float)(z * inverse)};
+    cone->sin2_max = (float)sin2;
+    cone->one_minus_cos_max = (float)(sin2 / (1.0 + cos_max));
+    return true;
+}
+
+/* The point where a direction of the cone meets the sphere first, by its normal. theta is the angle at the reference, i
+ * the angle of incidence; the law of sines gives sin i = sin theta / sin theta_max, and the angle at the centre is
+ * i - theta. Nothing cancels, however small the sphere is. */
+static ca_vec3 cone_normal(const sphere_cone *cone, ca_vec2 u)
+{
+    const ca_vec3 d = ca_warp_cone(u, cone->one_minus_cos_max);
+    const float sin2 = d.x * d.x + d.y * d.y, sin_theta = sqrtf(sin2);
+    if (!(sin_theta > 0.0f)) return ca_neg(cone->axis);
+    const float sin2_incidence = fminf(sin2 / cone->sin2_max, 1.0f);
+    const float sin_i = sqrtf(sin2_incidence), cos_i = sqrtf(1.0f - sin2_incidence);
+    const float cos_centre = cos_i * d.z + sin_i * sin_theta;
+    const float sin_centre = sin_i * d.z - cos_i * sin_theta;
+    const ca_frame frame = ca_frame_from_normal(cone->axis);
+    const float across = sin_centre / sin_theta;
+    return ca_to_world(&frame, (ca_vec3){d.x * across, d.y * across, -cos_centre});
+}
+
+ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface)
+{
+    sphere_cone cone;
+    if (shape->kind != CA_SHAPE_SPHERE || !sphere_cone_from(shape, reference, &cone)) {
+        ca_shape_sample_area(shape, u, surface);
+        return area_pdf_direct(shape, reference, surface->position, surface->ng);
+    }
+    *surface = blank_surface(shape);
+    const ca_vec3 normal = cone_normal(&cone, u);
+    ca_quadric_surface(shape, ca_madd(shape->center, shape->radius, normal), surface);
+    /* The normal from the rounded position would be a coarse one for a tiny sphere far from the origin. */
+    surface->ng = surface->ns = shape->flip_normals ? ca_neg(normal) : normal;
+    return ca_warp_cone_pdf(cone.one_minus_cos_max);
+}
+
+ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
+{
+    sphere_cone cone;
+    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone))
+        return ca_warp_cone_pdf(cone.one_minus_cos_max);
+    return area_pdf_direct(shape, reference, position, ng);
+}
+
+/* ---- Bounds ------------------------------------------------------------------------------------------------------- */
+
+static ca_vec3 column(const ca_shape *shape, int i)
+{
+    return (ca_vec3){shape->map.to[0][i], shape->map.to[1][i], shape->map.to[2][i]};
+}
+
+/* Half the size of the box around the circle (or ellipse) that the map makes of the unit circle in z = 0. */
+static ca_vec3 circle_extent(const ca_shape *shape)
+{
+    const ca_vec3 s = column(shape, 0), t = column(shape, 1);
+    return (ca_vec3){sqrtf(s.x * s.x + t.x * t.x), sqrtf(s.y * s.y + t.y * t.y), sqrtf(s.z * s.z + t.z * t.z)};
+}
+
+static void mesh_bounds(const ca_mesh *mesh, ca_vec3 *low, ca_vec3 *high)
+{
+    *low = (ca_vec3){INFINITY, INFINITY, INFINITY};
+    *high = (ca_vec3){-INFINITY, -INFINITY, -INFINITY};
+    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
+        const ca_vec3 p = load3(mesh->positions, i);
+        *low = ca_min_vec3(*low, p);
+        *high = ca_max_vec3(*high, p);
+    }
+}
+
+/* Wider by the rounding of the few operations that made the box. */
+static void widen(ca_vec3 *low, ca_vec3 *high)
+{
+    const ca_vec3 error = ca_mul(ca_max_vec3(ca_abs3(*low), ca_abs3(*high)), CA_GAMMA(8));
+    *low = ca_sub(*low, error);
+    *high = ca_add(*high, error);
+}
+
+void ca_shape_bounds(const ca_shape *shape, ca_vec3 *low, ca_vec3 *high)
+{
+    ca_vec3 center = shape->center, top, extent = {shape->radius, shape->radius, shape->radius};
+    switch (shape->kind) {
+    case CA_SHAPE_MESH: mesh_bounds(shape->mesh, low, high); return;
+    case CA_SHAPE_SPHERE: top = center; break;
+    case CA_SHAPE_DISK:
+        top = center = column(shape, 3);
+        extent = circle_extent(shape);
+        break;
+    default:
+        center = column(shape, 3);
+        top = ca_add(center, column(shape, 2));
+        extent = circle_extent(shape);
+        break;
+    }
+    *low = ca_sub(ca_min_vec3(center, top), extent);
+    *high = ca_add(ca_max_vec3(center, top), extent);
+    widen(low, high);
+}

@@ -1,0 +1,85 @@
+#include "image/layers.h"
+
+#include <assert.h>
+#include <string.h>
+
+ca_status ca_layers_create(ca_image_layers **layers, uint32_t width, uint32_t height, ca_error *error)
+{
+    *layers = ca_alloc_zeroed(1, sizeof **layers);
+    if (!*layers) return ca_fail_memory(error, "image layers");
+    (*layers)->width = (*layers)->full_width = width;
+    (*layers)->height = (*layers)->full_height = height;
+    return CA_OK;
+}
+
+void ca_layers_destroy(ca_image_layers *layers)
+{
+    if (!layers) return;
+    for (size_t i = 0; i < layers->channel_count; ++i) ca_free(layers->channels[i].data);
+    ca_free(layers->channels);
+    ca_free(layers->attributes);
+    ca_arena_clear(&layers->names);
+    ca_free(layers);
+}
+
+ca_status ca_layers_add(ca_image_layers *layers, const char *name, float **data, ca_error *error)
+{
+    assert(!ca_layers_find(layers, name));
+    void *channels = layers->channels;
+    const bool reserved = ca_array_reserve(&channels, &layers->channel_capacity, layers->channel_count + 1,
+                                           sizeof *layers->channels);
+    layers->channels = channels;
+    const ca_channel channel = {
+        .name = reserved ? ca_arena_strdup(&layers->names, name) : NULL,
+        .data = reserved ? ca_alloc_zeroed((size_t)layers->width * layers->height, sizeof(float)) : NULL,
+    };
+    if (!channel.name || !channel.data) {
+        ca_free(channel.data);
+        return ca_fail_memory(error, "image layers");
+    }
+    layers->channels[layers->channel_count++] = channel;
+    *data = channel.data;
+    return CA_OK;
+}
+
+const float *ca_layers_find(const ca_image_layers *layers, const char *name)
+{
+    for (size_t i = 0; i < layers->channel_count; ++i)
+        if (strcmp(layers->channels[i].name, name) == 0) return layers->channels[i].data;
+    return NULL;
+}
+
+/* The attribute of that name, a new one where there is none; NULL when out of memory. */
+static ca_attribute *attribute_at(ca_image_layers *layers, const char *name)
+{
+    for (size_t i = 0; i < layers->attribute_count; ++i)
+        if (strcmp(layers->attributes[i].name, name) == 0) return &layers->attributes[i];
+    void *attributes = layers->attributes;
+    const bool reserved = ca_array_reserve(&attributes, &layers->attribute_capacity, layers->attribute_count + 1,
+                                           sizeof *layers->attributes);
+    layers->attributes = attributes;
+    const char *copy = reserved ? ca_arena_strdup(&layers->names, name) : NULL;
+    if (!copy) return NULL;
+    ca_attribute *attribute = &layers->attributes[layers->attribute_count++];
+    *attribute = (ca_attribute){.name = copy};
+    return attribute;
+}
+
+ca_status ca_layers_set_text(ca_image_layers *layers, const char *name, const char *text, ca_error *error)
+{
+    const char *copy = ca_arena_strdup(&layers->names, text);
+    ca_attribute *attribute = copy ? attribute_at(layers, name) : NULL;
+    if (!attribute) return ca_fail_memory(error, "image attribute");
+    attribute->text = copy;
+    attribute->number = 0.0;
+    return CA_OK;
+}
+
+ca_status ca_layers_set_number(ca_image_layers *layers, const char *name, double number, ca_error *error)
+{
+    ca_attribute *attribute = attribute_at(layers, name);
+    if (!attribute) return ca_fail_memory(error, "image attribute");
+    attribute->text = NULL;
+    attribute->number = number;
+    return CA_OK;
+}

@@ -1,0 +1,202 @@
+/* Colours: <rgb>, <srgb>, <spectrum> and plain numbers as linear Rec. 709. */
+#include "import/importer.h"
+
+#include "image/spectrum.h"
+#include "import/number.h"
+
+#include <float.h>
+#include <string.h>
+
+static int hex_digit(char c)
+{
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
+}
+
+/* #rrggbb as fractions of 255. */
+static bool parse_hex(const char *text, double rgb[3])
+{
+    if (text[0] != '#' || strlen(text) != 7) return false;
+    for (int i = 0; i < 3; i++) {
+        const int high = hex_digit(text[1 + 2 * i]), low = hex_digit(text[2 + 2 * i]);
+        if (high < 0 || low < 0) return false;
+        rgb[i] = (16 * high + low) / 255.0;
+    }
+    return true;
+}
+
+static bool parse_rgb(ca_importer *importer, const ca_xml_node *node, double rgb[3])
+{
+    const char *text = ca_xml_attribute_value(node, "value");
+    const char *cursor = text, *token;
+    if (text[0] == '#') {
+        if (parse_hex(text, rgb)) return true;
+        ca_import_fail(importer, &node->where, "\"%.60s\" is no colour of the form #rrggbb", text);
+        return false;
+    }
+    size_t count = 0;
+    while (ca_next_token(&cursor, &token) > 0) count++;
+    if (count != 1) return ca_import_numbers(importer, node, "value", rgb, 3);
+    if (!ca_import_numbers(importer, node, "value", rgb, 1)) return false;
+    rgb[1] = rgb[2] = rgb[0];
+    return true;
+}
+
+static bool decode_srgb(ca_importer *importer, const ca_xml_node *node, double rgb[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if (!(rgb[i] >= 0.0 && rgb[i] <= 1.0)) {
+            ca_import_fail(importer, &node->where, "<srgb> needs values in [0, 1], not %g", rgb[i]);
+            return false;
+        }
+        rgb[i] = (double)ca_srgb_to_linear((float)rgb[i]);
+    }
+    return true;
+}
+
+/* ---- Spectra ----------------------------------------------------------------------------------------------------- */
+
+typedef CA_TABLE(ca_spectrum_sample) sample_table;
+
+static bool add_sample(ca_importer *importer, const ca_xml_node *node, sample_table *table, double wavelength,
+                       double value)
+{
+    if (table->count > 0 && !(wavelength > table->items[table->count - 1].wavelength_nm)) {
+        ca_import_fail(importer, &node->where, "the wavelengths of a spectrum must increase, and %g does not",
+                       wavelength);
+        return false;
+    }
+    if (!CA_TABLE_ADD(table)) {
+        ca_import_fail_memory(importer, "a spectrum");
+        return false;
+    }
+    table->items[table->count - 1] = (ca_spectrum_sample){.wavelength_nm = wavelength, .value = value};
+    return true;
+}
+
+/* "400:0.1, 500:0.2, ..." */
+static bool parse_pairs(ca_importer *importer, const ca_xml_node *node, sample_table *table)
+{
+    const char *cursor = ca_xml_attribute_value(node, "value"), *token;
+    for (size_t length; (length = ca_next_token(&cursor, &token)) > 0;) {
+        const char *colon = memchr(token, ':', length);
+        double wavelength, value;
+        if (!colon || !ca_parse_number(token, (size_t)(colon - token), &wavelength) ||
+            !ca_parse_number(colon + 1, length - (size_t)(colon + 1 - token), &value)) {
+            ca_import_fail(importer, &node->where, "\"%.*s\" is no wavelength:value pair",
+                           (int)(length < 60 ? length : 60), token);
+            return false;
+        }
+        if (!add_sample(importer, node, table, wavelength, value)) return false;
+    }
+    return true;
+}
+
+/* Lines of "wavelength value"; # begins a comment. */
+static bool parse_spectrum_lines(ca_importer *importer, const ca_xml_node *node, const char *path, const char *text,
+                                 sample_table *table)
+{
+    for (unsigned line = 1; *text; line++) {
+        const size_t length = strcspn(text, "\n");
+        const char *end = text + length, *cursor = text, *token[3];
+        double number[2];
+        size_t count = 0;
+        for (size_t token_length; count < 3; count++) {
+            token_length = ca_next_token(&cursor, &token[count]);
+            if (token_length == 0 || token[count] >= end || token[count][0] == '#') break;
+            if (count < 2 && !ca_parse_number(token[count], token_length, &number[count])) count = 3;
+        }
+        if (count != 0 && count != 2) {
+            ca_import_fail(importer, &node->where, "%s:%u: expected a wavelength and a value", path, line);
+            return false;
+        }
+        if (count == 2 && !add_sample(importer, node, table, number[0], number[1])) return false;
+        text = end + (*end == '\n');
+    }
+    return true;
+}
+
+static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, sample_table *table)
+{
+    const char *name = ca_xml_attribute_value(node, "filename");
+    const char *path = ca_document_resolve(&importer->document, node->where.file, name);
+    if (!path) {
+        ca_import_fail_memory(importer, "a spectrum");
+        return false;
+    }
+    ca_bytes bytes;
+    ca_error reason;
+    const ca_status status = ca_file_read(path, "spectrum", 16 << 20, &bytes, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(importer, &node->where, status, &reason);
+        return false;
+    }
+    const bool text = memchr(bytes.data, 0, bytes.size) == NULL;
+    if (!text) ca_import_fail(importer, &node->where, "%s is no text file", path);
+    const bool good = text && parse_spectrum_lines(importer, node, path, (const char *)bytes.data, table);
+    ca_bytes_destroy(&bytes);
+    return good;
+}
+
+static float clip(float value, ca_color_role role)
+{
+    if (!(value > 0.0f)) return 0.0f;
+    return role == CA_COLOR_REFLECTANCE && value > 1.0f ? 1.0f : value;
+}
+
+static void check_value(ca_importer *importer, const ca_xml_node *node, double value, ca_color_role role)
+{
+    if (!(value >= 0.0) || value > (double)FLT_MAX)
+        ca_import_fail(importer, &node->where, "a colour cannot have the component %g", value);
+    else if (role == CA_COLOR_REFLECTANCE && value > 1.0)
+        ca_import_fail(importer, &node->where, "a reflectance lies in [0, 1], and %g does not", value);
+}
+
+/* A list of samples becomes the nearest colour inside of Rec. 709: negative components are cut off. */
+static ca_rgb color_from_samples(ca_importer *importer, const ca_xml_node *node, const sample_table *table,
+                                 ca_color_role role)
+{
+    if (table->count < 2) {
+        ca_import_fail(importer, &node->where, "a spectrum needs at least two wavelengths");
+        return ca_rgb_grey(0.0f);
+    }
+    for (size_t i = 0; i < table->count; i++) check_value(importer, node, table->items[i].value, role);
+    const ca_rgb rgb = role == CA_COLOR_EMISSION ? ca_spectrum_emission(table->items, table->count)
+                                                 : ca_spectrum_reflectance(table->items, table->count);
+    return (ca_rgb){clip(rgb.r, role), clip(rgb.g, role), clip(rgb.b, role)};
+}
+
+static ca_rgb import_samples(ca_importer *importer, const ca_xml_node *node, ca_color_role role)
+{
+    sample_table table = {0};
+    ca_rgb result = ca_rgb_grey(0.0f);
+    const bool good = ca_xml_attribute_value(node, "filename") ? read_spectrum_file(importer, node, &table)
+                                                               : parse_pairs(importer, node, &table);
+    if (good) result = color_from_samples(importer, node, &table, role);
+    ca_free(table.items);
+    return result;
+}
+
+/* ---- Any colour -------------------------------------------------------------------------------------------------- */
+
+ca_rgb ca_import_color(ca_importer *importer, const ca_xml_node *node, ca_color_role role)
+{
+    const char *value = ca_xml_attribute_value(node, "value");
+    const bool spectrum = strcmp(node->tag, "spectrum") == 0;
+    if (spectrum && (value != NULL) == (ca_xml_attribute_value(node, "filename") != NULL)) {
+        ca_import_fail(importer, &node->where, "<spectrum> needs either value or filename");
+        return ca_rgb_grey(0.0f);
+    }
+    if (spectrum && (!value || strchr(value, ':'))) return import_samples(importer, node, role);
+    double rgb[3] = {0.0, 0.0, 0.0};
+    if (spectrum || strcmp(node->tag, "float") == 0 || strcmp(node->tag, "integer") == 0) {
+        if (ca_import_numbers(importer, node, "value", rgb, 1)) rgb[1] = rgb[2] = rgb[0];
+    } else if (parse_rgb(importer, node, rgb) && strcmp(node->tag, "srgb") == 0) {
+        decode_srgb(importer, node, rgb);
+    }
+    for (int i = 0; i < 3; i++) check_value(importer, node, rgb[i], role);
+    if (!ca_import_good(importer)) return ca_rgb_grey(0.0f);
+    return (ca_rgb){(float)rgb[0], (float)rgb[1], (float)rgb[2]};
+}

@@ -1,0 +1,21 @@
+/* Scene files become scene descriptions here, and nowhere else is a file format known. */
+#ifndef CA_IMPORT_IMPORT_H
+#define CA_IMPORT_IMPORT_H
+
+#include "scene/description.h"
+
+/* Reads a Mitsuba 3 XML scene (0.6 spellings too) with its meshes and textures. On failure *desc is empty and the
+ * error names file, line and column. Relative paths are seen from the scene file. */
+ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
+                          ca_error *error);
+/* The same for a scene that is in memory: `path` is what messages call it and where relative paths start. */
+ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
+                               size_t define_count, ca_scene_desc *desc, ca_error *error);
+
+/* Meshes, in the file's own space, validated. Face normals are kept only if the file has them. */
+ca_status ca_import_obj(const char *path, ca_mesh *mesh, ca_error *error);
+ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error);
+/* `shape_index` counts the meshes of one .serialized file. */
+ca_status ca_import_serialized(const char *path, uint32_t shape_index, ca_mesh *mesh, ca_error *error);
+
+#endif

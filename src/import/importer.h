@@ -1,0 +1,99 @@
+/* What the files of the Mitsuba importer share: the state of one import, and one function per kind of object.
+ *
+ * Failures are sticky: the first one is kept in the importer (status and message), everything after it does nothing of
+ * consequence and returns defaults, and ca_import_scene reports it in the end. So functions here return values, not
+ * statuses, and code that reads parameters reads like a list of them. Loops ask ca_import_good.
+ *
+ * Every plugin is a row (name, function) of a static table; the function reads its parameters through ca_props and
+ * fills the record named beside the table. */
+#ifndef CA_IMPORT_IMPORTER_H
+#define CA_IMPORT_IMPORTER_H
+
+#include "import/document.h"
+#include "import/properties.h"
+
+/* References and nesting together: deeper scenes are refused, so that nobody who walks a material recurses far. */
+enum { CA_IMPORT_MAX_NESTING = 16 };
+
+/* A bitmap that was read already. */
+typedef struct ca_import_image {
+    const char *path; /* in the document's arena */
+    ca_image_encoding encoding;
+    uint32_t index; /* in the description's images */
+} ca_import_image;
+
+typedef struct ca_importer {
+    ca_scene_desc *desc;
+    ca_document document;
+    ca_error *error;
+    ca_status status; /* the first failure */
+    uint32_t nesting;
+    CA_TABLE(ca_import_image) images;
+} ca_importer;
+
+typedef struct ca_plugin {
+    const char *name;
+    void (*import)(ca_props *props, void *result);
+} ca_plugin;
+
+#define CA_COUNT(array) (sizeof(array) / sizeof *(array))
+
+static inline bool ca_import_good(const ca_importer *importer) { return importer->status == CA_OK; }
+
+/* A failure of the scene at a place in it. */
+void ca_import_fail(ca_importer *importer, const ca_location *where, const char *format, ...) CA_PRINTF(3, 4);
+void ca_import_fail_memory(ca_importer *importer, const char *what);
+/* A failure below (a file that cannot be read), told as one of the element that asked for it. */
+void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason);
+
+/* The plugin that the element's `type` names; NULL after failing with the nearest name there is. */
+const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,
+                                       size_t count);
+
+/* Brackets the import of an object, so that references in a circle and too deep ones fail. */
+bool ca_import_enter(ca_importer *importer, ca_xml_node *node);
+void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
+
+/* Path of the file that a parameter names, in the description's strings; NULL after failing. */
+const char *ca_import_filename(ca_props *props, const char *name);
+/* Index of the image, read at the first call; CA_NONE after failing. */
+uint32_t ca_import_image_file(ca_importer *importer, const char *path, ca_image_encoding encoding,
+                              const ca_location *where);
+
+/* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
+ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);
+ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
+uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);
+void ca_import_shape(ca_importer *importer, ca_xml_node *node);
+void ca_import_sensor(ca_importer *importer, ca_xml_node *node);
+void ca_import_film(ca_importer *importer, ca_xml_node *node);
+void ca_import_sampler(ca_importer *importer, ca_xml_node *node);
+void ca_import_integrator(ca_importer *importer, ca_xml_node *node);
+
+/* An area light, which only a shape can hold: its index in lights. */
+uint32_t ca_import_area_light(ca_importer *importer, ca_xml_node *node);
+
+/* Parts of plugins' parameters that several files need. */
+double ca_import_index_of_refraction(ca_props *props, const char *name, double fallback);
+/* fov or focal_length; `aspect` is width / height. */
+typedef struct ca_field_of_view {
+    double degrees;
+    ca_fov_axis axis;
+} ca_field_of_view;
+ca_field_of_view ca_import_field_of_view(ca_props *props);
+
+/* The values of elements. */
+ca_matrix ca_import_transform(ca_importer *importer, const ca_xml_node *node);
+ca_rgb ca_import_color(ca_importer *importer, const ca_xml_node *node, ca_color_role role);
+/* x, y and z of the element, or the three (or the one) in `value`. */
+void ca_import_xyz(ca_importer *importer, const ca_xml_node *node, double fallback, double xyz[3]);
+/* `count` numbers of an attribute, no more and no less. */
+bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const char *attribute, double *numbers,
+                       size_t count);
+
+/* A map without scale or shear (it may mirror): what sensors, spots and projectors need. */
+bool ca_import_is_rigid(const ca_matrix *matrix);
+/* A rigid map times a uniform scale. */
+bool ca_import_is_similarity(const ca_matrix *matrix);
+
+#endif

@@ -1,0 +1,191 @@
+/* The importer of Mitsuba's XML scenes: entry points, failures, and the objects of <scene>. */
+#include "import/importer.h"
+
+#include "import/nearest.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- Failures ---------------------------------------------------------------------------------------------------- */
+
+void ca_import_fail(ca_importer *importer, const ca_location *where, const char *format, ...)
+{
+    if (importer->status != CA_OK) return;
+    char message[sizeof((ca_error *)0)->message];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    importer->status = ca_fail(importer->error, CA_ERROR_SCENE, where, "%s", message);
+}
+
+void ca_import_fail_memory(ca_importer *importer, const char *what)
+{
+    if (importer->status == CA_OK) importer->status = ca_fail_memory(importer->error, what);
+}
+
+void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
+{
+    if (importer->status == CA_OK)
+        importer->status = ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s",
+                                   reason->message);
+}
+
+/* ---- Plugins and objects ----------------------------------------------------------------------------------------- */
+
+const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,
+                                       size_t count)
+{
+    const char *type = ca_xml_attribute_value(node, "type");
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(table[i].name, type) == 0) return &table[i];
+    const char *nearest = NULL;
+    for (size_t i = 0; i < count; i++) {
+        const char *const pair[2] = {nearest, table[i].name};
+        nearest = ca_nearest_name(type, pair, 2);
+    }
+    ca_import_fail(importer, &node->where, "unknown %s \"%s\"; the nearest known one is \"%s\"", node->tag, type,
+                   nearest);
+    return NULL;
+}
+
+bool ca_import_enter(ca_importer *importer, ca_xml_node *node)
+{
+    if (node->progress == CA_NODE_BEGUN)
+        ca_import_fail(importer, &node->where, "this <%s> refers to itself", node->tag);
+    else if (importer->nesting == CA_IMPORT_MAX_NESTING)
+        ca_import_fail(importer, &node->where, "objects are nested more than %d deep", CA_IMPORT_MAX_NESTING);
+    if (!ca_import_good(importer)) return false;
+    node->progress = CA_NODE_BEGUN;
+    importer->nesting++;
+    return true;
+}
+
+void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result)
+{
+    node->progress = CA_NODE_DONE;
+    node->result = result;
+    importer->nesting--;
+}
+
+/* ---- Files ------------------------------------------------------------------------------------------------------- */
+
+const char *ca_import_filename(ca_props *props, const char *name)
+{
+    ca_importer *importer = props->importer;
+    const char *value = ca_props_string(props, name, NULL);
+    if (!value || !*value) {
+        ca_props_fail(props, name, "must name a file");
+        return NULL;
+    }
+    const char *path = ca_document_resolve(&importer->document, props->node->where.file, value);
+    if (path) path = ca_arena_strdup(&importer->desc->strings, path);
+    if (!path) ca_import_fail_memory(importer, "a file name");
+    return ca_import_good(importer) ? path : NULL;
+}
+
+static uint32_t read_image(ca_importer *importer, const char *path, ca_image_encoding encoding,
+                           const ca_location *where)
+{
+    ca_image image;
+    ca_error reason;
+    const ca_status status = ca_image_read(path, encoding, &image, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(importer, where, status, &reason);
+        return CA_NONE;
+    }
+    if (!CA_TABLE_ADD(&importer->desc->images)) {
+        ca_image_destroy(&image);
+        ca_import_fail_memory(importer, "images");
+        return CA_NONE;
+    }
+    const uint32_t index = (uint32_t)(importer->desc->images.count - 1);
+    importer->desc->images.items[index] = image;
+    return index;
+}
+
+uint32_t ca_import_image_file(ca_importer *importer, const char *path, ca_image_encoding encoding,
+                              const ca_location *where)
+{
+    for (size_t i = 0; i < importer->images.count; i++)
+        if (importer->images.items[i].encoding == encoding && strcmp(importer->images.items[i].path, path) == 0)
+            return importer->images.items[i].index;
+    const uint32_t index = read_image(importer, path, encoding, where);
+    if (index == CA_NONE) return CA_NONE;
+    if (!CA_TABLE_ADD(&importer->images)) {
+        ca_import_fail_memory(importer, "images");
+        return CA_NONE;
+    }
+    importer->images.items[importer->images.count - 1] =
+        (ca_import_image){.path = path, .encoding = encoding, .index = index};
+    return index;
+}
+
+/* ---- The scene --------------------------------------------------------------------------------------------------- */
+
+static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *),
+                        ca_xml_node **first)
+{
+    if (*first)
+        ca_import_fail(importer, &node->where, "a second <%s>; the first is at line %u", node->tag,
+                       (*first)->where.line);
+    else
+        import(importer, node);
+    *first = node;
+}
+
+/* Objects that only wait to be referenced are imported too: a mistake in them is a mistake. */
+static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node **sensor, ca_xml_node **integrator)
+{
+    const char *tag = node->tag;
+    if (strcmp(tag, "shape") == 0) {
+        ca_import_shape(importer, node);
+    } else if (strcmp(tag, "bsdf") == 0) {
+        ca_import_bsdf(importer, node);
+    } else if (strcmp(tag, "texture") == 0) {
+        ca_import_texture(importer, node);
+    } else if (strcmp(tag, "emitter") == 0) {
+        ca_import_light(importer, node);
+    } else if (strcmp(tag, "sensor") == 0) {
+        import_once(importer, node, ca_import_sensor, sensor);
+    } else if (strcmp(tag, "integrator") == 0) {
+        import_once(importer, node, ca_import_integrator, integrator);
+    } else {
+        ca_import_fail(importer, &node->where, "<%s> has no meaning directly inside <scene>", tag);
+    }
+}
+
+static void import_scene(ca_importer *importer)
+{
+    ca_xml_node *scene = importer->document.root, *sensor = NULL, *integrator = NULL;
+    for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
+        import_object(importer, node, &sensor, &integrator);
+    if (!sensor) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
+}
+
+static ca_status import_document(ca_importer *importer)
+{
+    importer->desc->path = importer->document.path;
+    import_scene(importer);
+    ca_free(importer->images.items);
+    return importer->status;
+}
+
+ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
+                               size_t define_count, ca_scene_desc *desc, ca_error *error)
+{
+    ca_scene_desc_init(desc);
+    ca_importer importer = {.desc = desc, .error = error, .status = CA_OK};
+    ca_status status = ca_document_load(&importer.document, path, text, size, defines, define_count, &desc->strings,
+                                        error);
+    if (status == CA_OK) status = import_document(&importer);
+    ca_document_destroy(&importer.document);
+    if (status != CA_OK) ca_scene_desc_destroy(desc);
+    return status;
+}
+
+ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
+                          ca_error *error)
+{
+    return ca_import_scene_text(NULL, 0, path, defines, define_count, desc, error);
+}

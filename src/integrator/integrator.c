@@ -1,0 +1,157 @@
+#include "integrator/integrator.h"
+
+#include "base/text.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const ca_integrator_type *const integrators[] = {&ca_integrator_path};
+enum { INTEGRATOR_COUNT = sizeof integrators / sizeof integrators[0] };
+
+ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,
+                             ca_error *error)
+{
+    const char *names[INTEGRATOR_COUNT];
+    char all[256] = "";
+    for (int i = 0; i < INTEGRATOR_COUNT; i++) {
+        names[i] = integrators[i]->name;
+        if (strcmp(name, names[i]) == 0) {
+            *type = integrators[i];
+            return CA_OK;
+        }
+        const size_t used = strlen(all);
+        snprintf(all + used, sizeof all - used, "%s%s", i ? ", " : "", names[i]);
+    }
+    const char *nearest = ca_nearest_name(name, names, INTEGRATOR_COUNT);
+    return ca_fail(error, CA_ERROR_SCENE, where, "unknown integrator \"%s\"%s%s%s (there are: %s)", name,
+                   nearest ? "; did you mean \"" : "", nearest ? nearest : "", nearest ? "\"?" : "", all);
+}
+
+static int parameter_index(const ca_integrator_type *type, const char *name)
+{
+    for (int i = 0; type->parameters[i].name; i++)
+        if (strcmp(type->parameters[i].name, name) == 0) return i;
+    return -1;
+}
+
+static ca_status fail_unknown(const ca_integrator_type *type, const ca_parameter *parameter, ca_error *error)
+{
+    const char *names[CA_MAX_PARAMETERS];
+    size_t count = 0;
+    for (; type->parameters[count].name; count++) names[count] = type->parameters[count].name;
+    const char *nearest = ca_nearest_name(parameter->name, names, count);
+    return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "integrator \"%s\" has no parameter \"%s\"%s%s%s",
+                   type->name, parameter->name, nearest ? "; did you mean \"" : "", nearest ? nearest : "",
+                   nearest ? "\"?" : "");
+}
+
+/* Index of `text` among "a|b|c", or -1. */
+static int choice_index(const char *choices, const char *text)
+{
+    const size_t length = strlen(text);
+    int index = 0;
+    for (const char *c = choices;; c = strchr(c, '|') + 1, index++) {
+        const size_t choice_length = strcspn(c, "|");
+        if (choice_length == length && strncmp(c, text, length) == 0) return index;
+        if (c[choice_length] == '\0') return -1;
+    }
+}
+
+ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,
+                            ca_error *error)
+{
+    const int i = parameter_index(type, parameter->name);
+    if (i < 0) return fail_unknown(type, parameter, error);
+    const ca_parameter_spec *spec = &type->parameters[i];
+    double value = parameter->number;
+    switch (spec->kind) {
+    case CA_SPEC_INTEGER:
+        if (parameter->kind != CA_PARAMETER_NUMBER || value != floor(value) || value < spec->minimum || value > 1e9)
+            return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "\"%s\" must be a whole number of at least %g",
+                           spec->name, spec->minimum);
+        break;
+    case CA_SPEC_BOOLEAN:
+        if (parameter->kind != CA_PARAMETER_BOOLEAN)
+            return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "\"%s\" must be true or false", spec->name);
+        break;
+    case CA_SPEC_CHOICE:
+        value = parameter->kind == CA_PARAMETER_TEXT ? choice_index(spec->choices, parameter->text) : -1;
+        if (value < 0)
+            return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "\"%s\" must be one of %s", spec->name,
+                           spec->choices);
+        break;
+    }
+    input->values[i] = value;
+    return CA_OK;
+}
+
+/* "name=value" from the command line, as a number, a boolean or text. */
+static ca_parameter parse_override(char *text)
+{
+    ca_parameter parameter = {.name = text, .kind = CA_PARAMETER_TEXT, .text = ""};
+    char *equals = strchr(text, '=');
+    if (!equals) return parameter;
+    *equals = '\0';
+    parameter.text = equals + 1;
+    if (ca_parse_double(parameter.text, &parameter.number)) {
+        parameter.kind = CA_PARAMETER_NUMBER;
+    } else if (strcmp(parameter.text, "true") == 0 || strcmp(parameter.text, "false") == 0) {
+        parameter.kind = CA_PARAMETER_BOOLEAN;
+        parameter.number = parameter.text[0] == 't';
+    }
+    return parameter;
+}
+
+static ca_status apply_overrides(const ca_integrator_type *type, const char *overrides, ca_integrator_input *input,
+                                 ca_error *error)
+{
+    char text[512];
+    if (strlen(overrides) >= sizeof text)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the integrator's parameters are longer than %zu characters",
+                       sizeof text - 1);
+    strcpy(text, overrides);
+    for (char *rest = text, *end; rest && *rest; rest = end) {
+        end = strchr(rest, ',');
+        if (end) *end++ = '\0';
+        const ca_parameter parameter = parse_override(rest);
+        CA_TRY(ca_integrator_set(type, &parameter, input, error));
+    }
+    return CA_OK;
+}
+
+ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integrator_desc *desc, bool replaced,
+                                  const char *overrides, ca_integrator_input *input, ca_error *error)
+{
+    for (int i = 0; type->parameters[i].name; i++) input->values[i] = type->parameters[i].number;
+    for (size_t i = 0; i < desc->parameters.count; i++) {
+        const ca_parameter *parameter = &desc->parameters.items[i];
+        if (replaced && parameter_index(type, parameter->name) < 0) continue;
+        CA_TRY(ca_integrator_set(type, parameter, input, error));
+    }
+    return overrides ? apply_overrides(type, overrides, input, error) : CA_OK;
+}
+
+/* The choice's own text within "a|b|c". */
+static void append_choice(const char *choices, int index, char *text, size_t size)
+{
+    while (index-- > 0) choices = strchr(choices, '|') + 1;
+    snprintf(text, size, "%.*s", (int)strcspn(choices, "|"), choices);
+}
+
+void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text, size_t size)
+{
+    snprintf(text, size, "%s", type->name);
+    for (int i = 0; type->parameters[i].name; i++) {
+        const ca_parameter_spec *spec = &type->parameters[i];
+        size_t used = strlen(text);
+        snprintf(text + used, size - used, "%c%s=", i ? ',' : ':', spec->name);
+        used = strlen(text);
+        if (spec->kind == CA_SPEC_CHOICE)
+            append_choice(spec->choices, (int)input->values[i], text + used, size - used);
+        else if (spec->kind == CA_SPEC_BOOLEAN)
+            snprintf(text + used, size - used, "%s", input->values[i] != 0.0 ? "true" : "false");
+        else
+            snprintf(text + used, size - used, "%.0f", input->values[i]);
+    }
+}

@@ -1,0 +1,106 @@
+/* Light sources: what they emit, and sampling them from a point of the scene (next event) or on their own (light paths).
+ *
+ * Units: radiance W sr^-1 m^-2; point, spot and projector: radiant intensity W sr^-1; directional: irradiance W m^-2 on a
+ * surface facing it. Directions called `direction` leave the light; directions called `to_light` go towards it.
+ *
+ * Densities, all without the probability of choosing this light among others:
+ *     pdf_direct     of the direction to the light as seen from a reference point, per solid angle *there*
+ *     pdf_position   of the emitted ray's origin: area lights per area of the light; directional and environment per area
+ *                    of the disk across the direction that covers the scene's bounding sphere
+ *     pdf_direction  of the emitted direction given the origin, per solid angle
+ * A Dirac part has the number 1 (its discrete probability), flagged by dirac_position (point, spot, projector) or
+ * dirac_direction (directional).
+ *
+ * For infinite lights `distance` is CA_INFINITE_DISTANCE and position lies outside of the scene. Lights are immutable
+ * and shared by all threads. */
+#ifndef CA_LIGHT_LIGHT_H
+#define CA_LIGHT_LIGHT_H
+
+#include "geometry/shape.h"
+#include "material/texture.h"
+#include "sampling/distribution.h"
+
+typedef enum ca_light_kind {
+    CA_LIGHT_AREA,
+    CA_LIGHT_POINT,
+    CA_LIGHT_SPOT,
+    CA_LIGHT_DIRECTIONAL,
+    CA_LIGHT_PROJECTOR,
+    CA_LIGHT_CONSTANT, /* environment of one radiance */
+    CA_LIGHT_ENVMAP,   /* environment from a latitude-longitude image */
+} ca_light_kind;
+
+typedef struct ca_light {
+    ca_light_kind kind;
+    ca_affine map;         /* light -> world (rigid, but for envmap and directional where only rotations matter) */
+    ca_vec3 position;      /* point, spot, projector: world */
+    ca_vec3 direction;     /* directional: world, the way the light travels */
+    ca_rgb radiance;       /* constant, envmap (scale): radiance; point, spot, projector (scale): intensity;
+                              directional: irradiance */
+    ca_texture_id texture; /* area: radiance; spot: factor over its beam; projector: picture */
+    const ca_texture *textures; /* borrowed from the scene */
+    const ca_shape *shape;      /* area: borrowed from the scene */
+    float cos_cutoff, cos_beam; /* spot: no light outside of the first, full light inside of the second */
+    float tan_half_x, tan_half_y; /* projector: half its field of view */
+    const ca_image *image;        /* envmap: borrowed; row 0 is +y of the light's frame */
+    ca_distribution_2d pixels;    /* envmap: by luminance and sin theta. projector: by luminance and solid angle */
+    ca_vec3 scene_center;         /* bounding sphere of the scene */
+    float scene_radius;
+    float power; /* W, luminance: for choosing among lights */
+} ca_light;
+
+#define CA_INFINITE_DISTANCE INFINITY
+
+/* Precomputes power, bounds and tables. Called after all shapes are compiled. */
+ca_status ca_light_prepare(ca_light *light, ca_vec3 scene_center, float scene_radius, ca_error *error);
+void ca_light_release(ca_light *light);
+
+bool ca_light_is_infinite(const ca_light *light); /* directional, constant, envmap */
+bool ca_light_has_dirac_position(const ca_light *light);
+bool ca_light_has_dirac_direction(const ca_light *light);
+
+/* Next event: a point of the light for `reference`.
+ * The contribution to a reflection is f |cos| radiance / pdf_direct.v. */
+typedef struct ca_light_direct {
+    ca_vec3 to_light; /* unit, from the reference */
+    float distance;
+    ca_vec3 position, position_error, ng; /* of the point on the light; ng and error zero where it has no surface */
+    ca_rgb radiance;                      /* Dirac position: intensity / distance^2; directional: irradiance */
+    ca_pdf_solid_angle pdf_direct;        /* 1 where the light is a Dirac seen from here */
+    ca_pdf_area pdf_position;             /* as a light path would have started there ... */
+    ca_pdf_solid_angle pdf_direction;     /* ... and have gone to the reference */
+    float cos_light;                      /* |to_light . ng|; 1 where the light has no surface */
+} ca_light_direct;
+
+/* false: no light gets there. */
+bool ca_light_sample_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct);
+
+/* A light path's first ray. Its flux is radiance cos_light / (pdf_position pdf_direction). */
+typedef struct ca_light_emission {
+    ca_vec3 origin, origin_error, ng; /* ng zero where the light has no surface */
+    ca_vec3 direction;
+    ca_rgb radiance; /* Dirac position: intensity; directional: irradiance */
+    ca_pdf_area pdf_position;
+    ca_pdf_solid_angle pdf_direction;
+    float cos_light; /* 1 where the light has no surface */
+} ca_light_emission;
+
+bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                              ca_light_emission *emission);
+
+/* What a path that happened to hit the light sees, and with which densities the light's own techniques would have made
+ * the same: for area lights the surface hit and the direction from it back along the path; for environments the
+ * direction only (surface NULL). `reference` is the path's previous vertex. */
+typedef struct ca_light_hit {
+    ca_rgb radiance;
+    ca_pdf_solid_angle pdf_direct;
+    ca_pdf_area pdf_position;
+    ca_pdf_solid_angle pdf_direction;
+} ca_light_hit;
+
+ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction);
+
+/* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`, alone. */
+ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction);
+
+#endif

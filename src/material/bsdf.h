@@ -1,0 +1,66 @@
+/* The BSDF at a point: a weighted set of elementary BSDFs and a part that lets light straight through, in world
+ * directions, with respect to the *geometric* normal.
+ *
+ *     f̄(w_eye, w_light) = f(w_eye, w_light) |w_light . ns| / |w_light . ng|        (0 where the sides of ns and ng differ)
+ *
+ * so that the transport equation holds with the geometric cosine everywhere; the factor does for paths from the camera
+ * nothing else than use the shading cosine, and for paths from the light it is the adjoint correction (Veach 1997,
+ * section 5.3). Every leaf may have its own shading normal (bump and normal maps). Directions point away from the
+ * surface, wi towards the path's previous vertex, wo towards the next; `from` as in bxdf.h.
+ *
+ * A leaf is chosen with the probability of its weight, whatever the direction, so that the reverse pdf is exactly what
+ * a walk from the other end would use. Which side of a twosided material is seen follows from ng, not from a shading
+ * normal: both ends of a path then agree on it.
+ *
+ * Directions within 1e-6 of the plane of ng or of a leaf's shading normal count as in it and get zeros: there the
+ * rounding of the dot product decides the side. */
+#ifndef CA_MATERIAL_BSDF_H
+#define CA_MATERIAL_BSDF_H
+
+#include "material/material.h"
+
+/* More leaves are refused when a scene is compiled. */
+enum { CA_BSDF_MAX_LOBES = 8 };
+
+typedef struct ca_bsdf_lobe {
+    ca_frame frame;
+    float weight; /* product of blend weights and mask opacities */
+    bool flipped; /* seen from the back of a twosided material: local z is mirrored */
+    ca_bxdf bxdf;
+} ca_bsdf_lobe;
+
+typedef struct ca_bsdf {
+    ca_vec3 ng;
+    float null_weight; /* share of light that goes straight on */
+    uint32_t lobe_count;
+    uint32_t scatter; /* CA_SCATTER_... bits of the whole */
+    ca_bsdf_lobe lobes[CA_BSDF_MAX_LOBES];
+} ca_bsdf;
+
+typedef struct ca_bsdf_value {
+    ca_rgb f; /* f̄ above: multiply by the geometric cosine */
+    ca_pdf_solid_angle pdf, pdf_reverse;
+} ca_bsdf_value;
+
+typedef struct ca_bsdf_sample {
+    ca_vec3 wo_world;
+    ca_rgb weight; /* f̄ |wo . ng| / pdf; of a Dirac event its value over its probability */
+    ca_pdf_solid_angle pdf, pdf_reverse;
+    uint32_t scatter;
+    float eta;
+} ca_bsdf_sample;
+
+/* Evaluates the material at a surface point seen from wi (which decides the side of a twosided material). */
+void ca_bsdf_init(ca_bsdf *bsdf, const ca_material *materials, const ca_texture *textures, const ca_surface *surface,
+                  ca_vec3 wi_world);
+
+/* Smooth parts only; the pdfs are those of ca_bsdf_sample_direction (with the choice of the lobe in them). */
+ca_bsdf_value ca_bsdf_eval(const ca_bsdf *bsdf, ca_vec3 wi_world, ca_vec3 wo_world, ca_from from);
+
+/* false: absorbed, or a direction through which no light goes. */
+bool ca_bsdf_sample_direction(const ca_bsdf *bsdf, ca_vec3 wi_world, float u_lobe, ca_vec2 u, ca_from from,
+                              ca_bsdf_sample *sample);
+
+ca_rgb ca_bsdf_albedo(const ca_bsdf *bsdf, ca_vec3 wi_world);
+
+#endif

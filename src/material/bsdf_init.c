@@ -1,0 +1,275 @@
+/* From a tree of materials to the flat list of lobes at one point. */
+#include "material/bsdf.h"
+
+#include "math/numeric.h"
+
+#include <assert.h>
+
+/* A node on its way down, and what its ancestors say about it. */
+typedef struct tree_branch {
+    ca_material_id id;
+    float weight;
+    bool flipped;
+    ca_frame frame;
+} tree_branch;
+
+/* ---- Leaves ---------------------------------------------------------------------------------------------------- */
+
+typedef struct lookup {
+    const ca_texture *textures;
+    const ca_surface *surface;
+} lookup;
+
+static inline ca_rgb color_or(lookup at, ca_texture_id id, float fallback)
+{
+    return id == CA_NONE ? ca_rgb_grey(fallback) : ca_texture_eval(at.textures, id, at.surface);
+}
+
+static inline float scalar_or(lookup at, ca_texture_id id, float fallback)
+{
+    return id == CA_NONE ? fallback : ca_texture_eval_scalar(at.textures, id, at.surface);
+}
+
+static ca_microfacet leaf_facets(const ca_material *leaf, lookup at)
+{
+    const float alpha_u = fmaxf(scalar_or(at, leaf->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
+    const bool isotropic = leaf->alpha_v == leaf->alpha_u || leaf->alpha_v == CA_NONE;
+    const float alpha_v = isotropic ? alpha_u : fmaxf(scalar_or(at, leaf->alpha_v, 0.0f), CA_MATERIAL_MIN_ALPHA);
+    return (ca_microfacet){leaf->distribution, alpha_u, alpha_v, leaf->sample_visible};
+}
+
+static void init_principled(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_PRINCIPLED;
+    bxdf->as.principled.base_color = color_or(at, leaf->reflectance, 0.5f);
+    bxdf->as.principled.roughness = scalar_or(at, leaf->alpha_u, 0.0f);
+    bxdf->as.principled.anisotropic = scalar_or(at, leaf->alpha_v, 0.0f);
+    bxdf->as.principled.metallic = scalar_or(at, leaf->principled.metallic, 0.0f);
+    bxdf->as.principled.spec_trans = scalar_or(at, leaf->principled.spec_trans, 0.0f);
+    bxdf->as.principled.eta = leaf->eta;
+    bxdf->as.principled.spec_tint = scalar_or(at, leaf->principled.spec_tint, 0.0f);
+    bxdf->as.principled.sheen = scalar_or(at, leaf->principled.sheen, 0.0f);
+    bxdf->as.principled.sheen_tint = scalar_or(at, leaf->principled.sheen_tint, 0.0f);
+    bxdf->as.principled.flatness = scalar_or(at, leaf->principled.flatness, 0.0f);
+    bxdf->as.principled.clearcoat = scalar_or(at, leaf->principled.clearcoat, 0.0f);
+    bxdf->as.principled.clearcoat_gloss = scalar_or(at, leaf->principled.clearcoat_gloss, 0.0f);
+    bxdf->as.principled.diffuse_rate = leaf->principled.diffuse_rate;
+    bxdf->as.principled.specular_rate = leaf->principled.specular_rate;
+    bxdf->as.principled.clearcoat_rate = leaf->principled.clearcoat_rate;
+}
+
+static void init_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_PLASTIC;
+    bxdf->as.plastic.diffuse = color_or(at, leaf->reflectance, 0.5f);
+    bxdf->as.plastic.specular = color_or(at, leaf->specular, 1.0f);
+    bxdf->as.plastic.eta = leaf->eta;
+    bxdf->as.plastic.internal_reflectance = leaf->internal_reflectance;
+    bxdf->as.plastic.specular_weight = leaf->specular_weight;
+    bxdf->as.plastic.nonlinear = leaf->nonlinear;
+}
+
+static void init_rough_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_ROUGH_PLASTIC;
+    bxdf->as.rough_plastic.diffuse = color_or(at, leaf->reflectance, 0.5f);
+    bxdf->as.rough_plastic.specular = color_or(at, leaf->specular, 1.0f);
+    bxdf->as.rough_plastic.eta = leaf->eta;
+    bxdf->as.rough_plastic.internal_reflectance = leaf->internal_reflectance;
+    bxdf->as.rough_plastic.specular_weight = leaf->specular_weight;
+    bxdf->as.rough_plastic.nonlinear = leaf->nonlinear;
+    bxdf->as.rough_plastic.facets = leaf_facets(leaf, at);
+    bxdf->as.rough_plastic.transmittance = leaf->rough_transmittance;
+}
+
+static void init_other_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    switch (leaf->kind) {
+    case CA_MATERIAL_DIELECTRIC:
+    case CA_MATERIAL_THIN_DIELECTRIC:
+        bxdf->kind = leaf->kind == CA_MATERIAL_DIELECTRIC ? CA_BXDF_DIELECTRIC : CA_BXDF_THIN_DIELECTRIC;
+        bxdf->as.dielectric.eta = leaf->eta;
+        bxdf->as.dielectric.reflectance = color_or(at, leaf->specular, 1.0f);
+        bxdf->as.dielectric.transmittance = color_or(at, leaf->transmittance, 1.0f);
+        break;
+    case CA_MATERIAL_ROUGH_DIELECTRIC:
+        bxdf->kind = CA_BXDF_ROUGH_DIELECTRIC;
+        bxdf->as.rough_dielectric.eta = leaf->eta;
+        bxdf->as.rough_dielectric.reflectance = color_or(at, leaf->specular, 1.0f);
+        bxdf->as.rough_dielectric.transmittance = color_or(at, leaf->transmittance, 1.0f);
+        bxdf->as.rough_dielectric.facets = leaf_facets(leaf, at);
+        break;
+    case CA_MATERIAL_CONDUCTOR:
+        bxdf->kind = CA_BXDF_CONDUCTOR;
+        bxdf->as.conductor.eta = color_or(at, leaf->eta_rgb, 0.0f);
+        bxdf->as.conductor.k = color_or(at, leaf->k_rgb, 1.0f);
+        bxdf->as.conductor.reflectance = color_or(at, leaf->specular, 1.0f);
+        break;
+    case CA_MATERIAL_ROUGH_CONDUCTOR:
+        bxdf->kind = CA_BXDF_ROUGH_CONDUCTOR;
+        bxdf->as.rough_conductor.eta = color_or(at, leaf->eta_rgb, 0.0f);
+        bxdf->as.rough_conductor.k = color_or(at, leaf->k_rgb, 1.0f);
+        bxdf->as.rough_conductor.reflectance = color_or(at, leaf->specular, 1.0f);
+        bxdf->as.rough_conductor.facets = leaf_facets(leaf, at);
+        break;
+    case CA_MATERIAL_PLASTIC: init_plastic(bxdf, leaf, at); break;
+    case CA_MATERIAL_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
+    case CA_MATERIAL_PRINCIPLED: init_principled(bxdf, leaf, at); break;
+    default: assert(!"a material that is no leaf");
+    }
+}
+
+/* A lobe from a leaf; its frame is the caller's to fill in. */
+static inline ca_bsdf_lobe *add_lobe(ca_bsdf *bsdf, const ca_material *leaf, lookup at, float weight, bool flipped)
+{
+    assert(bsdf->lobe_count < CA_BSDF_MAX_LOBES);
+    ca_bsdf_lobe *lobe = &bsdf->lobes[bsdf->lobe_count++];
+    lobe->weight = weight;
+    lobe->flipped = flipped;
+    if (leaf->kind == CA_MATERIAL_DIFFUSE) {
+        lobe->bxdf.kind = CA_BXDF_DIFFUSE;
+        lobe->bxdf.as.diffuse.reflectance = color_or(at, leaf->reflectance, 0.5f);
+        bsdf->scatter |= CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
+    } else {
+        init_other_leaf(&lobe->bxdf, leaf, at);
+        bsdf->scatter |= ca_bxdf_scatter(&lobe->bxdf);
+    }
+    return lobe;
+}
+
+static inline void add_null(ca_bsdf *bsdf, float weight)
+{
+    bsdf->null_weight += weight;
+    if (weight > 0.0f) bsdf->scatter |= CA_SCATTER_NULL | CA_SCATTER_DIRAC;
+}
+
+/* ---- Frames ---------------------------------------------------------------------------------------------------- */
+
+/* s follows dpdu where that is known (anisotropy, bump and normal maps); elsewhere any s will do. */
+static inline ca_frame shading_frame(const ca_surface *surface)
+{
+    const ca_vec3 dpdu = surface->dpdu;
+    if (dpdu.x == 0.0f && dpdu.y == 0.0f && dpdu.z == 0.0f) return ca_frame_from_normal(surface->ns);
+    return ca_frame_from_tangent(surface->ns, dpdu);
+}
+
+/* The frame around a normal given in another frame, s as near to the other's s as can be. The back of a twosided
+ * material is its front seen in a mirror that lies in the surface: what leans to the left still does, so the normal of
+ * the mirrored frame leans the other way. */
+static ca_frame perturbed_frame(const tree_branch *branch, ca_vec3 n_local)
+{
+    const float length = ca_length(n_local);
+    if (!(length > 0.0f) || !isfinite(length)) return branch->frame;
+    ca_vec3 n = ca_mul(n_local, 1.0f / length);
+    if (branch->flipped) n = (ca_vec3){-n.x, -n.y, n.z};
+    return ca_frame_from_tangent(ca_normalize(ca_to_world(&branch->frame, n)), branch->frame.s);
+}
+
+/* The normal of the surface moved along its shading normal by scale times the height; the change of that normal over
+ * the surface is neglected, as is usual (Blinn 1978; Mitsuba 3, src/bsdfs/bumpmap.cpp). */
+static ca_vec3 bump_normal_local(const tree_branch *branch, const ca_material *node, lookup at)
+{
+    const ca_vec2 gradient = ca_texture_gradient(at.textures, node->modifier, at.surface);
+    const ca_vec3 n = branch->frame.n, dpdu = at.surface->dpdu, dpdv = at.surface->dpdv;
+    const ca_vec3 moved_u = ca_madd(dpdu, node->scale * gradient.x - ca_dot(n, dpdu), n);
+    const ca_vec3 moved_v = ca_madd(dpdv, node->scale * gradient.y - ca_dot(n, dpdv), n);
+    const ca_vec3 normal = ca_cross(moved_u, moved_v);
+    return ca_to_local(&branch->frame, ca_dot(at.surface->ng, normal) < 0.0f ? ca_neg(normal) : normal);
+}
+
+static ca_vec3 map_normal_local(const ca_material *node, lookup at)
+{
+    const ca_rgb c = ca_texture_eval(at.textures, node->modifier, at.surface);
+    return (ca_vec3){2.0f * c.r - 1.0f, 2.0f * c.g - 1.0f, 2.0f * c.b - 1.0f};
+}
+
+/* ---- Trees ----------------------------------------------------------------------------------------------------- */
+
+/* The child of a twosided material that faces wi. One that is seen from its back becomes a front by mirroring. */
+static inline ca_material_id twosided_child(const ca_material *node, bool wi_behind, bool *flipped)
+{
+    const bool back = wi_behind != *flipped;
+    if (!back) return node->child[0];
+    *flipped = !*flipped;
+    return node->child[1] == CA_NONE ? node->child[0] : node->child[1];
+}
+
+static float weight_of(const ca_material *node, lookup at)
+{
+    return ca_clamp(scalar_or(at, node->modifier, 0.5f), 0.0f, 1.0f);
+}
+
+/* Depth first; blends leave their second child for later. At most one child per leaf waits. */
+static void add_tree(ca_bsdf *bsdf, const ca_material *materials, lookup at, tree_branch branch, bool wi_behind)
+{
+    tree_branch waiting[CA_BSDF_MAX_LOBES];
+    uint32_t waiting_count = 0;
+    for (;;) {
+        const ca_material *node = &materials[branch.id];
+        bool done = false;
+        switch (node->kind) {
+        case CA_MATERIAL_TWOSIDED: branch.id = twosided_child(node, wi_behind, &branch.flipped); break;
+        case CA_MATERIAL_MASK: {
+            const float opacity = weight_of(node, at);
+            add_null(bsdf, branch.weight * (1.0f - opacity));
+            branch.weight *= opacity;
+            branch.id = node->child[0];
+            break;
+        }
+        case CA_MATERIAL_BLEND: {
+            const float share = weight_of(node, at);
+            assert(waiting_count < CA_BSDF_MAX_LOBES);
+            waiting[waiting_count] = branch;
+            waiting[waiting_count].id = node->child[1];
+            waiting[waiting_count++].weight = branch.weight * share;
+            branch.weight *= 1.0f - share;
+            branch.id = node->child[0];
+            break;
+        }
+        case CA_MATERIAL_BUMP:
+            branch.frame = perturbed_frame(&branch, bump_normal_local(&branch, node, at));
+            branch.id = node->child[0];
+            break;
+        case CA_MATERIAL_NORMAL_MAP:
+            branch.frame = perturbed_frame(&branch, map_normal_local(node, at));
+            branch.id = node->child[0];
+            break;
+        case CA_MATERIAL_NULL:
+            add_null(bsdf, branch.weight);
+            done = true;
+            break;
+        default:
+            add_lobe(bsdf, node, at, branch.weight, branch.flipped)->frame = branch.frame;
+            done = true;
+            break;
+        }
+        /* What weighs nothing is left out. */
+        while (done || branch.weight == 0.0f) {
+            if (waiting_count == 0) return;
+            branch = waiting[--waiting_count];
+            done = false;
+        }
+    }
+}
+
+void ca_bsdf_init(ca_bsdf *bsdf, const ca_material *materials, const ca_texture *textures, const ca_surface *surface,
+                  ca_vec3 wi_world)
+{
+    bsdf->ng = surface->ng;
+    bsdf->null_weight = 0.0f;
+    bsdf->lobe_count = 0;
+    bsdf->scatter = 0;
+
+    const lookup at = {textures, surface};
+    const bool wi_behind = ca_dot(wi_world, surface->ng) < 0.0f;
+    bool flipped = false;
+    ca_material_id id = surface->material;
+    while (materials[id].kind == CA_MATERIAL_TWOSIDED) id = twosided_child(&materials[id], wi_behind, &flipped);
+
+    /* The common case is a single leaf, twosided or not: no branches to copy. */
+    if (materials[id].kind < CA_MATERIAL_NULL) {
+        add_lobe(bsdf, &materials[id], at, 1.0f, flipped)->frame = shading_frame(surface);
+        return;
+    }
+    add_tree(bsdf, materials, at, (tree_branch){id, 1.0f, flipped, shading_frame(surface)}, wi_behind);
+}

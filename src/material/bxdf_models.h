@@ -1,0 +1,70 @@
+/* The models behind bxdf.h: for each an evaluation, a sampler and an albedo with the contracts written there. Only
+ * bxdf.c calls them. */
+#ifndef CA_MATERIAL_BXDF_MODELS_H
+#define CA_MATERIAL_BXDF_MODELS_H
+
+#include "material/bxdf.h"
+
+#define CA_BXDF_SAMPLE_ARGUMENTS                                                                                   \
+    const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_from from, ca_bxdf_sample *sample
+
+/* Without a smooth part: no evaluation; without a choice: fewer numbers. */
+ca_bxdf_value ca_diffuse_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
+bool ca_diffuse_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u, ca_bxdf_sample *sample);
+
+bool ca_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_from from, ca_bxdf_sample *sample);
+ca_rgb ca_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+bool ca_thin_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_bxdf_sample *sample);
+ca_rgb ca_thin_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+bool ca_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_bxdf_sample *sample);
+ca_rgb ca_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+ca_bxdf_value ca_rough_conductor_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
+bool ca_rough_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u, ca_bxdf_sample *sample);
+ca_rgb ca_rough_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+uint32_t ca_rough_dielectric_scatter(const ca_bxdf *bxdf);
+ca_bxdf_value ca_rough_dielectric_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from);
+bool ca_rough_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS);
+ca_rgb ca_rough_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+ca_bxdf_value ca_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
+bool ca_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample);
+ca_rgb ca_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+ca_bxdf_value ca_rough_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
+bool ca_rough_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample);
+ca_rgb ca_rough_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+uint32_t ca_principled_scatter(const ca_bxdf *bxdf);
+ca_bxdf_value ca_principled_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from);
+bool ca_principled_sample(CA_BXDF_SAMPLE_ARGUMENTS);
+ca_rgb ca_principled_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
+static inline ca_bxdf_value ca_bxdf_value_zero(void) { return (ca_bxdf_value){.f = {0.0f, 0.0f, 0.0f}}; }
+
+/* Facets seen at a smaller cosine are edge-on: nothing of them is visible, and quotients by it might overflow. */
+#define CA_MIN_FACET_COS 1e-12f
+
+/* Index of the other side over that of the side w lies on. */
+static inline float ca_eta_seen_from(float eta, float cos_w) { return cos_w > 0.0f ? eta : 1.0f / eta; }
+
+/* Reflection of w about m, given w.m. */
+static inline ca_vec3 ca_reflect_about(ca_vec3 w, ca_vec3 m, float cos_wm)
+{
+    return ca_madd(ca_neg(w), 2.0f * cos_wm, m);
+}
+
+/* Half vector of two directions, turned to z > 0; false where they are opposite, or both so near to the horizon that
+ * their sum has no direction. */
+static inline bool ca_half_vector(ca_vec3 wi, ca_vec3 wo, ca_vec3 *m)
+{
+    const ca_vec3 sum = ca_add(wi, wo);
+    const float length2 = ca_length2(sum);
+    if (!(length2 > 1e-30f)) return false;
+    *m = ca_mul(sum, copysignf(1.0f / sqrtf(length2), sum.z));
+    return m->z > 0.0f;
+}
+
+#endif

@@ -1,0 +1,23 @@
+/* A smooth metal: a mirror coloured by its Fresnel reflectance, black from below. */
+#include "material/bxdf_models.h"
+#include "material/fresnel.h"
+
+ca_rgb ca_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
+{
+    if (!(wi_local.z > 0.0f)) return ca_rgb_grey(0.0f);
+    const ca_rgb fresnel =
+        ca_fresnel_conductor_rgb(fminf(wi_local.z, 1.0f), bxdf->as.conductor.eta, bxdf->as.conductor.k);
+    return ca_rgb_mul(fresnel, bxdf->as.conductor.reflectance);
+}
+
+bool ca_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_bxdf_sample *sample)
+{
+    if (!(wi_local.z > 0.0f)) return false;
+    *sample = (ca_bxdf_sample){.wo_local = ca_reflect_local(wi_local),
+                               .weight = ca_conductor_albedo(bxdf, wi_local),
+                               .pdf = {1.0f},
+                               .pdf_reverse = {1.0f},
+                               .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC,
+                               .eta = 1.0f};
+    return true;
+}

@@ -1,0 +1,154 @@
+/* A rough boundary between two clear media: facets that reflect and refract. With n the index of wo's side over wi's
+ * (1 for reflection), the facet that takes wi to wo has the normal m ~ wi + n wo, and
+ *
+ *     reflection     f = F D G / (4 |cos_i cos_o|),                 |dm/dwo| = 1 / (4 |wo.m|)
+ *     transmission   f = (1 - F) D G |wi.m wo.m| n^2 / (|cos_i cos_o| |wi + n wo|^2) [/ n^2 for radiance],
+ *                                                                   |dm/dwo| = n^2 |wo.m| / |wi + n wo|^2
+ *
+ * (Walter et al. 2007, as in Mitsuba 3, src/bsdfs/roughdielectric.cpp.) The reverse density has the same F, D and m, and
+ * for the Jacobian |wi.m| / |wi + n wo|^2.
+ *
+ * Where the two indices are equal, facets do nothing: light goes straight on, a Dirac event. */
+#include "material/bxdf_models.h"
+#include "material/fresnel.h"
+#include "material/microfacet.h"
+
+/* Nearer to 1 the sum wi + n wo has too few digits left to give the normal. */
+static bool is_index_matched(const ca_bxdf *bxdf) { return fabsf(bxdf->as.rough_dielectric.eta - 1.0f) < 1e-4f; }
+
+uint32_t ca_rough_dielectric_scatter(const ca_bxdf *bxdf)
+{
+    return is_index_matched(bxdf) ? CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC
+                                  : CA_SCATTER_REFLECTION | CA_SCATTER_TRANSMISSION | CA_SCATTER_SMOOTH;
+}
+
+/* One event at a facet, as evaluation and sampling see it. */
+typedef struct facet_event {
+    ca_vec3 m;
+    float cos_i, cos_o;         /* |wi.m|, |wo.m| */
+    float fresnel;              /* reflectance */
+    float eta;                  /* wo's side over wi's: 1 for reflection */
+    float density;              /* D(m) */
+    float masking_i, masking_o; /* over the cosines */
+} facet_event;
+
+static void weigh_facet(const ca_microfacet *facets, ca_vec3 wi, ca_vec3 wo, facet_event *event)
+{
+    event->density = ca_microfacet_density(facets, event->m);
+    event->masking_i = ca_microfacet_masking_over_cos(facets, wi);
+    event->masking_o = ca_microfacet_masking_over_cos(facets, wo);
+}
+
+/* wi and wo on the same side. */
+static ca_bxdf_value reflected_value(const ca_bxdf *bxdf, const facet_event *e)
+{
+    const ca_microfacet *facets = &bxdf->as.rough_dielectric.facets;
+    const float scale = e->fresnel * 0.25f / e->cos_i;
+    return (ca_bxdf_value){
+        .f = ca_rgb_scale(bxdf->as.rough_dielectric.reflectance,
+                          0.25f * e->fresnel * e->density * e->masking_i * e->masking_o),
+        .pdf = {scale * ca_microfacet_pdf(facets, e->density, e->masking_i, e->cos_i, e->m.z)},
+        .pdf_reverse = {scale * ca_microfacet_pdf(facets, e->density, e->masking_o, e->cos_i, e->m.z)}};
+}
+
+/* wi and wo on opposite sides: |wi + n wo| = |n |wo.m| - |wi.m||. */
+static ca_bxdf_value transmitted_value(const ca_bxdf *bxdf, const facet_event *e, ca_from from)
+{
+    const ca_microfacet *facets = &bxdf->as.rough_dielectric.facets;
+    const float length = e->eta * e->cos_o - e->cos_i, eta2 = e->eta * e->eta;
+    const float share = (1.0f - e->fresnel) / (length * length);
+    const float f = share * e->density * e->masking_i * e->masking_o * e->cos_i * e->cos_o;
+    return (ca_bxdf_value){
+        .f = ca_rgb_scale(bxdf->as.rough_dielectric.transmittance, from == CA_FROM_CAMERA ? f : f * eta2),
+        .pdf = {share * eta2 * e->cos_o * ca_microfacet_pdf(facets, e->density, e->masking_i, e->cos_i, e->m.z)},
+        .pdf_reverse = {share * e->cos_i * ca_microfacet_pdf(facets, e->density, e->masking_o, e->cos_o, e->m.z)}};
+}
+
+/* The facet that takes wi to wo, turned to z > 0; false if there is none that both see from the right side. */
+static bool find_facet(float eta_inside, ca_vec3 wi, ca_vec3 wo, facet_event *event)
+{
+    const bool reflects = wi.z * wo.z > 0.0f;
+    const float eta = ca_eta_seen_from(eta_inside, wi.z);
+    event->eta = reflects ? 1.0f : eta;
+    if (!ca_half_vector(wi, ca_mul(wo, event->eta), &event->m)) return false;
+    const float side = copysignf(1.0f, wi.z);
+    event->cos_i = fminf(side * ca_dot(wi, event->m), 1.0f);
+    event->cos_o = fminf((reflects ? side : -side) * ca_dot(wo, event->m), 1.0f);
+    if (!(event->cos_i > CA_MIN_FACET_COS) || !(event->cos_o > CA_MIN_FACET_COS)) return false;
+    float cos_far;
+    event->fresnel = ca_fresnel_dielectric(event->cos_i, eta, &cos_far);
+    return true;
+}
+
+ca_bxdf_value ca_rough_dielectric_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from)
+{
+    facet_event event;
+    if (wi_local.z == 0.0f || wo_local.z == 0.0f || is_index_matched(bxdf) ||
+        !find_facet(bxdf->as.rough_dielectric.eta, wi_local, wo_local, &event))
+        return ca_bxdf_value_zero();
+    weigh_facet(&bxdf->as.rough_dielectric.facets, wi_local, wo_local, &event);
+    return wi_local.z * wo_local.z > 0.0f ? reflected_value(bxdf, &event) : transmitted_value(bxdf, &event, from);
+}
+
+static ca_bxdf_sample straight_event(const ca_bxdf *bxdf, ca_vec3 wi)
+{
+    return (ca_bxdf_sample){.wo_local = ca_neg(wi),
+                            .weight = bxdf->as.rough_dielectric.transmittance,
+                            .pdf = {1.0f},
+                            .pdf_reverse = {1.0f},
+                            .scatter = CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC,
+                            .eta = 1.0f};
+}
+
+/* Chooses a facet by how visible it is and reflection or refraction by its Fresnel reflectance, which leaves G1(wo) of
+ * the value (times the rest of the masking where all normals are sampled). */
+bool ca_rough_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS)
+{
+    if (wi_local.z == 0.0f) return false;
+    if (is_index_matched(bxdf)) {
+        *sample = straight_event(bxdf, wi_local);
+        return true;
+    }
+    const ca_microfacet *facets = &bxdf->as.rough_dielectric.facets;
+    const float side = copysignf(1.0f, wi_local.z), eta = ca_eta_seen_from(bxdf->as.rough_dielectric.eta, wi_local.z);
+    facet_event e;
+    e.m = ca_microfacet_sample(facets, ca_mul(wi_local, side), u);
+    e.cos_i = fminf(side * ca_dot(wi_local, e.m), 1.0f);
+    if (!(e.cos_i > CA_MIN_FACET_COS)) return false;
+    float cos_far;
+    e.fresnel = ca_fresnel_dielectric(e.cos_i, eta, &cos_far);
+
+    const bool reflects = u_lobe < e.fresnel;
+    e.eta = reflects ? 1.0f : eta;
+    e.cos_o = reflects ? e.cos_i : cos_far;
+    if (!(e.cos_o > CA_MIN_FACET_COS)) return false;
+    const ca_vec3 wo =
+        reflects ? ca_reflect_about(wi_local, e.m, side * e.cos_i)
+                 : ca_madd(ca_mul(wi_local, -1.0f / eta), side * (e.cos_i / eta - cos_far), e.m);
+    if (!(wo.z * (reflects ? side : -side) > 0.0f)) return false;
+
+    weigh_facet(facets, wi_local, wo, &e);
+    const ca_bxdf_value value = reflects ? reflected_value(bxdf, &e) : transmitted_value(bxdf, &e, from);
+    if (!(value.pdf.v > 0.0f)) return false;
+    float weight = e.masking_o * fabsf(wo.z);
+    if (!facets->sample_visible) weight *= e.masking_i * e.cos_i / e.m.z;
+    if (!reflects && from == CA_FROM_CAMERA) weight /= eta * eta;
+    *sample = (ca_bxdf_sample){
+        .wo_local = wo,
+        .weight = ca_rgb_scale(
+            reflects ? bxdf->as.rough_dielectric.reflectance : bxdf->as.rough_dielectric.transmittance, weight),
+        .pdf = value.pdf,
+        .pdf_reverse = value.pdf_reverse,
+        .scatter = (reflects ? CA_SCATTER_REFLECTION : CA_SCATTER_TRANSMISSION) | CA_SCATTER_SMOOTH,
+        .eta = e.eta};
+    return true;
+}
+
+/* That of the smooth boundary. */
+ca_rgb ca_rough_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
+{
+    float cos_far;
+    const float eta = ca_eta_seen_from(bxdf->as.rough_dielectric.eta, wi_local.z);
+    const float reflected = ca_fresnel_dielectric(fabsf(wi_local.z), eta, &cos_far);
+    return ca_rgb_lerp(bxdf->as.rough_dielectric.transmittance, bxdf->as.rough_dielectric.reflectance, reflected);
+}

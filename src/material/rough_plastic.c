@@ -1,0 +1,96 @@
+/* A rough coat of a clear medium on a diffuse base: plastic.c with the mirror replaced by facets and the passages
+ * through the boundary by their tabulated shares T (rough_transmittance.h).
+ *
+ *     f = specular F D G / (4 cos_i cos_o)  +  T_i T_o diffuse / (pi eta^2 (1 - rho diffuse))
+ *
+ * Black from below. (Mitsuba 3, src/bsdfs/roughplastic.cpp.) */
+#include "material/bxdf_models.h"
+#include "material/fresnel.h"
+#include "material/microfacet.h"
+#include "material/rough_transmittance.h"
+#include "sampling/warp.h"
+
+static float transmittance_at(const ca_bxdf *bxdf, float cosine)
+{
+    return ca_rough_transmittance_eval(bxdf->as.rough_plastic.transmittance, cosine);
+}
+
+/* Probability of sampling the facets, by what they reflect and the material's weights. */
+static float facet_probability(const ca_bxdf *bxdf, float transmitted)
+{
+    const float facets = (1.0f - transmitted) * bxdf->as.rough_plastic.specular_weight;
+    const float base = transmitted * (1.0f - bxdf->as.rough_plastic.specular_weight);
+    return facets + base > 0.0f ? facets / (facets + base) : 1.0f;
+}
+
+static ca_rgb base_reflectance(const ca_bxdf *bxdf)
+{
+    const ca_rgb d = bxdf->as.rough_plastic.diffuse;
+    const float rho = bxdf->as.rough_plastic.internal_reflectance;
+    const float inv_eta2 = 1.0f / ca_sqr(bxdf->as.rough_plastic.eta);
+    if (!bxdf->as.rough_plastic.nonlinear) return ca_rgb_scale(d, inv_eta2 / (1.0f - rho));
+    return (ca_rgb){d.r * inv_eta2 / (1.0f - rho * d.r), d.g * inv_eta2 / (1.0f - rho * d.g),
+                    d.b * inv_eta2 / (1.0f - rho * d.b)};
+}
+
+/* Adds the facets' part of value and densities, the latter times the probabilities of sampling them. */
+static void add_facets(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, float probability_i, float probability_o,
+                       ca_bxdf_value *value)
+{
+    const ca_microfacet *facets = &bxdf->as.rough_plastic.facets;
+    ca_vec3 m;
+    if (!ca_half_vector(wi, wo, &m)) return;
+    const float cos_facet = fminf(ca_dot(wi, m), 1.0f);
+    if (!(cos_facet > CA_MIN_FACET_COS)) return;
+    float cos_inside;
+    const float fresnel = ca_fresnel_dielectric(cos_facet, bxdf->as.rough_plastic.eta, &cos_inside);
+    const float density = ca_microfacet_density(facets, m), jacobian = 0.25f / cos_facet;
+    const float masking_i = ca_microfacet_masking_over_cos(facets, wi);
+    const float masking_o = ca_microfacet_masking_over_cos(facets, wo);
+    value->f = ca_rgb_madd(value->f, 0.25f * fresnel * density * masking_i * masking_o,
+                           bxdf->as.rough_plastic.specular);
+    value->pdf.v += probability_i * jacobian * ca_microfacet_pdf(facets, density, masking_i, cos_facet, m.z);
+    value->pdf_reverse.v += probability_o * jacobian * ca_microfacet_pdf(facets, density, masking_o, cos_facet, m.z);
+}
+
+ca_bxdf_value ca_rough_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local)
+{
+    if (!(wi_local.z > 0.0f) || !(wo_local.z > 0.0f)) return ca_bxdf_value_zero();
+    const float t_i = transmittance_at(bxdf, wi_local.z), t_o = transmittance_at(bxdf, wo_local.z);
+    const float probability_i = facet_probability(bxdf, t_i), probability_o = facet_probability(bxdf, t_o);
+    ca_bxdf_value value = {.f = ca_rgb_scale(base_reflectance(bxdf), CA_INV_PI * t_i * t_o),
+                           .pdf = {(1.0f - probability_i) * wo_local.z * CA_INV_PI},
+                           .pdf_reverse = {(1.0f - probability_o) * wi_local.z * CA_INV_PI}};
+    add_facets(bxdf, wi_local, wo_local, probability_i, probability_o, &value);
+    return value;
+}
+
+bool ca_rough_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample)
+{
+    if (!(wi_local.z > 0.0f)) return false;
+    ca_vec3 wo;
+    if (u_lobe < facet_probability(bxdf, transmittance_at(bxdf, wi_local.z))) {
+        const ca_vec3 m = ca_microfacet_sample(&bxdf->as.rough_plastic.facets, wi_local, u);
+        wo = ca_reflect_about(wi_local, m, ca_dot(wi_local, m));
+    } else {
+        wo = ca_warp_cosine_hemisphere(u);
+    }
+    const ca_bxdf_value value = ca_rough_plastic_eval(bxdf, wi_local, wo);
+    if (!(value.pdf.v > 0.0f)) return false;
+    *sample = (ca_bxdf_sample){.wo_local = wo,
+                               .weight = ca_rgb_scale(value.f, wo.z / value.pdf.v),
+                               .pdf = value.pdf,
+                               .pdf_reverse = value.pdf_reverse,
+                               .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH,
+                               .eta = 1.0f};
+    return true;
+}
+
+/* What is not transmitted counts as reflected by the facets. */
+ca_rgb ca_rough_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
+{
+    if (!(wi_local.z > 0.0f)) return ca_rgb_grey(0.0f);
+    const float t_i = transmittance_at(bxdf, wi_local.z);
+    const float out = ca_sqr(bxdf->as.rough_plastic.eta) * (1.0f - bxdf->as.rough_plastic.internal_reflectance);
+    return ca_rgb_madd(ca_rgb_scale(bxdf->as.rough_plastic.specular, 1.0f - t_i), t_i * out, base_reflectance(bxdf));
+}

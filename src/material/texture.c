@@ -1,0 +1,201 @@
+#include "material/texture.h"
+
+#include "math/numeric.h"
+
+#include <assert.h>
+
+ca_texture ca_texture_constant(ca_rgb value)
+{
+    return (ca_texture){.kind = CA_TEXTURE_CONSTANT,
+                        .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                        .as.constant = value};
+}
+
+static ca_vec2 texture_uv(const ca_texture *texture, ca_vec2 uv)
+{
+    const float(*m)[3] = texture->to_uv;
+    return (ca_vec2){m[0][0] * uv.x + m[0][1] * uv.y + m[0][2], m[1][0] * uv.x + m[1][1] * uv.y + m[1][2]};
+}
+
+/* ---- Bitmaps --------------------------------------------------------------------------------------------------- */
+
+/* A coordinate brought into one period of the wrap mode, [0, 1) or (mirror) [0, 2), before it is scaled by the size, so
+ * that a large coordinate keeps its digits and the index below fits an integer. The upper ends are open because a tiny
+ * negative coordinate would round to them and belongs to the last texel. One that overflowed reads as 0. */
+static float wrap_coordinate(float u, ca_texture_wrap wrap)
+{
+    float periodic;
+    switch (wrap) {
+    case CA_WRAP_REPEAT: periodic = u - floorf(u); break;
+    case CA_WRAP_MIRROR: periodic = u - 2.0f * floorf(0.5f * u); break;
+    default: periodic = u; break;
+    }
+    const float end = wrap == CA_WRAP_MIRROR ? 2.0f * CA_ONE_MINUS_EPSILON : CA_ONE_MINUS_EPSILON;
+    return isfinite(periodic) ? ca_clamp(periodic, 0.0f, end) : 0.0f;
+}
+
+/* A texel index, at most one outside of the period that wrap_coordinate leaves, brought into [0, size). */
+static uint32_t wrap_index(int32_t index, uint32_t size, ca_texture_wrap wrap)
+{
+    const int32_t n = (int32_t)size;
+    switch (wrap) {
+    case CA_WRAP_REPEAT: return (uint32_t)(index < 0 ? index + n : index >= n ? index - n : index);
+    case CA_WRAP_MIRROR:
+        if (index < 0 || index >= 2 * n) return 0;
+        return (uint32_t)(index < n ? index : 2 * n - 1 - index);
+    default: return (uint32_t)(index < 0 ? 0 : index >= n ? n - 1 : index);
+    }
+}
+
+/* The two texels along one axis around a coordinate, and the share of the second. */
+typedef struct texel_pair {
+    uint32_t i0, i1;
+    float w1;
+} texel_pair;
+
+static texel_pair bilinear_texels(float coordinate, uint32_t size, ca_texture_wrap wrap)
+{
+    const float x = wrap_coordinate(coordinate, wrap) * (float)size - 0.5f;
+    const float x0 = floorf(x);
+    const int32_t i0 = (int32_t)x0;
+    return (texel_pair){wrap_index(i0, size, wrap), wrap_index(i0 + 1, size, wrap), x - x0};
+}
+
+static uint32_t nearest_texel(float coordinate, uint32_t size, ca_texture_wrap wrap)
+{
+    return wrap_index((int32_t)(wrap_coordinate(coordinate, wrap) * (float)size), size, wrap);
+}
+
+static ca_rgb bitmap_eval(const ca_texture *texture, ca_vec2 surface_uv)
+{
+    const ca_image *image = texture->as.bitmap.image;
+    const ca_texture_wrap wrap = texture->as.bitmap.wrap;
+    const ca_vec2 uv = texture_uv(texture, surface_uv);
+    if (texture->as.bitmap.filter == CA_FILTER_NEAREST)
+        return ca_image_rgb(image, nearest_texel(uv.x, image->width, wrap),
+                            nearest_texel(1.0f - uv.y, image->height, wrap));
+
+    const texel_pair x = bilinear_texels(uv.x, image->width, wrap);
+    const texel_pair y = bilinear_texels(1.0f - uv.y, image->height, wrap);
+    const ca_rgb row0 = ca_rgb_lerp(ca_image_rgb(image, x.i0, y.i0), ca_image_rgb(image, x.i1, y.i0), x.w1);
+    const ca_rgb row1 = ca_rgb_lerp(ca_image_rgb(image, x.i0, y.i1), ca_image_rgb(image, x.i1, y.i1), x.w1);
+    return ca_rgb_lerp(row0, row1, y.w1);
+}
+
+/* By the chain rule through to_uv, from the slopes of the bilinear patch. */
+static ca_vec2 bitmap_gradient(const ca_texture *texture, ca_vec2 surface_uv)
+{
+    const ca_image *image = texture->as.bitmap.image;
+    if (texture->as.bitmap.filter == CA_FILTER_NEAREST) return (ca_vec2){0.0f, 0.0f};
+    const ca_texture_wrap wrap = texture->as.bitmap.wrap;
+    const ca_vec2 uv = texture_uv(texture, surface_uv);
+    const texel_pair x = bilinear_texels(uv.x, image->width, wrap);
+    const texel_pair y = bilinear_texels(1.0f - uv.y, image->height, wrap);
+    const float f00 = ca_texture_scalar_of(ca_image_rgb(image, x.i0, y.i0));
+    const float f10 = ca_texture_scalar_of(ca_image_rgb(image, x.i1, y.i0));
+    const float f01 = ca_texture_scalar_of(ca_image_rgb(image, x.i0, y.i1));
+    const float f11 = ca_texture_scalar_of(ca_image_rgb(image, x.i1, y.i1));
+    const float slope_x = (float)image->width * ca_lerp(f10 - f00, f11 - f01, y.w1);
+    const float slope_y = -(float)image->height * ca_lerp(f01 - f00, f11 - f10, x.w1); /* rows run against v */
+    const float(*m)[3] = texture->to_uv;
+    return (ca_vec2){m[0][0] * slope_x + m[1][0] * slope_y, m[0][1] * slope_x + m[1][1] * slope_y};
+}
+
+static ca_rgb bitmap_mean(const ca_image *image)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (uint32_t y = 0; y < image->height; ++y)
+        for (uint32_t x = 0; x < image->width; ++x) {
+            const ca_rgb value = ca_image_rgb(image, x, y);
+            sum[0] += (double)value.r;
+            sum[1] += (double)value.g;
+            sum[2] += (double)value.b;
+        }
+    const double scale = 1.0 / ((double)image->width * (double)image->height);
+    return (ca_rgb){(float)(sum[0] * scale), (float)(sum[1] * scale), (float)(sum[2] * scale)};
+}
+
+static float bitmap_max(const ca_image *image)
+{
+    float max = -INFINITY;
+    for (uint32_t y = 0; y < image->height; ++y)
+        for (uint32_t x = 0; x < image->width; ++x) max = fmaxf(max, ca_rgb_max(ca_image_rgb(image, x, y)));
+    return max;
+}
+
+/* ---- The others ------------------------------------------------------------------------------------------------ */
+
+static ca_texture_id checkerboard_color(const ca_texture *texture, ca_vec2 surface_uv)
+{
+    const ca_vec2 uv = texture_uv(texture, surface_uv);
+    const bool right = uv.x - floorf(uv.x) > 0.5f, lower = uv.y - floorf(uv.y) > 0.5f;
+    return right == lower ? texture->as.checkerboard.color0 : texture->as.checkerboard.color1;
+}
+
+static ca_rgb attribute_value(const ca_mesh_attribute *attribute, uint32_t element)
+{
+    const float *p = attribute->values + (size_t)element * attribute->components;
+    return attribute->components >= 3 ? (ca_rgb){p[0], p[1], p[2]} : (ca_rgb){p[0], p[0], p[0]};
+}
+
+static ca_rgb mesh_attribute_eval(const ca_texture *texture, const ca_surface *surface)
+{
+    const ca_mesh_attribute *attribute =
+        surface->mesh ? ca_mesh_find_attribute(surface->mesh, texture->as.mesh_attribute.name) : NULL;
+    if (!attribute) return (ca_rgb){0.0f, 0.0f, 0.0f};
+    if (attribute->per_face) return attribute_value(attribute, surface->primitive);
+
+    const uint32_t *corner = surface->mesh->indices + 3 * (size_t)surface->primitive;
+    const float b1 = surface->barycentric.x, b2 = surface->barycentric.y;
+    ca_rgb value = ca_rgb_scale(attribute_value(attribute, corner[0]), 1.0f - b1 - b2);
+    value = ca_rgb_madd(value, b1, attribute_value(attribute, corner[1]));
+    return ca_rgb_madd(value, b2, attribute_value(attribute, corner[2]));
+}
+
+/* ---- All kinds ------------------------------------------------------------------------------------------------- */
+
+ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    switch (texture->kind) {
+    case CA_TEXTURE_CONSTANT: return texture->as.constant;
+    case CA_TEXTURE_BITMAP: return bitmap_eval(texture, surface->uv);
+    case CA_TEXTURE_CHECKERBOARD: return ca_texture_eval(table, checkerboard_color(texture, surface->uv), surface);
+    case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
+    }
+    assert(!"a texture of no kind");
+    return (ca_rgb){0.0f, 0.0f, 0.0f};
+}
+
+ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
+{
+    const ca_texture *texture = &table[id];
+    return texture->kind == CA_TEXTURE_BITMAP ? bitmap_gradient(texture, surface->uv) : (ca_vec2){0.0f, 0.0f};
+}
+
+ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
+{
+    const ca_texture *texture = &table[id];
+    switch (texture->kind) {
+    case CA_TEXTURE_CONSTANT: return texture->as.constant;
+    case CA_TEXTURE_BITMAP: return bitmap_mean(texture->as.bitmap.image);
+    case CA_TEXTURE_CHECKERBOARD:
+        return ca_rgb_lerp(ca_texture_mean(table, texture->as.checkerboard.color0),
+                           ca_texture_mean(table, texture->as.checkerboard.color1), 0.5f);
+    case CA_TEXTURE_MESH_ATTRIBUTE: break;
+    }
+    return (ca_rgb){1.0f, 1.0f, 1.0f};
+}
+
+float ca_texture_max(const ca_texture *table, ca_texture_id id)
+{
+    const ca_texture *texture = &table[id];
+    switch (texture->kind) {
+    case CA_TEXTURE_CONSTANT: return ca_rgb_max(texture->as.constant);
+    case CA_TEXTURE_BITMAP: return bitmap_max(texture->as.bitmap.image);
+    case CA_TEXTURE_CHECKERBOARD:
+        return fmaxf(ca_texture_max(table, texture->as.checkerboard.color0),
+                     ca_texture_max(table, texture->as.checkerboard.color1));
+    case CA_TEXTURE_MESH_ATTRIBUTE: break;
+    }
+    return 1.0f;
+}

@@ -1,0 +1,82 @@
+/* Textures: colours and numbers that vary over a surface.
+ *
+ * A texture-valued parameter is a ca_texture_id into the scene's table; a constant is a texture too. Values are linear
+ * Rec. 709. uv (0, 0) is the lower left corner of a bitmap: v runs upwards, rows run downwards; pixel (x, y) is centred
+ * on ((x + 0.5) / width, 1 - (y + 0.5) / height). In Mitsuba 3 (src/textures/bitmap.cpp) row 0 lies at v = 0: its scene
+ * files get a to_uv that turns v around. Nothing here allocates; all functions are pure. */
+#ifndef CA_MATERIAL_TEXTURE_H
+#define CA_MATERIAL_TEXTURE_H
+
+#include "geometry/shape.h"
+#include "image/image.h"
+#include "math/rgb.h"
+
+typedef uint32_t ca_texture_id; /* CA_NONE: the parameter is not set */
+
+typedef enum ca_texture_kind {
+    CA_TEXTURE_CONSTANT,
+    CA_TEXTURE_BITMAP,
+    CA_TEXTURE_CHECKERBOARD,
+    CA_TEXTURE_MESH_ATTRIBUTE,
+} ca_texture_kind;
+
+typedef enum ca_texture_filter { CA_FILTER_NEAREST, CA_FILTER_BILINEAR } ca_texture_filter;
+typedef enum ca_texture_wrap { CA_WRAP_REPEAT, CA_WRAP_MIRROR, CA_WRAP_CLAMP } ca_texture_wrap;
+
+typedef struct ca_texture {
+    ca_texture_kind kind;
+    float to_uv[2][3]; /* texture coordinates from the surface's: (u', v') = M (u, v, 1) */
+    union {
+        ca_rgb constant;
+        struct {
+            uint32_t image_index;  /* in the scene's images */
+            const ca_image *image; /* borrowed from the scene, set when it is compiled; alpha does not matter */
+            ca_texture_filter filter;
+            ca_texture_wrap wrap;
+        } bitmap;
+        struct {
+            /* color0 where the fractional parts of u' and v' are both above 1/2 or both not. Each is looked up at
+             * the surface's own coordinates. No cycles. */
+            ca_texture_id color0, color1;
+        } checkerboard;
+        struct {
+            /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
+             * none of that name. */
+            const char *name;
+        } mesh_attribute;
+    } as;
+} ca_texture;
+
+ca_texture ca_texture_constant(ca_rgb value);
+
+/* What the two below do for everything but constants. */
+ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface);
+/* The value itself of a grey colour (which its luminance is not, to the last bit), else the luminance. */
+static inline float ca_texture_scalar_of(ca_rgb value)
+{
+    return value.r == value.g && value.g == value.b ? value.r : ca_luminance(value);
+}
+
+/* Most textures of most scenes are constants, and a material looks up one or more at every vertex. */
+static inline ca_rgb ca_texture_eval(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
+{
+    const ca_texture *texture = &table[id];
+    return texture->kind == CA_TEXTURE_CONSTANT ? texture->as.constant
+                                                : ca_texture_eval_varying(table, texture, surface);
+}
+
+/* Luminance of the colour; of a grey texture the value itself. */
+static inline float ca_texture_eval_scalar(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
+{
+    return ca_texture_scalar_of(ca_texture_eval(table, id, surface));
+}
+
+/* Derivatives of the scalar by the surface's u and v: exact for constants and bilinear bitmaps, 0 for the others. */
+ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_surface *surface);
+
+/* Mean and largest component over the unit square of a texture's own coordinates: for powers and for choosing lobes.
+ * A mesh attribute answers with (1, 1, 1). Cost: one pass over a bitmap's pixels. */
+ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id);
+float ca_texture_max(const ca_texture *table, ca_texture_id id);
+
+#endif

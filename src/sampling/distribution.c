@@ -1,0 +1,180 @@
+#include "sampling/distribution.h"
+
+#include "base/memory.h"
+#include "math/numeric.h"
+
+#include <assert.h>
+
+/* Cumulative sums are multiples of 2^-24, as the sampler's numbers are: a bin then is drawn exactly as often as its
+ * probability says. */
+static const double steps = 0x1p24;
+
+static double sum_of(const float *weights, uint32_t count)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        assert(weights[i] >= 0.0f && isfinite(weights[i]));
+        sum += (double)weights[i];
+    }
+    return sum;
+}
+
+/* A bin of positive weight gets at least one step, so that nothing that may be drawn by another technique has a density
+ * of 0 here: upwards from the left, then downwards from the right where that ran past 1. More positive bins than steps
+ * cannot all have one. */
+static void separate(float *cumulative, const float *weights, uint32_t count)
+{
+    uint32_t positive = 0;
+    for (uint32_t i = 0; i < count; i++) positive += weights[i] > 0.0f;
+    if ((double)positive > steps) return;
+    for (uint32_t i = 0; i < count; i++) {
+        const float least = cumulative[i] + (weights[i] > 0.0f ? 0x1p-24f : 0.0f);
+        if (cumulative[i + 1] < least) cumulative[i + 1] = least;
+    }
+    float most = 1.0f;
+    for (uint32_t i = count; i > 0; i--) {
+        if (cumulative[i] > most) cumulative[i] = most;
+        most = cumulative[i] - (weights[i - 1] > 0.0f ? 0x1p-24f : 0.0f);
+    }
+}
+
+static void fill_cumulative(ca_distribution_1d *distribution, const float *weights)
+{
+    const uint32_t count = distribution->count;
+    double partial = 0.0;
+    distribution->cumulative[0] = 0.0f;
+    for (uint32_t i = 0; i < count; i++) {
+        partial += (double)weights[i];
+        const double end = distribution->sum > 0.0 ? partial / distribution->sum : (i + 1.0) / count;
+        distribution->cumulative[i + 1] = (float)(rint(end * steps) / steps);
+    }
+    distribution->cumulative[count] = 1.0f;
+    if (distribution->sum > 0.0) separate(distribution->cumulative, weights, count);
+}
+
+static void fill_guide(ca_distribution_1d *distribution)
+{
+    const uint32_t count = distribution->count;
+    uint32_t bin = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const double start = (double)i / count;
+        while ((double)distribution->cumulative[bin + 1] <= start) bin++;
+        distribution->guide[i] = bin;
+    }
+}
+
+ca_status ca_distribution_1d_create(ca_distribution_1d *distribution, const float *weights, uint32_t count,
+                                    ca_error *error)
+{
+    assert(count > 0);
+    *distribution = (ca_distribution_1d){.count = count, .sum = sum_of(weights, count)};
+    distribution->cumulative = ca_alloc((size_t)count + 1, sizeof *distribution->cumulative);
+    distribution->guide = ca_alloc(count, sizeof *distribution->guide);
+    if (!distribution->cumulative || !distribution->guide) {
+        ca_distribution_1d_destroy(distribution);
+        return ca_fail_memory(error, "a sampling table");
+    }
+    fill_cumulative(distribution, weights);
+    fill_guide(distribution);
+    return CA_OK;
+}
+
+void ca_distribution_1d_destroy(ca_distribution_1d *distribution)
+{
+    ca_free(distribution->cumulative);
+    ca_free(distribution->guide);
+    *distribution = (ca_distribution_1d){0};
+}
+
+uint32_t ca_distribution_1d_sample(const ca_distribution_1d *distribution, float u, float *probability,
+                                   float *remapped)
+{
+    assert(u >= 0.0f && u < 1.0f);
+    const float *cumulative = distribution->cumulative;
+    /* The product may round up to the next entry of the guide: then the bin is looked for downwards. */
+    const uint32_t slot = ca_min_u32((uint32_t)(u * (float)distribution->count), distribution->count - 1);
+    uint32_t bin = distribution->guide[slot];
+    while (cumulative[bin] > u) bin--;
+    while (cumulative[bin + 1] <= u) bin++;
+
+    *probability = cumulative[bin + 1] - cumulative[bin];
+    if (remapped) *remapped = fminf((u - cumulative[bin]) / *probability, CA_ONE_MINUS_EPSILON);
+    return bin;
+}
+
+float ca_distribution_1d_probability(const ca_distribution_1d *distribution, uint32_t bin)
+{
+    assert(bin < distribution->count);
+    return distribution->cumulative[bin + 1] - distribution->cumulative[bin];
+}
+
+/* ---- Two dimensions ----------------------------------------------------------------------------------------------- */
+
+static ca_status create_columns(ca_distribution_2d *distribution, const float *weights, float *row_sums,
+                                ca_error *error)
+{
+    for (uint32_t y = 0; y < distribution->height; y++) {
+        CA_TRY(ca_distribution_1d_create(&distribution->columns[y], weights + (size_t)y * distribution->width,
+                                         distribution->width, error));
+        /* A row may sum up to more than a float holds only if its weights are that large: the mean always fits. */
+        row_sums[y] = (float)(distribution->columns[y].sum / distribution->width);
+    }
+    return ca_distribution_1d_create(&distribution->rows, row_sums, distribution->height, error);
+}
+
+ca_status ca_distribution_2d_create(ca_distribution_2d *distribution, const float *weights, uint32_t width,
+                                    uint32_t height, ca_error *error)
+{
+    *distribution = (ca_distribution_2d){.width = width, .height = height};
+    distribution->columns = ca_alloc_zeroed(height, sizeof *distribution->columns);
+    float *row_sums = ca_alloc(height, sizeof *row_sums);
+    ca_status status = CA_OK;
+    if (!distribution->columns || !row_sums)
+        status = ca_fail_memory(error, "a sampling table");
+    else
+        status = create_columns(distribution, weights, row_sums, error);
+    ca_free(row_sums);
+    if (status != CA_OK) ca_distribution_2d_destroy(distribution);
+    return status;
+}
+
+void ca_distribution_2d_destroy(ca_distribution_2d *distribution)
+{
+    for (uint32_t y = 0; distribution->columns && y < distribution->height; y++)
+        ca_distribution_1d_destroy(&distribution->columns[y]);
+    ca_free(distribution->columns);
+    ca_distribution_1d_destroy(&distribution->rows);
+    *distribution = (ca_distribution_2d){0};
+}
+
+/* Position of a bin's inner coordinate among `count` bins, kept below the next bin. */
+static float bin_position(uint32_t bin, float inside, uint32_t count)
+{
+    const float position = ((float)bin + inside) / (float)count;
+    return fminf(position, CA_ONE_MINUS_EPSILON);
+}
+
+ca_vec2 ca_distribution_2d_sample(const ca_distribution_2d *distribution, ca_vec2 u, float *density)
+{
+    float row_probability, column_probability;
+    ca_vec2 inside;
+    const uint32_t row = ca_distribution_1d_sample(&distribution->rows, u.y, &row_probability, &inside.y);
+    const uint32_t column =
+        ca_distribution_1d_sample(&distribution->columns[row], u.x, &column_probability, &inside.x);
+    *density = row_probability * (float)distribution->height * (column_probability * (float)distribution->width);
+    return (ca_vec2){bin_position(column, inside.x, distribution->width),
+                     bin_position(row, inside.y, distribution->height)};
+}
+
+static uint32_t bin_of(float position, uint32_t count)
+{
+    const float scaled = position * (float)count;
+    return scaled > 0.0f ? ca_min_u32((uint32_t)scaled, count - 1) : 0;
+}
+
+float ca_distribution_2d_density(const ca_distribution_2d *distribution, ca_vec2 point)
+{
+    const uint32_t row = bin_of(point.y, distribution->height), column = bin_of(point.x, distribution->width);
+    return ca_distribution_1d_probability(&distribution->rows, row) * (float)distribution->height *
+           (ca_distribution_1d_probability(&distribution->columns[row], column) * (float)distribution->width);
+}

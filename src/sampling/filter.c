@@ -1,0 +1,163 @@
+#include "sampling/filter.h"
+
+#include "math/numeric.h"
+
+#include <stddef.h>
+
+ca_filter ca_filter_default(ca_filter_kind kind)
+{
+    ca_filter filter = {.kind = kind};
+    switch (kind) {
+    case CA_RFILTER_BOX: filter.radius = 0.5f; break;
+    case CA_RFILTER_TENT: filter.radius = 1.0f; break;
+    case CA_RFILTER_GAUSSIAN:
+        filter.stddev = 0.5f;
+        filter.radius = 4.0f * filter.stddev;
+        break;
+    case CA_RFILTER_MITCHELL:
+        filter.radius = 2.0f;
+        filter.b = filter.c = 1.0f / 3.0f;
+        break;
+    case CA_RFILTER_CATMULL_ROM:
+        filter.radius = 2.0f;
+        filter.c = 0.5f;
+        break;
+    case CA_RFILTER_LANCZOS:
+        filter.lobes = 3.0f;
+        filter.radius = filter.lobes;
+        break;
+    }
+    return filter;
+}
+
+/* Mitchell and Netravali's cubics with parameters B and C; Catmull-Rom is (0, 1/2). As Mitsuba 3's mitchell.cpp. */
+static float cubic(float b, float c, float x)
+{
+    if (x < 1.0f)
+        return (((12.0f - 9.0f * b - 6.0f * c) * x + (-18.0f + 12.0f * b + 6.0f * c)) * x * x + (6.0f - 2.0f * b)) /
+               6.0f;
+    return (((-b - 6.0f * c) * x + (6.0f * b + 30.0f * c)) * x * x + (-12.0f * b - 48.0f * c) * x +
+            (8.0f * b + 24.0f * c)) /
+           6.0f;
+}
+
+static float sinc(float x) { return fabsf(x) < 1e-4f ? 1.0f : sinf(CA_PI * x) / (CA_PI * x); }
+
+/* The filter as its formula says, x >= 0 and below the radius; formulae of Mitsuba 3's rfilters. */
+static float shape_of(const ca_filter *filter, float x)
+{
+    switch (filter->kind) {
+    case CA_RFILTER_BOX: return 1.0f;
+    case CA_RFILTER_TENT: return 1.0f - x / filter->radius;
+    case CA_RFILTER_GAUSSIAN: { /* lowered so that it ends at 0 */
+        const float a = -0.5f / ca_sqr(filter->stddev);
+        return fmaxf(expf(a * x * x) - expf(a * ca_sqr(filter->radius)), 0.0f);
+    }
+    case CA_RFILTER_MITCHELL:
+    case CA_RFILTER_CATMULL_ROM: return cubic(filter->b, filter->c, x * (2.0f / filter->radius));
+    case CA_RFILTER_LANCZOS: return sinc(x) * sinc(x / filter->radius);
+    }
+    return 0.0f;
+}
+
+static float node_position(const ca_filter *filter, uint32_t node)
+{
+    return filter->radius * ((2.0f / CA_FILTER_TABLE) * (float)node - 1.0f);
+}
+
+/* Simpson's rule over half of the filter. */
+static double integral_of(const ca_filter *filter)
+{
+    enum { INTERVALS = 1024 };
+    const double width = (double)filter->radius / INTERVALS;
+    double sum = 0.0;
+    for (int i = 0; i <= INTERVALS; i++) {
+        const double factor = i == 0 || i == INTERVALS ? 1.0 : (i & 1) ? 4.0 : 2.0;
+        sum += factor * (double)shape_of(filter, (float)(i * width));
+    }
+    return 2.0 * sum * width / 3.0;
+}
+
+void ca_filter_prepare(ca_filter *filter)
+{
+    if (filter->kind == CA_RFILTER_LANCZOS) filter->radius = filter->lobes;
+    filter->integral = (float)integral_of(filter);
+
+    double cumulative[CA_FILTER_TABLE + 1] = {0.0};
+    for (uint32_t i = 0; i <= CA_FILTER_TABLE; i++)
+        filter->nodes[i] = fabsf(shape_of(filter, fabsf(node_position(filter, i))));
+    for (uint32_t i = 0; i < CA_FILTER_TABLE; i++)
+        cumulative[i + 1] = cumulative[i] + (double)filter->nodes[i] + (double)filter->nodes[i + 1];
+    const double total = cumulative[CA_FILTER_TABLE];
+    const double density_scale = CA_FILTER_TABLE / (total * (double)filter->radius);
+    for (uint32_t i = 0; i <= CA_FILTER_TABLE; i++) {
+        filter->nodes[i] = (float)((double)filter->nodes[i] * density_scale);
+        filter->cumulative[i] = (float)(cumulative[i] / total);
+    }
+}
+
+float ca_filter_eval(const ca_filter *filter, float x)
+{
+    const float distance = fabsf(x);
+    return distance < filter->radius ? shape_of(filter, distance) / filter->integral : 0.0f;
+}
+
+/* Interval of the table that holds u. */
+static uint32_t find_interval(const ca_filter *filter, float u)
+{
+    uint32_t low = 0, high = CA_FILTER_TABLE;
+    while (high - low > 1) {
+        const uint32_t middle = (low + high) / 2;
+        if (filter->cumulative[middle] <= u)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Inverts the integral of the piecewise-linear density: within an interval with densities a and b at its ends, the mass
+ * up to t of it is proportional to a t + (b - a) t^2 / 2. The density used is |f| up to the curvature between nodes, so
+ * that weights are nearly +1 and -1 (times a constant), and their mean is exactly 1. */
+static float sample_table(const ca_filter *filter, float u, float *weight)
+{
+    const uint32_t i = find_interval(filter, u);
+    const float a = filter->nodes[i], b = filter->nodes[i + 1];
+    const float inside = (u - filter->cumulative[i]) / (filter->cumulative[i + 1] - filter->cumulative[i]);
+    const float mass = inside * (a + b);
+    const float root = a + sqrtf(ca_sqr(a) + mass * (b - a));
+    const float t = root > 0.0f ? fminf(mass / root, 1.0f) : 0.0f;
+    const float x = filter->radius * ((2.0f / CA_FILTER_TABLE) * ((float)i + t) - 1.0f);
+    const float density = a + t * (b - a);
+    *weight = density > 0.0f ? ca_filter_eval(filter, x) / density : 0.0f;
+    return x;
+}
+
+static float sample_axis(const ca_filter *filter, float u, float *weight)
+{
+    *weight = 1.0f;
+    switch (filter->kind) {
+    case CA_RFILTER_BOX: return filter->radius * (2.0f * u - 1.0f);
+    case CA_RFILTER_TENT:
+        return u < 0.5f ? filter->radius * (sqrtf(2.0f * u) - 1.0f) : filter->radius * (1.0f - sqrtf(2.0f - 2.0f * u));
+    default: return sample_table(filter, u, weight);
+    }
+}
+
+ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight)
+{
+    float weight_x, weight_y;
+    const ca_vec2 offset = {sample_axis(filter, u.x, &weight_x), sample_axis(filter, u.y, &weight_y)};
+    *weight = weight_x * weight_y;
+    return offset;
+}
+
+const char *ca_filter_name(ca_filter_kind kind)
+{
+    static const char *const names[] = {
+        [CA_RFILTER_BOX] = "box",           [CA_RFILTER_TENT] = "tent",
+        [CA_RFILTER_GAUSSIAN] = "gaussian", [CA_RFILTER_MITCHELL] = "mitchell",
+        [CA_RFILTER_CATMULL_ROM] = "catmullrom", [CA_RFILTER_LANCZOS] = "lanczos",
+    };
+    return (size_t)kind < sizeof names / sizeof names[0] ? names[kind] : NULL;
+}

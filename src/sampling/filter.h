@@ -1,0 +1,48 @@
+/* Reconstruction filters, for filter importance sampling: a camera sample belongs to one pixel, its position is drawn
+ * from the filter around the pixel's centre and carries the weight f / pdf (negative where a filter has negative
+ * lobes), so that every pixel's samples are its own and its value is their plain mean.
+ * Filters are separable; distances are in pixels. */
+#ifndef CA_SAMPLING_FILTER_H
+#define CA_SAMPLING_FILTER_H
+
+#include "math/vec.h"
+
+#include <stdint.h>
+
+typedef enum ca_filter_kind {
+    CA_RFILTER_BOX,
+    CA_RFILTER_TENT,
+    CA_RFILTER_GAUSSIAN,
+    CA_RFILTER_MITCHELL,
+    CA_RFILTER_CATMULL_ROM,
+    CA_RFILTER_LANCZOS,
+} ca_filter_kind;
+
+enum { CA_FILTER_TABLE = 64 };
+
+typedef struct ca_filter {
+    ca_filter_kind kind;
+    float radius; /* half width */
+    float stddev; /* gaussian */
+    float b, c;   /* mitchell */
+    float lobes;  /* lanczos */
+
+    /* Made by ca_filter_prepare: |f| tabulated for sampling. */
+    float integral;                        /* of f over one axis: the normalisation */
+    float nodes[CA_FILTER_TABLE + 1];      /* sampling density of an offset, in 1/pixel, linear in between: |f| */
+    float cumulative[CA_FILTER_TABLE + 1]; /* its integral from -radius */
+} ca_filter;
+
+/* Mitsuba's defaults for each kind. */
+ca_filter ca_filter_default(ca_filter_kind kind);
+void ca_filter_prepare(ca_filter *filter);
+
+/* Value at a distance along one axis, normalised to an integral of 1. */
+float ca_filter_eval(const ca_filter *filter, float x);
+
+/* Offset from the pixel's centre and the weight f / pdf, whose mean is 1. */
+ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight);
+
+const char *ca_filter_name(ca_filter_kind kind);
+
+#endif

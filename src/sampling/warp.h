@@ -1,0 +1,38 @@
+/* Maps from the unit square to shapes and directions, each beside its density. Every map preserves stratification.
+ * u is in [0, 1)^2. Directions are local: z is the axis. */
+#ifndef CA_SAMPLING_WARP_H
+#define CA_SAMPLING_WARP_H
+
+#include "math/measure.h"
+#include "math/numeric.h"
+#include "math/vec.h"
+
+/* sin and cos of an angle of at most a few turns, without libm: the same bits on every machine. Largest error found over
+ * 20 million angles in [-20, 20]: 7.8e-8 (1.3 x 2^-24). */
+void ca_sincos(float angle, float *sine, float *cosine);
+
+/* Unit disk, area-preserving, concentric squares to circles (Shirley and Chiu 1997). Density 1/pi. */
+ca_vec2 ca_warp_disk(ca_vec2 u);
+
+/* Upper hemisphere, density cos/pi per solid angle. */
+ca_vec3 ca_warp_cosine_hemisphere(ca_vec2 u);
+static inline ca_pdf_solid_angle ca_warp_cosine_hemisphere_pdf(float cos_theta)
+{
+    return (ca_pdf_solid_angle){cos_theta > 0.0f ? cos_theta * CA_INV_PI : 0.0f};
+}
+
+/* Unit sphere, density 1/(4 pi). */
+ca_vec3 ca_warp_sphere(ca_vec2 u);
+
+/* Cone around +z, all directions with 1 - cos <= one_minus_cos_max, uniform: density 1/(2 pi one_minus_cos_max). The
+ * argument is 1 - cos and not cos because a small cone would lose all its digits. */
+ca_vec3 ca_warp_cone(ca_vec2 u, float one_minus_cos_max);
+static inline ca_pdf_solid_angle ca_warp_cone_pdf(float one_minus_cos_max)
+{
+    return (ca_pdf_solid_angle){CA_INV_TWO_PI / one_minus_cos_max};
+}
+
+/* Barycentric coordinates (b1, b2) uniform over a triangle. Density 1/area. */
+ca_vec2 ca_warp_triangle(ca_vec2 u);
+
+#endif

@@ -1,0 +1,54 @@
+#include "scene/description.h"
+
+bool ca_table_add(void **items, size_t *count, size_t *capacity, size_t size)
+{
+    /* Indices are 32 bits, and UINT32_MAX is CA_NONE. */
+    if (*count >= UINT32_MAX - 1) return false;
+    if (!ca_array_reserve(items, capacity, *count + 1, size)) return false;
+    unsigned char *added = (unsigned char *)*items + *count * size;
+    for (size_t i = 0; i < size; i++) added[i] = 0;
+    ++*count;
+    return true;
+}
+
+void ca_scene_desc_init(ca_scene_desc *desc)
+{
+    *desc = (ca_scene_desc){0};
+    desc->camera.camera.kind = CA_CAMERA_PERSPECTIVE;
+    const ca_matrix identity = ca_matrix_identity();
+    (void)ca_affine_from_matrix(&identity, &desc->camera.camera.map);
+    desc->camera.camera.near_clip = 1e-2f;
+    desc->camera.camera.far_clip = 1e4f;
+    desc->camera.camera.focus_distance = 1e4f;
+    desc->camera.fov_axis = CA_FOV_X;
+    desc->camera.fov_degrees = 39.3077;
+    desc->film = (ca_film_desc){.width = 768, .height = 576, .crop_width = 768, .crop_height = 576};
+    desc->film.filter = ca_filter_default(CA_RFILTER_GAUSSIAN);
+    desc->sampler = (ca_sampler){.kind = CA_SAMPLER_INDEPENDENT};
+    desc->samples_per_pixel = 4;
+}
+
+void ca_scene_desc_destroy(ca_scene_desc *desc)
+{
+    for (size_t i = 0; i < desc->images.count; i++) ca_image_destroy(&desc->images.items[i]);
+    for (size_t i = 0; i < desc->meshes.count; i++) ca_mesh_destroy(&desc->meshes.items[i]);
+    ca_free(desc->textures.items);
+    ca_free(desc->images.items);
+    ca_free(desc->materials.items);
+    ca_free(desc->meshes.items);
+    ca_free(desc->shapes.items);
+    ca_free(desc->groups.items);
+    ca_free(desc->instances.items);
+    ca_free(desc->lights.items);
+    ca_free(desc->integrator.parameters.items);
+    ca_arena_clear(&desc->strings);
+    *desc = (ca_scene_desc){0};
+}
+
+ca_texture_id ca_scene_desc_add_constant(ca_scene_desc *desc, ca_rgb value)
+{
+    if (!CA_TABLE_ADD(&desc->textures)) return CA_NONE;
+    const ca_texture_id id = (ca_texture_id)(desc->textures.count - 1);
+    desc->textures.items[id] = ca_texture_constant(value);
+    return id;
+}

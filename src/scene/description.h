@@ -1,0 +1,127 @@
+/* A scene as its author wrote it: editable tables, indices between them, and the place in the file where each thing
+ * was said. Importers fill it, ca_scene_compile (scene.h) turns it into an immutable scene.
+ *
+ * Ownership: the description owns all tables, images, meshes and strings (strings live in its arena). Compiling moves
+ * images and meshes into the scene. */
+#ifndef CA_SCENE_DESCRIPTION_H
+#define CA_SCENE_DESCRIPTION_H
+
+#include "base/memory.h"
+#include "camera/camera.h"
+#include "sampling/filter.h"
+#include "light/light.h"
+#include "material/material.h"
+#include "sampling/sampler.h"
+
+/* A table that grows. Elements move when it does: keep indices, not pointers. */
+#define CA_TABLE(type)                                                                                             \
+    struct {                                                                                                       \
+        type *items;                                                                                               \
+        size_t count, capacity;                                                                                    \
+    }
+
+/* Appends a zeroed element; false when out of memory. The new element is table.items[table.count - 1]. */
+#define CA_TABLE_ADD(table) ca_table_add((void **)&(table)->items, &(table)->count, &(table)->capacity, sizeof *(table)->items)
+bool ca_table_add(void **items, size_t *count, size_t *capacity, size_t size);
+
+typedef struct ca_material_desc {
+    ca_material material;
+    ca_location where;
+    const char *id; /* NULL where it has none */
+} ca_material_desc;
+
+typedef struct ca_shape_desc {
+    ca_shape_kind kind;
+    uint32_t mesh;       /* index in meshes, each used by one shape; CA_NONE for quadrics. In the shape's own space */
+    ca_matrix to_world;  /* affine; of a group's member: to the group's space */
+    float radius;        /* sphere, cylinder: in the shape's own space */
+    double center[3];    /* sphere */
+    double p0[3], p1[3]; /* cylinder: ends of its axis */
+    bool flip_normals;
+    uint32_t material; /* index in materials; CA_NONE: diffuse grey of 0.5 */
+    uint32_t light;    /* index in lights (an area light), or CA_NONE */
+    uint32_t group;    /* index in groups, or CA_NONE: a shape of the world */
+    ca_location where;
+    const char *id;
+} ca_shape_desc;
+
+typedef struct ca_group_desc {
+    ca_location where;
+    const char *id;
+} ca_group_desc;
+
+typedef struct ca_instance_desc {
+    uint32_t group;
+    ca_matrix to_world;
+    ca_location where;
+} ca_instance_desc;
+
+/* As ca_light, but shapes and images by index. */
+typedef struct ca_light_desc {
+    ca_light_kind kind;
+    ca_matrix to_world;    /* projector, envmap, spot (z is the axis) */
+    double position[3];    /* point */
+    double direction[3];   /* directional: the way the light travels */
+    ca_rgb radiance;       /* radiance, intensity, irradiance or scale, as ca_light.radiance */
+    ca_texture_id texture; /* area: radiance; spot; projector; CA_NONE where it has none */
+    double cutoff_degrees, beam_degrees; /* spot: half angles */
+    double tan_half_x, tan_half_y;       /* projector */
+    uint32_t image;                      /* envmap: index in images */
+    ca_location where;
+} ca_light_desc;
+
+typedef struct ca_film_desc {
+    uint32_t width, height;                 /* full size */
+    uint32_t crop_x, crop_y, crop_width, crop_height; /* the part to render; the whole film by default */
+    ca_filter filter;
+} ca_film_desc;
+
+typedef struct ca_camera_desc {
+    ca_camera camera; /* map, size and everything but what ca_camera_prepare makes */
+    ca_fov_axis fov_axis;
+    double fov_degrees; /* 0 for the orthographic camera */
+    ca_location where;
+} ca_camera_desc;
+
+/* What the scene's <integrator> says. The names of parameters are the integrator's; `values` keep them all as numbers
+ * or text until the integrator that is finally chosen reads them (integrator.h). */
+typedef struct ca_parameter {
+    const char *name;
+    enum { CA_PARAMETER_NUMBER, CA_PARAMETER_BOOLEAN, CA_PARAMETER_TEXT } kind;
+    double number; /* also 0 or 1 for a boolean */
+    const char *text;
+    ca_location where;
+} ca_parameter;
+
+typedef struct ca_integrator_desc {
+    const char *name; /* NULL: none given, "path" */
+    CA_TABLE(ca_parameter) parameters;
+    ca_location where;
+} ca_integrator_desc;
+
+typedef struct ca_scene_desc {
+    ca_arena strings;
+    const char *path; /* of the scene file */
+    CA_TABLE(ca_texture) textures;
+    CA_TABLE(ca_image) images;
+    CA_TABLE(ca_material_desc) materials;
+    CA_TABLE(ca_mesh) meshes;
+    CA_TABLE(ca_shape_desc) shapes;
+    CA_TABLE(ca_group_desc) groups;
+    CA_TABLE(ca_instance_desc) instances;
+    CA_TABLE(ca_light_desc) lights;
+    ca_camera_desc camera;
+    ca_film_desc film;
+    ca_sampler sampler;
+    uint32_t samples_per_pixel;
+    ca_integrator_desc integrator;
+} ca_scene_desc;
+
+/* Mitsuba's defaults: no shapes, 768 x 576 film with a gaussian filter, 39.3077 degrees, 4 samples (see scenes.md). */
+void ca_scene_desc_init(ca_scene_desc *desc);
+void ca_scene_desc_destroy(ca_scene_desc *desc);
+
+/* Texture constants: the id of a new one, or CA_NONE when out of memory. */
+ca_texture_id ca_scene_desc_add_constant(ca_scene_desc *desc, ca_rgb value);
+
+#endif

@@ -1,0 +1,395 @@
+/* Compiling a description: shapes in world space, materials and lights prepared, the acceleration structure built. */
+#include "scene/scene.h"
+
+#include "math/numeric.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- Shapes ----------------------------------------------------------------------------------------------------- */
+
+static double column_length(const ca_matrix *m, int column)
+{
+    return sqrt(m->m[0][column] * m->m[0][column] + m->m[1][column] * m->m[1][column] +
+                m->m[2][column] * m->m[2][column]);
+}
+
+/* Largest deviation of M^T M from a multiple of the identity over the columns [0, 3), relative. */
+static bool is_similarity(const ca_matrix *m)
+{
+    const double scale = column_length(m, 0);
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            double dot = 0.0;
+            for (int row = 0; row < 3; row++) dot += m->m[row][a] * m->m[row][b];
+            if (!(fabs(dot - (a == b ? scale * scale : 0.0)) <= 1e-4 * scale * scale)) return false;
+        }
+    return true;
+}
+
+static ca_status fail_map(const ca_shape_desc *desc, const char *kind, ca_error *error)
+{
+    return ca_fail(error, CA_ERROR_SCENE, &desc->where,
+                   "a %s can be moved, rotated and scaled uniformly, but its to_world does more", kind);
+}
+
+static ca_status set_map(ca_shape *shape, const ca_shape_desc *desc, const ca_matrix *to_world, ca_error *error)
+{
+    if (ca_affine_from_matrix(to_world, &shape->map)) return CA_OK;
+    return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this shape's to_world is singular, not affine or not finite");
+}
+
+static ca_status compile_sphere(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
+{
+    if (!is_similarity(&desc->to_world)) return fail_map(desc, "sphere", error);
+    const double radius = (double)desc->radius;
+    const ca_matrix move = ca_matrix_translate(desc->center[0], desc->center[1], desc->center[2]);
+    const ca_matrix scale = ca_matrix_scale(radius, radius, radius);
+    const ca_matrix placed = ca_matrix_multiply(&desc->to_world, &move);
+    const ca_matrix map = ca_matrix_multiply(&placed, &scale);
+    CA_TRY(set_map(shape, desc, &map, error));
+    shape->center = (ca_vec3){(float)map.m[0][3], (float)map.m[1][3], (float)map.m[2][3]};
+    shape->radius = (float)column_length(&map, 0);
+    shape->area = 4.0f * CA_PI * shape->radius * shape->radius;
+    return CA_OK;
+}
+
+/* The frame whose z axis is p0 -> p1, scaled to the unit cylinder. */
+static bool cylinder_frame(const ca_shape_desc *desc, ca_matrix *frame)
+{
+    const ca_vec3 axis = {(float)(desc->p1[0] - desc->p0[0]), (float)(desc->p1[1] - desc->p0[1]),
+                          (float)(desc->p1[2] - desc->p0[2])};
+    const float length = ca_length(axis);
+    if (!(length > 0.0f) || !isfinite(length)) return false;
+    const ca_frame f = ca_frame_from_normal(ca_mul(axis, 1.0f / length));
+    const double r = (double)desc->radius;
+    *frame = (ca_matrix){
+        {{(double)f.s.x * r, (double)f.t.x * r, desc->p1[0] - desc->p0[0], desc->p0[0]},
+         {(double)f.s.y * r, (double)f.t.y * r, desc->p1[1] - desc->p0[1], desc->p0[1]},
+         {(double)f.s.z * r, (double)f.t.z * r, desc->p1[2] - desc->p0[2], desc->p0[2]},
+         {0, 0, 0, 1}}};
+    return true;
+}
+
+static ca_status compile_cylinder(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
+{
+    if (!is_similarity(&desc->to_world)) return fail_map(desc, "cylinder", error);
+    ca_matrix frame;
+    if (!cylinder_frame(desc, &frame))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this cylinder's ends p0 and p1 are the same point");
+    const ca_matrix map = ca_matrix_multiply(&desc->to_world, &frame);
+    CA_TRY(set_map(shape, desc, &map, error));
+    shape->radius = (float)column_length(&map, 0);
+    shape->length = (float)column_length(&map, 2);
+    shape->area = CA_TWO_PI * shape->radius * shape->length;
+    return CA_OK;
+}
+
+static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
+{
+    CA_TRY(set_map(shape, desc, &desc->to_world, error));
+    const ca_affine *map = &shape->map;
+    const ca_vec3 s_axis = ca_map_vector(map->to, (ca_vec3){1, 0, 0});
+    const ca_vec3 t_axis = ca_map_vector(map->to, (ca_vec3){0, 1, 0});
+    shape->area = CA_PI * ca_length(ca_cross(s_axis, t_axis));
+    return CA_OK;
+}
+
+/* The CDF over triangles that area lights are sampled by. */
+static ca_status triangle_distribution(ca_shape *shape, ca_error *error)
+{
+    float *areas = ca_alloc(shape->mesh->triangle_count, sizeof *areas);
+    if (!areas) return ca_fail_memory(error, "an area light");
+    for (uint32_t i = 0; i < shape->mesh->triangle_count; i++)
+        areas[i] = (float)ca_mesh_triangle_area(shape->mesh, i);
+    const ca_status status =
+        ca_distribution_1d_create(&shape->triangles, areas, shape->mesh->triangle_count, error);
+    ca_free(areas);
+    return status;
+}
+
+static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mesh *mesh, ca_error *error)
+{
+    CA_TRY(set_map(shape, desc, &desc->to_world, error));
+    ca_mesh_transform(mesh, &shape->map);
+    if (desc->flip_normals) ca_mesh_flip_normals(mesh);
+    CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
+    shape->mesh = mesh;
+    double area = 0.0;
+    for (uint32_t i = 0; i < mesh->triangle_count; i++) area += ca_mesh_triangle_area(mesh, i);
+    shape->area = (float)area;
+    return desc->light == CA_NONE ? CA_OK : triangle_distribution(shape, error);
+}
+
+static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
+{
+    *shape = (ca_shape){.kind = desc->kind, .light = desc->light, .material = desc->material};
+    if (desc->group != CA_NONE && desc->light != CA_NONE)
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a shape inside a shapegroup cannot emit light");
+    shape->needs_tangents = ca_material_needs_tangents(scene->materials, shape->material);
+    shape->flip_normals = desc->flip_normals && desc->kind != CA_SHAPE_MESH;
+    ca_status status = CA_OK;
+    switch (desc->kind) {
+    case CA_SHAPE_MESH: status = compile_mesh(shape, desc, &scene->desc.meshes.items[desc->mesh], error); break;
+    case CA_SHAPE_SPHERE: status = compile_sphere(shape, desc, error); break;
+    case CA_SHAPE_DISK: status = compile_disk(shape, desc, error); break;
+    case CA_SHAPE_CYLINDER: status = compile_cylinder(shape, desc, error); break;
+    }
+    if (status == CA_OK && desc->light != CA_NONE && !(shape->area > 0.0f))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a shape without area cannot emit light");
+    return status;
+}
+
+/* Shapes of the world come first, then those of each group together; `group_first` tells where each group starts and,
+ * in one entry more, where the last one ends. */
+static ca_status compile_shapes(ca_scene *scene, uint32_t *group_first, uint32_t *world_count, ca_error *error)
+{
+    const ca_scene_desc *desc = &scene->desc;
+    const uint32_t count = (uint32_t)desc->shapes.count, groups = (uint32_t)desc->groups.count;
+    scene->shapes = ca_alloc_zeroed(count, sizeof *scene->shapes);
+    if (!scene->shapes) return ca_fail_memory(error, "shapes");
+    uint32_t next = 0;
+    for (uint32_t pass = 0; pass <= groups; pass++) {
+        const uint32_t group = pass == 0 ? CA_NONE : pass - 1;
+        if (pass > 0) group_first[group] = next;
+        for (uint32_t i = 0; i < count; i++) {
+            if (desc->shapes.items[i].group != group) continue;
+            scene->shape_count = next + 1; /* so that a failure releases this one */
+            CA_TRY(compile_shape(scene, &scene->shapes[next], &desc->shapes.items[i], error));
+            next++;
+        }
+        if (pass == 0) *world_count = next;
+    }
+    group_first[groups] = next;
+    return CA_OK;
+}
+
+/* ---- Bounds ----------------------------------------------------------------------------------------------------- */
+
+static void grow(ca_scene *scene, ca_vec3 p)
+{
+    scene->low = ca_min_vec3(scene->low, p);
+    scene->high = ca_max_vec3(scene->high, p);
+}
+
+static void group_bounds(const ca_scene *scene, const ca_accel_instance *instance, ca_vec3 *low, ca_vec3 *high)
+{
+    *low = (ca_vec3){INFINITY, INFINITY, INFINITY};
+    *high = ca_neg(*low);
+    for (uint32_t i = 0; i < instance->shape_count; i++) {
+        ca_vec3 shape_low, shape_high;
+        ca_shape_bounds(&scene->shapes[instance->first_shape + i], &shape_low, &shape_high);
+        *low = ca_min_vec3(*low, shape_low);
+        *high = ca_max_vec3(*high, shape_high);
+    }
+}
+
+static void compute_bounds(ca_scene *scene, uint32_t world_count)
+{
+    scene->low = (ca_vec3){INFINITY, INFINITY, INFINITY};
+    scene->high = ca_neg(scene->low);
+    for (uint32_t i = 0; i < world_count; i++) {
+        ca_vec3 low, high;
+        ca_shape_bounds(&scene->shapes[i], &low, &high);
+        grow(scene, low);
+        grow(scene, high);
+    }
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const ca_accel_instance *instance = &scene->instances[i];
+        if (instance->shape_count == 0) continue;
+        ca_vec3 low, high;
+        group_bounds(scene, instance, &low, &high);
+        for (int corner = 0; corner < 8; corner++) {
+            const ca_vec3 p = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z};
+            grow(scene, ca_map_point(instance->map.to, p));
+        }
+    }
+    if (!(scene->low.x <= scene->high.x)) scene->low = scene->high = (ca_vec3){0}; /* no shapes at all */
+    scene->center = ca_mul(ca_add(scene->low, scene->high), 0.5f);
+    const float radius = 0.5f * ca_length(ca_sub(scene->high, scene->low));
+    scene->radius = radius > 0.0f ? radius * (1.0f + CA_GAMMA(64)) : 1.0f;
+}
+
+/* ---- Materials, textures, lights, camera ------------------------------------------------------------------------ */
+
+static void link_textures(ca_scene *scene)
+{
+    for (size_t i = 0; i < scene->desc.textures.count; i++) {
+        ca_texture *texture = &scene->desc.textures.items[i];
+        if (texture->kind == CA_TEXTURE_BITMAP)
+            texture->as.bitmap.image = &scene->desc.images.items[texture->as.bitmap.image_index];
+    }
+}
+
+/* Shapes without a material get Mitsuba's default: a diffuse grey of 0.5. */
+static ca_status add_default_material(ca_scene_desc *desc, ca_error *error)
+{
+    bool needed = false;
+    for (size_t i = 0; i < desc->shapes.count; i++) needed |= desc->shapes.items[i].material == CA_NONE;
+    if (!needed) return CA_OK;
+    const ca_texture_id grey = ca_scene_desc_add_constant(desc, ca_rgb_grey(0.5f));
+    if (grey == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return ca_fail_memory(error, "materials");
+    const uint32_t id = (uint32_t)desc->materials.count - 1;
+    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .reflectance = grey};
+    for (size_t i = 0; i < desc->shapes.count; i++)
+        if (desc->shapes.items[i].material == CA_NONE) desc->shapes.items[i].material = id;
+    return CA_OK;
+}
+
+static ca_status compile_materials(ca_scene *scene, ca_error *error)
+{
+    CA_TRY(add_default_material(&scene->desc, error));
+    const uint32_t count = (uint32_t)scene->desc.materials.count;
+    scene->materials = ca_alloc_zeroed(count, sizeof *scene->materials);
+    if (!scene->materials) return ca_fail_memory(error, "materials");
+    for (uint32_t i = 0; i < count; i++) scene->materials[i] = scene->desc.materials.items[i].material;
+    for (uint32_t i = 0; i < count; i++) {
+        scene->material_count = i + 1;
+        CA_TRY(ca_material_prepare(&scene->materials[i], scene->desc.textures.items, error));
+        if (ca_material_leaf_count(scene->materials, i) > CA_BSDF_MAX_LOBES)
+            return ca_fail(error, CA_ERROR_SCENE, &scene->desc.materials.items[i].where,
+                           "this material blends more than %d others", CA_BSDF_MAX_LOBES);
+    }
+    return CA_OK;
+}
+
+static ca_status light_from_desc(ca_scene *scene, ca_light *light, const ca_light_desc *desc, ca_error *error)
+{
+    *light = (ca_light){.kind = desc->kind, .radiance = desc->radiance, .texture = desc->texture};
+    light->textures = scene->desc.textures.items;
+    if (!ca_affine_from_matrix(&desc->to_world, &light->map))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this emitter's to_world is singular or not affine");
+    light->position =
+        (ca_vec3){(float)desc->position[0], (float)desc->position[1], (float)desc->position[2]};
+    if (desc->kind == CA_LIGHT_SPOT || desc->kind == CA_LIGHT_PROJECTOR)
+        light->position = (ca_vec3){light->map.to[0][3], light->map.to[1][3], light->map.to[2][3]};
+    light->cos_cutoff = (float)cos(desc->cutoff_degrees * (CA_PI_D / 180.0));
+    light->cos_beam = (float)cos(desc->beam_degrees * (CA_PI_D / 180.0));
+    light->tan_half_x = (float)desc->tan_half_x;
+    light->tan_half_y = (float)desc->tan_half_y;
+    if (desc->kind == CA_LIGHT_ENVMAP) light->image = &scene->desc.images.items[desc->image];
+    if (desc->kind == CA_LIGHT_DIRECTIONAL) {
+        const ca_vec3 direction = {(float)desc->direction[0], (float)desc->direction[1], (float)desc->direction[2]};
+        const float length = ca_length(direction);
+        if (!(length > 0.0f) || !isfinite(length))
+            return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this directional light has no direction");
+        light->direction = ca_mul(direction, 1.0f / length);
+    }
+    return CA_OK;
+}
+
+static void link_area_lights(ca_scene *scene)
+{
+    for (uint32_t i = 0; i < scene->shape_count; i++)
+        if (scene->shapes[i].light != CA_NONE) scene->lights[scene->shapes[i].light].shape = &scene->shapes[i];
+}
+
+static ca_status note_environment(ca_scene *scene, uint32_t light, ca_error *error)
+{
+    const ca_light_kind kind = scene->lights[light].kind;
+    if (kind != CA_LIGHT_CONSTANT && kind != CA_LIGHT_ENVMAP) return CA_OK;
+    if (scene->environment != CA_NONE)
+        return ca_fail(error, CA_ERROR_SCENE, &scene->desc.lights.items[light].where,
+                       "a scene can have one environment (constant or envmap), and this is a second");
+    scene->environment = light;
+    return CA_OK;
+}
+
+static ca_status compile_lights(ca_scene *scene, ca_error *error)
+{
+    const uint32_t count = (uint32_t)scene->desc.lights.count;
+    scene->lights = ca_alloc_zeroed(count, sizeof *scene->lights);
+    if (!scene->lights) return ca_fail_memory(error, "lights");
+    for (uint32_t i = 0; i < count; i++)
+        CA_TRY(light_from_desc(scene, &scene->lights[i], &scene->desc.lights.items[i], error));
+    link_area_lights(scene);
+    for (uint32_t i = 0; i < count; i++) {
+        CA_TRY(note_environment(scene, i, error));
+        scene->light_count = i + 1;
+        CA_TRY(ca_light_prepare(&scene->lights[i], scene->center, scene->radius, error));
+    }
+    return ca_light_choice_create(&scene->light_choice, scene->lights, count, error);
+}
+
+static ca_status compile_instances(ca_scene *scene, const uint32_t *group_first, ca_error *error)
+{
+    const uint32_t count = (uint32_t)scene->desc.instances.count;
+    scene->instances = ca_alloc_zeroed(count, sizeof *scene->instances);
+    if (!scene->instances) return ca_fail_memory(error, "instances");
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_instance_desc *desc = &scene->desc.instances.items[i];
+        const uint32_t first = group_first[desc->group], end = group_first[desc->group + 1];
+        if (first == end) continue; /* an empty group */
+        ca_accel_instance *instance = &scene->instances[scene->instance_count];
+        *instance = (ca_accel_instance){.first_shape = first, .shape_count = end - first};
+        if (!ca_affine_from_matrix(&desc->to_world, &instance->map))
+            return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this instance's to_world is singular or not affine");
+        scene->instance_count++;
+    }
+    return CA_OK;
+}
+
+static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error)
+{
+    uint32_t world_count = 0;
+    scene->environment = CA_NONE;
+    link_textures(scene);
+    CA_TRY(compile_materials(scene, error));
+    CA_TRY(compile_shapes(scene, group_first, &world_count, error));
+    CA_TRY(compile_instances(scene, group_first, error));
+    compute_bounds(scene, world_count);
+    CA_TRY(compile_lights(scene, error));
+    return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count, 0,
+                           &scene->accel, error);
+}
+
+ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height)
+{
+    const ca_camera_desc *desc = &scene->desc.camera;
+    ca_camera camera = desc->camera;
+    camera.width = width;
+    camera.height = height;
+    if (camera.kind != CA_CAMERA_ORTHOGRAPHIC)
+        camera.tan_half_x = (float)ca_camera_tan_half_x(desc->fov_degrees, desc->fov_axis, width, height);
+    ca_camera_prepare(&camera);
+    return camera;
+}
+
+ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error)
+{
+    *scene = NULL;
+    ca_scene *compiled = ca_alloc_zeroed(1, sizeof *compiled);
+    uint32_t *group_first = ca_alloc_zeroed(desc->groups.count + 1, sizeof *group_first);
+    if (!compiled || !group_first) {
+        ca_free(compiled);
+        ca_free(group_first);
+        ca_scene_desc_destroy(desc);
+        return ca_fail_memory(error, "the scene");
+    }
+    compiled->desc = *desc;
+    memset(desc, 0, sizeof *desc);
+    const ca_status status = compile(compiled, group_first, error);
+    ca_free(group_first);
+    if (status != CA_OK) {
+        ca_scene_destroy(compiled);
+        return status;
+    }
+    *scene = compiled;
+    return CA_OK;
+}
+
+void ca_scene_destroy(ca_scene *scene)
+{
+    if (!scene) return;
+    ca_accel_destroy(scene->accel);
+    ca_light_choice_destroy(&scene->light_choice);
+    for (uint32_t i = 0; i < scene->light_count; i++) ca_light_release(&scene->lights[i]);
+    for (uint32_t i = 0; i < scene->shape_count; i++) ca_distribution_1d_destroy(&scene->shapes[i].triangles);
+    for (uint32_t i = 0; i < scene->material_count; i++) ca_material_release(&scene->materials[i]);
+    ca_free(scene->lights);
+    ca_free(scene->shapes);
+    ca_free(scene->materials);
+    ca_free(scene->instances);
+    ca_scene_desc_destroy(&scene->desc);
+    ca_free(scene);
+}

@@ -1,0 +1,38 @@
+/* The immutable scene that is rendered: compiled from a description, shared by all threads.
+ *
+ * Layout: tables with indices between them; the world's shapes come first, then those of each shape group together.
+ * Ownership: the scene owns everything it points to. */
+#ifndef CA_SCENE_SCENE_H
+#define CA_SCENE_SCENE_H
+
+#include "geometry/accel.h"
+#include "light/light_choice.h"
+#include "material/bsdf.h"
+#include "scene/description.h"
+
+struct ca_scene {
+    ca_scene_desc desc; /* film, sampler, integrator and strings; its images, meshes and textures are used in place */
+    ca_material *materials;
+    uint32_t material_count;
+    ca_shape *shapes;
+    uint32_t shape_count;
+    ca_accel_instance *instances;
+    uint32_t instance_count;
+    ca_light *lights;
+    uint32_t light_count;
+    uint32_t environment; /* index of the light that shines from all around (constant, envmap), or CA_NONE */
+    ca_light_choice light_choice;
+    ca_accel *accel;
+    ca_vec3 low, high; /* world bounds of the shapes */
+    ca_vec3 center;    /* bounding sphere */
+    float radius;
+};
+
+/* Takes the description over (also on failure) and leaves *desc empty. */
+ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error);
+void ca_scene_destroy(ca_scene *scene);
+
+/* The scene's camera for a film of another size: the field of view stays along the axis it was given for. */
+ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height);
+
+#endif

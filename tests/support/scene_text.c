@@ -1,0 +1,81 @@
+#define _POSIX_C_SOURCE 200809L
+#include "support/scene_text.h"
+
+#include "image/layers.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+ca_scene *scene_from_text(const char *xml)
+{
+    char path[] = "/tmp/caustica-scene-XXXXXX";
+    const int descriptor = mkstemp(path);
+    assert_true(descriptor >= 0);
+    FILE *file = fdopen(descriptor, "w");
+    assert_non_null(file);
+    fputs(xml, file);
+    assert_int_equal(fclose(file), 0);
+    ca_scene *scene = NULL;
+    ca_error error;
+    const ca_status status = ca_scene_load(path, NULL, 0, &scene, &error);
+    unlink(path);
+    if (status != CA_OK) fail_msg("%s", error.message);
+    return scene;
+}
+
+ca_image_layers *render_scene(const ca_scene *scene, const ca_render_settings *settings)
+{
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics;
+    ca_error error;
+    const ca_status status = ca_render(scene, settings, &image, &statistics, &error);
+    if (status != CA_OK) fail_msg("%s", error.message);
+    assert_int_equal(statistics.non_finite, 0);
+    return image;
+}
+
+void channel_mean(const ca_image_layers *image, const char *channel, double *mean, double *standard_error)
+{
+    char variance_name[64];
+    snprintf(variance_name, sizeof variance_name, "Variance.%s", channel);
+    const float *value = ca_image_channel(image, channel), *variance = ca_image_channel(image, variance_name),
+                *samples = ca_image_channel(image, "Samples.Y");
+    assert_true(value && variance && samples);
+    uint32_t width, height;
+    ca_image_size(image, &width, &height);
+    const size_t count = (size_t)width * height;
+    double sum = 0.0, sum_variance = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        sum += (double)value[i];
+        sum_variance += (double)variance[i] / (double)samples[i];
+    }
+    *mean = sum / (double)count;
+    *standard_error = sqrt(sum_variance) / (double)count;
+}
+
+uint64_t image_hash(const ca_image_layers *image)
+{
+    uint64_t hash = 14695981039346656037u; /* FNV-1a */
+    for (size_t c = 0; c < image->channel_count; c++) {
+        const unsigned char *bytes = (const unsigned char *)image->channels[c].data;
+        const size_t size = (size_t)image->width * image->height * sizeof(float);
+        for (size_t i = 0; i < size; i++) hash = (hash ^ bytes[i]) * 1099511628211u;
+    }
+    return hash;
+}
+
+const char *reference_scenes(void)
+{
+    const char *folder = getenv("CAUSTICA_SCENES");
+    if (!folder) folder = CA_SOURCE_DIR "/../shared/scenes";
+    if (access(folder, R_OK) == 0) return folder;
+    print_message("SKIPPED, reference scenes are missing: set CAUSTICA_SCENES to their folder (looked in %s)\n", folder);
+    return NULL;
+}

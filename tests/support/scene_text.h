@@ -1,0 +1,23 @@
+/* Scenes written in the test itself, and renders of them. */
+#ifndef CA_TEST_SCENE_TEXT_H
+#define CA_TEST_SCENE_TEXT_H
+
+#include "caustica.h"
+
+/* Loads a scene from XML text (through a temporary file); fails the test on error. */
+ca_scene *scene_from_text(const char *xml);
+
+/* Renders with the settings; fails the test on error or on a sample that is not finite. */
+ca_image_layers *render_scene(const ca_scene *scene, const ca_render_settings *settings);
+
+/* Mean over pixels and the standard error of that mean, of one channel, from Variance.* and Samples.Y. */
+void channel_mean(const ca_image_layers *image, const char *channel, double *mean, double *standard_error);
+
+/* A hash of all channels of an image, for bit-for-bit comparison. */
+uint64_t image_hash(const ca_image_layers *image);
+
+/* The folder of the shared reference scenes: $CAUSTICA_SCENES or ../shared/scenes; NULL, with a loud message, where
+ * neither exists. Borrowed. */
+const char *reference_scenes(void);
+
+#endif

@@ -1,0 +1,78 @@
+#!/bin/bash
+# The installed library as a stranger meets it: the header compiles as C and C++ without a warning, programs link
+# through pkg-config with the shared and the static library, and the shared one exports the documented names only.
+# Speaks TAP. CA_BUILD_DIR: the build folder to install from.
+set -u
+build=${CA_BUILD_DIR:?the build folder to install from}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
+compiler=$(cached CMAKE_C_COMPILER)
+
+number=0
+check() { # check NAME COMMAND...
+    local name=$1 output
+    shift
+    number=$((number + 1))
+    if output=$("$@" 2>&1); then
+        echo "ok $number - $name"
+    else
+        echo "not ok $number - $name"
+        printf '%s\n' "$output" | sed 's/^/# /'
+    fi
+}
+
+if [ -n "$(cached CA_SANITIZE)" ]; then
+    echo "1..1"
+    echo "ok 1 - installation # SKIP a library with sanitizers is not for other programs"
+    exit 0
+fi
+
+echo "1..6"
+check "installs" cmake --install "$build" --prefix "$folder/prefix"
+PKG_CONFIG_PATH=$(dirname "$(find "$folder/prefix" -name caustica.pc)")
+export PKG_CONFIG_PATH
+library_folder=$(pkg-config --variable=libdir caustica)
+
+cat >"$folder/user.c" <<'END'
+#include <caustica.h>
+#include <string.h>
+
+int main(void)
+{
+    return strcmp(ca_status_name(CA_OK), "ok") == 0 && ca_version()[0] != 0 ? 0 : 1;
+}
+END
+cp "$folder/user.c" "$folder/user.cpp"
+warnings="-Wall -Wextra -Wpedantic -Wshadow -Werror"
+
+# shellcheck disable=SC2046,SC2086 # flags are several words
+check "header compiles as C11" \
+    $compiler -std=c11 -Wstrict-prototypes $warnings $(pkg-config --cflags caustica) -c "$folder/user.c" -o "$folder/c.o"
+# shellcheck disable=SC2046,SC2086
+check "header compiles as C++11" \
+    g++ -std=c++11 $warnings $(pkg-config --cflags caustica) -c "$folder/user.cpp" -o "$folder/cpp.o"
+
+shared_program() {
+    # shellcheck disable=SC2046
+    g++ "$folder/cpp.o" $(pkg-config --libs caustica) -o "$folder/shared" &&
+        LD_LIBRARY_PATH=$library_folder "$folder/shared"
+}
+check "a C++ program runs with the shared library" shared_program
+
+static_program() {
+    # shellcheck disable=SC2046
+    "$compiler" "$folder/c.o" $(pkg-config --static --libs caustica | sed 's/-lcaustica/-l:libcaustica.a/') \
+        -o "$folder/static" && "$folder/static"
+}
+check "a C program runs with the static library" static_program
+
+# The names the header declares, and the names a dynamic linker sees.
+exports_agree() {
+    tr '\n' ' ' <include/caustica.h | grep -oE 'CA_API [^;{]*' | grep -oE '\bca_[a-z0-9_]+ *\(' | tr -d ' (' | sort -u \
+        >"$folder/declared"
+    nm -D --defined-only "$library_folder/libcaustica.so" | awk '{ print $3 }' | sort -u >"$folder/exported"
+    diff "$folder/declared" "$folder/exported"
+}
+check "the shared library exports what the header declares" exports_agree

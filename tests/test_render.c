@@ -1,0 +1,263 @@
+/* The renderer around the integrator: the same bits for any number of threads, stopping by samples, time, noise and
+ * request, crops, layers, attributes. */
+#include "image/layers.h"
+#include "support/scene_text.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const char *const scene_text =
+    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='6'/></integrator>"
+    "<sensor type='thinlens'><float name='fov' value='60'/><float name='aperture_radius' value='0.05'/>"
+    "<float name='focus_distance' value='3'/>"
+    "<transform name='to_world'><lookat origin='0,1,-3' target='0,0.5,0' up='0,1,0'/></transform>"
+    "<sampler type='independent'><integer name='sample_count' value='5'/></sampler>"
+    "<film type='hdrfilm'><integer name='width' value='67'/><integer name='height' value='45'/>"
+    "<rfilter type='mitchell'/></film></sensor>"
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='4'/></transform>"
+    "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'/></bsdf></shape>"
+    "<shape type='sphere'><point name='center' value='0,0.5,0'/><float name='radius' value='0.5'/>"
+    "<bsdf type='dielectric'/></shape>"
+    "<shape type='cube'><transform name='to_world'><scale value='0.3'/><translate x='1' y='0.3'/></transform>"
+    "<bsdf type='roughconductor'><float name='alpha' value='0.2'/></bsdf></shape>"
+    "<emitter type='constant'><rgb name='radiance' value='0.4'/></emitter>"
+    "<shape type='disk'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/><translate y='3'/>"
+    "</transform><emitter type='area'><rgb name='radiance' value='20'/></emitter></shape></scene>";
+
+static ca_render_settings settings_with(uint32_t samples)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.samples_per_pixel = samples;
+    return settings;
+}
+
+static void test_threads_do_not_change_a_bit(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    static const char *const samplers[] = {"independent", "sobol"};
+    for (int s = 0; s < 2; s++) {
+        uint64_t hashes[4];
+        static const uint32_t threads[4] = {1, 2, 3, 8};
+        for (int i = 0; i < 4; i++) {
+            ca_render_settings settings = settings_with(5);
+            settings.sampler = samplers[s];
+            settings.threads = threads[i];
+            ca_image_layers *image = render_scene(scene, &settings);
+            hashes[i] = image_hash(image);
+            ca_image_release(image);
+        }
+        for (int i = 1; i < 4; i++) assert_true(hashes[i] == hashes[0]);
+    }
+    ca_scene_release(scene);
+}
+
+static void test_seed_and_sampler_change_the_image(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings = settings_with(2);
+    ca_image_layers *image = render_scene(scene, &settings);
+    const uint64_t first = image_hash(image);
+    ca_image_release(image);
+    settings.has_seed = true;
+    settings.seed = 12345;
+    image = render_scene(scene, &settings);
+    assert_true(image_hash(image) != first);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* A crop shows the same pixels as the whole picture, to the bit. */
+static void test_a_crop_is_a_part_of_the_picture(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings = settings_with(3);
+    ca_image_layers *whole = render_scene(scene, &settings);
+    settings.has_crop = true;
+    const uint32_t crop[4] = {13, 7, 50, 31};
+    memcpy(settings.crop, crop, sizeof crop);
+    ca_image_layers *part = render_scene(scene, &settings);
+    assert_int_equal(part->width, 37);
+    assert_int_equal(part->height, 24);
+    assert_int_equal(part->x0, 13);
+    assert_int_equal(part->y0, 7);
+    assert_int_equal(part->full_width, 67);
+    for (size_t c = 0; c < whole->channel_count; c++)
+        for (uint32_t y = 0; y < part->height; y++)
+            assert_memory_equal(part->channels[c].data + (size_t)y * part->width,
+                                whole->channels[c].data + (size_t)(y + 7) * whole->width + 13, part->width * sizeof(float));
+    ca_image_release(whole);
+    ca_image_release(part);
+    ca_scene_release(scene);
+}
+
+static bool stop_after_three(const ca_render_progress *progress, void *user)
+{
+    *(uint32_t *)user = progress->passes_done;
+    return progress->passes_done < 3;
+}
+
+static void test_a_stopped_render_is_a_shorter_one(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    uint32_t passes = 0;
+    ca_render_settings settings = settings_with(100);
+    settings.progress = stop_after_three;
+    settings.progress_user = &passes;
+    ca_image_layers *stopped = NULL;
+    ca_render_statistics statistics;
+    assert_int_equal(ca_render(scene, &settings, &stopped, &statistics, NULL), CA_OK);
+    assert_int_equal(passes, 3);
+    assert_true(statistics.interrupted);
+    assert_int_equal(statistics.iterations, 3);
+    assert_int_equal(statistics.camera_paths, 3 * 67 * 45);
+    settings = settings_with(3);
+    ca_image_layers *three = render_scene(scene, &settings);
+    assert_true(image_hash(three) == image_hash(stopped));
+    ca_image_release(three);
+    ca_image_release(stopped);
+    ca_scene_release(scene);
+}
+
+static void test_time_and_noise_stop_the_render(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings = settings_with(0);
+    settings.seconds = 0.2;
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics;
+    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+    assert_true(statistics.seconds >= 0.2 && statistics.seconds < 5.0);
+    assert_int_equal(statistics.camera_paths, statistics.iterations * 67 * 45);
+    ca_image_release(image);
+    settings = settings_with(0);
+    settings.noise_percent = 20.0;
+    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+    assert_true(statistics.noise_percent < 20.0);
+    assert_true(statistics.iterations >= 8 && (statistics.iterations & (statistics.iterations - 1)) == 0);
+    /* the same figure, from the layers */
+    double mean = 0.0;
+    const float *samples = ca_image_channel(image, "Samples.Y");
+    for (size_t i = 0; i < 67 * 45; i++) {
+        assert_true((uint64_t)samples[i] == statistics.iterations);
+        mean += 0.2126 * (double)ca_image_channel(image, "R")[i] + 0.7152 * (double)ca_image_channel(image, "G")[i] +
+                0.0722 * (double)ca_image_channel(image, "B")[i];
+    }
+    assert_true(fabs(mean / (67 * 45) - statistics.mean_luminance) < 1e-5);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* The noise promised is the noise there is: many renders, each with its own seed, scatter by what they say. */
+static void test_noise_is_what_it_says(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    enum { RENDERS = 60, PIXELS = 67 * 45 };
+    static double sum[PIXELS], squares[PIXELS];
+    memset(sum, 0, sizeof sum);
+    memset(squares, 0, sizeof squares);
+    double promised = 0.0, total = 0.0;
+    for (uint32_t k = 0; k < RENDERS; k++) {
+        ca_render_settings settings = settings_with(16);
+        settings.has_seed = true;
+        settings.seed = 1000 + k;
+        ca_image_layers *image = NULL;
+        ca_render_statistics statistics;
+        assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+        promised += statistics.noise_percent * statistics.noise_percent / RENDERS;
+        total += statistics.mean_luminance / RENDERS;
+        for (size_t i = 0; i < PIXELS; i++) {
+            const double y = 0.2126 * (double)ca_image_channel(image, "R")[i] +
+                             0.7152 * (double)ca_image_channel(image, "G")[i] + 0.0722 * (double)ca_image_channel(image, "B")[i];
+            sum[i] += y;
+            squares[i] += y * y;
+        }
+        ca_image_release(image);
+    }
+    double variance = 0.0;
+    for (size_t i = 0; i < PIXELS; i++)
+        variance += (squares[i] - sum[i] * sum[i] / RENDERS) / (RENDERS - 1) / PIXELS;
+    const double measured = 100.0 * sqrt(variance) / total;
+    print_message("    noise promised %.3f %%, measured over %d renders %.3f %%\n", sqrt(promised), RENDERS, measured);
+    assert_true(fabs(measured / sqrt(promised) - 1.0) < 0.05);
+    ca_scene_release(scene);
+}
+
+static const char *attribute_text(const ca_image_layers *image, const char *name)
+{
+    for (size_t i = 0; i < image->attribute_count; i++)
+        if (strcmp(image->attributes[i].name, name) == 0) return image->attributes[i].text;
+    fail_msg("no attribute %s", name);
+    return NULL;
+}
+
+static void test_layers_and_attributes(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings = settings_with(4);
+    ca_image_layers *image = render_scene(scene, &settings);
+    static const char *const names[] = {"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "P.X", "P.Y",
+                                        "P.Z", "Variance.R", "Variance.G", "Variance.B", "RelativeVariance.R",
+                                        "RelativeVariance.G", "RelativeVariance.B", "Samples.Y"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) assert_non_null(ca_image_channel(image, names[i]));
+    /* the lowest row looks at the floor: y = 0, normal up, checkerboard albedo */
+    const size_t floor_pixel = (size_t)44 * 67 + 33;
+    assert_true(fabsf(ca_image_channel(image, "P.Y")[floor_pixel]) < 1e-4f);
+    assert_true(fabsf(ca_image_channel(image, "N.Y")[floor_pixel] - 1.0f) < 1e-5f);
+    const float albedo = ca_image_channel(image, "Albedo.G")[floor_pixel];
+    assert_true(albedo > 0.1f && albedo < 0.5f);
+    assert_string_equal(attribute_text(image, "caustica.version"), ca_version());
+    assert_non_null(strstr(attribute_text(image, "caustica.integrator"), "max_depth=6"));
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+static void test_wrong_settings_are_refused(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_image_layers *image = NULL;
+    ca_error error;
+    ca_render_settings settings = settings_with(1);
+    settings.sampler = "magic";
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    settings = settings_with(1);
+    settings.has_crop = true;
+    settings.crop[2] = 68;
+    settings.crop[3] = 10;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "67 x 45"));
+    settings = settings_with(1);
+    settings.memory_mib = 0.1;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_null(image);
+    ca_scene_release(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_threads_do_not_change_a_bit),
+        cmocka_unit_test(test_seed_and_sampler_change_the_image),
+        cmocka_unit_test(test_a_crop_is_a_part_of_the_picture),
+        cmocka_unit_test(test_a_stopped_render_is_a_shorter_one),
+        cmocka_unit_test(test_time_and_noise_stop_the_render),
+        cmocka_unit_test(test_noise_is_what_it_says),
+        cmocka_unit_test(test_layers_and_attributes),
+        cmocka_unit_test(test_wrong_settings_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

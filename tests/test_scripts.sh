@@ -1,0 +1,65 @@
+#!/bin/bash
+# The scripts that judge the project are judged here: run-tests.sh must count crashes, silence, leaks and time limits as
+# failures, and check-sources.sh must find each kind of breach and nothing else. Speaks TAP.
+set -u
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+scripts=$PWD/scripts
+number=0
+
+verdict() { # verdict NAME EXPECTED ACTUAL
+    number=$((number + 1))
+    if [ "$2" = "$3" ]; then
+        echo "ok $number - $1"
+    else
+        echo "not ok $number - $1"
+        printf 'expected: %s\nfound: %s\n' "$2" "$3" | sed 's/^/# /'
+    fi
+}
+
+# ---- run-tests.sh: the last line for one made-up program, given by its shell commands
+counted() {
+    mkdir -p "$folder/build/tests"
+    printf '#!/bin/bash\n%s\n' "$1" >"$folder/build/tests/made_up"
+    chmod +x "$folder/build/tests/made_up"
+    echo "$folder/build/tests/made_up" >"$folder/build/tests/tests.list"
+    local output status
+    output=$(CA_TEST_ONLY='' CA_TEST_TIMEOUT=1 "$scripts/run-tests.sh" "$folder/build" tests)
+    status=$?
+    echo "$(printf '%s\n' "$output" | tail -n 1), status $status"
+}
+
+echo "1..17"
+verdict "all pass" "2 passed, 0 failed, status 0" "$(counted 'echo 1..2; echo ok 1 - a; echo ok 2 - b')"
+verdict "two groups" "2 passed, 0 failed, status 0" "$(counted 'echo 1..1; echo ok 1 - a; echo 1..1; echo ok 1 - b')"
+verdict "one fails" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a; echo not ok 2 - b; exit 1')"
+verdict "one is skipped" "1 passed, 0 failed, 1 skipped, status 0" \
+    "$(counted 'echo 1..2; echo ok 1 - a; echo "not ok 2 # SKIP b"')"
+verdict "crash in the second of three" "1 passed, 2 failed, status 1" \
+    "$(counted 'echo 1..3; echo ok 1 - a; kill -SEGV $$')"
+verdict "over the time limit" "0 passed, 1 failed, status 1" "$(counted 'echo 1..1; sleep 5')"
+verdict "silence" "0 passed, 1 failed, status 1" "$(counted 'exit 0')"
+verdict "an error after the last test" "1 passed, 1 failed, status 1" "$(counted 'echo 1..1; echo ok 1 - a; exit 23')"
+verdict "ends too early without an error" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a')"
+
+# ---- check-sources.sh: complaints about one file in a tree of its own
+complaints() { # complaints PATH LINES
+    rm -rf "$folder/tree"
+    mkdir -p "$folder/tree/scripts" "$folder/tree/tests" "$folder/tree/bench" "$folder/tree/include"
+    mkdir -p "$folder/tree/src/math" "$folder/tree/src/scene" "$folder/tree/$(dirname "$1")"
+    cp "$scripts/check-sources.sh" "$folder/tree/scripts/"
+    echo '/* a vector */' >"$folder/tree/src/math/vec.h"
+    echo '/* a scene */' >"$folder/tree/src/scene/scene.h"
+    printf '%s\n' "$2" >"$folder/tree/$1"
+    "$folder/tree/scripts/check-sources.sh" | grep -c "^$1:"
+}
+
+verdict "downward and system includes are fine" 0 "$(complaints src/scene/a.c $'#include "math/vec.h"\n#include <math.h>')"
+verdict "an upward include" 1 "$(complaints src/math/a.c '#include "scene/scene.h"')"
+verdict "an include not from src/" 1 "$(complaints src/math/a.c '#include "vec.h"')"
+verdict "a library outside of its file" 1 "$(complaints src/math/a.c '#include <embree3/rtcore.h>')"
+verdict "malloc" 1 "$(complaints src/math/a.c 'void *p = malloc(3);')"
+verdict "words in comments and strings are fine" 0 \
+    "$(complaints src/math/a.c $'/* malloc(3)\n   exit(1) */ const char *s = "printf(\\"x\\")"; // free(s)')"
+verdict "exit below cli" 1 "$(complaints src/math/a.c '/* last */ exit(1);')"
+verdict "exit in cli is fine" 0 "$(complaints src/cli/a.c 'exit(1); printf("x");')"

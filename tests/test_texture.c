@@ -1,0 +1,312 @@
+/* Textures against formulas written down a second time, in double precision and without the wrapping tricks. */
+#include "material/texture.h"
+#include "math/numeric.h"
+#include "support/test_random.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+static const ca_texture_wrap WRAPS[] = {CA_WRAP_REPEAT, CA_WRAP_MIRROR, CA_WRAP_CLAMP};
+
+static float uniform(ca_test_random *random, float low, float high)
+{
+    return low + (high - low) * ca_test_random_float(random);
+}
+
+static ca_surface surface_at(float u, float v) { return (ca_surface){.uv = {u, v}}; }
+
+static void assert_near(double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance)) fail_msg("%.9g, expected %.9g +- %.2g", value, expected, tolerance);
+}
+
+static void fill_random(ca_image *image, uint64_t seed)
+{
+    ca_test_random random = ca_test_random_seed(seed);
+    const size_t count = (size_t)image->width * image->height * image->channels;
+    for (size_t i = 0; i < count; ++i) image->data[i] = ca_test_random_float(&random);
+}
+
+static ca_texture bitmap(const ca_image *image, ca_texture_filter filter, ca_texture_wrap wrap)
+{
+    return (ca_texture){.kind = CA_TEXTURE_BITMAP,
+                        .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                        .as.bitmap = {.image = image, .filter = filter, .wrap = wrap}};
+}
+
+static int modulo(int i, int n) { return ((i % n) + n) % n; }
+
+static int oracle_index(int i, int n, ca_texture_wrap wrap)
+{
+    if (wrap == CA_WRAP_REPEAT) return modulo(i, n);
+    if (wrap == CA_WRAP_CLAMP) return i < 0 ? 0 : i >= n ? n - 1 : i;
+    const int m = modulo(i, 2 * n);
+    return m < n ? m : 2 * n - 1 - m;
+}
+
+static double oracle_texel(const ca_texture *texture, int x, int y, int channel)
+{
+    const ca_image *image = texture->as.bitmap.image;
+    const int i = oracle_index(x, (int)image->width, texture->as.bitmap.wrap);
+    const int j = oracle_index(y, (int)image->height, texture->as.bitmap.wrap);
+    const uint32_t c = image->channels < 3 ? 0 : (uint32_t)channel;
+    return (double)image->data[((uint32_t)j * image->width + (uint32_t)i) * image->channels + c];
+}
+
+static double oracle_bilinear(const ca_texture *texture, double u, double v, int channel)
+{
+    const double x = u * texture->as.bitmap.image->width - 0.5, y = (1 - v) * texture->as.bitmap.image->height - 0.5;
+    const double i = floor(x), j = floor(y), a = x - i, b = y - j;
+    return (1 - b) * ((1 - a) * oracle_texel(texture, (int)i, (int)j, channel) +
+                      a * oracle_texel(texture, (int)i + 1, (int)j, channel)) +
+           b * ((1 - a) * oracle_texel(texture, (int)i, (int)j + 1, channel) +
+                a * oracle_texel(texture, (int)i + 1, (int)j + 1, channel));
+}
+
+static void constant_is_itself(void **state)
+{
+    (void)state;
+    const ca_texture table[] = {ca_texture_constant((ca_rgb){0.1f, 0.2f, 0.3f}),
+                                ca_texture_constant((ca_rgb){0.7f, 0.7f, 0.7f})};
+    const ca_surface surface = surface_at(0.3f, 0.4f);
+    const ca_rgb value = ca_texture_eval(table, 0, &surface);
+    assert_true(value.r == 0.1f && value.g == 0.2f && value.b == 0.3f);
+    assert_near((double)ca_texture_eval_scalar(table, 0, &surface), 0.2126 * 0.1 + 0.7152 * 0.2 + 0.0722 * 0.3, 1e-7);
+    assert_true(ca_texture_eval_scalar(table, 1, &surface) == 0.7f); /* to the bit */
+    const ca_vec2 gradient = ca_texture_gradient(table, 0, &surface);
+    assert_true(gradient.x == 0.0f && gradient.y == 0.0f);
+    assert_true(ca_texture_mean(table, 0).g == 0.2f);
+    assert_true(ca_texture_max(table, 0) == 0.3f);
+}
+
+/* Row 0 is on top; texel centres carry the texels' values. */
+static void bitmap_stands_upright(void **state)
+{
+    (void)state;
+    float data[] = {1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f}; /* two rows of three */
+    const ca_image image = {3, 2, 1, data};
+    for (int filter = 0; filter < 2; ++filter) {
+        const ca_texture texture = bitmap(&image, filter ? CA_FILTER_BILINEAR : CA_FILTER_NEAREST, CA_WRAP_REPEAT);
+        for (int y = 0; y < 2; ++y)
+            for (int x = 0; x < 3; ++x) {
+                const ca_surface surface = surface_at(((float)x + 0.5f) / 3.0f, 1.0f - ((float)y + 0.5f) / 2.0f);
+                const ca_rgb value = ca_texture_eval(&texture, 0, &surface);
+                assert_near((double)value.r, 1.0 + x + 3.0 * y, 1e-5);
+            }
+    }
+}
+
+static void nearest_is_the_texel_around(void **state)
+{
+    (void)state;
+    ca_image image;
+    assert_int_equal(ca_image_create(&image, 5, 3, 3, NULL), CA_OK);
+    fill_random(&image, 1);
+    ca_test_random random = ca_test_random_seed(2);
+    for (int w = 0; w < 3; ++w) {
+        const ca_texture texture = bitmap(&image, CA_FILTER_NEAREST, WRAPS[w]);
+        for (int i = 0; i < 20000; ++i) {
+            const float u = uniform(&random, -4.0f, 4.0f), v = uniform(&random, -4.0f, 4.0f);
+            const double x = (double)u * 5.0, y = (1.0 - (double)v) * 3.0;
+            if (fabs(x - rint(x)) < 1e-4 || fabs(y - rint(y)) < 1e-4) continue; /* rounding decides there */
+            const ca_surface surface = surface_at(u, v);
+            const ca_rgb value = ca_texture_eval(&texture, 0, &surface);
+            assert_true((double)value.r == oracle_texel(&texture, (int)floor(x), (int)floor(y), 0));
+            assert_true((double)value.b == oracle_texel(&texture, (int)floor(x), (int)floor(y), 2));
+        }
+        const ca_surface tiny = surface_at(-1e-12f, 0.9f);
+        const int left = WRAPS[w] == CA_WRAP_REPEAT ? 4 : 0;
+        assert_true((double)ca_texture_eval(&texture, 0, &tiny).r == oracle_texel(&texture, left, 0, 0));
+    }
+    ca_image_destroy(&image);
+}
+
+static void check_bilinear(uint32_t width, uint32_t height, uint32_t channels)
+{
+    ca_image image;
+    assert_int_equal(ca_image_create(&image, width, height, channels, NULL), CA_OK);
+    fill_random(&image, 100 * width + 10 * height + channels);
+    ca_test_random random = ca_test_random_seed(3);
+    for (int w = 0; w < 3; ++w) {
+        ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, WRAPS[w]);
+        for (int i = 0; i < 5000; ++i) {
+            for (int r = 0; r < 2; ++r)
+                for (int c = 0; c < 3; ++c) texture.to_uv[r][c] = uniform(&random, -1.5f, 1.5f);
+            const float u = uniform(&random, -2.0f, 2.0f), v = uniform(&random, -2.0f, 2.0f);
+            const float(*m)[3] = texture.to_uv;
+            const double tu = (double)m[0][0] * (double)u + (double)m[0][1] * (double)v + (double)m[0][2];
+            const double tv = (double)m[1][0] * (double)u + (double)m[1][1] * (double)v + (double)m[1][2];
+            const ca_surface surface = surface_at(u, v);
+            const ca_rgb value = ca_texture_eval(&texture, 0, &surface);
+            assert_near((double)value.r, oracle_bilinear(&texture, tu, tv, 0), 1e-4);
+            assert_near((double)value.g, oracle_bilinear(&texture, tu, tv, 1), 1e-4);
+            assert_near((double)value.b, oracle_bilinear(&texture, tu, tv, 2), 1e-4);
+        }
+    }
+    ca_image_destroy(&image);
+}
+
+static void bilinear_is_the_formula(void **state)
+{
+    (void)state;
+    check_bilinear(7, 4, 3);
+    check_bilinear(6, 5, 4);
+    check_bilinear(3, 3, 2);
+    check_bilinear(1, 1, 1);
+    check_bilinear(1, 4, 3);
+}
+
+static double oracle_luminance(const ca_texture *texture, double u, double v)
+{
+    const float(*m)[3] = texture->to_uv;
+    const double tu = (double)m[0][0] * u + (double)m[0][1] * v + (double)m[0][2];
+    const double tv = (double)m[1][0] * u + (double)m[1][1] * v + (double)m[1][2];
+    return 0.2126 * oracle_bilinear(texture, tu, tv, 0) + 0.7152 * oracle_bilinear(texture, tu, tv, 1) +
+           0.0722 * oracle_bilinear(texture, tu, tv, 2);
+}
+
+/* Central differences in double precision; a step that crosses a kink shows as a large second difference. */
+static void gradient_is_the_slope(void **state)
+{
+    (void)state;
+    ca_image image;
+    assert_int_equal(ca_image_create(&image, 6, 9, 3, NULL), CA_OK);
+    fill_random(&image, 4);
+    ca_test_random random = ca_test_random_seed(5);
+    int compared = 0;
+    for (int i = 0; i < 9000; ++i) {
+        ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, WRAPS[i % 3]);
+        for (int r = 0; r < 2; ++r)
+            for (int c = 0; c < 3; ++c) texture.to_uv[r][c] = uniform(&random, -1.5f, 1.5f);
+        const double u = (double)uniform(&random, -1.0f, 1.0f), v = (double)uniform(&random, -1.0f, 1.0f), h = 1e-5;
+        const double here = oracle_luminance(&texture, u, v);
+        const double u0 = oracle_luminance(&texture, u - h, v), u1 = oracle_luminance(&texture, u + h, v);
+        const double v0 = oracle_luminance(&texture, u, v - h), v1 = oracle_luminance(&texture, u, v + h);
+        if (fabs(u0 + u1 - 2 * here) > 1e-8 || fabs(v0 + v1 - 2 * here) > 1e-8) continue;
+        const ca_surface surface = surface_at((float)u, (float)v);
+        const ca_vec2 gradient = ca_texture_gradient(&texture, 0, &surface);
+        assert_near((double)gradient.x, (u1 - u0) / (2 * h), 1e-3);
+        assert_near((double)gradient.y, (v1 - v0) / (2 * h), 1e-3);
+        ++compared;
+    }
+    assert_true(compared > 8000);
+    const ca_texture nearest = bitmap(&image, CA_FILTER_NEAREST, CA_WRAP_REPEAT);
+    const ca_surface surface = surface_at(0.3f, 0.3f);
+    assert_true(ca_texture_gradient(&nearest, 0, &surface).x == 0.0f);
+    ca_image_destroy(&image);
+}
+
+static void wild_coordinates_stay_in_the_picture(void **state)
+{
+    (void)state;
+    const float wild[] = {0.0f,    -0.0f,  1.0f,     -1.0f,     1e30f, -1e30f, INFINITY,
+                          -INFINITY, NAN,  1e-40f,   -1e-40f,   16777217.5f, 2.0f, -2.0f};
+    ca_image image;
+    assert_int_equal(ca_image_create(&image, 13, 7, 1, NULL), CA_OK);
+    fill_random(&image, 6);
+    for (int w = 0; w < 6; ++w) {
+        const ca_texture texture = bitmap(&image, w < 3 ? CA_FILTER_BILINEAR : CA_FILTER_NEAREST, WRAPS[w % 3]);
+        for (size_t i = 0; i < sizeof wild / sizeof *wild; ++i)
+            for (size_t j = 0; j < sizeof wild / sizeof *wild; ++j) {
+                const ca_surface surface = surface_at(wild[i], wild[j]);
+                const ca_rgb value = ca_texture_eval(&texture, 0, &surface);
+                assert_true(value.r >= 0.0f && value.r <= 1.0f);
+                const ca_vec2 gradient = ca_texture_gradient(&texture, 0, &surface);
+                assert_true(isfinite(gradient.x) && isfinite(gradient.y));
+            }
+    }
+    ca_image_destroy(&image);
+}
+
+static void checkerboard_alternates(void **state)
+{
+    (void)state;
+    float data[] = {3.0f, 4.0f};
+    const ca_image image = {2, 1, 1, data};
+    ca_texture table[3] = {ca_texture_constant((ca_rgb){1.0f, 2.0f, 3.0f}),
+                           bitmap(&image, CA_FILTER_NEAREST, CA_WRAP_REPEAT),
+                           {.kind = CA_TEXTURE_CHECKERBOARD,
+                            .to_uv = {{2.0f, 0.0f, 0.25f}, {0.0f, 3.0f, 0.0f}},
+                            .as.checkerboard = {0, 1}}};
+    ca_test_random random = ca_test_random_seed(7);
+    for (int i = 0; i < 10000; ++i) {
+        const float u = uniform(&random, -2.0f, 2.0f), v = uniform(&random, -2.0f, 2.0f);
+        const int column = (int)floor(2.0 * (2.0 * (double)u + 0.25)), row = (int)floor(2.0 * 3.0 * (double)v);
+        const ca_surface surface = surface_at(u, v);
+        const float value = ca_texture_eval(table, 2, &surface).r;
+        /* The coloured texture is looked up at the surface's own coordinates. */
+        const float other = (double)u - floor((double)u) < 0.5 ? 3.0f : 4.0f;
+        assert_true(value == (modulo(column + row, 2) == 0 ? 1.0f : other));
+    }
+    assert_near((double)ca_texture_mean(table, 2).r, 0.5 * (1.0 + 3.5), 1e-6);
+    assert_near((double)ca_texture_mean(table, 2).b, 0.5 * (3.0 + 3.5), 1e-6);
+    assert_true(ca_texture_max(table, 2) == 4.0f);
+    const ca_surface surface = surface_at(0.1f, 0.1f);
+    assert_true(ca_texture_gradient(table, 2, &surface).y == 0.0f);
+}
+
+static ca_texture attribute_texture(const char *name)
+{
+    return (ca_texture){.kind = CA_TEXTURE_MESH_ATTRIBUTE, .as.mesh_attribute = {name}};
+}
+
+static void mesh_attributes_are_interpolated(void **state)
+{
+    (void)state;
+    ca_mesh mesh;
+    assert_int_equal(ca_mesh_create(&mesh, 4, 2, false, false, NULL), CA_OK);
+    const uint32_t indices[] = {0, 1, 2, 2, 1, 3};
+    for (int i = 0; i < 6; ++i) mesh.indices[i] = indices[i];
+    float *color, *grey, *face;
+    assert_int_equal(ca_mesh_add_attribute(&mesh, "vertex_color", 3, false, &color, NULL), CA_OK);
+    assert_int_equal(ca_mesh_add_attribute(&mesh, "vertex_grey", 1, false, &grey, NULL), CA_OK);
+    assert_int_equal(ca_mesh_add_attribute(&mesh, "face_color", 4, true, &face, NULL), CA_OK);
+    /* The pointers of earlier attributes stay: each has its own array. */
+    for (int i = 0; i < 12; ++i) color[i] = (float)(i * i);
+    for (int i = 0; i < 4; ++i) grey[i] = (float)i;
+    for (int i = 0; i < 8; ++i) face[i] = (float)i;
+    const ca_texture table[] = {attribute_texture("vertex_color"), attribute_texture("vertex_grey"),
+                                attribute_texture("face_color"), attribute_texture("vertex_other")};
+    ca_surface surface = {.mesh = &mesh, .primitive = 1, .barycentric = {0.25f, 0.375f}};
+    /* corners 2, 1, 3 with weights 0.375, 0.25, 0.375 */
+    const ca_rgb value = ca_texture_eval(table, 0, &surface);
+    assert_near((double)value.r, 0.375 * 36 + 0.25 * 9 + 0.375 * 81, 1e-4);
+    assert_near((double)value.b, 0.375 * 64 + 0.25 * 25 + 0.375 * 121, 1e-4);
+    assert_near((double)ca_texture_eval_scalar(table, 1, &surface), 0.375 * 2 + 0.25 * 1 + 0.375 * 3, 1e-6);
+    assert_true(ca_texture_eval(table, 2, &surface).g == 5.0f);
+    assert_true(ca_rgb_is_black(ca_texture_eval(table, 3, &surface)));
+    surface.mesh = NULL;
+    assert_true(ca_rgb_is_black(ca_texture_eval(table, 0, &surface)));
+    assert_true(ca_texture_mean(table, 0).r == 1.0f && ca_texture_max(table, 0) == 1.0f);
+    ca_mesh_destroy(&mesh);
+}
+
+static void mean_and_max_of_a_bitmap(void **state)
+{
+    (void)state;
+    float data[] = {1.0f, 2.0f, 3.0f, 9.0f, 5.0f, 6.0f, 7.0f, 99.0f}; /* the alphas do not count */
+    const ca_image image = {1, 2, 4, data};
+    const ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT);
+    const ca_rgb mean = ca_texture_mean(&texture, 0);
+    assert_true(mean.r == 3.0f && mean.g == 4.0f && mean.b == 5.0f);
+    assert_true(ca_texture_max(&texture, 0) == 7.0f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(constant_is_itself),
+        cmocka_unit_test(bitmap_stands_upright),
+        cmocka_unit_test(nearest_is_the_texel_around),
+        cmocka_unit_test(bilinear_is_the_formula),
+        cmocka_unit_test(gradient_is_the_slope),
+        cmocka_unit_test(wild_coordinates_stay_in_the_picture),
+        cmocka_unit_test(checkerboard_alternates),
+        cmocka_unit_test(mesh_attributes_are_interpolated),
+        cmocka_unit_test(mean_and_max_of_a_bitmap),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
