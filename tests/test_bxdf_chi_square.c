@@ -63,7 +63,7 @@ static uint32_t for_each_test(const ca_bxdf_cases *list, uint32_t test_count)
                 .context = &context,
                 .axis = refracts ? refracted_of(context.wi, entry->bxdf.as.rough_dielectric.eta)
                                  : mirror_of(context.wi),
-                .sample_count = 50000,
+                .sample_count = 30000,
                 .ring_count = 20,
                 .cut_count = 10,
                 .seed = number,

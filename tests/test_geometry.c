@@ -37,7 +37,9 @@ static ca_accel *build(const ca_shape *shapes, uint32_t count, const ca_accel_in
 
 static ca_shape mesh_shape(const ca_mesh *mesh)
 {
-    return (ca_shape){.kind = CA_SHAPE_MESH, .mesh = mesh, .light = CA_NONE};
+    ca_shape shape = {.kind = CA_SHAPE_MESH, .mesh = mesh, .light = CA_NONE};
+    for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++) shape.extent = fmaxf(shape.extent, fabsf(mesh->positions[i]));
+    return shape;
 }
 
 static void set_vertex(ca_mesh *mesh, uint32_t index, ca_vec3 p)

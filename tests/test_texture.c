@@ -66,6 +66,13 @@ static double oracle_bilinear(const ca_texture *texture, double u, double v, int
                 a * oracle_texel(texture, (int)i + 1, (int)j + 1, channel));
 }
 
+static void oracle_uv(const ca_texture *texture, double u, double v, double *tu, double *tv)
+{
+    const float(*m)[3] = texture->to_uv;
+    *tu = (double)m[0][0] * u + (double)m[0][1] * v + (double)m[0][2];
+    *tv = (double)m[1][0] * u + (double)m[1][1] * v + (double)m[1][2];
+}
+
 static void constant_is_itself(void **state)
 {
     (void)state;
@@ -136,9 +143,8 @@ static void check_bilinear(uint32_t width, uint32_t height, uint32_t channels)
             for (int r = 0; r < 2; ++r)
                 for (int c = 0; c < 3; ++c) texture.to_uv[r][c] = uniform(&random, -1.5f, 1.5f);
             const float u = uniform(&random, -2.0f, 2.0f), v = uniform(&random, -2.0f, 2.0f);
-            const float(*m)[3] = texture.to_uv;
-            const double tu = (double)m[0][0] * (double)u + (double)m[0][1] * (double)v + (double)m[0][2];
-            const double tv = (double)m[1][0] * (double)u + (double)m[1][1] * (double)v + (double)m[1][2];
+            double tu, tv;
+            oracle_uv(&texture, (double)u, (double)v, &tu, &tv);
             const ca_surface surface = surface_at(u, v);
             const ca_rgb value = ca_texture_eval(&texture, 0, &surface);
             assert_near((double)value.r, oracle_bilinear(&texture, tu, tv, 0), 1e-4);
@@ -161,9 +167,8 @@ static void bilinear_is_the_formula(void **state)
 
 static double oracle_luminance(const ca_texture *texture, double u, double v)
 {
-    const float(*m)[3] = texture->to_uv;
-    const double tu = (double)m[0][0] * u + (double)m[0][1] * v + (double)m[0][2];
-    const double tv = (double)m[1][0] * u + (double)m[1][1] * v + (double)m[1][2];
+    double tu, tv;
+    oracle_uv(texture, u, v, &tu, &tv);
     return 0.2126 * oracle_bilinear(texture, tu, tv, 0) + 0.7152 * oracle_bilinear(texture, tu, tv, 1) +
            0.0722 * oracle_bilinear(texture, tu, tv, 2);
 }

@@ -19,7 +19,7 @@ typedef struct render_options {
     double seconds, noise_percent, memory_mib, exposure;
     bool has_spp, has_seconds, has_noise;
     bool has_seed, has_crop, has_max_depth;
-    bool quiet;
+    bool quiet, help;
     uint64_t seed;
     uint32_t resolution[2], crop[4];
     int max_depth;
@@ -60,7 +60,7 @@ static const ca_option options[] = {
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
      .help = "write times, counts and noise as JSON"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
-    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(quiet), .help = "this text"},
+    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
 };
 static const ca_option_table table = {"render", options, sizeof options / sizeof options[0]};
 

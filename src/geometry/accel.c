@@ -259,6 +259,7 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
     hit->t = rayhit.ray.tfar;
     hit->u = rayhit.hit.u;
     hit->v = rayhit.hit.v;
+    hit->ng = (ca_vec3){rayhit.hit.Ng_x, rayhit.hit.Ng_y, rayhit.hit.Ng_z};
     hit->primitive = rayhit.hit.primID;
     hit->shape = rayhit.hit.geomID;
     hit->instance = CA_NONE;

@@ -100,6 +100,15 @@ static ca_vec3 unit_or_zero(ca_vec3 v)
     return (ca_vec3){(float)(x / length), (float)(y / length), (float)(z / length)};
 }
 
+void ca_mesh_normalize_normals(ca_mesh *mesh)
+{
+    if (!mesh->normals) return;
+    for (size_t v = 0; v < mesh->vertex_count; ++v) {
+        float *normal = mesh->normals + 3 * v;
+        store3(normal, unit_or_zero(load3(normal)));
+    }
+}
+
 static void reverse_triangles(ca_mesh *mesh)
 {
     for (size_t t = 0; t < mesh->triangle_count; ++t) {

@@ -45,6 +45,7 @@ const ca_mesh_attribute *ca_mesh_find_attribute(const ca_mesh *mesh, const char 
  * outside. */
 void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map);
 void ca_mesh_flip_normals(ca_mesh *mesh);
+void ca_mesh_normalize_normals(ca_mesh *mesh); /* to unit length; zero stays zero */
 void ca_mesh_drop_normals(ca_mesh *mesh); /* face_normals */
 
 /* Smooth normals for files that carry none: at each vertex the faces' unit normals weighted by their angle there, as

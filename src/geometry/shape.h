@@ -23,6 +23,7 @@ typedef struct ca_shape {
     uint32_t light;         /* index in the scene's lights, or CA_NONE */
     float area;             /* m^2 */
     const ca_mesh *mesh;    /* CA_SHAPE_MESH; borrowed */
+    float extent;           /* mesh: largest absolute value of a coordinate */
     ca_distribution_1d triangles; /* by area; only for meshes that emit */
     /* Quadrics: the unit sphere; the unit disk in z = 0; the cylinder of radius 1 around z from z = 0 to 1. `map` may
      * only scale uniformly for spheres, and rigidly with one radius and one length for cylinders. */

@@ -3,18 +3,13 @@
 #include "geometry/quadric.h"
 #include "math/numeric.h"
 
+/* The farthest that the true surface can lie from `position` along the normal, and what rounding the sum will cost. No
+ * branches: on which side a path goes on cannot be predicted. */
 ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, ca_vec3 direction)
 {
-    /* The farthest that the true surface can lie from `position` along the normal. */
-    float distance = ca_dot(ca_abs3(ng), position_error);
-    if (ca_dot(ng, direction) < 0.0f) distance = -distance;
-    ca_vec3 moved = ca_madd(position, distance, ng);
-    /* Round away from the surface, so that the addition does not undo what it was for. */
-    const ca_vec3 step = ca_mul(ng, distance);
-    moved.x = step.x > 0.0f ? ca_next_up(moved.x) : step.x < 0.0f ? ca_next_down(moved.x) : moved.x;
-    moved.y = step.y > 0.0f ? ca_next_up(moved.y) : step.y < 0.0f ? ca_next_down(moved.y) : moved.y;
-    moved.z = step.z > 0.0f ? ca_next_up(moved.z) : step.z < 0.0f ? ca_next_down(moved.z) : moved.z;
-    return moved;
+    const ca_vec3 reach = ca_madd(position_error, CA_GAMMA(2), ca_abs3(position));
+    const float distance = ca_dot(ca_abs3(ng), reach);
+    return ca_madd(position, copysignf(distance, ca_dot(ng, direction)), ng);
 }
 
 typedef struct triangle {
@@ -73,31 +68,59 @@ static void triangle_position(const triangle *t, float b0, float b1, float b2, c
     surface->position_error = ca_mul(extent, 2.0f * CA_GAMMA(7));
 }
 
-static void mesh_surface(const ca_shape *shape, const ca_hit *hit, ca_surface *surface)
+/* A ray from not too far away gives the point without a look at the triangle's corners, which in a large mesh are three
+ * cache misses. The bound: t comes from a plane through a corner, with about a dozen roundings of numbers no larger than the
+ * corner's, the origin's and the segment's coordinates together. false where the ray is so long that the corners give
+ * a better bound. */
+static inline bool ray_position(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t, ca_surface *surface)
+{
+    const ca_vec3 segment = ca_mul(direction, t);
+    const float reach = ca_max3(ca_abs3(segment)) + ca_max3(ca_abs3(origin));
+    if (reach > 4.0f * shape->extent) return false;
+    const float bound = CA_GAMMA(12) * (reach + shape->extent);
+    surface->position = ca_add(origin, segment);
+    surface->position_error = (ca_vec3){bound, bound, bound};
+    return true;
+}
+
+/* Interpolated texture coordinates and shading normal. */
+static inline void mesh_attributes(const ca_mesh *mesh, const uint32_t index[3], float b0, float b1, float b2,
+                                   ca_surface *surface)
+{
+    if (mesh->uvs) {
+        const ca_vec2 uv0 = load2(mesh->uvs, index[0]), uv1 = load2(mesh->uvs, index[1]),
+                      uv2 = load2(mesh->uvs, index[2]);
+        surface->uv = (ca_vec2){b0 * uv0.x + b1 * uv1.x + b2 * uv2.x, b0 * uv0.y + b1 * uv1.y + b2 * uv2.y};
+    }
+    if (!mesh->normals) return;
+    const ca_vec3 n = ca_madd(
+        ca_madd(ca_mul(load3(mesh->normals, index[0]), b0), b1, load3(mesh->normals, index[1])), b2,
+        load3(mesh->normals, index[2]));
+    const float length2 = ca_length2(n);
+    if (length2 > 0.0f) surface->ns = ca_mul(n, 1.0f / sqrtf(length2));
+    if (ca_dot(surface->ns, surface->ng) < 0.0f) surface->ng = ca_neg(surface->ng);
+}
+
+/* `in_world`: the ray and the mesh are in the same space. */
+static void mesh_surface(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, bool in_world, const ca_hit *hit,
+                         ca_surface *surface)
 {
     const ca_mesh *mesh = shape->mesh;
-    const triangle t = load_triangle(mesh, hit->primitive);
     const float b1 = hit->u, b2 = hit->v, b0 = 1.0f - b1 - b2;
-    triangle_position(&t, b0, b1, b2, surface);
-    surface->ng = ca_normalize(ca_cross(ca_sub(t.p[1], t.p[0]), ca_sub(t.p[2], t.p[0])));
+    surface->ng = ca_normalize(hit->ng);
     surface->ns = surface->ng;
     surface->barycentric = (ca_vec2){b1, b2};
     surface->uv = surface->barycentric;
     surface->mesh = mesh;
-    if (mesh->uvs) {
-        const ca_vec2 uv0 = load2(mesh->uvs, t.index[0]), uv1 = load2(mesh->uvs, t.index[1]),
-                      uv2 = load2(mesh->uvs, t.index[2]);
-        surface->uv = (ca_vec2){b0 * uv0.x + b1 * uv1.x + b2 * uv2.x, b0 * uv0.y + b1 * uv1.y + b2 * uv2.y};
+    if (!in_world || !ray_position(shape, origin, direction, hit->t, surface)) {
+        const triangle t = load_triangle(mesh, hit->primitive);
+        triangle_position(&t, b0, b1, b2, surface);
     }
-    if (mesh->normals) {
-        const ca_vec3 n = ca_madd(ca_madd(ca_mul(load3(mesh->normals, t.index[0]), b0), b1,
-                                          load3(mesh->normals, t.index[1])),
-                                  b2, load3(mesh->normals, t.index[2]));
-        const float length2 = ca_length2(n);
-        if (length2 > 0.0f) surface->ns = ca_mul(n, 1.0f / sqrtf(length2));
-        if (ca_dot(surface->ns, surface->ng) < 0.0f) surface->ng = ca_neg(surface->ng);
-    }
-    if (shape->needs_tangents) triangle_tangents(mesh, &t, surface);
+    if (mesh->uvs || mesh->normals)
+        mesh_attributes(mesh, mesh->indices + 3 * (size_t)hit->primitive, b0, b1, b2, surface);
+    if (!shape->needs_tangents) return;
+    const triangle t = load_triangle(mesh, hit->primitive);
+    triangle_tangents(mesh, &t, surface);
 }
 
 /* |M| p + |translation|: how large the terms are that a map adds up. */
@@ -140,7 +163,7 @@ void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, 
     const ca_affine *map = hit->instance == CA_NONE ? NULL : &ca_accel_instance_at(accel, hit->instance)->map;
     if (shape->kind == CA_SHAPE_MESH) {
         surface->dpdu = surface->dpdv = (ca_vec3){0};
-        mesh_surface(shape, hit, surface);
+        mesh_surface(shape, origin, direction, !map, hit, surface);
     } else {
         surface->mesh = NULL;
         surface->barycentric = (ca_vec2){0};

@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 /* OpenEXR output: one part of scan lines, ZIP compression (lossless, 16 lines a chunk), through the C core. */
 #include "image/format.h"
 

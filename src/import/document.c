@@ -186,7 +186,7 @@ const char *ca_document_nearest_id(const ca_document *document, const char *id)
     const char *best = NULL;
     for (size_t i = 0; i < document->id_count; i++) {
         const char *const pair[2] = {best, document->ids[i].id};
-        best = ca_nearest_name(id, pair, 2);
+        best = ca_import_nearest(id, pair, 2);
     }
     return best;
 }

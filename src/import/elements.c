@@ -102,7 +102,7 @@ static ca_status fail_unknown(const ca_xml_node *node, ca_error *error)
     const char *tags[ELEMENT_COUNT];
     for (int i = 0; i < ELEMENT_COUNT; i++) tags[i] = elements[i].tag;
     return ca_fail(error, CA_ERROR_SCENE, &node->where, "unknown element <%s>; the nearest known one is <%s>", node->tag,
-                   ca_nearest_name(node->tag, tags, ELEMENT_COUNT));
+                   ca_import_nearest(node->tag, tags, ELEMENT_COUNT));
 }
 
 static const char *bare(const char *attribute) { return attribute && attribute[0] == '!' ? attribute + 1 : attribute; }
@@ -122,7 +122,7 @@ static ca_status check_attributes(const ca_xml_node *node, const element *known,
         if (!found)
             return ca_fail(error, CA_ERROR_SCENE, &node->where,
                            "<%s> has no attribute \"%s\"; the nearest known one is \"%s\"", node->tag,
-                           node->attributes[a].name, ca_nearest_name(node->attributes[a].name, names, MAX_ATTRIBUTES));
+                           node->attributes[a].name, ca_import_nearest(node->attributes[a].name, names, MAX_ATTRIBUTES));
     }
     return CA_OK;
 }

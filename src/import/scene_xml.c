@@ -42,7 +42,7 @@ const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node 
     const char *nearest = NULL;
     for (size_t i = 0; i < count; i++) {
         const char *const pair[2] = {nearest, table[i].name};
-        nearest = ca_nearest_name(type, pair, 2);
+        nearest = ca_import_nearest(type, pair, 2);
     }
     ca_import_fail(importer, &node->where, "unknown %s \"%s\"; the nearest known one is \"%s\"", node->tag, type,
                    nearest);

@@ -47,6 +47,9 @@ static inline ca_bxdf_value ca_bxdf_value_zero(void) { return (ca_bxdf_value){.f
 /* Facets seen at a smaller cosine are edge-on: nothing of them is visible, and quotients by it might overflow. */
 #define CA_MIN_FACET_COS 1e-12f
 
+/* A cosine that rounding may have carried beyond 1. (fminf would be a call: it has rules for NaN.) */
+static inline float ca_at_most_one(float cosine) { return cosine < 1.0f ? cosine : 1.0f; }
+
 /* Index of the other side over that of the side w lies on. */
 static inline float ca_eta_seen_from(float eta, float cos_w) { return cos_w > 0.0f ? eta : 1.0f / eta; }
 

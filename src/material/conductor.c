@@ -6,7 +6,7 @@ ca_rgb ca_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 {
     if (!(wi_local.z > 0.0f)) return ca_rgb_grey(0.0f);
     const ca_rgb fresnel =
-        ca_fresnel_conductor_rgb(fminf(wi_local.z, 1.0f), bxdf->as.conductor.eta, bxdf->as.conductor.k);
+        ca_fresnel_conductor_rgb(ca_at_most_one(wi_local.z), bxdf->as.conductor.eta, bxdf->as.conductor.k);
     return ca_rgb_mul(fresnel, bxdf->as.conductor.reflectance);
 }
 

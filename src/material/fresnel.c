@@ -7,7 +7,7 @@
  * r_p = -r_s (q c - s^2) / (q c + s^2). */
 float ca_fresnel_conductor(float cos_near, float eta, float k)
 {
-    const float c2 = cos_near * cos_near, s2 = fmaxf(1.0f - c2, 0.0f);
+    const float c2 = cos_near * cos_near, s2 = c2 < 1.0f ? 1.0f - c2 : 0.0f;
     const float real = eta * eta - k * k - s2, imaginary = 2.0f * eta * k;
     const float modulus = sqrtf(real * real + imaginary * imaginary);
     const float a = ca_sqrt0(0.5f * (modulus + real));

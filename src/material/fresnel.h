@@ -24,11 +24,12 @@ static inline float ca_fresnel_dielectric(float cos_near, float eta, float *cos_
         *cos_far = 0.0f;
         return 1.0f;
     }
-    const float scaled = sqrtf(scaled2), far = fminf(scaled / eta, 1.0f);
+    const float scaled = sqrtf(scaled2), ratio = scaled / eta, far = ratio < 1.0f ? ratio : 1.0f;
     *cos_far = far;
     const float s = (cos_near - scaled) / (cos_near + scaled);
     const float p = (far - eta * cos_near) / (far + eta * cos_near);
-    return fminf(0.5f * (s * s + p * p), 1.0f);
+    const float reflected = 0.5f * (s * s + p * p);
+    return reflected < 1.0f ? reflected : 1.0f;
 }
 
 /* Reflectance of a metal of complex relative index eta + i k, seen from the outside. */

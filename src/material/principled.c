@@ -154,7 +154,7 @@ static ca_bxdf_value eval_above(const ca_bxdf *bxdf, const lobes *l, ca_vec3 wi,
     ca_bxdf_value value = {.pdf = {l->sample_base * wo.z * CA_INV_PI}, .pdf_reverse = {l->sample_base * wi.z * CA_INV_PI}};
     ca_vec3 m;
     if (!ca_half_vector(wi, wo, &m)) return ca_bxdf_value_zero();
-    const float cos_facet = fminf(ca_dot(wo, m), 1.0f);
+    const float cos_facet = ca_at_most_one(ca_dot(wo, m));
     if (!(cos_facet > CA_MIN_FACET_COS)) return ca_bxdf_value_zero();
     if (l->base > 0.0f) value.f = base_value(bxdf, l, wi.z, wo.z, cos_facet);
 
@@ -184,7 +184,7 @@ static ca_bxdf_value eval_below(const lobes *l, ca_vec3 wi, ca_vec3 wo)
 {
     ca_vec3 m;
     if (!ca_half_vector(wi, wo, &m)) return ca_bxdf_value_zero();
-    const float cos_facet = fminf(-ca_dot(wo, m), 1.0f);
+    const float cos_facet = ca_at_most_one(-ca_dot(wo, m));
     if (!(cos_facet > CA_MIN_FACET_COS)) return ca_bxdf_value_zero();
     float cos_outside;
     const float fresnel = ca_fresnel_dielectric(cos_facet, 1.0f / l->eta, &cos_outside);
@@ -202,7 +202,7 @@ static ca_bxdf_value eval_through(const ca_bxdf *bxdf, const lobes *l, ca_vec3 w
     const float eta = ca_eta_seen_from(l->eta, wi.z), side = copysignf(1.0f, wi.z);
     ca_vec3 m;
     if (!ca_half_vector(wi, ca_mul(wo, eta), &m)) return ca_bxdf_value_zero();
-    const float cos_i = fminf(side * ca_dot(wi, m), 1.0f), cos_o = fminf(-side * ca_dot(wo, m), 1.0f);
+    const float cos_i = ca_at_most_one(side * ca_dot(wi, m)), cos_o = ca_at_most_one(-side * ca_dot(wo, m));
     if (!(cos_i > CA_MIN_FACET_COS) || !(cos_o > CA_MIN_FACET_COS)) return ca_bxdf_value_zero();
     float cos_far;
     const float fresnel = ca_fresnel_dielectric(cos_i, eta, &cos_far);
@@ -240,7 +240,7 @@ static bool sample_specular_direction(const lobes *l, ca_vec3 wi, float u_lobe, 
 {
     const float side = copysignf(1.0f, wi.z), eta = ca_eta_seen_from(l->eta, wi.z);
     const ca_vec3 m = ca_microfacet_sample(&l->facets, ca_mul(wi, side), u);
-    const float cos_i = fminf(side * ca_dot(wi, m), 1.0f);
+    const float cos_i = ca_at_most_one(side * ca_dot(wi, m));
     if (!(cos_i > CA_MIN_FACET_COS)) return false;
     float cos_far;
     const float fresnel = ca_fresnel_dielectric(cos_i, eta, &cos_far);

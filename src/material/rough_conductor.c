@@ -33,7 +33,7 @@ ca_bxdf_value ca_rough_conductor_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_
     ca_vec3 m;
     if (!(wi_local.z > 0.0f) || !(wo_local.z > 0.0f) || !ca_half_vector(wi_local, wo_local, &m))
         return ca_bxdf_value_zero();
-    const float cos_facet = fminf(ca_dot(wi_local, m), 1.0f);
+    const float cos_facet = ca_at_most_one(ca_dot(wi_local, m));
     if (!(cos_facet > CA_MIN_FACET_COS)) return ca_bxdf_value_zero();
     const facet_terms t = terms_at(bxdf, wi_local, wo_local, m, cos_facet);
     return (ca_bxdf_value){.f = ca_rgb_scale(t.fresnel, 0.25f * t.density * t.masking_i * t.masking_o),
@@ -47,7 +47,7 @@ bool ca_rough_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u,
     if (!(wi_local.z > 0.0f)) return false;
     const ca_microfacet *facets = &bxdf->as.rough_conductor.facets;
     const ca_vec3 m = ca_microfacet_sample(facets, wi_local, u);
-    const float cos_facet = fminf(ca_dot(wi_local, m), 1.0f);
+    const float cos_facet = ca_at_most_one(ca_dot(wi_local, m));
     if (!(cos_facet > CA_MIN_FACET_COS)) return false;
     const ca_vec3 wo = ca_reflect_about(wi_local, m, cos_facet);
     if (!(wo.z > 0.0f)) return false;
@@ -69,7 +69,7 @@ bool ca_rough_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u,
 ca_rgb ca_rough_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 {
     if (!(wi_local.z > 0.0f)) return ca_rgb_grey(0.0f);
-    const ca_rgb fresnel = ca_fresnel_conductor_rgb(fminf(wi_local.z, 1.0f), bxdf->as.rough_conductor.eta,
+    const ca_rgb fresnel = ca_fresnel_conductor_rgb(ca_at_most_one(wi_local.z), bxdf->as.rough_conductor.eta,
                                                     bxdf->as.rough_conductor.k);
     return ca_rgb_mul(fresnel, bxdf->as.rough_conductor.reflectance);
 }

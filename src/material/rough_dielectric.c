@@ -72,8 +72,8 @@ static bool find_facet(float eta_inside, ca_vec3 wi, ca_vec3 wo, facet_event *ev
     event->eta = reflects ? 1.0f : eta;
     if (!ca_half_vector(wi, ca_mul(wo, event->eta), &event->m)) return false;
     const float side = copysignf(1.0f, wi.z);
-    event->cos_i = fminf(side * ca_dot(wi, event->m), 1.0f);
-    event->cos_o = fminf((reflects ? side : -side) * ca_dot(wo, event->m), 1.0f);
+    event->cos_i = ca_at_most_one(side * ca_dot(wi, event->m));
+    event->cos_o = ca_at_most_one((reflects ? side : -side) * ca_dot(wo, event->m));
     if (!(event->cos_i > CA_MIN_FACET_COS) || !(event->cos_o > CA_MIN_FACET_COS)) return false;
     float cos_far;
     event->fresnel = ca_fresnel_dielectric(event->cos_i, eta, &cos_far);
@@ -113,7 +113,7 @@ bool ca_rough_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS)
     const float side = copysignf(1.0f, wi_local.z), eta = ca_eta_seen_from(bxdf->as.rough_dielectric.eta, wi_local.z);
     facet_event e;
     e.m = ca_microfacet_sample(facets, ca_mul(wi_local, side), u);
-    e.cos_i = fminf(side * ca_dot(wi_local, e.m), 1.0f);
+    e.cos_i = ca_at_most_one(side * ca_dot(wi_local, e.m));
     if (!(e.cos_i > CA_MIN_FACET_COS)) return false;
     float cos_far;
     e.fresnel = ca_fresnel_dielectric(e.cos_i, eta, &cos_far);

@@ -40,7 +40,7 @@ static void add_facets(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, float probab
     const ca_microfacet *facets = &bxdf->as.rough_plastic.facets;
     ca_vec3 m;
     if (!ca_half_vector(wi, wo, &m)) return;
-    const float cos_facet = fminf(ca_dot(wi, m), 1.0f);
+    const float cos_facet = ca_at_most_one(ca_dot(wi, m));
     if (!(cos_facet > CA_MIN_FACET_COS)) return;
     float cos_inside;
     const float fresnel = ca_fresnel_dielectric(cos_facet, bxdf->as.rough_plastic.eta, &cos_inside);

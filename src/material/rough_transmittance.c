@@ -23,7 +23,7 @@ static void boundary_shares(const ca_microfacet *facets, float cosine, float eta
     for (uint32_t i = 0; i < grid * grid; ++i) {
         const ca_vec2 u = {((float)(i % grid) + 0.5f) / (float)grid, ((float)(i / grid) + 0.5f) / (float)grid};
         const ca_vec3 m = ca_microfacet_sample(facets, v, u);
-        const float cos_i = fminf(ca_dot(v, m), 1.0f);
+        const float cos_i = ca_at_most_one(ca_dot(v, m));
         if (!(cos_i > CA_MIN_FACET_COS)) continue;
         float cos_far;
         const float fresnel = ca_fresnel_dielectric(cos_i, eta, &cos_far);

@@ -21,6 +21,10 @@
  * and Stability of Numerical Algorithms", lemma 3.1). */
 #define CA_GAMMA(n) ((float)(n) * 0x1p-24f / (1.0f - (float)(n) * 0x1p-24f))
 
+/* As fminf and fmaxf for numbers, one instruction each; with a NaN the answer is b. */
+static inline float ca_min(float a, float b) { return a < b ? a : b; }
+static inline float ca_max(float a, float b) { return a > b ? a : b; }
+
 static inline float ca_sqr(float x) { return x * x; }
 static inline float ca_clamp(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
 static inline float ca_lerp(float a, float b, float t) { return (1.0f - t) * a + t * b; }

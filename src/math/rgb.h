@@ -2,6 +2,8 @@
 #ifndef CA_MATH_RGB_H
 #define CA_MATH_RGB_H
 
+#include "math/numeric.h"
+
 #include <math.h>
 #include <stdbool.h>
 
@@ -25,7 +27,7 @@ static inline ca_rgb ca_rgb_lerp(ca_rgb a, ca_rgb b, float t)
 {
     return ca_rgb_add(ca_rgb_scale(a, 1.0f - t), ca_rgb_scale(b, t));
 }
-static inline float ca_rgb_max(ca_rgb a) { return fmaxf(a.r, fmaxf(a.g, a.b)); }
+static inline float ca_rgb_max(ca_rgb a) { return ca_max(a.r, ca_max(a.g, a.b)); }
 static inline float ca_rgb_average(ca_rgb a) { return (a.r + a.g + a.b) * (1.0f / 3.0f); }
 static inline bool ca_rgb_is_black(ca_rgb a) { return a.r == 0.0f && a.g == 0.0f && a.b == 0.0f; }
 static inline bool ca_rgb_is_finite(ca_rgb a) { return isfinite(a.r) && isfinite(a.g) && isfinite(a.b); }

@@ -3,6 +3,8 @@
 #ifndef CA_MATH_VEC_H
 #define CA_MATH_VEC_H
 
+#include "math/numeric.h"
+
 #include <math.h>
 #include <stdbool.h>
 
@@ -36,14 +38,14 @@ static inline float ca_length2(ca_vec3 a) { return ca_dot(a, a); }
 static inline float ca_length(ca_vec3 a) { return sqrtf(ca_length2(a)); }
 static inline ca_vec3 ca_normalize(ca_vec3 a) { return ca_mul(a, 1.0f / ca_length(a)); }
 static inline ca_vec3 ca_abs3(ca_vec3 a) { return (ca_vec3){fabsf(a.x), fabsf(a.y), fabsf(a.z)}; }
-static inline float ca_max3(ca_vec3 a) { return fmaxf(a.x, fmaxf(a.y, a.z)); }
+static inline float ca_max3(ca_vec3 a) { return ca_max(a.x, ca_max(a.y, a.z)); }
 static inline ca_vec3 ca_min_vec3(ca_vec3 a, ca_vec3 b)
 {
-    return (ca_vec3){fminf(a.x, b.x), fminf(a.y, b.y), fminf(a.z, b.z)};
+    return (ca_vec3){ca_min(a.x, b.x), ca_min(a.y, b.y), ca_min(a.z, b.z)};
 }
 static inline ca_vec3 ca_max_vec3(ca_vec3 a, ca_vec3 b)
 {
-    return (ca_vec3){fmaxf(a.x, b.x), fmaxf(a.y, b.y), fmaxf(a.z, b.z)};
+    return (ca_vec3){ca_max(a.x, b.x), ca_max(a.y, b.y), ca_max(a.z, b.z)};
 }
 static inline bool ca_is_finite3(ca_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 

@@ -117,7 +117,8 @@ typedef struct ca_scene_desc {
     ca_integrator_desc integrator;
 } ca_scene_desc;
 
-/* Mitsuba's defaults: no shapes, 768 x 576 film with a gaussian filter, 39.3077 degrees, 4 samples (see scenes.md). */
+/* Mitsuba's defaults: no shapes, 768 x 576 film with a gaussian filter, a 50 mm lens (of 35 mm film), 4
+ * samples (see scenes.md). */
 void ca_scene_desc_init(ca_scene_desc *desc);
 void ca_scene_desc_destroy(ca_scene_desc *desc);
 

@@ -115,6 +115,8 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     if (desc->flip_normals) ca_mesh_flip_normals(mesh);
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
     shape->mesh = mesh;
+    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
+        shape->extent = ca_max(shape->extent, fabsf(mesh->positions[i]));
     double area = 0.0;
     for (uint32_t i = 0; i < mesh->triangle_count; i++) area += ca_mesh_triangle_area(mesh, i);
     shape->area = (float)area;

@@ -1,0 +1,236 @@
+/* caustica info: what was understood of a scene. */
+#include "base/memory.h"
+#include "cli/commands.h"
+#include "scene/scene.h"
+
+#include <stdio.h>
+
+typedef struct info_options {
+    ca_text_list define_words;
+    bool help;
+} info_options;
+
+static const ca_option options[] = {
+    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST,
+     .offset = offsetof(info_options, define_words), .help = "value for a <default> of the scene; several times"},
+    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, .offset = offsetof(info_options, help), .help = "this text"},
+};
+static const ca_option_table table = {"info", options, sizeof options / sizeof options[0]};
+
+static int print_help(void)
+{
+    printf("caustica info SCENE [options]: say what was understood of a Mitsuba 3 XML scene\n\n");
+    ca_options_print(&table, stdout);
+    printf("\nExample: caustica info scenes/textured/textured.xml\n");
+    return CA_EXIT_DONE;
+}
+
+/* ---- Counting things by kind ------------------------------------------------------------------------------------ */
+
+static const char *const shape_names[] = {
+    [CA_SHAPE_MESH] = "mesh", [CA_SHAPE_SPHERE] = "sphere", [CA_SHAPE_DISK] = "disk", [CA_SHAPE_CYLINDER] = "cylinder"};
+static const char *const light_names[] = {
+    [CA_LIGHT_AREA] = "area",           [CA_LIGHT_POINT] = "point",         [CA_LIGHT_SPOT] = "spot",
+    [CA_LIGHT_DIRECTIONAL] = "directional", [CA_LIGHT_PROJECTOR] = "projector", [CA_LIGHT_CONSTANT] = "constant",
+    [CA_LIGHT_ENVMAP] = "envmap"};
+static const char *const material_names[] = {
+    [CA_MATERIAL_DIFFUSE] = "diffuse",
+    [CA_MATERIAL_DIELECTRIC] = "dielectric",
+    [CA_MATERIAL_THIN_DIELECTRIC] = "thindielectric",
+    [CA_MATERIAL_ROUGH_DIELECTRIC] = "roughdielectric",
+    [CA_MATERIAL_CONDUCTOR] = "conductor",
+    [CA_MATERIAL_ROUGH_CONDUCTOR] = "roughconductor",
+    [CA_MATERIAL_PLASTIC] = "plastic",
+    [CA_MATERIAL_ROUGH_PLASTIC] = "roughplastic",
+    [CA_MATERIAL_PRINCIPLED] = "principled",
+    [CA_MATERIAL_NULL] = "null",
+    [CA_MATERIAL_TWOSIDED] = "twosided",
+    [CA_MATERIAL_MASK] = "mask",
+    [CA_MATERIAL_BLEND] = "blendbsdf",
+    [CA_MATERIAL_BUMP] = "bumpmap",
+    [CA_MATERIAL_NORMAL_MAP] = "normalmap"};
+static const char *const texture_names[] = {[CA_TEXTURE_CONSTANT] = "constant",
+                                            [CA_TEXTURE_BITMAP] = "bitmap",
+                                            [CA_TEXTURE_CHECKERBOARD] = "checkerboard",
+                                            [CA_TEXTURE_MESH_ATTRIBUTE] = "mesh_attribute"};
+static const char *const camera_names[] = {[CA_CAMERA_PERSPECTIVE] = "perspective",
+                                           [CA_CAMERA_THIN_LENS] = "thinlens",
+                                           [CA_CAMERA_ORTHOGRAPHIC] = "orthographic"};
+
+enum { MOST_KINDS = 16 };
+#define COUNT_OF(names) (sizeof(names) / sizeof(names)[0])
+_Static_assert(COUNT_OF(material_names) <= MOST_KINDS, "counts fit");
+
+/* "label     7: 4 mesh, 3 sphere" */
+static void print_kinds(const char *label, const char *const *names, size_t kinds, const uint64_t counts[MOST_KINDS])
+{
+    uint64_t total = 0;
+    for (size_t i = 0; i < kinds; i++) total += counts[i];
+    printf("%-12s%llu", label, (unsigned long long)total);
+    const char *separator = ": ";
+    for (size_t i = 0; i < kinds; i++) {
+        if (!counts[i]) continue;
+        printf("%s%llu %s", separator, (unsigned long long)counts[i], names[i]);
+        separator = ", ";
+    }
+    printf("\n");
+}
+
+/* ---- Sections --------------------------------------------------------------------------------------------------- */
+
+static void print_shapes(const ca_scene *scene)
+{
+    uint64_t kinds[MOST_KINDS] = {0}, triangles = 0, seen = 0;
+    for (uint32_t i = 0; i < scene->shape_count; i++) {
+        kinds[scene->shapes[i].kind]++;
+        if (scene->shapes[i].mesh) triangles += scene->shapes[i].mesh->triangle_count;
+    }
+    for (uint32_t i = 0; i < scene->instance_count; i++)
+        for (uint32_t s = 0; s < scene->instances[i].shape_count; s++) {
+            const ca_mesh *mesh = scene->shapes[scene->instances[i].first_shape + s].mesh;
+            if (mesh) seen += mesh->triangle_count;
+        }
+    print_kinds("shapes", shape_names, COUNT_OF(shape_names), kinds);
+    printf("%-12s%llu\n", "triangles", (unsigned long long)triangles);
+    printf("%-12s%u", "instances", scene->instance_count);
+    if (scene->instance_count)
+        printf(" of %zu groups, showing %llu triangles", scene->desc.groups.count, (unsigned long long)seen);
+    printf("\n");
+}
+
+static void print_lights(const ca_scene *scene)
+{
+    uint64_t kinds[MOST_KINDS] = {0};
+    double power[MOST_KINDS] = {0.0};
+    for (uint32_t i = 0; i < scene->light_count; i++) {
+        kinds[scene->lights[i].kind]++;
+        power[scene->lights[i].kind] += (double)scene->lights[i].power;
+    }
+    print_kinds("lights", light_names, COUNT_OF(light_names), kinds);
+    for (size_t i = 0; i < COUNT_OF(light_names); i++)
+        if (kinds[i]) printf("  %-14s%.6g W (luminance)\n", light_names[i], power[i]);
+}
+
+static void print_materials(const ca_scene *scene)
+{
+    uint64_t kinds[MOST_KINDS] = {0};
+    for (uint32_t i = 0; i < scene->material_count; i++) kinds[scene->materials[i].kind]++;
+    print_kinds("materials", material_names, COUNT_OF(material_names), kinds);
+}
+
+/* Constants are parameters rather than textures to whoever wrote the scene. */
+static void print_textures(const ca_scene *scene)
+{
+    uint64_t kinds[MOST_KINDS] = {0};
+    for (size_t i = 0; i < scene->desc.textures.count; i++) kinds[scene->desc.textures.items[i].kind]++;
+    kinds[CA_TEXTURE_CONSTANT] = 0;
+    print_kinds("textures", texture_names, COUNT_OF(texture_names), kinds);
+    for (size_t i = 0; i < scene->desc.images.count; i++) {
+        const ca_image *image = &scene->desc.images.items[i];
+        printf("  image       %u x %u, %u channel%s\n", image->width, image->height, image->channels,
+               image->channels == 1 ? "" : "s");
+    }
+}
+
+static void print_camera(const ca_scene *scene)
+{
+    const ca_camera_desc *desc = &scene->desc.camera;
+    const ca_camera *camera = &desc->camera;
+    const ca_film_desc *film = &scene->desc.film;
+    printf("%-12s%s", "camera", camera_names[camera->kind]);
+    if (camera->kind != CA_CAMERA_ORTHOGRAPHIC) printf(", field of view %.6g degrees", desc->fov_degrees);
+    if (camera->kind == CA_CAMERA_THIN_LENS)
+        printf(", lens radius %.6g, focus at %.6g", (double)camera->lens_radius, (double)camera->focus_distance);
+    printf(", clips at %.6g and %.6g\n", (double)camera->near_clip, (double)camera->far_clip);
+    const float (*m)[4] = camera->map.to;
+    printf("%-12sat (%.6g, %.6g, %.6g), looks along (%.6g, %.6g, %.6g)\n", "", (double)m[0][3], (double)m[1][3],
+           (double)m[2][3], (double)m[0][2], (double)m[1][2], (double)m[2][2]);
+    printf("%-12s%u x %u pixels", "film", film->width, film->height);
+    if (film->crop_width != film->width || film->crop_height != film->height)
+        printf(", crop %u,%u,%u,%u", film->crop_x, film->crop_y, film->crop_x + film->crop_width,
+               film->crop_y + film->crop_height);
+    printf(", %s filter\n", ca_filter_name(film->filter.kind));
+}
+
+static void print_parameter(const ca_parameter *parameter)
+{
+    printf(", %s = ", parameter->name);
+    switch (parameter->kind) {
+    case CA_PARAMETER_NUMBER: printf("%.10g", parameter->number); break;
+    case CA_PARAMETER_BOOLEAN: printf("%s", parameter->number != 0.0 ? "true" : "false"); break;
+    case CA_PARAMETER_TEXT: printf("%s", parameter->text); break;
+    }
+}
+
+static void print_method(const ca_scene *scene)
+{
+    const ca_integrator_desc *integrator = &scene->desc.integrator;
+    printf("%-12s%s", "integrator", integrator->name ? integrator->name : "path");
+    for (size_t i = 0; i < integrator->parameters.count; i++) print_parameter(&integrator->parameters.items[i]);
+    printf("\n%-12s%s, %u samples per pixel, seed %llu\n", "sampler", ca_sampler_name(scene->desc.sampler.kind),
+           scene->desc.samples_per_pixel, (unsigned long long)scene->desc.sampler.seed);
+}
+
+static void print_bytes(const char *label, size_t bytes) { printf("  %-14s%.3f MiB\n", label, (double)bytes / 0x1p20); }
+
+static void print_bounds_and_memory(const ca_scene *scene)
+{
+    const ca_vec3 low = scene->low, high = scene->high;
+    if (scene->shape_count)
+        printf("%-12s(%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g)\n", "bounds", (double)low.x, (double)low.y, (double)low.z,
+               (double)high.x, (double)high.y, (double)high.z);
+    else
+        printf("%-12snone: the scene has no shapes\n", "bounds");
+    size_t mesh_bytes = 0, image_bytes = 0;
+    for (size_t i = 0; i < scene->desc.meshes.count; i++) mesh_bytes += ca_mesh_bytes(&scene->desc.meshes.items[i]);
+    for (size_t i = 0; i < scene->desc.images.count; i++) {
+        const ca_image *image = &scene->desc.images.items[i];
+        image_bytes += sizeof(float) * image->width * image->height * image->channels;
+    }
+    printf("memory\n");
+    print_bytes("meshes", mesh_bytes);
+    print_bytes("acceleration", ca_accel_bytes(scene->accel));
+    print_bytes("textures", image_bytes);
+}
+
+static void print_scene(const char *path, const ca_scene *scene)
+{
+    printf("%s\n", path);
+    print_shapes(scene);
+    print_lights(scene);
+    print_materials(scene);
+    print_textures(scene);
+    print_camera(scene);
+    print_method(scene);
+    print_bounds_and_memory(scene);
+}
+
+static ca_status load_and_print(const info_options *o, const ca_text_list *operands, ca_error *error)
+{
+    if (operands->count != 1)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       operands->count == 0 ? "a scene file is missing" : "there is more than one scene file");
+    ca_define *defines = NULL;
+    char *storage = NULL;
+    ca_scene *scene = NULL;
+    ca_status status = ca_options_defines(&o->define_words, &defines, &storage, error);
+    if (status == CA_OK) status = ca_scene_load(operands->items[0], defines, o->define_words.count, &scene, error);
+    if (status == CA_OK) print_scene(operands->items[0], scene);
+    ca_scene_release(scene);
+    ca_free(defines);
+    ca_free(storage);
+    return status;
+}
+
+int ca_command_info(int word_count, char *const words[])
+{
+    if (ca_help_wanted(word_count, words)) return print_help();
+    info_options o = {0};
+    ca_text_list operands = {0};
+    ca_error error = {""};
+    ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
+    if (status == CA_OK) status = load_and_print(&o, &operands, &error);
+    ca_text_list_destroy(&o.define_words);
+    ca_text_list_destroy(&operands);
+    return status == CA_OK ? CA_EXIT_DONE : ca_report("info", status, &error);
+}

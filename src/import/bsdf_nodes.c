@@ -1,0 +1,181 @@
+/* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and the table of all BSDFs. */
+#include "import/bsdf_plugins.h"
+
+#include <string.h>
+
+/* ---- Children ---------------------------------------------------------------------------------------------------- */
+
+/* Imports the nested BSDFs, at least `low` and at most `high` of them, and returns how many there are. */
+static size_t import_children(ca_props *props, ca_material *m, size_t low, size_t high)
+{
+    ca_xml_node *cursor = NULL, *child;
+    size_t count = 0;
+    while ((child = ca_props_next_object(props, "bsdf", true, &cursor)) && ca_import_good(props->importer)) {
+        if (count == high) {
+            ca_import_fail(props->importer, &cursor->where, "%s holds %zu BSDF%s, not more", props->type, high,
+                           high == 1 ? "" : "s");
+            break;
+        }
+        m->child[count++] = ca_import_bsdf(props->importer, child);
+    }
+    if (count < low)
+        ca_import_fail(props->importer, &props->node->where, "%s needs %zu nested BSDF%s", props->type, low,
+                       low == 1 ? "" : "s");
+    return count;
+}
+
+static bool is_zero_constant(const ca_scene_desc *desc, ca_texture_id id)
+{
+    if (id == CA_NONE) return true;
+    const ca_texture *texture = &desc->textures.items[id];
+    return texture->kind == CA_TEXTURE_CONSTANT && ca_rgb_is_black(texture->as.constant);
+}
+
+/* Can light get through to the other side? */
+static bool transmits(const ca_scene_desc *desc, ca_material_id id)
+{
+    const ca_material *m = &desc->materials.items[id].material;
+    switch (m->kind) {
+    case CA_MATERIAL_DIFFUSE:
+    case CA_MATERIAL_CONDUCTOR:
+    case CA_MATERIAL_ROUGH_CONDUCTOR:
+    case CA_MATERIAL_PLASTIC:
+    case CA_MATERIAL_ROUGH_PLASTIC: return false;
+    case CA_MATERIAL_DIELECTRIC:
+    case CA_MATERIAL_THIN_DIELECTRIC:
+    case CA_MATERIAL_ROUGH_DIELECTRIC:
+    case CA_MATERIAL_NULL:
+    case CA_MATERIAL_MASK: return true;
+    case CA_MATERIAL_PRINCIPLED: return !is_zero_constant(desc, m->principled.spec_trans);
+    case CA_MATERIAL_BUMP:
+    case CA_MATERIAL_NORMAL_MAP: return transmits(desc, m->child[0]);
+    case CA_MATERIAL_TWOSIDED:
+    case CA_MATERIAL_BLEND: return transmits(desc, m->child[0]) || transmits(desc, m->child[1]);
+    }
+    return true;
+}
+
+/* ---- The plugins ------------------------------------------------------------------------------------------------- */
+
+static void import_twosided(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_TWOSIDED;
+    const size_t count = import_children(props, m, 1, 2);
+    if (!ca_import_good(props->importer)) return;
+    if (count == 1) m->child[1] = m->child[0];
+    for (size_t i = 0; i < count; i++) {
+        if (!transmits(props->importer->desc, m->child[i])) continue;
+        ca_import_fail(props->importer, &props->node->where,
+                       "twosided cannot hold a BSDF that transmits light, as the one at line %u does",
+                       props->importer->desc->materials.items[m->child[i]].where.line);
+    }
+}
+
+static void import_mask(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_MASK;
+    m->modifier = ca_props_texture(props, "opacity", 0.5f, CA_COLOR_REFLECTANCE);
+    import_children(props, m, 1, 1);
+}
+
+static void import_blend(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_BLEND;
+    if (!ca_props_find(props, "weight")) ca_props_fail(props, "weight", "is missing");
+    m->modifier = ca_props_texture(props, "weight", 0.5f, CA_COLOR_REFLECTANCE);
+    import_children(props, m, 2, 2);
+}
+
+/* The one nested texture, whatever its name. */
+static ca_texture_id import_nested_texture(ca_props *props)
+{
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *texture = ca_props_next_object(props, "texture", true, &cursor);
+    if (!texture) {
+        ca_import_fail(props->importer, &props->node->where, "%s needs a nested <texture>", props->type);
+        return CA_NONE;
+    }
+    return ca_import_texture(props->importer, texture);
+}
+
+static void import_bump(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_BUMP;
+    m->scale = (float)ca_props_number(props, "scale", 1.0);
+    m->modifier = import_nested_texture(props);
+    import_children(props, m, 1, 1);
+}
+
+static void import_normal_map(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_NORMAL_MAP;
+    m->modifier = import_nested_texture(props);
+    import_children(props, m, 1, 1);
+}
+
+static const ca_plugin plugins[] = {
+    {"diffuse", ca_import_diffuse},
+    {"dielectric", ca_import_dielectric},
+    {"thindielectric", ca_import_thin_dielectric},
+    {"roughdielectric", ca_import_rough_dielectric},
+    {"conductor", ca_import_conductor},
+    {"roughconductor", ca_import_rough_conductor},
+    {"plastic", ca_import_plastic},
+    {"roughplastic", ca_import_rough_plastic},
+    {"principled", ca_import_principled},
+    {"null", ca_import_null},
+    {"twosided", import_twosided},
+    {"mask", import_mask},
+    {"blendbsdf", import_blend},
+    {"bumpmap", import_bump},
+    {"normalmap", import_normal_map},
+};
+
+/* ---- Any BSDF ---------------------------------------------------------------------------------------------------- */
+
+static ca_material empty_material(void)
+{
+    ca_material m = {.sample_visible = true, .eta = 1.0f, .scale = 1.0f};
+    m.reflectance = m.specular = m.transmittance = m.alpha_u = m.alpha_v = m.eta_rgb = m.k_rgb = CA_NONE;
+    m.principled.metallic = m.principled.spec_trans = m.principled.spec_tint = m.principled.sheen = CA_NONE;
+    m.principled.sheen_tint = m.principled.flatness = m.principled.clearcoat = CA_NONE;
+    m.principled.clearcoat_gloss = m.modifier = CA_NONE;
+    m.child[0] = m.child[1] = CA_NONE;
+    return m;
+}
+
+static ca_material_id build(ca_importer *importer, ca_xml_node *node)
+{
+    const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
+    if (!plugin) return CA_NONE;
+    ca_material material = empty_material();
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    plugin->import(&props, &material);
+    ca_props_end(&props);
+    if (!ca_import_good(importer)) return CA_NONE;
+    const char *id = ca_xml_attribute_value(node, "id");
+    const char *kept_id = id ? ca_arena_strdup(&importer->desc->strings, id) : NULL;
+    if ((id && !kept_id) || !CA_TABLE_ADD(&importer->desc->materials)) {
+        ca_import_fail_memory(importer, "materials");
+        return CA_NONE;
+    }
+    const ca_material_id index = (ca_material_id)(importer->desc->materials.count - 1);
+    importer->desc->materials.items[index] =
+        (ca_material_desc){.material = material, .where = node->where, .id = kept_id};
+    return index;
+}
+
+ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node)
+{
+    if (node->progress == CA_NODE_DONE) return node->result;
+    if (!ca_import_enter(importer, node)) return CA_NONE;
+    const ca_material_id id = build(importer, node);
+    ca_import_leave(importer, node, id);
+    return id;
+}

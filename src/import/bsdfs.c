@@ -1,0 +1,229 @@
+/* BSDFs that scatter by themselves. Result of each: ca_material. Those that hold others are in bsdf_nodes.c. */
+#include "import/bsdf_plugins.h"
+
+#include "import/nearest.h"
+#include "material/conductor_data.h"
+
+#include <string.h>
+
+/* ---- Indices of refraction --------------------------------------------------------------------------------------- */
+
+typedef struct named_index {
+    const char *name;
+    double value;
+} named_index;
+
+/* At about 589 nm and 0 to 20 degrees Celsius; the list of Mitsuba 3 (include/mitsuba/render/ior.h), which has most of
+ * them from Hecht, "Optics". */
+static const named_index named_indices[] = {
+    {"vacuum", 1.0},         {"helium", 1.000036},       {"hydrogen", 1.000132},
+    {"air", 1.000277},       {"carbon dioxide", 1.00045}, {"water", 1.3330},
+    {"acetone", 1.36},       {"ethanol", 1.361},         {"carbon tetrachloride", 1.461},
+    {"glycerol", 1.4729},    {"benzene", 1.501},         {"silicone oil", 1.52045},
+    {"bromine", 1.661},      {"water ice", 1.31},        {"fused quartz", 1.458},
+    {"pyrex", 1.470},        {"acrylic glass", 1.49},    {"polypropylene", 1.49},
+    {"bk7", 1.5046},         {"sodium chloride", 1.544}, {"amber", 1.55},
+    {"pet", 1.5750},         {"diamond", 2.419},
+};
+
+double ca_import_index_of_refraction(ca_props *props, const char *name, double fallback)
+{
+    const ca_xml_node *node = ca_props_find(props, name);
+    if (!node || strcmp(node->tag, "string") != 0) return ca_props_positive(props, name, fallback);
+    const char *names[CA_COUNT(named_indices)];
+    for (size_t i = 0; i < CA_COUNT(named_indices); i++) names[i] = named_indices[i].name;
+    return named_indices[ca_props_choice(props, name, names, CA_COUNT(names), 0)].value;
+}
+
+static const double air = 1.000277, bk7 = 1.5046, polypropylene = 1.49;
+
+/* Interior over exterior index. */
+static float relative_index(ca_props *props, double interior)
+{
+    return (float)(ca_import_index_of_refraction(props, "int_ior", interior) /
+                   ca_import_index_of_refraction(props, "ext_ior", air));
+}
+
+/* ---- Microfacets ------------------------------------------------------------------------------------------------- */
+
+static void import_facets(ca_props *props, ca_material *m)
+{
+    static const char *const distributions[] = {"beckmann", "ggx"};
+    m->distribution = ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), 0) == 1
+                          ? CA_MICROFACET_GGX
+                          : CA_MICROFACET_BECKMANN;
+    m->sample_visible = ca_props_boolean(props, "sample_visible", true);
+}
+
+/* alpha, or alpha_u and alpha_v. */
+static void import_roughness(ca_props *props, ca_material *m)
+{
+    import_facets(props, m);
+    const bool along_u = ca_props_find(props, "alpha_u"), along_v = ca_props_find(props, "alpha_v");
+    if (!along_u && !along_v) {
+        m->alpha_u = m->alpha_v = ca_props_texture(props, "alpha", 0.1f, CA_COLOR_INDEX);
+        return;
+    }
+    if (!along_u || !along_v) ca_props_fail(props, along_u ? "alpha_u" : "alpha_v", "needs its other half");
+    if (ca_props_find(props, "alpha")) ca_props_fail(props, "alpha", "excludes alpha_u and alpha_v");
+    m->alpha_u = ca_props_texture(props, "alpha_u", 0.1f, CA_COLOR_INDEX);
+    m->alpha_v = ca_props_texture(props, "alpha_v", 0.1f, CA_COLOR_INDEX);
+}
+
+/* ---- The plugins ------------------------------------------------------------------------------------------------- */
+
+void ca_import_diffuse(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_DIFFUSE;
+    /* 0.6 knew it as diffuseReflectance too. */
+    const bool old = ca_props_find(props, "diffuse_reflectance") != NULL;
+    if (old && ca_props_find(props, "reflectance")) ca_props_fail(props, "diffuse_reflectance", "repeats reflectance");
+    m->reflectance =
+        ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+}
+
+static void import_dielectric_of(ca_props *props, ca_material *m, ca_material_kind kind)
+{
+    m->kind = kind;
+    m->eta = relative_index(props, bk7);
+    m->specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
+    m->transmittance = ca_props_texture(props, "specular_transmittance", 1.0f, CA_COLOR_REFLECTANCE);
+}
+
+void ca_import_dielectric(ca_props *props, void *result) { import_dielectric_of(props, result, CA_MATERIAL_DIELECTRIC); }
+
+void ca_import_thin_dielectric(ca_props *props, void *result)
+{
+    import_dielectric_of(props, result, CA_MATERIAL_THIN_DIELECTRIC);
+}
+
+void ca_import_rough_dielectric(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    import_dielectric_of(props, m, CA_MATERIAL_ROUGH_DIELECTRIC);
+    if (m->eta == 1.0f) ca_props_fail(props, "int_ior", "must differ from ext_ior");
+    import_roughness(props, m);
+}
+
+static ca_texture_id constant(ca_props *props, ca_rgb value)
+{
+    const ca_texture_id id = ca_scene_desc_add_constant(props->importer->desc, value);
+    if (id == CA_NONE) ca_import_fail_memory(props->importer, "textures");
+    return id;
+}
+
+static const ca_conductor *named_conductor(ca_props *props)
+{
+    const char *name = ca_props_string(props, "material", "none");
+    const ca_conductor *found = ca_conductor_find(name);
+    if (found) return found;
+    size_t count;
+    const ca_conductor *table = ca_conductor_table(&count);
+    const char *nearest = NULL;
+    for (size_t i = 0; i < count; i++) {
+        const char *const pair[2] = {nearest, table[i].name};
+        nearest = ca_import_nearest(name, pair, 2);
+    }
+    const ca_xml_node *node = ca_props_find(props, "material");
+    ca_import_fail(props->importer, &node->where, "\"%s\" is not a known conductor; the nearest is \"%s\"", name,
+                   nearest);
+    return &table[0];
+}
+
+/* material, or eta and k; 0.6's ext_eta divides both. */
+static void import_complex_index(ca_props *props, ca_material *m)
+{
+    const ca_conductor *named = named_conductor(props);
+    const bool numbers = ca_props_find(props, "eta") || ca_props_find(props, "k");
+    if (numbers && ca_props_find(props, "material")) ca_props_fail(props, "material", "excludes eta and k");
+    if (numbers && !ca_props_find(props, "ext_eta")) {
+        m->eta_rgb = ca_props_texture(props, "eta", 0.0f, CA_COLOR_INDEX);
+        m->k_rgb = ca_props_texture(props, "k", 1.0f, CA_COLOR_INDEX);
+        return;
+    }
+    const float inverse = (float)(1.0 / ca_import_index_of_refraction(props, "ext_eta", 1.0));
+    m->eta_rgb = constant(props, ca_rgb_scale(ca_props_color(props, "eta", named->eta, CA_COLOR_INDEX), inverse));
+    m->k_rgb = constant(props, ca_rgb_scale(ca_props_color(props, "k", named->k, CA_COLOR_INDEX), inverse));
+}
+
+void ca_import_conductor(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_CONDUCTOR;
+    import_complex_index(props, m);
+    m->specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
+}
+
+void ca_import_rough_conductor(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    ca_import_conductor(props, m);
+    m->kind = CA_MATERIAL_ROUGH_CONDUCTOR;
+    import_roughness(props, m);
+}
+
+void ca_import_plastic(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    m->kind = CA_MATERIAL_PLASTIC;
+    m->eta = relative_index(props, polypropylene);
+    m->reflectance = ca_props_texture(props, "diffuse_reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
+    m->nonlinear = ca_props_boolean(props, "nonlinear", false);
+}
+
+/* Its roughness is one number, because a table of transmittances is made for it. */
+void ca_import_rough_plastic(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    ca_import_plastic(props, m);
+    m->kind = CA_MATERIAL_ROUGH_PLASTIC;
+    import_facets(props, m);
+    m->alpha_u = m->alpha_v = constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
+}
+
+/* eta, or `specular`, which stands for one: a reflectance of 0.08 specular at normal incidence. */
+static float principled_index(ca_props *props, bool transmits)
+{
+    const bool has_eta = ca_props_find(props, "eta") != NULL;
+    if (has_eta && ca_props_find(props, "specular")) ca_props_fail(props, "specular", "excludes eta");
+    double eta;
+    if (has_eta) {
+        eta = ca_import_index_of_refraction(props, "eta", 1.5);
+    } else {
+        const double specular = ca_props_number_in(props, "specular", 0.5, 0.0, 1.0);
+        eta = 2.0 / (1.0 - sqrt(0.08 * specular)) - 1.0;
+    }
+    if (transmits && eta == 1.0) ca_props_fail(props, has_eta ? "eta" : "specular", "needs a boundary to transmit");
+    return (float)eta;
+}
+
+void ca_import_principled(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    const ca_color_role role = CA_COLOR_REFLECTANCE; /* all of them are shares in [0, 1] */
+    m->kind = CA_MATERIAL_PRINCIPLED;
+    m->reflectance = ca_props_texture(props, "base_color", 0.5f, role);
+    m->alpha_u = ca_props_texture(props, "roughness", 0.5f, role);
+    m->alpha_v = ca_props_texture(props, "anisotropic", 0.0f, role);
+    m->principled.metallic = ca_props_texture(props, "metallic", 0.0f, role);
+    m->principled.spec_trans = ca_props_texture(props, "spec_trans", 0.0f, role);
+    m->principled.spec_tint = ca_props_texture(props, "spec_tint", 0.0f, role);
+    m->principled.sheen = ca_props_texture(props, "sheen", 0.0f, role);
+    m->principled.sheen_tint = ca_props_texture(props, "sheen_tint", 0.0f, role);
+    m->principled.flatness = ca_props_texture(props, "flatness", 0.0f, role);
+    m->principled.clearcoat = ca_props_texture(props, "clearcoat", 0.0f, role);
+    m->principled.clearcoat_gloss = ca_props_texture(props, "clearcoat_gloss", 0.0f, role);
+    m->principled.diffuse_rate = (float)ca_props_number_in(props, "diffuse_reflectance_sampling_rate", 1.0, 0.0, 1e6);
+    m->principled.specular_rate = (float)ca_props_number_in(props, "main_specular_sampling_rate", 1.0, 0.0, 1e6);
+    m->principled.clearcoat_rate = (float)ca_props_number_in(props, "clearcoat_sampling_rate", 1.0, 0.0, 1e6);
+    m->eta = principled_index(props, ca_props_find(props, "spec_trans") != NULL);
+}
+
+void ca_import_null(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    (void)props;
+    m->kind = CA_MATERIAL_NULL;
+}

@@ -1,0 +1,180 @@
+/* Emitters. Result of each: ca_light_desc. */
+#include "import/importer.h"
+
+#include <string.h>
+
+static void set_position_from_map(ca_light_desc *light)
+{
+    for (int i = 0; i < 3; i++) light->position[i] = light->to_world.m[i][3];
+}
+
+static ca_matrix rigid_transform(ca_props *props)
+{
+    const ca_matrix m = ca_props_transform(props, "to_world");
+    if (!ca_import_is_rigid(&m)) ca_props_fail(props, "to_world", "can only move and rotate");
+    return m;
+}
+
+/* A texture that a light throws: lights give it coordinates whose v runs upwards, Mitsuba's lights downwards. */
+static ca_texture_id thrown_texture(ca_props *props, const char *name)
+{
+    const ca_texture_id id = ca_props_texture(props, name, 1.0f, CA_COLOR_EMISSION);
+    if (id == CA_NONE) return CA_NONE;
+    ca_scene_desc *desc = props->importer->desc;
+    if (!CA_TABLE_ADD(&desc->textures)) {
+        ca_import_fail_memory(props->importer, "textures");
+        return CA_NONE;
+    }
+    ca_texture *copy = &desc->textures.items[desc->textures.count - 1];
+    *copy = desc->textures.items[id];
+    for (int row = 0; row < 2; row++) {
+        copy->to_uv[row][2] += copy->to_uv[row][1];
+        copy->to_uv[row][1] = -copy->to_uv[row][1];
+    }
+    return (ca_texture_id)(desc->textures.count - 1);
+}
+
+static void import_area(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_AREA;
+    light->radiance = ca_rgb_grey(1.0f);
+    light->texture = ca_props_texture(props, "radiance", 1.0f, CA_COLOR_EMISSION);
+}
+
+static void import_point(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_POINT;
+    light->radiance = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    const ca_matrix to_world = ca_props_transform(props, "to_world");
+    for (int i = 0; i < 3; i++) light->position[i] = to_world.m[i][3];
+    const bool moved = ca_props_find(props, "to_world") != NULL;
+    if (ca_props_point(props, "position", light->position) && moved)
+        ca_props_fail(props, "position", "excludes to_world");
+    light->to_world = ca_matrix_translate(light->position[0], light->position[1], light->position[2]);
+}
+
+static void import_spot(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_SPOT;
+    light->radiance = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    light->to_world = rigid_transform(props);
+    set_position_from_map(light);
+    const bool textured = ca_props_find(props, "texture") != NULL;
+    light->cutoff_degrees = ca_props_number_in(props, "cutoff_angle", 20.0, 1e-3, textured ? 89.9 : 180.0);
+    light->beam_degrees =
+        ca_props_number_in(props, "beam_width", 0.75 * light->cutoff_degrees, 0.0, light->cutoff_degrees);
+    if (textured) light->texture = thrown_texture(props, "texture");
+}
+
+/* The light travels along +z of to_world, or along `direction`. */
+static void import_directional(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_DIRECTIONAL;
+    light->radiance = ca_props_color(props, "irradiance", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    light->to_world = ca_props_transform(props, "to_world");
+    for (int i = 0; i < 3; i++) light->direction[i] = light->to_world.m[i][2];
+    const bool turned = ca_props_find(props, "to_world") != NULL;
+    if (ca_props_point(props, "direction", light->direction) && turned)
+        ca_props_fail(props, "direction", "excludes to_world");
+    const double *d = light->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (!(length > 1e-30) || !isfinite(length)) ca_props_fail(props, "direction", "must have a length over 0");
+    for (int i = 0; i < 3; i++) light->direction[i] /= length;
+}
+
+static void import_constant(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_CONSTANT;
+    light->radiance = ca_props_color(props, "radiance", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+}
+
+static void import_envmap(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_ENVMAP;
+    light->radiance = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
+    ca_props_boolean(props, "mis_compensation", false);
+    light->to_world = ca_props_transform(props, "to_world");
+    if (!ca_import_is_similarity(&light->to_world)) ca_props_fail(props, "to_world", "cannot shear or stretch");
+    const char *path = ca_import_filename(props, "filename");
+    if (path) light->image = ca_import_image_file(props->importer, path, CA_ENCODING_SRGB, &props->node->where);
+}
+
+/* Width over height of what is projected. */
+static double picture_aspect(const ca_importer *importer, ca_texture_id id)
+{
+    const ca_texture *texture = &importer->desc->textures.items[id];
+    if (texture->kind != CA_TEXTURE_BITMAP) return 1.0;
+    const ca_image *image = &importer->desc->images.items[texture->as.bitmap.image_index];
+    return (double)image->width / (double)image->height;
+}
+
+static void import_projector(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_PROJECTOR;
+    light->radiance = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
+    light->to_world = rigid_transform(props);
+    set_position_from_map(light);
+    light->texture = thrown_texture(props, "irradiance");
+    if (!ca_import_good(props->importer)) return;
+    const double aspect = picture_aspect(props->importer, light->texture);
+    const ca_field_of_view view = ca_import_field_of_view(props);
+    /* The aspect ratio is all that counts of the two sides. */
+    const double side = 4096.0;
+    const double width = aspect >= 1.0 ? side : side * aspect, height = aspect >= 1.0 ? side / aspect : side;
+    light->tan_half_x = ca_camera_tan_half_x(view.degrees, view.axis, (uint32_t)fmax(1.0, round(width)),
+                                             (uint32_t)fmax(1.0, round(height)));
+    light->tan_half_y = light->tan_half_x / aspect;
+}
+
+static const ca_plugin plugins[] = {
+    {"area", import_area},         {"point", import_point},   {"spot", import_spot},
+    {"directional", import_directional}, {"constant", import_constant}, {"envmap", import_envmap},
+    {"projector", import_projector},
+};
+
+static uint32_t build(ca_importer *importer, ca_xml_node *node)
+{
+    const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
+    if (!plugin) return CA_NONE;
+    ca_light_desc light = {.to_world = ca_matrix_identity(), .texture = CA_NONE, .image = CA_NONE, .where = node->where};
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    plugin->import(&props, &light);
+    ca_props_end(&props);
+    if (!ca_import_good(importer)) return CA_NONE;
+    if (!CA_TABLE_ADD(&importer->desc->lights)) {
+        ca_import_fail_memory(importer, "emitters");
+        return CA_NONE;
+    }
+    importer->desc->lights.items[importer->desc->lights.count - 1] = light;
+    return (uint32_t)(importer->desc->lights.count - 1);
+}
+
+static bool is_area(const ca_xml_node *node) { return strcmp(ca_xml_attribute_value(node, "type"), "area") == 0; }
+
+uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node)
+{
+    if (is_area(node)) {
+        ca_import_fail(importer, &node->where, "an area emitter stands inside the shape that emits");
+        return CA_NONE;
+    }
+    return build(importer, node);
+}
+
+/* Not made once like other objects: several shapes may refer to one emitter, and each then is a light of its own. */
+uint32_t ca_import_area_light(ca_importer *importer, ca_xml_node *node)
+{
+    if (!is_area(node)) {
+        ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
+        ca_import_fail(importer, &node->where, "a shape can only hold an area emitter, not %s",
+                       ca_xml_attribute_value(node, "type"));
+        return CA_NONE;
+    }
+    return build(importer, node);
+}

@@ -1,0 +1,149 @@
+/* Sensors with their film and sampler, and the field of view that projectors have too. Result of a sensor plugin:
+ * ca_camera_desc, whose kind it sets. */
+#include "import/importer.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "import/number.h"
+
+/* ---- Field of view ----------------------------------------------------------------------------------------------- */
+
+/* "50mm" or "50": a focal length for 35 mm film, whose picture is 36 mm x 24 mm; the field of view is its diagonal's. */
+static double focal_length_degrees(ca_props *props)
+{
+    const char *text = ca_props_string(props, "focal_length", "50mm");
+    size_t length = strlen(text);
+    if (length > 2 && strcmp(text + length - 2, "mm") == 0) length -= 2;
+    double focal_length;
+    if (!ca_parse_number(text, length, &focal_length) || !(focal_length >= 0.1) || !(focal_length <= 1e6)) {
+        ca_props_fail(props, "focal_length", "must be a length like \"50mm\"");
+        focal_length = 50.0;
+    }
+    return 2.0 * atan(sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * focal_length)) * (180.0 / 3.14159265358979323846);
+}
+
+ca_field_of_view ca_import_field_of_view(ca_props *props)
+{
+    static const char *const axes[] = {"x", "y", "diagonal", "smaller", "larger"};
+    static const ca_fov_axis values[] = {CA_FOV_X, CA_FOV_Y, CA_FOV_DIAGONAL, CA_FOV_SMALLER, CA_FOV_LARGER};
+    if (!ca_props_find(props, "fov"))
+        return (ca_field_of_view){.degrees = focal_length_degrees(props), .axis = CA_FOV_DIAGONAL};
+    if (ca_props_find(props, "focal_length")) ca_props_fail(props, "focal_length", "excludes fov");
+    return (ca_field_of_view){.degrees = ca_props_number_in(props, "fov", 45.0, 1e-4, 179.9),
+                              .axis = values[ca_props_choice(props, "fov_axis", axes, CA_COUNT(axes), 0)]};
+}
+
+/* ---- Sensors ----------------------------------------------------------------------------------------------------- */
+
+static void set_map(ca_props *props, ca_camera_desc *sensor, bool rigid)
+{
+    const ca_matrix to_world = ca_props_transform(props, "to_world");
+    if (rigid && !ca_import_is_rigid(&to_world)) ca_props_fail(props, "to_world", "can only move and rotate");
+    if (!ca_affine_from_matrix(&to_world, &sensor->camera.map)) ca_props_fail(props, "to_world", "cannot be inverted");
+}
+
+static void import_clipping(ca_props *props, ca_camera *camera)
+{
+    camera->near_clip = (float)ca_props_positive(props, "near_clip", 1e-2);
+    camera->far_clip = (float)ca_props_positive(props, "far_clip", 1e4);
+    if (!(camera->near_clip < camera->far_clip)) ca_props_fail(props, "near_clip", "must be less than far_clip");
+    camera->focus_distance = (float)ca_props_positive(props, "focus_distance", (double)camera->far_clip);
+}
+
+static void import_perspective(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    sensor->camera.kind = CA_CAMERA_PERSPECTIVE;
+    const ca_field_of_view view = ca_import_field_of_view(props);
+    sensor->fov_degrees = view.degrees;
+    sensor->fov_axis = view.axis;
+    sensor->camera.principal_x = (float)ca_props_number_in(props, "principal_point_offset_x", 0.0, -100.0, 100.0);
+    sensor->camera.principal_y = (float)ca_props_number_in(props, "principal_point_offset_y", 0.0, -100.0, 100.0);
+    set_map(props, sensor, true);
+    import_clipping(props, &sensor->camera);
+}
+
+static void import_thin_lens(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    import_perspective(props, sensor);
+    sensor->camera.kind = CA_CAMERA_THIN_LENS;
+    if (!ca_props_find(props, "aperture_radius")) ca_props_fail(props, "aperture_radius", "is missing");
+    sensor->camera.lens_radius = (float)ca_props_positive(props, "aperture_radius", 1.0);
+}
+
+static void import_orthographic(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    sensor->camera.kind = CA_CAMERA_ORTHOGRAPHIC;
+    sensor->fov_degrees = 0.0;
+    sensor->fov_axis = CA_FOV_X;
+    set_map(props, sensor, false);
+    import_clipping(props, &sensor->camera);
+}
+
+static const ca_plugin sensors[] = {
+    {"perspective", import_perspective},
+    {"thinlens", import_thin_lens},
+    {"orthographic", import_orthographic},
+};
+
+/* At most one nested object of a kind, any name. */
+static void import_nested(ca_props *props, const char *tag, void (*import)(ca_importer *, ca_xml_node *))
+{
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *node = ca_props_next_object(props, tag, true, &cursor);
+    if (!node) return;
+    import(props->importer, node);
+    if (ca_props_next_object(props, tag, true, &cursor))
+        ca_import_fail(props->importer, &cursor->where, "a sensor has one %s, and this is a second", tag);
+}
+
+/* Once the film is known: what of the sensor depends on its size. */
+static void fit_to_film(ca_camera_desc *sensor, const ca_film_desc *film)
+{
+    sensor->camera.width = film->width;
+    sensor->camera.height = film->height;
+    if (sensor->camera.kind != CA_CAMERA_ORTHOGRAPHIC)
+        sensor->camera.tan_half_x =
+            (float)ca_camera_tan_half_x(sensor->fov_degrees, sensor->fov_axis, film->width, film->height);
+}
+
+void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
+{
+    const ca_plugin *plugin = ca_import_find_plugin(importer, node, sensors, CA_COUNT(sensors));
+    if (!plugin) return;
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    ca_camera_desc *sensor = &importer->desc->camera;
+    sensor->where = node->where;
+    plugin->import(&props, sensor);
+    /* There is no motion: a shutter has no effect. */
+    ca_props_number(&props, "shutter_open", 0.0);
+    ca_props_number(&props, "shutter_close", 0.0);
+    import_nested(&props, "film", ca_import_film);
+    import_nested(&props, "sampler", ca_import_sampler);
+    ca_props_end(&props);
+    if (!ca_import_good(importer)) return;
+    fit_to_film(sensor, &importer->desc->film);
+    const float tan_half_x = sensor->camera.tan_half_x;
+    if (sensor->camera.kind != CA_CAMERA_ORTHOGRAPHIC && !(tan_half_x > 0.0f && tan_half_x < 1e6f))
+        ca_import_fail(importer, &node->where, "the horizontal field of view is not between 0 and 180 degrees");
+}
+
+/* ---- Sampler ----------------------------------------------------------------------------------------------------- */
+
+void ca_import_sampler(ca_importer *importer, ca_xml_node *node)
+{
+    static const ca_plugin samplers[] = {{"independent", NULL}, {"sobol", NULL}};
+    static const ca_sampler_kind kinds[] = {CA_SAMPLER_INDEPENDENT, CA_SAMPLER_SOBOL};
+    const ca_plugin *plugin = ca_import_find_plugin(importer, node, samplers, CA_COUNT(samplers));
+    if (!plugin) return;
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    importer->desc->sampler.kind = kinds[plugin - samplers];
+    importer->desc->samples_per_pixel = (uint32_t)ca_props_integer_in(&props, "sample_count", 4, 1, INT32_MAX);
+    importer->desc->sampler.seed = (uint64_t)ca_props_integer_in(&props, "seed", 0, 0, INT64_MAX);
+    ca_props_end(&props);
+}

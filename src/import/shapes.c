@@ -1,0 +1,278 @@
+/* Shapes. Result of each: ca_shape_desc. Groups and instances have their own tables in the description. */
+#include "import/importer.h"
+
+#include <string.h>
+
+/* ---- Meshes ------------------------------------------------------------------------------------------------------ */
+
+/* Takes the mesh over. */
+static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
+{
+    ca_scene_desc *desc = props->importer->desc;
+    if (!ca_import_good(props->importer) || !CA_TABLE_ADD(&desc->meshes)) {
+        ca_mesh_destroy(mesh);
+        ca_import_fail_memory(props->importer, "meshes");
+        return;
+    }
+    shape->mesh = (uint32_t)(desc->meshes.count - 1);
+    desc->meshes.items[shape->mesh] = *mesh;
+}
+
+static void add_built_in(ca_props *props, ca_shape_desc *shape, ca_status (*create)(ca_mesh *, ca_error *))
+{
+    ca_mesh mesh;
+    ca_error reason;
+    shape->kind = CA_SHAPE_MESH;
+    const ca_status status = create(&mesh, &reason);
+    if (status == CA_OK)
+        add_mesh(props, shape, &mesh);
+    else
+        ca_import_fail_file(props->importer, &props->node->where, status, &reason);
+}
+
+static void import_rectangle(ca_props *props, void *result)
+{
+    add_built_in(props, result, ca_mesh_create_rectangle);
+}
+
+static void import_cube(ca_props *props, void *result) { add_built_in(props, result, ca_mesh_create_cube); }
+
+static void flip_v(ca_mesh *mesh)
+{
+    if (!mesh->uvs) return;
+    for (size_t i = 0; i < mesh->vertex_count; i++) mesh->uvs[2 * i + 1] = 1.0f - mesh->uvs[2 * i + 1];
+}
+
+/* As Mitsuba does: face_normals drops the file's vertex normals, and without it a file that has none gets smooth ones. */
+static ca_status finish_mesh(ca_mesh *mesh, bool face_normals, bool flip_tex_coords, ca_error *error)
+{
+    if (flip_tex_coords) flip_v(mesh);
+    if (face_normals) {
+        ca_mesh_drop_normals(mesh);
+        return CA_OK;
+    }
+    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, error);
+}
+
+typedef enum mesh_format { FORMAT_OBJ, FORMAT_PLY, FORMAT_SERIALIZED } mesh_format;
+
+static ca_status read_mesh(mesh_format format, const char *path, uint32_t index, ca_mesh *mesh, ca_error *error)
+{
+    switch (format) {
+    case FORMAT_OBJ: return ca_import_obj(path, mesh, error);
+    case FORMAT_PLY: return ca_import_ply(path, mesh, error);
+    case FORMAT_SERIALIZED: return ca_import_serialized(path, index, mesh, error);
+    }
+    return CA_ERROR_ARGUMENT;
+}
+
+static void import_mesh_file(ca_props *props, ca_shape_desc *shape, mesh_format format)
+{
+    shape->kind = CA_SHAPE_MESH;
+    const char *path = ca_import_filename(props, "filename");
+    const bool face_normals = ca_props_boolean(props, "face_normals", false);
+    const bool flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", format == FORMAT_OBJ);
+    uint32_t index = 0;
+    if (format == FORMAT_SERIALIZED) index = (uint32_t)ca_props_integer_in(props, "shape_index", 0, 0, INT32_MAX);
+    if (!path || !ca_import_good(props->importer)) return;
+    ca_mesh mesh = {0};
+    ca_error reason;
+    ca_status status = read_mesh(format, path, index, &mesh, &reason);
+    if (status == CA_OK) {
+        status = finish_mesh(&mesh, face_normals, flip_tex_coords, &reason);
+        if (status != CA_OK) ca_mesh_destroy(&mesh);
+    }
+    if (status == CA_OK)
+        add_mesh(props, shape, &mesh);
+    else
+        ca_import_fail_file(props->importer, &props->node->where, status, &reason);
+}
+
+static void import_obj(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_OBJ); }
+static void import_ply(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_PLY); }
+static void import_serialized(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_SERIALIZED); }
+
+/* ---- Quadrics ---------------------------------------------------------------------------------------------------- */
+
+static void require_similarity(ca_props *props, const ca_shape_desc *shape)
+{
+    if (!ca_import_is_similarity(&shape->to_world))
+        ca_props_fail(props, "to_world", "can only move, rotate and scale uniformly");
+}
+
+static void import_sphere(ca_props *props, void *result)
+{
+    ca_shape_desc *shape = result;
+    shape->kind = CA_SHAPE_SPHERE;
+    shape->radius = (float)ca_props_positive(props, "radius", 1.0);
+    ca_props_point(props, "center", shape->center);
+    require_similarity(props, shape);
+}
+
+static void import_disk(ca_props *props, void *result)
+{
+    ca_shape_desc *shape = result;
+    (void)props;
+    shape->kind = CA_SHAPE_DISK;
+}
+
+static void import_cylinder(ca_props *props, void *result)
+{
+    ca_shape_desc *shape = result;
+    shape->kind = CA_SHAPE_CYLINDER;
+    shape->radius = (float)ca_props_positive(props, "radius", 1.0);
+    shape->p1[2] = 1.0;
+    ca_props_point(props, "p0", shape->p0);
+    ca_props_point(props, "p1", shape->p1);
+    double length2 = 0.0;
+    for (int i = 0; i < 3; i++) length2 += (shape->p1[i] - shape->p0[i]) * (shape->p1[i] - shape->p0[i]);
+    if (!(length2 > 0.0) || !isfinite(length2)) ca_props_fail(props, "p1", "must be another point than p0");
+    require_similarity(props, shape);
+}
+
+static const ca_plugin plugins[] = {
+    {"rectangle", import_rectangle}, {"cube", import_cube}, {"sphere", import_sphere},
+    {"disk", import_disk},           {"cylinder", import_cylinder}, {"obj", import_obj},
+    {"ply", import_ply},             {"serialized", import_serialized},
+};
+
+/* ---- What all of them have --------------------------------------------------------------------------------------- */
+
+static void import_material(ca_props *props, ca_shape_desc *shape)
+{
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *bsdf = ca_props_next_object(props, "bsdf", true, &cursor);
+    if (!bsdf) return;
+    shape->material = ca_import_bsdf(props->importer, bsdf);
+    if (ca_props_next_object(props, "bsdf", true, &cursor))
+        ca_import_fail(props->importer, &cursor->where, "a shape has one BSDF, and this is a second");
+}
+
+static void import_emitter(ca_props *props, ca_shape_desc *shape)
+{
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *emitter = ca_props_next_object(props, "emitter", true, &cursor);
+    if (!emitter) return;
+    if (shape->group != CA_NONE) {
+        ca_import_fail(props->importer, &cursor->where, "a shape inside a shapegroup cannot emit light");
+        return;
+    }
+    shape->light = ca_import_area_light(props->importer, emitter);
+    if (ca_props_next_object(props, "emitter", true, &cursor))
+        ca_import_fail(props->importer, &cursor->where, "a shape has one emitter, and this is a second");
+}
+
+static const char *keep_id(ca_importer *importer, const ca_xml_node *node)
+{
+    const char *id = ca_xml_attribute_value(node, "id");
+    if (!id) return NULL;
+    const char *kept = ca_arena_strdup(&importer->desc->strings, id);
+    if (!kept) ca_import_fail_memory(importer, "ids");
+    return kept;
+}
+
+static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const ca_plugin *plugin, uint32_t group)
+{
+    ca_shape_desc shape = {.mesh = CA_NONE, .material = CA_NONE, .light = CA_NONE, .group = group};
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    shape.where = node->where;
+    shape.id = keep_id(importer, node);
+    shape.to_world = ca_props_transform(&props, "to_world");
+    shape.flip_normals = ca_props_boolean(&props, "flip_normals", false);
+    import_material(&props, &shape);
+    import_emitter(&props, &shape);
+    /* After a mistake there is no need to read a mesh. */
+    if (ca_import_good(importer)) plugin->import(&props, &shape);
+    ca_props_end(&props);
+    if (!ca_import_good(importer)) return;
+    if (CA_TABLE_ADD(&importer->desc->shapes))
+        importer->desc->shapes.items[importer->desc->shapes.count - 1] = shape;
+    else
+        ca_import_fail_memory(importer, "shapes");
+}
+
+/* ---- Groups and instances ---------------------------------------------------------------------------------------- */
+
+static bool is_type(const ca_xml_node *node, const char *type)
+{
+    return strcmp(ca_xml_attribute_value(node, "type"), type) == 0;
+}
+
+static const ca_plugin *find_plain_plugin(ca_importer *importer, const ca_xml_node *node)
+{
+    static const ca_plugin named[] = {{"shapegroup", NULL}, {"instance", NULL}};
+    ca_plugin all[CA_COUNT(plugins) + CA_COUNT(named)];
+    memcpy(all, plugins, sizeof plugins);
+    memcpy(all + CA_COUNT(plugins), named, sizeof named);
+    /* The search is over all names, so that the nearest may be one of a group; what is found is a row of `plugins`. */
+    const ca_plugin *found = ca_import_find_plugin(importer, node, all, CA_COUNT(all));
+    return found ? &plugins[found - all] : NULL;
+}
+
+static uint32_t add_group(ca_importer *importer, ca_xml_node *node)
+{
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    const char *id = keep_id(importer, node);
+    if (!CA_TABLE_ADD(&importer->desc->groups)) ca_import_fail_memory(importer, "shape groups");
+    if (!ca_import_good(importer)) return CA_NONE;
+    const uint32_t group = (uint32_t)(importer->desc->groups.count - 1);
+    importer->desc->groups.items[group] = (ca_group_desc){.where = node->where, .id = id};
+    ca_xml_node *cursor = NULL, *member;
+    while (ca_import_good(importer) && (member = ca_props_next_object(&props, "shape", true, &cursor))) {
+        if (is_type(member, "shapegroup") || is_type(member, "instance")) {
+            ca_import_fail(importer, &cursor->where, "a shapegroup cannot hold a %s",
+                           ca_xml_attribute_value(member, "type"));
+            break;
+        }
+        const ca_plugin *plugin = find_plain_plugin(importer, member);
+        if (plugin) import_plain_shape(importer, member, plugin, group);
+    }
+    ca_props_end(&props);
+    return group;
+}
+
+static uint32_t import_group(ca_importer *importer, ca_xml_node *node)
+{
+    if (node->progress == CA_NODE_DONE) return node->result;
+    if (!ca_import_enter(importer, node)) return CA_NONE;
+    const uint32_t group = add_group(importer, node);
+    ca_import_leave(importer, node, group);
+    return group;
+}
+
+static void import_instance(ca_importer *importer, ca_xml_node *node)
+{
+    ca_props props;
+    ca_props_begin(&props, importer, node);
+    ca_instance_desc instance = {.where = node->where};
+    instance.to_world = ca_props_transform(&props, "to_world");
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *group = ca_props_next_object(&props, "shape", true, &cursor);
+    if (!group || !is_type(group, "shapegroup")) {
+        ca_import_fail(importer, &node->where, "an instance needs a <ref> to a shapegroup");
+        return;
+    }
+    instance.group = import_group(importer, group);
+    if (ca_props_next_object(&props, "shape", true, &cursor))
+        ca_import_fail(importer, &cursor->where, "an instance has one shapegroup, and this is a second");
+    ca_props_end(&props);
+    if (!ca_import_good(importer)) return;
+    if (CA_TABLE_ADD(&importer->desc->instances))
+        importer->desc->instances.items[importer->desc->instances.count - 1] = instance;
+    else
+        ca_import_fail_memory(importer, "instances");
+}
+
+void ca_import_shape(ca_importer *importer, ca_xml_node *node)
+{
+    if (is_type(node, "shapegroup")) {
+        import_group(importer, node);
+    } else if (is_type(node, "instance")) {
+        import_instance(importer, node);
+    } else {
+        const ca_plugin *plugin = find_plain_plugin(importer, node);
+        if (plugin) import_plain_shape(importer, node, plugin, CA_NONE);
+    }
+}

@@ -1,0 +1,86 @@
+/* Surfaces that glow: the radiance of a texture, the same in all directions of the side of ng. */
+#include "light/light_kinds.h"
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+static ca_rgb radiance_at(const ca_light *light, const ca_surface *surface)
+{
+    return light->texture == CA_NONE ? light->radiance : ca_texture_eval(light->textures, light->texture, surface);
+}
+
+static float luminance_at(const ca_light *light, ca_vec2 u)
+{
+    ca_surface surface;
+    ca_shape_sample_area(light->shape, u, &surface);
+    return ca_light_weight(radiance_at(light, &surface));
+}
+
+/* A textured light's mean is that of a grid of points. The grid may miss a small bright spot, but a light that may shine
+ * must be chosen sometimes: it counts as at least a hundredth of its brightest. */
+void ca_light_area_prepare(ca_light *light)
+{
+    float mean = ca_light_weight(light->radiance);
+    if (light->texture != CA_NONE) {
+        const bool constant = light->textures[light->texture].kind == CA_TEXTURE_CONSTANT;
+        mean = (float)ca_light_square_mean(light, luminance_at, constant ? 1 : 64);
+        if (!constant) mean = fmaxf(mean, 0.01f * ca_texture_max(light->textures, light->texture));
+    }
+    light->power = CA_PI * light->shape->area * mean;
+}
+
+bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
+{
+    ca_surface surface;
+    const ca_pdf_solid_angle pdf = ca_shape_sample_direct(light->shape, reference, u, &surface);
+    if (!(pdf.v > 0.0f)) return false;
+    const ca_vec3 segment = ca_sub(surface.position, reference);
+    const float distance = ca_length(segment);
+    const ca_vec3 to_light = ca_mul(segment, 1.0f / distance);
+    const float cos_light = -ca_dot(to_light, surface.ng);
+    if (!(cos_light > 0.0f)) return false;
+    *direct = (ca_light_direct){.to_light = to_light,
+                                .distance = distance,
+                                .position = surface.position,
+                                .position_error = surface.position_error,
+                                .ng = surface.ng,
+                                .radiance = radiance_at(light, &surface),
+                                .pdf_direct = pdf,
+                                .pdf_position = {1.0f / light->shape->area},
+                                .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light),
+                                .cos_light = cos_light};
+    return true;
+}
+
+bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                            ca_light_emission *emission)
+{
+    ca_surface surface;
+    const ca_pdf_area pdf_position = ca_shape_sample_area(light->shape, u_position, &surface);
+    const ca_vec3 local = ca_warp_cosine_hemisphere(u_direction);
+    const ca_frame frame = ca_frame_from_normal(surface.ng);
+    *emission = (ca_light_emission){.origin = surface.position,
+                                    .origin_error = surface.position_error,
+                                    .ng = surface.ng,
+                                    .direction = ca_to_world(&frame, local),
+                                    .radiance = radiance_at(light, &surface),
+                                    .pdf_position = pdf_position,
+                                    .pdf_direction = ca_warp_cosine_hemisphere_pdf(local.z),
+                                    .cos_light = local.z};
+    return true;
+}
+
+ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction)
+{
+    const float cos_light = ca_dot(surface->ng, direction);
+    if (!(cos_light > 0.0f)) return (ca_light_hit){0};
+    return (ca_light_hit){
+        .radiance = radiance_at(light, surface),
+        .pdf_direct = ca_shape_pdf_direct(light->shape, reference, surface->position, surface->ng),
+        .pdf_position = {1.0f / light->shape->area},
+        .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light)};
+}
+
+ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)
+{
+    return ca_dot(surface->ng, direction) > 0.0f ? radiance_at(light, surface) : (ca_rgb){0};
+}

@@ -1,0 +1,180 @@
+/* Light from all around, infinitely far: of one radiance, or of a latitude-longitude picture.
+ *
+ * The picture is mapped as Mitsuba 3's envmap.cpp does: direction to the light (sin phi sin theta, cos theta,
+ * -cos phi sin theta) in the light's frame; across, pixel centres lie at phi = 2 pi (x + 1/2) / width and the lookup
+ * wraps around; down, the first row is the pole theta = 0 and the last the pole theta = pi. Bilinear in between.
+ *
+ * Sampling: a table of width x (height - 1) cells, each the exact integral over its solid angle of the bilinear
+ * luminance (but for chroma of negative values), so its density is positive wherever the light is not black. */
+#include "base/memory.h"
+#include "light/light_kinds.h"
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+/* ---- Lookup ------------------------------------------------------------------------------------------------------- */
+
+/* Longitude and latitude, each in [0, 1], of a direction in the light's frame, and sin theta. */
+static ca_vec2 direction_to_uv(ca_vec3 local, float *sin_theta)
+{
+    const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.z));
+    const float u = atan2f(local.x, -local.z) * CA_INV_TWO_PI;
+    *sin_theta = ring;
+    return (ca_vec2){u < 0.0f ? fminf(u + 1.0f, CA_ONE_MINUS_EPSILON) : u, atan2f(ring, local.y) * CA_INV_PI};
+}
+
+static ca_vec3 uv_to_direction(ca_vec2 uv)
+{
+    float sin_phi, cos_phi, sin_theta, cos_theta;
+    ca_sincos(CA_TWO_PI * uv.x, &sin_phi, &cos_phi);
+    ca_sincos(CA_PI * uv.y, &sin_theta, &cos_theta);
+    return (ca_vec3){sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta};
+}
+
+static ca_rgb bilinear(const ca_image *image, ca_vec2 uv)
+{
+    const float x = uv.x * (float)image->width - 0.5f, y = uv.y * (float)(image->height - 1);
+    const float column = floorf(x), row = fminf(floorf(y), (float)image->height - 1.0f);
+    const uint32_t x0 = column < 0.0f ? image->width - 1 : ca_min_u32((uint32_t)column, image->width - 1);
+    const uint32_t x1 = x0 + 1 < image->width ? x0 + 1 : 0;
+    const uint32_t y0 = (uint32_t)row, y1 = ca_min_u32(y0 + 1, image->height - 1);
+    const float tx = x - column, ty = y - row;
+    return ca_rgb_lerp(ca_rgb_lerp(ca_image_rgb(image, x0, y0), ca_image_rgb(image, x1, y0), tx),
+                       ca_rgb_lerp(ca_image_rgb(image, x0, y1), ca_image_rgb(image, x1, y1), tx), ty);
+}
+
+ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
+{
+    if (light->kind == CA_LIGHT_CONSTANT) return light->radiance;
+    float sin_theta;
+    const ca_vec2 uv = direction_to_uv(ca_light_to_local(light, ca_neg(direction)), &sin_theta);
+    return ca_rgb_mul(light->radiance, bilinear(light->image, uv));
+}
+
+/* ---- Table -------------------------------------------------------------------------------------------------------- */
+
+static uint32_t cell_rows(const ca_image *image) { return ca_max_u32(image->height - 1, 1); }
+
+/* A row's pixels, averaged over the width of a cell: a cell is centred on its pixel, so its neighbours have an eighth. */
+static double across(const ca_image *image, uint32_t x, uint32_t y)
+{
+    const uint32_t left = x > 0 ? x - 1 : image->width - 1, right = x + 1 < image->width ? x + 1 : 0;
+    return 0.75 * (double)ca_light_weight(ca_image_rgb(image, x, y)) +
+           0.125 * ((double)ca_light_weight(ca_image_rgb(image, left, y)) +
+                    (double)ca_light_weight(ca_image_rgb(image, right, y)));
+}
+
+/* Integrals over a cell's solid angle of the weights 1 - t and t of the rows above and below it, with t linear in theta
+ * from theta0 to theta1: the integral of t sin theta is (sin theta1 - sin theta0) / (theta1 - theta0) - cos theta1. */
+static void row_weights(const ca_image *image, uint32_t row, double *upper, double *lower)
+{
+    const uint32_t rows = cell_rows(image);
+    const double theta0 = CA_PI_D * row / rows, theta1 = CA_PI_D * (row + 1) / rows;
+    const double width = 2.0 * CA_PI_D / image->width;
+    *lower = width * ((sin(theta1) - sin(theta0)) / (theta1 - theta0) - cos(theta1));
+    *upper = width * (cos(theta0) - cos(theta1)) - *lower;
+}
+
+/* Fills the table's weights; the sum is the integral of the picture's luminance over the sphere. */
+static double fill_weights(const ca_image *image, float *weights)
+{
+    double sum = 0.0;
+    for (uint32_t row = 0; row < cell_rows(image); row++) {
+        double upper, lower;
+        row_weights(image, row, &upper, &lower);
+        for (uint32_t x = 0; x < image->width; x++) {
+            const double weight = upper * across(image, x, row) +
+                                  lower * across(image, x, ca_min_u32(row + 1, image->height - 1));
+            weights[(size_t)row * image->width + x] = (float)weight;
+            sum += weight;
+        }
+    }
+    return sum;
+}
+
+static bool image_is_finite(const ca_image *image)
+{
+    for (uint32_t y = 0; y < image->height; y++)
+        for (uint32_t x = 0; x < image->width; x++)
+            if (!ca_rgb_is_finite(ca_image_rgb(image, x, y))) return false;
+    return true;
+}
+
+ca_status ca_light_environment_prepare(ca_light *light, ca_error *error)
+{
+    double integral = 4.0 * CA_PI_D; /* of luminance over directions */
+    if (light->kind == CA_LIGHT_ENVMAP) {
+        const ca_image *image = light->image;
+        if (!image_is_finite(image))
+            return ca_fail(error, CA_ERROR_SCENE, NULL, "an environment map has a pixel that is not finite");
+        float *weights = ca_alloc((size_t)image->width * cell_rows(image), sizeof *weights);
+        if (!weights) return ca_fail_memory(error, "an environment map's sampling table");
+        integral = fill_weights(image, weights);
+        const ca_status status =
+            ca_distribution_2d_create(&light->pixels, weights, image->width, cell_rows(image), error);
+        ca_free(weights);
+        CA_TRY(status);
+    }
+    const double disk = CA_PI_D * (double)light->scene_radius * (double)light->scene_radius;
+    light->power = (float)(disk * integral * (double)ca_light_weight(light->radiance));
+    return CA_OK;
+}
+
+/* ---- Sampling ----------------------------------------------------------------------------------------------------- */
+
+/* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a pole,
+ * a set without area, it would be infinite: 0 there. */
+static ca_pdf_solid_angle direction_pdf(const ca_light *light, ca_vec3 to_light)
+{
+    if (light->kind == CA_LIGHT_CONSTANT) return (ca_pdf_solid_angle){CA_INV_FOUR_PI};
+    float sin_theta;
+    const ca_vec2 uv = direction_to_uv(ca_light_to_local(light, to_light), &sin_theta);
+    if (!(sin_theta > 0.0f)) return (ca_pdf_solid_angle){0.0f};
+    return (ca_pdf_solid_angle){ca_distribution_2d_density(&light->pixels, uv) /
+                                (2.0f * CA_PI * CA_PI * sin_theta)};
+}
+
+/* The density is evaluated from the direction as eval_hit does it, not taken from the table: rounding may put the
+ * direction into the neighbouring cell, and all techniques must agree on what it is worth. */
+static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light, ca_pdf_solid_angle *pdf)
+{
+    if (light->kind == CA_LIGHT_CONSTANT) {
+        *to_light = ca_warp_sphere(u);
+    } else {
+        float density;
+        *to_light = ca_light_to_world(light, uv_to_direction(ca_distribution_2d_sample(&light->pixels, u, &density)));
+    }
+    *pdf = direction_pdf(light, *to_light);
+    return pdf->v > 0.0f;
+}
+
+bool ca_light_environment_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
+{
+    *direct = (ca_light_direct){.distance = CA_INFINITE_DISTANCE, .cos_light = 1.0f};
+    if (!sample_direction(light, u, &direct->to_light, &direct->pdf_direct)) return false;
+    direct->position = ca_light_far_point(light, reference, direct->to_light);
+    direct->radiance = ca_light_environment_radiance(light, ca_neg(direct->to_light));
+    direct->pdf_position = ca_light_disk_pdf(light);
+    direct->pdf_direction = direct->pdf_direct;
+    return true;
+}
+
+bool ca_light_environment_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                                   ca_light_emission *emission)
+{
+    *emission = (ca_light_emission){.pdf_position = ca_light_disk_pdf(light), .cos_light = 1.0f};
+    ca_vec3 to_light;
+    if (!sample_direction(light, u_direction, &to_light, &emission->pdf_direction)) return false;
+    emission->direction = ca_neg(to_light);
+    emission->origin = ca_light_disk_point(light, emission->direction, u_position);
+    emission->radiance = ca_light_environment_radiance(light, emission->direction);
+    return true;
+}
+
+ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction)
+{
+    const ca_pdf_solid_angle pdf = direction_pdf(light, ca_neg(direction));
+    return (ca_light_hit){.radiance = ca_light_environment_radiance(light, direction),
+                          .pdf_direct = pdf,
+                          .pdf_position = ca_light_disk_pdf(light),
+                          .pdf_direction = pdf};
+}

@@ -1,0 +1,136 @@
+#include "light/light.h"
+
+#include "light/light_kinds.h"
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+ca_status ca_light_prepare(ca_light *light, ca_vec3 scene_center, float scene_radius, ca_error *error)
+{
+    light->scene_center = scene_center;
+    /* A scene without extent still has a disk to emit from. */
+    light->scene_radius = scene_radius > 0.0f ? scene_radius : 1.0f;
+    switch (light->kind) {
+    case CA_LIGHT_AREA: ca_light_area_prepare(light); break;
+    case CA_LIGHT_POINT: ca_light_point_prepare(light); break;
+    case CA_LIGHT_SPOT: ca_light_spot_prepare(light); break;
+    case CA_LIGHT_DIRECTIONAL: ca_light_directional_prepare(light); break;
+    case CA_LIGHT_PROJECTOR: CA_TRY(ca_light_projector_prepare(light, error)); break;
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP: CA_TRY(ca_light_environment_prepare(light, error)); break;
+    }
+    return CA_OK;
+}
+
+void ca_light_release(ca_light *light) { ca_distribution_2d_destroy(&light->pixels); }
+
+bool ca_light_is_infinite(const ca_light *light)
+{
+    return light->kind == CA_LIGHT_DIRECTIONAL || light->kind == CA_LIGHT_CONSTANT || light->kind == CA_LIGHT_ENVMAP;
+}
+
+bool ca_light_has_dirac_position(const ca_light *light)
+{
+    return light->kind == CA_LIGHT_POINT || light->kind == CA_LIGHT_SPOT || light->kind == CA_LIGHT_PROJECTOR;
+}
+
+bool ca_light_has_dirac_direction(const ca_light *light) { return light->kind == CA_LIGHT_DIRECTIONAL; }
+
+bool ca_light_sample_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
+{
+    switch (light->kind) {
+    case CA_LIGHT_AREA: return ca_light_area_direct(light, reference, u, direct);
+    case CA_LIGHT_POINT: return ca_light_point_direct(light, reference, direct);
+    case CA_LIGHT_SPOT: return ca_light_spot_direct(light, reference, direct);
+    case CA_LIGHT_DIRECTIONAL: return ca_light_directional_direct(light, reference, direct);
+    case CA_LIGHT_PROJECTOR: return ca_light_projector_direct(light, reference, direct);
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP: return ca_light_environment_direct(light, reference, u, direct);
+    }
+    return false;
+}
+
+bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                              ca_light_emission *emission)
+{
+    switch (light->kind) {
+    case CA_LIGHT_AREA: return ca_light_area_emission(light, u_position, u_direction, emission);
+    case CA_LIGHT_POINT: return ca_light_point_emission(light, u_direction, emission);
+    case CA_LIGHT_SPOT: return ca_light_spot_emission(light, u_direction, emission);
+    case CA_LIGHT_DIRECTIONAL: return ca_light_directional_emission(light, u_position, emission);
+    case CA_LIGHT_PROJECTOR: return ca_light_projector_emission(light, u_direction, emission);
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP: return ca_light_environment_emission(light, u_position, u_direction, emission);
+    }
+    return false;
+}
+
+ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction)
+{
+    switch (light->kind) {
+    case CA_LIGHT_AREA: return ca_light_area_hit(light, reference, surface, direction);
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP: return ca_light_environment_hit(light, direction);
+    default: return (ca_light_hit){0}; /* no path meets a Dirac light by chance */
+    }
+}
+
+ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)
+{
+    switch (light->kind) {
+    case CA_LIGHT_AREA: return ca_light_area_radiance(light, surface, direction);
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP: return ca_light_environment_radiance(light, direction);
+    default: return (ca_rgb){0};
+    }
+}
+
+/* ---- Shared by the kinds ------------------------------------------------------------------------------------------ */
+
+bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct)
+{
+    const ca_vec3 segment = ca_sub(light->position, reference);
+    const float distance = ca_length(segment);
+    if (!(distance > 0.0f)) return false;
+    *direct = (ca_light_direct){.to_light = ca_mul(segment, 1.0f / distance),
+                                .distance = distance,
+                                .position = light->position,
+                                .pdf_direct = {1.0f},
+                                .pdf_position = {1.0f},
+                                .cos_light = 1.0f};
+    return true;
+}
+
+ca_vec3 ca_light_disk_point(const ca_light *light, ca_vec3 direction, ca_vec2 u)
+{
+    const ca_frame frame = ca_frame_from_normal(direction);
+    const ca_vec2 disk = ca_warp_disk(u);
+    const ca_vec3 offset = ca_to_world(&frame, (ca_vec3){disk.x, disk.y, -1.0f});
+    return ca_madd(light->scene_center, light->scene_radius, offset);
+}
+
+ca_pdf_area ca_light_disk_pdf(const ca_light *light)
+{
+    return (ca_pdf_area){CA_INV_PI / ca_sqr(light->scene_radius)};
+}
+
+ca_vec3 ca_light_far_point(const ca_light *light, ca_vec3 reference, ca_vec3 to_light)
+{
+    const float reach = 2.0f * (light->scene_radius + ca_length(ca_sub(reference, light->scene_center)));
+    return ca_madd(reference, reach, to_light);
+}
+
+ca_rgb ca_light_texture_at(const ca_light *light, ca_vec2 uv)
+{
+    if (light->texture == CA_NONE) return (ca_rgb){1.0f, 1.0f, 1.0f};
+    const ca_surface surface = {.uv = uv, .shape = CA_NONE, .primitive = CA_NONE, .instance = CA_NONE};
+    return ca_texture_eval(light->textures, light->texture, &surface);
+}
+
+double ca_light_square_mean(const ca_light *light, float (*value)(const ca_light *light, ca_vec2 u), uint32_t side)
+{
+    double sum = 0.0;
+    for (uint32_t y = 0; y < side; y++)
+        for (uint32_t x = 0; x < side; x++)
+            sum += (double)value(light, (ca_vec2){((float)x + 0.5f) / (float)side, ((float)y + 0.5f) / (float)side});
+    return sum / ((double)side * side);
+}

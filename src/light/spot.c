@@ -1,0 +1,82 @@
+/* A point that shines into a cone around the z axis of its frame: full intensity up to the angle `beam`, then falling
+ * linearly *in the angle* to 0 at `cutoff`; a texture lies across the cone, its square [0, 1]^2 around the cone's
+ * circle at z = 1. As Mitsuba 3's spot.cpp, whose texture rows run along +y where ours run against v. */
+#include "light/light_kinds.h"
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+static float one_minus_cos(float angle) { return 2.0f * ca_sqr(sinf(0.5f * angle)); }
+
+static ca_rgb texture_towards(const ca_light *light, ca_vec3 local)
+{
+    if (light->texture == CA_NONE || !(local.z > 0.0f)) return (ca_rgb){1.0f, 1.0f, 1.0f};
+    const float scale = 0.5f / (local.z * tanf(light->cutoff));
+    return ca_light_texture_at(light, (ca_vec2){0.5f + local.x * scale, 0.5f - local.y * scale});
+}
+
+/* 0 outside of the cone. The angle comes from an arc tangent: an arc cosine has no digits near the axis. */
+static float falloff(const ca_light *light, ca_vec3 local)
+{
+    const float angle = atan2f(sqrtf(ca_sqr(local.x) + ca_sqr(local.y)), local.z);
+    if (angle <= light->beam) return 1.0f;
+    return angle < light->cutoff ? (light->cutoff - angle) / (light->cutoff - light->beam) : 0.0f;
+}
+
+static ca_rgb intensity_towards(const ca_light *light, ca_vec3 local)
+{
+    const float fall = falloff(light, local);
+    if (!(fall > 0.0f)) return (ca_rgb){0};
+    return ca_rgb_scale(ca_rgb_mul(light->radiance, texture_towards(light, local)), fall);
+}
+
+static ca_pdf_solid_angle direction_pdf(const ca_light *light) { return ca_warp_cone_pdf(one_minus_cos(light->cutoff)); }
+
+static float intensity_of_sample(const ca_light *light, ca_vec2 u)
+{
+    return ca_light_weight(intensity_towards(light, ca_warp_cone(u, one_minus_cos(light->cutoff))));
+}
+
+/* The integral of the falloff is 2 pi (1 - (sin cutoff - sin beam) / (cutoff - beam)): full cone and linear slope, each
+ * times sin theta. A texture has to be summed up. */
+void ca_light_spot_prepare(ca_light *light)
+{
+    if (!(light->cutoff > 0.0f)) {
+        light->cutoff = acosf(ca_clamp(light->cos_cutoff, -1.0f, 1.0f));
+        light->beam = acosf(ca_clamp(light->cos_beam, -1.0f, 1.0f));
+    }
+    const double cutoff = (double)light->cutoff, beam = (double)light->beam;
+    double integral = 2.0 * CA_PI_D * (1.0 - cos(cutoff));
+    if (light->texture != CA_NONE) {
+        light->power = (float)(integral * ca_light_square_mean(light, intensity_of_sample, 64));
+        const float brightest =
+            ca_light_weight(light->radiance) * ca_texture_max(light->textures, light->texture) * (float)integral;
+        light->power = fmaxf(light->power, 0.01f * brightest); /* see area.c */
+        return;
+    }
+    if (cutoff > beam) integral = 2.0 * CA_PI_D * (1.0 - (sin(cutoff) - sin(beam)) / (cutoff - beam));
+    light->power = (float)integral * ca_light_weight(light->radiance);
+}
+
+bool ca_light_spot_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct)
+{
+    if (!ca_light_direct_from_point(light, reference, direct)) return false;
+    const ca_rgb intensity = intensity_towards(light, ca_light_to_local(light, ca_neg(direct->to_light)));
+    if (ca_rgb_is_black(intensity)) return false;
+    direct->radiance = ca_rgb_scale(intensity, 1.0f / ca_sqr(direct->distance));
+    direct->pdf_direction = direction_pdf(light);
+    return true;
+}
+
+bool ca_light_spot_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission)
+{
+    const ca_vec3 local = ca_warp_cone(u_direction, one_minus_cos(light->cutoff));
+    const ca_rgb intensity = intensity_towards(light, local);
+    if (ca_rgb_is_black(intensity)) return false;
+    *emission = (ca_light_emission){.origin = light->position,
+                                    .direction = ca_light_to_world(light, local),
+                                    .radiance = intensity,
+                                    .pdf_position = {1.0f},
+                                    .pdf_direction = direction_pdf(light),
+                                    .cos_light = 1.0f};
+    return true;
+}

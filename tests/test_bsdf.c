@@ -1,0 +1,280 @@
+/* The BSDF at a point: trees become lobes; sides; perturbed normals; the cosines of f̄. */
+#include "math/numeric.h"
+#include "support/material_collection.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* ---- Trees ----------------------------------------------------------------------------------------------------- */
+
+static void trees_become_weighted_lobes(void **state)
+{
+    (void)state;
+    const ca_vec3 above = {0.6f, 0.0f, 0.8f}, below = {0.6f, 0.0f, -0.8f};
+    ca_surface surface = ca_test_flat_surface(PATCHWORK);
+    ca_bsdf bsdf = ca_test_bsdf_at(&surface, above);
+    assert_int_equal(bsdf.lobe_count, 3);
+    assert_float_equal(bsdf.null_weight, 1.0f / 3.0f, 1e-6f);
+    assert_int_equal(bsdf.lobes[0].bxdf.kind, CA_BXDF_DIFFUSE);
+    assert_float_equal(bsdf.lobes[0].weight, 1.0f / 6.0f, 1e-6f);
+    assert_float_equal(bsdf.lobes[0].bxdf.as.diffuse.reflectance.g, 0.6f, 0.0f);
+    assert_int_equal(bsdf.lobes[1].bxdf.kind, CA_BXDF_ROUGH_DIELECTRIC);
+    assert_float_equal(bsdf.lobes[1].weight, 0.25f, 1e-6f);
+    assert_int_equal(bsdf.lobes[2].bxdf.kind, CA_BXDF_ROUGH_CONDUCTOR);
+    assert_false(bsdf.lobes[0].flipped || bsdf.lobes[1].flipped || bsdf.lobes[2].flipped);
+    assert_int_equal(bsdf.scatter, CA_SCATTER_REFLECTION | CA_SCATTER_TRANSMISSION | CA_SCATTER_SMOOTH |
+                                       CA_SCATTER_NULL | CA_SCATTER_DIRAC);
+
+    bsdf = ca_test_bsdf_at(&surface, below);
+    assert_int_equal(bsdf.lobe_count, 3);
+    assert_float_equal(bsdf.lobes[0].bxdf.as.diffuse.reflectance.g, 0.2f, 0.0f);
+    assert_int_equal(bsdf.lobes[2].bxdf.kind, CA_BXDF_DIFFUSE);
+    assert_true(bsdf.lobes[0].flipped && !bsdf.lobes[1].flipped && bsdf.lobes[2].flipped);
+}
+
+/* A blend or mask that leaves nothing of a child leaves its lobe out. */
+static void weightless_children_are_left_out(void **state)
+{
+    (void)state;
+    const ca_vec3 wi = {0.0f, 0.0f, 1.0f};
+    ca_material *blend = &ca_test_all.materials[METAL_PAINT], *mask = &ca_test_all.materials[MASKED];
+    const ca_surface blended = ca_test_flat_surface(METAL_PAINT), masked = ca_test_flat_surface(MASKED);
+    blend->modifier = ZERO;
+    ca_bsdf bsdf = ca_test_bsdf_at(&blended, wi);
+    assert_int_equal(bsdf.lobe_count, 1);
+    assert_int_equal(bsdf.lobes[0].bxdf.kind, CA_BXDF_ROUGH_CONDUCTOR);
+    blend->modifier = ONE;
+    bsdf = ca_test_bsdf_at(&blended, wi);
+    assert_int_equal(bsdf.lobe_count, 1);
+    assert_int_equal(bsdf.lobes[0].bxdf.kind, CA_BXDF_DIFFUSE);
+    mask->modifier = ZERO;
+    bsdf = ca_test_bsdf_at(&masked, wi);
+    assert_int_equal(bsdf.lobe_count, 0);
+    assert_true(bsdf.null_weight == 1.0f);
+    mask->modifier = ONE;
+    bsdf = ca_test_bsdf_at(&masked, wi);
+    assert_int_equal(bsdf.lobe_count, 1);
+    assert_true(bsdf.null_weight == 0.0f && bsdf.scatter == (CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH));
+    blend->modifier = mask->modifier = THIRD;
+}
+
+static void as_many_leaves_as_allowed(void **state)
+{
+    (void)state;
+    ca_material table[15];
+    for (uint32_t i = 0; i < 7; ++i) {
+        table[i] = ca_test_all.materials[METAL_PAINT];
+        table[i].modifier = HALF;
+        table[i].child[0] = 2 * i + 1;
+        table[i].child[1] = 2 * i + 2;
+    }
+    for (uint32_t i = 7; i < 15; ++i) table[i] = ca_test_all.materials[DIFFUSE];
+    assert_int_equal(ca_material_leaf_count(table, 0), CA_BSDF_MAX_LOBES);
+    const ca_surface surface = ca_test_flat_surface(0);
+    ca_bsdf bsdf;
+    ca_bsdf_init(&bsdf, table, ca_test_all.textures, &surface, (ca_vec3){0.0f, 0.0f, 1.0f});
+    assert_int_equal(bsdf.lobe_count, CA_BSDF_MAX_LOBES);
+    float sum = 0.0f;
+    for (uint32_t i = 0; i < bsdf.lobe_count; ++i) sum += bsdf.lobes[i].weight;
+    assert_true(sum == 1.0f);
+    /* Eight equal diffuse leaves are one. */
+    const ca_vec3 wi = {0.6f, 0.0f, 0.8f}, wo = {0.0f, 0.8f, 0.6f};
+    const ca_bsdf_value value = ca_bsdf_eval(&bsdf, wi, wo, CA_FROM_CAMERA);
+    assert_float_equal(value.f.r, 0.6f * CA_INV_PI, 1e-6f);
+    assert_float_equal(value.pdf.v, 0.6f * CA_INV_PI, 1e-6f);
+    assert_float_equal(value.pdf_reverse.v, 0.8f * CA_INV_PI, 1e-6f);
+}
+
+static void null_goes_straight_on(void **state)
+{
+    (void)state;
+    const ca_vec3 wi = {0.6f, 0.0f, -0.8f};
+    const ca_surface surface = ca_test_flat_surface(NOTHING);
+    const ca_bsdf bsdf = ca_test_bsdf_at(&surface, wi);
+    assert_true(bsdf.null_weight == 1.0f && bsdf.lobe_count == 0);
+    ca_bsdf_sample s;
+    assert_true(ca_bsdf_sample_direction(&bsdf, wi, 0.999999f, (ca_vec2){0.5f, 0.5f}, CA_FROM_LIGHT, &s));
+    assert_true(s.wo_world.x == -0.6f && s.wo_world.z == 0.8f && s.weight.r == 1.0f && s.eta == 1.0f);
+    assert_true(s.pdf.v == 1.0f && s.pdf_reverse.v == 1.0f);
+    assert_int_equal(s.scatter, CA_SCATTER_NULL | CA_SCATTER_DIRAC);
+    assert_true(ca_rgb_is_black(ca_bsdf_eval(&bsdf, wi, s.wo_world, CA_FROM_CAMERA).f));
+}
+
+/* ---- Sides ----------------------------------------------------------------------------------------------------- */
+
+static void twosided_shows_each_side_its_own(void **state)
+{
+    (void)state;
+    const ca_vec3 above_i = {0.6f, 0.0f, 0.8f}, above_o = {0.0f, 0.6f, 0.8f};
+    const ca_vec3 below_i = {0.6f, 0.0f, -0.8f}, below_o = {0.0f, 0.6f, -0.8f};
+    const ca_surface surface = ca_test_flat_surface(TWO_COLORS);
+    const ca_bsdf front = ca_test_bsdf_at(&surface, above_i), back = ca_test_bsdf_at(&surface, below_i);
+    assert_float_equal(ca_bsdf_eval(&front, above_i, above_o, CA_FROM_CAMERA).f.r, 0.6f * CA_INV_PI, 1e-6f);
+    assert_float_equal(ca_bsdf_eval(&back, below_i, below_o, CA_FROM_CAMERA).f.r, 0.7f * CA_INV_PI, 1e-6f);
+    assert_true(ca_rgb_is_black(ca_bsdf_eval(&front, above_i, below_o, CA_FROM_CAMERA).f));
+    assert_true(ca_rgb_is_black(ca_bsdf_eval(&back, below_i, above_o, CA_FROM_CAMERA).f));
+    assert_float_equal(ca_bsdf_albedo(&back, below_i).r, 0.7f, 1e-6f);
+    ca_test_random random = ca_test_random_seed(2);
+    for (int i = 0; i < 100; ++i) {
+        ca_bsdf_sample s;
+        assert_true(!ca_test_sample(&back, below_i, &random, CA_FROM_CAMERA, &s) || s.wo_world.z < 0.0f);
+    }
+
+    const ca_surface bare = ca_test_flat_surface(DIFFUSE);
+    const ca_bsdf bare_back = ca_test_bsdf_at(&bare, below_i);
+    assert_true(ca_rgb_is_black(ca_bsdf_eval(&bare_back, below_i, below_o, CA_FROM_CAMERA).f));
+    ca_bsdf_sample s;
+    assert_false(ca_test_sample(&bare_back, below_i, &random, CA_FROM_CAMERA, &s));
+}
+
+/* No light where a direction lies on different sides of the two normals. */
+static void sides_must_agree(void **state)
+{
+    (void)state;
+    ca_surface surface = ca_test_flat_surface(DIFFUSE);
+    surface.ns = (ca_vec3){0.6f, 0.0f, 0.8f};
+    const ca_vec3 good = {0.0f, 0.0f, 1.0f};
+    const ca_vec3 above_ng_only = ca_normalize((ca_vec3){-0.9f, 0.0f, 0.3f});
+    const ca_vec3 above_ns_only = ca_normalize((ca_vec3){0.9f, 0.0f, -0.2f});
+    const ca_bsdf bsdf = ca_test_bsdf_at(&surface, good);
+    assert_true(ca_bsdf_eval(&bsdf, good, good, CA_FROM_CAMERA).pdf.v > 0.0f);
+    const ca_vec3 bad[] = {above_ng_only, above_ns_only};
+    for (int i = 0; i < 2; ++i) {
+        const ca_bsdf_value value = ca_bsdf_eval(&bsdf, good, bad[i], CA_FROM_CAMERA);
+        assert_true(ca_rgb_is_black(value.f) && value.pdf.v == 0.0f && value.pdf_reverse.v == 0.0f);
+        const ca_bsdf from_bad = ca_test_bsdf_at(&surface, bad[i]);
+        assert_true(ca_rgb_is_black(ca_bsdf_eval(&from_bad, bad[i], good, CA_FROM_CAMERA).f));
+        ca_bsdf_sample s;
+        assert_false(ca_bsdf_sample_direction(&from_bad, bad[i], 0.5f, (ca_vec2){0.5f, 0.5f}, CA_FROM_CAMERA, &s));
+    }
+}
+
+/* The back of a twosided material is its front in a mirror: a bump is a bump from both sides. */
+static void the_back_is_the_front_mirrored(void **state)
+{
+    (void)state;
+    ca_material *node = &ca_test_all.materials[TWOSIDED_BUMP];
+    node->child[1] = CA_NONE;
+    ca_test_random random = ca_test_random_seed(3);
+    for (int i = 0; i < 1000; ++i) {
+        ca_surface surface = ca_test_flat_surface(TWOSIDED_BUMP);
+        surface.uv = (ca_vec2){ca_test_random_float(&random), ca_test_random_float(&random)};
+        const ca_vec3 wi = ca_test_random_direction(&random), wo = ca_test_random_direction(&random);
+        const ca_vec3 wi_mirrored = {wi.x, wi.y, -wi.z}, wo_mirrored = {wo.x, wo.y, -wo.z};
+        const ca_bsdf bsdf = ca_test_bsdf_at(&surface, wi), mirrored = ca_test_bsdf_at(&surface, wi_mirrored);
+        const ca_bsdf_value value = ca_bsdf_eval(&bsdf, wi, wo, CA_FROM_CAMERA);
+        const ca_bsdf_value other = ca_bsdf_eval(&mirrored, wi_mirrored, wo_mirrored, CA_FROM_CAMERA);
+        ca_test_assert_close_rgb("mirrored f", TWOSIDED_BUMP, other.f, value.f, 1e-3f);
+        ca_test_assert_close("mirrored pdf", TWOSIDED_BUMP, other.pdf.v, value.pdf.v, 1e-3f);
+    }
+    node->child[1] = RED_DIFFUSE;
+}
+
+/* ---- Bump and normal maps --------------------------------------------------------------------------------------- */
+
+/* A height that rises with u leans the normal against dpdu; the slope is per length of dpdu. */
+static void bumps_lean_the_normal(void **state)
+{
+    (void)state;
+    float ramp[] = {0.0f, 1.0f, 2.0f, 3.0f};
+    const ca_image image = {4, 1, 1, ramp};
+    ca_texture textures[TEXTURE_COUNT];
+    memcpy(textures, ca_test_all.textures, sizeof textures);
+    textures[HEIGHT].as.bitmap.image = &image;
+    ca_material table[2] = {ca_test_all.materials[BUMPED_METAL], ca_test_all.materials[DIFFUSE]};
+    table[0].child[0] = 1;
+    table[0].scale = 0.5f;
+    ca_surface surface = ca_test_flat_surface(0);
+    surface.dpdu = (ca_vec3){8.0f, 0.0f, 0.0f}; /* u runs over 8 m: 4 texels rise by 4, halved, over 8 m */
+    surface.uv = (ca_vec2){0.5f, 0.5f};
+    ca_bsdf bsdf;
+    ca_bsdf_init(&bsdf, table, textures, &surface, (ca_vec3){0.0f, 0.0f, 1.0f});
+    const ca_vec3 n = bsdf.lobes[0].frame.n, expected = ca_normalize((ca_vec3){-0.25f, 0.0f, 1.0f});
+    assert_float_equal(n.x, expected.x, 1e-6f);
+    assert_float_equal(n.y, 0.0f, 1e-6f);
+    assert_float_equal(n.z, expected.z, 1e-6f);
+}
+
+static void normal_maps_hold_normals(void **state)
+{
+    (void)state;
+    ca_texture textures[TEXTURE_COUNT];
+    memcpy(textures, ca_test_all.textures, sizeof textures);
+    textures[NORMALS] = ca_texture_constant((ca_rgb){0.5f + 0.5f * 0.48f, 0.5f + 0.5f * 0.36f, 0.9f});
+    ca_surface surface = ca_test_flat_surface(MAPPED_GLASS);
+    surface.dpdu = (ca_vec3){0.0f, 3.0f, 0.0f}; /* s = y, t = -x */
+    ca_bsdf bsdf;
+    ca_bsdf_init(&bsdf, ca_test_all.materials, textures, &surface, (ca_vec3){0.0f, 0.0f, 1.0f});
+    const ca_frame frame = bsdf.lobes[0].frame;
+    assert_float_equal(frame.n.x, -0.36f, 1e-6f);
+    assert_float_equal(frame.n.y, 0.48f, 1e-6f);
+    assert_float_equal(frame.n.z, 0.8f, 1e-6f);
+    assert_float_equal(ca_dot(frame.s, frame.n), 0.0f, 1e-6f);
+    assert_true(frame.s.y > 0.5f);
+    /* A map without a direction changes nothing. */
+    textures[NORMALS] = textures[HALF];
+    ca_bsdf_init(&bsdf, ca_test_all.materials, textures, &surface, (ca_vec3){0.0f, 0.0f, 1.0f});
+    assert_true(bsdf.lobes[0].frame.n.z == 1.0f);
+}
+
+/* f̄ itself, where the elementary f is known: a diffuse leaf under a tilted shading normal. */
+static void the_cosine_is_the_lights(void **state)
+{
+    (void)state;
+    ca_surface surface = ca_test_flat_surface(DIFFUSE);
+    surface.ns = (ca_vec3){0.6f, 0.0f, 0.8f};
+    const ca_vec3 to_eye = {0.0f, 0.6f, 0.8f}, to_light = {0.8f, 0.0f, 0.6f};
+    const ca_bsdf bsdf = ca_test_bsdf_at(&surface, to_eye);
+    const float expected = 0.6f * CA_INV_PI * (0.48f + 0.48f) / 0.6f;
+    ca_test_assert_close("camera", DIFFUSE, ca_bsdf_eval(&bsdf, to_eye, to_light, CA_FROM_CAMERA).f.r, expected, 1e-5f);
+    ca_test_assert_close("light", DIFFUSE, ca_bsdf_eval(&bsdf, to_light, to_eye, CA_FROM_LIGHT).f.r, expected, 1e-5f);
+    /* A light that goes the other way has another cosine. */
+    const float other = 0.6f * CA_INV_PI * 0.64f / 0.8f;
+    ca_test_assert_close("light", DIFFUSE, ca_bsdf_eval(&bsdf, to_eye, to_light, CA_FROM_LIGHT).f.r, other, 1e-5f);
+}
+
+/* A mirror gives all back to a camera; flux leaves it in proportion of the geometric cosines. */
+static void mirrors_scale_flux_by_the_cosines(void **state)
+{
+    (void)state;
+    ca_surface surface = ca_test_flat_surface(MIRROR);
+    surface.ns = ca_normalize((ca_vec3){0.2f, 0.1f, 1.0f});
+    ca_test_random random = ca_test_random_seed(9);
+    int compared = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const ca_vec3 wi = ca_test_random_direction(&random);
+        const ca_bsdf bsdf = ca_test_bsdf_at(&surface, wi);
+        ca_bsdf_sample camera, light;
+        if (!ca_bsdf_sample_direction(&bsdf, wi, 0.5f, (ca_vec2){0.5f, 0.5f}, CA_FROM_CAMERA, &camera)) continue;
+        assert_true(ca_bsdf_sample_direction(&bsdf, wi, 0.5f, (ca_vec2){0.5f, 0.5f}, CA_FROM_LIGHT, &light));
+        ca_test_assert_close("camera", MIRROR, camera.weight.r, 1.0f, 1e-5f);
+        ca_test_assert_close("light", MIRROR, light.weight.r, fabsf(light.wo_world.z / wi.z), 1e-3f);
+        const ca_vec3 half = ca_add(wi, light.wo_world);
+        assert_float_equal(ca_length(ca_cross(half, surface.ns)), 0.0f, 1e-5f);
+        assert_true(camera.pdf.v == 1.0f && camera.eta == 1.0f);
+        ++compared;
+    }
+    assert_true(compared > 300);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(trees_become_weighted_lobes),
+        cmocka_unit_test(weightless_children_are_left_out),
+        cmocka_unit_test(as_many_leaves_as_allowed),
+        cmocka_unit_test(null_goes_straight_on),
+        cmocka_unit_test(twosided_shows_each_side_its_own),
+        cmocka_unit_test(sides_must_agree),
+        cmocka_unit_test(the_back_is_the_front_mirrored),
+        cmocka_unit_test(bumps_lean_the_normal),
+        cmocka_unit_test(normal_maps_hold_normals),
+        cmocka_unit_test(the_cosine_is_the_lights),
+        cmocka_unit_test(mirrors_scale_flux_by_the_cosines),
+    };
+    return cmocka_run_group_tests(tests, ca_test_make_collection, ca_test_release_collection);
+}
