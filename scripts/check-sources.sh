@@ -15,15 +15,15 @@ BEGIN {
     count = split("base math sampling image geometry material light camera scene path photon film import integrator" \
                   " noise render cli", order, " ")
     for (i = 1; i <= count; i++) level[order[i]] = i
-    # header : the files that may include it
-    owner["embree"]    = "^src/geometry/accel[a-z0-9_]*\\.[ch]$|^bench/"
-    owner["openexr"]   = "^src/image/[a-z0-9_]*exr[a-z0-9_]*\\.[ch]$"
-    owner["png"]       = "^src/image/[a-z0-9_]*png[a-z0-9_]*\\.[ch]$"
-    owner["turbojpeg"] = "^src/image/[a-z0-9_]*jpe?g[a-z0-9_]*\\.[ch]$"
-    owner["stb"]       = "^src/image/[a-z0-9_]*stb[a-z0-9_]*\\.[ch]$"
-    owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$"
+    # library: the files that may include it; tests make their own sample files
+    owner["embree"]    = "^src/geometry/accel[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
+    owner["openexr"]   = "^src/image/[a-z0-9_]*exr[a-z0-9_]*\\.[ch]$|^tests/"
+    owner["png"]       = "^src/image/[a-z0-9_]*png[a-z0-9_]*\\.[ch]$|^tests/"
+    owner["turbojpeg"] = "^src/image/[a-z0-9_]*jpe?g[a-z0-9_]*\\.[ch]$|^tests/"
+    owner["stb"]       = "^src/image/[a-z0-9_]*stb[a-z0-9_]*\\.[ch]$|^tests/"
+    owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$|^tests/"
     owner["jansson"]   = "^src/[a-z]+/[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
-    owner["zlib"]      = "^src/import/[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$"
+    owner["zlib"]      = "^src/import/[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$|^tests/"
 }
 
 function complain(text) { printf "%s:%d: %s\n", FILENAME, FNR, text; breaches++ }

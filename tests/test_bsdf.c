@@ -153,6 +153,29 @@ static void sides_must_agree(void **state)
     }
 }
 
+/* In the plane of a normal the side is a matter of rounding, and f̄ has no bound. */
+static void the_plane_counts_as_dark(void **state)
+{
+    (void)state;
+    const float heights[] = {0.0f, 1e-42f, 1e-20f, 5e-7f};
+    const uint32_t materials[] = {DIFFUSE, METAL, METAL_PAINT};
+    for (int m = 0; m < 3; ++m) {
+        ca_surface surface = ca_test_flat_surface(materials[m]);
+        surface.ns = (ca_vec3){0.6f, 0.0f, 0.8f};
+        const ca_vec3 good = {0.0f, 0.0f, 1.0f}, low = {1.0f, 0.0f, 1e-5f};
+        const ca_bsdf bsdf = ca_test_bsdf_at(&surface, good);
+        assert_true(ca_bsdf_eval(&bsdf, good, low, CA_FROM_CAMERA).f.r > 0.0f);
+        for (int i = 0; i < 4; ++i) {
+            const ca_vec3 flat = {1.0f, 0.0f, heights[i]};
+            const ca_bsdf_value value = ca_bsdf_eval(&bsdf, good, flat, CA_FROM_CAMERA);
+            assert_true(ca_rgb_is_black(value.f) && value.pdf.v == 0.0f && value.pdf_reverse.v == 0.0f);
+            const ca_bsdf from_flat = ca_test_bsdf_at(&surface, flat);
+            ca_bsdf_sample s;
+            assert_false(ca_bsdf_sample_direction(&from_flat, flat, 0.5f, (ca_vec2){0.5f, 0.5f}, CA_FROM_LIGHT, &s));
+        }
+    }
+}
+
 /* The back of a twosided material is its front in a mirror: a bump is a bump from both sides. */
 static void the_back_is_the_front_mirrored(void **state)
 {
@@ -270,6 +293,7 @@ int main(void)
         cmocka_unit_test(null_goes_straight_on),
         cmocka_unit_test(twosided_shows_each_side_its_own),
         cmocka_unit_test(sides_must_agree),
+        cmocka_unit_test(the_plane_counts_as_dark),
         cmocka_unit_test(the_back_is_the_front_mirrored),
         cmocka_unit_test(bumps_lean_the_normal),
         cmocka_unit_test(normal_maps_hold_normals),

@@ -85,7 +85,7 @@ static void check_dirac_sample(const ca_bxdf_case *entry, ca_vec3 wi, ca_from fr
         const ca_bxdf_value value = ca_bxdf_eval(&entry->bxdf, wi, s->wo_local, from);
         assert_true(value.pdf.v == 0.0f && value.pdf_reverse.v == 0.0f && ca_rgb_is_black(value.f));
     }
-    if (fabsf(s->wo_local.z) < 1e-2f) return; /* grazing: Fresnel terms magnify the rounding of the direction */
+    if (fabsf(s->wo_local.z) < 2e-2f || fabsf(wi.z) < 2e-2f) return; /* grazing: Fresnel terms magnify the rounding of the direction */
     const bool passes = (s->scatter & CA_SCATTER_TRANSMISSION) != 0;
     const ca_vec2 u = {0.5f, 0.5f};
     ca_bxdf_sample back;
@@ -93,15 +93,16 @@ static void check_dirac_sample(const ca_bxdf_case *entry, ca_vec3 wi, ca_from fr
         ca_bxdf_sample_direction(&entry->bxdf, s->wo_local, passes ? CA_ONE_MINUS_EPSILON : 0.0f, u, from, &back));
     assert_int_equal(back.scatter, s->scatter);
     expect_near(entry, "way back", ca_dot(back.wo_local, wi), 1.0f, 1e-5f, 0.0f, wi, s->wo_local);
-    expect_near(entry, "reverse probability", s->pdf_reverse.v, back.pdf.v, 1e-4f, 1e-5f, wi, s->wo_local);
-    /* value = weight pdf; adjoint: the way back from the other end of the transport has the same value times the
-     * ratio of cosines that a Dirac density of solid angle carries: (eta cos_o)^2-wise compression cancels it. */
+    expect_near(entry, "reverse probability", s->pdf_reverse.v, back.pdf.v, 1e-3f, 1e-5f, wi, s->wo_local);
+    /* f(wi, wo, camera) = f(wo, wi, light). Of a Dirac event f is value / |cos_o| times a Dirac density in wo, and the
+     * densities in wo and in wi differ by n_o^2 |cos_o| : n_i^2 |cos_i|: so the camera's value times eta^2 is the
+     * light's. A value is weight times probability. */
     ca_bxdf_sample adjoint;
     assert_true(ca_bxdf_sample_direction(&entry->bxdf, s->wo_local, passes ? CA_ONE_MINUS_EPSILON : 0.0f, u,
                                          from == CA_FROM_CAMERA ? CA_FROM_LIGHT : CA_FROM_CAMERA, &adjoint));
     const float here = s->weight.g * s->pdf.v * (from == CA_FROM_CAMERA ? s->eta * s->eta : 1.0f);
     const float there = adjoint.weight.g * adjoint.pdf.v * (from == CA_FROM_CAMERA ? 1.0f : adjoint.eta * adjoint.eta);
-    expect_near(entry, "adjoint of a Dirac event", here, there, 1e-4f, 1e-5f, wi, s->wo_local);
+    expect_near(entry, "adjoint of a Dirac event", here, there, 1e-3f, 1e-5f, wi, s->wo_local);
 }
 
 static void check_flags(const ca_bxdf_case *entry, ca_vec3 wi, const ca_bxdf_sample *s)

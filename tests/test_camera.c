@@ -232,11 +232,12 @@ static void test_direction_density(void **state)
         camera.width = camera.height = 1;
         camera.tan_half_x = 1.5f;
         ca_camera_prepare(&camera);
-        const ca_vec3 axis = ca_normalize(ca_map_vector(camera.map.to, (ca_vec3){0, 0, 1}));
+        const ca_camera *prepared = &camera;
+        const ca_vec3 axis = ca_normalize(ca_map_vector(prepared->map.to, (ca_vec3){0, 0, 1}));
         const ca_chi_square_result result = ca_chi_square_run(&(ca_chi_square_test){.name = names[which],
                                                                                     .sample = draw_direction,
                                                                                     .pdf = direction_density,
-                                                                                    .context = &camera,
+                                                                                    .context = prepared,
                                                                                     .axis = axis,
                                                                                     .test_count = 3});
         print_message("           %s: p %.3g, integral %.5f\n", names[which], result.p_value, result.pdf_integral);

@@ -103,13 +103,16 @@ typedef struct sphere_cone {
     float sin2_max, one_minus_cos_max;
 } sphere_cone;
 
-/* false: the reference is inside of the sphere or on it. */
+/* false: the reference is inside of the sphere, or on it but for the rounding of its coordinates (from a point of the
+ * sphere's own inside, the cone would show the wrong side of it). */
 static bool sphere_cone_from(const ca_shape *shape, ca_vec3 reference, sphere_cone *cone)
 {
     const double x = (double)shape->center.x - (double)reference.x, y = (double)shape->center.y - (double)reference.y,
                  z = (double)shape->center.z - (double)reference.z;
     const double distance2 = x * x + y * y + z * z, radius2 = (double)shape->radius * (double)shape->radius;
-    if (!(distance2 > radius2)) return false;
+    const double rounding = (double)(CA_GAMMA(8) * (ca_max3(ca_abs3(shape->center)) + shape->radius));
+    const double clear_radius = (double)shape->radius + rounding;
+    if (!(distance2 > clear_radius * clear_radius)) return false;
     const double inverse = 1.0 / sqrt(distance2);
     const double sin2 = radius2 / distance2, cos_max = sqrt((distance2 - radius2) / distance2);
     cone->axis = (ca_vec3){(float)(x * inverse), (float)(y * inverse), (float)(z * inverse)};

@@ -204,6 +204,8 @@ static ca_status index_ids(expander *x)
     for (size_t i = 0; i < d->id_count; i++) {
         if (strcmp(d->ids[i].node->tag, "alias") != 0 || ca_document_find(d, d->ids[i].id)) continue;
         const char *wrong = ca_xml_attribute_value(d->ids[i].node, "id");
+        if (find_direct(d, wrong))
+            return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where, "<alias>: \"%s\" leads to no object", wrong);
         return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where,
                        "<alias>: there is no object with the id \"%s\"; the nearest id is \"%s\"", wrong,
                        ca_document_nearest_id(d, wrong));

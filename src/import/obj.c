@@ -297,6 +297,8 @@ static ca_status read_file(obj_reader *reader, ca_mesh *mesh, ca_error *error)
     if (reader->scan.cursor < reader->scan.end) do {
             CA_TRY(read_line(reader, error));
         } while (ca_scan_next_line(&reader->scan));
+    if (reader->index_count == 0)
+        return ca_fail(error, CA_ERROR_FORMAT, &(ca_location){.file = reader->scan.where.file}, "the mesh has no faces");
     CA_TRY(ca_mesh_create(mesh, reader->corner_count, reader->index_count / 3, reader->any_normal, reader->any_uv, error));
     CA_TRY(fill_mesh(reader, mesh, error));
     return ca_mesh_validate(mesh, reader->scan.where.file, error);

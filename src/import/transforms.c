@@ -12,12 +12,11 @@ bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const cha
     const char *cursor = text, *token;
     size_t found = 0;
     for (size_t length; (length = ca_next_token(&cursor, &token)) > 0; found++) {
-        if (found == count) break;
-        if (ca_parse_number(token, length, &numbers[found])) continue;
+        if (found >= count || ca_parse_number(token, length, &numbers[found])) continue;
         ca_import_fail(importer, &node->where, "\"%.*s\" is no finite number", (int)(length < 60 ? length : 60), token);
         return false;
     }
-    if (found == count && ca_next_token(&cursor, &token) == 0) return true;
+    if (found == count) return true;
     ca_import_fail(importer, &node->where, "<%s> needs %zu number%s in \"%s\", not \"%.60s\"", node->tag, count,
                    count == 1 ? "" : "s", attribute, text);
     return false;

@@ -6,7 +6,7 @@
 
 #define INV_SQRT_PI 0.56418958354775628695f
 
-static bool is_valid(const ca_microfacet *facets)
+static inline bool is_valid(const ca_microfacet *facets)
 {
     return facets->alpha_x >= CA_MICROFACET_MIN_ALPHA && facets->alpha_y >= CA_MICROFACET_MIN_ALPHA;
 }
@@ -70,13 +70,14 @@ static float sample_beckmann_slope(float tangent, float u)
     const float cotangent = 1.0f / tangent;
     const float b_max = erff(cotangent), exp_factor = tangent * INV_SQRT_PI;
     const float target = u * (1.0f + b_max + exp_factor * expf(-cotangent * cotangent));
+    const float tolerance = 5e-7f * (1.0f + target); /* what rounding leaves of the sum below */
     float low = -1.0f, high = b_max;
     float b = b_max - (1.0f + b_max) * erff(sqrtf(-logf(u)));
     for (int i = 0; i < 12; ++i) {
         if (!(b > low && b < high)) b = 0.5f * (low + high);
         const float slope = inverse_erf(b);
         const float excess = 1.0f + b + exp_factor * expf(-slope * slope) - target;
-        if (fabsf(excess) <= 2e-7f * fmaxf(1.0f, target)) break;
+        if (fabsf(excess) <= tolerance) break;
         if (excess > 0.0f) high = b;
         else low = b;
         b -= excess / (1.0f - slope * tangent);

@@ -6,7 +6,8 @@
 #include "material/microfacet.h"
 
 /* Entry i belongs to cos = (i / (TABLE_SIZE - 1))^2: the function bends most at grazing angles. */
-enum { TABLE_SIZE = 64, GRID_OUTSIDE = 32, GRID_INSIDE = 48, ANGLES_INSIDE = 24 };
+enum { TABLE_SIZE = 64, GRID_OUTSIDE = 32,
+       GRID_INSIDE = 32, ANGLES_BELOW_CRITICAL = 16, ANGLES_ABOVE_CRITICAL = 24 };
 
 struct ca_rough_transmittance {
     float transmittance[TABLE_SIZE];
@@ -39,17 +40,25 @@ static void boundary_shares(const ca_microfacet *facets, float cosine, float eta
     *transmitted = (float)(sum_transmitted / (grid * grid));
 }
 
-/* 2 * integral of R(c) c dc, midpoints in c^2. */
+/* 2 * integral of R(c) c dc = integral of R over x = c^2. A smooth boundary reflects all up to the critical x and then
+ * falls like a root: midpoints in x up to there, in t with x = critical + (1 - critical) t^2 from there. */
 static float diffuse_reflectance_inside(const ca_microfacet *facets, float eta)
 {
+    const float critical = eta > 1.0f ? 1.0f - 1.0f / (eta * eta) : 0.0f;
+    float transmitted, reflected;
     double sum = 0.0;
-    for (uint32_t i = 0; i < ANGLES_INSIDE; ++i) {
-        const float cosine = sqrtf(((float)i + 0.5f) / ANGLES_INSIDE);
-        float reflected, transmitted;
-        boundary_shares(facets, cosine, 1.0f / eta, GRID_INSIDE, &reflected, &transmitted);
-        sum += (double)reflected;
+    for (uint32_t i = 0; i < ANGLES_BELOW_CRITICAL && critical > 0.0f; ++i) {
+        const float x = critical * ((float)i + 0.5f) / ANGLES_BELOW_CRITICAL;
+        boundary_shares(facets, sqrtf(x), 1.0f / eta, GRID_INSIDE, &reflected, &transmitted);
+        sum += (double)(reflected * critical / ANGLES_BELOW_CRITICAL);
     }
-    return (float)(sum / ANGLES_INSIDE);
+    for (uint32_t i = 0; i < ANGLES_ABOVE_CRITICAL; ++i) {
+        const float t = ((float)i + 0.5f) / ANGLES_ABOVE_CRITICAL;
+        const float x = critical + (1.0f - critical) * t * t;
+        boundary_shares(facets, sqrtf(x), 1.0f / eta, GRID_INSIDE, &reflected, &transmitted);
+        sum += (double)(reflected * (1.0f - critical) * 2.0f * t / ANGLES_ABOVE_CRITICAL);
+    }
+    return (float)sum;
 }
 
 ca_rough_transmittance *ca_rough_transmittance_create(ca_microfacet_kind kind, float alpha, float eta)

@@ -1,0 +1,247 @@
+/* Every kind of mistake in a scene is an error that names its place, and the nearest known name where a name is wrong. */
+#include "support/import_text.h"
+
+#include <stdio.h>
+
+typedef struct mistake {
+    const char *text, *message; /* the message after the file's name */
+} mistake;
+
+static void expect_all(const mistake *mistakes, size_t count)
+{
+    for (size_t i = 0; i < count; i++) import_expect_error(mistakes[i].text, mistakes[i].message);
+}
+#define EXPECT_ALL(mistakes) expect_all(mistakes, sizeof(mistakes) / sizeof *(mistakes))
+
+static void wrong_names(void **state)
+{
+    (void)state;
+    static const mistake mistakes[] = {
+        {SCENE("<bsdf type=\"difuse\"/>"), "2:1: unknown bsdf \"difuse\"; the nearest known one is \"diffuse\""},
+        {SCENE("<shape type=\"sphere\">\n  <float name=\"radios\" value=\"1\"/></shape>"),
+         "3:3: unused parameter \"radios\" of sphere; the nearest known one is \"radius\""},
+        {SCENE("<shape type=\"sfere\"/>"), "2:1: unknown shape \"sfere\"; the nearest known one is \"sphere\""},
+        {SCENE("<shape type=\"shapegruop\"/>"),
+         "2:1: unknown shape \"shapegruop\"; the nearest known one is \"shapegroup\""},
+        {SCENE("<emitter type=\"spott\"/>"), "2:1: unknown emitter \"spott\"; the nearest known one is \"spot\""},
+        {SCENE("<texture type=\"bitmop\"/>"), "2:1: unknown texture \"bitmop\"; the nearest known one is \"bitmap\""},
+        {SCENE("<shpae type=\"sphere\"/>"), "2:1: unknown element <shpae>; the nearest known one is <shape>"},
+        {SCENE("<medium type=\"homogeneous\"/>"), "2:1: <medium> is not supported"},
+        {SCENE("<shape typ=\"sphere\" type=\"sphere\"/>"),
+         "2:1: <shape> has no attribute \"typ\"; the nearest known one is \"type\""},
+        {SCENE("<shape/>"), "2:1: <shape> needs the attribute \"type\""},
+        {SCENE("<shape type=\"sphere\"><ref id=\"glas\"/></shape>\n<bsdf type=\"dielectric\" id=\"glass\"/>"),
+         "2:22: there is no object with the id \"glas\"; the nearest id is \"glass\""},
+        {SCENE("<shape type=\"sphere\"><ref id=\"glas\"/></shape>"), "2:22: there is no object with the id \"glas\""},
+        {SCENE("<alias id=\"a\" as=\"b\"/><bsdf type=\"null\" id=\"aa\"/>"),
+         "2:1: <alias>: there is no object with the id \"a\"; the nearest id is \"aa\""},
+        {SCENE("<default name=\"spp\" value=\"1\"/>\n<shape type=\"$sp\"/>"),
+         "3:1: $sp is not defined; the nearest known name is $spp"},
+        {SCENE("<shape type=\"$sp\"/>"), "2:1: $sp is not defined (write \\$ for a plain $)"},
+        {SCENE("<bsdf type=\"conductor\"><string name=\"material\" value=\"Cu_palick\"/></bsdf>"),
+         "2:24: \"Cu_palick\" is not a known conductor; the nearest is \"Cu_palik\""},
+        {SCENE("<bsdf type=\"dielectric\">\n<string name=\"int_ior\" value=\"watter\"/></bsdf>"),
+         "3:1: \"watter\" is not a known int_ior; the nearest is \"water\""},
+        {SCENE("<bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"gxx\"/></bsdf>"),
+         "2:29: \"gxx\" is not a known distribution; the nearest is \"ggx\""},
+        {"<scene version=\"3.0.0\">\n <sensor type=\"perspektive\"/></scene>",
+         "2:2: unknown sensor \"perspektive\"; the nearest known one is \"perspective\""},
+        {"<scene version=\"3.0.0\"><sensor type=\"perspective\">\n<film type=\"hdrfilm\"><rfilter "
+         "type=\"box\"/>\n<integer name=\"widht\" value=\"3\"/></film></sensor></scene>",
+         "3:1: unused parameter \"widht\" of hdrfilm; the nearest known one is \"width\""},
+        {"<scene version=\"3.0.0\"><sensor type=\"perspective\">\n<sampler type=\"sobel\"/></sensor></scene>",
+         "2:1: unknown sampler \"sobel\"; the nearest known one is \"sobol\""},
+        {"<scene version=\"3.0.0\"><sensor type=\"perspective\">\n<film type=\"hdrfilm\"><rfilter "
+         "type=\"gausian\"/></film></sensor></scene>",
+         "2:22: unknown rfilter \"gausian\"; the nearest known one is \"gaussian\""},
+    };
+    EXPECT_ALL(mistakes);
+}
+
+static void wrong_values(void **state)
+{
+    (void)state;
+    static const mistake mistakes[] = {
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"1.5x\"/></shape>"),
+         "2:22: \"1.5x\" is no finite number"},
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"1,5\"/></shape>"),
+         "2:22: <float> needs 1 number in \"value\", not \"1,5\""},
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"\"/></shape>"),
+         "2:22: <float> needs 1 number in \"value\", not \"\""},
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"nan\"/></shape>"),
+         "2:22: \"nan\" is no finite number"},
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"1e999\"/></shape>"),
+         "2:22: \"1e999\" is no finite number"},
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"0\"/></shape>"),
+         "2:22: parameter \"radius\" of sphere must be greater than 0"},
+        {SCENE("<shape type=\"sphere\"><string name=\"radius\" value=\"1\"/></shape>"),
+         "2:22: parameter \"radius\" of sphere must be a <float>, not <string>"},
+        {SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"1\"/>\n<float name=\"radius\" "
+               "value=\"2\"/></shape>"),
+         "3:1: parameter \"radius\" is given a second time"},
+        {SCENE("<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"yes\"/></shape>"),
+         "2:22: \"yes\" is neither \"true\" nor \"false\""},
+        {SCENE("<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\"/></shape>"),
+         "2:22: <point> needs x, y and z, or value"},
+        {SCENE("<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\" value=\"4\"/></shape>"),
+         "2:22: <point> has both x and value"},
+        {SCENE("<shape type=\"sphere\"><transform name=\"to_world\"><scale x=\"2\"/></transform></shape>"),
+         "2:22: parameter \"to_world\" of sphere can only move, rotate and scale uniformly"},
+        {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"0\"/></transform></shape>"),
+         "2:20: this transform is singular, not affine or not finite"},
+        {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><matrix value=\"1 2 3\"/></transform></shape>"),
+         "2:47: <matrix> needs 16 numbers in \"value\", not \"1 2 3\""},
+        {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><rotate angle=\"3\"/></transform></shape>"),
+         "2:47: <rotate> needs an axis, and it is 0"},
+        {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><lookat origin=\"0 0 0\" target=\"0 1 0\" "
+               "up=\"0 1 0\"/></transform></shape>"),
+         "2:47: <lookat> needs origin, target and up that are not on one line"},
+        {SCENE("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5 0.5\"/></bsdf>"),
+         "2:22: <rgb> needs 3 numbers in \"value\", not \"0.5 0.5\""},
+        {SCENE("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5 1.5 0\"/></bsdf>"),
+         "2:22: a reflectance lies in [0, 1], and 1.5 does not"},
+        {SCENE("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"#12345g\"/></bsdf>"),
+         "2:22: \"#12345g\" is no colour of the form #rrggbb"},
+        {SCENE("<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1 300:1\"/></bsdf>"),
+         "2:22: the wavelengths of a spectrum must increase, and 300 does not"},
+        {SCENE("<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1 500\"/></bsdf>"),
+         "2:22: \"500\" is no wavelength:value pair"},
+        {SCENE("<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1\"/></bsdf>"),
+         "2:22: a spectrum needs at least two wavelengths"},
+        {SCENE("<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" type=\"d65\"/></bsdf>"),
+         "2:22: spectrum plugins are not supported: write <spectrum name=\"...\" value=\"...\"/>"},
+        {SCENE("<emitter type=\"constant\"><rgb name=\"radiance\" value=\"-1 0 0\"/></emitter>"),
+         "2:26: a colour cannot have the component -1"},
+        {SCENE("<shape type=\"cylinder\"><point name=\"p1\" x=\"0\" y=\"0\" z=\"0\"/></shape>"),
+         "2:24: parameter \"p1\" of cylinder must be another point than p0"},
+    };
+    EXPECT_ALL(mistakes);
+}
+
+static void wrong_structure(void **state)
+{
+    (void)state;
+    static const mistake mistakes[] = {
+        {"<scene version=\"3.0.0\">\n</scene>", "1:1: the scene has no <sensor>"},
+        {"<scene>\n</scene>", "1:1: <scene> needs the attribute \"version\""},
+        {"<scene version=\"4.0.0\"/>", "1:1: version \"4.0.0\" of the scene language is not known; 0.x to 3.x are"},
+        {"<bsdf type=\"null\"/>", "1:1: the file begins with <bsdf>, not with <scene>"},
+        {SCENE("<sensor type=\"perspective\"/>"), "2:1: a second <sensor>; the first is at line 1"},
+        {SCENE("<integrator type=\"path\"/><integrator type=\"path\"/>"),
+         "2:26: a second <integrator>; the first is at line 2"},
+        {SCENE("<film type=\"hdrfilm\"/>"), "2:1: <film> has no meaning directly inside <scene>"},
+        {SCENE("<translate x=\"1\"/>"), "2:1: <translate> cannot stand inside <scene>"},
+        {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><float name=\"x\" value=\"1\"/></transform></shape>"),
+         "2:47: <float> cannot stand inside <transform>"},
+        {SCENE("<shape type=\"cube\"><float name=\"x\" value=\"1\"><float name=\"y\" value=\"1\"/></float></shape>"),
+         "2:46: <float> cannot stand inside <float>"},
+        {SCENE("<shape type=\"cube\"><film type=\"hdrfilm\"/></shape>"), "2:20: cube has no use for this <film>"},
+        {SCENE("<shape type=\"cube\"><bsdf type=\"null\"/><bsdf type=\"null\"/></shape>"),
+         "2:39: a shape has one BSDF, and this is a second"},
+        {SCENE("<shape type=\"cube\"><emitter type=\"point\"/></shape>"),
+         "2:20: a shape can only hold an area emitter, not point"},
+        {SCENE("<emitter type=\"area\"/>"), "2:1: an area emitter stands inside the shape that emits"},
+        {SCENE("<shape type=\"shapegroup\" id=\"g\">\n<shape type=\"cube\"><emitter type=\"area\"/></shape></shape>"),
+         "3:20: a shape inside a shapegroup cannot emit light"},
+        {SCENE("<shape type=\"shapegroup\">\n<shape type=\"instance\"/></shape>"),
+         "3:1: a shapegroup cannot hold a instance"},
+        {SCENE("<shape type=\"instance\"/>"), "2:1: an instance needs a <ref> to a shapegroup"},
+        {SCENE("<bsdf type=\"twosided\">\n<bsdf type=\"dielectric\"/></bsdf>"),
+         "2:1: twosided cannot hold a BSDF that transmits light, as the one at line 3 does"},
+        {SCENE("<bsdf type=\"twosided\"><bsdf type=\"mask\"><bsdf type=\"diffuse\"/></bsdf></bsdf>"),
+         "2:1: twosided cannot hold a BSDF that transmits light, as the one at line 2 does"},
+        {SCENE("<bsdf type=\"twosided\"/>"), "2:1: twosided needs 1 nested BSDF"},
+        {SCENE("<bsdf type=\"mask\"><bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/></bsdf>"),
+         "2:41: mask holds 1 BSDF, not more"},
+        {SCENE("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/><bsdf type=\"diffuse\"/></bsdf>"),
+         "2:1: blendbsdf needs 2 nested BSDFs"},
+        {SCENE("<bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/></bsdf>"),
+         "2:1: parameter \"weight\" of blendbsdf is missing"},
+        {SCENE("<bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf>"), "2:1: bumpmap needs a nested <texture>"},
+        {SCENE("<bsdf type=\"twosided\" id=\"a\">\n<ref id=\"a\"/></bsdf>"), "2:1: this <bsdf> refers to itself"},
+        {SCENE("<alias id=\"a\" as=\"b\"/><alias id=\"b\" as=\"a\"/>"),
+         "2:24: <alias>: \"b\" leads to no object"},
+        {SCENE("<bsdf type=\"conductor\"><string name=\"material\" value=\"Ag\"/><rgb name=\"eta\" "
+               "value=\"1\"/></bsdf>"),
+         "2:24: parameter \"material\" of conductor excludes eta and k"},
+        {SCENE("<bsdf type=\"roughconductor\"><float name=\"alpha_u\" value=\"1\"/></bsdf>"),
+         "2:29: parameter \"alpha_u\" of roughconductor needs its other half"},
+        {SCENE("<bsdf type=\"principled\"><float name=\"eta\" value=\"1.5\"/><float name=\"specular\" "
+               "value=\"0.5\"/></bsdf>"),
+         "2:56: parameter \"specular\" of principled excludes eta"},
+        {SCENE("<bsdf type=\"diffuse\"><bsdf name=\"reflectance\" type=\"diffuse\"/></bsdf>"),
+         "2:22: parameter \"reflectance\" of diffuse must be a colour or a <texture>, not <bsdf>"},
+        {SCENE("<texture type=\"mesh_attribute\"><string name=\"name\" value=\"color\"/></texture>"),
+         "2:32: parameter \"name\" of mesh_attribute must begin with \"vertex_\" or \"face_\""},
+    };
+    EXPECT_ALL(mistakes);
+    char expected[256];
+    snprintf(expected, sizeof expected, "3:1: the id \"a\" is taken already, at %s/test.xml:2:1", import_folder());
+    import_expect_error(SCENE("<bsdf type=\"null\" id=\"a\"/>\n<shape type=\"cube\" id=\"a\"/>"), expected);
+}
+
+static void wrong_sensors(void **state)
+{
+    (void)state;
+#define SENSOR(type, body) "<scene version=\"3.0.0\">\n<sensor type=\"" type "\">\n" body "</sensor></scene>"
+    static const mistake mistakes[] = {
+        {SENSOR("perspective", "<float name=\"fov\" value=\"180\"/>"),
+         "3:1: parameter \"fov\" of perspective is 180, and must lie in [0.0001, 179.9]"},
+        {SENSOR("perspective", "<float name=\"fov\" value=\"45\"/>\n<string name=\"focal_length\" value=\"50mm\"/>"),
+         "4:1: parameter \"focal_length\" of perspective excludes fov"},
+        {SENSOR("perspective", "<string name=\"focal_length\" value=\"50cm\"/>"),
+         "3:1: parameter \"focal_length\" of perspective must be a length like \"50mm\""},
+        {SENSOR("perspective", "<float name=\"near_clip\" value=\"10\"/><float name=\"far_clip\" value=\"1\"/>"),
+         "3:1: parameter \"near_clip\" of perspective must be less than far_clip"},
+        {SENSOR("perspective", "<transform name=\"to_world\"><scale value=\"2\"/></transform>"),
+         "3:1: parameter \"to_world\" of perspective can only move and rotate"},
+        {SENSOR("thinlens", ""), "2:1: parameter \"aperture_radius\" of thinlens is missing"},
+        {SENSOR("orthographic", "<float name=\"fov\" value=\"45\"/>"),
+         "3:1: unused parameter \"fov\" of orthographic; the nearest known one is \"to_world\""},
+        {SENSOR("perspective", "<film type=\"hdrfilm\"><integer name=\"width\" value=\"0\"/></film>"),
+         "3:22: parameter \"width\" of hdrfilm is 0, and must lie in [1, 65536]"},
+        {SENSOR("perspective", "<film type=\"hdrfilm\"><float name=\"width\" value=\"10\"/></film>"),
+         "3:22: parameter \"width\" of hdrfilm must be an <integer>, not <float>"},
+        {SENSOR("perspective", "<film type=\"hdrfilm\"><integer name=\"width\" value=\"1.5\"/></film>"),
+         "3:22: \"1.5\" is no integer"},
+        {SENSOR("perspective", "<film type=\"hdrfilm\"><integer name=\"crop_width\" value=\"769\"/></film>"),
+         "3:22: parameter \"crop_width\" of hdrfilm is 769, and must lie in [1, 768]"},
+        {SENSOR("perspective", "<film type=\"hdrfilm\"/><film type=\"hdrfilm\"/>"),
+         "3:23: a sensor has one film, and this is a second"},
+        {SENSOR("perspective", "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"0\"/></sampler>"),
+         "3:29: parameter \"sample_count\" of independent is 0, and must lie in [1, 2147483647]"},
+    };
+    EXPECT_ALL(mistakes);
+}
+
+static void wrong_files(void **state)
+{
+    (void)state;
+    char expected[1200];
+    snprintf(expected, sizeof expected, "2:1: %s/no.obj: cannot open this mesh: No such file or directory",
+             import_folder());
+    import_expect_error(SCENE("<shape type=\"obj\"><string name=\"filename\" value=\"no.obj\"/></shape>"), expected);
+    import_expect_error(SCENE("<shape type=\"obj\"/>"), "2:1: parameter \"filename\" of obj must name a file");
+    import_expect_error(SCENE("<shape type=\"obj\">\n<string name=\"filename\" value=\"\"/></shape>"),
+                        "3:1: parameter \"filename\" of obj must name a file");
+    snprintf(expected, sizeof expected, "2:1: there is no file \"%s/no.xml\" to include", import_folder());
+    import_expect_error(SCENE("<include filename=\"no.xml\"/>"), expected);
+    snprintf(expected, sizeof expected, "2:1: <path>: there is no folder \"%s/no\"", import_folder());
+    import_expect_error(SCENE("<path value=\"no\"/>"), expected);
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    import_remove_folder();
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(wrong_names),   cmocka_unit_test(wrong_values), cmocka_unit_test(wrong_structure),
+        cmocka_unit_test(wrong_sensors), cmocka_unit_test(wrong_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, remove_folder);
+}

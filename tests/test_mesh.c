@@ -1,0 +1,246 @@
+/* Triangle meshes: the built-in shapes, maps, smooth normals, attributes and the checks that everything else relies on. */
+#include "base/memory.h"
+#include "geometry/mesh.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static void assert_near(double a, double b, double tolerance)
+{
+    if (!(fabs(a - b) <= tolerance)) fail_msg("%.9g is not %.9g within %g", a, b, tolerance);
+}
+
+static ca_vec3 position_of(const ca_mesh *mesh, size_t corner)
+{
+    const float *p = mesh->positions + (size_t)3 * mesh->indices[corner];
+    return (ca_vec3){p[0], p[1], p[2]};
+}
+
+static ca_vec3 geometric_normal(const ca_mesh *mesh, size_t triangle)
+{
+    const ca_vec3 p0 = position_of(mesh, 3 * triangle);
+    const ca_vec3 a = ca_sub(position_of(mesh, 3 * triangle + 1), p0);
+    const ca_vec3 b = ca_sub(position_of(mesh, 3 * triangle + 2), p0);
+    return ca_normalize(ca_cross(a, b));
+}
+
+static ca_vec3 vertex_normal(const ca_mesh *mesh, size_t corner)
+{
+    const float *n = mesh->normals + (size_t)3 * mesh->indices[corner];
+    return (ca_vec3){n[0], n[1], n[2]};
+}
+
+/* The winding, the vertex normals and the direction away from `inside` agree on all triangles. */
+static void assert_faces_outward(const ca_mesh *mesh, ca_vec3 inside)
+{
+    for (size_t t = 0; t < mesh->triangle_count; ++t) {
+        const ca_vec3 ng = geometric_normal(mesh, t);
+        assert_true(ca_dot(ng, ca_sub(position_of(mesh, 3 * t), inside)) > 0.0f);
+        for (size_t k = 0; mesh->normals && k < 3; ++k)
+            assert_near((double)ca_dot(ng, vertex_normal(mesh, 3 * t + k)), 1.0, 1e-5);
+    }
+}
+
+static double total_area(const ca_mesh *mesh)
+{
+    double area = 0.0;
+    for (uint32_t t = 0; t < mesh->triangle_count; ++t) area += ca_mesh_triangle_area(mesh, t);
+    return area;
+}
+
+static void rectangle_is_mitsubas(void **unused)
+{
+    (void)unused;
+    ca_mesh mesh;
+    assert_int_equal(ca_mesh_create_rectangle(&mesh, NULL), CA_OK);
+    assert_int_equal(ca_mesh_validate(&mesh, "rectangle", NULL), CA_OK);
+    assert_near(total_area(&mesh), 4.0, 1e-6);
+    assert_faces_outward(&mesh, (ca_vec3){0.0f, 0.0f, -1.0f});
+    for (uint32_t v = 0; v < mesh.vertex_count; ++v) {
+        assert_near((double)mesh.uvs[2 * v], 0.5 * ((double)mesh.positions[3 * v] + 1.0), 0.0);
+        assert_near((double)mesh.uvs[2 * v + 1], 0.5 * ((double)mesh.positions[3 * v + 1] + 1.0), 0.0);
+    }
+    ca_mesh_destroy(&mesh);
+}
+
+static void cube_is_mitsubas(void **unused)
+{
+    (void)unused;
+    /* Corners and uv of Mitsuba 3's table, one of each face. */
+    static const float known[6][5] = {{1, -1, -1, 0, 1}, {1, 1, -1, 0, 1},  {1, -1, -1, 0, 1},
+                                      {1, -1, 1, 0, 1},  {-1, -1, 1, 0, 1}, {1, 1, -1, 0, 1}};
+    ca_mesh mesh;
+    assert_int_equal(ca_mesh_create_cube(&mesh, NULL), CA_OK);
+    assert_int_equal(ca_mesh_validate(&mesh, "cube", NULL), CA_OK);
+    assert_int_equal(mesh.vertex_count, 24);
+    assert_int_equal(mesh.triangle_count, 12);
+    assert_near(total_area(&mesh), 24.0, 1e-5);
+    assert_faces_outward(&mesh, (ca_vec3){0});
+    for (size_t face = 0; face < 6; ++face) {
+        bool found = false;
+        for (size_t v = 4 * face; v < 4 * face + 4; ++v)
+            found |= memcmp(mesh.positions + 3 * v, known[face], 3 * sizeof(float)) == 0 &&
+                     memcmp(mesh.uvs + 2 * v, known[face] + 3, 2 * sizeof(float)) == 0;
+        assert_true(found);
+    }
+    ca_mesh_destroy(&mesh);
+}
+
+static void make_map(ca_affine *map, double sx, double sy, double sz)
+{
+    const ca_matrix scale = ca_matrix_scale(sx, sy, sz), rotate = ca_matrix_rotate(1.0, 2.0, 3.0, 40.0);
+    const ca_matrix move = ca_matrix_translate(5.0, -6.0, 7.0), turned = ca_matrix_multiply(&rotate, &scale);
+    const ca_matrix all = ca_matrix_multiply(&move, &turned);
+    assert_true(ca_affine_from_matrix(&all, map));
+}
+
+static void outside_stays_outside_under_any_map(void **unused)
+{
+    (void)unused;
+    static const double scales[4][3] = {{1, 2, 3}, {-1, 2, 3}, {-1, -2, 3}, {-1e-12, -1e-12, -2e-12}};
+    for (int i = 0; i < 4; ++i) {
+        ca_mesh mesh;
+        ca_affine map;
+        make_map(&map, scales[i][0], scales[i][1], scales[i][2]);
+        if (i == 3) for (int k = 0; k < 3; ++k) map.to[k][3] = 0.0f; /* tiny: not far from the origin */
+        assert_int_equal(ca_mesh_create_cube(&mesh, NULL), CA_OK);
+        ca_mesh_transform(&mesh, &map);
+        assert_faces_outward(&mesh, (ca_vec3){map.to[0][3], map.to[1][3], map.to[2][3]});
+        const double x = fabs(scales[i][0]), y = fabs(scales[i][1]), z = fabs(scales[i][2]);
+        const double expected = 8.0 * (x * y + y * z + z * x);
+        assert_near(total_area(&mesh) / expected, 1.0, 1e-5);
+        ca_mesh_flip_normals(&mesh);
+        for (size_t t = 0; t < mesh.triangle_count; ++t) {
+            assert_true(ca_dot(geometric_normal(&mesh, t), ca_sub(position_of(&mesh, 3 * t),
+                        (ca_vec3){map.to[0][3], map.to[1][3], map.to[2][3]})) < 0.0f);
+            assert_true(ca_dot(geometric_normal(&mesh, t), vertex_normal(&mesh, 3 * t)) > 0.99f);
+        }
+        ca_mesh_destroy(&mesh);
+    }
+}
+
+/* A cube of 8 shared corners: weighted by angle, the normals are the diagonals however its squares are cut; weighted by
+ * area or count they would not be. */
+static void smooth_normals_do_not_see_the_triangulation(void **unused)
+{
+    (void)unused;
+    ca_mesh squares, mesh;
+    assert_int_equal(ca_mesh_create_cube(&squares, NULL), CA_OK);
+    assert_int_equal(ca_mesh_create(&mesh, 9, 13, false, false, NULL), CA_OK);
+    for (size_t v = 0; v < 8; ++v)
+        for (size_t i = 0; i < 3; ++i) mesh.positions[3 * v + i] = v >> i & 1 ? 1.0f : -1.0f;
+    for (size_t i = 0; i < 36; ++i) {
+        const ca_vec3 p = position_of(&squares, i);
+        mesh.indices[i] = (p.x > 0.0f) + 2u * (p.y > 0.0f) + 4u * (p.z > 0.0f);
+    }
+    mesh.indices[36] = 8; /* a triangle without area, whose corner 8 no other has */
+    assert_int_equal(ca_mesh_compute_normals(&mesh, NULL), CA_OK);
+    for (size_t i = 0; i < 24; ++i)
+        assert_near((double)mesh.normals[i], (double)mesh.positions[i] / sqrt(3.0), 1e-6);
+    for (size_t i = 24; i < 27; ++i) assert_true(mesh.normals[i] == 0.0f);
+    ca_mesh_drop_normals(&mesh);
+    assert_null(mesh.normals);
+    ca_mesh_destroy(&mesh);
+    ca_mesh_destroy(&squares);
+}
+
+static void attributes_are_found_by_name(void **unused)
+{
+    (void)unused;
+    ca_mesh mesh;
+    float *color, *weight;
+    assert_int_equal(ca_mesh_create_rectangle(&mesh, NULL), CA_OK);
+    const size_t bytes = ca_mesh_bytes(&mesh);
+    assert_int_equal(bytes, sizeof(float) * (13 + 12 + 8) + sizeof(uint32_t) * 6);
+    assert_int_equal(ca_mesh_add_attribute(&mesh, "vertex_color", 3, false, &color, NULL), CA_OK);
+    assert_int_equal(ca_mesh_add_attribute(&mesh, "face_weight", 1, true, &weight, NULL), CA_OK);
+    assert_int_equal(ca_mesh_bytes(&mesh), bytes + sizeof(float) * (12 + 2));
+    assert_ptr_equal(ca_mesh_find_attribute(&mesh, "vertex_color")->values, color);
+    assert_ptr_equal(ca_mesh_find_attribute(&mesh, "face_weight")->values, weight);
+    assert_null(ca_mesh_find_attribute(&mesh, "face_color"));
+    weight[1] = NAN;
+    ca_error error;
+    assert_int_equal(ca_mesh_validate(&mesh, "a.ply", &error), CA_ERROR_FORMAT);
+    assert_string_equal(error.message, "a.ply: the attribute \"face_weight\" of triangle 1 is not a finite number");
+    ca_mesh_destroy(&mesh);
+}
+
+static void validation_names_what_is_wrong(void **unused)
+{
+    (void)unused;
+    ca_mesh mesh;
+    ca_error error;
+    assert_int_equal(ca_mesh_create_cube(&mesh, NULL), CA_OK);
+    mesh.indices[3 * 7 + 1] = 24;
+    assert_int_equal(ca_mesh_validate(&mesh, "a.obj", &error), CA_ERROR_FORMAT);
+    assert_string_equal(error.message, "a.obj: triangle 7 uses vertex 24, but there are only 24");
+    mesh.indices[3 * 7 + 1] = 0;
+    mesh.positions[3 * 23 + 2] = INFINITY;
+    assert_int_equal(ca_mesh_validate(&mesh, "a.obj", &error), CA_ERROR_FORMAT);
+    assert_string_equal(error.message, "a.obj: the position of vertex 23 is not a finite number");
+    mesh.positions[3 * 23 + 2] = 0.0f;
+    mesh.uvs[1] = NAN;
+    assert_int_equal(ca_mesh_validate(&mesh, "a.obj", &error), CA_ERROR_FORMAT);
+    ca_mesh_destroy(&mesh);
+    assert_int_equal(ca_mesh_create(&mesh, 3, 0, false, false, NULL), CA_OK);
+    assert_int_equal(ca_mesh_validate(&mesh, "a.obj", &error), CA_ERROR_FORMAT);
+    ca_mesh_destroy(&mesh);
+}
+
+static void sizes_over_the_limits_are_refused(void **unused)
+{
+    (void)unused;
+    ca_mesh mesh;
+    assert_int_equal(ca_mesh_create(&mesh, (size_t)1 << 31, 1, false, false, NULL), CA_ERROR_UNSUPPORTED);
+    assert_int_equal(ca_mesh_create(&mesh, 3, ((size_t)1 << 30) + 1, false, false, NULL), CA_ERROR_UNSUPPORTED);
+    assert_int_equal(ca_mesh_create(&mesh, SIZE_MAX, SIZE_MAX, true, true, NULL), CA_ERROR_UNSUPPORTED);
+    assert_null(mesh.positions);
+}
+
+static ca_status build_everything(ca_mesh *mesh)
+{
+    float *values;
+    ca_status status = ca_mesh_create_cube(mesh, NULL);
+    if (status == CA_OK) status = ca_mesh_add_attribute(mesh, "vertex_color", 3, false, &values, NULL);
+    if (status == CA_OK) status = ca_mesh_add_attribute(mesh, "face_weight", 1, true, &values, NULL);
+    if (status == CA_OK) ca_mesh_drop_normals(mesh);
+    if (status == CA_OK) status = ca_mesh_compute_normals(mesh, NULL);
+    return status;
+}
+
+static void every_allocation_may_fail(void **unused)
+{
+    (void)unused;
+    for (long n = 0;; ++n) {
+        ca_mesh mesh = {0};
+        ca_memory_fail_after(n);
+        const ca_status status = build_everything(&mesh);
+        ca_memory_fail_after(-1);
+        ca_mesh_destroy(&mesh);
+        if (status == CA_OK) {
+            assert_true(n >= 12);
+            return;
+        }
+        assert_int_equal(status, CA_ERROR_MEMORY);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rectangle_is_mitsubas),
+        cmocka_unit_test(cube_is_mitsubas),
+        cmocka_unit_test(outside_stays_outside_under_any_map),
+        cmocka_unit_test(smooth_normals_do_not_see_the_triangulation),
+        cmocka_unit_test(attributes_are_found_by_name),
+        cmocka_unit_test(validation_names_what_is_wrong),
+        cmocka_unit_test(sizes_over_the_limits_are_refused),
+        cmocka_unit_test(every_allocation_may_fail),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
