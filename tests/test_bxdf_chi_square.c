@@ -56,18 +56,18 @@ static uint32_t for_each_test(const ca_bxdf_cases *list, uint32_t test_count)
             const bool refracts = entry->bxdf.kind == CA_BXDF_ROUGH_DIELECTRIC;
             char name[120];
             snprintf(name, sizeof name, "%s, cos %.2f", entry->name, (double)context.wi.z);
-            ca_chi_square_assert(&(ca_chi_square_test){
-                .name = name,
-                .sample = draw,
-                .pdf = density,
-                .context = &context,
-                .axis = refracts ? refracted_of(context.wi, entry->bxdf.as.rough_dielectric.eta)
-                                 : mirror_of(context.wi),
-                .sample_count = 30000,
-                .ring_count = 20,
-                .cut_count = 10,
-                .seed = number,
-                .test_count = test_count});
+            ca_chi_square_assert(
+                &(ca_chi_square_test){.name = name,
+                                      .sample = draw,
+                                      .pdf = density,
+                                      .context = &context,
+                                      .axis = refracts ? refracted_of(context.wi, entry->bxdf.as.rough_dielectric.eta)
+                                                       : mirror_of(context.wi),
+                                      .sample_count = 30000,
+                                      .ring_count = 20,
+                                      .cut_count = 10,
+                                      .seed = number,
+                                      .test_count = test_count});
         }
     }
     return number;

@@ -85,7 +85,8 @@ static void check_dirac_sample(const ca_bxdf_case *entry, ca_vec3 wi, ca_from fr
         const ca_bxdf_value value = ca_bxdf_eval(&entry->bxdf, wi, s->wo_local, from);
         assert_true(value.pdf.v == 0.0f && value.pdf_reverse.v == 0.0f && ca_rgb_is_black(value.f));
     }
-    if (fabsf(s->wo_local.z) < 2e-2f || fabsf(wi.z) < 2e-2f) return; /* grazing: Fresnel terms magnify the rounding of the direction */
+    if (fabsf(s->wo_local.z) < 2e-2f || fabsf(wi.z) < 2e-2f)
+        return; /* grazing: Fresnel terms magnify the rounding of the direction */
     const bool passes = (s->scatter & CA_SCATTER_TRANSMISSION) != 0;
     const ca_vec2 u = {0.5f, 0.5f};
     ca_bxdf_sample back;
@@ -94,14 +95,15 @@ static void check_dirac_sample(const ca_bxdf_case *entry, ca_vec3 wi, ca_from fr
     assert_int_equal(back.scatter, s->scatter);
     expect_near(entry, "way back", ca_dot(back.wo_local, wi), 1.0f, 1e-5f, 0.0f, wi, s->wo_local);
     expect_near(entry, "reverse probability", s->pdf_reverse.v, back.pdf.v, 1e-3f, 1e-5f, wi, s->wo_local);
-    /* f(wi, wo, camera) = f(wo, wi, light). Of a Dirac event f is value / |cos_o| times a Dirac density in wo, and the
-     * densities in wo and in wi differ by n_o^2 |cos_o| : n_i^2 |cos_i|: so the camera's value times eta^2 is the
+    /* f(wi, wo, camera) = f(wo, wi, light). Of a Dirac event f is value / |cos_o| times a Dirac density in wo, and
+     * the densities in wo and in wi differ by n_o^2 |cos_o| : n_i^2 |cos_i|: so the camera's value times eta^2 is the
      * light's. A value is weight times probability. */
     ca_bxdf_sample adjoint;
     assert_true(ca_bxdf_sample_direction(&entry->bxdf, s->wo_local, passes ? CA_ONE_MINUS_EPSILON : 0.0f, u,
                                          from == CA_FROM_CAMERA ? CA_FROM_LIGHT : CA_FROM_CAMERA, &adjoint));
     const float here = s->weight.g * s->pdf.v * (from == CA_FROM_CAMERA ? s->eta * s->eta : 1.0f);
-    const float there = adjoint.weight.g * adjoint.pdf.v * (from == CA_FROM_CAMERA ? 1.0f : adjoint.eta * adjoint.eta);
+    const float there =
+        adjoint.weight.g * adjoint.pdf.v * (from == CA_FROM_CAMERA ? 1.0f : adjoint.eta * adjoint.eta);
     expect_near(entry, "adjoint of a Dirac event", here, there, 1e-3f, 1e-5f, wi, s->wo_local);
 }
 
@@ -137,8 +139,10 @@ static void test_samples_agree_with_evaluation(void **state)
             ++accepted;
             expect_near(entry, "length of wo", ca_length(s.wo_local), 1.0f, 2e-6f, 0.0f, wi, s.wo_local);
             check_flags(entry, wi, &s);
-            if (s.scatter & CA_SCATTER_DIRAC) check_dirac_sample(entry, wi, from, &s);
-            else check_smooth_sample(entry, wi, from, &s);
+            if (s.scatter & CA_SCATTER_DIRAC)
+                check_dirac_sample(entry, wi, from, &s);
+            else
+                check_smooth_sample(entry, wi, from, &s);
         }
         assert_true(accepted > 1000);
     }
@@ -187,6 +191,40 @@ static void test_reverse_adjoint_and_reciprocal(void **state)
         }
         assert_true(non_zero > 500);
     }
+}
+
+/* Dirac events by hand: glass of index 1.5 at normal incidence reflects 4 %, refracts by Snell's law, and a camera
+ * path carries 1/1.5^2 of the radiance in and 1.5^2 of it out, a light path all of its flux; a thin sheet reflects R
+ * + T^2 R + T^2 R^3 + ... */
+static void test_known_dirac_events(void **state)
+{
+    (void)state;
+    const ca_rgb white = {1.0f, 1.0f, 1.0f};
+    const ca_bxdf glass = {.kind = CA_BXDF_DIELECTRIC, .as.dielectric = {1.5f, white, white}};
+    const ca_bxdf sheet = {.kind = CA_BXDF_THIN_DIELECTRIC, .as.dielectric = {1.5f, white, white}};
+    const ca_vec3 down = {0.0f, 0.0f, 1.0f}, up = {0.0f, 0.0f, -1.0f}, slanted = {0.6f, 0.0f, 0.8f};
+    const ca_vec2 u = {0.5f, 0.5f};
+    ca_bxdf_sample s;
+    assert_true(ca_bxdf_sample_direction(&glass, down, 0.039f, u, CA_FROM_CAMERA, &s));
+    assert_true(s.wo_local.z == 1.0f && fabsf(s.pdf.v - 0.04f) < 1e-6f && s.weight.r == 1.0f && s.eta == 1.0f);
+    assert_true(ca_bxdf_sample_direction(&glass, down, 0.041f, u, CA_FROM_CAMERA, &s));
+    assert_true(s.wo_local.z == -1.0f && fabsf(s.weight.r - 1.0f / 2.25f) < 1e-6f && s.eta == 1.5f);
+    assert_true(ca_bxdf_sample_direction(&glass, up, 0.041f, u, CA_FROM_CAMERA, &s));
+    assert_true(s.wo_local.z == 1.0f && fabsf(s.weight.r - 2.25f) < 1e-6f && fabsf(s.eta - 1.0f / 1.5f) < 1e-6f);
+    assert_true(ca_bxdf_sample_direction(&glass, up, 0.041f, u, CA_FROM_LIGHT, &s) && s.weight.r == 1.0f);
+    assert_true(ca_bxdf_sample_direction(&glass, slanted, 0.9f, u, CA_FROM_LIGHT, &s));
+    assert_true(fabsf(s.wo_local.x + 0.4f) < 1e-6f && fabsf(s.wo_local.z + sqrtf(0.84f)) < 1e-6f);
+    /* Beyond the critical angle, sin > 1/1.5, all is reflected, whatever the number. */
+    const ca_vec3 below = {0.8f, 0.0f, -0.6f};
+    assert_true(ca_bxdf_sample_direction(&glass, below, CA_ONE_MINUS_EPSILON, u, CA_FROM_CAMERA, &s));
+    assert_true(s.wo_local.x == -0.8f && s.wo_local.z == -0.6f && s.pdf.v == 1.0f && s.eta == 1.0f);
+
+    float series = 0.04f, inside = 0.96f * 0.96f * 0.04f;
+    for (int i = 0; i < 20; ++i, inside *= 0.04f * 0.04f) series += inside;
+    assert_true(ca_bxdf_sample_direction(&sheet, down, 0.0f, u, CA_FROM_CAMERA, &s));
+    assert_true(fabsf(s.pdf.v - series) < 1e-6f && s.weight.r == 1.0f);
+    assert_true(ca_bxdf_sample_direction(&sheet, slanted, 0.9f, u, CA_FROM_CAMERA, &s));
+    assert_true(s.wo_local.x == -0.6f && s.wo_local.z == -0.8f && s.weight.r == 1.0f && s.eta == 1.0f);
 }
 
 /* Light from below an opaque BSDF, and through it, is absorbed. */
@@ -247,9 +285,9 @@ static void expect_good_sample(const ca_bxdf_case *entry, ca_vec3 wi, float u_lo
 /* Cosines at which roots, quotients and total reflection have their edges, of both signs. */
 static float corner_cosine(uint32_t index)
 {
-    static const float cosine[12] = {0.0f,     0x1p-149f, 1e-30f, 1e-15f, 1e-7f,          1e-4f,
-                                     0.01f,    0.5f,      0.7453559f /* critical for 1.5 */, 0.7f,
-                                     1.0f - 0x1p-24f, 1.0f};
+    static const float cosine[12] = {
+        0.0f, 0x1p-149f,       1e-30f, 1e-15f, 1e-7f, 1e-4f, 0.01f, 0.5f, 0.7453559f /* critical for 1.5 */,
+        0.7f, 1.0f - 0x1p-24f, 1.0f};
     return index < 12 ? cosine[index] : -cosine[index - 12];
 }
 enum { CORNER_COSINES = 24 };
@@ -260,7 +298,8 @@ static void test_corners_are_finite(void **state)
     static const float edge[5] = {0.0f, 0x1p-24f, 0.5f, 1.0f - 0x1p-10f, CA_ONE_MINUS_EPSILON};
     for (uint32_t i = 0; i < list.count; ++i) {
         for (uint32_t c = 0; c < 3 * CORNER_COSINES; ++c) {
-            const ca_vec3 wi = ca_test_direction(corner_cosine(c % CORNER_COSINES), (float)(c / CORNER_COSINES) * 1.3f);
+            const ca_vec3 wi =
+                ca_test_direction(corner_cosine(c % CORNER_COSINES), (float)(c / CORNER_COSINES) * 1.3f);
             for (uint32_t k = 0; k < 125; ++k) {
                 const ca_vec2 u = {edge[k % 5], edge[k / 5 % 5]};
                 expect_good_sample(&list.cases[i], wi, edge[k / 25], u, k & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
@@ -295,6 +334,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_samples_agree_with_evaluation),
         cmocka_unit_test(test_reverse_adjoint_and_reciprocal),
+        cmocka_unit_test(test_known_dirac_events),
         cmocka_unit_test(test_one_sided_models_are_black_below),
         cmocka_unit_test(test_corners_are_finite),
         cmocka_unit_test(test_random_inputs_are_finite),

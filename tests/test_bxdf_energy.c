@@ -1,5 +1,6 @@
-/* White furnace: how much of the light a BSDF gets it gives back, by its sampler and by quadrature of its value. Carried
- * light is counted as flux (from the light), which refraction does not scale. */
+/* White furnace: how much of the light a BSDF gets it gives back, by its sampler and by quadrature of its value.
+ * Carried light is counted as flux (from the light), which refraction does not scale. */
+#include "base/memory.h"
 #include "material/fresnel.h"
 #include "material/microfacet.h"
 #include "material/rough_transmittance.h"
@@ -166,7 +167,8 @@ static void test_rough_models_approach_smooth_ones(void **state)
         assert_true(fabsf(ca_rough_transmittance_internal_reflectance(table) - inside) < 5e-4f);
         const ca_bxdf rough[3] = {
             {.kind = CA_BXDF_ROUGH_DIELECTRIC, .as.rough_dielectric = {1.5f, white, white, facets}},
-            {.kind = CA_BXDF_ROUGH_CONDUCTOR, .as.rough_conductor = {{0.2f, 0.9f, 1.4f}, {3.9f, 2.4f, 1.6f}, white, facets}},
+            {.kind = CA_BXDF_ROUGH_CONDUCTOR,
+             .as.rough_conductor = {{0.2f, 0.9f, 1.4f}, {3.9f, 2.4f, 1.6f}, white, facets}},
             {.kind = CA_BXDF_ROUGH_PLASTIC,
              .as.rough_plastic = {white, white, 1.5f, ca_rough_transmittance_internal_reflectance(table), 0.5f, false,
                                   facets, table}}};
@@ -202,10 +204,12 @@ static void test_rough_transmittance_matches_rough_dielectric(void **state)
     static const float alpha[3] = {0.05f, 0.3f, 0.9f};
     const ca_rgb white = {1.0f, 1.0f, 1.0f};
     for (uint32_t i = 0; i < 6; ++i) {
-        const ca_microfacet facets = ca_microfacet_make((ca_microfacet_kind)(i % 2), alpha[i / 2], alpha[i / 2], true);
+        const ca_microfacet facets =
+            ca_microfacet_make((ca_microfacet_kind)(i % 2), alpha[i / 2], alpha[i / 2], true);
         ca_rough_transmittance *table = ca_rough_transmittance_create(facets.kind, facets.alpha_x, 1.49f);
         assert_non_null(table);
-        const ca_bxdf glass = {.kind = CA_BXDF_ROUGH_DIELECTRIC, .as.rough_dielectric = {1.49f, white, white, facets}};
+        const ca_bxdf glass = {.kind = CA_BXDF_ROUGH_DIELECTRIC,
+                               .as.rough_dielectric = {1.49f, white, white, facets}};
         for (float cosine = 0.02f; cosine <= 1.0f; cosine += 0.089f) {
             const furnace f =
                 sampled_albedo(&glass, ca_test_direction(cosine, 0.4f), 40, 400 + i, CA_SCATTER_TRANSMISSION);
@@ -224,6 +228,15 @@ static void test_rough_transmittance_matches_rough_dielectric(void **state)
     }
 }
 
+static void test_table_reports_lack_of_memory(void **state)
+{
+    (void)state;
+    ca_memory_fail_after(0);
+    assert_null(ca_rough_transmittance_create(CA_MICROFACET_GGX, 0.2f, 1.5f));
+    ca_memory_fail_after(-1);
+    ca_rough_transmittance_destroy(NULL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -232,6 +245,7 @@ int main(void)
         cmocka_unit_test(test_sampled_albedo_is_the_integral_of_the_value),
         cmocka_unit_test(test_rough_models_approach_smooth_ones),
         cmocka_unit_test(test_rough_transmittance_matches_rough_dielectric),
+        cmocka_unit_test(test_table_reports_lack_of_memory),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

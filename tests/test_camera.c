@@ -1,5 +1,5 @@
-/* Cameras: where film positions look, rays and splats as exact inverses with equal densities, and images that are the same
- * whether they are made of rays or of splats. */
+/* Cameras: where film positions look, rays and splats as exact inverses with equal densities, and images that are the
+ * same whether they are made of rays or of splats. */
 #include "camera/camera.h"
 
 #include "math/numeric.h"
@@ -68,7 +68,8 @@ static ca_vec2 random2(ca_test_random *random)
     return (ca_vec2){x, ca_test_random_float(random)};
 }
 
-/* ---- Geometry ----------------------------------------------------------------------------------------------------- */
+/* ---- Geometry -----------------------------------------------------------------------------------------------------
+ */
 
 static void test_orientation(void **state)
 {
@@ -109,8 +110,9 @@ static void test_field_of_view(void **state)
         ca_fov_axis axis;
         uint32_t width, height;
         double factor;
-    } cases[] = {{CA_FOV_X, 400, 300, 1.0},       {CA_FOV_Y, 400, 300, 4.0 / 3.0},      {CA_FOV_DIAGONAL, 400, 300, 0.8},
-                 {CA_FOV_SMALLER, 400, 300, 4.0 / 3.0}, {CA_FOV_LARGER, 400, 300, 1.0},  {CA_FOV_SMALLER, 300, 400, 1.0},
+    } cases[] = {{CA_FOV_X, 400, 300, 1.0},        {CA_FOV_Y, 400, 300, 4.0 / 3.0},
+                 {CA_FOV_DIAGONAL, 400, 300, 0.8}, {CA_FOV_SMALLER, 400, 300, 4.0 / 3.0},
+                 {CA_FOV_LARGER, 400, 300, 1.0},   {CA_FOV_SMALLER, 300, 400, 1.0},
                  {CA_FOV_LARGER, 300, 400, 0.75}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const double tan_half = ca_camera_tan_half_x(50.0, cases[i].axis, cases[i].width, cases[i].height);
@@ -131,8 +133,10 @@ static void test_round_trip(void **state)
             const ca_camera_ray ray = ca_camera_sample_ray(&camera, film, u_lens);
             const float t = 0.5f + 20.0f * ca_test_random_float(&random);
             ca_camera_direct direct;
-            assert_true(ca_camera_sample_direct(&camera, ca_madd(ray.origin, t, ray.direction), u_lens, 0.01f, &direct));
-            assert_true(fabsf(direct.film_position.x - film.x) < 1e-3f && fabsf(direct.film_position.y - film.y) < 1e-3f);
+            assert_true(
+                ca_camera_sample_direct(&camera, ca_madd(ray.origin, t, ray.direction), u_lens, 0.01f, &direct));
+            assert_true(fabsf(direct.film_position.x - film.x) < 1e-3f &&
+                        fabsf(direct.film_position.y - film.y) < 1e-3f);
             assert_true(fabsf(direct.pdf_position.v / ray.pdf_position.v - 1.0f) < 1e-5f);
             assert_true(fabsf(direct.pdf_direction.v / ray.pdf_direction.v - 1.0f) < 2e-5f);
             assert_true(fabsf(direct.cos_camera - ray.cos_camera) < 1e-5f);
@@ -177,9 +181,11 @@ static void test_limits(void **state)
         const ca_camera_ray ray = ca_camera_sample_ray(&camera, (ca_vec2){5.0f, 3.0f}, u);
         ca_camera_direct direct;
         for (int i = 0; i < 4; i++) {
-            const float t = (const float[4]){0.999f * ray.t_min, 1.001f * ray.t_min, 0.999f * ray.t_max, 1.001f * ray.t_max}[i];
-            assert_int_equal(ca_camera_sample_direct(&camera, ca_madd(ray.origin, t, ray.direction), u, 0.0f, &direct),
-                             i == 1 || i == 2);
+            const float t =
+                (const float[4]){0.999f * ray.t_min, 1.001f * ray.t_min, 0.999f * ray.t_max, 1.001f * ray.t_max}[i];
+            assert_int_equal(
+                ca_camera_sample_direct(&camera, ca_madd(ray.origin, t, ray.direction), u, 0.0f, &direct),
+                i == 1 || i == 2);
         }
         assert_false(ca_camera_sample_direct(&camera, ca_madd(ray.origin, -2.0f, ray.direction), u, 0.0f, &direct));
 
@@ -204,7 +210,8 @@ static void test_dirac(void **state)
     assert_true(isfinite(ca_camera_sample_ray(&closed, (ca_vec2){1, 1}, (ca_vec2){0, 0}).pdf_position.v));
 }
 
-/* ---- Densities ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ----------------------------------------------------------------------------------------------------
+ */
 
 static const ca_vec2 fixed_lens = {0.2f, 0.9f};
 
@@ -247,7 +254,8 @@ static void test_direction_density(void **state)
     }
 }
 
-/* ---- Rays against splats ------------------------------------------------------------------------------------------ */
+/* ---- Rays against splats ------------------------------------------------------------------------------------------
+ */
 
 /* A tilted square in front of the cameras that shines with a pattern, from both sides alike. */
 typedef struct wall {
@@ -332,7 +340,8 @@ static void test_rays_equal_splats(void **state)
         double worst = 0.0, total_rays = 0.0, total_splats = 0.0;
         for (uint32_t i = 0; i < PIXELS; i++) {
             const double a = rays[i].sum / RAYS, b = splats[i].sum / SPLATS;
-            const double variance = (rays[i].squares / RAYS - a * a) / RAYS + (splats[i].squares / SPLATS - b * b) / SPLATS;
+            const double variance =
+                (rays[i].squares / RAYS - a * a) / RAYS + (splats[i].squares / SPLATS - b * b) / SPLATS;
             worst = fmax(worst, fabs(a - b) / sqrt(variance + 1e-12));
             total_rays += a;
             total_splats += b;
@@ -347,10 +356,14 @@ static void test_rays_equal_splats(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_orientation),         cmocka_unit_test(test_field_of_view),
-        cmocka_unit_test(test_round_trip),          cmocka_unit_test(test_round_trip_far_away),
-        cmocka_unit_test(test_limits),              cmocka_unit_test(test_dirac),
-        cmocka_unit_test(test_direction_density),   cmocka_unit_test(test_rays_equal_splats),
+        cmocka_unit_test(test_orientation),
+        cmocka_unit_test(test_field_of_view),
+        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_round_trip_far_away),
+        cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_dirac),
+        cmocka_unit_test(test_direction_density),
+        cmocka_unit_test(test_rays_equal_splats),
     };
     return cmocka_run_group_tests_name("camera", tests, NULL, NULL);
 }

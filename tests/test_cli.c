@@ -1,106 +1,8 @@
-/* The program from outside: exit statuses, messages, files, signals, the progress line. */
-#define _GNU_SOURCE
-#include "support/run_program.h"
+/* The program from outside: exit statuses, messages, files. */
+#include "support/program_test.h"
 
-#include <fcntl.h>
-#include <math.h>
-#include <pty.h>
-#include <setjmp.h>
-#include <signal.h>
-#include <stdarg.h>
-#include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/ioctl.h>
-#include <time.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-#include <jansson.h>
-
-/* A sphere of a given albedo in light of radiance 1 from everywhere. */
-static const char scene_text[] =
-    "<scene version=\"3.0.0\">\n"
-    "  <default name=\"albedo\" value=\"0.5\"/>\n"
-    "  <integrator type=\"path\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n"
-    "  <sensor type=\"perspective\">\n"
-    "    <float name=\"fov\" value=\"20\"/>\n"
-    "    <transform name=\"to_world\"><lookat origin=\"0,0,9\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n"
-    "    <sampler type=\"independent\"><integer name=\"sample_count\" value=\"4\"/></sampler>\n"
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"24\"/><integer name=\"height\" value=\"16\"/></film>\n"
-    "  </sensor>\n"
-    "  <shape type=\"sphere\"><float name=\"radius\" value=\"3\"/>\n"
-    "    <bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"$albedo\"/></bsdf></shape>\n"
-    "  <emitter type=\"constant\"><rgb name=\"radiance\" value=\"1\"/></emitter>\n"
-    "</scene>\n";
-
-#define RUN(result, ...) ca_program_run(folder_of(state), (const char *const[]){__VA_ARGS__, NULL}, result)
-
-static char *folder_of(void **state) { return *state; }
-
-static void write_text(const char *folder, const char *name, const char *text)
-{
-    char path[256];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(text, 1, strlen(text), file), strlen(text));
-    assert_int_equal(fclose(file), 0);
-}
-
-static bool exists(const char *folder, const char *name)
-{
-    char path[256];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return access(path, F_OK) == 0;
-}
-
-static int set_up(void **state)
-{
-    if (!ca_program_path()) {
-        print_message("SKIPPED: no program caustica: set CAUSTICA_PROGRAM or build the target caustica\n");
-        skip();
-    }
-    *state = ca_program_folder_create();
-    write_text(*state, "ball.xml", scene_text);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    if (*state) ca_program_folder_remove(*state);
-    return 0;
-}
-
-static void assert_says(const char *text, const char *words)
-{
-    if (!strstr(text, words)) fail_msg("\"%s\" is not said in:\n%s", words, text);
-}
-
-static void assert_exit(const ca_program_result *result, int expected)
-{
-    if (result->exit_status != expected)
-        fail_msg("exit status %d (signal %d) instead of %d:\n%s%s", result->exit_status, result->signal, expected,
-                 result->output, result->errors);
-}
-
-static json_t *load_json(const char *folder, const char *name)
-{
-    char path[256];
-    json_error_t error;
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    json_t *root = json_load_file(path, 0, &error);
-    if (!root) fail_msg("%s: %s", name, error.text);
-    return root;
-}
-
-static double json_number(const json_t *object, const char *key)
-{
-    const json_t *value = json_object_get(object, key);
-    if (!json_is_number(value)) fail_msg("no number \"%s\"", key);
-    return json_number_value(value);
-}
+#include <sys/wait.h>
 
 /* ---- Words ------------------------------------------------------------------------------------------------------ */
 
@@ -182,7 +84,7 @@ static void test_wrong_usage(void **state)
         assert_says(r.errors, usage_cases[i].says);
         assert_says(r.errors, "--help");
         assert_string_equal(r.output, "");
-        assert_false(exists(*state, "ball.exr"));
+        assert_false(exists(folder_of(state), "ball.exr"));
     }
 }
 
@@ -194,7 +96,7 @@ static void test_failures_of_the_world(void **state)
     RUN(&r, "render", "nowhere.xml");
     assert_exit(&r, 1);
     assert_says(r.errors, "nowhere.xml");
-    assert_false(exists(*state, "nowhere.exr"));
+    assert_false(exists(folder_of(state), "nowhere.exr"));
 
     /* Found before the scene is looked at, let alone rendered. */
     RUN(&r, "render", "nowhere.xml", "-o", "no/such/folder.exr");
@@ -203,9 +105,9 @@ static void test_failures_of_the_world(void **state)
     RUN(&r, "render", "nowhere.xml", "-o", "a.exr", "--stats", "no/such/folder.json");
     assert_exit(&r, 1);
     assert_says(r.errors, "no/such/folder.json");
-    assert_false(exists(*state, "a.exr"));
+    assert_false(exists(folder_of(state), "a.exr"));
 
-    write_text(*state, "odd.xml", "<scene version=\"3.0.0\">\n  <shape type=\"sphear\"/>\n</scene>\n");
+    write_text(folder_of(state), "odd.xml", "<scene version=\"3.0.0\">\n  <shape type=\"sphear\"/>\n</scene>\n");
     RUN(&r, "info", "odd.xml");
     assert_exit(&r, 1);
     assert_says(r.errors, "odd.xml:2:");
@@ -217,9 +119,8 @@ static void test_failures_of_the_world(void **state)
 
 static void test_full_disk_of_standard_output(void **state)
 {
-    (void)state;
     char command[1024];
-    snprintf(command, sizeof command, "'%s' --help > /dev/full 2> /dev/null", ca_program_path());
+    snprintf(command, sizeof command, "'%s' --help > /dev/full 2> /dev/null", ((const ca_program *)*state)->path);
     const int status = system(command);
     assert_true(WIFEXITED(status));
     assert_int_equal(WEXITSTATUS(status), 1);
@@ -232,7 +133,7 @@ static void test_default_outputs(void **state)
     ca_program_result r;
     RUN(&r, "render", "ball.xml");
     assert_exit(&r, 0);
-    assert_true(exists(*state, "ball.exr") && exists(*state, "ball.png"));
+    assert_true(exists(folder_of(state), "ball.exr") && exists(folder_of(state), "ball.png"));
     assert_says(r.output, "24 x 16 pixels, 4 samples per pixel");
     assert_says(r.output, "wrote ball.exr\nwrote ball.png\n");
     assert_string_equal(r.errors, ""); /* no progress line without a terminal */
@@ -246,8 +147,8 @@ static void test_statistics_and_quiet(void **state)
     assert_exit(&r, 0);
     assert_string_equal(r.output, "");
     assert_string_equal(r.errors, "");
-    assert_true(exists(*state, "a.pfm") && exists(*state, "a.exr"));
-    json_t *stats = load_json(*state, "a.json");
+    assert_true(exists(folder_of(state), "a.pfm") && exists(folder_of(state), "a.exr"));
+    json_t *stats = load_json(folder_of(state), "a.json");
     static const char *const keys[] = {"seconds",        "rays",   "shadow_rays",       "photons",
                                        "photons_tested", "merges", "peak_memory_bytes", "mean_standard_deviation",
                                        "light_paths"};
@@ -268,7 +169,7 @@ static void test_file_of_crop_and_resolution(void **state)
         "--sampler=sobol", "--threads=2", "--max-depth", "-1", "--memory", "100", "-i", "path:rr_depth=3");
     assert_exit(&r, 0);
     char path[256];
-    snprintf(path, sizeof path, "%s/a.pfm", (char *)*state);
+    snprintf(path, sizeof path, "%s/a.pfm", folder_of(state));
     FILE *file = fopen(path, "rb");
     assert_non_null(file);
     assert_int_equal(fread(header, 1, 8, file), 8);
@@ -283,12 +184,12 @@ static void test_ends_by_noise_and_time(void **state)
     ca_program_result r;
     RUN(&r, "render", "ball.xml", "-o", "a.pfm", "--noise", "5", "--stats", "a.json");
     assert_exit(&r, 0);
-    json_t *stats = load_json(*state, "a.json");
+    json_t *stats = load_json(folder_of(state), "a.json");
     assert_true(json_number(stats, "noise_percent") < 5.0);
     json_decref(stats);
     RUN(&r, "render", "ball.xml", "-o", "a.pfm", "--time", "0.2", "--stats", "a.json");
     assert_exit(&r, 0);
-    stats = load_json(*state, "a.json");
+    stats = load_json(folder_of(state), "a.json");
     assert_true(json_number(stats, "seconds") >= 0.2);
     assert_true(json_number(stats, "seconds") < 20.0);
     json_decref(stats);
@@ -311,7 +212,7 @@ static void test_compare(void **state)
     assert_exit(&r, 0);
     assert_says(r.output, "blocks that differ  0 of 6");
     assert_says(r.output, "would detect");
-    json_t *root = load_json(*state, "a.json");
+    json_t *root = load_json(folder_of(state), "a.json");
     const json_t *images = json_object_get(root, "images");
     assert_int_equal(json_array_size(images), 3);
     const json_t *a = json_array_get(images, 0), *b = json_array_get(images, 1), *c = json_array_get(images, 2);
@@ -370,124 +271,27 @@ static void test_bundled_scenes(void **state)
         RUN(&r, "render", path, "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats", "a.json");
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
-        json_t *stats = load_json(*state, "a.json");
+        json_t *stats = load_json(folder_of(state), "a.json");
         assert_true(json_number(stats, "mean_luminance") > 0.01);
         json_decref(stats);
     }
 }
 
-/* ---- Terminal and signals --------------------------------------------------------------------------------------- */
-
-static void wait_milliseconds(long milliseconds)
-{
-    nanosleep(&(struct timespec){.tv_sec = milliseconds / 1000, .tv_nsec = milliseconds % 1000 * 1000000}, NULL);
-}
-
-static void test_signal_ends_with_an_image(void **state)
-{
-    ca_program_result r;
-    const pid_t process = ca_program_start(
-        *state, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--time", "120", "--stats=a.json", NULL}, -1);
-    wait_milliseconds(1000);
-    kill(process, SIGINT);
-    ca_program_finish(*state, process, &r);
-    assert_exit(&r, 0);
-    assert_says(r.errors, "finishing this pass");
-    assert_says(r.output, "ended early by a signal");
-    assert_true(exists(*state, "a.pfm"));
-    json_t *stats = load_json(*state, "a.json");
-    assert_true(json_is_true(json_object_get(stats, "interrupted")));
-    assert_true(json_number(stats, "seconds") < 60.0);
-    json_decref(stats);
-}
-
-static void test_second_signal_kills(void **state)
-{
-    ca_program_result r;
-    /* One pass of this takes longer than the pause between the signals. */
-    const pid_t process = ca_program_start(
-        *state,
-        (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--resolution=6000x6000", "--threads=1", NULL}, -1);
-    wait_milliseconds(1000);
-    kill(process, SIGINT);
-    wait_milliseconds(50);
-    kill(process, SIGTERM);
-    ca_program_finish(*state, process, &r);
-    assert_int_equal(r.signal, SIGTERM);
-    assert_false(exists(*state, "a.pfm"));
-}
-
-/* Everything the program writes to a terminal of this width. */
-static size_t read_terminal(const char *folder, unsigned short columns, char *text, size_t size)
-{
-    int master, slave;
-    const struct winsize window = {.ws_row = 24, .ws_col = columns};
-    assert_int_equal(openpty(&master, &slave, NULL, NULL, &window), 0);
-    const pid_t process = ca_program_start(
-        folder, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--time", "1", NULL}, slave);
-    close(slave);
-    size_t length = 0;
-    for (ssize_t got; length + 1 < size && (got = read(master, text + length, size - 1 - length)) > 0;)
-        length += (size_t)got;
-    text[length] = '\0';
-    close(master);
-    ca_program_result r;
-    ca_program_finish(folder, process, &r);
-    assert_exit(&r, 0);
-    return length;
-}
-
-static void test_progress_line(void **state)
-{
-    static char text[1 << 16];
-    static const unsigned short widths[] = {100, 40, 12, 3};
-    for (size_t i = 0; i < sizeof widths / sizeof widths[0]; i++) {
-        const size_t length = read_terminal(*state, widths[i], text, sizeof text);
-        assert_true(length > 0);
-        assert_null(strchr(text, '\n'));
-        size_t longest = 0;
-        for (char *line = text; *line;) {
-            line += strspn(line, "\r");
-            const size_t shown = strcspn(line, "\r\033");
-            longest = shown > longest ? shown : longest;
-            line += shown;
-            line += strcspn(line, "\r");
-        }
-        if (longest >= widths[i]) fail_msg("%zu columns on a terminal of %u", longest, widths[i]);
-        if (widths[i] >= 40) {
-            assert_true(longest > 20);
-            assert_says(text, "left");
-            assert_says(text, "pass");
-        }
-        if (widths[i] == 100) {
-            assert_says(text, "[");
-            assert_says(text, "noise");
-        }
-        /* Gone at the end. */
-        assert_true(length >= 4 && strcmp(text + length - 4, "\r\033[K") == 0);
-    }
-}
-
-#define CLI_TEST(function) cmocka_unit_test_setup_teardown(function, set_up, tear_down)
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        CLI_TEST(test_help_and_version),
-        CLI_TEST(test_wrong_usage),
-        CLI_TEST(test_failures_of_the_world),
-        CLI_TEST(test_full_disk_of_standard_output),
-        CLI_TEST(test_default_outputs),
-        CLI_TEST(test_statistics_and_quiet),
-        CLI_TEST(test_file_of_crop_and_resolution),
-        CLI_TEST(test_ends_by_noise_and_time),
-        CLI_TEST(test_compare),
-        CLI_TEST(test_compare_sizes),
-        CLI_TEST(test_info),
-        CLI_TEST(test_bundled_scenes),
-        CLI_TEST(test_signal_ends_with_an_image),
-        CLI_TEST(test_second_signal_kills),
-        CLI_TEST(test_progress_line),
+        PROGRAM_TEST(test_help_and_version),
+        PROGRAM_TEST(test_wrong_usage),
+        PROGRAM_TEST(test_failures_of_the_world),
+        PROGRAM_TEST(test_full_disk_of_standard_output),
+        PROGRAM_TEST(test_default_outputs),
+        PROGRAM_TEST(test_statistics_and_quiet),
+        PROGRAM_TEST(test_file_of_crop_and_resolution),
+        PROGRAM_TEST(test_ends_by_noise_and_time),
+        PROGRAM_TEST(test_compare),
+        PROGRAM_TEST(test_compare_sizes),
+        PROGRAM_TEST(test_info),
+        PROGRAM_TEST(test_bundled_scenes),
     };
-    return cmocka_run_group_tests_name("command line", tests, NULL, NULL);
+    return run_program_tests("command line", tests, sizeof tests / sizeof tests[0]);
 }

@@ -40,7 +40,8 @@ static void test_frequencies(void **state)
     }
     for (int i = 0; i < COUNT; i++) {
         expected[i] = DRAWS * (double)weights[i] / d.sum;
-        assert_true(fabs((double)ca_distribution_1d_probability(&d, (uint32_t)i) - (double)weights[i] / d.sum) < 1.3e-7);
+        assert_true(fabs((double)ca_distribution_1d_probability(&d, (uint32_t)i) - (double)weights[i] / d.sum) <
+                    1.3e-7);
     }
     for (int i = 0; i < 16; i++) even[i] = DRAWS / 16.0;
     assert_true(ca_chi_square_counts(observed, expected, COUNT, NULL, NULL) > 0.005);
@@ -49,25 +50,46 @@ static void test_frequencies(void **state)
 }
 
 /* Every multiple of 2^-24 near the ends of bins falls into the bin that holds it, whatever the guide says. */
+static void check_ends_of_bins(const ca_distribution_1d *d)
+{
+    for (uint32_t bin = 0; bin < d->count; bin++)
+        for (int step = -1; step <= 1; step++) {
+            const float u = ca_clamp(d->cumulative[bin] + (float)step * 0x1p-24f, 0.0f, CA_ONE_MINUS_EPSILON);
+            float probability;
+            const uint32_t found = ca_distribution_1d_sample(d, u, &probability, NULL);
+            assert_true(d->cumulative[found] <= u && u < d->cumulative[found + 1]);
+            assert_true(probability > 0.0f);
+        }
+}
+
 static void test_inversion(void **state)
 {
     (void)state;
     for (uint32_t count = 1; count < 3000; count = count * 2 + 1) {
         float weights[3000];
         ca_test_random random = ca_test_random_seed(count);
-        for (uint32_t i = 0; i < count; i++) weights[i] = (i % 5 == 2) ? 0.0f : powf(ca_test_random_float(&random), 8.0f);
+        for (uint32_t i = 0; i < count; i++)
+            weights[i] = (i % 5 == 2) ? 0.0f : powf(ca_test_random_float(&random), 8.0f);
         weights[count / 2] = 1.0f;
         ca_distribution_1d d = make(weights, count);
-        for (uint32_t bin = 0; bin < count; bin++)
-            for (int step = -1; step <= 1; step++) {
-                const float u = ca_clamp(d.cumulative[bin] + (float)step * 0x1p-24f, 0.0f, CA_ONE_MINUS_EPSILON);
-                float probability;
-                const uint32_t found = ca_distribution_1d_sample(&d, u, &probability, NULL);
-                assert_true(d.cumulative[found] <= u && u < d.cumulative[found + 1]);
-                assert_true(probability > 0.0f);
-            }
+        check_ends_of_bins(&d);
         ca_distribution_1d_destroy(&d);
     }
+}
+
+/* Equal bins end where the guide's slots do: there the slot of u is a matter of rounding. */
+static void test_inversion_of_equal_bins(void **state)
+{
+    (void)state;
+    enum { LARGEST = 99999 };
+    float *weights = ca_alloc(LARGEST, sizeof *weights);
+    for (uint32_t i = 0; i < LARGEST; i++) weights[i] = 0.3f;
+    for (uint32_t count = 7; count <= LARGEST; count = count * 11 / 2) {
+        ca_distribution_1d d = make(weights, count);
+        check_ends_of_bins(&d);
+        ca_distribution_1d_destroy(&d);
+    }
+    ca_free(weights);
 }
 
 static void test_small_weights_survive(void **state)
@@ -140,8 +162,11 @@ static void test_allocation_failures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_frequencies),    cmocka_unit_test(test_inversion),
-        cmocka_unit_test(test_small_weights_survive), cmocka_unit_test(test_two_dimensions),
+        cmocka_unit_test(test_frequencies),
+        cmocka_unit_test(test_inversion),
+        cmocka_unit_test(test_inversion_of_equal_bins),
+        cmocka_unit_test(test_small_weights_survive),
+        cmocka_unit_test(test_two_dimensions),
         cmocka_unit_test(test_allocation_failures),
     };
     return cmocka_run_group_tests_name("distribution", tests, NULL, NULL);

@@ -131,8 +131,8 @@ static void test_histogram(void **state)
             const double exact = integrate(&filter, from, to, false);
             assert_true(fabs(weighted[i] / COUNT - exact) < 5.0 * total * sqrt(expected[i] + 20.0) / COUNT);
         }
-        /* |f| is sampled up to its curvature between the table's nodes: where it has kinks (at its zeros) a bin may be
-         * off by a percent, so only filters without are held to the chi-square. */
+        /* |f| is sampled up to its curvature between the table's nodes: where it has kinks (at its zeros) a bin may
+         * be off by a percent, so only filters without are held to the chi-square. */
         if (kind <= CA_RFILTER_GAUSSIAN) {
             const double p = ca_chi_square_counts(observed, expected, BINS, NULL, NULL);
             if (p < ca_sidak_level(0.01, 3)) fail_msg("%s: p = %g", ca_filter_name(filter.kind), p);

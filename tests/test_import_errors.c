@@ -1,4 +1,5 @@
-/* Every kind of mistake in a scene is an error that names its place, and the nearest known name where a name is wrong. */
+/* Every kind of mistake in a scene is an error that names its place, and the nearest known name where a name is
+ * wrong. */
 #include "support/import_text.h"
 
 #include <stdio.h>
@@ -131,7 +132,8 @@ static void wrong_structure(void **state)
          "2:26: a second <integrator>; the first is at line 2"},
         {SCENE("<film type=\"hdrfilm\"/>"), "2:1: <film> has no meaning directly inside <scene>"},
         {SCENE("<translate x=\"1\"/>"), "2:1: <translate> cannot stand inside <scene>"},
-        {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><float name=\"x\" value=\"1\"/></transform></shape>"),
+        {SCENE(
+             "<shape type=\"cube\"><transform name=\"to_world\"><float name=\"x\" value=\"1\"/></transform></shape>"),
          "2:47: <float> cannot stand inside <transform>"},
         {SCENE("<shape type=\"cube\"><float name=\"x\" value=\"1\"><float name=\"y\" value=\"1\"/></float></shape>"),
          "2:46: <float> cannot stand inside <float>"},
@@ -159,8 +161,7 @@ static void wrong_structure(void **state)
          "2:1: parameter \"weight\" of blendbsdf is missing"},
         {SCENE("<bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf>"), "2:1: bumpmap needs a nested <texture>"},
         {SCENE("<bsdf type=\"twosided\" id=\"a\">\n<ref id=\"a\"/></bsdf>"), "2:1: this <bsdf> refers to itself"},
-        {SCENE("<alias id=\"a\" as=\"b\"/><alias id=\"b\" as=\"a\"/>"),
-         "2:24: <alias>: \"b\" leads to no object"},
+        {SCENE("<alias id=\"a\" as=\"b\"/><alias id=\"b\" as=\"a\"/>"), "2:23: <alias>: \"b\" leads to no object"},
         {SCENE("<bsdf type=\"conductor\"><string name=\"material\" value=\"Ag\"/><rgb name=\"eta\" "
                "value=\"1\"/></bsdf>"),
          "2:24: parameter \"material\" of conductor excludes eta and k"},
@@ -208,7 +209,8 @@ static void wrong_sensors(void **state)
          "3:22: parameter \"crop_width\" of hdrfilm is 769, and must lie in [1, 768]"},
         {SENSOR("perspective", "<film type=\"hdrfilm\"/><film type=\"hdrfilm\"/>"),
          "3:23: a sensor has one film, and this is a second"},
-        {SENSOR("perspective", "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"0\"/></sampler>"),
+        {SENSOR("perspective",
+                "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"0\"/></sampler>"),
          "3:29: parameter \"sample_count\" of independent is 0, and must lie in [1, 2147483647]"},
     };
     EXPECT_ALL(mistakes);

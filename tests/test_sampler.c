@@ -1,5 +1,5 @@
-/* Samplers: independent numbers look random along every axis of their address; Sobol' points are nets in every group of
- * dimensions, independent between groups and pixels, and integrate smooth functions faster than chance. */
+/* Samplers: independent numbers look random along every axis of their address; Sobol' points are nets in every group
+ * of dimensions, independent between groups and pixels, and integrate smooth functions faster than chance. */
 #include "sampling/sampler.h"
 #include "support/chi_square.h"
 
@@ -39,20 +39,24 @@ static address along(address start, int axis, uint64_t n)
     return start;
 }
 
-static const address starts[] = {{0, 0, 0, 0}, {1, 1920 * 540 + 960, 63, 9}, {0xdeadbeefcafef00du, 1u << 31, 1u << 20, 800}};
+static const address starts[] = {
+    {0, 0, 0, 0}, {1, 1920 * 540 + 960, 63, 9}, {0xdeadbeefcafef00du, 1u << 31, 1u << 20, 800}};
 enum { START_COUNT = sizeof starts / sizeof starts[0] };
 
-/* ---- Independent -------------------------------------------------------------------------------------------------- */
+/* ---- Independent --------------------------------------------------------------------------------------------------
+ */
 
 /* Counts of (value at n, value at n + lag, value at n + 2 lag) in boxes. */
-static double boxes_p_value(address start, int axis, uint64_t lag, uint32_t sides, uint32_t dimensions, uint32_t count)
+static double boxes_p_value(address start, int axis, uint64_t lag, uint32_t sides, uint32_t dimensions,
+                            uint32_t count)
 {
     const uint32_t boxes = dimensions == 1 ? sides : dimensions == 2 ? sides * sides : sides * sides * sides;
     double *observed = calloc(boxes, sizeof *observed), *expected = calloc(boxes, sizeof *expected);
     for (uint32_t n = 0; n < count; n++) {
         uint32_t box = 0;
         for (uint32_t k = 0; k < dimensions; k++) {
-            const float u = number(CA_SAMPLER_INDEPENDENT, along(start, axis, (uint64_t)n * (lag + 1) * dimensions + k * lag));
+            const float u =
+                number(CA_SAMPLER_INDEPENDENT, along(start, axis, (uint64_t)n * (lag + 1) * dimensions + k * lag));
             box = box * sides + (uint32_t)(u * (float)sides);
         }
         observed[box] += 1.0;
@@ -70,7 +74,8 @@ static void test_independent_uniform(void **state)
     static const struct {
         uint32_t dimensions, sides;
         uint64_t lag;
-    } cases[] = {{1, 1024, 1}, {2, 32, 1}, {2, 32, 2}, {2, 32, 8}, {2, 32, 64}, {2, 32, 1920}, {3, 10, 1}, {3, 10, 8}};
+    } cases[] = {{1, 1024, 1}, {2, 32, 1},    {2, 32, 2}, {2, 32, 8},
+                 {2, 32, 64},  {2, 32, 1920}, {3, 10, 1}, {3, 10, 8}};
     const uint32_t case_count = sizeof cases / sizeof cases[0];
     const double level = ca_sidak_level(0.01, case_count * AXIS_COUNT * START_COUNT);
     for (uint32_t c = 0; c < case_count; c++)
@@ -95,7 +100,8 @@ static void test_independent_two_axes(void **state)
             double observed[BINS] = {0}, expected[BINS];
             for (uint32_t i = 0; i < SIDE; i++)
                 for (uint32_t j = 0; j < SIDE; j++) {
-                    const address at = along(along(starts[0], a, a == b ? 2 * SIDE * i : 2 * i), b, a == b ? 2 * j : j);
+                    const address at =
+                        along(along(starts[0], a, a == b ? 2 * SIDE * i : 2 * i), b, a == b ? 2 * j : j);
                     const uint32_t u = (uint32_t)(number(CA_SAMPLER_INDEPENDENT, at) * 32.0f);
                     const uint32_t v = (uint32_t)(number(CA_SAMPLER_INDEPENDENT, along(at, a, 1)) * 32.0f);
                     observed[u * 32 + v] += 1.0;
@@ -117,9 +123,11 @@ static void test_independent_correlations_and_bits(void **state)
             for (uint32_t n = 0; n < COUNT; n++) u[n] = number(CA_SAMPLER_INDEPENDENT, along(starts[s], axis, n));
             for (uint32_t k = 0; k < sizeof lags / sizeof lags[0]; k++) {
                 double sum = 0.0;
-                for (uint32_t n = 0; n + lags[k] < COUNT; n++) sum += ((double)u[n] - 0.5) * ((double)u[n + lags[k]] - 0.5);
+                for (uint32_t n = 0; n + lags[k] < COUNT; n++)
+                    sum += ((double)u[n] - 0.5) * ((double)u[n + lags[k]] - 0.5);
                 const double z = 12.0 * sum / sqrt(COUNT - lags[k]);
-                if (fabs(z) > 5.0) fail_msg("lag %u along %s: correlation of %.1f sigma", lags[k], axis_names[axis], z);
+                if (fabs(z) > 5.0)
+                    fail_msg("lag %u along %s: correlation of %.1f sigma", lags[k], axis_names[axis], z);
             }
             for (uint32_t bit = 0; bit < 24; bit++) {
                 uint32_t ones = 0;
@@ -131,7 +139,8 @@ static void test_independent_correlations_and_bits(void **state)
     free(u);
 }
 
-/* ---- Sobol' ------------------------------------------------------------------------------------------------------- */
+/* ---- Sobol' -------------------------------------------------------------------------------------------------------
+ */
 
 /* Smallest t for which 2^m points, from index `first` on, have 2^t points in each box of 2^-k by 2^(t-m+k). */
 static uint32_t net_quality(uint64_t sequence, uint32_t first, uint32_t m, uint32_t dim_x, uint32_t dim_y)
@@ -160,8 +169,8 @@ static uint32_t net_quality(uint64_t sequence, uint32_t first, uint32_t m, uint3
 static void test_sobol_nets(void **state)
 {
     (void)state;
-    /* t of each pair of a group's dimensions: polynomials of degrees 0 (van der Corput), 1, 2, 3 bound it by the sum of
-     * degrees less one each; these are the values that Joe and Kuo's numbers reach. */
+    /* t of each pair of a group's dimensions: polynomials of degrees 0 (van der Corput), 1, 2, 3 bound it by the sum
+     * of degrees less one each; these are the values that Joe and Kuo's numbers reach. */
     static const struct {
         uint32_t x, y, t;
     } pairs[] = {{0, 1, 0}, {2, 3, 2}, {0, 2, 1}, {0, 3, 2}, {1, 2, 1}, {1, 3, 2}};
@@ -189,7 +198,8 @@ static void test_sobol_one_dimension(void **state)
         }
 }
 
-/* Any single number, over pixels, is uniform; the same number of two groups, two pixels or two seeds is independent. */
+/* Any single number, over pixels, is uniform; the same number of two groups, two pixels or two seeds is independent.
+ */
 static void test_sobol_independence(void **state)
 {
     (void)state;
@@ -208,12 +218,14 @@ static void test_sobol_independence(void **state)
             }
             for (uint32_t i = 0; i < BINS; i++) expected[i] = (double)COUNT / BINS;
             const double p = ca_chi_square_counts(observed, expected, BINS, NULL, NULL);
-            if (p < ca_sidak_level(0.01, 12)) fail_msg("dimension %u along %s: p = %g", dimension, axis_names[axes[k]], p);
+            if (p < ca_sidak_level(0.01, 12))
+                fail_msg("dimension %u along %s: p = %g", dimension, axis_names[axes[k]], p);
         }
 }
 
 /* Root mean square error over pixels of a product of one-dimensional functions of mean 1. */
-static double integration_error(ca_sampler_kind kind, const uint32_t *dimensions, uint32_t dimension_count, uint32_t n)
+static double integration_error(ca_sampler_kind kind, const uint32_t *dimensions, uint32_t dimension_count,
+                                uint32_t n)
 {
     enum { PIXELS = 200 };
     double squares = 0.0;
@@ -253,7 +265,8 @@ static void test_integration_error(void **state)
     assert_true(pad_1024 < mc_1024);
 }
 
-/* ---- Both --------------------------------------------------------------------------------------------------------- */
+/* ---- Both ---------------------------------------------------------------------------------------------------------
+ */
 
 static void test_pairs_and_range(void **state)
 {

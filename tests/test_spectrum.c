@@ -39,8 +39,8 @@ static void constant_emission_has_luminance_one(void **state)
     assert_rgb(rgb, 1.2048, 0.9484, 0.9089, 1e-3);
 }
 
-/* A line at 555 nm emits about 683/106.857 of the luminance that the same power does when it is spread evenly, and has
- * the chromaticity of the spectral locus there, (0.3373, 0.6589) by CIE's tables. */
+/* A line at 555 nm emits about 683/106.857 of the luminance that the same power does when it is spread evenly, and
+ * has the chromaticity of the spectral locus there, (0.3373, 0.6589) by CIE's tables. */
 static void narrow_line_is_not_missed(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* Warps: each has the density it claims, keeps to its domain at the corners of the unit square, and sin and cos are right. */
+/* Warps: each has the density it claims, keeps to its domain at the corners of the unit square, and sin and cos are
+ * right. */
 #include "sampling/warp.h"
 #include "support/chi_square.h"
 #include "support/test_random.h"
@@ -31,7 +32,8 @@ static void test_sincos(void **state)
     assert_true(s == 0.0f && c == 1.0f);
 }
 
-/* ---- Densities ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ----------------------------------------------------------------------------------------------------
+ */
 
 static bool draw_cosine(const void *context, const float u[3], ca_vec3 *direction)
 {
@@ -101,7 +103,8 @@ static void test_tiny_cone(void **state)
     assert_true(fabs(sum / 10000 - 0.5) < 0.02);
 }
 
-/* Counts of points of a plane figure over a grid of cells that have equal area in polar or barycentric coordinates. */
+/* Counts of points of a plane figure over a grid of cells that have equal area in polar or barycentric coordinates.
+ */
 static void check_counts(const double *observed, uint32_t cells, double total, const char *what)
 {
     double *expected = malloc(cells * sizeof *expected);
@@ -122,7 +125,8 @@ static void test_disk(void **state)
         const ca_vec2 d = ca_warp_disk((ca_vec2){ca_test_random_float(&random), ca_test_random_float(&random)});
         const float r2 = d.x * d.x + d.y * d.y, turn = atan2f(d.y, d.x) * CA_INV_TWO_PI + 0.5f;
         assert_true(r2 <= 1.0f + 2e-7f);
-        observed[ca_min_u32((uint32_t)(r2 * SIDE), SIDE - 1) * SIDE + ca_min_u32((uint32_t)(turn * SIDE), SIDE - 1)]++;
+        observed[ca_min_u32((uint32_t)(r2 * SIDE), SIDE - 1) * SIDE +
+                 ca_min_u32((uint32_t)(turn * SIDE), SIDE - 1)]++;
     }
     check_counts(observed, SIDE * SIDE, POINTS, "disk");
 }
@@ -138,7 +142,8 @@ static void test_triangle(void **state)
         assert_true(b.x >= 0.0f && b.y >= 0.0f && b.x + b.y <= 1.0f);
         const float rest = 1.0f - b.y; /* b0 + b1 */
         const float area = rest * rest, along = rest > 0.0f ? b.x / rest : 0.0f;
-        observed[ca_min_u32((uint32_t)(area * SIDE), SIDE - 1) * SIDE + ca_min_u32((uint32_t)(along * SIDE), SIDE - 1)]++;
+        observed[ca_min_u32((uint32_t)(area * SIDE), SIDE - 1) * SIDE +
+                 ca_min_u32((uint32_t)(along * SIDE), SIDE - 1)]++;
     }
     check_counts(observed, SIDE * SIDE, POINTS, "triangle");
 }

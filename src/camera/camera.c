@@ -59,9 +59,9 @@ static ca_vec2 plane_to_film(const ca_camera *camera, ca_vec2 plane)
     return (ca_vec2){(camera->left - plane.x) / camera->pixel_width, (camera->top - plane.y) / camera->pixel_height};
 }
 
-/* Densities of a ray that leaves with `cos_camera`. A pixel covers pixel_width pixel_height on the plane z = 1, at the
- * distance 1/cos and tilted by cos: area cos^3 steradians. On a lens the same holds for its image in the plane of focus,
- * larger by focus_distance^2 and farther by as much. */
+/* Densities of a ray that leaves with `cos_camera`. A pixel covers pixel_width pixel_height on the plane z = 1, at
+ * the distance 1/cos and tilted by cos: area cos^3 steradians. On a lens the same holds for its image in the plane of
+ * focus, larger by focus_distance^2 and farther by as much. */
 static ca_pdf_solid_angle pixel_pdf(const ca_camera *camera, float cos_camera)
 {
     const float area = camera->pixel_width * camera->pixel_height;
@@ -76,7 +76,8 @@ static ca_pdf_area position_pdf(const ca_camera *camera)
     return (ca_pdf_area){CA_INV_PI / ca_sqr(camera->lens_radius)};
 }
 
-/* ---- Rays --------------------------------------------------------------------------------------------------------- */
+/* ---- Rays ---------------------------------------------------------------------------------------------------------
+ */
 
 static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
 {
@@ -122,7 +123,8 @@ ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_positio
                            .cos_camera = cos_camera};
 }
 
-/* ---- Splats ------------------------------------------------------------------------------------------------------- */
+/* ---- Splats -------------------------------------------------------------------------------------------------------
+ */
 
 static bool on_film(const ca_camera *camera, ca_vec2 film, float margin)
 {
@@ -130,8 +132,8 @@ static bool on_film(const ca_camera *camera, ca_vec2 film, float margin)
            film.y <= (float)camera->height + margin;
 }
 
-/* A world point in camera space. The camera's place is taken off first: mapping coordinates far from the world's origin
- * would lose the digits that tell pixels apart. */
+/* A world point in camera space. The camera's place is taken off first: mapping coordinates far from the world's
+ * origin would lose the digits that tell pixels apart. */
 static ca_vec3 to_camera_space(const ca_camera *camera, ca_vec3 world)
 {
     return ca_map_vector(camera->map.from, ca_sub(world, column(camera, 3)));

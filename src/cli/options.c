@@ -200,6 +200,10 @@ void ca_options_print(const ca_option_table *table, FILE *stream)
         int used = option->letter ? fprintf(stream, "  -%c, --%s", option->letter, option->name)
                                   : fprintf(stream, "      --%s", option->name);
         if (option->argument) used += fprintf(stream, " %s", option->argument);
-        fprintf(stream, "%*s%s\n", used < COLUMN - 2 ? COLUMN - used : 2, "", option->help);
+        if (used > COLUMN - 2) {
+            fprintf(stream, "\n");
+            used = 0;
+        }
+        fprintf(stream, "%*s%s\n", COLUMN - used, "", option->help);
     }
 }

@@ -3,7 +3,8 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* ---- By area ------------------------------------------------------------------------------------------------------ */
+/* ---- By area ------------------------------------------------------------------------------------------------------
+ */
 
 static ca_vec3 load3(const float *values, uint32_t index)
 {
@@ -17,8 +18,8 @@ static ca_vec3 interpolate3(const float *values, const uint32_t index[3], float 
                    load3(values, index[2]));
 }
 
-/* A point of a triangle, as ca_accel_surface makes it from a hit. Its position is a sum of three products, each coordinate
- * within seven roundings of the largest corner's. */
+/* A point of a triangle, as ca_accel_surface makes it from a hit. Its position is a sum of three products, each
+ * coordinate within seven roundings of the largest corner's. */
 static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 barycentric, ca_surface *surface)
 {
     const uint32_t *index = mesh->indices + 3 * (size_t)primitive;
@@ -70,8 +71,7 @@ static ca_vec3 quadric_point(const ca_shape *shape, ca_vec2 u)
 
 static ca_surface blank_surface(const ca_shape *shape)
 {
-    return (ca_surface){
-        .shape = CA_NONE, .instance = CA_NONE, .material = shape->material, .light = shape->light};
+    return (ca_surface){.shape = CA_NONE, .instance = CA_NONE, .material = shape->material, .light = shape->light};
 }
 
 ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
@@ -84,7 +84,8 @@ ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *s
     return (ca_pdf_area){1.0f / shape->area};
 }
 
-/* ---- Seen from a point -------------------------------------------------------------------------------------------- */
+/* ---- Seen from a point --------------------------------------------------------------------------------------------
+ */
 
 /* Density per solid angle at the reference of a point chosen by area. */
 static ca_pdf_solid_angle area_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
@@ -96,8 +97,8 @@ static ca_pdf_solid_angle area_pdf_direct(const ca_shape *shape, ca_vec3 referen
     return ca_pdf_to_solid_angle((ca_pdf_area){1.0f / shape->area}, cos_far, distance2);
 }
 
-/* The cone in which a sphere is seen. In double precision, where the difference of squared distances keeps enough digits
- * for references that nearly touch the sphere and for spheres that are tiny or far. */
+/* The cone in which a sphere is seen. In double precision, where the difference of squared distances keeps enough
+ * digits for references that nearly touch the sphere and for spheres that are tiny or far. */
 typedef struct sphere_cone {
     ca_vec3 axis; /* unit, from the reference to the centre */
     float sin2_max, one_minus_cos_max;
@@ -121,8 +122,8 @@ static bool sphere_cone_from(const ca_shape *shape, ca_vec3 reference, sphere_co
     return true;
 }
 
-/* The point where a direction of the cone meets the sphere first, by its normal. theta is the angle at the reference, i
- * the angle of incidence; the law of sines gives sin i = sin theta / sin theta_max, and the angle at the centre is
+/* The point where a direction of the cone meets the sphere first, by its normal. theta is the angle at the reference,
+ * i the angle of incidence; the law of sines gives sin i = sin theta / sin theta_max, and the angle at the centre is
  * i - theta. Nothing cancels, however small the sphere is. */
 static ca_vec3 cone_normal(const sphere_cone *cone, ca_vec2 u)
 {
@@ -161,7 +162,8 @@ ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference,
     return area_pdf_direct(shape, reference, position, ng);
 }
 
-/* ---- Bounds ------------------------------------------------------------------------------------------------------- */
+/* ---- Bounds -------------------------------------------------------------------------------------------------------
+ */
 
 static ca_vec3 column(const ca_shape *shape, int i)
 {

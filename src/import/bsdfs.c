@@ -6,24 +6,25 @@
 
 #include <string.h>
 
-/* ---- Indices of refraction --------------------------------------------------------------------------------------- */
+/* ---- Indices of refraction ---------------------------------------------------------------------------------------
+ */
 
 typedef struct named_index {
     const char *name;
     double value;
 } named_index;
 
-/* At about 589 nm and 0 to 20 degrees Celsius; the list of Mitsuba 3 (include/mitsuba/render/ior.h), which has most of
- * them from Hecht, "Optics". */
+/* At about 589 nm and 0 to 20 degrees Celsius; the list of Mitsuba 3 (include/mitsuba/render/ior.h), which has most
+ * of them from Hecht, "Optics". */
 static const named_index named_indices[] = {
-    {"vacuum", 1.0},         {"helium", 1.000036},       {"hydrogen", 1.000132},
-    {"air", 1.000277},       {"carbon dioxide", 1.00045}, {"water", 1.3330},
-    {"acetone", 1.36},       {"ethanol", 1.361},         {"carbon tetrachloride", 1.461},
-    {"glycerol", 1.4729},    {"benzene", 1.501},         {"silicone oil", 1.52045},
-    {"bromine", 1.661},      {"water ice", 1.31},        {"fused quartz", 1.458},
-    {"pyrex", 1.470},        {"acrylic glass", 1.49},    {"polypropylene", 1.49},
-    {"bk7", 1.5046},         {"sodium chloride", 1.544}, {"amber", 1.55},
-    {"pet", 1.5750},         {"diamond", 2.419},
+    {"vacuum", 1.0},      {"helium", 1.000036},        {"hydrogen", 1.000132},
+    {"air", 1.000277},    {"carbon dioxide", 1.00045}, {"water", 1.3330},
+    {"acetone", 1.36},    {"ethanol", 1.361},          {"carbon tetrachloride", 1.461},
+    {"glycerol", 1.4729}, {"benzene", 1.501},          {"silicone oil", 1.52045},
+    {"bromine", 1.661},   {"water ice", 1.31},         {"fused quartz", 1.458},
+    {"pyrex", 1.470},     {"acrylic glass", 1.49},     {"polypropylene", 1.49},
+    {"bk7", 1.5046},      {"sodium chloride", 1.544},  {"amber", 1.55},
+    {"pet", 1.5750},      {"diamond", 2.419},
 };
 
 double ca_import_index_of_refraction(ca_props *props, const char *name, double fallback)
@@ -44,7 +45,8 @@ static float relative_index(ca_props *props, double interior)
                    ca_import_index_of_refraction(props, "ext_ior", air));
 }
 
-/* ---- Microfacets ------------------------------------------------------------------------------------------------- */
+/* ---- Microfacets -------------------------------------------------------------------------------------------------
+ */
 
 static void import_facets(ca_props *props, ca_material *m)
 {
@@ -70,7 +72,8 @@ static void import_roughness(ca_props *props, ca_material *m)
     m->alpha_v = ca_props_texture(props, "alpha_v", 0.1f, CA_COLOR_INDEX);
 }
 
-/* ---- The plugins ------------------------------------------------------------------------------------------------- */
+/* ---- The plugins -------------------------------------------------------------------------------------------------
+ */
 
 void ca_import_diffuse(ca_props *props, void *result)
 {
@@ -78,9 +81,9 @@ void ca_import_diffuse(ca_props *props, void *result)
     m->kind = CA_MATERIAL_DIFFUSE;
     /* 0.6 knew it as diffuseReflectance too. */
     const bool old = ca_props_find(props, "diffuse_reflectance") != NULL;
-    if (old && ca_props_find(props, "reflectance")) ca_props_fail(props, "diffuse_reflectance", "repeats reflectance");
-    m->reflectance =
-        ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    if (old && ca_props_find(props, "reflectance"))
+        ca_props_fail(props, "diffuse_reflectance", "repeats reflectance");
+    m->reflectance = ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
 }
 
 static void import_dielectric_of(ca_props *props, ca_material *m, ca_material_kind kind)
@@ -91,7 +94,10 @@ static void import_dielectric_of(ca_props *props, ca_material *m, ca_material_ki
     m->transmittance = ca_props_texture(props, "specular_transmittance", 1.0f, CA_COLOR_REFLECTANCE);
 }
 
-void ca_import_dielectric(ca_props *props, void *result) { import_dielectric_of(props, result, CA_MATERIAL_DIELECTRIC); }
+void ca_import_dielectric(ca_props *props, void *result)
+{
+    import_dielectric_of(props, result, CA_MATERIAL_DIELECTRIC);
+}
 
 void ca_import_thin_dielectric(ca_props *props, void *result)
 {

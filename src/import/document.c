@@ -34,7 +34,8 @@ static ca_status read_tree(expander *x, const char *path, const char *text, size
     return status;
 }
 
-/* ---- Directives -------------------------------------------------------------------------------------------------- */
+/* ---- Directives --------------------------------------------------------------------------------------------------
+ */
 
 static ca_status add_id(expander *x, const char *id, ca_xml_node *node)
 {
@@ -51,8 +52,8 @@ static ca_status add_folder(expander *x, const ca_xml_node *node)
     const char *value = ca_xml_attribute_value(node, "value");
     const char *folder = ca_document_resolve(d, node->where.file, value);
     char *with_slash = folder ? ca_arena_alloc(&d->arena, strlen(folder) + 2, 1) : NULL;
-    if (!with_slash || !ca_array_reserve((void **)&d->folders, &d->folder_capacity, d->folder_count + 1,
-                                         sizeof *d->folders))
+    if (!with_slash ||
+        !ca_array_reserve((void **)&d->folders, &d->folder_capacity, d->folder_count + 1, sizeof *d->folders))
         return ca_fail_memory(x->error, "a path");
     struct stat info;
     if (stat(folder, &info) != 0 || !S_ISDIR(info.st_mode))
@@ -69,8 +70,7 @@ static ca_status expand_element(expander *x, ca_xml_node *out, ca_xml_node *node
 /* An included <scene> gives its children, any other root itself. */
 static ca_status include_file(expander *x, ca_xml_node *out, const ca_xml_node *node, int depth)
 {
-    const char *path =
-        ca_document_resolve(x->document, node->where.file, ca_xml_attribute_value(node, "filename"));
+    const char *path = ca_document_resolve(x->document, node->where.file, ca_xml_attribute_value(node, "filename"));
     if (!path) return ca_fail_memory(x->error, "an include");
     if (x->include_depth == CA_DOCUMENT_MAX_INCLUDE_DEPTH)
         return ca_fail(x->error, CA_ERROR_SCENE, &node->where, "includes are nested more than %d deep",
@@ -104,7 +104,8 @@ static ca_status follow_directive(expander *x, ca_xml_node *out, ca_xml_node *no
     }
 }
 
-/* ---- The walk ---------------------------------------------------------------------------------------------------- */
+/* ---- The walk ----------------------------------------------------------------------------------------------------
+ */
 
 /* Appends the element to `out` (NULL: it is the root) with everything below it expanded. */
 static ca_status expand_element(expander *x, ca_xml_node *out, ca_xml_node *node, int depth)
@@ -144,7 +145,8 @@ static ca_status expand_children(expander *x, ca_xml_node *out, ca_xml_node *fir
     return CA_OK;
 }
 
-/* ---- Ids --------------------------------------------------------------------------------------------------------- */
+/* ---- Ids ---------------------------------------------------------------------------------------------------------
+ */
 
 /* By name, and equal names in reading order, so that the second one is the one to blame. */
 static int compare_ids(const void *a, const void *b)
@@ -198,14 +200,16 @@ static ca_status index_ids(expander *x)
     for (size_t i = 1; i < d->id_count; i++) {
         if (strcmp(d->ids[i - 1].id, d->ids[i].id) != 0) continue;
         const ca_location *before = &d->ids[i - 1].node->where;
-        return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where, "the id \"%s\" is taken already, at %s:%u:%u",
-                       d->ids[i].id, before->file, before->line, before->column);
+        return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where,
+                       "the id \"%s\" is taken already, at %s:%u:%u", d->ids[i].id, before->file, before->line,
+                       before->column);
     }
     for (size_t i = 0; i < d->id_count; i++) {
         if (strcmp(d->ids[i].node->tag, "alias") != 0 || ca_document_find(d, d->ids[i].id)) continue;
         const char *wrong = ca_xml_attribute_value(d->ids[i].node, "id");
         if (find_direct(d, wrong))
-            return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where, "<alias>: \"%s\" leads to no object", wrong);
+            return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where, "<alias>: \"%s\" leads to no object",
+                           wrong);
         return ca_fail(x->error, CA_ERROR_SCENE, &d->ids[i].node->where,
                        "<alias>: there is no object with the id \"%s\"; the nearest id is \"%s\"", wrong,
                        ca_document_nearest_id(d, wrong));
@@ -213,7 +217,8 @@ static ca_status index_ids(expander *x)
     return CA_OK;
 }
 
-/* ---- Files ------------------------------------------------------------------------------------------------------- */
+/* ---- Files -------------------------------------------------------------------------------------------------------
+ */
 
 static const char *resolve_in(ca_document *document, const char *base, const char *name, bool *exists)
 {
@@ -240,12 +245,14 @@ const char *ca_document_resolve(ca_document *document, const char *from_file, co
     return !beside_scene || exists ? beside_scene : beside;
 }
 
-/* ---- Begin and end ----------------------------------------------------------------------------------------------- */
+/* ---- Begin and end -----------------------------------------------------------------------------------------------
+ */
 
 static ca_status check_root(const expander *x, const ca_xml_node *root)
 {
     if (strcmp(root->tag, "scene") != 0)
-        return ca_fail(x->error, CA_ERROR_SCENE, &root->where, "the file begins with <%s>, not with <scene>", root->tag);
+        return ca_fail(x->error, CA_ERROR_SCENE, &root->where, "the file begins with <%s>, not with <scene>",
+                       root->tag);
     const char *version = ca_xml_attribute_value(root, "version");
     if (!version || (version[0] >= '0' && version[0] <= '3' && version[1] == '.')) return CA_OK;
     return ca_fail(x->error, CA_ERROR_SCENE, &root->where,

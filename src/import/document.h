@@ -1,6 +1,6 @@
 /* A scene file with everything that only concerns files resolved: <include> replaced by what it includes, $names by
- * their values, 0.6 spellings by today's, <path> and <alias> remembered. What is left are objects, parameters and refs,
- * every one checked against elements.h. */
+ * their values, 0.6 spellings by today's, <path> and <alias> remembered. What is left are objects, parameters and
+ * refs, every one checked against elements.h. */
 #ifndef CA_IMPORT_DOCUMENT_H
 #define CA_IMPORT_DOCUMENT_H
 
@@ -20,16 +20,17 @@ typedef struct ca_document_id {
 } ca_document_id;
 
 typedef struct ca_document {
-    ca_arena arena;        /* nodes and texts, gone with the document */
-    const char *path;      /* of the scene file */
-    ca_xml_node *root;     /* <scene> */
-    ca_document_id *ids;   /* sorted by id */
+    ca_arena arena;      /* nodes and texts, gone with the document */
+    const char *path;    /* of the scene file */
+    ca_xml_node *root;   /* <scene> */
+    ca_document_id *ids; /* sorted by id */
     size_t id_count, id_capacity;
-    const char **folders;  /* of <path>, each ending in "/", the latest first to be asked */
+    const char **folders; /* of <path>, each ending in "/", the latest first to be asked */
     size_t folder_count, folder_capacity;
 } ca_document;
 
-/* `text` may be NULL: the file is then read. `strings` outlives the document and keeps the file names of locations. */
+/* `text` may be NULL: the file is then read. `strings` outlives the document and keeps the file names of locations.
+ */
 ca_status ca_document_load(ca_document *document, const char *path, const char *text, size_t size,
                            const ca_define *defines, size_t define_count, ca_arena *strings, ca_error *error);
 void ca_document_destroy(ca_document *document);
@@ -39,8 +40,9 @@ ca_xml_node *ca_document_find(const ca_document *document, const char *id);
 /* The id nearest to a wrong one; NULL where the scene has none. */
 const char *ca_document_nearest_id(const ca_document *document, const char *id);
 
-/* Where the file is that an element of `from_file` calls `name`: in the folders of <path>, beside `from_file`, beside the
- * scene; the name seen from `from_file` where it is in none of them. In the document's arena; NULL when out of memory. */
+/* Where the file is that an element of `from_file` calls `name`: in the folders of <path>, beside `from_file`, beside
+ * the scene; the name seen from `from_file` where it is in none of them. In the document's arena; NULL when out of
+ * memory. */
 const char *ca_document_resolve(ca_document *document, const char *from_file, const char *name);
 
 #endif

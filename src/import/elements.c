@@ -48,15 +48,14 @@ static const element elements[] = {
 enum { ELEMENT_COUNT = sizeof elements / sizeof *elements };
 
 /* Elements of Mitsuba that are not supported: told apart from typing errors. */
-static const char *const unsupported[] = {"medium",     "phase",     "volume", "subsurface", "blackbody",
-                                          "animation",  "camera",    "luminaire", "random",  "utils",
-                                          "field"};
+static const char *const unsupported[] = {"medium", "phase",     "volume", "subsurface", "blackbody", "animation",
+                                          "camera", "luminaire", "random", "utils",      "field"};
 
 static bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 static bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
 
-/* toWorld -> to_world, intIOR -> int_ior: an underscore where a lower case letter meets an upper case one, and the run
- * of upper case letters becomes lower case. */
+/* toWorld -> to_world, intIOR -> int_ior: an underscore where a lower case letter meets an upper case one, and the
+ * run of upper case letters becomes lower case. */
 static const char *snake_case(const char *name, ca_arena *arena)
 {
     char *result = ca_arena_alloc(arena, 2 * strlen(name) + 1, 1);
@@ -101,11 +100,14 @@ static ca_status fail_unknown(const ca_xml_node *node, ca_error *error)
             return ca_fail(error, CA_ERROR_SCENE, &node->where, "<%s> is not supported", node->tag);
     const char *tags[ELEMENT_COUNT];
     for (int i = 0; i < ELEMENT_COUNT; i++) tags[i] = elements[i].tag;
-    return ca_fail(error, CA_ERROR_SCENE, &node->where, "unknown element <%s>; the nearest known one is <%s>", node->tag,
-                   ca_import_nearest(node->tag, tags, ELEMENT_COUNT));
+    return ca_fail(error, CA_ERROR_SCENE, &node->where, "unknown element <%s>; the nearest known one is <%s>",
+                   node->tag, ca_import_nearest(node->tag, tags, ELEMENT_COUNT));
 }
 
-static const char *bare(const char *attribute) { return attribute && attribute[0] == '!' ? attribute + 1 : attribute; }
+static const char *bare(const char *attribute)
+{
+    return attribute && attribute[0] == '!' ? attribute + 1 : attribute;
+}
 
 static ca_status check_attributes(const ca_xml_node *node, const element *known, ca_error *error)
 {
@@ -113,7 +115,8 @@ static ca_status check_attributes(const ca_xml_node *node, const element *known,
     for (int i = 0; i < MAX_ATTRIBUTES; i++) {
         names[i] = bare(known->attributes[i]);
         if (known->attributes[i] && known->attributes[i][0] == '!' && !ca_xml_attribute_value(node, names[i]))
-            return ca_fail(error, CA_ERROR_SCENE, &node->where, "<%s> needs the attribute \"%s\"", node->tag, names[i]);
+            return ca_fail(error, CA_ERROR_SCENE, &node->where, "<%s> needs the attribute \"%s\"", node->tag,
+                           names[i]);
     }
     for (uint32_t a = 0; a < node->attribute_count; a++) {
         bool found = false;
@@ -122,7 +125,8 @@ static ca_status check_attributes(const ca_xml_node *node, const element *known,
         if (!found)
             return ca_fail(error, CA_ERROR_SCENE, &node->where,
                            "<%s> has no attribute \"%s\"; the nearest known one is \"%s\"", node->tag,
-                           node->attributes[a].name, ca_import_nearest(node->attributes[a].name, names, MAX_ATTRIBUTES));
+                           node->attributes[a].name,
+                           ca_import_nearest(node->attributes[a].name, names, MAX_ATTRIBUTES));
     }
     return CA_OK;
 }
@@ -132,7 +136,8 @@ static bool may_hold(const ca_xml_node *parent, ca_element_kind kind)
 {
     const element *outer = parent ? find_element(parent->tag) : NULL;
     if (!outer) return kind == CA_ELEMENT_OBJECT;
-    if (strcmp(outer->tag, "transform") == 0) return kind == CA_ELEMENT_TRANSFORM_STEP || kind == CA_ELEMENT_DIRECTIVE;
+    if (strcmp(outer->tag, "transform") == 0)
+        return kind == CA_ELEMENT_TRANSFORM_STEP || kind == CA_ELEMENT_DIRECTIVE;
     return outer->kind == CA_ELEMENT_OBJECT && kind != CA_ELEMENT_TRANSFORM_STEP;
 }
 

@@ -18,6 +18,7 @@ bool ca_element_upgrade(ca_xml_node *node, ca_arena *arena);
 
 /* Is this element known, may it stand inside `parent` (NULL: the root), has it all attributes it needs and no others?
  * The error names the nearest known element or attribute. */
-ca_status ca_element_check(const ca_xml_node *node, const ca_xml_node *parent, ca_element_kind *kind, ca_error *error);
+ca_status ca_element_check(const ca_xml_node *node, const ca_xml_node *parent, ca_element_kind *kind,
+                           ca_error *error);
 
 #endif

@@ -133,8 +133,9 @@ static void import_projector(ca_props *props, void *result)
 }
 
 static const ca_plugin plugins[] = {
-    {"area", import_area},         {"point", import_point},   {"spot", import_spot},
-    {"directional", import_directional}, {"constant", import_constant}, {"envmap", import_envmap},
+    {"area", import_area},           {"point", import_point},
+    {"spot", import_spot},           {"directional", import_directional},
+    {"constant", import_constant},   {"envmap", import_envmap},
     {"projector", import_projector},
 };
 
@@ -142,7 +143,8 @@ static uint32_t build(ca_importer *importer, ca_xml_node *node)
 {
     const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
     if (!plugin) return CA_NONE;
-    ca_light_desc light = {.to_world = ca_matrix_identity(), .texture = CA_NONE, .image = CA_NONE, .where = node->where};
+    ca_light_desc light = {
+        .to_world = ca_matrix_identity(), .texture = CA_NONE, .image = CA_NONE, .where = node->where};
     ca_props props;
     ca_props_begin(&props, importer, node);
     plugin->import(&props, &light);

@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-/* ---- Filters ----------------------------------------------------------------------------------------------------- */
+/* ---- Filters -----------------------------------------------------------------------------------------------------
+ */
 
 /* Wider filters reach over more pixels than anybody wants. */
 static const double max_radius = 64.0;
@@ -55,8 +56,12 @@ static void import_lanczos(ca_props *props, void *result)
 }
 
 static const ca_plugin filters[] = {
-    {"box", import_box},           {"tent", import_tent},           {"gaussian", import_gaussian},
-    {"mitchell", import_mitchell}, {"catmullrom", import_catmull_rom}, {"lanczos", import_lanczos},
+    {"box", import_box},
+    {"tent", import_tent},
+    {"gaussian", import_gaussian},
+    {"mitchell", import_mitchell},
+    {"catmullrom", import_catmull_rom},
+    {"lanczos", import_lanczos},
 };
 
 static void import_filter(ca_importer *importer, ca_xml_node *node, ca_filter *filter)
@@ -69,13 +74,17 @@ static void import_filter(ca_importer *importer, ca_xml_node *node, ca_filter *f
     ca_props_end(&props);
 }
 
-/* ---- Films ------------------------------------------------------------------------------------------------------- */
+/* ---- Films -------------------------------------------------------------------------------------------------------
+ */
 
-/* What Mitsuba's films know about output files, which the command line decides here. They may be given, without effect. */
+/* What Mitsuba's films know about output files, which the command line decides here. They may be given, without
+ * effect. */
 static const char *const without_effect[] = {
-    "file_format",    "pixel_format", "component_format", "compensate", "sample_border", "high_quality_edges",
-    "banner",         "attach_log",   "gamma",            "exposure",   "tonemap_method", "key",
-    "burn",           "label",
+    "file_format", "pixel_format",   "component_format",
+    "compensate",  "sample_border",  "high_quality_edges",
+    "banner",      "attach_log",     "gamma",
+    "exposure",    "tonemap_method", "key",
+    "burn",        "label",
 };
 
 static void import_crop(ca_props *props, ca_film_desc *film)

@@ -1,8 +1,8 @@
 /* What the files of the Mitsuba importer share: the state of one import, and one function per kind of object.
  *
- * Failures are sticky: the first one is kept in the importer (status and message), everything after it does nothing of
- * consequence and returns defaults, and ca_import_scene reports it in the end. So functions here return values, not
- * statuses, and code that reads parameters reads like a list of them. Loops ask ca_import_good.
+ * Failures are sticky: the first one is kept in the importer (status and message), everything after it does nothing
+ * of consequence and returns defaults, and ca_import_scene reports it in the end. So functions here return values,
+ * not statuses, and code that reads parameters reads like a list of them. Loops ask ca_import_good.
  *
  * Every plugin is a row (name, function) of a static table; the function reads its parameters through ca_props and
  * fills the record named beside the table. */

@@ -31,7 +31,8 @@ void ca_props_end(ca_props *props)
             ca_import_fail(props->importer, &child->where, "%s has no use for this <%s>", props->type, child->tag);
         else
             ca_import_fail(props->importer, &child->where, "unused parameter \"%s\" of %s%s%s%s", name, props->type,
-                           nearest ? "; the nearest known one is \"" : "", nearest ? nearest : "", nearest ? "\"" : "");
+                           nearest ? "; the nearest known one is \"" : "", nearest ? nearest : "",
+                           nearest ? "\"" : "");
         return;
     }
 }
@@ -105,8 +106,8 @@ int64_t ca_props_integer_in(ca_props *props, const char *name, int64_t fallback,
         return fallback;
     }
     if (value >= low && value <= high) return value;
-    ca_import_fail(props->importer, &node->where, "parameter \"%s\" of %s is %lld, and must lie in [%lld, %lld]", name,
-                   props->type, (long long)value, (long long)low, (long long)high);
+    ca_import_fail(props->importer, &node->where, "parameter \"%s\" of %s is %lld, and must lie in [%lld, %lld]",
+                   name, props->type, (long long)value, (long long)low, (long long)high);
     return fallback;
 }
 
@@ -164,8 +165,8 @@ bool ca_props_point(ca_props *props, const char *name, double point[3])
         return false;
     }
     const bool one_value = value_of(node) != NULL;
-    const bool three = ca_xml_attribute_value(node, "x") && ca_xml_attribute_value(node, "y") &&
-                       ca_xml_attribute_value(node, "z");
+    const bool three =
+        ca_xml_attribute_value(node, "x") && ca_xml_attribute_value(node, "y") && ca_xml_attribute_value(node, "z");
     if (!one_value && !three) {
         ca_import_fail(props->importer, &node->where, "<%s> needs x, y and z, or value", node->tag);
         return false;

@@ -1,5 +1,5 @@
-/* The parameters of one object, asked for by name and type. Asking marks a parameter as used; ca_props_end fails at one
- * that nobody asked for, and names the nearest of those that were. Every getter returns its default where the
+/* The parameters of one object, asked for by name and type. Asking marks a parameter as used; ca_props_end fails at
+ * one that nobody asked for, and names the nearest of those that were. Every getter returns its default where the
  * parameter is missing, and also after a failure (see importer.h). */
 #ifndef CA_IMPORT_PROPERTIES_H
 #define CA_IMPORT_PROPERTIES_H
@@ -19,8 +19,8 @@ typedef struct ca_props {
     size_t asked_count;
 } ca_props;
 
-/* How a colour is understood. Spectra become RGB by spectrum.h: reflectances and indices under D65, emission as it is.
- * Reflectances lie in [0, 1]; nothing may be negative. */
+/* How a colour is understood. Spectra become RGB by spectrum.h: reflectances and indices under D65, emission as it
+ * is. Reflectances lie in [0, 1]; nothing may be negative. */
 typedef enum ca_color_role { CA_COLOR_REFLECTANCE, CA_COLOR_EMISSION, CA_COLOR_INDEX } ca_color_role;
 
 void ca_props_begin(ca_props *props, struct ca_importer *importer, ca_xml_node *node);
@@ -45,8 +45,8 @@ ca_rgb ca_props_color(ca_props *props, const char *name, ca_rgb fallback, ca_col
 /* A colour, number, texture or reference to one. A missing parameter makes a constant of `fallback`. */
 ca_texture_id ca_props_texture(ca_props *props, const char *name, float fallback, ca_color_role role);
 
-/* The next object of this element (or one that a <ref> stands for) with the given tag, marked as used; *cursor starts as
- * NULL. NULL at the end. With a name only if `any_name`. */
+/* The next object of this element (or one that a <ref> stands for) with the given tag, marked as used; *cursor starts
+ * as NULL. NULL at the end. With a name only if `any_name`. */
 ca_xml_node *ca_props_next_object(ca_props *props, const char *tag, bool any_name, ca_xml_node **cursor);
 
 /* A failure at the parameter, or at the object where it is missing. */

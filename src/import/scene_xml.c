@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- Failures ---------------------------------------------------------------------------------------------------- */
+/* ---- Failures ----------------------------------------------------------------------------------------------------
+ */
 
 void ca_import_fail(ca_importer *importer, const ca_location *where, const char *format, ...)
 {
@@ -27,11 +28,12 @@ void ca_import_fail_memory(ca_importer *importer, const char *what)
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
     if (importer->status == CA_OK)
-        importer->status = ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s",
-                                   reason->message);
+        importer->status =
+            ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
 }
 
-/* ---- Plugins and objects ----------------------------------------------------------------------------------------- */
+/* ---- Plugins and objects -----------------------------------------------------------------------------------------
+ */
 
 const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,
                                        size_t count)
@@ -68,7 +70,8 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result)
     importer->nesting--;
 }
 
-/* ---- Files ------------------------------------------------------------------------------------------------------- */
+/* ---- Files -------------------------------------------------------------------------------------------------------
+ */
 
 const char *ca_import_filename(ca_props *props, const char *name)
 {
@@ -121,7 +124,8 @@ uint32_t ca_import_image_file(ca_importer *importer, const char *path, ca_image_
     return index;
 }
 
-/* ---- The scene --------------------------------------------------------------------------------------------------- */
+/* ---- The scene ---------------------------------------------------------------------------------------------------
+ */
 
 static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *),
                         ca_xml_node **first)
@@ -176,8 +180,8 @@ ca_status ca_import_scene_text(const char *text, size_t size, const char *path, 
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {.desc = desc, .error = error, .status = CA_OK};
-    ca_status status = ca_document_load(&importer.document, path, text, size, defines, define_count, &desc->strings,
-                                        error);
+    ca_status status =
+        ca_document_load(&importer.document, path, text, size, defines, define_count, &desc->strings, error);
     if (status == CA_OK) status = import_document(&importer);
     ca_document_destroy(&importer.document);
     if (status != CA_OK) ca_scene_desc_destroy(desc);

@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-/* ---- Meshes ------------------------------------------------------------------------------------------------------ */
+/* ---- Meshes ------------------------------------------------------------------------------------------------------
+ */
 
 /* Takes the mesh over. */
 static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
@@ -30,10 +31,7 @@ static void add_built_in(ca_props *props, ca_shape_desc *shape, ca_status (*crea
         ca_import_fail_file(props->importer, &props->node->where, status, &reason);
 }
 
-static void import_rectangle(ca_props *props, void *result)
-{
-    add_built_in(props, result, ca_mesh_create_rectangle);
-}
+static void import_rectangle(ca_props *props, void *result) { add_built_in(props, result, ca_mesh_create_rectangle); }
 
 static void import_cube(ca_props *props, void *result) { add_built_in(props, result, ca_mesh_create_cube); }
 
@@ -43,7 +41,8 @@ static void flip_v(ca_mesh *mesh)
     for (size_t i = 0; i < mesh->vertex_count; i++) mesh->uvs[2 * i + 1] = 1.0f - mesh->uvs[2 * i + 1];
 }
 
-/* As Mitsuba does: face_normals drops the file's vertex normals, and without it a file that has none gets smooth ones. */
+/* As Mitsuba does: face_normals drops the file's vertex normals, and without it a file that has none gets smooth
+ * ones. */
 static ca_status finish_mesh(ca_mesh *mesh, bool face_normals, bool flip_tex_coords, ca_error *error)
 {
     if (flip_tex_coords) flip_v(mesh);
@@ -92,7 +91,8 @@ static void import_obj(ca_props *props, void *result) { import_mesh_file(props, 
 static void import_ply(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_PLY); }
 static void import_serialized(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_SERIALIZED); }
 
-/* ---- Quadrics ---------------------------------------------------------------------------------------------------- */
+/* ---- Quadrics ----------------------------------------------------------------------------------------------------
+ */
 
 static void require_similarity(ca_props *props, const ca_shape_desc *shape)
 {
@@ -131,12 +131,18 @@ static void import_cylinder(ca_props *props, void *result)
 }
 
 static const ca_plugin plugins[] = {
-    {"rectangle", import_rectangle}, {"cube", import_cube}, {"sphere", import_sphere},
-    {"disk", import_disk},           {"cylinder", import_cylinder}, {"obj", import_obj},
-    {"ply", import_ply},             {"serialized", import_serialized},
+    {"rectangle", import_rectangle},
+    {"cube", import_cube},
+    {"sphere", import_sphere},
+    {"disk", import_disk},
+    {"cylinder", import_cylinder},
+    {"obj", import_obj},
+    {"ply", import_ply},
+    {"serialized", import_serialized},
 };
 
-/* ---- What all of them have --------------------------------------------------------------------------------------- */
+/* ---- What all of them have ---------------------------------------------------------------------------------------
+ */
 
 static void import_material(ca_props *props, ca_shape_desc *shape)
 {
@@ -192,7 +198,8 @@ static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const c
         ca_import_fail_memory(importer, "shapes");
 }
 
-/* ---- Groups and instances ---------------------------------------------------------------------------------------- */
+/* ---- Groups and instances ----------------------------------------------------------------------------------------
+ */
 
 static bool is_type(const ca_xml_node *node, const char *type)
 {
@@ -205,7 +212,8 @@ static const ca_plugin *find_plain_plugin(ca_importer *importer, const ca_xml_no
     ca_plugin all[CA_COUNT(plugins) + CA_COUNT(named)];
     memcpy(all, plugins, sizeof plugins);
     memcpy(all + CA_COUNT(plugins), named, sizeof named);
-    /* The search is over all names, so that the nearest may be one of a group; what is found is a row of `plugins`. */
+    /* The search is over all names, so that the nearest may be one of a group; what is found is a row of `plugins`.
+     */
     const ca_plugin *found = ca_import_find_plugin(importer, node, all, CA_COUNT(all));
     return found ? &plugins[found - all] : NULL;
 }

@@ -17,10 +17,10 @@ static void set_to_uv(ca_texture *texture, const ca_matrix *m)
 static ca_matrix import_to_uv(ca_props *props)
 {
     const ca_matrix to_uv = ca_props_transform(props, "to_uv");
-    const ca_matrix scale = ca_matrix_scale(ca_props_number(props, "uscale", 1.0),
-                                            ca_props_number(props, "vscale", 1.0), 1.0);
-    const ca_matrix offset = ca_matrix_translate(ca_props_number(props, "uoffset", 0.0),
-                                                 ca_props_number(props, "voffset", 0.0), 0.0);
+    const ca_matrix scale =
+        ca_matrix_scale(ca_props_number(props, "uscale", 1.0), ca_props_number(props, "vscale", 1.0), 1.0);
+    const ca_matrix offset =
+        ca_matrix_translate(ca_props_number(props, "uoffset", 0.0), ca_props_number(props, "voffset", 0.0), 0.0);
     const ca_matrix old = ca_matrix_multiply(&offset, &scale);
     return ca_matrix_multiply(&to_uv, &old);
 }
@@ -32,7 +32,8 @@ static void import_bitmap(ca_props *props, void *result)
     static const char *const wraps[] = {"repeat", "mirror", "clamp"};
     static const char *const formats[] = {"auto", "variant", "fp16"};
     texture->kind = CA_TEXTURE_BITMAP;
-    texture->as.bitmap.filter = (ca_texture_filter)ca_props_choice(props, "filter_type", filters, CA_COUNT(filters), 1);
+    texture->as.bitmap.filter =
+        (ca_texture_filter)ca_props_choice(props, "filter_type", filters, CA_COUNT(filters), 1);
     texture->as.bitmap.wrap = (ca_texture_wrap)ca_props_choice(props, "wrap_mode", wraps, CA_COUNT(wraps), 0);
     ca_props_choice(props, "format", formats, CA_COUNT(formats), 0);
     ca_props_boolean(props, "accel", true);

@@ -13,7 +13,8 @@ bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const cha
     size_t found = 0;
     for (size_t length; (length = ca_next_token(&cursor, &token)) > 0; found++) {
         if (found >= count || ca_parse_number(token, length, &numbers[found])) continue;
-        ca_import_fail(importer, &node->where, "\"%.*s\" is no finite number", (int)(length < 60 ? length : 60), token);
+        ca_import_fail(importer, &node->where, "\"%.*s\" is no finite number", (int)(length < 60 ? length : 60),
+                       token);
         return false;
     }
     if (found == count) return true;

@@ -165,8 +165,8 @@ ca_status ca_xml_parse(const char *text, size_t size, const char *file_name, ca_
         return ca_fail(error, CA_ERROR_FORMAT, &where, "a scene file of %zu bytes is over the limit of %d", size,
                        CA_XML_MAX_FILE_BYTES);
     if (size > budget->bytes)
-        return ca_fail(error, CA_ERROR_FORMAT, &where, "all files of the scene together are over the limit of %d bytes",
-                       CA_XML_MAX_TOTAL_BYTES);
+        return ca_fail(error, CA_ERROR_FORMAT, &where,
+                       "all files of the scene together are over the limit of %d bytes", CA_XML_MAX_TOTAL_BYTES);
     budget->bytes -= size;
     const XML_Memory_Handling_Suite memory = {expat_alloc, expat_realloc, expat_free};
     reader r = {.file_name = file_name, .arena = arena, .budget = budget, .error = error, .status = CA_OK};

@@ -15,8 +15,8 @@ static float luminance_at(const ca_light *light, ca_vec2 u)
     return ca_light_weight(radiance_at(light, &surface));
 }
 
-/* A textured light's mean is that of a grid of points. The grid may miss a small bright spot, but a light that may shine
- * must be chosen sometimes: it counts as at least a hundredth of its brightest. */
+/* A textured light's mean is that of a grid of points. The grid may miss a small bright spot, but a light that may
+ * shine must be chosen sometimes: it counts as at least a hundredth of its brightest. */
 void ca_light_area_prepare(ca_light *light)
 {
     float mean = ca_light_weight(light->radiance);
@@ -73,11 +73,10 @@ ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const c
 {
     const float cos_light = ca_dot(surface->ng, direction);
     if (!(cos_light > 0.0f)) return (ca_light_hit){0};
-    return (ca_light_hit){
-        .radiance = radiance_at(light, surface),
-        .pdf_direct = ca_shape_pdf_direct(light->shape, reference, surface->position, surface->ng),
-        .pdf_position = {1.0f / light->shape->area},
-        .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light)};
+    return (ca_light_hit){.radiance = radiance_at(light, surface),
+                          .pdf_direct = ca_shape_pdf_direct(light->shape, reference, surface->position, surface->ng),
+                          .pdf_position = {1.0f / light->shape->area},
+                          .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light)};
 }
 
 ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)

@@ -11,7 +11,8 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* ---- Lookup ------------------------------------------------------------------------------------------------------- */
+/* ---- Lookup -------------------------------------------------------------------------------------------------------
+ */
 
 /* Longitude and latitude, each in [0, 1], of a direction in the light's frame, and sin theta. */
 static ca_vec2 direction_to_uv(ca_vec3 local, float *sin_theta)
@@ -50,21 +51,27 @@ ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
     return ca_rgb_mul(light->radiance, bilinear(light->image, uv));
 }
 
-/* ---- Table -------------------------------------------------------------------------------------------------------- */
+/* ---- Table --------------------------------------------------------------------------------------------------------
+ */
 
 static uint32_t cell_rows(const ca_image *image) { return ca_max_u32(image->height - 1, 1); }
 
-/* A row's pixels, averaged over the width of a cell: a cell is centred on its pixel, so its neighbours have an eighth. */
-static double across(const ca_image *image, uint32_t x, uint32_t y)
+static double pixel_weight(const ca_light *light, uint32_t x, uint32_t y)
 {
-    const uint32_t left = x > 0 ? x - 1 : image->width - 1, right = x + 1 < image->width ? x + 1 : 0;
-    return 0.75 * (double)ca_light_weight(ca_image_rgb(image, x, y)) +
-           0.125 * ((double)ca_light_weight(ca_image_rgb(image, left, y)) +
-                    (double)ca_light_weight(ca_image_rgb(image, right, y)));
+    return (double)ca_light_weight(ca_rgb_mul(light->radiance, ca_image_rgb(light->image, x, y)));
 }
 
-/* Integrals over a cell's solid angle of the weights 1 - t and t of the rows above and below it, with t linear in theta
- * from theta0 to theta1: the integral of t sin theta is (sin theta1 - sin theta0) / (theta1 - theta0) - cos theta1. */
+/* A row's pixels, averaged over the width of a cell: a cell is centred on its pixel, so its neighbours have an
+ * eighth. */
+static double across(const ca_light *light, uint32_t x, uint32_t y)
+{
+    const uint32_t width = light->image->width, left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
+    return 0.75 * pixel_weight(light, x, y) + 0.125 * (pixel_weight(light, left, y) + pixel_weight(light, right, y));
+}
+
+/* Integrals over a cell's solid angle of the weights 1 - t and t of the rows above and below it, with t linear in
+ * theta from theta0 to theta1: the integral of t sin theta is (sin theta1 - sin theta0) / (theta1 - theta0) - cos
+ * theta1. */
 static void row_weights(const ca_image *image, uint32_t row, double *upper, double *lower)
 {
     const uint32_t rows = cell_rows(image);
@@ -74,16 +81,17 @@ static void row_weights(const ca_image *image, uint32_t row, double *upper, doub
     *upper = width * (cos(theta0) - cos(theta1)) - *lower;
 }
 
-/* Fills the table's weights; the sum is the integral of the picture's luminance over the sphere. */
-static double fill_weights(const ca_image *image, float *weights)
+/* Fills the table's weights; the sum is the integral of luminance over the sphere. */
+static double fill_weights(const ca_light *light, float *weights)
 {
+    const ca_image *image = light->image;
     double sum = 0.0;
     for (uint32_t row = 0; row < cell_rows(image); row++) {
         double upper, lower;
         row_weights(image, row, &upper, &lower);
         for (uint32_t x = 0; x < image->width; x++) {
-            const double weight = upper * across(image, x, row) +
-                                  lower * across(image, x, ca_min_u32(row + 1, image->height - 1));
+            const double weight =
+                upper * across(light, x, row) + lower * across(light, x, ca_min_u32(row + 1, image->height - 1));
             weights[(size_t)row * image->width + x] = (float)weight;
             sum += weight;
         }
@@ -101,36 +109,36 @@ static bool image_is_finite(const ca_image *image)
 
 ca_status ca_light_environment_prepare(ca_light *light, ca_error *error)
 {
-    double integral = 4.0 * CA_PI_D; /* of luminance over directions */
+    double integral = 4.0 * CA_PI_D * (double)ca_light_weight(light->radiance); /* of luminance over directions */
     if (light->kind == CA_LIGHT_ENVMAP) {
         const ca_image *image = light->image;
         if (!image_is_finite(image))
             return ca_fail(error, CA_ERROR_SCENE, NULL, "an environment map has a pixel that is not finite");
         float *weights = ca_alloc((size_t)image->width * cell_rows(image), sizeof *weights);
         if (!weights) return ca_fail_memory(error, "an environment map's sampling table");
-        integral = fill_weights(image, weights);
+        integral = fill_weights(light, weights);
         const ca_status status =
             ca_distribution_2d_create(&light->pixels, weights, image->width, cell_rows(image), error);
         ca_free(weights);
         CA_TRY(status);
     }
     const double disk = CA_PI_D * (double)light->scene_radius * (double)light->scene_radius;
-    light->power = (float)(disk * integral * (double)ca_light_weight(light->radiance));
+    light->power = (float)(disk * integral);
     return CA_OK;
 }
 
-/* ---- Sampling ----------------------------------------------------------------------------------------------------- */
+/* ---- Sampling -----------------------------------------------------------------------------------------------------
+ */
 
-/* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a pole,
- * a set without area, it would be infinite: 0 there. */
+/* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a
+ * pole, a set without area, it would be infinite: 0 there. */
 static ca_pdf_solid_angle direction_pdf(const ca_light *light, ca_vec3 to_light)
 {
     if (light->kind == CA_LIGHT_CONSTANT) return (ca_pdf_solid_angle){CA_INV_FOUR_PI};
     float sin_theta;
     const ca_vec2 uv = direction_to_uv(ca_light_to_local(light, to_light), &sin_theta);
     if (!(sin_theta > 0.0f)) return (ca_pdf_solid_angle){0.0f};
-    return (ca_pdf_solid_angle){ca_distribution_2d_density(&light->pixels, uv) /
-                                (2.0f * CA_PI * CA_PI * sin_theta)};
+    return (ca_pdf_solid_angle){ca_distribution_2d_density(&light->pixels, uv) / (2.0f * CA_PI * CA_PI * sin_theta)};
 }
 
 /* The density is evaluated from the direction as eval_hit does it, not taken from the table: rounding may put the

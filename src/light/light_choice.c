@@ -12,7 +12,8 @@ ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights
     for (uint32_t i = 0; i < count && status == CA_OK; i++) {
         powers[i] = lights[i].power;
         if (!isfinite(powers[i]))
-            status = ca_fail(error, CA_ERROR_SCENE, NULL, "the power of light number %u is not a finite number", i + 1);
+            status =
+                ca_fail(error, CA_ERROR_SCENE, NULL, "the power of light number %u is not a finite number", i + 1);
     }
     if (status == CA_OK) status = ca_distribution_1d_create(&choice->by_power, powers, count, error);
     ca_free(powers);

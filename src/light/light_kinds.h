@@ -1,7 +1,7 @@
 /* The kinds of lights, one file each, behind the switches of light.c. Internal to this folder.
  *
- * Functions of a kind keep the contracts of light.h; `prepare` may assume that scene_center and scene_radius are set, and
- * fills in power and tables. */
+ * Functions of a kind keep the contracts of light.h; `prepare` may assume that scene_center and scene_radius are set,
+ * and fills in power and tables. */
 #ifndef CA_LIGHT_LIGHT_KINDS_H
 #define CA_LIGHT_LIGHT_KINDS_H
 
@@ -11,7 +11,8 @@ void ca_light_area_prepare(ca_light *light);
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct);
 bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
                             ca_light_emission *emission);
-ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction);
+ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface,
+                               ca_vec3 direction);
 ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction);
 
 void ca_light_point_prepare(ca_light *light);
@@ -38,13 +39,15 @@ bool ca_light_environment_emission(const ca_light *light, ca_vec2 u_position, ca
 ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction);
 ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction);
 
-/* ---- Shared ------------------------------------------------------------------------------------------------------- */
+/* ---- Shared -------------------------------------------------------------------------------------------------------
+ */
 
-/* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the light. */
+/* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the light.
+ */
 bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 
-/* Lights at infinity: rays that travel along `direction` start on a disk that covers the scene's bounding sphere, in front
- * of it. */
+/* Lights at infinity: rays that travel along `direction` start on a disk that covers the scene's bounding sphere, in
+ * front of it. */
 ca_vec3 ca_light_disk_point(const ca_light *light, ca_vec3 direction, ca_vec2 u);
 ca_pdf_area ca_light_disk_pdf(const ca_light *light);
 /* A point towards the light, out of the scene. */

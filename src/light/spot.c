@@ -18,8 +18,8 @@ static ca_rgb texture_towards(const ca_light *light, ca_vec3 local)
 static float falloff(const ca_light *light, ca_vec3 local)
 {
     const float angle = atan2f(sqrtf(ca_sqr(local.x) + ca_sqr(local.y)), local.z);
-    if (angle <= light->beam) return 1.0f;
-    return angle < light->cutoff ? (light->cutoff - angle) / (light->cutoff - light->beam) : 0.0f;
+    if (angle >= light->cutoff) return 0.0f;
+    return angle <= light->beam ? 1.0f : (light->cutoff - angle) / (light->cutoff - light->beam);
 }
 
 static ca_rgb intensity_towards(const ca_light *light, ca_vec3 local)
@@ -29,15 +29,18 @@ static ca_rgb intensity_towards(const ca_light *light, ca_vec3 local)
     return ca_rgb_scale(ca_rgb_mul(light->radiance, texture_towards(light, local)), fall);
 }
 
-static ca_pdf_solid_angle direction_pdf(const ca_light *light) { return ca_warp_cone_pdf(one_minus_cos(light->cutoff)); }
+static ca_pdf_solid_angle direction_pdf(const ca_light *light)
+{
+    return ca_warp_cone_pdf(one_minus_cos(light->cutoff));
+}
 
 static float intensity_of_sample(const ca_light *light, ca_vec2 u)
 {
     return ca_light_weight(intensity_towards(light, ca_warp_cone(u, one_minus_cos(light->cutoff))));
 }
 
-/* The integral of the falloff is 2 pi (1 - (sin cutoff - sin beam) / (cutoff - beam)): full cone and linear slope, each
- * times sin theta. A texture has to be summed up. */
+/* The integral of the falloff is 2 pi (1 - (sin cutoff - sin beam) / (cutoff - beam)): full cone and linear slope,
+ * each times sin theta. A texture has to be summed up. */
 void ca_light_spot_prepare(ca_light *light)
 {
     if (!(light->cutoff > 0.0f)) {

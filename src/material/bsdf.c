@@ -134,6 +134,17 @@ static bool sample_diffuse(const ca_bsdf *bsdf, ca_vec3 wi_world, ca_vec2 u, ca_
     return true;
 }
 
+/* Weight and pdfs of a smooth sample that any of several lobes could have given. */
+static bool finish_mixture(const ca_bsdf *bsdf, ca_vec3 wi_world, ca_from from, ca_bsdf_sample *sample)
+{
+    const ca_bsdf_value value = ca_bsdf_eval(bsdf, wi_world, sample->wo_world, from);
+    if (!(value.pdf.v > 0.0f)) return false;
+    sample->weight = ca_rgb_scale(value.f, ca_abs_dot(bsdf->ng, sample->wo_world) / value.pdf.v);
+    sample->pdf = value.pdf;
+    sample->pdf_reverse = value.pdf_reverse;
+    return true;
+}
+
 bool ca_bsdf_sample_direction(const ca_bsdf *bsdf, ca_vec3 wi_world, float u_lobe, ca_vec2 u, ca_from from,
                               ca_bsdf_sample *sample)
 {
@@ -155,15 +166,8 @@ bool ca_bsdf_sample_direction(const ca_bsdf *bsdf, ca_vec3 wi_world, float u_lob
     sample->wo_world = wo_world;
     sample->scatter = local.scatter;
     sample->eta = local.eta;
-    if (bsdf->lobe_count > 1 && (local.scatter & CA_SCATTER_SMOOTH)) {
-        /* Any of the smooth lobes could have given this direction. */
-        const ca_bsdf_value value = ca_bsdf_eval(bsdf, wi_world, wo_world, from);
-        if (!(value.pdf.v > 0.0f)) return false;
-        sample->weight = ca_rgb_scale(value.f, fabsf(cos_ng.o) / value.pdf.v);
-        sample->pdf = value.pdf;
-        sample->pdf_reverse = value.pdf_reverse;
-        return true;
-    }
+    if (bsdf->lobe_count > 1 && (local.scatter & CA_SCATTER_SMOOTH))
+        return finish_mixture(bsdf, wi_world, from, sample);
     /* The elementary weight has |cos_ns.o|; the ratio makes it f̄ |cos_ng.o|, which from the camera is the same. The
      * choice of the lobe cancels. */
     sample->weight = from == CA_FROM_CAMERA

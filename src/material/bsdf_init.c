@@ -199,56 +199,64 @@ static float weight_of(const ca_material *node, lookup at)
     return ca_clamp(scalar_or(at, node->modifier, 0.5f), 0.0f, 1.0f);
 }
 
-/* Depth first; blends leave their second child for later. At most one child per leaf waits. */
-static void add_tree(ca_bsdf *bsdf, const ca_material *materials, lookup at, tree_branch branch, bool wi_behind)
+typedef struct tree_walk {
+    ca_bsdf *bsdf;
+    const ca_material *materials;
+    lookup at;
+    bool wi_behind; /* wi lies on the back of the surface */
+    tree_branch waiting[CA_BSDF_MAX_LOBES]; /* second children of blends: at most one for each leaf */
+    uint32_t waiting_count;
+} tree_walk;
+
+/* The first child of a blend or mask goes on with its share; a blend's second child waits. */
+static void divide(tree_walk *walk, const ca_material *node, tree_branch *branch)
 {
-    tree_branch waiting[CA_BSDF_MAX_LOBES];
-    uint32_t waiting_count = 0;
+    const float share = weight_of(node, walk->at);
+    if (node->kind == CA_MATERIAL_MASK) {
+        add_null(walk->bsdf, branch->weight * (1.0f - share));
+        branch->weight *= share;
+    } else {
+        assert(walk->waiting_count < CA_BSDF_MAX_LOBES);
+        tree_branch *second = &walk->waiting[walk->waiting_count++];
+        *second = *branch;
+        second->id = node->child[1];
+        second->weight *= share;
+        branch->weight *= 1.0f - share;
+    }
+    branch->id = node->child[0];
+}
+
+/* One level down; false at a leaf, which becomes a lobe or a null part. */
+static bool descend(tree_walk *walk, tree_branch *branch)
+{
+    const ca_material *node = &walk->materials[branch->id];
+    switch (node->kind) {
+    case CA_MATERIAL_TWOSIDED: branch->id = twosided_child(node, walk->wi_behind, &branch->flipped); return true;
+    case CA_MATERIAL_MASK:
+    case CA_MATERIAL_BLEND: divide(walk, node, branch); return true;
+    case CA_MATERIAL_BUMP:
+        branch->frame = perturbed_frame(branch, bump_normal_local(branch, node, walk->at));
+        branch->id = node->child[0];
+        return true;
+    case CA_MATERIAL_NORMAL_MAP:
+        branch->frame = perturbed_frame(branch, map_normal_local(node, walk->at));
+        branch->id = node->child[0];
+        return true;
+    case CA_MATERIAL_NULL: add_null(walk->bsdf, branch->weight); return false;
+    default:
+        add_lobe(walk->bsdf, node, walk->at, branch->weight, branch->flipped)->frame = branch->frame;
+        return false;
+    }
+}
+
+/* Depth first, first children first; what weighs nothing is left out. */
+static void add_tree(tree_walk *walk, tree_branch branch)
+{
     for (;;) {
-        const ca_material *node = &materials[branch.id];
-        bool done = false;
-        switch (node->kind) {
-        case CA_MATERIAL_TWOSIDED: branch.id = twosided_child(node, wi_behind, &branch.flipped); break;
-        case CA_MATERIAL_MASK: {
-            const float opacity = weight_of(node, at);
-            add_null(bsdf, branch.weight * (1.0f - opacity));
-            branch.weight *= opacity;
-            branch.id = node->child[0];
-            break;
+        while (branch.weight != 0.0f && descend(walk, &branch)) {
         }
-        case CA_MATERIAL_BLEND: {
-            const float share = weight_of(node, at);
-            assert(waiting_count < CA_BSDF_MAX_LOBES);
-            waiting[waiting_count] = branch;
-            waiting[waiting_count].id = node->child[1];
-            waiting[waiting_count++].weight = branch.weight * share;
-            branch.weight *= 1.0f - share;
-            branch.id = node->child[0];
-            break;
-        }
-        case CA_MATERIAL_BUMP:
-            branch.frame = perturbed_frame(&branch, bump_normal_local(&branch, node, at));
-            branch.id = node->child[0];
-            break;
-        case CA_MATERIAL_NORMAL_MAP:
-            branch.frame = perturbed_frame(&branch, map_normal_local(node, at));
-            branch.id = node->child[0];
-            break;
-        case CA_MATERIAL_NULL:
-            add_null(bsdf, branch.weight);
-            done = true;
-            break;
-        default:
-            add_lobe(bsdf, node, at, branch.weight, branch.flipped)->frame = branch.frame;
-            done = true;
-            break;
-        }
-        /* What weighs nothing is left out. */
-        while (done || branch.weight == 0.0f) {
-            if (waiting_count == 0) return;
-            branch = waiting[--waiting_count];
-            done = false;
-        }
+        if (walk->waiting_count == 0) return;
+        branch = walk->waiting[--walk->waiting_count];
     }
 }
 
@@ -271,5 +279,11 @@ void ca_bsdf_init(ca_bsdf *bsdf, const ca_material *materials, const ca_texture 
         add_lobe(bsdf, &materials[id], at, 1.0f, flipped)->frame = shading_frame(surface);
         return;
     }
-    add_tree(bsdf, materials, at, (tree_branch){id, 1.0f, flipped, shading_frame(surface)}, wi_behind);
+    tree_walk walk;
+    walk.bsdf = bsdf;
+    walk.materials = materials;
+    walk.at = at;
+    walk.wi_behind = wi_behind;
+    walk.waiting_count = 0;
+    add_tree(&walk, (tree_branch){id, 1.0f, flipped, shading_frame(surface)});
 }

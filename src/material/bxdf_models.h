@@ -5,7 +5,7 @@
 
 #include "material/bxdf.h"
 
-#define CA_BXDF_SAMPLE_ARGUMENTS                                                                                   \
+#define CA_BXDF_SAMPLE_ARGUMENTS                                                                                     \
     const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_from from, ca_bxdf_sample *sample
 
 /* Without a smooth part: no evaluation; without a choice: fewer numbers. */
@@ -52,6 +52,9 @@ static inline float ca_at_most_one(float cosine) { return cosine < 1.0f ? cosine
 
 /* Index of the other side over that of the side w lies on. */
 static inline float ca_eta_seen_from(float eta, float cos_w) { return cos_w > 0.0f ? eta : 1.0f / eta; }
+
+/* Do two directions off the horizon lie on the same side? (The product of their cosines may underflow.) */
+static inline bool ca_same_side(ca_vec3 wi, ca_vec3 wo) { return (wi.z > 0.0f) == (wo.z > 0.0f); }
 
 /* Reflection of w about m, given w.m. */
 static inline ca_vec3 ca_reflect_about(ca_vec3 w, ca_vec3 m, float cos_wm)

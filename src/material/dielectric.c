@@ -30,13 +30,13 @@ bool ca_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, c
     const float inv_eta = 1.0f / eta;
     /* Radiance, which a camera path carries light of, is compressed into a smaller solid angle; flux is not. */
     const float scale = from == CA_FROM_CAMERA ? inv_eta * inv_eta : 1.0f;
-    *sample = (ca_bxdf_sample){
-        .wo_local = {-wi_local.x * inv_eta, -wi_local.y * inv_eta, copysignf(cos_far, -wi_local.z)},
-        .weight = ca_rgb_scale(bxdf->as.dielectric.transmittance, scale),
-        .pdf = {1.0f - reflected},
-        .pdf_reverse = {1.0f - reflected},
-        .scatter = CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC,
-        .eta = eta};
+    *sample =
+        (ca_bxdf_sample){.wo_local = {-wi_local.x * inv_eta, -wi_local.y * inv_eta, copysignf(cos_far, -wi_local.z)},
+                         .weight = ca_rgb_scale(bxdf->as.dielectric.transmittance, scale),
+                         .pdf = {1.0f - reflected},
+                         .pdf_reverse = {1.0f - reflected},
+                         .scatter = CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC,
+                         .eta = eta};
     return true;
 }
 

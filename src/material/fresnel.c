@@ -25,12 +25,13 @@ ca_rgb ca_fresnel_conductor_rgb(float cos_near, ca_rgb eta, ca_rgb k)
                     ca_fresnel_conductor(cos_near, eta.b, k.b)};
 }
 
-/* From the thinner side the integrand is smooth in c: composite 4-point Gauss-Legendre. From the denser side, with total
- * reflection, the share that passes is that of the thinner side over the square of the index, since the boundary
- * passes the same radiance over n^2 both ways. */
+/* From the thinner side the integrand is smooth in c: composite 4-point Gauss-Legendre. From the denser side, with
+ * total reflection, the share that passes is that of the thinner side over the square of the index, since the
+ * boundary passes the same radiance over n^2 both ways. */
 float ca_fresnel_diffuse_reflectance(float eta)
 {
-    static const double node[4] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
+    static const double node[4] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,
+                                   0.93056815579702629};
     static const double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                      0.17392742256872693};
     enum { PANELS = 64 };

@@ -5,8 +5,8 @@
  * boundary that is the reciprocal of the boundary's own index. Reflectances do not depend on the direction of travel:
  * F(cos_near, eta) = F(cos_far, 1/eta).
  *
- * Amplitudes, with s and p for the two polarisations: r_s = (c - q) / (c + q), r_p = (n^2 c - q) / (n^2 c + q), where c is
- * the near cosine, n the relative index, real or complex, and q = sqrt(n^2 - sin^2); unpolarised light reflects
+ * Amplitudes, with s and p for the two polarisations: r_s = (c - q) / (c + q), r_p = (n^2 c - q) / (n^2 c + q), where
+ * c is the near cosine, n the relative index, real or complex, and q = sqrt(n^2 - sin^2); unpolarised light reflects
  * (|r_s|^2 + |r_p|^2) / 2. */
 #ifndef CA_MATERIAL_FRESNEL_H
 #define CA_MATERIAL_FRESNEL_H

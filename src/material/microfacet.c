@@ -54,10 +54,9 @@ static float inverse_erf(float x)
     }
     const float t = sqrtf(w) - 3.0f;
     return x * (2.83297824f +
-                t * (1.00167811f +
-                     t * (0.00939582043f +
-                          t * (-0.00767445617f +
-                               t * (0.00596184883f + t * (-0.00353093719f + t * 0.000973378161f))))));
+                t * (1.00167811f + t * (0.00939582043f +
+                                        t * (-0.00767445617f +
+                                             t * (0.00596184883f + t * (-0.00353093719f + t * 0.000973378161f))))));
 }
 
 /* Slope along the view of a visible Beckmann facet with alpha = 1, seen under an angle of tangent `tangent`. In
@@ -77,9 +76,11 @@ static float sample_beckmann_slope(float tangent, float u)
         if (!(b > low && b < high)) b = 0.5f * (low + high);
         const float slope = inverse_erf(b);
         const float excess = 1.0f + b + exp_factor * expf(-slope * slope) - target;
-        if (fabsf(excess) <= tolerance) break;
-        if (excess > 0.0f) high = b;
-        else low = b;
+        if (fabsf(excess) <= tolerance) return slope;
+        if (excess > 0.0f)
+            high = b;
+        else
+            low = b;
         b -= excess / (1.0f - slope * tangent);
     }
     return inverse_erf(ca_clamp(b, -CA_ONE_MINUS_EPSILON, CA_ONE_MINUS_EPSILON));
@@ -99,8 +100,8 @@ static ca_vec3 sample_visible_beckmann(const ca_microfacet *facets, ca_vec3 v, c
                                   -facets->alpha_y * (sin_phi * along + cos_phi * across), 1.0f});
 }
 
-/* After stretching, the facets are a hemisphere, and what a parallel beam along v sees of it reflects uniformly over a
- * cap of the sphere, z > -v.z: sample the cap and take the half vector (the construction of Dupuy and Benyoub 2023,
+/* After stretching, the facets are a hemisphere, and what a parallel beam along v sees of it reflects uniformly over
+ * a cap of the sphere, z > -v.z: sample the cap and take the half vector (the construction of Dupuy and Benyoub 2023,
  * equivalent to projecting a disk). Its z is exactly (1 - u) (1 + v.z), which is positive. */
 static ca_vec3 sample_visible_ggx(const ca_microfacet *facets, ca_vec3 v, ca_vec2 u)
 {
@@ -109,8 +110,8 @@ static ca_vec3 sample_visible_ggx(const ca_microfacet *facets, ca_vec3 v, ca_vec
     const float radius = ca_sqrt0((1.0f - cap_z) * (1.0f + cap_z));
     float sine, cosine;
     ca_sincos(CA_TWO_PI * u.x, &sine, &cosine);
-    return ca_normalize((ca_vec3){facets->alpha_x * (radius * cosine + w.x),
-                                  facets->alpha_y * (radius * sine + w.y), half_z});
+    return ca_normalize(
+        (ca_vec3){facets->alpha_x * (radius * cosine + w.x), facets->alpha_y * (radius * sine + w.y), half_z});
 }
 
 /* Both distributions depend on the slope over alpha only through its length: its azimuth is uniform. */

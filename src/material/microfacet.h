@@ -1,8 +1,8 @@
-/* Statistics of rough surfaces: Beckmann and GGX distributions of microfacet normals, their Smith masking, and sampling
- * of normals.
+/* Statistics of rough surfaces: Beckmann and GGX distributions of microfacet normals, their Smith masking, and
+ * sampling of normals.
  *
- * Directions are local (z = mean normal). m is a microfacet normal, m.z > 0; v is the viewing direction, and stands for
- * itself and for -v: a surface is as rough from below. Masking is separable, G = G1(wi) G1(wo); whether the facet
+ * Directions are local (z = mean normal). m is a microfacet normal, m.z > 0; v is the viewing direction, and stands
+ * for itself and for -v: a surface is as rough from below. Masking is separable, G = G1(wi) G1(wo); whether the facet
  * turns the same side to v as the mean surface does (v.m v.z > 0) is for the caller to check.
  *
  *     D(m)        area density of normals, sr^-1:  integral of D(m) m.z over the upper hemisphere = 1

@@ -1,5 +1,5 @@
-/* A smooth coat of a clear medium on a diffuse base. Light that gets through the coat scatters below, is partly reflected
- * back down by the inside of the boundary, and so on until it gets out:
+/* A smooth coat of a clear medium on a diffuse base. Light that gets through the coat scatters below, is partly
+ * reflected back down by the inside of the boundary, and so on until it gets out:
  *
  *     f = specular Dirac mirror F(cos_i)  +  (1 - F_i) (1 - F_o) diffuse / (pi eta^2 (1 - rho diffuse))
  *
@@ -61,13 +61,12 @@ bool ca_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_v
     const float base = 1.0f - mirror;
     if (!(wo.z > 0.0f) || !(base > 0.0f)) return false;
     const float f_o = reflectance_at(bxdf, wo.z);
-    *sample = (ca_bxdf_sample){
-        .wo_local = wo,
-        .weight = ca_rgb_scale(base_reflectance(bxdf), (1.0f - f_i) * (1.0f - f_o) / base),
-        .pdf = {base * wo.z * CA_INV_PI},
-        .pdf_reverse = {(1.0f - mirror_probability(bxdf, f_o)) * wi_local.z * CA_INV_PI},
-        .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH,
-        .eta = 1.0f};
+    *sample = (ca_bxdf_sample){.wo_local = wo,
+                               .weight = ca_rgb_scale(base_reflectance(bxdf), (1.0f - f_i) * (1.0f - f_o) / base),
+                               .pdf = {base * wo.z * CA_INV_PI},
+                               .pdf_reverse = {(1.0f - mirror_probability(bxdf, f_o)) * wi_local.z * CA_INV_PI},
+                               .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH,
+                               .eta = 1.0f};
     return true;
 }
 

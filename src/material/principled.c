@@ -17,9 +17,9 @@
 #include "material/microfacet.h"
 #include "sampling/warp.h"
 
-#define CLEARCOAT_STRENGTH 0.25f
+#define CLEARCOAT_STRENGTH      0.25f
 #define CLEARCOAT_MASKING_ALPHA 0.25f
-#define CLEARCOAT_R0 0.04f
+#define CLEARCOAT_R0            0.04f
 
 /* The parameters as the lobes use them. */
 typedef struct lobes {
@@ -44,8 +44,7 @@ static lobes lobes_of(const ca_bxdf *bxdf)
                                   fmaxf(roughness2 * aspect, 0.001f), true);
     const float specular = bxdf->as.principled.specular_rate;
     const float base = l.base * bxdf->as.principled.diffuse_rate;
-    const float clearcoat =
-        CLEARCOAT_STRENGTH * bxdf->as.principled.clearcoat * bxdf->as.principled.clearcoat_rate;
+    const float clearcoat = CLEARCOAT_STRENGTH * bxdf->as.principled.clearcoat * bxdf->as.principled.clearcoat_rate;
     const float total = specular + base + clearcoat;
     const float scale = total > 0.0f ? 1.0f / total : 0.0f;
     l.sample_base = base * scale;
@@ -111,8 +110,8 @@ static ca_rgb base_value(const ca_bxdf *bxdf, const lobes *l, float cos_i, float
     ca_rgb f = ca_rgb_scale(bxdf->as.principled.base_color, l->base * CA_INV_PI * amount);
     const float sheen = bxdf->as.principled.sheen * (1.0f - bxdf->as.principled.metallic);
     if (sheen > 0.0f) {
-        const ca_rgb color = ca_rgb_lerp(ca_rgb_grey(1.0f), tint_of(bxdf->as.principled.base_color),
-                                         bxdf->as.principled.sheen_tint);
+        const ca_rgb color =
+            ca_rgb_lerp(ca_rgb_grey(1.0f), tint_of(bxdf->as.principled.base_color), bxdf->as.principled.sheen_tint);
         f = ca_rgb_madd(f, sheen * schlick_weight(cos_facet), color);
     }
     return f;
@@ -151,7 +150,8 @@ static float clearcoat_factor(const ca_bxdf *bxdf, const lobes *l, ca_vec3 wi, c
 /* Both above. */
 static ca_bxdf_value eval_above(const ca_bxdf *bxdf, const lobes *l, ca_vec3 wi, ca_vec3 wo)
 {
-    ca_bxdf_value value = {.pdf = {l->sample_base * wo.z * CA_INV_PI}, .pdf_reverse = {l->sample_base * wi.z * CA_INV_PI}};
+    ca_bxdf_value value = {.pdf = {l->sample_base * wo.z * CA_INV_PI},
+                           .pdf_reverse = {l->sample_base * wi.z * CA_INV_PI}};
     ca_vec3 m;
     if (!ca_half_vector(wi, wo, &m)) return ca_bxdf_value_zero();
     const float cos_facet = ca_at_most_one(ca_dot(wo, m));
@@ -163,8 +163,8 @@ static ca_bxdf_value eval_above(const ca_bxdf *bxdf, const lobes *l, ca_vec3 wi,
     const float density = ca_microfacet_density(&l->facets, m), jacobian = 0.25f / cos_facet;
     const float masking_i = ca_microfacet_masking_over_cos(&l->facets, wi);
     const float masking_o = ca_microfacet_masking_over_cos(&l->facets, wo);
-    value.f = ca_rgb_madd(value.f, 0.25f * density * masking_i * masking_o,
-                          specular_color(bxdf, l, cos_facet, dielectric));
+    value.f =
+        ca_rgb_madd(value.f, 0.25f * density * masking_i * masking_o, specular_color(bxdf, l, cos_facet, dielectric));
     const float reflects = l->sample_specular * (1.0f - l->transmission * (1.0f - dielectric)) * 0.25f * density;
     value.pdf.v += reflects * masking_i;
     value.pdf_reverse.v += reflects * masking_o;
@@ -279,13 +279,14 @@ bool ca_principled_sample(CA_BXDF_SAMPLE_ARGUMENTS)
     if (!sample_lobe(&l, wi_local, u_lobe, u, &wo)) return false;
     const ca_bxdf_value value = eval_lobes(bxdf, &l, wi_local, wo, from);
     if (!(value.pdf.v > 0.0f)) return false;
-    const bool passes = wi_local.z * wo.z < 0.0f;
-    *sample = (ca_bxdf_sample){.wo_local = wo,
-                               .weight = ca_rgb_scale(value.f, fabsf(wo.z) / value.pdf.v),
-                               .pdf = value.pdf,
-                               .pdf_reverse = value.pdf_reverse,
-                               .scatter = (passes ? CA_SCATTER_TRANSMISSION : CA_SCATTER_REFLECTION) | CA_SCATTER_SMOOTH,
-                               .eta = passes ? ca_eta_seen_from(l.eta, wi_local.z) : 1.0f};
+    const bool passes = !ca_same_side(wi_local, wo);
+    *sample =
+        (ca_bxdf_sample){.wo_local = wo,
+                         .weight = ca_rgb_scale(value.f, fabsf(wo.z) / value.pdf.v),
+                         .pdf = value.pdf,
+                         .pdf_reverse = value.pdf_reverse,
+                         .scatter = (passes ? CA_SCATTER_TRANSMISSION : CA_SCATTER_REFLECTION) | CA_SCATTER_SMOOTH,
+                         .eta = passes ? ca_eta_seen_from(l.eta, wi_local.z) : 1.0f};
     return true;
 }
 

@@ -5,9 +5,9 @@
 
 /* What evaluation and sampling share, about one facet normal. */
 typedef struct facet_terms {
-    ca_rgb fresnel;                    /* times the user's reflectance */
-    float cos_facet;                   /* wi.m = wo.m */
-    float masking_i, masking_o;        /* over the cosines */
+    ca_rgb fresnel;             /* times the user's reflectance */
+    float cos_facet;            /* wi.m = wo.m */
+    float masking_i, masking_o; /* over the cosines */
     ca_pdf_solid_angle forward, reverse;
     float density;
 } facet_terms;
@@ -19,9 +19,9 @@ static facet_terms terms_at(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, ca_vec3
                      .masking_i = ca_microfacet_masking_over_cos(facets, wi),
                      .masking_o = ca_microfacet_masking_over_cos(facets, wo),
                      .density = ca_microfacet_density(facets, m)};
-    t.fresnel = ca_rgb_mul(
-        ca_fresnel_conductor_rgb(cos_facet, bxdf->as.rough_conductor.eta, bxdf->as.rough_conductor.k),
-        bxdf->as.rough_conductor.reflectance);
+    t.fresnel =
+        ca_rgb_mul(ca_fresnel_conductor_rgb(cos_facet, bxdf->as.rough_conductor.eta, bxdf->as.rough_conductor.k),
+                   bxdf->as.rough_conductor.reflectance);
     const float jacobian = 0.25f / cos_facet; /* of m by wo */
     t.forward.v = ca_microfacet_pdf(facets, t.density, t.masking_i, cos_facet, m.z) * jacobian;
     t.reverse.v = ca_microfacet_pdf(facets, t.density, t.masking_o, cos_facet, m.z) * jacobian;

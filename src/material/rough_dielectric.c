@@ -5,8 +5,8 @@
  *     transmission   f = (1 - F) D G |wi.m wo.m| n^2 / (|cos_i cos_o| |wi + n wo|^2) [/ n^2 for radiance],
  *                                                                   |dm/dwo| = n^2 |wo.m| / |wi + n wo|^2
  *
- * (Walter et al. 2007, as in Mitsuba 3, src/bsdfs/roughdielectric.cpp.) The reverse density has the same F, D and m, and
- * for the Jacobian |wi.m| / |wi + n wo|^2.
+ * (Walter et al. 2007, as in Mitsuba 3, src/bsdfs/roughdielectric.cpp.) The reverse density has the same F, D and m,
+ * and for the Jacobian |wi.m| / |wi + n wo|^2.
  *
  * Where the two indices are equal, facets do nothing: light goes straight on, a Dirac event. */
 #include "material/bxdf_models.h"
@@ -67,7 +67,7 @@ static ca_bxdf_value transmitted_value(const ca_bxdf *bxdf, const facet_event *e
 /* The facet that takes wi to wo, turned to z > 0; false if there is none that both see from the right side. */
 static bool find_facet(float eta_inside, ca_vec3 wi, ca_vec3 wo, facet_event *event)
 {
-    const bool reflects = wi.z * wo.z > 0.0f;
+    const bool reflects = ca_same_side(wi, wo);
     const float eta = ca_eta_seen_from(eta_inside, wi.z);
     event->eta = reflects ? 1.0f : eta;
     if (!ca_half_vector(wi, ca_mul(wo, event->eta), &event->m)) return false;
@@ -87,7 +87,7 @@ ca_bxdf_value ca_rough_dielectric_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca
         !find_facet(bxdf->as.rough_dielectric.eta, wi_local, wo_local, &event))
         return ca_bxdf_value_zero();
     weigh_facet(&bxdf->as.rough_dielectric.facets, wi_local, wo_local, &event);
-    return wi_local.z * wo_local.z > 0.0f ? reflected_value(bxdf, &event) : transmitted_value(bxdf, &event, from);
+    return ca_same_side(wi_local, wo_local) ? reflected_value(bxdf, &event) : transmitted_value(bxdf, &event, from);
 }
 
 static ca_bxdf_sample straight_event(const ca_bxdf *bxdf, ca_vec3 wi)
@@ -100,8 +100,28 @@ static ca_bxdf_sample straight_event(const ca_bxdf *bxdf, ca_vec3 wi)
                             .eta = 1.0f};
 }
 
-/* Chooses a facet by how visible it is and reflection or refraction by its Fresnel reflectance, which leaves G1(wo) of
- * the value (times the rest of the masking where all normals are sampled). */
+/* Chooses a facet by how visible it is, and reflection or refraction by its Fresnel reflectance. */
+static bool choose_event(const ca_bxdf *bxdf, ca_vec3 wi, float u_lobe, ca_vec2 u, facet_event *event, ca_vec3 *wo)
+{
+    const float side = copysignf(1.0f, wi.z), eta = ca_eta_seen_from(bxdf->as.rough_dielectric.eta, wi.z);
+    event->m = ca_microfacet_sample(&bxdf->as.rough_dielectric.facets, ca_mul(wi, side), u);
+    event->cos_i = ca_at_most_one(side * ca_dot(wi, event->m));
+    if (!(event->cos_i > CA_MIN_FACET_COS)) return false;
+    float cos_far;
+    event->fresnel = ca_fresnel_dielectric(event->cos_i, eta, &cos_far);
+    if (u_lobe < event->fresnel) {
+        event->eta = 1.0f;
+        event->cos_o = event->cos_i;
+        *wo = ca_reflect_about(wi, event->m, side * event->cos_i);
+        return wo->z * side > 0.0f;
+    }
+    event->eta = eta;
+    event->cos_o = cos_far;
+    *wo = ca_madd(ca_mul(wi, -1.0f / eta), side * (event->cos_i / eta - cos_far), event->m);
+    return cos_far > CA_MIN_FACET_COS && wo->z * side < 0.0f;
+}
+
+/* What the choices leave of the value is G1(wo), times the rest of the masking where all normals are sampled. */
 bool ca_rough_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS)
 {
     if (wi_local.z == 0.0f) return false;
@@ -110,37 +130,25 @@ bool ca_rough_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS)
         return true;
     }
     const ca_microfacet *facets = &bxdf->as.rough_dielectric.facets;
-    const float side = copysignf(1.0f, wi_local.z), eta = ca_eta_seen_from(bxdf->as.rough_dielectric.eta, wi_local.z);
     facet_event e;
-    e.m = ca_microfacet_sample(facets, ca_mul(wi_local, side), u);
-    e.cos_i = ca_at_most_one(side * ca_dot(wi_local, e.m));
-    if (!(e.cos_i > CA_MIN_FACET_COS)) return false;
-    float cos_far;
-    e.fresnel = ca_fresnel_dielectric(e.cos_i, eta, &cos_far);
-
-    const bool reflects = u_lobe < e.fresnel;
-    e.eta = reflects ? 1.0f : eta;
-    e.cos_o = reflects ? e.cos_i : cos_far;
-    if (!(e.cos_o > CA_MIN_FACET_COS)) return false;
-    const ca_vec3 wo =
-        reflects ? ca_reflect_about(wi_local, e.m, side * e.cos_i)
-                 : ca_madd(ca_mul(wi_local, -1.0f / eta), side * (e.cos_i / eta - cos_far), e.m);
-    if (!(wo.z * (reflects ? side : -side) > 0.0f)) return false;
-
+    ca_vec3 wo;
+    if (!choose_event(bxdf, wi_local, u_lobe, u, &e, &wo)) return false;
+    const bool reflects = ca_same_side(wi_local, wo);
     weigh_facet(facets, wi_local, wo, &e);
     const ca_bxdf_value value = reflects ? reflected_value(bxdf, &e) : transmitted_value(bxdf, &e, from);
     if (!(value.pdf.v > 0.0f)) return false;
+
     float weight = e.masking_o * fabsf(wo.z);
     if (!facets->sample_visible) weight *= e.masking_i * e.cos_i / e.m.z;
-    if (!reflects && from == CA_FROM_CAMERA) weight /= eta * eta;
-    *sample = (ca_bxdf_sample){
-        .wo_local = wo,
-        .weight = ca_rgb_scale(
-            reflects ? bxdf->as.rough_dielectric.reflectance : bxdf->as.rough_dielectric.transmittance, weight),
-        .pdf = value.pdf,
-        .pdf_reverse = value.pdf_reverse,
-        .scatter = (reflects ? CA_SCATTER_REFLECTION : CA_SCATTER_TRANSMISSION) | CA_SCATTER_SMOOTH,
-        .eta = e.eta};
+    if (from == CA_FROM_CAMERA) weight /= e.eta * e.eta;
+    const ca_rgb factor = reflects ? bxdf->as.rough_dielectric.reflectance : bxdf->as.rough_dielectric.transmittance;
+    *sample =
+        (ca_bxdf_sample){.wo_local = wo,
+                         .weight = ca_rgb_scale(factor, weight),
+                         .pdf = value.pdf,
+                         .pdf_reverse = value.pdf_reverse,
+                         .scatter = (reflects ? CA_SCATTER_REFLECTION : CA_SCATTER_TRANSMISSION) | CA_SCATTER_SMOOTH,
+                         .eta = e.eta};
     return true;
 }
 

@@ -47,8 +47,8 @@ static void add_facets(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, float probab
     const float density = ca_microfacet_density(facets, m), jacobian = 0.25f / cos_facet;
     const float masking_i = ca_microfacet_masking_over_cos(facets, wi);
     const float masking_o = ca_microfacet_masking_over_cos(facets, wo);
-    value->f = ca_rgb_madd(value->f, 0.25f * fresnel * density * masking_i * masking_o,
-                           bxdf->as.rough_plastic.specular);
+    value->f =
+        ca_rgb_madd(value->f, 0.25f * fresnel * density * masking_i * masking_o, bxdf->as.rough_plastic.specular);
     value->pdf.v += probability_i * jacobian * ca_microfacet_pdf(facets, density, masking_i, cos_facet, m.z);
     value->pdf_reverse.v += probability_o * jacobian * ca_microfacet_pdf(facets, density, masking_o, cos_facet, m.z);
 }

@@ -6,8 +6,7 @@
 #include "material/microfacet.h"
 
 /* Entry i belongs to cos = (i / (TABLE_SIZE - 1))^2: the function bends most at grazing angles. */
-enum { TABLE_SIZE = 64, GRID_OUTSIDE = 32,
-       GRID_INSIDE = 32, ANGLES_BELOW_CRITICAL = 16, ANGLES_ABOVE_CRITICAL = 24 };
+enum { TABLE_SIZE = 64, GRID_OUTSIDE = 32, GRID_INSIDE = 32, ANGLES_BELOW_CRITICAL = 16, ANGLES_ABOVE_CRITICAL = 24 };
 
 struct ca_rough_transmittance {
     float transmittance[TABLE_SIZE];
@@ -40,8 +39,8 @@ static void boundary_shares(const ca_microfacet *facets, float cosine, float eta
     *transmitted = (float)(sum_transmitted / (grid * grid));
 }
 
-/* 2 * integral of R(c) c dc = integral of R over x = c^2. A smooth boundary reflects all up to the critical x and then
- * falls like a root: midpoints in x up to there, in t with x = critical + (1 - critical) t^2 from there. */
+/* 2 * integral of R(c) c dc = integral of R over x = c^2. A smooth boundary reflects all up to the critical x and
+ * then falls like a root: midpoints in x up to there, in t with x = critical + (1 - critical) t^2 from there. */
 static float diffuse_reflectance_inside(const ca_microfacet *facets, float eta)
 {
     const float critical = eta > 1.0f ? 1.0f - 1.0f / (eta * eta) : 0.0f;

@@ -1,5 +1,5 @@
-/* What a rough dielectric boundary lets through, tabulated for a fixed roughness and index: rough plastics need it for
- * the light that reaches their diffuse base.
+/* What a rough dielectric boundary lets through, tabulated for a fixed roughness and index: rough plastics need it
+ * for the light that reaches their diffuse base.
  *
  * transmittance(c): share of light from the outside, at the angle whose cosine is c, that gets to the inside in one
  * scattering event (light that bounces between facets is lost, as in the rough dielectric itself).

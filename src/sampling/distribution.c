@@ -19,9 +19,9 @@ static double sum_of(const float *weights, uint32_t count)
     return sum;
 }
 
-/* A bin of positive weight gets at least one step, so that nothing that may be drawn by another technique has a density
- * of 0 here: upwards from the left, then downwards from the right where that ran past 1. More positive bins than steps
- * cannot all have one. */
+/* A bin of positive weight gets at least one step, so that nothing that may be drawn by another technique has a
+ * density of 0 here: upwards from the left, then downwards from the right where that ran past 1. More positive bins
+ * than steps cannot all have one. */
 static void separate(float *cumulative, const float *weights, uint32_t count)
 {
     uint32_t positive = 0;
@@ -108,7 +108,8 @@ float ca_distribution_1d_probability(const ca_distribution_1d *distribution, uin
     return distribution->cumulative[bin + 1] - distribution->cumulative[bin];
 }
 
-/* ---- Two dimensions ----------------------------------------------------------------------------------------------- */
+/* ---- Two dimensions -----------------------------------------------------------------------------------------------
+ */
 
 static ca_status create_columns(ca_distribution_2d *distribution, const float *weights, float *row_sums,
                                 ca_error *error)

@@ -116,9 +116,9 @@ static uint32_t find_interval(const ca_filter *filter, float u)
     return low;
 }
 
-/* Inverts the integral of the piecewise-linear density: within an interval with densities a and b at its ends, the mass
- * up to t of it is proportional to a t + (b - a) t^2 / 2. The density used is |f| up to the curvature between nodes, so
- * that weights are nearly +1 and -1 (times a constant), and their mean is exactly 1. */
+/* Inverts the integral of the piecewise-linear density: within an interval with densities a and b at its ends, the
+ * mass up to t of it is proportional to a t + (b - a) t^2 / 2. The density used is |f| up to the curvature between
+ * nodes, so that weights are nearly +1 and -1 (times a constant), and their mean is exactly 1. */
 static float sample_table(const ca_filter *filter, float u, float *weight)
 {
     const uint32_t i = find_interval(filter, u);
@@ -139,7 +139,8 @@ static float sample_axis(const ca_filter *filter, float u, float *weight)
     switch (filter->kind) {
     case CA_RFILTER_BOX: return filter->radius * (2.0f * u - 1.0f);
     case CA_RFILTER_TENT:
-        return u < 0.5f ? filter->radius * (sqrtf(2.0f * u) - 1.0f) : filter->radius * (1.0f - sqrtf(2.0f - 2.0f * u));
+        return u < 0.5f ? filter->radius * (sqrtf(2.0f * u) - 1.0f)
+                        : filter->radius * (1.0f - sqrtf(2.0f - 2.0f * u));
     default: return sample_table(filter, u, weight);
     }
 }
@@ -155,9 +156,12 @@ ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight)
 const char *ca_filter_name(ca_filter_kind kind)
 {
     static const char *const names[] = {
-        [CA_RFILTER_BOX] = "box",           [CA_RFILTER_TENT] = "tent",
-        [CA_RFILTER_GAUSSIAN] = "gaussian", [CA_RFILTER_MITCHELL] = "mitchell",
-        [CA_RFILTER_CATMULL_ROM] = "catmullrom", [CA_RFILTER_LANCZOS] = "lanczos",
+        [CA_RFILTER_BOX] = "box",
+        [CA_RFILTER_TENT] = "tent",
+        [CA_RFILTER_GAUSSIAN] = "gaussian",
+        [CA_RFILTER_MITCHELL] = "mitchell",
+        [CA_RFILTER_CATMULL_ROM] = "catmullrom",
+        [CA_RFILTER_LANCZOS] = "lanczos",
     };
     return (size_t)kind < sizeof names / sizeof names[0] ? names[kind] : NULL;
 }

@@ -53,14 +53,13 @@ static void add_smooth(ca_bxdf_cases *list)
                   .as.conductor = {.eta = {0.0f, 0.0f, 0.0f}, .k = white, .reflectance = white}})
         ->lossless = true;
     for (int nonlinear = 0; nonlinear < 2; ++nonlinear) {
-        const ca_bxdf plastic = {
-            .kind = CA_BXDF_PLASTIC,
-            .as.plastic = {.diffuse = nonlinear ? (ca_rgb){0.9f, 0.5f, 0.1f} : white,
-                           .specular = white,
-                           .eta = 1.49f,
-                           .internal_reflectance = ca_fresnel_diffuse_reflectance(1.0f / 1.49f),
-                           .specular_weight = nonlinear ? 0.7f : 0.5f,
-                           .nonlinear = nonlinear}};
+        const ca_bxdf plastic = {.kind = CA_BXDF_PLASTIC,
+                                 .as.plastic = {.diffuse = nonlinear ? (ca_rgb){0.9f, 0.5f, 0.1f} : white,
+                                                .specular = white,
+                                                .eta = 1.49f,
+                                                .internal_reflectance = ca_fresnel_diffuse_reflectance(1.0f / 1.49f),
+                                                .specular_weight = nonlinear ? 0.7f : 0.5f,
+                                                .nonlinear = nonlinear}};
         add(list, nonlinear ? "plastic, nonlinear" : "plastic, white", plastic)->lossless = !nonlinear;
     }
 }
@@ -77,11 +76,10 @@ static void add_rough(ca_bxdf_cases *list, ca_microfacet facets)
                   .as.rough_conductor = {metal_eta, metal_k, .reflectance = white, .facets = facets}});
     snprintf(name, sizeof name, "rough dielectric, %s %.3g %.3g%s", kind, x, y, normals);
     add(list, name,
-        (ca_bxdf){.kind = CA_BXDF_ROUGH_DIELECTRIC,
-                  .as.rough_dielectric = {.eta = x > 0.3 ? 0.75f : 1.5f,
-                                          .reflectance = white,
-                                          .transmittance = white,
-                                          .facets = facets}});
+        (ca_bxdf){
+            .kind = CA_BXDF_ROUGH_DIELECTRIC,
+            .as.rough_dielectric = {
+                .eta = x > 0.3 ? 0.75f : 1.5f, .reflectance = white, .transmittance = white, .facets = facets}});
 }
 
 static void add_rough_plastic(ca_bxdf_cases *list, ca_microfacet_kind kind, float alpha, bool nonlinear)
@@ -103,8 +101,8 @@ static void add_rough_plastic(ca_bxdf_cases *list, ca_microfacet_kind kind, floa
                                        .transmittance = table}});
 }
 
-/* The principled model invents light at grazing angles where base, sheen and coat add up: only those sets are physical
- * that switch them off. */
+/* The principled model invents light at grazing angles where base, sheen and coat add up: only those sets are
+ * physical that switch them off. */
 static void add_principled(ca_bxdf_cases *list)
 {
     const ca_bxdf plain = {.kind = CA_BXDF_PRINCIPLED,

@@ -1,5 +1,5 @@
-/* Named elementary BSDFs that between them cover every model, distribution and range of roughness: the statistical and
- * algebraic tests run over all of them. */
+/* Named elementary BSDFs that between them cover every model, distribution and range of roughness: the statistical
+ * and algebraic tests run over all of them. */
 #ifndef CA_TEST_BXDF_CASES_H
 #define CA_TEST_BXDF_CASES_H
 

@@ -144,9 +144,11 @@ static int compare_theta(const void *a, const void *b)
     return compare_double(&((const polar *)a)->theta, &((const polar *)b)->theta);
 }
 
-/* Edges between `low` and `high` at the quantiles of sorted values. The first and the last bin begin well outside of all
- * values, so that no tail of a narrow peak shares a bin with a wide empty range that quadrature would step over. */
-static void quantile_edges(const double *sorted, uint32_t count, double low, double high, uint32_t bins, double *edges)
+/* Edges between `low` and `high` at the quantiles of sorted values. The first and the last bin begin well outside of
+ * all values, so that no tail of a narrow peak shares a bin with a wide empty range that quadrature would step over.
+ */
+static void quantile_edges(const double *sorted, uint32_t count, double low, double high, uint32_t bins,
+                           double *edges)
 {
     edges[0] = low;
     edges[bins] = high;
@@ -190,8 +192,10 @@ static uint32_t find_bin(const double *edges, uint32_t bins, double x)
     uint32_t low = 0, high = bins;
     while (high - low > 1) {
         const uint32_t middle = (low + high) / 2;
-        if (edges[middle] <= x) low = middle;
-        else high = middle;
+        if (edges[middle] <= x)
+            low = middle;
+        else
+            high = middle;
     }
     return low;
 }
@@ -266,8 +270,8 @@ static int compare_phi(const void *a, const void *b)
 
 static double along(const polar *p, bool by_theta) { return by_theta ? p->theta : p->phi; }
 
-/* Widest interval of [low, high] without samples, given sorted ones, less a margin of half the extent of the samples on
- * either side of it; *before counts those below it. false: no interval is wide enough to be worth cutting out. */
+/* Widest interval of [low, high] without samples, given sorted ones, less a margin of half the extent of the samples
+ * on either side of it; *before counts those below it. false: no interval is wide enough to be worth cutting out. */
 static bool find_gap(const polar *sorted, uint32_t count, bool by_theta, double low, double high, double gap[2],
                      uint32_t *before)
 {
@@ -299,9 +303,9 @@ static cell part_of(const cell *c, bool by_theta, double low, double high)
     return by_theta ? (cell){low, high, c->phi0, c->phi1} : (cell){c->theta0, c->theta1, low, high};
 }
 
-/* Pilot samples lead the quadrature to the mass: wide gaps between them are cut out, then a cell is cut at their median,
- * by theta and phi in turn, until few are left in it. An empty cell may yet hide a sliver of mass in a corner: it is
- * always cut twice more. */
+/* Pilot samples lead the quadrature to the mass: wide gaps between them are cut out, then a cell is cut at their
+ * median, by theta and phi in turn, until few are left in it. An empty cell may yet hide a sliver of mass in a
+ * corner: it is always cut twice more. */
 static double integrate_guided(integrand *f, const cell *c, polar *samples, uint32_t count, double tolerance,
                                bool by_theta)
 {
@@ -323,8 +327,8 @@ static double integrate_guided(integrand *f, const cell *c, polar *samples, uint
            integrate_guided(f, &above, samples + before, count - before, 0.7 * tolerance, !by_theta);
 }
 
-/* A fifth of a count, in a bin whose standard deviation is ten, changes the statistic by 4e-4. `samples` are the pilot
- * samples sorted by ring. */
+/* A fifth of a count, in a bin whose standard deviation is ten, changes the statistic by 4e-4. `samples` are the
+ * pilot samples sorted by ring. */
 static void expected_counts(integrand *f, double sample_count, polar *samples, uint32_t count, double *expected)
 {
     const bin_grid *grid = f->grid;
@@ -370,7 +374,8 @@ static uint32_t draw_samples(const ca_chi_square_test *test, const bin_grid *gri
 ca_chi_square_result ca_chi_square_run(const ca_chi_square_test *test)
 {
     const uint32_t count = test->sample_count ? test->sample_count : 100000;
-    bin_grid grid = {.rings = test->ring_count ? test->ring_count : 24, .cuts = test->cut_count ? test->cut_count : 16};
+    bin_grid grid = {.rings = test->ring_count ? test->ring_count : 24,
+                     .cuts = test->cut_count ? test->cut_count : 16};
     set_axis(&grid, test->axis);
     const uint32_t bins = grid.rings * grid.cuts;
     grid.theta_edges = calloc(grid.rings + 1, sizeof(double));
@@ -409,10 +414,11 @@ ca_chi_square_result ca_chi_square_assert(const ca_chi_square_test *test)
     const ca_chi_square_result result = ca_chi_square_run(test);
     const double level = ca_sidak_level(0.01, test->test_count);
     if (!(result.p_value >= level) || result.bad_count > 0) {
-        fail_msg("%s: p = %.3g (must be above %.3g), chi^2 = %.6g with %u degrees of freedom; the density integrates to "
-                 "%.6f and %.6f of the samples were accepted; %u bad values",
-                 test->name ? test->name : "chi-square test", result.p_value, level, result.statistic,
-                 result.degrees_of_freedom, result.pdf_integral, result.accepted_rate, result.bad_count);
+        fail_msg(
+            "%s: p = %.3g (must be above %.3g), chi^2 = %.6g with %u degrees of freedom; the density integrates to "
+            "%.6f and %.6f of the samples were accepted; %u bad values",
+            test->name ? test->name : "chi-square test", result.p_value, level, result.statistic,
+            result.degrees_of_freedom, result.pdf_integral, result.accepted_rate, result.bad_count);
     }
     return result;
 }

@@ -1,10 +1,10 @@
 /* Chi-square tests: does a sampler of directions produce the density it claims?
  *
  * ca_chi_square_run draws directions and counts them in bins of nearly equal mass: rings around an axis, each cut in
- * azimuth, the edges from a pilot run, so that narrow peaks are resolved as well as wide lobes. The expected counts are
- * integrals of the density (per solid angle) over the bins by adaptive quadrature. Rejected samples are one more bin,
- * whose expectation is what the density lacks to an integral of 1: so the normalisation is tested too. Bins with an
- * expectation below 5 are pooled. Deterministic for a given seed.
+ * azimuth, the edges from a pilot run, so that narrow peaks are resolved as well as wide lobes. The expected counts
+ * are integrals of the density (per solid angle) over the bins by adaptive quadrature. Rejected samples are one more
+ * bin, whose expectation is what the density lacks to an integral of 1: so the normalisation is tested too. Bins with
+ * an expectation below 5 are pooled. Deterministic for a given seed.
  *
  *     static bool draw(const void *context, const float u[3], ca_vec3 *direction);   true: accepted
  *     static float density(const void *context, ca_vec3 direction);

@@ -28,9 +28,8 @@ static ca_shape sphere(ca_vec3 center, float radius, bool inward)
     return (ca_shape){.kind = CA_SHAPE_SPHERE,
                       .flip_normals = inward,
                       .area = 4.0f * CA_PI * radius * radius,
-                      .map = affine((const double[3][4]){{r, 0, 0, (double)center.x},
-                                                         {0, 0, -r, (double)center.y},
-                                                         {0, r, 0, (double)center.z}}),
+                      .map = affine((const double[3][4]){
+                          {r, 0, 0, (double)center.x}, {0, 0, -r, (double)center.y}, {0, r, 0, (double)center.z}}),
                       .center = center,
                       .radius = radius};
 }
@@ -69,7 +68,7 @@ static void create_rectangle(ca_light_fixture *fixture)
     }
     for (int i = 0; i < 6; i++) mesh->indices[i] = indices[i];
     ca_shape *shape = &fixture->shapes[LIGHT_RECTANGLE];
-    *shape = (ca_shape){.kind = CA_SHAPE_MESH, .mesh = mesh};
+    *shape = (ca_shape){.kind = CA_SHAPE_MESH, .mesh = mesh, .extent = 4.0f};
     float areas[2];
     for (uint32_t i = 0; i < 2; i++) shape->area += areas[i] = (float)ca_mesh_triangle_area(mesh, i);
     assert_int_equal(ca_distribution_1d_create(&shape->triangles, areas, 2, NULL), CA_OK);
@@ -83,11 +82,10 @@ static void create_pictures(ca_light_fixture *fixture)
     for (int i = 0; i < 16 * 9; i++)
         for (int c = 0; c < 3; c++)
             fixture->environment.data[3 * i + c] = i % 7 == 3 ? (float)(1 + i % 5 + c) : i == 40 ? 30.0f : 0.0f;
-    const ca_texture bitmap = {.kind = CA_TEXTURE_BITMAP,
-                               .to_uv = {{1, 0, 0}, {0, 1, 0}},
-                               .as.bitmap = {.image = &fixture->picture,
-                                             .filter = CA_FILTER_BILINEAR,
-                                             .wrap = CA_WRAP_CLAMP}};
+    const ca_texture bitmap = {
+        .kind = CA_TEXTURE_BITMAP,
+        .to_uv = {{1, 0, 0}, {0, 1, 0}},
+        .as.bitmap = {.image = &fixture->picture, .filter = CA_FILTER_BILINEAR, .wrap = CA_WRAP_CLAMP}};
     fixture->textures[0] = bitmap;
     fixture->textures[1] = ca_texture_constant((ca_rgb){2.0f, 3.0f, 1.0f});
     fixture->textures[2] = bitmap;
@@ -100,10 +98,8 @@ static void create_lights(ca_light_fixture *fixture)
     static const double turned[3][4] = {{0.6, 0, 0.8, 0}, {0, 1, 0, 0}, {-0.8, 0, 0.6, 0}};
     ca_light *lights = fixture->lights;
     for (int i = 0; i < LIGHT_COUNT; i++)
-        lights[i] = (ca_light){.textures = fixture->textures,
-                               .texture = CA_NONE,
-                               .radiance = {5.0f, 4.0f, 3.0f},
-                               .map = affine(down)};
+        lights[i] = (ca_light){
+            .textures = fixture->textures, .texture = CA_NONE, .radiance = {5.0f, 4.0f, 3.0f}, .map = affine(down)};
     for (int i = 0; i < LIGHT_SHAPES; i++) {
         lights[i].kind = CA_LIGHT_AREA;
         lights[i].shape = &fixture->shapes[i];
@@ -162,8 +158,8 @@ ca_vec3 ca_light_fixture_reference(int light)
     return light == LIGHT_SPHERE_IN ? (ca_vec3){2.0f, -1.0f, 3.0f} : (ca_vec3){0.4f, 0.2f, 0.3f};
 }
 
-bool ca_light_fixture_trace(const ca_light_fixture *fixture, int shape, ca_vec3 origin, ca_vec3 direction, float t_min,
-                            float *t, ca_surface *surface)
+bool ca_light_fixture_trace(const ca_light_fixture *fixture, int shape, ca_vec3 origin, ca_vec3 direction,
+                            float t_min, float *t, ca_surface *surface)
 {
     ca_hit hit;
     if (!ca_accel_intersect(fixture->accels[shape], origin, direction, t_min, INFINITY, &hit)) return false;

@@ -1,5 +1,5 @@
-/* One light of each kind (several of the area kind), prepared in a scene of radius 10 around (1, 0, -1), with the shapes
- * to trace rays to, for the tests of lights and of sampling shapes. */
+/* One light of each kind (several of the area kind), prepared in a scene of radius 10 around (1, 0, -1), with the
+ * shapes to trace rays to, for the tests of lights and of sampling shapes. */
 #ifndef CA_TEST_LIGHT_FIXTURE_H
 #define CA_TEST_LIGHT_FIXTURE_H
 
@@ -42,7 +42,7 @@ void ca_light_fixture_destroy(ca_light_fixture *fixture);
 ca_vec3 ca_light_fixture_reference(int light);
 
 /* Where the ray meets the shape first at t > t_min, or false. */
-bool ca_light_fixture_trace(const ca_light_fixture *fixture, int shape, ca_vec3 origin, ca_vec3 direction, float t_min,
-                            float *t, ca_surface *surface);
+bool ca_light_fixture_trace(const ca_light_fixture *fixture, int shape, ca_vec3 origin, ca_vec3 direction,
+                            float t_min, float *t, ca_surface *surface);
 
 #endif

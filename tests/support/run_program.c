@@ -16,24 +16,16 @@
 
 #include <cmocka.h>
 
-#ifndef CA_PROGRAM
-#define CA_PROGRAM "" /* this build makes none */
-#endif
-
 enum { WORD_LIMIT = 32 };
 
-const char *ca_program_path(void)
+bool ca_program_open(ca_program *program, const char *built)
 {
     const char *chosen = getenv("CAUSTICA_PROGRAM");
-    const char *path = chosen ? chosen : CA_PROGRAM;
-    return access(path, X_OK) == 0 ? path : NULL;
-}
-
-char *ca_program_folder_create(void)
-{
-    char *folder = strdup("/tmp/caustica-test-XXXXXX");
-    if (!folder || !mkdtemp(folder)) fail_msg("no folder for the test");
-    return folder;
+    program->path = chosen ? chosen : built;
+    if (access(program->path, X_OK) != 0) return false;
+    strcpy(program->folder, "/tmp/caustica-test-XXXXXX");
+    if (!mkdtemp(program->folder)) fail_msg("no folder for the test");
+    return true;
 }
 
 static int remove_one(const char *path, const struct stat *info, int kind, struct FTW *place)
@@ -44,11 +36,7 @@ static int remove_one(const char *path, const struct stat *info, int kind, struc
     return remove(path);
 }
 
-void ca_program_folder_remove(char *folder)
-{
-    nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
-    free(folder);
-}
+void ca_program_close(ca_program *program) { nftw(program->folder, remove_one, 8, FTW_DEPTH | FTW_PHYS); }
 
 static void redirect(const char *file, int target)
 {
@@ -57,22 +45,21 @@ static void redirect(const char *file, int target)
     close(descriptor);
 }
 
-pid_t ca_program_start(const char *folder, const char *const words[], int error_descriptor)
+pid_t ca_program_start(const ca_program *program, const char *const words[], int error_descriptor)
 {
-    const char *path = ca_program_path();
-    char *arguments[WORD_LIMIT + 2] = {(char *)(uintptr_t)path};
+    char *arguments[WORD_LIMIT + 2] = {(char *)(uintptr_t)program->path};
     int count = 1;
     for (; words[count - 1] && count <= WORD_LIMIT; count++) arguments[count] = (char *)(uintptr_t)words[count - 1];
     const pid_t process = fork();
     if (process < 0) fail_msg("cannot fork");
     if (process > 0) return process;
-    if (chdir(folder) != 0) _exit(126);
+    if (chdir(program->folder) != 0) _exit(126);
     redirect(".stdout", STDOUT_FILENO);
     if (error_descriptor < 0)
         redirect(".stderr", STDERR_FILENO);
     else if (dup2(error_descriptor, STDERR_FILENO) < 0)
         _exit(126);
-    execv(path, arguments);
+    execv(program->path, arguments);
     _exit(127);
 }
 
@@ -86,17 +73,17 @@ static void read_text(const char *folder, const char *name, char *text, size_t s
     if (file) fclose(file);
 }
 
-void ca_program_finish(const char *folder, pid_t process, ca_program_result *result)
+void ca_program_finish(const ca_program *program, pid_t process, ca_program_result *result)
 {
     int status = 0;
     if (waitpid(process, &status, 0) != process) fail_msg("cannot wait for the program");
     result->exit_status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     result->signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-    read_text(folder, ".stdout", result->output, sizeof result->output);
-    read_text(folder, ".stderr", result->errors, sizeof result->errors);
+    read_text(program->folder, ".stdout", result->output, sizeof result->output);
+    read_text(program->folder, ".stderr", result->errors, sizeof result->errors);
 }
 
-void ca_program_run(const char *folder, const char *const words[], ca_program_result *result)
+void ca_program_run(const ca_program *program, const char *const words[], ca_program_result *result)
 {
-    ca_program_finish(folder, ca_program_start(folder, words, -1), result);
+    ca_program_finish(program, ca_program_start(program, words, -1), result);
 }

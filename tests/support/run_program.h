@@ -1,7 +1,5 @@
-/* Runs the program `caustica` as a user would: its words, its exit status, what it printed.
- *
- * The program is $CAUSTICA_PROGRAM, else the one this build made (CA_PROGRAM). Functions fail the cmocka test on
- * errors of their own. */
+/* Runs the program `caustica` as a user would: its words, its exit status, what it printed. Functions fail the cmocka
+ * test on errors of their own. */
 #ifndef CA_TEST_RUN_PROGRAM_H
 #define CA_TEST_RUN_PROGRAM_H
 
@@ -15,19 +13,23 @@ typedef struct ca_program_result {
     char output[16384], errors[16384];
 } ca_program_result;
 
-/* A fresh folder to run in, removed by ca_program_folder_remove with all that is in it. */
-char *ca_program_folder_create(void);
-void ca_program_folder_remove(char *folder);
+/* The program and a fresh folder to run it in. */
+typedef struct ca_program {
+    const char *path;
+    char folder[64];
+} ca_program;
 
-/* NULL where there is none. */
-const char *ca_program_path(void);
+/* Takes $CAUSTICA_PROGRAM, else `built` (CA_PROGRAM, what this build made). false where there is none. */
+bool ca_program_open(ca_program *program, const char *built);
+/* Removes the folder with all that is in it. */
+void ca_program_close(ca_program *program);
 
-/* `words` ends with NULL and does not name the program; `folder` is where it runs. */
-void ca_program_run(const char *folder, const char *const words[], ca_program_result *result);
+/* `words` ends with NULL and does not name the program. */
+void ca_program_run(const ca_program *program, const char *const words[], ca_program_result *result);
 
 /* The same in two steps, so that something can happen in between. Standard error goes to `error_descriptor`, or to a
  * file in the folder where that is negative. */
-pid_t ca_program_start(const char *folder, const char *const words[], int error_descriptor);
-void ca_program_finish(const char *folder, pid_t process, ca_program_result *result);
+pid_t ca_program_start(const ca_program *program, const char *const words[], int error_descriptor);
+void ca_program_finish(const ca_program *program, pid_t process, ca_program_result *result);
 
 #endif

@@ -1,0 +1,138 @@
+/* The program on a terminal: the progress line, and what signals do. */
+#define _GNU_SOURCE
+#include "support/program_test.h"
+
+#include <pty.h>
+#include <signal.h>
+#include <sys/ioctl.h>
+
+/* A terminal of that width: what is written to the slave can be read from the result. */
+static int open_terminal(unsigned short columns, int *slave)
+{
+    int master;
+    const struct winsize window = {.ws_row = 24, .ws_col = columns};
+    assert_int_equal(openpty(&master, slave, NULL, NULL, &window), 0);
+    return master;
+}
+
+/* Reads until `words` have come, or to the end where they are NULL; gives back how much was read. */
+static size_t read_until(int master, const char *words, char *text, size_t size)
+{
+    size_t length = 0;
+    text[0] = '\0';
+    while (length + 1 < size && !(words && strstr(text, words))) {
+        const ssize_t got = read(master, text + length, size - 1 - length);
+        if (got <= 0) break;
+        length += (size_t)got;
+        text[length] = '\0';
+    }
+    if (words) assert_says(text, words);
+    return length;
+}
+
+/* Starts a render that goes on for minutes, and waits until it is on its way. */
+static pid_t start_long_render(void **state, int *master)
+{
+    char text[4096];
+    int slave;
+    *master = open_terminal(80, &slave);
+    const pid_t process = ca_program_start(*state,
+                                           (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--time=300",
+                                                                 "--resolution=900x600", "--stats=a.json", NULL},
+                                           slave);
+    close(slave);
+    read_until(*master, "pass", text, sizeof text);
+    return process;
+}
+
+static void test_signal_ends_with_an_image(void **state)
+{
+    ca_program_result r;
+    char text[4096];
+    int master;
+    const pid_t process = start_long_render(state, &master);
+    kill(process, SIGINT);
+    read_until(master, "finishing this pass", text, sizeof text);
+    read_until(master, NULL, text, sizeof text);
+    ca_program_finish(*state, process, &r);
+    close(master);
+    assert_exit(&r, 0);
+    assert_says(r.output, "ended early by a signal");
+    assert_true(exists(folder_of(state), "a.pfm"));
+    json_t *stats = load_json(folder_of(state), "a.json");
+    assert_true(json_is_true(json_object_get(stats, "interrupted")));
+    assert_true(json_number(stats, "seconds") < 120.0);
+    json_decref(stats);
+}
+
+static void test_second_signal_kills(void **state)
+{
+    ca_program_result r;
+    char text[4096];
+    int master;
+    const pid_t process = start_long_render(state, &master);
+    kill(process, SIGINT);
+    read_until(master, "finishing this pass", text, sizeof text);
+    kill(process, SIGTERM);
+    ca_program_finish(*state, process, &r);
+    close(master);
+    assert_int_equal(r.signal, SIGTERM);
+    assert_string_equal(r.output, "");
+}
+
+/* Everything the program writes to a terminal of this width. */
+static size_t read_terminal(void **state, unsigned short columns, char *text, size_t size)
+{
+    int slave;
+    const int master = open_terminal(columns, &slave);
+    const pid_t process = ca_program_start(
+        *state, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--time", "1", NULL}, slave);
+    close(slave);
+    const size_t length = read_until(master, NULL, text, size);
+    close(master);
+    ca_program_result r;
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 0);
+    return length;
+}
+
+static void test_progress_line(void **state)
+{
+    static char text[1 << 16];
+    static const unsigned short widths[] = {100, 40, 12, 3};
+    for (size_t i = 0; i < sizeof widths / sizeof widths[0]; i++) {
+        const size_t length = read_terminal(state, widths[i], text, sizeof text);
+        assert_true(length > 0);
+        assert_null(strchr(text, '\n'));
+        size_t longest = 0;
+        for (char *line = text; *line;) {
+            line += strspn(line, "\r");
+            const size_t shown = strcspn(line, "\r\033");
+            longest = shown > longest ? shown : longest;
+            line += shown;
+            line += strcspn(line, "\r");
+        }
+        if (longest >= widths[i]) fail_msg("%zu columns on a terminal of %u", longest, widths[i]);
+        if (widths[i] >= 40) {
+            assert_true(longest > 20);
+            assert_says(text, "left");
+            assert_says(text, "pass");
+        }
+        if (widths[i] == 100) {
+            assert_says(text, "[");
+            assert_says(text, "noise");
+        }
+        /* Gone at the end. */
+        assert_true(length >= 4 && strcmp(text + length - 4, "\r\033[K") == 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        PROGRAM_TEST(test_signal_ends_with_an_image),
+        PROGRAM_TEST(test_second_signal_kills),
+        PROGRAM_TEST(test_progress_line),
+    };
+    return run_program_tests("command line on a terminal", tests, sizeof tests / sizeof tests[0]);
+}

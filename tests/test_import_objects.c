@@ -1,0 +1,488 @@
+/* Every plugin and parameter ends in the field it belongs to; every default is the documented one. */
+#include "support/import_text.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static ca_scene_desc desc;
+
+static void import(const char *text) { import_text(&desc, text, NULL, 0); }
+
+static void import_with_sensor(const char *sensor)
+{
+    char text[4096];
+    snprintf(text, sizeof text, "<scene version=\"3.0.0\">%s</scene>", sensor);
+    import(text);
+}
+
+static void done(void) { ca_scene_desc_destroy(&desc); }
+
+static void near(double actual, double expected)
+{
+    if (!(fabs(actual - expected) <= 1e-6 * fmax(1.0, fabs(expected))))
+        fail_msg("%.9g, expected %.9g", actual, expected);
+}
+
+static ca_rgb constant(ca_texture_id id)
+{
+    assert_true(id < desc.textures.count);
+    assert_int_equal(desc.textures.items[id].kind, CA_TEXTURE_CONSTANT);
+    return desc.textures.items[id].as.constant;
+}
+
+static void is_rgb(ca_rgb c, double r, double g, double b)
+{
+    near((double)c.r, r);
+    near((double)c.g, g);
+    near((double)c.b, b);
+}
+
+static void is_grey(ca_texture_id id, double value) { is_rgb(constant(id), value, value, value); }
+
+/* ---- Sensors, films, samplers, integrators -----------------------------------------------------------------------
+ */
+
+static void sensor_defaults(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"perspective\"/>");
+    assert_int_equal(desc.camera.camera.kind, CA_CAMERA_PERSPECTIVE);
+    assert_int_equal(desc.camera.fov_axis, CA_FOV_DIAGONAL);
+    near(desc.camera.fov_degrees, 46.793001);
+    /* 50 mm in 4:3: the width is 0.8 of the diagonal. */
+    near((double)desc.camera.camera.tan_half_x, 0.8 * 0.43266615);
+    near((double)desc.camera.camera.near_clip, 1e-2);
+    near((double)desc.camera.camera.far_clip, 1e4);
+    near((double)desc.camera.camera.focus_distance, 1e4);
+    assert_int_equal(desc.film.width, 768);
+    assert_int_equal(desc.film.height, 576);
+    assert_int_equal(desc.film.crop_width, 768);
+    assert_int_equal(desc.film.crop_height, 576);
+    assert_int_equal(desc.film.filter.kind, CA_RFILTER_GAUSSIAN);
+    assert_int_equal(desc.sampler.kind, CA_SAMPLER_INDEPENDENT);
+    assert_int_equal(desc.samples_per_pixel, 4);
+    assert_null(desc.integrator.name);
+    done();
+}
+
+static void perspective_parameters(void **state)
+{
+    (void)state;
+    import_with_sensor(
+        "\n <sensor type=\"perspective\"><float name=\"fov\" value=\"90\"/><string name=\"fov_axis\" value=\"y\"/>"
+        "<float name=\"near_clip\" value=\"0.1\"/><float name=\"far_clip\" value=\"50\"/>"
+        "<float name=\"principal_point_offset_x\" value=\"0.125\"/>"
+        "<float name=\"principal_point_offset_y\" value=\"-0.25\"/>"
+        "<float name=\"shutter_open\" value=\"0\"/><float name=\"shutter_close\" value=\"1\"/>"
+        "<transform name=\"to_world\"><translate z=\"3\"/></transform>"
+        "<film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer name=\"height\" value=\"100\"/>"
+        "<integer name=\"crop_offset_x\" value=\"10\"/><integer name=\"crop_offset_y\" value=\"20\"/>"
+        "<integer name=\"crop_width\" value=\"30\"/><integer name=\"crop_height\" value=\"40\"/>"
+        "<string name=\"pixel_format\" value=\"rgba\"/><boolean name=\"sample_border\" value=\"true\"/></film>"
+        "<sampler type=\"sobol\"><integer name=\"sample_count\" value=\"77\"/><integer name=\"seed\" value=\"5\"/>"
+        "</sampler></sensor>");
+    near((double)desc.camera.camera.tan_half_x, 2.0);
+    assert_int_equal(desc.camera.fov_axis, CA_FOV_Y);
+    near((double)desc.camera.camera.near_clip, 0.1);
+    near((double)desc.camera.camera.far_clip, 50.0);
+    near((double)desc.camera.camera.principal_x, 0.125);
+    near((double)desc.camera.camera.principal_y, -0.25);
+    near((double)desc.camera.camera.map.to[2][3], 3.0);
+    near((double)desc.camera.camera.map.from[2][3], -3.0);
+    assert_int_equal(desc.camera.camera.width, 200);
+    assert_int_equal(desc.camera.camera.height, 100);
+    assert_int_equal(desc.camera.where.line, 2);
+    assert_int_equal(desc.camera.where.column, 2);
+    assert_int_equal(desc.film.crop_x, 10);
+    assert_int_equal(desc.film.crop_y, 20);
+    assert_int_equal(desc.film.crop_width, 30);
+    assert_int_equal(desc.film.crop_height, 40);
+    assert_int_equal(desc.sampler.kind, CA_SAMPLER_SOBOL);
+    assert_int_equal(desc.sampler.seed, 5);
+    assert_int_equal(desc.samples_per_pixel, 77);
+    done();
+}
+
+static void other_sensors(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.5\"/>"
+                       "<float name=\"focus_distance\" value=\"7\"/><string name=\"focal_length\" value=\"25mm\"/>"
+                       "</sensor>");
+    assert_int_equal(desc.camera.camera.kind, CA_CAMERA_THIN_LENS);
+    near((double)desc.camera.camera.lens_radius, 0.5);
+    near((double)desc.camera.camera.focus_distance, 7.0);
+    near((double)desc.camera.camera.tan_half_x, 0.8 * 0.86533230);
+    done();
+    import_with_sensor("<sensor type=\"orthographic\"><transform name=\"to_world\"><scale value=\"4\"/></transform>"
+                       "</sensor>");
+    assert_int_equal(desc.camera.camera.kind, CA_CAMERA_ORTHOGRAPHIC);
+    near((double)desc.camera.camera.map.to[0][0], 4.0);
+    near(desc.camera.fov_degrees, 0.0);
+    done();
+}
+
+static ca_filter import_filter(const char *filter)
+{
+    char text[512];
+    snprintf(text, sizeof text, "<sensor type=\"perspective\"><film type=\"tiledhdrfilm\">%s</film></sensor>",
+             filter);
+    import_with_sensor(text);
+    const ca_filter result = desc.film.filter;
+    done();
+    return result;
+}
+
+static void filters(void **state)
+{
+    (void)state;
+    ca_filter f = import_filter("<rfilter type=\"box\"/>");
+    assert_int_equal(f.kind, CA_RFILTER_BOX);
+    near((double)f.radius, 0.5);
+    f = import_filter("<rfilter type=\"tent\"><float name=\"radius\" value=\"1.5\"/></rfilter>");
+    assert_int_equal(f.kind, CA_RFILTER_TENT);
+    near((double)f.radius, 1.5);
+    f = import_filter("<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"1\"/></rfilter>");
+    assert_int_equal(f.kind, CA_RFILTER_GAUSSIAN);
+    const ca_filter gaussian = ca_filter_default(CA_RFILTER_GAUSSIAN);
+    near((double)f.stddev, 1.0);
+    near((double)(f.radius / f.stddev), (double)(gaussian.radius / gaussian.stddev));
+    f = import_filter("<rfilter type=\"mitchell\"><float name=\"B\" value=\"0.25\"/><float name=\"C\" value=\"0.5\"/>"
+                      "</rfilter>");
+    assert_int_equal(f.kind, CA_RFILTER_MITCHELL);
+    near((double)f.b, 0.25);
+    near((double)f.c, 0.5);
+    assert_int_equal(import_filter("<rfilter type=\"catmullrom\"/>").kind, CA_RFILTER_CATMULL_ROM);
+    f = import_filter("<rfilter type=\"lanczos\"><integer name=\"lobes\" value=\"2\"/></rfilter>");
+    assert_int_equal(f.kind, CA_RFILTER_LANCZOS);
+    near((double)f.lobes, 2.0);
+    near((double)f.radius, 2.0);
+}
+
+/* Kept as they are: whether the name and the parameters make sense is for the renderer to say. */
+static void integrator_parameters(void **state)
+{
+    (void)state;
+    import(SCENE("<integrator type=\"anything\">\n<integer name=\"max_depth\" value=\"-1\"/>"
+                 "<float name=\"radius\" value=\"0.5\"/><string name=\"mode\" value=\"fast\"/>"
+                 "<boolean name=\"hide_emitters\" value=\"true\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "anything");
+    assert_int_equal(desc.integrator.parameters.count, 4);
+    const ca_parameter *p = desc.integrator.parameters.items;
+    assert_string_equal(p[0].name, "max_depth");
+    assert_int_equal(p[0].kind, CA_PARAMETER_NUMBER);
+    near(p[0].number, -1.0);
+    assert_int_equal(p[0].where.line, 3);
+    near(p[1].number, 0.5);
+    assert_int_equal(p[2].kind, CA_PARAMETER_TEXT);
+    assert_string_equal(p[2].text, "fast");
+    assert_int_equal(p[3].kind, CA_PARAMETER_BOOLEAN);
+    near(p[3].number, 1.0);
+    done();
+}
+
+/* ---- Shapes ------------------------------------------------------------------------------------------------------
+ */
+
+static void quadrics(void **state)
+{
+    (void)state;
+    import(SCENE("<shape type=\"sphere\" id=\"ball\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/>"
+                 "<float name=\"radius\" value=\"0.5\"/><boolean name=\"flip_normals\" value=\"true\"/></shape>\n"
+                 "<shape type=\"disk\"/><shape type=\"cylinder\"><point name=\"p0\" value=\"1 1 1\"/>"
+                 "<point name=\"p1\" value=\"2 2 2\"/><float name=\"radius\" value=\"3\"/></shape>"
+                 "<shape type=\"cylinder\"/><shape type=\"sphere\"/>"));
+    const ca_shape_desc *s = desc.shapes.items;
+    assert_int_equal(desc.shapes.count, 5);
+    assert_int_equal(s[0].kind, CA_SHAPE_SPHERE);
+    assert_string_equal(s[0].id, "ball");
+    near((double)s[0].radius, 0.5);
+    near(s[0].center[0], 1.0);
+    near(s[0].center[2], 3.0);
+    assert_true(s[0].flip_normals);
+    assert_int_equal(s[0].mesh, CA_NONE);
+    assert_int_equal(s[0].material, CA_NONE);
+    assert_int_equal(s[0].light, CA_NONE);
+    assert_int_equal(s[0].group, CA_NONE);
+    assert_int_equal(s[1].kind, CA_SHAPE_DISK);
+    assert_int_equal(s[1].where.line, 3);
+    assert_int_equal(s[1].where.column, 1);
+    assert_int_equal(s[2].kind, CA_SHAPE_CYLINDER);
+    near(s[2].p0[1], 1.0);
+    near(s[2].p1[1], 2.0);
+    near((double)s[2].radius, 3.0);
+    near(s[3].p0[2], 0.0);
+    near(s[3].p1[2], 1.0);
+    near((double)s[3].radius, 1.0);
+    near((double)s[4].radius, 1.0);
+    done();
+}
+
+static void meshes(void **state)
+{
+    (void)state;
+    import_write_triangle();
+#define OBJ(body) "<shape type=\"obj\"><string name=\"filename\" value=\"triangle.obj\"/>" body "</shape>"
+    import(SCENE("<shape type=\"rectangle\"/><shape type=\"cube\"/>" OBJ("")
+                     OBJ("<boolean name=\"face_normals\" value=\"true\"/>")
+                         OBJ("<boolean name=\"flip_tex_coords\" value=\"false\"/>")));
+    assert_int_equal(desc.meshes.count, 5);
+    for (uint32_t i = 0; i < 5; i++) assert_int_equal(desc.shapes.items[i].mesh, i);
+    assert_int_equal(desc.meshes.items[0].triangle_count, 2);
+    assert_int_equal(desc.meshes.items[1].triangle_count, 12);
+    const ca_mesh *obj = &desc.meshes.items[2];
+    assert_int_equal(obj->triangle_count, 1);
+    /* Without normals in the file they are computed, unless face_normals forbids it. */
+    assert_non_null(obj->normals);
+    near((double)obj->normals[2], 1.0);
+    assert_null(desc.meshes.items[3].normals);
+    /* As Mitsuba: v of an OBJ is turned round, and bitmaps have v = 0 at their top. */
+    near((double)obj->uvs[5], 0.25);
+    near((double)desc.meshes.items[4].uvs[5], 0.75);
+    done();
+}
+
+static void groups_and_instances(void **state)
+{
+    (void)state;
+    import(
+        SCENE("<shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate x=\"5\"/></transform>"
+              "</shape><shape type=\"shapegroup\" id=\"g\"><shape type=\"cube\"/><shape type=\"sphere\"/></shape>"
+              "<shape type=\"instance\"><ref id=\"g\"/></shape><shape type=\"disk\"/>"));
+    assert_int_equal(desc.groups.count, 1);
+    assert_string_equal(desc.groups.items[0].id, "g");
+    assert_int_equal(desc.instances.count, 2);
+    assert_int_equal(desc.instances.items[0].group, 0);
+    near(desc.instances.items[0].to_world.m[0][3], 5.0);
+    assert_int_equal(desc.instances.items[1].group, 0);
+    assert_int_equal(desc.shapes.count, 3);
+    assert_int_equal(desc.shapes.items[0].group, 0);
+    assert_int_equal(desc.shapes.items[1].group, 0);
+    assert_int_equal(desc.shapes.items[2].group, CA_NONE);
+    done();
+}
+
+/* ---- Emitters ----------------------------------------------------------------------------------------------------
+ */
+
+static void area_lights(void **state)
+{
+    (void)state;
+    import(SCENE("<emitter type=\"constant\"/><shape type=\"cube\">\n<emitter type=\"area\">"
+                 "<rgb name=\"radiance\" value=\"1 2 3\"/></emitter></shape>"
+                 "<shape type=\"cube\"><emitter type=\"area\"><texture name=\"radiance\" type=\"checkerboard\"/>"
+                 "</emitter></shape><shape type=\"sphere\"><emitter type=\"area\"/></shape>"));
+    const ca_light_desc *l = desc.lights.items;
+    assert_int_equal(desc.lights.count, 4);
+    for (uint32_t i = 0; i < 3; i++) assert_int_equal(desc.shapes.items[i].light, i + 1);
+    assert_int_equal(l[1].kind, CA_LIGHT_AREA);
+    assert_int_equal(l[1].where.line, 3);
+    is_rgb(constant(l[1].texture), 1.0, 2.0, 3.0);
+    is_rgb(l[1].radiance, 1.0, 1.0, 1.0);
+    assert_int_equal(desc.textures.items[l[2].texture].kind, CA_TEXTURE_CHECKERBOARD);
+    is_grey(l[3].texture, 1.0);
+    done();
+}
+
+static void point_lights(void **state)
+{
+    (void)state;
+    import(SCENE("<emitter type=\"point\"><point name=\"position\" x=\"1\" y=\"2\" z=\"3\"/>"
+                 "<rgb name=\"intensity\" value=\"4 5 6\"/></emitter>"
+                 "<emitter type=\"point\"><transform name=\"to_world\"><translate y=\"7\"/></transform></emitter>"
+                 "<emitter type=\"spot\"><spectrum name=\"intensity\" value=\"8\"/></emitter>"
+                 "<emitter type=\"spot\"><float name=\"cutoff_angle\" value=\"40\"/><float name=\"beam_width\" "
+                 "value=\"10\"/><texture name=\"texture\" type=\"checkerboard\"/>"
+                 "<transform name=\"to_world\"><lookat origin=\"0 3 0\" target=\"0 0 0\" up=\"0 0 1\"/></transform>"
+                 "</emitter>"));
+    const ca_light_desc *l = desc.lights.items;
+    assert_int_equal(l[0].kind, CA_LIGHT_POINT);
+    near(l[0].position[2], 3.0);
+    is_rgb(l[0].radiance, 4.0, 5.0, 6.0);
+    near(l[1].position[1], 7.0);
+    is_rgb(l[1].radiance, 1.0, 1.0, 1.0);
+    assert_int_equal(l[2].kind, CA_LIGHT_SPOT);
+    is_rgb(l[2].radiance, 8.0, 8.0, 8.0);
+    near(l[2].cutoff_degrees, 20.0);
+    near(l[2].beam_degrees, 15.0);
+    assert_int_equal(l[2].texture, CA_NONE);
+    near(l[3].cutoff_degrees, 40.0);
+    near(l[3].beam_degrees, 10.0);
+    near(l[3].position[1], 3.0);
+    near(l[3].to_world.m[1][2], -1.0);
+    /* Lights hand v upwards, Mitsuba's texture expects it downwards. */
+    const ca_texture *thrown = &desc.textures.items[l[3].texture];
+    near((double)thrown->to_uv[1][1], -1.0);
+    near((double)thrown->to_uv[1][2], 1.0);
+    done();
+}
+
+static void distant_lights(void **state)
+{
+    (void)state;
+    import_write_picture();
+    import(
+        SCENE("<emitter type=\"directional\"><vector name=\"direction\" x=\"0\" y=\"-2\" z=\"0\"/>"
+              "<rgb name=\"irradiance\" value=\"3\"/></emitter>"
+              "<emitter type=\"directional\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/></transform>"
+              "</emitter>"
+              "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"0.1 0.2 0.3\"/></emitter>"
+              "<emitter type=\"envmap\"><string name=\"filename\" value=\"picture.pfm\"/>"
+              "<float name=\"scale\" value=\"2\"/><transform name=\"to_world\"><rotate y=\"1\" angle=\"90\"/>"
+              "</transform></emitter>"));
+    const ca_light_desc *l = desc.lights.items;
+    assert_int_equal(l[0].kind, CA_LIGHT_DIRECTIONAL);
+    near(l[0].direction[1], -1.0);
+    is_rgb(l[0].radiance, 3.0, 3.0, 3.0);
+    near(l[1].direction[1], -1.0);
+    assert_int_equal(l[2].kind, CA_LIGHT_CONSTANT);
+    is_rgb(l[2].radiance, 0.1, 0.2, 0.3);
+    assert_int_equal(l[3].kind, CA_LIGHT_ENVMAP);
+    assert_int_equal(l[3].image, 0);
+    is_rgb(l[3].radiance, 2.0, 2.0, 2.0);
+    near(l[3].to_world.m[0][2], 1.0);
+    done();
+}
+
+static void projectors(void **state)
+{
+    (void)state;
+    import_write_picture();
+    import(SCENE("<emitter type=\"projector\"><texture name=\"irradiance\" type=\"bitmap\">"
+                 "<string name=\"filename\" value=\"picture.pfm\"/></texture><float name=\"scale\" value=\"5\"/>"
+                 "<float name=\"fov\" value=\"90\"/></emitter>"
+                 "<emitter type=\"projector\"/>"));
+    const ca_light_desc *l = desc.lights.items;
+    assert_int_equal(l[0].kind, CA_LIGHT_PROJECTOR);
+    is_rgb(l[0].radiance, 5.0, 5.0, 5.0);
+    near(l[0].tan_half_x, 1.0);
+    near(l[0].tan_half_y, 1.0);
+    /* Upright: the two turns of v cancel. */
+    const ca_texture *thrown = &desc.textures.items[l[0].texture];
+    assert_int_equal(thrown->kind, CA_TEXTURE_BITMAP);
+    near((double)thrown->to_uv[1][1], 1.0);
+    near((double)thrown->to_uv[1][2], 0.0);
+    is_grey(l[1].texture, 1.0);
+    near(l[1].tan_half_x, 0.43266615 / sqrt(2.0));
+    done();
+}
+
+/* ---- Textures and colours ----------------------------------------------------------------------------------------
+ */
+
+static void textures(void **state)
+{
+    (void)state;
+    import_write_picture();
+#define BITMAP(body) "<texture type=\"bitmap\"><string name=\"filename\" value=\"picture.pfm\"/>" body "</texture>"
+    import(SCENE(
+        BITMAP("")
+            BITMAP(
+                "<string name=\"filter_type\" value=\"nearest\"/><string name=\"wrap_mode\" "
+                "value=\"clamp\"/><transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/>"
+                "<translate x=\"0.5\" y=\"0.25\"/></transform>") BITMAP("<boolean name=\"raw\" "
+                                                                        "value=\"true\"/><string name=\"wrap_mode\" "
+                                                                        "value=\"mirror\"/>") "<texture "
+                                                                                              "type=\"checkerboard\">"
+                                                                                              "<rgb name=\"color0\" "
+                                                                                              "value=\"1 0 "
+                                                                                              "0\"/></texture>"
+                                                                                              "<texture "
+                                                                                              "type=\"mesh_"
+                                                                                              "attribute\"><string "
+                                                                                              "name=\"name\" "
+                                                                                              "value=\"vertex_"
+                                                                                              "color\"/></texture>"));
+    const ca_texture *t = desc.textures.items;
+    assert_int_equal(t[0].kind, CA_TEXTURE_BITMAP);
+    assert_int_equal(t[0].as.bitmap.filter, CA_FILTER_BILINEAR);
+    assert_int_equal(t[0].as.bitmap.wrap, CA_WRAP_REPEAT);
+    near((double)t[0].to_uv[0][0], 1.0);
+    near((double)t[0].to_uv[1][1], -1.0); /* Mitsuba's v = 0 is the top row, ours the bottom row */
+    near((double)t[0].to_uv[1][2], 1.0);
+    assert_int_equal(t[1].as.bitmap.filter, CA_FILTER_NEAREST);
+    assert_int_equal(t[1].as.bitmap.wrap, CA_WRAP_CLAMP);
+    near((double)t[1].to_uv[0][0], 2.0);
+    near((double)t[1].to_uv[0][2], 0.5);
+    near((double)t[1].to_uv[1][1], -3.0);
+    near((double)t[1].to_uv[1][2], 0.75);
+    assert_int_equal(t[2].as.bitmap.wrap, CA_WRAP_MIRROR);
+    /* The same file is read once for each encoding. */
+    assert_int_equal(desc.images.count, 2);
+    assert_int_equal(t[0].as.bitmap.image_index, t[1].as.bitmap.image_index);
+    assert_int_not_equal(t[0].as.bitmap.image_index, t[2].as.bitmap.image_index);
+    assert_int_equal(desc.images.items[0].width, 2);
+    const ca_texture *checks = &t[desc.textures.count - 2];
+    assert_int_equal(checks->kind, CA_TEXTURE_CHECKERBOARD);
+    is_rgb(constant(checks->as.checkerboard.color0), 1.0, 0.0, 0.0);
+    is_grey(checks->as.checkerboard.color1, 0.2);
+    assert_int_equal(t[desc.textures.count - 1].kind, CA_TEXTURE_MESH_ATTRIBUTE);
+    assert_string_equal(t[desc.textures.count - 1].as.mesh_attribute.name, "vertex_color");
+    done();
+}
+
+static void colors(void **state)
+{
+    (void)state;
+    import_write_text("grey.spd", "# a comment\n360 0.25\n\n500\t0.25 # another\n830 0.25\n");
+#define DIFFUSE(element) "<bsdf type=\"diffuse\">" element "</bsdf>"
+    import(SCENE(DIFFUSE("<rgb name=\"reflectance\" value=\"0.1, 0.2, 0.3\"/>")
+                     DIFFUSE("<rgb name=\"reflectance\" value=\"0.4\"/>")
+                         DIFFUSE("<rgb name=\"reflectance\" value=\"#3366ff\"/>")
+                             DIFFUSE("<spectrum name=\"reflectance\" value=\"0.6\"/>")
+                                 DIFFUSE("<spectrum name=\"reflectance\" value=\"300:0.7, 900:0.7\"/>")
+                                     DIFFUSE("<spectrum name=\"reflectance\" filename=\"grey.spd\"/>")
+                                         DIFFUSE("<float name=\"reflectance\" value=\"0.8\"/>")
+                                             DIFFUSE("") DIFFUSE("<spectrum name=\"reflectance\" value=\"500:1 "
+                                                                 "510:1\"/>") "<emitter type=\"constant\"><spectrum "
+                                                                              "name=\"radiance\" value=\"360:2 "
+                                                                              "830:2\"/></emitter>"
+                                                                              "<emitter type=\"point\"><spectrum "
+                                                                              "name=\"intensity\" "
+                                                                              "value=\"2\"/></emitter>"));
+    const ca_material_desc *m = desc.materials.items;
+    is_rgb(constant(m[0].material.reflectance), 0.1, 0.2, 0.3);
+    is_grey(m[1].material.reflectance, 0.4);
+    is_rgb(constant(m[2].material.reflectance), 0.2, 0.4, 1.0);
+    is_grey(m[3].material.reflectance, 0.6);
+    is_grey(m[4].material.reflectance, 0.7);
+    is_grey(m[5].material.reflectance, 0.25);
+    is_grey(m[6].material.reflectance, 0.8);
+    is_grey(m[7].material.reflectance, 0.5);
+    /* Cyan light is outside of Rec. 709: its red would be negative. */
+    const ca_rgb cyan = constant(m[8].material.reflectance);
+    assert_true(cyan.r == 0.0f && cyan.g > 0.02f && cyan.g < 0.2f);
+    assert_true(fabsf(ca_luminance(desc.lights.items[0].radiance) - 2.0f) < 1e-3f);
+    assert_true(desc.lights.items[0].radiance.r > 2.2f); /* equal energy is reddish */
+    is_rgb(desc.lights.items[1].radiance, 2.0, 2.0, 2.0);
+    done();
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    import_remove_folder();
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sensor_defaults),
+        cmocka_unit_test(perspective_parameters),
+        cmocka_unit_test(other_sensors),
+        cmocka_unit_test(filters),
+        cmocka_unit_test(integrator_parameters),
+        cmocka_unit_test(quadrics),
+        cmocka_unit_test(meshes),
+        cmocka_unit_test(groups_and_instances),
+        cmocka_unit_test(area_lights),
+        cmocka_unit_test(point_lights),
+        cmocka_unit_test(distant_lights),
+        cmocka_unit_test(projectors),
+        cmocka_unit_test(textures),
+        cmocka_unit_test(colors),
+    };
+    return cmocka_run_group_tests(tests, NULL, remove_folder);
+}

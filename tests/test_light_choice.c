@@ -1,0 +1,99 @@
+/* Choosing among lights by power, and the ways in which preparing a light can fail. */
+#include "light/light_choice.h"
+
+#include "base/memory.h"
+#include "math/numeric.h"
+#include "support/light_fixture.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+static ca_light_fixture fixture;
+
+static int set_up(void **state)
+{
+    (void)state;
+    ca_light_fixture_create(&fixture);
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    ca_light_fixture_destroy(&fixture);
+    return 0;
+}
+
+static void test_bad_pictures(void **state)
+{
+    (void)state;
+    ca_error error;
+    float *pixel = &fixture.environment.data[30], saved = *pixel;
+    *pixel = NAN;
+    ca_light light = fixture.lights[LIGHT_ENVMAP];
+    assert_int_equal(ca_light_prepare(&light, (ca_vec3){0}, 1.0f, &error), CA_ERROR_SCENE);
+    *pixel = saved;
+    pixel = &fixture.picture.data[30];
+    saved = *pixel;
+    *pixel = INFINITY;
+    light = fixture.lights[LIGHT_PROJECTOR];
+    assert_int_equal(ca_light_prepare(&light, (ca_vec3){0}, 1.0f, &error), CA_ERROR_SCENE);
+    *pixel = saved;
+}
+
+static void test_allocation_failures(void **state)
+{
+    (void)state;
+    static const int kinds[] = {LIGHT_ENVMAP, LIGHT_PROJECTOR};
+    for (int k = 0; k < 2; k++) {
+        ca_status status = CA_ERROR_MEMORY;
+        for (long n = 0; status != CA_OK; n++) {
+            ca_light light = fixture.lights[kinds[k]];
+            light.pixels = (ca_distribution_2d){0};
+            ca_memory_fail_after(n);
+            status = ca_light_prepare(&light, (ca_vec3){0}, 1.0f, NULL);
+            ca_memory_fail_after(-1);
+            assert_true(status == CA_OK || status == CA_ERROR_MEMORY);
+            ca_light_release(&light);
+        }
+    }
+}
+
+static void test_choice(void **state)
+{
+    (void)state;
+    ca_light_choice choice;
+    assert_int_equal(ca_light_choice_create(&choice, fixture.lights, LIGHT_COUNT, NULL), CA_OK);
+    double total = 0.0;
+    for (int i = 0; i < LIGHT_COUNT; i++) total += (double)fixture.lights[i].power;
+    for (uint32_t i = 0; i < LIGHT_COUNT; i++)
+        assert_true(fabs((double)ca_light_choice_probability(&choice, i) - (double)fixture.lights[i].power / total) <
+                    1e-6);
+    float probability;
+    const uint32_t chosen = ca_light_choice_sample(&choice, 0.7f, &probability);
+    assert_true(chosen < LIGHT_COUNT && probability == ca_light_choice_probability(&choice, chosen));
+    ca_light_choice_destroy(&choice);
+
+    assert_int_equal(ca_light_choice_create(&choice, NULL, 0, NULL), CA_OK);
+    assert_int_equal(ca_light_choice_sample(&choice, 0.3f, &probability), CA_NONE);
+    assert_true(probability == 0.0f && ca_light_choice_probability(&choice, 0) == 0.0f);
+    ca_light_choice_destroy(&choice);
+
+    ca_light endless = fixture.lights[LIGHT_POINT];
+    endless.power = INFINITY;
+    ca_error error;
+    assert_int_equal(ca_light_choice_create(&choice, &endless, 1, &error), CA_ERROR_SCENE);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_choice),
+        cmocka_unit_test(test_bad_pictures),
+        cmocka_unit_test(test_allocation_failures),
+    };
+    return cmocka_run_group_tests_name("light choice", tests, set_up, tear_down);
+}
