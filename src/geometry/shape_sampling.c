@@ -1,49 +1,23 @@
 /* Points of shapes for light sources: uniform by area, or seen from a point of the scene; and bounds. */
 #include "geometry/quadric.h"
+#include "geometry/triangle.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
 /* ---- By area ------------------------------------------------------------------------------------------------------
  */
 
-static ca_vec3 load3(const float *values, uint32_t index)
-{
-    const float *p = values + 3 * (size_t)index;
-    return (ca_vec3){p[0], p[1], p[2]};
-}
-
-static ca_vec3 interpolate3(const float *values, const uint32_t index[3], float b0, float b1, float b2)
-{
-    return ca_madd(ca_madd(ca_mul(load3(values, index[0]), b0), b1, load3(values, index[1])), b2,
-                   load3(values, index[2]));
-}
-
-/* A point of a triangle, as ca_accel_surface makes it from a hit. Its position is a sum of three products, each
- * coordinate within seven roundings of the largest corner's. */
+/* The point as ca_accel_surface would make it from a hit there. */
 static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 barycentric, ca_surface *surface)
 {
-    const uint32_t *index = mesh->indices + 3 * (size_t)primitive;
-    const ca_vec3 p0 = load3(mesh->positions, index[0]), p1 = load3(mesh->positions, index[1]),
-                  p2 = load3(mesh->positions, index[2]);
-    const float b1 = barycentric.x, b2 = barycentric.y, b0 = 1.0f - b1 - b2;
-    surface->position = interpolate3(mesh->positions, index, b0, b1, b2);
-    surface->position_error =
-        ca_mul(ca_max_vec3(ca_abs3(p0), ca_max_vec3(ca_abs3(p1), ca_abs3(p2))), 2.0f * CA_GAMMA(7));
-    surface->ng = ca_normalize(ca_cross(ca_sub(p1, p0), ca_sub(p2, p0)));
+    const ca_triangle t = ca_triangle_load(mesh, primitive);
+    ca_triangle_position(&t, barycentric, surface);
+    surface->ng = ca_normalize(ca_cross(ca_sub(t.p[1], t.p[0]), ca_sub(t.p[2], t.p[0])));
     surface->ns = surface->ng;
     surface->barycentric = surface->uv = barycentric;
     surface->mesh = mesh;
     surface->primitive = primitive;
-    if (mesh->uvs) {
-        const float *uv0 = mesh->uvs + 2 * (size_t)index[0], *uv1 = mesh->uvs + 2 * (size_t)index[1],
-                    *uv2 = mesh->uvs + 2 * (size_t)index[2];
-        surface->uv = (ca_vec2){b0 * uv0[0] + b1 * uv1[0] + b2 * uv2[0], b0 * uv0[1] + b1 * uv1[1] + b2 * uv2[1]};
-    }
-    if (!mesh->normals) return;
-    const ca_vec3 n = interpolate3(mesh->normals, index, b0, b1, b2);
-    const float length2 = ca_length2(n);
-    if (length2 > 0.0f) surface->ns = ca_mul(n, 1.0f / sqrtf(length2));
-    if (ca_dot(surface->ns, surface->ng) < 0.0f) surface->ng = ca_neg(surface->ng);
+    ca_triangle_attributes(mesh, primitive, barycentric, surface);
 }
 
 static void sample_mesh(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
@@ -182,7 +156,7 @@ static void mesh_bounds(const ca_mesh *mesh, ca_vec3 *low, ca_vec3 *high)
     *low = (ca_vec3){INFINITY, INFINITY, INFINITY};
     *high = (ca_vec3){-INFINITY, -INFINITY, -INFINITY};
     for (uint32_t i = 0; i < mesh->vertex_count; i++) {
-        const ca_vec3 p = load3(mesh->positions, i);
+        const ca_vec3 p = ca_load3(mesh->positions, i);
         *low = ca_min_vec3(*low, p);
         *high = ca_max_vec3(*high, p);
     }

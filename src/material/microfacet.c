@@ -6,14 +6,9 @@
 
 #define INV_SQRT_PI 0.56418958354775628695f
 
-static inline bool is_valid(const ca_microfacet *facets)
-{
-    return facets->alpha_x >= CA_MICROFACET_MIN_ALPHA && facets->alpha_y >= CA_MICROFACET_MIN_ALPHA;
-}
-
 float ca_microfacet_density(const ca_microfacet *facets, ca_vec3 m)
 {
-    assert(is_valid(facets));
+    assert(facets->alpha_x >= CA_MICROFACET_MIN_ALPHA && facets->alpha_y >= CA_MICROFACET_MIN_ALPHA);
     if (!(m.z > 0.0f)) return 0.0f;
     const float x = m.x / facets->alpha_x, y = m.y / facets->alpha_y, z2 = m.z * m.z;
     const float scale = CA_PI * facets->alpha_x * facets->alpha_y;
@@ -126,7 +121,7 @@ static ca_vec3 sample_all_normals(const ca_microfacet *facets, ca_vec2 u)
 
 ca_vec3 ca_microfacet_sample(const ca_microfacet *facets, ca_vec3 v, ca_vec2 u)
 {
-    assert(is_valid(facets) && v.z > 0.0f);
+    assert(facets->alpha_x >= CA_MICROFACET_MIN_ALPHA && facets->alpha_y >= CA_MICROFACET_MIN_ALPHA && v.z > 0.0f);
     if (!facets->sample_visible) return sample_all_normals(facets, u);
     if (facets->kind == CA_MICROFACET_GGX) return sample_visible_ggx(facets, v, u);
     return sample_visible_beckmann(facets, v, u);
