@@ -202,12 +202,11 @@ size_t ca_accel_bytes(const ca_accel *accel) { return accel->bytes; }
 
 /* ---- Queries ---------------------------------------------------------------------------------------------------- */
 
-/* Embree's asserts abort the process on rays that are not finite or start beyond 1e30: such a ray meets nothing. The
- * sum of the coordinates times zero is zero only for finite numbers. */
-static inline bool ray_is_valid(ca_vec3 o, ca_vec3 d, float t_min, float t_max)
+/* Embree's asserts abort the process on rays that are not finite or start beyond 1e30: such a ray meets nothing. A
+ * comparison with NaN is false, and squares overflow to infinity early enough. */
+static inline bool ray_is_valid(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
-    const float all_finite = (o.x + o.y + o.z) * 0.0f + (d.x + d.y + d.z) * 0.0f;
-    return all_finite == 0.0f && ca_max3(ca_abs3(o)) < 1e18f && t_min >= 0.0f && t_max > t_min;
+    return (ca_length2(origin) < 1e36f) & (ca_length2(direction) < INFINITY) & (t_min >= 0.0f) & (t_max > t_min);
 }
 
 static inline struct RTCRay make_ray(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)

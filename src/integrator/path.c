@@ -104,8 +104,9 @@ static bool scatter(const path_state *state, path_walk *walk, const ca_surface *
                     const ca_stream *stream)
 {
     const uint32_t dimension = ca_vertex_dimension(walk->depth);
+    const ca_vec2 u_lobe_roulette = ca_sample_2d(stream, dimension + CA_DIM_BSDF_LOBE);
     ca_bsdf_sample sample;
-    if (!ca_bsdf_sample_direction(bsdf, ca_neg(walk->direction), ca_sample_1d(stream, dimension + CA_DIM_BSDF_LOBE),
+    if (!ca_bsdf_sample_direction(bsdf, ca_neg(walk->direction), u_lobe_roulette.x,
                                   ca_sample_2d(stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_CAMERA, &sample))
         return false;
     walk->throughput = ca_rgb_mul(walk->throughput, sample.weight);
@@ -122,8 +123,8 @@ static bool scatter(const path_state *state, path_walk *walk, const ca_surface *
     const float largest = ca_rgb_max(walk->throughput);
     if (!(largest > 0.0f)) return false;
     if (walk->depth < state->rr_depth) return true;
-    const float survival = fminf(0.95f, largest * walk->eta2);
-    if (ca_sample_1d(stream, dimension + CA_DIM_ROULETTE) >= survival) return false;
+    const float survival = ca_min(0.95f, largest * walk->eta2);
+    if (u_lobe_roulette.y >= survival) return false;
     walk->throughput = ca_rgb_scale(walk->throughput, 1.0f / survival);
     return true;
 }

@@ -28,27 +28,34 @@ void ca_light_area_prepare(ca_light *light)
     light->power = CA_PI * light->shape->area * mean;
 }
 
+/* Spheres are sampled by the cone in which they are seen; all other shapes by area, where one root and one division give
+ * distance, direction and density together. */
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
+    const ca_shape *shape = light->shape;
     ca_surface surface;
-    const ca_pdf_solid_angle pdf = ca_shape_sample_direct(light->shape, reference, u, &surface);
-    if (!(pdf.v > 0.0f)) return false;
+    ca_pdf_solid_angle pdf_cone = {0.0f};
+    if (shape->kind == CA_SHAPE_SPHERE)
+        pdf_cone = ca_shape_sample_direct(shape, reference, u, &surface);
+    else
+        ca_shape_sample_area(shape, u, &surface);
     const ca_vec3 segment = ca_sub(surface.position, reference);
-    const float distance = ca_length(segment);
-    const ca_vec3 to_light = ca_mul(segment, 1.0f / distance);
-    const float cos_light = -ca_dot(to_light, surface.ng);
-    if (!(cos_light > 0.0f)) return false;
-    *direct = (ca_light_direct){.to_light = to_light,
-                                .distance = distance,
-                                .position = surface.position,
-                                .position_error = surface.position_error,
-                                .ng = surface.ng,
-                                .radiance = radiance_at(light, &surface),
-                                .pdf_direct = pdf,
-                                .pdf_position = {1.0f / light->shape->area},
-                                .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light),
-                                .cos_light = cos_light};
-    return true;
+    const float distance2 = ca_length2(segment);
+    const float distance = sqrtf(distance2), inverse = 1.0f / distance;
+    const float cos_light = -ca_dot(segment, surface.ng) * inverse;
+    if (!(cos_light > 0.0f && distance2 > 0.0f)) return false;
+    direct->to_light = ca_mul(segment, inverse);
+    direct->distance = distance;
+    direct->position = surface.position;
+    direct->position_error = surface.position_error;
+    direct->ng = surface.ng;
+    direct->radiance = radiance_at(light, &surface);
+    direct->pdf_position.v = 1.0f / shape->area;
+    direct->pdf_direct =
+        shape->kind == CA_SHAPE_SPHERE ? pdf_cone : ca_pdf_to_solid_angle(direct->pdf_position, cos_light, distance2);
+    direct->pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light);
+    direct->cos_light = cos_light;
+    return direct->pdf_direct.v > 0.0f;
 }
 
 bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,

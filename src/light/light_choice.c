@@ -26,6 +26,10 @@ uint32_t ca_light_choice_sample(const ca_light_choice *choice, float u, float *p
 {
     *probability = 0.0f;
     if (choice->by_power.count == 0) return CA_NONE;
+    if (choice->by_power.count == 1) {
+        *probability = 1.0f;
+        return 0;
+    }
     return ca_distribution_1d_sample(&choice->by_power, u, probability, NULL);
 }
 

@@ -94,6 +94,10 @@ void ca_filter_prepare(ca_filter *filter)
         filter->nodes[i] = (float)((double)filter->nodes[i] * density_scale);
         filter->cumulative[i] = (float)(cumulative[i] / total);
     }
+    for (uint32_t cell = 0, i = 0; cell < CA_FILTER_TABLE; cell++) {
+        while (i + 1 < CA_FILTER_TABLE && filter->cumulative[i + 1] <= (float)cell / CA_FILTER_TABLE) i++;
+        filter->guide[cell] = (unsigned char)i;
+    }
 }
 
 float ca_filter_eval(const ca_filter *filter, float x)
@@ -102,18 +106,12 @@ float ca_filter_eval(const ca_filter *filter, float x)
     return distance < filter->radius ? shape_of(filter, distance) / filter->integral : 0.0f;
 }
 
-/* Interval of the table that holds u. */
+/* Interval of the table that holds u, from the one where u's cell of the guide begins: one or two steps on average. */
 static uint32_t find_interval(const ca_filter *filter, float u)
 {
-    uint32_t low = 0, high = CA_FILTER_TABLE;
-    while (high - low > 1) {
-        const uint32_t middle = (low + high) / 2;
-        if (filter->cumulative[middle] <= u)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    uint32_t i = filter->guide[(uint32_t)(u * CA_FILTER_TABLE)];
+    while (i + 1 < CA_FILTER_TABLE && filter->cumulative[i + 1] <= u) i++;
+    return i;
 }
 
 /* Inverts the integral of the piecewise-linear density: within an interval with densities a and b at its ends, the

@@ -31,6 +31,7 @@ typedef struct ca_filter {
     float integral;                        /* of f over one axis: the normalisation */
     float nodes[CA_FILTER_TABLE + 1];      /* sampling density of an offset, in 1/pixel, linear in between: |f| */
     float cumulative[CA_FILTER_TABLE + 1]; /* its integral from -radius */
+    unsigned char guide[CA_FILTER_TABLE];  /* an interval at or before the one that holds i / CA_FILTER_TABLE */
 } ca_filter;
 
 /* Mitsuba's defaults for each kind. */

@@ -29,7 +29,7 @@ enum {
     /* per vertex, relative */
     CA_DIM_BSDF_DIRECTION = 0, /* 2 */
     CA_DIM_BSDF_LOBE = 2,      /* 1 */
-    CA_DIM_ROULETTE = 3,       /* 1 */
+    CA_DIM_ROULETTE = 3,       /* 1; one pair with the lobe */
     CA_DIM_NEXT_EVENT = 4,     /* 2: point on the chosen light (or on the lens, for a splat) */
     CA_DIM_NEXT_LIGHT = 6,     /* 1: which light */
     CA_DIM_VERTEX_COUNT = 8,

@@ -41,13 +41,19 @@ ca_vec2 ca_warp_disk(ca_vec2 u)
     return (ca_vec2){b * s, b * c};
 }
 
+/* The radius is the root of one number and the angle the other, in quarter turns that need no reduction. Concentric squares
+ * would keep squares squarer, at the price of a division and of a branch that cannot be predicted. z is never 0: u.x is at
+ * most 1 - 2^-24. */
 ca_vec3 ca_warp_cosine_hemisphere(ca_vec2 u)
 {
-    const ca_vec2 d = ca_warp_disk(u);
-    /* The rim of the disk would give a direction in the horizon, with a density of 0; rounding of d.x^2 + d.y^2 is as
-     * large as the bound that prevents it. */
-    const float z2 = 1.0f - d.x * d.x - d.y * d.y;
-    return (ca_vec3){d.x, d.y, sqrtf(z2 > 0x1p-24f ? z2 : 0x1p-24f)};
+    const float quarters = 4.0f * u.y;
+    const int quadrant = (int)(quarters + 0.5f);
+    float s, c;
+    sincos_quarter((quarters - (float)quadrant) * (0.5f * CA_PI), &s, &c);
+    const float r = sqrtf(u.x);
+    const float x = (quadrant & 1) ? -s : c, y = (quadrant & 1) ? c : s;
+    const float sign = (quadrant & 2) ? -r : r;
+    return (ca_vec3){sign * x, sign * y, sqrtf(1.0f - u.x)};
 }
 
 /* A direction whose 1 - cos is given: the sine comes from it without cancellation, as near the pole as it may be. */
