@@ -95,30 +95,39 @@ static json_t *figures_json(const path_figures *figures)
                      figures->scaling);
 }
 
-static void write_results(const char *path, const path_figures *cornell, const path_figures *million)
+static void write_results(const char *path, json_t *scenes)
 {
     ca_file_writer writer;
     ca_error error;
     if (ca_file_create(&writer, path, &error) != CA_OK) die("results", &error);
-    json_t *root = json_pack("{s:{s:o, s:o}}", "path", "cornell-box", figures_json(cornell), "million", figures_json(million));
+    json_t *root = json_pack("{s:o}", "path", scenes);
     json_dumpf(root, writer.stream, JSON_INDENT(2) | JSON_REAL_PRECISION(5));
     fputc('\n', writer.stream);
     json_decref(root);
     if (ca_file_commit(&writer, &error) != CA_OK) die("results", &error);
 }
 
+static ca_status load_cornell_box(ca_scene **scene, ca_error *error)
+{
+    return ca_scene_load(CA_SOURCE_DIR "/scenes/cornell-box/cornell-box.xml", NULL, 0, scene, error);
+}
+
 int main(int argc, char **argv)
 {
-    ca_error error;
-    ca_scene *scene;
-    if (ca_scene_load(CA_SOURCE_DIR "/scenes/cornell-box/cornell-box.xml", NULL, 0, &scene, &error) != CA_OK)
-        die("cornell-box", &error);
-    const path_figures cornell = measure("cornell-box", scene, 6);
-    ca_scene_release(scene);
-    if (bench_scene_million(&scene, &error) != CA_OK) die("million", &error);
-    const path_figures million = measure("million", scene, 4);
-    ca_scene_release(scene);
-    const char *results = argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json";
-    write_results(results, &cornell, &million);
+    static const struct {
+        const char *name;
+        ca_status (*load)(ca_scene **scene, ca_error *error);
+        uint32_t samples;
+    } scenes[] = {{"cornell-box", load_cornell_box, 6}, {"terrain", bench_scene_terrain, 4}, {"balls", bench_scene_balls, 4}};
+    json_t *figures = json_object();
+    for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
+        ca_error error;
+        ca_scene *scene;
+        if (scenes[i].load(&scene, &error) != CA_OK) die(scenes[i].name, &error);
+        const path_figures measured = measure(scenes[i].name, scene, scenes[i].samples);
+        json_object_set_new(figures, scenes[i].name, figures_json(&measured));
+        ca_scene_release(scene);
+    }
+    write_results(argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json", figures);
     return 0;
 }

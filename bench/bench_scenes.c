@@ -1,5 +1,7 @@
 #include "bench_scenes.h"
 
+#include "math/numeric.h"
+
 #include <math.h>
 
 /* One more diffuse material, by its id. */
@@ -52,43 +54,92 @@ static ca_status terrain(ca_mesh *mesh, uint32_t columns, uint32_t rows, ca_erro
     return CA_OK;
 }
 
-static ca_status fill(ca_scene_desc *desc, ca_error *error)
+/* A ball of 32 x 64 quads whose radius swells and shrinks over its surface. */
+static ca_status bumpy_ball(ca_mesh *mesh, ca_vec3 center, float radius, ca_error *error)
 {
-    const uint32_t white = add_diffuse(desc, ca_rgb_grey(0.7f)), green = add_diffuse(desc, ca_rgb_make(0.3f, 0.6f, 0.2f));
+    enum { RINGS = 32, SEGMENTS = 64 };
+    CA_TRY(ca_mesh_create(mesh, (RINGS + 1) * SEGMENTS, 2 * RINGS * SEGMENTS, false, false, error));
+    for (uint32_t r = 0; r <= RINGS; r++)
+        for (uint32_t s = 0; s < SEGMENTS; s++) {
+            const float theta = CA_PI * (float)r / RINGS, phi = CA_TWO_PI * (float)s / SEGMENTS;
+            const float swell = radius * (1.0f + 0.1f * sinf(9.0f * theta) * sinf(7.0f * phi) * sinf(theta));
+            float *p = mesh->positions + 3 * (r * SEGMENTS + s);
+            p[0] = center.x + swell * sinf(theta) * cosf(phi);
+            p[1] = center.y + swell * cosf(theta);
+            p[2] = center.z + swell * sinf(theta) * sinf(phi);
+        }
+    uint32_t *index = mesh->indices;
+    for (uint32_t r = 0; r < RINGS; r++)
+        for (uint32_t s = 0; s < SEGMENTS; s++) {
+            const uint32_t a = r * SEGMENTS + s, b = r * SEGMENTS + (s + 1) % SEGMENTS;
+            const uint32_t corners[6] = {a, b, a + SEGMENTS, b, b + SEGMENTS, a + SEGMENTS};
+            for (int k = 0; k < 6; k++) *index++ = corners[k];
+        }
+    return CA_OK;
+}
+
+/* The walls and the lamp; the camera looks from the front into the room. */
+static ca_status fill_room(ca_scene_desc *desc, ca_error *error)
+{
+    const uint32_t white = add_diffuse(desc, ca_rgb_grey(0.7f));
     ca_shape_desc *room = add_mesh(desc, white);
     if (!room) return ca_fail_memory(error, "the bench scene");
     room->flip_normals = true; /* seen from inside */
     CA_TRY(ca_mesh_create_cube(&desc->meshes.items[0], error));
-    if (!add_mesh(desc, green)) return ca_fail_memory(error, "the bench scene");
-    CA_TRY(terrain(&desc->meshes.items[1], 1000, 500, error));
     ca_shape_desc *lamp = add_mesh(desc, white);
     if (!lamp || !CA_TABLE_ADD(&desc->lights)) return ca_fail_memory(error, "the bench scene");
-    CA_TRY(ca_mesh_create_rectangle(&desc->meshes.items[2], error));
-    ca_matrix place = ca_matrix_rotate(1, 0, 0, 90.0);
-    const ca_matrix shrink = ca_matrix_scale(0.2, 0.2, 1.0), up = ca_matrix_translate(0, 0.99, 0);
-    place = ca_matrix_multiply(&place, &shrink);
-    lamp->to_world = ca_matrix_multiply(&up, &place);
+    CA_TRY(ca_mesh_create_rectangle(&desc->meshes.items[1], error));
+    const ca_matrix turn = ca_matrix_rotate(1, 0, 0, 90.0), shrink = ca_matrix_scale(0.2, 0.2, 1.0);
+    const ca_matrix up = ca_matrix_translate(0, 0.99, 0);
+    lamp->to_world = ca_matrix_multiply(&turn, &shrink);
+    lamp->to_world = ca_matrix_multiply(&up, &lamp->to_world);
     lamp->light = 0;
-    const ca_texture_id radiance = ca_scene_desc_add_constant(desc, ca_rgb_grey(20.0f));
-    desc->lights.items[0] = (ca_light_desc){.kind = CA_LIGHT_AREA, .to_world = ca_matrix_identity(), .texture = radiance};
+    desc->lights.items[0] = (ca_light_desc){.kind = CA_LIGHT_AREA,
+                                            .to_world = ca_matrix_identity(),
+                                            .texture = ca_scene_desc_add_constant(desc, ca_rgb_grey(20.0f))};
     const double origin[3] = {0.0, 0.3, -0.95}, target[3] = {0.0, -0.4, 0.2}, up_axis[3] = {0, 1, 0};
     ca_matrix look;
     ca_matrix_look_at(origin, target, up_axis, &look);
     if (!ca_affine_from_matrix(&look, &desc->camera.camera.map)) return CA_ERROR_SCENE;
     desc->camera.fov_degrees = 60.0;
     desc->film.width = desc->film.height = desc->film.crop_width = desc->film.crop_height = 256;
-    desc->path = "bench: a million triangles";
     return CA_OK;
 }
 
-ca_status bench_scene_million(ca_scene **scene, ca_error *error)
+static ca_status fill_terrain(ca_scene_desc *desc, ca_error *error)
+{
+    desc->path = "bench: terrain";
+    if (!add_mesh(desc, add_diffuse(desc, ca_rgb_make(0.3f, 0.6f, 0.2f)))) return ca_fail_memory(error, "terrain");
+    return terrain(&desc->meshes.items[desc->meshes.count - 1], 1000, 500, error);
+}
+
+/* On a slightly disordered 8 x 4 x 8 lattice, clear of the camera and the lamp. */
+static ca_status fill_balls(ca_scene_desc *desc, ca_error *error)
+{
+    desc->path = "bench: balls";
+    const uint32_t blue = add_diffuse(desc, ca_rgb_make(0.3f, 0.4f, 0.8f));
+    for (int i = 0; i < 256; i++) {
+        const float jitter = 0.04f * sinf(12.9898f * (float)i);
+        const ca_vec3 center = {-0.84f + 0.24f * (float)(i % 8) + jitter, -0.85f + 0.3f * (float)(i / 64) - jitter,
+                                -0.6f + 0.21f * (float)(i / 8 % 8) + jitter};
+        if (!add_mesh(desc, blue)) return ca_fail_memory(error, "balls");
+        CA_TRY(bumpy_ball(&desc->meshes.items[desc->meshes.count - 1], center, 0.09f, error));
+    }
+    return CA_OK;
+}
+
+static ca_status make(ca_status (*fill)(ca_scene_desc *desc, ca_error *error), ca_scene **scene, ca_error *error)
 {
     ca_scene_desc desc;
     ca_scene_desc_init(&desc);
-    const ca_status status = fill(&desc, error);
+    ca_status status = fill_room(&desc, error);
+    if (status == CA_OK) status = fill(&desc, error);
     if (status != CA_OK) {
         ca_scene_desc_destroy(&desc);
         return status;
     }
     return ca_scene_compile(&desc, scene, error);
 }
+
+ca_status bench_scene_terrain(ca_scene **scene, ca_error *error) { return make(fill_terrain, scene, error); }
+ca_status bench_scene_balls(ca_scene **scene, ca_error *error) { return make(fill_balls, scene, error); }
