@@ -1,6 +1,10 @@
 /* `path` against reference images of other renderers (the shared scenes): the median over 16 x 16 blocks of the relative
  * difference of block means is under 2 %. Blocks that see a light directly are left out, and what only other algorithms
- * can find (light inside the glass egg). */
+ * can find (light inside the glass egg).
+ *
+ * The references of veach-mis and veach-bidir end their paths one segment before the max_depth of their scene files (3 and
+ * 7): with those, veach-mis has light of a second bounce that its reference has not (10.6 %), and veach-bidir is 1.4 %
+ * brighter on the whole (2.4 %), however many samples are taken. So they are rendered with depths 2 and 6 here. */
 #include "film/compare.h"
 #include "support/scene_text.h"
 
@@ -19,6 +23,7 @@ typedef struct reference_case {
     const char *folder;
     uint32_t factor; /* the reference is this many times as large as the render */
     uint32_t samples;
+    const char *integrator; /* NULL: `path` with the scene's depth */
     ca_pixel_rect egg; /* in pixels of the render; empty where there is none */
 } reference_case;
 
@@ -83,7 +88,7 @@ static void check_reference(const reference_case *test)
     static ca_pixel_rect masks[MAX_MASKS + 1];
     size_t mask_count = mask_lights(lights, masks);
     if (test->egg.x1 > test->egg.x0) masks[mask_count++] = test->egg;
-    ca_image_layers *image = render_at(scene, reference, "path", test->samples);
+    ca_image_layers *image = render_at(scene, reference, test->integrator ? test->integrator : "path", test->samples);
     const ca_compare_settings settings = {.masks = masks, .mask_count = mask_count, .block_side = BLOCK};
     ca_comparison comparison;
     ca_error error;
@@ -108,14 +113,15 @@ static void test_cornell_box(void **state)
 static void test_veach_mis(void **state)
 {
     (void)state;
-    check_reference(&(reference_case){.folder = "veach-mis", .factor = 2, .samples = 64});
+    check_reference(&(reference_case){
+        .folder = "veach-mis", .factor = 2, .samples = 64, .integrator = "path:max_depth=2"});
 }
 
 static void test_veach_bidir(void **state)
 {
     (void)state;
     check_reference(&(reference_case){
-        .folder = "veach-bidir", .factor = 4, .samples = 1024, .egg = {96, 128, 160, 208}});
+        .folder = "veach-bidir", .factor = 4, .samples = 1024, .integrator = "path:max_depth=6", .egg = {128, 128, 160, 192}});
 }
 
 static void test_water_caustic_renders(void **state)

@@ -111,8 +111,8 @@ static void test_closed_forms(void **state)
         for (size_t i = 0; i < sizeof closed_forms / sizeof closed_forms[0]; i++) {
             print_message("  %s\n", sensors[s].name);
             ca_scene *scene = room(sensors[s].text, closed_forms[i].integrator, closed_forms[i].content);
-            expect_radiance(scene, "independent", 64, closed_forms[i].expected, closed_forms[i].name);
-            expect_radiance(scene, "sobol", 64, closed_forms[i].expected, closed_forms[i].name);
+            expect_radiance(scene, "independent", 160, closed_forms[i].expected, closed_forms[i].name);
+            expect_radiance(scene, "sobol", 128, closed_forms[i].expected, closed_forms[i].name);
             ca_scene_release(scene);
         }
 }
