@@ -178,6 +178,8 @@ static void obj_errors_name_the_place(void **unused)
     assert_refused_text("d.obj", "v 0 0 1,5\n", ":1:7: expected a number for a position of three numbers, not \"1,5\"");
     assert_refused_text("d.obj", "v 0 0 1e99\n",
                         ":1:7: expected a number for a position of three numbers, not \"1e99\"");
+    assert_refused_text("d.obj", "v 0 0 -3.4028236e38\n", /* past half a step above FLT_MAX */
+                        ":1:7: expected a number for a position of three numbers, not \"-3.4028236e38\"");
     assert_refused_text("d.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 4\n",
                         ":4:7: there is no position 4: 3 are defined up to here");
     assert_refused_text("d.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 -4\n",
@@ -284,21 +286,21 @@ static void ply_errors_name_the_place(void **unused)
                         ":3:10: expected a type (char to uint, float, double) or list in the PLY header, not \"half\"");
     assert_refused_text("e.ply", "ply\nelement v 1\nproperty float x\nproperty int x\n",
                         ":4:1: the property \"x\" of \"v\" is there twice");
-    assert_refused_text("e.ply", "ply\nformat ascii 1.0\n", ":3: the PLY header has no line \"end_header\"");
-    assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0 1 0 0 0 1\n",
-                        ":10:1: expected a number for z, not \"\"");
+    assert_refused_text("e.ply", "ply\nformat ascii 1.0\n", ":3:1: the PLY header has no line \"end_header\"");
+    assert_refused_text("e.ply", PLY_HEADER("3", "1") "0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0\n",
+                        ":11:1: expected a number for z, not \"\"");
     assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0\n1 0 0\n0 one 0\n3 0 1 2\n",
-                        ":11:3: expected a number for y, not \"one\"");
+                        ":12:3: expected a number for y, not \"one\"");
     assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0\n1 0 0\n0 1 0\n2 0 1\n",
-                        ":12:2: expected a face of at least three corners (face 0)");
+                        ":13:2: expected a face of at least three corners (face 0)");
     assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
                         ": triangle 0 uses vertex 3, but there are only 3");
     assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1 -2\n",
-                        ":12:9: expected the index of a vertex (face 0)");
+                        ":13:9: expected the index of a vertex (face 0)");
     assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 7\n",
-                        ": expected the end of the file at byte 176: the header counts less");
+                        ": expected the end of the file at byte 178: the header counts less");
     assert_refused_text("e.ply", PLY_HEADER("3", "1") "0 0 0\n1 0 0\n0 1 0\n200 0 1 2\n",
-                        ":12:4: expected the length of a list that fits in the file (face 0)");
+                        ":13:4: expected the length of a list that fits in the file (face 0)");
     assert_refused_text("e.ply", PLY_HEADER("4000000000", "1") "0 0 0\n",
                         ":3:1: 4000000000 times \"vertex\" do not fit in the file");
     assert_refused_text("e.ply", PLY_HEADER("1", "99999999999999999") "0 0 0\n",
@@ -309,7 +311,7 @@ static void ply_errors_name_the_place(void **unused)
                                  "\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n"
                                  "\0\0\0\0" "\0\0\0\0" "\0\0\0\0" "\3" "\0\0\0\0" "\0\0\0\0" "\0\0\0";
     assert_refused("e.ply", binary, sizeof binary - 1,
-                   ": expected the length of a list that fits in the file at byte 181 (face 0)");
+                   ": expected the length of a list that fits in the file at byte 180 (face 0)");
 }
 
 /* ---- serialized -------------------------------------------------------------------------------------------------- */
@@ -389,6 +391,15 @@ static void serialized_flags_and_errors(void **unused)
     assert_refused("f.serialized", (char *)file.data, file.size,
                    ": the mesh is damaged or ends too early at its triangles");
     sample_free(&file);
+    file = serialized_header(SINGLE, 3, 1, 36 + 12 + 1);
+    assert_refused("f.serialized", (char *)file.data, file.size,
+                   ": expected the end of the mesh after its triangles: its counts say less");
+    sample_free(&file);
+    file = serialized_header(SINGLE, 3, 1, 36 + 12);
+    file.data[file.size - 1] ^= 1;
+    assert_refused("f.serialized", (char *)file.data, file.size,
+                   ": the mesh is damaged or ends too early at its checksum");
+    sample_free(&file);
     assert_refused("f.serialized", "\x1c\x04\x05\x00", 4, ": expected version 3 or 4 of a serialized mesh, not 5");
     assert_refused("f.serialized", "\x1c\x05\x04\x00", 4, ": expected the mark 0x041c of a serialized mesh at byte 0");
 }
@@ -457,7 +468,7 @@ static void numbers_are_rounded_as_strtof_does(void **unused)
     (void)unused;
     static const char *const numbers[] = {
         "0",    "-0",       "1",          ".5",     "5.",         "123456789012345", "0.12345678901",  "0.123456789012",
-        "1e10", "-1.5E-20", "+3",         "1e-45",  "3.4028235e38", "0.1",           "16777217",       "-0.000001",
+        "1e10", "-1.5E-20", "+3",         "1e-45",  "3.4028235e38", "-3.40282356e38", "0.1",           "16777217",       "-0.000001",
         "9007199254740993", "3.14159265358979323846264338327950288", "1.1754943508e-38", "00001.5000"};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; ++i) {
         char text[256];
@@ -465,7 +476,7 @@ static void numbers_are_rounded_as_strtof_does(void **unused)
         ca_mesh mesh;
         ca_error error = {{0}};
         if (import_bytes("n.obj", text, strlen(text), &mesh, &error) != CA_OK) fail_msg("%s", error.message);
-        const float expected = (float)strtod(numbers[i], NULL);
+        const float expected = strtof(numbers[i], NULL);
         if (memcmp(&mesh.positions[0], &expected, sizeof expected) != 0) fail_msg("%s", numbers[i]);
         ca_mesh_destroy(&mesh);
     }

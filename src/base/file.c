@@ -4,6 +4,7 @@
 #include "base/memory.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -38,10 +39,13 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error)
 {
     *bytes = (ca_bytes){0};
-    FILE *stream = fopen(path, "rb");
+    /* Without O_NONBLOCK, opening a pipe would wait for its writer before the kind of file can be asked. */
+    const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
+    FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
     if (!stream) {
-        const char *reason = strerror(errno);
-        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot open this %s: %s", path, what, reason);
+        const int reason = errno;
+        if (descriptor >= 0) close(descriptor);
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot open this %s: %s", path, what, strerror(reason));
     }
     const ca_status status = read_stream(stream, path, what, limit, bytes, error);
     fclose(stream);

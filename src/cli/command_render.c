@@ -34,7 +34,7 @@ static const ca_option options[] = {
     {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(integrator),
      .help = "method (default: the scene's, else path); depths set in the scene stay"},
     {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(spp), GIVEN(has_spp),
-     .help = "camera paths per pixel (default: the scene's, else 16)"},
+     .help = "camera paths per pixel (default: the scene's, else 4)"},
     {.name = "time", .argument = "SECONDS", .kind = CA_OPTION_POSITIVE, AT(seconds), GIVEN(has_seconds),
      .help = "instead: stop after the pass in which so much rendering time has passed"},
     {.name = "noise", .argument = "PERCENT", .kind = CA_OPTION_POSITIVE, AT(noise_percent), GIVEN(has_noise),

@@ -88,7 +88,8 @@ static ca_status next_length(ply_reader *reader, const ca_ply_element *element, 
     CA_TRY(next_number(reader, element, row, property->name, property->count_type, &value, error));
     const size_t left = (size_t)(reader->scan.end - reader->scan.cursor);
     const size_t item = reader->header.format == CA_PLY_ASCII ? 1 : ca_ply_type_size(property->type);
-    if (value < 0.0 || value != (double)(int64_t)value || value > (double)(left / item))
+    /* The range first: outside of it, and for what is not a number, the conversion would be undefined. */
+    if (!(value >= 0.0 && value <= (double)(left / item)) || value != (double)(size_t)value)
         return fail_data(reader, element, row, "the length of a list that fits in the file", error);
     *length = (size_t)value;
     return CA_OK;

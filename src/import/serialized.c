@@ -46,18 +46,24 @@ static ca_status fail_stream(const mesh_stream *stream, const char *what, ca_err
     return ca_fail(error, CA_ERROR_FORMAT, &where, "the mesh is damaged or ends too early at its %s", what);
 }
 
+/* Hands zlib more of the file once it has used up what it had. */
+static void refill(mesh_stream *stream)
+{
+    enum { PIECE = 1 << 30 };
+    if (stream->zlib.avail_in > 0) return;
+    stream->zlib.avail_in = (uInt)(stream->source_bytes < PIECE ? stream->source_bytes : PIECE);
+    stream->zlib.next_in = (z_const Bytef *)stream->source;
+    stream->source += stream->zlib.avail_in;
+    stream->source_bytes -= stream->zlib.avail_in;
+}
+
 /* The next `size` bytes of the inflated stream. */
 static ca_status inflate_bytes(mesh_stream *stream, void *target, size_t size, const char *what, ca_error *error)
 {
     enum { PIECE = 1 << 30 };
     unsigned char *next = target;
     while (size > 0) {
-        if (stream->zlib.avail_in == 0) {
-            stream->zlib.avail_in = (uInt)(stream->source_bytes < PIECE ? stream->source_bytes : PIECE);
-            stream->zlib.next_in = (z_const Bytef *)stream->source;
-            stream->source += stream->zlib.avail_in;
-            stream->source_bytes -= stream->zlib.avail_in;
-        }
+        refill(stream);
         const uInt piece = (uInt)(size < PIECE ? size : PIECE);
         stream->zlib.next_out = next;
         stream->zlib.avail_out = piece;
@@ -71,6 +77,24 @@ static ca_status inflate_bytes(mesh_stream *stream, void *target, size_t size, c
             return fail_stream(stream, what, error);
     }
     return CA_OK;
+}
+
+/* Nothing may follow the last array but zlib's checksum of them all, which is compared only when it is read. */
+static ca_status expect_end(mesh_stream *stream, ca_error *error)
+{
+    unsigned char surplus;
+    int result;
+    do {
+        refill(stream);
+        stream->zlib.next_out = &surplus;
+        stream->zlib.avail_out = 1;
+        result = inflate(&stream->zlib, Z_NO_FLUSH);
+    } while (result == Z_OK && stream->zlib.avail_out == 1);
+    if (result == Z_MEM_ERROR) return ca_fail_memory(error, stream->path);
+    if (stream->zlib.avail_out == 0)
+        return ca_fail(error, CA_ERROR_FORMAT, &(ca_location){.file = stream->path},
+                       "expected the end of the mesh after its triangles: its counts say less");
+    return result == Z_STREAM_END ? CA_OK : fail_stream(stream, "checksum", error);
 }
 
 /* Could the rest of the file inflate to `count` elements of `size` bytes? Deflate shrinks to no less than 1/1032. */
@@ -129,6 +153,7 @@ static ca_status read_mesh(mesh_stream *stream, uint32_t version, ca_mesh *mesh,
     }
     CA_TRY(inflate_bytes(stream, mesh->indices, (size_t)3 * mesh->triangle_count * sizeof *mesh->indices, "triangles",
                          error));
+    CA_TRY(expect_end(stream, error));
     CA_TRY(ca_mesh_validate(mesh, stream->path, error));
     if (flags & FACE_NORMALS) ca_mesh_drop_normals(mesh);
     ca_mesh_normalize_normals(mesh);
@@ -156,7 +181,22 @@ static ca_status check_header(const char *path, const ca_bytes *bytes, size_t of
     return CA_OK;
 }
 
-/* The first mesh starts the file; the dictionary knows the others. */
+/* The offset of mesh `index` from a dictionary of `count`, which lies before its count at the end of the file. */
+static uint64_t dictionary_entry(const ca_bytes *bytes, size_t entry, uint64_t count, uint64_t index)
+{
+    return load_little_endian(bytes->data + bytes->size - 4 - entry * (count - index), entry);
+}
+
+/* The meshes lie one behind the other from byte 0 on. A file that was cut ends in other numbers than these. */
+static bool is_dictionary(const ca_bytes *bytes, size_t entry, uint64_t count)
+{
+    if (count == 0 || count > (bytes->size - 4) / entry || dictionary_entry(bytes, entry, count, 0) != 0) return false;
+    for (uint64_t i = 1; i < count; ++i)
+        if (dictionary_entry(bytes, entry, count, i) <= dictionary_entry(bytes, entry, count, i - 1)) return false;
+    return dictionary_entry(bytes, entry, count, count - 1) < bytes->size - 4 - entry * count;
+}
+
+/* The first mesh starts the file and needs no dictionary; the dictionary knows the others. */
 static ca_status find_mesh(const char *path, const ca_bytes *bytes, uint32_t version, uint32_t shape_index, size_t *offset,
                            ca_error *error)
 {
@@ -165,13 +205,12 @@ static ca_status find_mesh(const char *path, const ca_bytes *bytes, uint32_t ver
     const ca_location where = {.file = path};
     const size_t entry = version == 4 ? 8 : 4;
     const uint64_t count = load_little_endian(bytes->data + bytes->size - 4, 4);
-    if (count > (bytes->size - 4) / entry)
+    if (!is_dictionary(bytes, entry, count))
         return ca_fail(error, CA_ERROR_FORMAT, &where, "the dictionary of meshes at the end of the file is damaged");
     if (shape_index >= count)
         return ca_fail(error, CA_ERROR_SCENE, &where, "there is no mesh %u: the file has %llu, counted from 0", shape_index,
                        (unsigned long long)count);
-    const uint64_t found = load_little_endian(bytes->data + bytes->size - 4 - entry * (count - shape_index), entry);
-    *offset = found < bytes->size ? (size_t)found : bytes->size;
+    *offset = (size_t)dictionary_entry(bytes, entry, count, shape_index);
     return CA_OK;
 }
 

@@ -2,7 +2,6 @@
 
 #include "import/number.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -107,8 +106,8 @@ ca_status ca_scan_number(ca_text_scan *scan, const char *what, double *value, ca
 {
     const char *word = scan->cursor;
     const size_t length = word_length(word, scan->end);
-    if (!parse_short_number(word, length, value) &&
-        (!ca_parse_number(word, length, value) || fabs(*value) > (double)FLT_MAX)) {
+    /* Up to half a step above FLT_MAX a value still rounds to it. */
+    if (!parse_short_number(word, length, value) && (!ca_parse_number(word, length, value) || isinf((float)*value))) {
         const ca_location where = ca_scan_place(scan, word);
         const int shown = length < 32 ? (int)length : 32;
         return ca_fail(error, CA_ERROR_FORMAT, &where, "expected a number for %s, not \"%.*s\"", what, shown, word);

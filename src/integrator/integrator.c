@@ -9,6 +9,12 @@
 static const ca_integrator_type *const integrators[] = {&ca_integrator_path};
 enum { INTEGRATOR_COUNT = sizeof integrators / sizeof integrators[0] };
 
+/* What the scene file says is the scene's fault; anything else came with the caller's settings. */
+static ca_status blame(const ca_location *where)
+{
+    return where && where->file ? CA_ERROR_SCENE : CA_ERROR_ARGUMENT;
+}
+
 ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,
                              ca_error *error)
 {
@@ -24,7 +30,7 @@ ca_status ca_integrator_find(const char *name, const ca_location *where, const c
         snprintf(all + used, sizeof all - used, "%s%s", i ? ", " : "", names[i]);
     }
     const char *nearest = ca_nearest_name(name, names, INTEGRATOR_COUNT);
-    return ca_fail(error, CA_ERROR_SCENE, where, "unknown integrator \"%s\"%s%s%s (there are: %s)", name,
+    return ca_fail(error, blame(where), where, "unknown integrator \"%s\"%s%s%s (there are: %s)", name,
                    nearest ? "; did you mean \"" : "", nearest ? nearest : "", nearest ? "\"?" : "", all);
 }
 
@@ -41,7 +47,7 @@ static ca_status fail_unknown(const ca_integrator_type *type, const ca_parameter
     size_t count = 0;
     for (; type->parameters[count].name; count++) names[count] = type->parameters[count].name;
     const char *nearest = ca_nearest_name(parameter->name, names, count);
-    return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "integrator \"%s\" has no parameter \"%s\"%s%s%s",
+    return ca_fail(error, blame(&parameter->where), &parameter->where, "integrator \"%s\" has no parameter \"%s\"%s%s%s",
                    type->name, parameter->name, nearest ? "; did you mean \"" : "", nearest ? nearest : "",
                    nearest ? "\"?" : "");
 }
@@ -68,17 +74,17 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
     switch (spec->kind) {
     case CA_SPEC_INTEGER:
         if (parameter->kind != CA_PARAMETER_NUMBER || value != floor(value) || value < spec->minimum || value > 1e9)
-            return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "\"%s\" must be a whole number of at least %g",
+            return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a whole number of at least %g",
                            spec->name, spec->minimum);
         break;
     case CA_SPEC_BOOLEAN:
         if (parameter->kind != CA_PARAMETER_BOOLEAN)
-            return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "\"%s\" must be true or false", spec->name);
+            return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be true or false", spec->name);
         break;
     case CA_SPEC_CHOICE:
         value = parameter->kind == CA_PARAMETER_TEXT ? choice_index(spec->choices, parameter->text) : -1;
         if (value < 0)
-            return ca_fail(error, CA_ERROR_SCENE, &parameter->where, "\"%s\" must be one of %s", spec->name,
+            return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be one of %s", spec->name,
                            spec->choices);
         break;
     }

@@ -47,7 +47,8 @@ typedef struct ca_integrator_type {
                         ca_counters *counters);
 } ca_integrator_type;
 
-/* The row of that name. CA_ERROR_SCENE, naming all there are, for an unknown one; `where` may be NULL. */
+/* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that is NULL
+ * because the name came with the settings, CA_ERROR_ARGUMENT. Parameters likewise. */
 ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,
                              ca_error *error);
 

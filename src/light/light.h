@@ -40,8 +40,7 @@ typedef struct ca_light {
     ca_texture_id texture; /* area: radiance; spot: factor over its beam; projector: picture */
     const ca_texture *textures; /* borrowed from the scene */
     const ca_shape *shape;      /* area: borrowed from the scene */
-    float cos_cutoff, cos_beam; /* spot: no light outside of the first, full light inside of the second */
-    float cutoff, beam;         /* spot: the same angles in radians; 0: taken from the cosines, coarse under 1 degree */
+    float cutoff, beam;         /* spot, radians: no light outside of the first, full light inside of the second */
     float tan_half_x, tan_half_y; /* projector: half its field of view */
     const ca_image *image;        /* envmap: borrowed; row 0 is +y of the light's frame */
     ca_distribution_2d pixels;    /* envmap: by luminance and sin theta. projector: by luminance and solid angle */

@@ -43,10 +43,6 @@ static float intensity_of_sample(const ca_light *light, ca_vec2 u)
  * each times sin theta. A texture has to be summed up. */
 void ca_light_spot_prepare(ca_light *light)
 {
-    if (!(light->cutoff > 0.0f)) {
-        light->cutoff = acosf(ca_clamp(light->cos_cutoff, -1.0f, 1.0f));
-        light->beam = acosf(ca_clamp(light->cos_beam, -1.0f, 1.0f));
-    }
     const double cutoff = (double)light->cutoff, beam = (double)light->beam;
     double integral = 2.0 * CA_PI_D * (1.0 - cos(cutoff));
     if (light->texture != CA_NONE) {

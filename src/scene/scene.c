@@ -250,7 +250,7 @@ static ca_status compile_materials(ca_scene *scene, ca_error *error)
         CA_TRY(ca_material_prepare(&scene->materials[i], scene->desc.textures.items, error));
         if (ca_material_leaf_count(scene->materials, i) > CA_BSDF_MAX_LOBES)
             return ca_fail(error, CA_ERROR_SCENE, &scene->desc.materials.items[i].where,
-                           "this material blends more than %d others", CA_BSDF_MAX_LOBES);
+                           "this material is a tree of more than %d leaves, too deep, or holds itself", CA_BSDF_MAX_LOBES);
     }
     return CA_OK;
 }
@@ -265,8 +265,8 @@ static ca_status light_from_desc(ca_scene *scene, ca_light *light, const ca_ligh
         (ca_vec3){(float)desc->position[0], (float)desc->position[1], (float)desc->position[2]};
     if (desc->kind == CA_LIGHT_SPOT || desc->kind == CA_LIGHT_PROJECTOR)
         light->position = (ca_vec3){light->map.to[0][3], light->map.to[1][3], light->map.to[2][3]};
-    light->cos_cutoff = (float)cos(desc->cutoff_degrees * (CA_PI_D / 180.0));
-    light->cos_beam = (float)cos(desc->beam_degrees * (CA_PI_D / 180.0));
+    light->cutoff = (float)(desc->cutoff_degrees * (CA_PI_D / 180.0));
+    light->beam = (float)(desc->beam_degrees * (CA_PI_D / 180.0));
     light->tan_half_x = (float)desc->tan_half_x;
     light->tan_half_y = (float)desc->tan_half_y;
     if (desc->kind == CA_LIGHT_ENVMAP) light->image = &scene->desc.images.items[desc->image];

@@ -110,8 +110,8 @@ static void create_lights(ca_light_fixture *fixture)
     for (int i = LIGHT_SPOT; i <= LIGHT_SPOT_SLIDE; i++) {
         lights[i].kind = CA_LIGHT_SPOT;
         lights[i].position = (ca_vec3){0.3f, 5.0f, 0.1f};
-        lights[i].cos_cutoff = cosf(50.0f * CA_PI / 180.0f);
-        lights[i].cos_beam = cosf(30.0f * CA_PI / 180.0f);
+        lights[i].cutoff = 50.0f * CA_PI / 180.0f;
+        lights[i].beam = 30.0f * CA_PI / 180.0f;
     }
     lights[LIGHT_SPOT_SLIDE].texture = 2;
     lights[LIGHT_DIRECTIONAL].kind = CA_LIGHT_DIRECTIONAL;
