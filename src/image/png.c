@@ -27,10 +27,12 @@ static void keep_message(png_structp png, png_const_charp message)
     longjmp(png_jmpbuf(png), 1);
 }
 
+/* libpng words a lack of memory like any other damage: whoever asks for the memory notes it. */
 static png_voidp allocate(png_structp png, png_alloc_size_t bytes)
 {
-    (void)png;
-    return ca_alloc(bytes, 1);
+    void *memory = ca_alloc(bytes, 1);
+    if (!memory) *(bool *)png_get_mem_ptr(png) = true;
+    return memory;
 }
 
 static void release(png_structp png, png_voidp memory)
@@ -51,6 +53,7 @@ typedef struct png_input {
     unsigned char *samples; /* rows one after another, 8 or 16 (big endian) bits a sample */
     unsigned char **rows;
     ca_status status; /* of our own checks */
+    bool out_of_memory;
 } png_input;
 
 static void read_bytes(png_structp png, png_bytep buffer, size_t size)
@@ -120,13 +123,15 @@ ca_status ca_png_read(const char *path, const ca_bytes *bytes, ca_image_encoding
 {
     *image = (ca_image){0};
     png_input input = {.bytes = bytes};
-    input.png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, input.message, keep_message, ignore_warning, NULL,
-                                         allocate, release);
+    input.png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, input.message, keep_message, ignore_warning,
+                                         &input.out_of_memory, allocate, release);
     input.info = input.png ? png_create_info_struct(input.png) : NULL;
     if (!input.info)
         input.status = ca_fail_memory(error, path);
     else if (!decode(&input, path, error))
-        input.status = ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated PNG file: %s", path, input.message);
+        input.status = input.out_of_memory ? ca_fail_memory(error, path)
+                                           : ca_fail(error, CA_ERROR_FORMAT, NULL,
+                                                     "%s: damaged or truncated PNG file: %s", path, input.message);
     png_destroy_read_struct(&input.png, &input.info, NULL);
     if (input.status == CA_OK) input.status = convert(&input, encoding, image, error);
     ca_free(input.rows);
@@ -146,6 +151,7 @@ typedef struct png_output {
     uint32_t width, height;
     float scale; /* 2^exposure */
     unsigned char *row;
+    bool out_of_memory;
 } png_output;
 
 static void write_bytes(png_structp png, png_bytep buffer, size_t size)
@@ -189,14 +195,15 @@ ca_status ca_png_write(const float *const rgb[3], uint32_t width, uint32_t heigh
     png_output output = {.stream = stream, .rgb = rgb, .width = width, .height = height, .scale = exp2f(exposure)};
     ca_status status = CA_OK;
     output.row = ca_alloc(width, 3);
-    output.png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, output.message, keep_message, ignore_warning, NULL,
-                                           allocate, release);
+    output.png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, output.message, keep_message, ignore_warning,
+                                           &output.out_of_memory, allocate, release);
     output.info = output.png ? png_create_info_struct(output.png) : NULL;
     if (!output.row || !output.info)
         status = ca_fail_memory(error, path);
     else if (!encode_all(&output))
-        status = ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write as PNG: %s", path,
-                         output.write_errno ? strerror(output.write_errno) : output.message);
+        status = output.out_of_memory ? ca_fail_memory(error, path)
+                                      : ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write as PNG: %s", path,
+                                                output.write_errno ? strerror(output.write_errno) : output.message);
     png_destroy_write_struct(&output.png, &output.info);
     ca_free(output.row);
     return status;

@@ -51,11 +51,12 @@ static int64_t write_bytes(exr_const_context_t context, void *user, const void *
 /* The chunk at (x, y), `from` being the planes of the whole image. */
 static void encode_chunk(exr_context_t file, const exr_chunk_info_t *chunk, const float *planes, unsigned x, unsigned y)
 {
+    static const char order[] = "RGBA";
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
     check(exr_encoding_initialize(file, 0, chunk, &encoder));
     for (int c = 0; c < encoder.channel_count; ++c) {
-        const char *found = strchr("RGBA", encoder.channels[c].channel_name[0]);
-        const size_t plane = found ? (size_t)(found - "RGBA") % 4 : 0;
+        const char *found = strchr(order, encoder.channels[c].channel_name[0]);
+        const size_t plane = found ? (size_t)(found - order) : 0;
         encoder.channels[c].user_bytes_per_element = 4;
         encoder.channels[c].user_data_type = EXR_PIXEL_FLOAT;
         encoder.channels[c].user_pixel_stride = 4;

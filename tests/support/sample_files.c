@@ -471,6 +471,7 @@ void sample_folder_remove(const char *folder)
 
 void sample_write(const char *path, const void *data, size_t size)
 {
+    unlink(path); /* a new file: some file systems wait for the disk when an old one is overwritten */
     FILE *stream = fopen(path, "wb");
     if (!stream || (size && fwrite(data, 1, size, stream) != size) || fclose(stream) != 0) abort();
 }
