@@ -126,6 +126,22 @@ static void test_full_disk_of_standard_output(void **state)
     assert_int_equal(WEXITSTATUS(status), 1);
 }
 
+/* A file over the size limit must not end the program by a signal, nor leave something behind. */
+static void test_file_size_limit(void **state)
+{
+    const ca_program *program = *state;
+    char command[1024];
+    snprintf(command, sizeof command,
+             "ulimit -f 8; cd '%s' && mkdir small && '%s' render ball.xml --resolution 128x128 --spp 1 --quiet -o small/a.pfm "
+             "2> /dev/null",
+             program->folder, program->path);
+    const int status = system(command);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 1);
+    snprintf(command, sizeof command, "rmdir '%s/small'", program->folder);
+    assert_int_equal(system(command), 0);
+}
+
 /* ---- Rendering -------------------------------------------------------------------------------------------------- */
 
 static void test_default_outputs(void **state)
@@ -284,6 +300,7 @@ int main(void)
         PROGRAM_TEST(test_wrong_usage),
         PROGRAM_TEST(test_failures_of_the_world),
         PROGRAM_TEST(test_full_disk_of_standard_output),
+        PROGRAM_TEST(test_file_size_limit),
         PROGRAM_TEST(test_default_outputs),
         PROGRAM_TEST(test_statistics_and_quiet),
         PROGRAM_TEST(test_file_of_crop_and_resolution),

@@ -1,7 +1,9 @@
 /* The program `caustica`: finds the command and hands the rest of the words to it. */
+#define _POSIX_C_SOURCE 200809L
 #include "base/text.h"
 #include "cli/commands.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -66,6 +68,8 @@ static int run(int argument_count, char *arguments[])
 
 int main(int argument_count, char *arguments[])
 {
+    /* A file over the size limit is then a write error: it gets a message, and what was half written is removed. */
+    signal(SIGXFSZ, SIG_IGN);
     const int status = run(argument_count, arguments);
     /* What was printed counts only when it has arrived (a full disk, a closed pipe). */
     if ((fflush(stdout) != 0 || ferror(stdout)) && status == CA_EXIT_DONE) {

@@ -11,6 +11,19 @@
 
 void *ca_exr_allocate(size_t bytes) { return ca_alloc(bytes, 1); }
 
+static _Thread_local char first_message[512];
+
+void ca_exr_message_clear(void) { first_message[0] = '\0'; }
+
+const char *ca_exr_message(void) { return first_message; }
+
+void ca_exr_keep_message(exr_const_context_t context, exr_result_t code, const char *message)
+{
+    (void)context;
+    (void)code;
+    if (!first_message[0]) snprintf(first_message, sizeof first_message, "%s", message);
+}
+
 bool ca_exr_is(const ca_bytes *bytes)
 {
     static const unsigned char magic[4] = {0x76, 0x2f, 0x31, 0x01};
@@ -26,23 +39,12 @@ typedef struct exr_input {
     exr_attr_box2i_t data, display;
     uint32_t width, height; /* of the data window */
     bool tiled;
-    char message[512]; /* the library's first complaint */
 } exr_input;
 
-/* Where a channel's pixels go: pixel (x, y) of the data window at data[(y * width + x) * stride]. NULL: not wanted. */
+/* Where a channel's pixels go: pixel (x, y) of the data window at data[y * width + x]. NULL: not wanted. */
 typedef struct exr_target {
     float *data;
-    uint32_t stride;
 } exr_target;
-
-static void keep_message(exr_const_context_t context, exr_result_t code, const char *message)
-{
-    (void)code;
-    void *user = NULL;
-    if (!context || exr_get_user_data(context, &user) != EXR_ERR_SUCCESS || !user) return;
-    exr_input *input = user;
-    if (!input->message[0]) snprintf(input->message, sizeof input->message, "%s", message);
-}
 
 static int64_t read_bytes(exr_const_context_t context, void *user, void *buffer, uint64_t size, uint64_t offset,
                           exr_stream_error_func_ptr_t fail)
@@ -68,7 +70,7 @@ static ca_status fail_library(const exr_input *input, exr_result_t result, ca_er
 {
     if (result == EXR_ERR_OUT_OF_MEMORY) return ca_fail_memory(error, input->path);
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated EXR file: %s", input->path,
-                   input->message[0] ? input->message : exr_get_default_error_message(result));
+                   ca_exr_message()[0] ? ca_exr_message() : exr_get_default_error_message(result));
 }
 
 static ca_status fail_unsupported(const exr_input *input, const char *what, ca_error *error)
@@ -123,7 +125,8 @@ static ca_status open_input(exr_input *input, const char *path, const ca_bytes *
 {
     *input = (exr_input){.path = path, .bytes = bytes};
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = keep_message;
+    ca_exr_message_clear();
+    settings.error_handler_fn = ca_exr_keep_message;
     settings.user_data = input;
     settings.read_fn = read_bytes;
     settings.size_fn = count_bytes;
@@ -162,10 +165,9 @@ static exr_result_t decode_chunk(const exr_input *input, const exr_chunk_info_t 
         if (!targets[c].data) continue;
         channel->user_bytes_per_element = sizeof(float);
         channel->user_data_type = EXR_PIXEL_FLOAT;
-        channel->user_pixel_stride = (int32_t)(targets[c].stride * sizeof(float));
-        channel->user_line_stride = (int32_t)(input->width * targets[c].stride * sizeof(float));
-        channel->decode_to_ptr =
-            (uint8_t *)(targets[c].data + ((size_t)y * input->width + x) * targets[c].stride);
+        channel->user_pixel_stride = (int32_t)sizeof(float);
+        channel->user_line_stride = (int32_t)(input->width * sizeof(float));
+        channel->decode_to_ptr = (uint8_t *)(targets[c].data + (size_t)y * input->width + x);
     }
     if (!started) result = exr_decoding_choose_default_routines(input->context, 0, decoder);
     return result == EXR_ERR_SUCCESS ? exr_decoding_run(input->context, 0, decoder) : result;
@@ -218,6 +220,23 @@ static int find_channel(const exr_input *input, const char *name)
     return -1;
 }
 
+/* Channel order[c] of the file becomes channel c of the image. By way of planes: told to interleave four channels of
+ * halves itself, the library (3.1.5) gives them in the reverse order. */
+static ca_status read_interleaved(const exr_input *input, const int *order, ca_image *image, ca_error *error)
+{
+    const size_t pixels = (size_t)input->width * input->height;
+    float *planes = ca_alloc(pixels * image->channels, sizeof *planes);
+    exr_target *targets = ca_alloc_zeroed((size_t)input->channels->num_channels, sizeof *targets);
+    ca_status status = planes && targets ? CA_OK : ca_fail_memory(error, input->path);
+    for (uint32_t c = 0; status == CA_OK && c < image->channels; ++c) targets[order[c]].data = planes + c * pixels;
+    if (status == CA_OK) status = decode_pixels(input, targets, error);
+    for (uint32_t c = 0; status == CA_OK && c < image->channels; ++c)
+        for (size_t i = 0; i < pixels; ++i) image->data[i * image->channels + c] = planes[c * pixels + i];
+    ca_free(targets);
+    ca_free(planes);
+    return status;
+}
+
 static ca_status read_image(const exr_input *input, ca_image *image, ca_error *error)
 {
     const int red = find_channel(input, "R"), green = find_channel(input, "G"), blue = find_channel(input, "B");
@@ -227,17 +246,10 @@ static ca_status read_image(const exr_input *input, ca_image *image, ca_error *e
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: the EXR file has neither channels R, G, B nor a channel Y",
                        input->path);
     const uint32_t channels = (coloured ? 3u : 1u) + (alpha >= 0 ? 1u : 0u);
-    exr_target *targets = ca_alloc_zeroed((size_t)input->channels->num_channels, sizeof *targets);
-    if (!targets) return ca_fail_memory(error, input->path);
-    ca_status status = ca_image_create(image, input->width, input->height, channels, error);
-    if (status == CA_OK) {
-        const int order[4] = {coloured ? red : grey, coloured ? green : alpha, coloured ? blue : -1, alpha};
-        for (uint32_t c = 0; c < channels; ++c)
-            targets[order[c]] = (exr_target){.data = image->data + c, .stride = channels};
-        status = decode_pixels(input, targets, error);
-        if (status != CA_OK) ca_image_destroy(image);
-    }
-    ca_free(targets);
+    const int order[4] = {coloured ? red : grey, coloured ? green : alpha, blue, alpha};
+    CA_TRY(ca_image_create(image, input->width, input->height, channels, error));
+    const ca_status status = read_interleaved(input, order, image, error);
+    if (status != CA_OK) ca_image_destroy(image);
     return status;
 }
 
@@ -297,7 +309,6 @@ static ca_status add_channels(const exr_input *input, ca_image_layers *layers, e
                            channel->name.str);
         CA_TRY(ca_layers_add(layers, channel->name.str, &targets[c].data, error));
         layers->channels[c].half = channel->pixel_type == EXR_PIXEL_HALF;
-        targets[c].stride = 1;
     }
     return CA_OK;
 }

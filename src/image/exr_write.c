@@ -12,17 +12,7 @@ typedef struct exr_output {
     FILE *stream;
     uint64_t position; /* of the stream */
     int write_errno;
-    char message[512]; /* the library's first complaint */
 } exr_output;
-
-static void keep_message(exr_const_context_t context, exr_result_t code, const char *message)
-{
-    (void)code;
-    void *user = NULL;
-    if (!context || exr_get_user_data(context, &user) != EXR_ERR_SUCCESS || !user) return;
-    exr_output *output = user;
-    if (!output->message[0]) snprintf(output->message, sizeof output->message, "%s", message);
-}
 
 static int64_t write_bytes(exr_const_context_t context, void *user, const void *buffer, uint64_t size, uint64_t offset,
                            exr_stream_error_func_ptr_t fail)
@@ -134,14 +124,15 @@ static ca_status fail_write(const exr_output *output, exr_result_t result, const
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write: %s", path, strerror(output->write_errno));
     if (result == EXR_ERR_OUT_OF_MEMORY) return ca_fail_memory(error, path);
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write as EXR: %s", path,
-                   output->message[0] ? output->message : exr_get_default_error_message(result));
+                   ca_exr_message()[0] ? ca_exr_message() : exr_get_default_error_message(result));
 }
 
 ca_status ca_exr_write(const ca_image_layers *layers, FILE *stream, const char *path, ca_error *error)
 {
     exr_output output = {.stream = stream};
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = keep_message;
+    ca_exr_message_clear();
+    settings.error_handler_fn = ca_exr_keep_message;
     settings.user_data = &output;
     settings.write_fn = write_bytes;
     settings.alloc_fn = ca_exr_allocate;

@@ -49,8 +49,15 @@ bool ca_hdr_is(const ca_bytes *bytes);
 bool ca_pfm_is(const ca_bytes *bytes);
 bool ca_exr_is(const ca_bytes *bytes);
 
-/* The C core takes its memory through this; exr_read.c has it. */
+struct _priv_exr_context_t; /* the core's context */
+
+/* What the C core is given to call: its memory, and the keeper of its first complaint since ca_exr_message_clear. The
+ * core complains with its own lock held, so the keeper may not ask the context for user data; there is one message per
+ * thread instead. exr_read.c has them. */
 void *ca_exr_allocate(size_t bytes);
+void ca_exr_keep_message(const struct _priv_exr_context_t *context, int32_t code, const char *message);
+void ca_exr_message_clear(void);
+const char *ca_exr_message(void); /* "" where there was none */
 
 ca_status ca_exr_write(const ca_image_layers *layers, FILE *stream, const char *path, ca_error *error);
 /* rgb: three planes of width * height. */

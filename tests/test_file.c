@@ -1,0 +1,160 @@
+/* base/file.h: what is read, what is no file to read, and writes that are seen whole or not at all. */
+#define _DEFAULT_SOURCE
+#include "base/file.h"
+
+#include "base/memory.h"
+#include "support/sample_files.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static char folder[64];
+
+static int make_folder(void **unused)
+{
+    (void)unused;
+    sample_folder_make(folder);
+    return 0;
+}
+
+static int remove_folder(void **unused)
+{
+    (void)unused;
+    sample_folder_remove(folder);
+    return 0;
+}
+
+static const char *path_to(const char *name)
+{
+    static char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+static void assert_refused(const char *path, size_t limit, const char *expected)
+{
+    ca_bytes bytes;
+    ca_error error = {{0}};
+    assert_int_equal(ca_file_read(path, "scene", limit, &bytes, &error), CA_ERROR_FILE);
+    assert_null(bytes.data);
+    if (strncmp(error.message, path, strlen(path)) != 0 || strcmp(error.message + strlen(path), expected) != 0)
+        fail_msg("\"%s\" is not PATH\"%s\"", error.message, expected);
+}
+
+static void whole_files_up_to_the_limit(void **unused)
+{
+    (void)unused;
+    ca_bytes bytes;
+    const char *path = path_to("a");
+    sample_write(path, "two\0words", 9);
+    assert_int_equal(ca_file_read(path, "scene", 9, &bytes, NULL), CA_OK);
+    assert_int_equal(bytes.size, 9);
+    assert_memory_equal(bytes.data, "two\0words", 10); /* and the zero behind */
+    ca_bytes_destroy(&bytes);
+    assert_refused(path, 8, ": a scene of 9 bytes is over the limit of 8");
+    sample_write(path, "", 0);
+    assert_int_equal(ca_file_read(path, "scene", 0, &bytes, NULL), CA_OK);
+    assert_true(bytes.size == 0 && bytes.data[0] == 0);
+    ca_bytes_destroy(&bytes);
+    assert_refused(path_to("none"), 8, ": cannot open this scene: No such file or directory");
+}
+
+/* A pipe that nobody writes to would block an ordinary open for ever: the alarm ends the test then. */
+static void what_is_no_regular_file(void **unused)
+{
+    (void)unused;
+    assert_refused(folder, 8, ": not a regular file");
+    assert_refused("/dev/zero", 8, ": not a regular file");
+    assert_int_equal(mkfifo(path_to("pipe"), 0600), 0);
+    alarm(10);
+    assert_refused(path_to("pipe"), 8, ": not a regular file");
+    alarm(0);
+}
+
+static void a_write_is_seen_at_its_commit(void **unused)
+{
+    (void)unused;
+    char path[256];
+    snprintf(path, sizeof path, "%s", path_to("w"));
+    sample_write(path, "old", 3);
+    ca_file_writer writer;
+    ca_bytes bytes;
+    for (int commits = 0; commits < 2; ++commits) {
+        assert_int_equal(ca_file_create(&writer, path, NULL), CA_OK);
+        char temporary[256];
+        snprintf(temporary, sizeof temporary, "%s", writer.temporary_path);
+        fputs("newer", writer.stream);
+        fflush(writer.stream);
+        assert_int_equal(access(temporary, F_OK), 0);
+        if (commits)
+            assert_int_equal(ca_file_commit(&writer, NULL), CA_OK);
+        else
+            ca_file_abandon(&writer);
+        assert_int_not_equal(access(temporary, F_OK), 0);
+        assert_int_equal(ca_file_read(path, "scene", 8, &bytes, NULL), CA_OK);
+        assert_string_equal((char *)bytes.data, commits ? "newer" : "old");
+        ca_bytes_destroy(&bytes);
+    }
+    struct stat info;
+    const mode_t mask = umask(0);
+    umask(mask);
+    assert_int_equal(stat(path, &info), 0);
+    assert_int_equal(info.st_mode & 0777, 0666 & ~mask);
+}
+
+static void a_commit_that_fails(void **unused)
+{
+    (void)unused;
+    char path[256];
+    snprintf(path, sizeof path, "%s", path_to("taken"));
+    assert_int_equal(mkdir(path, 0700), 0); /* a file cannot replace a folder */
+    ca_file_writer writer;
+    ca_error error = {{0}};
+    assert_int_equal(ca_file_create(&writer, path, NULL), CA_OK);
+    char temporary[256];
+    snprintf(temporary, sizeof temporary, "%s", writer.temporary_path);
+    assert_int_equal(ca_file_commit(&writer, &error), CA_ERROR_FILE);
+    assert_non_null(strstr(error.message, "/taken: cannot write: "));
+    assert_int_not_equal(access(temporary, F_OK), 0);
+    assert_int_equal(rmdir(path), 0);
+    for (long n = 0; n < 2; ++n) {
+        ca_memory_fail_after(n);
+        assert_int_equal(ca_file_create(&writer, path, &error), CA_ERROR_MEMORY);
+        ca_memory_fail_after(-1);
+        assert_int_not_equal(access(path, F_OK), 0);
+    }
+}
+
+static void paths(void **unused)
+{
+    (void)unused;
+    static const char *const cases[][3] = {{"scenes/box/scene.xml", "a.obj", "scenes/box/a.obj"},
+                                           {"scene.xml", "a.obj", "a.obj"},
+                                           {"/s/scene.xml", "/m/a.obj", "/m/a.obj"},
+                                           {NULL, "a.obj", "a.obj"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        char *path = ca_path_resolve(cases[i][0], cases[i][1]);
+        assert_string_equal(path, cases[i][2]);
+        ca_free(path);
+    }
+    assert_string_equal(ca_path_extension("a.b/c"), "");
+    assert_string_equal(ca_path_extension("a.b/c.d.PNG"), ".PNG");
+    assert_string_equal(ca_path_extension("none"), "");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(whole_files_up_to_the_limit), cmocka_unit_test(what_is_no_regular_file),
+        cmocka_unit_test(a_write_is_seen_at_its_commit), cmocka_unit_test(a_commit_that_fails),
+        cmocka_unit_test(paths),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
