@@ -40,7 +40,10 @@ else
 fi | tar -C "$root/root/caustica" -xf -
 
 mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
-trap 'umount "$root/proc"' EXIT
+mkdir -p "$root/dev/pts"
+mountpoint -q "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
+[ -e "$root/dev/ptmx" ] || ln -s pts/ptmx "$root/dev/ptmx"
+trap 'umount "$root/proc" "$root/dev/pts"' EXIT
 inside() { chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin ${http_proxy:+http_proxy="$http_proxy"} "$@"; }
 
 inside sh -c 'command -v make >/dev/null || { apt-get -q update && apt-get -qy install --no-install-recommends make; }'

@@ -6,12 +6,16 @@
 #include <signal.h>
 #include <sys/ioctl.h>
 
-/* A terminal of that width: what is written to the slave can be read from the result. */
+/* A terminal of that width: what is written to the slave can be read from the result. Where the machine has none to give (a
+ * bare chroot without /dev/pts), the test is skipped, and says so. */
 static int open_terminal(unsigned short columns, int *slave)
 {
     int master;
     const struct winsize window = {.ws_row = 24, .ws_col = columns};
-    assert_int_equal(openpty(&master, slave, NULL, NULL, &window), 0);
+    if (openpty(&master, slave, NULL, NULL, &window) != 0) {
+        print_message("SKIPPED: this machine gives out no pseudo-terminal (is /dev/pts mounted?)\n");
+        skip();
+    }
     return master;
 }
 

@@ -150,7 +150,8 @@ static int cell_of(const ca_light *light, ca_vec3 to_light)
 {
     const ca_vec3 local = ca_map_vector(light->map.from, to_light);
     const double phi = atan2((double)local.x, -(double)local.z) / (2.0 * CA_PI_D);
-    const int row = (int)(acos((double)local.y) / CA_PI_D * ROWS);
+    const int band = (int)(acos((double)ca_clamp(local.y, -1.0f, 1.0f)) / CA_PI_D * ROWS);
+    const int row = band < ROWS ? band : ROWS - 1; /* the pole itself ends the last band */
     return row * COLUMNS + (int)((phi < 0.0 ? phi + 1.0 : phi) * COLUMNS) % COLUMNS;
 }
 

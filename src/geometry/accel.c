@@ -198,7 +198,7 @@ void ca_accel_destroy(ca_accel *accel)
     ca_free(accel);
 }
 
-size_t ca_accel_bytes(const ca_accel *accel) { return accel->bytes; }
+size_t ca_accel_bytes(const ca_accel *accel) { return __atomic_load_n(&accel->bytes, __ATOMIC_RELAXED); }
 
 /* ---- Queries ---------------------------------------------------------------------------------------------------- */
 
@@ -206,7 +206,7 @@ size_t ca_accel_bytes(const ca_accel *accel) { return accel->bytes; }
  * comparison with NaN is false, and squares overflow to infinity early enough. */
 static inline bool ray_is_valid(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
-    return (ca_length2(origin) < 1e36f) & (ca_length2(direction) < INFINITY) & (t_min >= 0.0f) & (t_max > t_min);
+    return ca_length2(origin) < 1e36f && ca_length2(direction) < INFINITY && t_min >= 0.0f && t_max > t_min;
 }
 
 static inline struct RTCRay make_ray(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)

@@ -41,7 +41,7 @@ typedef struct exr_input {
     bool tiled;
 } exr_input;
 
-/* Where a channel's pixels go: pixel (x, y) of the data window at data[y * width + x]. NULL: not wanted. */
+/* Where a channel's pixels go: pixel (x, y) of the data window at data[y * width + x]. */
 typedef struct exr_target {
     float *data;
 } exr_target;
@@ -161,8 +161,6 @@ static exr_result_t decode_chunk(const exr_input *input, const exr_chunk_info_t 
         return EXR_ERR_CORRUPT_CHUNK;
     for (int c = 0; c < decoder->channel_count; ++c) {
         exr_coding_channel_info_t *channel = &decoder->channels[c];
-        channel->decode_to_ptr = NULL;
-        if (!targets[c].data) continue;
         channel->user_bytes_per_element = sizeof(float);
         channel->user_data_type = EXR_PIXEL_FLOAT;
         channel->user_pixel_stride = (int32_t)sizeof(float);
@@ -221,13 +219,16 @@ static int find_channel(const exr_input *input, const char *name)
 }
 
 /* Channel order[c] of the file becomes channel c of the image. By way of planes: told to interleave four channels of
- * halves itself, the library (3.1.5) gives them in the reverse order. */
+ * halves itself, the library (3.1.5) gives them in the reverse order. All channels nobody asked for share one more
+ * plane, for where all are halves, it writes even those without a place. */
 static ca_status read_interleaved(const exr_input *input, const int *order, ca_image *image, ca_error *error)
 {
     const size_t pixels = (size_t)input->width * input->height;
-    float *planes = ca_alloc(pixels * image->channels, sizeof *planes);
-    exr_target *targets = ca_alloc_zeroed((size_t)input->channels->num_channels, sizeof *targets);
+    const int channel_count = input->channels->num_channels;
+    float *planes = ca_alloc(pixels * (image->channels + 1), sizeof *planes);
+    exr_target *targets = ca_alloc((size_t)channel_count, sizeof *targets);
     ca_status status = planes && targets ? CA_OK : ca_fail_memory(error, input->path);
+    for (int c = 0; status == CA_OK && c < channel_count; ++c) targets[c].data = planes + image->channels * pixels;
     for (uint32_t c = 0; status == CA_OK && c < image->channels; ++c) targets[order[c]].data = planes + c * pixels;
     if (status == CA_OK) status = decode_pixels(input, targets, error);
     for (uint32_t c = 0; status == CA_OK && c < image->channels; ++c)
