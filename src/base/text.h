@@ -4,17 +4,34 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
-/* Edits (insert, delete, replace, swap of neighbours) that turn a into b. Words over 63 characters count as `SIZE_MAX`
- * apart. */
+/* ---- Names that are nearly right --------------------------------------------------------------------------------- */
+
+/* Edits (insert, delete, replace, swap of neighbours) that turn a into b. Of longer words the first 63 characters
+ * count. */
 size_t ca_edit_distance(const char *a, const char *b);
 
-/* The candidate with the fewest edits, if they are at most a third of the word's length plus one; else NULL. NULL
- * candidates are skipped. */
+/* Of a and b the name with fewer edits from the word; a of equals. NULL stands for no name. */
+const char *ca_nearer_name(const char *word, const char *a, const char *b);
+
+/* The candidate with the fewest edits, the first of equals; NULL where there is none. NULL candidates are skipped. Always
+ * a name, however far: for an author whom any name of the right kind helps. */
+const char *ca_nearest_name_however_far(const char *word, const char *const *candidates, size_t count);
+
+/* The same, but NULL where its edits are more than a third of the word's length plus one. */
 const char *ca_nearest_name(const char *word, const char *const *candidates, size_t count);
 
-/* The whole of `text` (spaces around it allowed) as a number, with a decimal point whatever the locale; false where it is
- * none or not finite. */
+/* ---- Numbers: nothing left over, no spaces ----------------------------------------------------------------------- */
+
+/* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal point
+ * whatever the locale. */
+bool ca_parse_number(const char *text, size_t length, double *value);
+/* The same, of a whole text. */
 bool ca_parse_double(const char *text, double *value);
+/* The whole of text[0, length) as decimal digits, without a sign, of a number not above `limit`. */
+bool ca_parse_digits(const char *text, size_t length, uint64_t limit, uint64_t *value);
+/* The whole of text[0, length) as a decimal integer, with or without a sign. */
+bool ca_parse_integer(const char *text, size_t length, int64_t *value);
 
 #endif

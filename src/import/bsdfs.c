@@ -1,7 +1,7 @@
 /* BSDFs that scatter by themselves. Result of each: ca_material. Those that hold others are in bsdf_nodes.c. */
 #include "import/bsdf_plugins.h"
 
-#include "import/nearest.h"
+#include "base/text.h"
 #include "material/conductor_data.h"
 
 #include <string.h>
@@ -127,10 +127,8 @@ static const ca_conductor *named_conductor(ca_props *props)
     size_t count;
     const ca_conductor *table = ca_conductor_table(&count);
     const char *nearest = NULL;
-    for (size_t i = 0; i < count; i++) {
-        const char *const pair[2] = {nearest, table[i].name};
-        nearest = ca_import_nearest(name, pair, 2);
-    }
+    for (size_t i = 0; i < count; i++)
+        nearest = ca_nearer_name(name, nearest, table[i].name);
     const ca_xml_node *node = ca_props_find(props, "material");
     ca_import_fail(props->importer, &node->where, "\"%s\" is not a known conductor; the nearest is \"%s\"", name,
                    nearest);

@@ -2,7 +2,7 @@
 #include "import/document.h"
 
 #include "import/elements.h"
-#include "import/nearest.h"
+#include "base/text.h"
 #include "import/substitution.h"
 
 #include <stdlib.h>
@@ -186,10 +186,8 @@ ca_xml_node *ca_document_find(const ca_document *document, const char *id)
 const char *ca_document_nearest_id(const ca_document *document, const char *id)
 {
     const char *best = NULL;
-    for (size_t i = 0; i < document->id_count; i++) {
-        const char *const pair[2] = {best, document->ids[i].id};
-        best = ca_import_nearest(id, pair, 2);
-    }
+    for (size_t i = 0; i < document->id_count; i++)
+        best = ca_nearer_name(id, best, document->ids[i].id);
     return best;
 }
 

@@ -1,6 +1,6 @@
 #include "import/elements.h"
 
-#include "import/nearest.h"
+#include "base/text.h"
 
 #include <string.h>
 
@@ -101,7 +101,7 @@ static ca_status fail_unknown(const ca_xml_node *node, ca_error *error)
     const char *tags[ELEMENT_COUNT];
     for (int i = 0; i < ELEMENT_COUNT; i++) tags[i] = elements[i].tag;
     return ca_fail(error, CA_ERROR_SCENE, &node->where, "unknown element <%s>; the nearest known one is <%s>",
-                   node->tag, ca_import_nearest(node->tag, tags, ELEMENT_COUNT));
+                   node->tag, ca_nearest_name_however_far(node->tag, tags, ELEMENT_COUNT));
 }
 
 static const char *bare(const char *attribute)
@@ -126,7 +126,7 @@ static ca_status check_attributes(const ca_xml_node *node, const element *known,
             return ca_fail(error, CA_ERROR_SCENE, &node->where,
                            "<%s> has no attribute \"%s\"; the nearest known one is \"%s\"", node->tag,
                            node->attributes[a].name,
-                           ca_import_nearest(node->attributes[a].name, names, MAX_ATTRIBUTES));
+                           ca_nearest_name_however_far(node->attributes[a].name, names, MAX_ATTRIBUTES));
     }
     return CA_OK;
 }

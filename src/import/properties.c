@@ -1,7 +1,7 @@
 #include "import/properties.h"
 
 #include "import/importer.h"
-#include "import/nearest.h"
+#include "base/text.h"
 #include "import/number.h"
 
 #include <float.h>
@@ -26,7 +26,7 @@ void ca_props_end(ca_props *props)
     for (const ca_xml_node *child = props->node->first_child; child; child = child->next) {
         if (child->used) continue;
         const char *name = ca_xml_attribute_value(child, "name");
-        const char *nearest = name ? ca_import_nearest(name, props->asked, props->asked_count) : NULL;
+        const char *nearest = name ? ca_nearest_name_however_far(name, props->asked, props->asked_count) : NULL;
         if (!name)
             ca_import_fail(props->importer, &child->where, "%s has no use for this <%s>", props->type, child->tag);
         else
@@ -152,7 +152,7 @@ size_t ca_props_choice(ca_props *props, const char *name, const char *const *cho
         if (equal_ignoring_case(value, choices[i])) return i;
     const ca_xml_node *node = ca_props_find(props, name);
     ca_import_fail(props->importer, &node->where, "\"%s\" is not a known %s; the nearest is \"%s\"", value, name,
-                   ca_import_nearest(value, choices, count));
+                   ca_nearest_name_however_far(value, choices, count));
     return fallback;
 }
 

@@ -1,7 +1,7 @@
 /* The importer of Mitsuba's XML scenes: entry points, failures, and the objects of <scene>. */
 #include "import/importer.h"
 
-#include "import/nearest.h"
+#include "base/text.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -42,10 +42,8 @@ const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node 
     for (size_t i = 0; i < count; i++)
         if (strcmp(table[i].name, type) == 0) return &table[i];
     const char *nearest = NULL;
-    for (size_t i = 0; i < count; i++) {
-        const char *const pair[2] = {nearest, table[i].name};
-        nearest = ca_import_nearest(type, pair, 2);
-    }
+    for (size_t i = 0; i < count; i++)
+        nearest = ca_nearer_name(type, nearest, table[i].name);
     ca_import_fail(importer, &node->where, "unknown %s \"%s\"; the nearest known one is \"%s\"", node->tag, type,
                    nearest);
     return NULL;

@@ -1,6 +1,6 @@
 #include "import/substitution.h"
 
-#include "import/nearest.h"
+#include "base/text.h"
 
 #include <string.h>
 
@@ -31,7 +31,7 @@ static const char *nearest(const ca_definitions *definitions, const char *name, 
     const char *names[CA_DOCUMENT_MAX_DEFAULTS];
     for (size_t i = 0; i < definitions->count; i++)
         names[i] = &definitions->items[i] == but || !definitions->items[i].known ? NULL : definitions->items[i].name;
-    return ca_import_nearest(name, names, definitions->count);
+    return ca_nearest_name_however_far(name, names, definitions->count);
 }
 
 ca_status ca_definitions_start(ca_definitions *definitions, const ca_define *defines, size_t count, ca_error *error)
