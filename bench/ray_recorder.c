@@ -6,93 +6,148 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-typedef struct recorded_ray {
-    struct RTCRay ray;
-    bool occlusion;
-} recorded_ray;
+enum { MAX_THREADS = 64, RUN = 4096 };
+
+/* What a thread has recorded. Embree ignores a ray's id; here it tells the kind of query. */
+typedef struct ray_tape {
+    _Alignas(64) struct RTCRay *rays;
+    size_t count, capacity, hits;
+} ray_tape;
+
+enum { NEAREST_HIT = 0, VISIBILITY = 1 };
 
 static struct {
-    bool on;
+    bool on, failed;
+    unsigned recording; /* number of this recording: a thread that has not met it yet takes a tape */
+    int tape_count;
     RTCScene scene;
-    recorded_ray *rays;
-    size_t count, capacity, recorded_hits, hits;
+    ray_tape tapes[MAX_THREADS];
 } recorder;
+
+static _Thread_local struct {
+    unsigned recording;
+    ray_tape *tape;
+} own;
 
 void __real_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *rayhit);
 void __real_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
 void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *rayhit);
 void __wrap_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
 
-static void record(RTCScene scene, const struct RTCRay *ray, bool occlusion)
+static ray_tape *own_tape(void)
 {
-    recorder.scene = scene;
-    if (recorder.count < recorder.capacity)
-        recorder.rays[recorder.count] = (recorded_ray){.ray = *ray, .occlusion = occlusion};
-    recorder.count++;
+    if (own.recording == recorder.recording) return own.tape;
+    const int number = __atomic_fetch_add(&recorder.tape_count, 1, __ATOMIC_RELAXED);
+    own.recording = recorder.recording;
+    own.tape = number < MAX_THREADS ? &recorder.tapes[number] : NULL;
+    return own.tape;
+}
+
+/* The thread's tape with the ray at its end, or NULL when there is no room: the recording is then not of use. */
+static ray_tape *record(RTCScene scene, const struct RTCRay *ray, unsigned kind)
+{
+    ray_tape *tape = own_tape();
+    if (tape && tape->count == tape->capacity) {
+        const size_t capacity = tape->capacity ? 2 * tape->capacity : 1 << 16;
+        struct RTCRay *rays = realloc(tape->rays, capacity * sizeof *rays);
+        if (rays) tape->rays = rays, tape->capacity = capacity;
+    }
+    if (!tape || tape->count == tape->capacity) {
+        __atomic_store_n(&recorder.failed, true, __ATOMIC_RELAXED);
+        return NULL;
+    }
+    __atomic_store_n(&recorder.scene, scene, __ATOMIC_RELAXED);
+    tape->rays[tape->count] = *ray;
+    tape->rays[tape->count++].id = kind;
+    return tape;
 }
 
 void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *rayhit)
 {
-    if (recorder.on) record(scene, &rayhit->ray, false);
+    ray_tape *tape = recorder.on ? record(scene, &rayhit->ray, NEAREST_HIT) : NULL;
     __real_rtcIntersect1(scene, context, rayhit);
-    if (recorder.on && recorder.count <= recorder.capacity)
-        recorder.recorded_hits += rayhit->hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    if (tape) tape->hits += rayhit->hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
 void __wrap_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray)
 {
-    if (recorder.on) record(scene, ray, true);
+    ray_tape *tape = recorder.on ? record(scene, ray, VISIBILITY) : NULL;
     __real_rtcOccluded1(scene, context, ray);
-    if (recorder.on && recorder.count <= recorder.capacity) recorder.recorded_hits += ray->tfar < 0.0f;
+    if (tape) tape->hits += ray->tfar < 0.0f;
 }
 
-bool ray_recorder_start(size_t capacity)
+void ray_recorder_start(void)
 {
     ray_recorder_free();
-    recorder.rays = malloc(capacity * sizeof *recorder.rays);
-    recorder.capacity = recorder.rays ? capacity : 0;
-    recorder.on = recorder.rays != NULL;
-    return recorder.on;
+    recorder.recording++;
+    recorder.on = true;
 }
 
-size_t ray_recorder_stop(void)
+static int tape_count(void) { return recorder.tape_count < MAX_THREADS ? recorder.tape_count : MAX_THREADS; }
+
+bool ray_recorder_stop(ray_counts *recorded)
 {
     recorder.on = false;
-    return recorder.count;
+    *recorded = (ray_counts){0};
+    for (int i = 0; i < tape_count(); i++) {
+        const ray_tape *tape = &recorder.tapes[i];
+        for (size_t k = 0; k < tape->count; k++) recorded->shadow_rays += tape->rays[k].id == VISIBILITY;
+        recorded->rays += tape->count;
+        recorded->hits += tape->hits;
+    }
+    recorded->rays -= recorded->shadow_rays;
+    return !recorder.failed;
 }
 
-double ray_recorder_replay(void)
+static ray_counts replay_run(const struct RTCRay *rays, size_t count)
 {
-    const size_t count = recorder.count < recorder.capacity ? recorder.count : recorder.capacity;
-    const double start = ca_clock_seconds();
-    size_t hits = 0;
+    ray_counts done = {0};
     for (size_t i = 0; i < count; i++) {
         struct RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        if (recorder.rays[i].occlusion) {
-            struct RTCRay ray = recorder.rays[i].ray;
+        if (rays[i].id == VISIBILITY) {
+            struct RTCRay ray = rays[i];
             __real_rtcOccluded1(recorder.scene, &context, &ray);
-            hits += ray.tfar < 0.0f;
+            done.hits += ray.tfar < 0.0f;
+            done.shadow_rays++;
         } else {
             struct RTCRayHit rayhit;
-            rayhit.ray = recorder.rays[i].ray;
+            rayhit.ray = rays[i];
             rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
             rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
             __real_rtcIntersect1(recorder.scene, &context, &rayhit);
-            hits += rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+            done.hits += rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
         }
     }
-    recorder.hits = hits;
+    done.rays = count - done.shadow_rays;
+    return done;
+}
+
+double ray_recorder_replay(int threads, ray_counts *replayed)
+{
+    const double start = ca_clock_seconds();
+    size_t rays = 0, shadow_rays = 0, hits = 0;
+#pragma omp parallel num_threads(threads) reduction(+ : rays, shadow_rays, hits)
+    for (int i = 0; i < tape_count(); i++) {
+        const ray_tape *tape = &recorder.tapes[i];
+        const size_t runs = (tape->count + RUN - 1) / RUN;
+#pragma omp for schedule(dynamic, 1) nowait
+        for (size_t run = 0; run < runs; run++) {
+            const size_t first = run * RUN, left = tape->count - first;
+            const ray_counts done = replay_run(tape->rays + first, left < RUN ? left : RUN);
+            rays += done.rays, shadow_rays += done.shadow_rays, hits += done.hits;
+        }
+    }
+    *replayed = (ray_counts){.rays = rays, .shadow_rays = shadow_rays, .hits = hits};
     return ca_clock_seconds() - start;
 }
 
-size_t ray_recorder_hits(void) { return recorder.hits; }
-size_t ray_recorder_recorded_hits(void) { return recorder.recorded_hits; }
-
 void ray_recorder_free(void)
 {
-    free(recorder.rays);
-    recorder.rays = NULL;
-    recorder.count = recorder.capacity = recorder.recorded_hits = recorder.hits = 0;
-    recorder.on = false;
+    for (int i = 0; i < tape_count(); i++) {
+        free(recorder.tapes[i].rays);
+        recorder.tapes[i] = (ray_tape){0};
+    }
+    recorder.tape_count = 0;
+    recorder.on = recorder.failed = false;
 }

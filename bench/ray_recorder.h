@@ -1,21 +1,28 @@
 /* Records the rays that a render hands to Embree and replays them raw: the yardstick for everything a renderer does
- * around its rays. The bench programs are linked so that rtcIntersect1 and rtcOccluded1 pass through here
- * (ld --wrap); without recording that costs one predictable branch. One thread only while recording. */
+ * around its rays. The bench programs are linked so that rtcIntersect1 and rtcOccluded1 pass through here (ld
+ * --wrap); without recording that costs one predictable branch.
+ *
+ * Threads: a render may have several while recording, each keeps its own rays in its own order. start, stop, replay
+ * and free are for one thread while no render runs. State: 48 bytes a ray. */
 #ifndef CA_BENCH_RAY_RECORDER_H
 #define CA_BENCH_RAY_RECORDER_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Starts a new recording of at most `capacity` rays; false when out of memory. */
-bool ray_recorder_start(size_t capacity);
-/* Stops; returns how many rays there were (more than the capacity: the rest was not kept). */
-size_t ray_recorder_stop(void);
-/* Hands the kept rays to Embree again, in their order, same scene, flags and calls; returns the seconds it took. */
-double ray_recorder_replay(void);
-/* How many of the replayed rays met something, nearest-hit and visibility rays together: to be the same as recorded. */
-size_t ray_recorder_hits(void);
-size_t ray_recorder_recorded_hits(void);
+typedef struct ray_counts {
+    size_t rays, shadow_rays; /* nearest-hit and visibility queries */
+    size_t hits;              /* how many of them, together, met something */
+} ray_counts;
+
+/* Starts a new recording; the last one is forgotten. */
+void ray_recorder_start(void);
+/* Stops; false when there was not memory for all rays. */
+bool ray_recorder_stop(ray_counts *recorded);
+/* Hands the rays to Embree again, same scene, flags and calls. With one thread in their order, with more each takes
+ * runs of some thousand neighbours as it comes free. Returns the seconds it took; `replayed` should be what was
+ * recorded. */
+double ray_recorder_replay(int threads, ray_counts *replayed);
 void ray_recorder_free(void);
 
 #endif

@@ -91,7 +91,7 @@ typedef struct ca_render_progress {
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
 typedef struct ca_render_settings {
     const char *integrator;     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay */
-    uint32_t samples_per_pixel; /* camera paths per pixel */
+    uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
     double noise_percent;       /* > 0: stop when the relative standard error of the image is below this many percent */
     const char *sampler;        /* "independent", "sobol" */
@@ -103,7 +103,19 @@ typedef struct ca_render_settings {
     uint32_t crop[4]; /* x0, y0, x1, y1, half open, in pixels of the full film */
     int max_depth;    /* as Mitsuba: 1 sees lights only, -1 is unlimited */
     bool has_max_depth;
-    double memory_mib; /* > 0: refuse to start if the film would need more */
+    /* Parameters of integrators that have them, for others an error. Like max_depth they win over the scene; one that is
+     * also in `integrator` must have the same value there. */
+    double radius; /* > 0: of merges, in the first pass */
+    double alpha;  /* how fast it shrinks: r^2 = radius^2 / passes^alpha, in [0, 1] */
+    bool has_alpha;
+    uint32_t light_paths;  /* > 0: in a pass */
+    uint32_t camera_paths; /* > 0: per pixel in a pass */
+    /* > 0: for film and light paths. A film that needs more is refused; light paths are traced in parts if a pass needs
+     * more for them. The image does not depend on it, to the bit. */
+    double memory_mib;
+    /* Folder for one picture of what each technique found, s camera and t light vertices, before and after weighting:
+     * hit_s3_t0_unweighted.exr, connect_s2_t2_weighted.exr, ..._weight.exr. Needs a max_depth of at most 13. */
+    const char *strategies_directory;
     /* Called after each pass; false ends the render, the image made so far is returned. */
     bool (*progress)(const ca_render_progress *progress, void *user);
     void *progress_user;
@@ -111,9 +123,14 @@ typedef struct ca_render_settings {
 
 CA_API void ca_render_settings_init(ca_render_settings *settings);
 
+/* Where samples that are not finite come from: the techniques hit, next event, connect, splat, merge; and those that only
+ * the film noticed. */
+enum { CA_NON_FINITE_SOURCES = 6 };
+
 /* Totals over a render. */
 typedef struct ca_render_statistics {
-    double seconds; /* of rendering, without loading */
+    double seconds;           /* of rendering, without loading */
+    double samples_per_pixel; /* as the setting of that name counts them */
     uint64_t iterations, light_paths, camera_paths;
     uint64_t rays, shadow_rays; /* nearest-hit and visibility queries */
     uint64_t photons, photons_tested, merges;
@@ -121,7 +138,8 @@ typedef struct ca_render_statistics {
     double mean_luminance;
     double mean_standard_deviation; /* standard deviation of one iteration's pixel luminance, averaged over pixels */
     double noise_percent;           /* root of the mean variance of a pixel's mean, over the mean luminance */
-    uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect */
+    uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect ... */
+    uint64_t non_finite_from[CA_NON_FINITE_SOURCES]; /* ... by where they come from */
     bool interrupted;               /* ended by the progress callback */
 } ca_render_statistics;
 

@@ -1,4 +1,5 @@
 /* The program from outside: exit statuses, messages, files. */
+#include "image/layers.h"
 #include "support/program_test.h"
 
 #include <stdlib.h>
@@ -26,8 +27,29 @@ static void test_help_and_version(void **state)
     }
 }
 
+/* The help says which integrators there are, with the parameters that the documentation has. */
+static void test_help_lists_the_integrators(void **state)
+{
+    ca_program_result help, r;
+    RUN(&help, "render", "--help");
+    RUN(&r, "render", "ball.xml", "-i", "nothing like it");
+    assert_exit(&r, 2);
+    char *name = strstr(r.errors, "there are: ");
+    assert_non_null(name);
+    name += strlen("there are: ");
+    *strchr(name, ')') = '\0';
+    int count = 0;
+    for (name = strtok(name, ", "); name; name = strtok(NULL, ", "), count++) {
+        char line[64];
+        snprintf(line, sizeof line, "\n  %s:max_depth=-1,rr_depth=5,hide_emitters=false", name);
+        assert_says(help.output, line);
+    }
+    assert_int_equal(count, 10);
+    assert_says(help.output, "(default: one per processor)");
+}
+
 typedef struct usage_case {
-    const char *words[6];
+    const char *words[8]; /* ended by NULL */
     const char *says;
 } usage_case;
 
@@ -66,8 +88,23 @@ static const usage_case usage_cases[] = {
     /* What later versions may know must not be a silent no-op today. */
     {{"render", "ball.xml", "--rays", "auto"}, "option --rays is not known"},
     {{"render", "ball.xml", "--serve"}, "option --serve is not known"},
-    {{"render", "ball.xml", "--radius", "1"}, "option --radius is not known"},
-    {{"render", "ball.xml", "--dump-strategies", "x"}, "option --dump-strategies is not known"},
+    {{"render", "ball.xml", "--blocks", "0:1"}, "option --blocks is not known"},
+    /* Parameters of integrators. */
+    {{"render", "ball.xml", "--radius", "0"}, "--radius: \"0\""},
+    {{"render", "ball.xml", "--radius", "1"}, "integrator \"path\" has no merge radius"},
+    {{"render", "ball.xml", "--alpha", "0.5"}, "integrator \"path\" has no merge radius to shrink"},
+    {{"render", "ball.xml", "--light-paths", "0"}, "--light-paths: \"0\""},
+    {{"render", "ball.xml", "--light-paths", "10"}, "integrator \"path\" has no light paths"},
+    {{"render", "ball.xml", "--camera-paths", "2"}, "integrator \"path\" has no number of camera paths"},
+    {{"render", "ball.xml", "--radius", "1", "-i", "bdpt"}, "integrator \"bdpt\" has no merge radius"},
+    {{"render", "ball.xml", "--alpha", "1.5", "-i", "vcm"}, "\"alpha\" must be a number of at least 0 and at most 1"},
+    {{"render", "ball.xml", "--radius=2", "-i", "vcm:radius=1"}, "\"radius\" is 1 among the integrator's own parameters but 2"},
+    {{"render", "ball.xml", "--max-depth=2", "-i", "path:max_depth=3"}, "\"max_depth\" is 3 among the"},
+    {{"render", "ball.xml", "-i", "path:radius=1"}, "integrator \"path\" has no parameter \"radius\""},
+    {{"render", "ball.xml", "-i", "vcm:radius=-1"}, "\"radius\" must be a number of at least 0"},
+    {{"render", "ball.xml", "-i", "vcm:radius=1,radius=1"}, "\"radius\" of the integrator is given twice"},
+    {{"render", "ball.xml", "--dump-strategies", "x", "--max-depth=14"}, "max_depth of at most 13"},
+    {{"render", "ball.xml", "--dump-strategies", "x", "--max-depth=-1"}, "it is not limited"},
     {{"compare", "a.exr"}, "--reference is missing"},
     {{"compare", "--reference", "a.exr"}, "an image to compare is missing"},
     {{"compare", "a.exr", "--reference", "a.exr", "--block=0"}, "--block: \"0\""},
@@ -171,10 +208,74 @@ static void test_statistics_and_quiet(void **state)
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) json_number(stats, keys[i]);
     assert_int_equal((int)json_number(stats, "iterations"), 8);
     assert_int_equal((int)json_number(stats, "camera_paths"), 8 * 24 * 16);
-    assert_int_equal((int)json_number(stats, "non_finite"), 0);
+    const json_t *non_finite = json_object_get(stats, "non_finite");
+    static const char *const sources[] = {"hit", "next_event", "connect", "splat", "merge", "film"};
+    for (size_t i = 0; i < sizeof sources / sizeof sources[0]; i++)
+        assert_int_equal((int)json_number(non_finite, sources[i]), 0);
+    assert_int_equal(json_object_size(non_finite), sizeof sources / sizeof sources[0]);
+    assert_int_equal((int)json_number(stats, "samples_per_pixel"), 8);
     const double luminance = json_number(stats, "mean_luminance");
     assert_true(luminance > 0.24 && luminance < 0.4); /* the ball nearly fills the picture */
     json_decref(stats);
+}
+
+/* The options that set an integrator's parameters, as they are recorded and as they count. */
+static void test_options_of_integrators(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--stats", "a.json", "-i", "ovcm:alpha=0.25", "--alpha=0.25", "--radius",
+        "0.125", "--light-paths", "50", "--camera-paths", "3", "--spp", "7");
+    assert_exit(&r, 0);
+    assert_string_equal(r.errors, "");
+    assert_says(r.output, "24 x 16 pixels, 9 samples per pixel");
+    json_t *stats = load_json(folder_of(state), "a.json");
+    assert_int_equal((int)json_number(stats, "iterations"), 3);
+    assert_int_equal((int)json_number(stats, "samples_per_pixel"), 9);
+    assert_int_equal((int)json_number(stats, "camera_paths"), 9 * 24 * 16);
+    assert_true(json_number(stats, "light_paths") >= 150.0);
+    assert_true(json_number(stats, "photons") > 0.0 && json_number(stats, "merges") > 0.0);
+    json_decref(stats);
+    char path[256];
+    snprintf(path, sizeof path, "%s/a.exr", folder_of(state));
+    ca_image_layers *image = NULL;
+    assert_int_equal(ca_layers_read(path, &image, NULL), CA_OK);
+    const char *integrator = NULL;
+    for (size_t i = 0; i < image->attribute_count; i++)
+        if (strcmp(image->attributes[i].name, "caustica.integrator") == 0) integrator = image->attributes[i].text;
+    assert_non_null(integrator);
+    assert_says(integrator, "ovcm:max_depth=4,");
+    assert_says(integrator, "light_paths=50,camera_paths=3,radius=0.125,alpha=0.25,");
+    ca_image_release(image);
+    /* Of `light`, samples are light paths. */
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "-i", "light", "--light-paths=192", "--spp", "3");
+    assert_exit(&r, 0);
+    assert_says(r.output, "24 x 16 pixels, 3 samples per pixel");
+}
+
+static void test_strategies(void **state)
+{
+    ca_program_result r;
+    static const char *const folders[] = {"new", "new", "slash/"}; /* made, there already, made */
+    for (int i = 0; i < 3; i++) {
+        RUN(&r, "render", "ball.xml", "-o", "a.pfm", "--dump-strategies", folders[i], "--max-depth=3");
+        assert_exit(&r, 0);
+        assert_says(r.output, "wrote ");
+        assert_says(r.output, folders[i]);
+        static const char *const names[] = {"hit_s3_t0_weighted.exr", "next_event_s2_t1_unweighted.exr",
+                                            "next_event_s2_t1_weight.exr"};
+        for (size_t n = 0; n < sizeof names / sizeof names[0]; n++) {
+            char path[128];
+            snprintf(path, sizeof path, "%s/%s", folders[i], names[n]);
+            assert_true(exists(folder_of(state), path));
+        }
+    }
+    /* Found out before the scene is looked at. */
+    RUN(&r, "render", "nowhere.xml", "-o", "a.pfm", "--dump-strategies", "ball.xml", "--max-depth=3");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "ball.xml: this is not a folder");
+    RUN(&r, "render", "nowhere.xml", "-o", "a.pfm", "--dump-strategies", "no/such", "--max-depth=3");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "no/such");
 }
 
 static void test_file_of_crop_and_resolution(void **state)
@@ -297,12 +398,15 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_help_and_version),
+        PROGRAM_TEST(test_help_lists_the_integrators),
         PROGRAM_TEST(test_wrong_usage),
         PROGRAM_TEST(test_failures_of_the_world),
         PROGRAM_TEST(test_full_disk_of_standard_output),
         PROGRAM_TEST(test_file_size_limit),
         PROGRAM_TEST(test_default_outputs),
         PROGRAM_TEST(test_statistics_and_quiet),
+        PROGRAM_TEST(test_options_of_integrators),
+        PROGRAM_TEST(test_strategies),
         PROGRAM_TEST(test_file_of_crop_and_resolution),
         PROGRAM_TEST(test_ends_by_noise_and_time),
         PROGRAM_TEST(test_compare),

@@ -1,6 +1,7 @@
 /* The renderer around the integrator: the same bits for any number of threads, stopping by samples, time, noise and
  * request, crops, layers, attributes. */
 #include "image/layers.h"
+#include "render/render.h"
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -225,6 +226,192 @@ static void test_layers_and_attributes(void **state)
     ca_scene_release(scene);
 }
 
+/* Hits alone find the same light, with more noise. */
+static void test_path_without_next_event(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings = settings_with(64);
+    double mean[2], error[2];
+    static const char *const integrators[] = {"path", "path:next_event=false"};
+    for (int i = 0; i < 2; i++) {
+        settings.integrator = integrators[i];
+        ca_image_layers *image = NULL;
+        ca_render_statistics statistics;
+        assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+        assert_true((statistics.shadow_rays == 0) == (i == 1));
+        channel_mean(image, "G", &mean[i], &error[i]);
+        ca_image_release(image);
+    }
+    print_message("    with next event %.5f +- %.5f, without %.5f +- %.5f\n", mean[0], error[0], mean[1], error[1]);
+    assert_true(error[1] < 0.03 * mean[1] && error[0] < error[1]);
+    assert_true(fabs(mean[0] - mean[1]) < 4.0 * hypot(error[0], error[1]));
+    ca_scene_release(scene);
+}
+
+static void test_path_without_next_event_needs_lights_with_extent(void **state)
+{
+    (void)state;
+    static const char *const lights[] = {
+        "<emitter type='point'><rgb name='intensity' value='1'/></emitter>",
+        "<emitter type='directional'><vector name='direction' value='0,0,1'/><rgb name='irradiance' value='1'/></emitter>"};
+    for (int i = 0; i < 2; i++) {
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'><point name='center' value='0,0,5'/></shape>"
+                 "<emitter type='constant'/>\n  %s</scene>",
+                 lights[i]);
+        ca_scene *scene = scene_from_text(text);
+        ca_render_settings settings = settings_with(1);
+        settings.integrator = "path:next_event=false";
+        ca_image_layers *image = NULL;
+        ca_error error = {""};
+        assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_UNSUPPORTED);
+        assert_non_null(strstr(error.message, ":2:3: without next_event"));
+        ca_scene_release(scene);
+    }
+}
+
+/* A light so near that next event overflows: dropped there, counted there, and the image stays finite. */
+static void test_overflow_is_counted_where_it_happens(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(
+        "<scene version='3.0.0'><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='8'/>"
+        "<integer name='height' value='8'/><rfilter type='box'/></film></sensor>"
+        "<shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/><translate z='2'/></transform></shape>"
+        "<emitter type='point'><point name='position' value='0,0,1.98'/><rgb name='intensity' value='1e37'/></emitter>"
+        "</scene>");
+    ca_render_settings settings = settings_with(16);
+    settings.integrator = "path:max_depth=2";
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics;
+    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+    print_message("    %u of next event, %u in all\n", (unsigned)statistics.non_finite_from[CA_TECHNIQUE_NEXT_EVENT],
+                  (unsigned)statistics.non_finite);
+    assert_true(statistics.non_finite_from[CA_TECHNIQUE_NEXT_EVENT] > 0);
+    assert_int_equal(statistics.non_finite, statistics.non_finite_from[CA_TECHNIQUE_NEXT_EVENT]);
+    for (size_t i = 0; i < 64; i++) assert_true(isfinite(ca_image_channel(image, "G")[i]));
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+static void test_settings_of_integrators(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_image_layers *image = NULL;
+    ca_error error = {""};
+    ca_render_settings settings = settings_with(1);
+    settings.radius = 0.1;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_string_equal(error.message, "integrator \"path\" has no merge radius");
+    static const double wrong[] = {-1.0, (double)NAN, (double)INFINITY};
+    settings.integrator = "vcm";
+    for (int i = 0; i < 3; i++) {
+        settings.radius = wrong[i];
+        assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+        assert_string_equal(error.message, "\"radius\" must be a number of at least 0");
+    }
+    settings.radius = 0.25;
+    settings.integrator = "vcm:radius=0.5";
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "0.5 among the integrator's own parameters but 0.25"));
+    settings.integrator = "vcm:alpha=0.25";
+    settings.light_paths = 200;
+    settings.camera_paths = 3;
+    settings.has_max_depth = true;
+    settings.max_depth = 4;
+    ca_render_plan plan;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    char text[256];
+    ca_integrator_describe(plan.type, &plan.input, text, sizeof text);
+    assert_non_null(strstr(text, "max_depth=4,"));
+    assert_non_null(strstr(text, "light_paths=200,camera_paths=3,radius=0.25,alpha=0.25"));
+    ca_scene_release(scene);
+}
+
+/* The scene's own words, in the spelling of Mitsuba 0.6 too; with -i they carry over where they fit. */
+static void test_integrators_of_the_scene(void **state)
+{
+    (void)state;
+    static const char *const text =
+        "<scene version='%s'>\n<integrator type='%s'>%s</integrator><sensor type='perspective'/>"
+        "<emitter type='constant'/></scene>";
+    static const struct {
+        const char *version, *type, *parameters, *chosen, *says; /* says: of the description, or of the error */
+    } cases[] = {
+        {"3.0.0", "vcm-star", "<float name='radius' value='0.25'/><integer name='camera_paths' value='2'/>", NULL,
+         "vcm-star:max_depth=-1,rr_depth=5,hide_emitters=false,heuristic=balance,light_paths=0,camera_paths=2,radius=0.25,"
+         "alpha=0.5"},
+        {"0.6.0", "bdpm",
+         "<integer name='maxDepth' value='4'/><integer name='cameraDiffuseDepth' value='3'/><string name='merges' value='last'/>",
+         NULL, "camera_diffuse_depth=3,merges=last"},
+        {"3.0.0", "vcm", "<integer name='max_depth' value='4'/><float name='radius' value='1'/>", "path:rr_depth=2",
+         "path:max_depth=4,rr_depth=2,"},
+        {"3.0.0", "vcm", "<integer name='radius' value='2'/>", "ovcm", "radius=2,alpha=0.5,epsilon="},
+        {"3.0.0", "vcm", "\n<float name='c' value='1'/>", NULL, ":3:1: integrator \"vcm\" has no parameter \"c\""},
+        {"3.0.0", "vcm", "\n<float name='alpha' value='2'/>", NULL, ":3:1: \"alpha\" must be a number of at least 0 and"},
+        {"3.0.0", "vcm", "\n<float name='light_paths' value='2.5'/>", "ovcm", ":3:1: \"light_paths\" must be a whole"},
+        {"3.0.0", "vcm", "\n<string name='heuristic' value='best'/>", NULL, ":3:1: \"heuristic\" must be one of"},
+        {"3.0.0", "vcmm", "", NULL, ":2:1: unknown integrator \"vcmm\"; did you mean \"vcm\"?"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char xml[1024], said[1024];
+        snprintf(xml, sizeof xml, text, cases[i].version, cases[i].type, cases[i].parameters);
+        ca_scene *scene = scene_from_text(xml);
+        ca_render_settings settings = settings_with(1);
+        settings.integrator = cases[i].chosen;
+        ca_render_plan plan;
+        ca_error error = {""};
+        const ca_status status = ca_render_plan_make(&plan, scene, &settings, &error);
+        if (status == CA_OK) ca_integrator_describe(plan.type, &plan.input, said, sizeof said);
+        assert_int_equal(status, cases[i].says[0] == ':' ? CA_ERROR_SCENE : CA_OK);
+        if (!strstr(status == CA_OK ? said : error.message, cases[i].says))
+            fail_msg("case %zu says: %s", i, status == CA_OK ? said : error.message);
+        ca_scene_release(scene);
+    }
+}
+
+/* How many passes a number of samples takes. */
+static void test_samples_to_passes(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *integrator;
+        uint32_t samples, camera_paths, light_paths, passes;
+    } cases[] = {
+        {"path", 5, 0, 0, 5},
+        {"path", 0, 0, 0, 5}, /* as the scene says */
+        {"bdpt", 6, 0, 100, 6},
+        {"bdpt", 6, 3, 100, 2},
+        {"bdpt", 7, 3, 100, 3},
+        {"bdpt", 4294967295u, 1, 0, 4294967295u},
+        {"bdpt", 4294967295u, 4, 0, 0}, /* camera paths would be too many to be numbered */
+        {"light", 6, 0, 0, 6},
+        {"light", 6, 0, 67 * 45, 6},
+        {"light", 6, 2, 67 * 45 * 2, 3},
+        {"light", 1, 0, 1000, 4}, /* 3015 pixels */
+        {"light", 4294967295u, 0, 1000, 0},
+    };
+    ca_scene *scene = scene_from_text(scene_text);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_render_settings settings = settings_with(cases[i].samples);
+        settings.integrator = cases[i].integrator;
+        settings.camera_paths = cases[i].camera_paths;
+        settings.light_paths = cases[i].light_paths;
+        settings.has_crop = true; /* which changes nothing */
+        settings.crop[2] = 10;
+        settings.crop[3] = 10;
+        ca_render_plan plan;
+        const ca_status status = ca_render_plan_make(&plan, scene, &settings, NULL);
+        assert_int_equal(status, cases[i].passes ? CA_OK : CA_ERROR_ARGUMENT);
+        if (status == CA_OK && plan.pass_limit != cases[i].passes)
+            fail_msg("case %zu: %u passes instead of %u", i, plan.pass_limit, cases[i].passes);
+    }
+    ca_scene_release(scene);
+}
+
 static void test_wrong_settings_are_refused(void **state)
 {
     (void)state;
@@ -243,6 +430,13 @@ static void test_wrong_settings_are_refused(void **state)
     settings = settings_with(1);
     settings.memory_mib = 0.1;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    settings = settings_with(1);
+    settings.strategies_directory = "nowhere";
+    settings.has_max_depth = true;
+    settings.max_depth = 14;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "max_depth of at most 13"));
+    assert_non_null(strstr(error.message, "(it is 14)"));
     assert_null(image);
     ca_scene_release(scene);
 }
@@ -257,6 +451,12 @@ int main(void)
         cmocka_unit_test(test_time_and_noise_stop_the_render),
         cmocka_unit_test(test_noise_is_what_it_says),
         cmocka_unit_test(test_layers_and_attributes),
+        cmocka_unit_test(test_path_without_next_event),
+        cmocka_unit_test(test_path_without_next_event_needs_lights_with_extent),
+        cmocka_unit_test(test_overflow_is_counted_where_it_happens),
+        cmocka_unit_test(test_settings_of_integrators),
+        cmocka_unit_test(test_integrators_of_the_scene),
+        cmocka_unit_test(test_samples_to_passes),
         cmocka_unit_test(test_wrong_settings_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

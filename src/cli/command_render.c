@@ -14,11 +14,11 @@
 
 typedef struct render_options {
     ca_text_list outputs, define_words;
-    const char *integrator, *sampler, *stats;
-    uint32_t spp, threads;
-    double seconds, noise_percent, memory_mib, exposure;
+    const char *integrator, *sampler, *stats, *strategies;
+    uint32_t spp, threads, light_paths, camera_paths;
+    double seconds, noise_percent, memory_mib, exposure, radius, alpha;
     bool has_spp, has_seconds, has_noise;
-    bool has_seed, has_crop, has_max_depth;
+    bool has_alpha, has_seed, has_crop, has_max_depth;
     bool quiet, help;
     uint64_t seed;
     uint32_t resolution[2], crop[4];
@@ -32,9 +32,9 @@ static const ca_option options[] = {
     {.name = "output", .letter = 'o', .argument = "FILE", .kind = CA_OPTION_TEXT_LIST, AT(outputs),
      .help = "image to write: .exr, .png or .pfm; several times (default: SCENE.exr and SCENE.png here)"},
     {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(integrator),
-     .help = "method (default: the scene's, else path); depths set in the scene stay"},
+     .help = "method, see below (default: the scene's, else path); depths set in the scene stay"},
     {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(spp), GIVEN(has_spp),
-     .help = "camera paths per pixel (default: the scene's, else 4)"},
+     .help = "camera paths per pixel, of `light` light paths (default: the scene's, else 4)"},
     {.name = "time", .argument = "SECONDS", .kind = CA_OPTION_POSITIVE, AT(seconds), GIVEN(has_seconds),
      .help = "instead: stop after the pass in which so much rendering time has passed"},
     {.name = "noise", .argument = "PERCENT", .kind = CA_OPTION_POSITIVE, AT(noise_percent), GIVEN(has_noise),
@@ -47,6 +47,14 @@ static const ca_option options[] = {
      .help = "other random numbers (default: the scene's, else 0)"},
     {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(max_depth),
      GIVEN(has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(radius),
+     .help = "merge radius of the first pass (default: the scene's, else from a pixel's footprint)"},
+    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(alpha), GIVEN(has_alpha),
+     .help = "its shrinking, 0 to 1: R^2 / passes^A (default: the scene's, else 0.5)"},
+    {.name = "light-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(light_paths),
+     .help = "light paths of a pass (default: the scene's, else one per pixel)"},
+    {.name = "camera-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(camera_paths),
+     .help = "camera paths per pixel of a pass (default: the scene's, else 1)"},
     {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
     {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(crop), GIVEN(has_crop),
@@ -56,7 +64,9 @@ static const ca_option options[] = {
     {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(threads),
      .help = "threads; the image does not depend on it (default: one per processor)"},
     {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(memory_mib),
-     .help = "refuse to start if the film needs more (default: no limit)"},
+     .help = "limit for film and light paths; the image does not depend on it (default: none)"},
+    {.name = "dump-strategies", .argument = "DIR", .kind = CA_OPTION_TEXT, AT(strategies),
+     .help = "write an image of what each technique found; needs --max-depth 13 or less"},
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
      .help = "write times, counts and noise as JSON"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
@@ -64,13 +74,37 @@ static const ca_option options[] = {
 };
 static const ca_option_table table = {"render", options, sizeof options / sizeof options[0]};
 
+/* Every integrator with its parameters and their defaults. */
+static void print_integrators(void)
+{
+    static const char *const names[] = {"path", "light",    "bdpt",     "ppm",  "bdpm",
+                                        "vcm",  "vcm-plus", "vcm-star", "ovcm", "cavcm"};
+    printf("\nIntegrators with their parameters and defaults (light_paths 0: one per pixel; radius 0: from a pixel's\n"
+           "footprint):\n");
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        const ca_integrator_desc nothing_set = {.name = NULL};
+        const ca_integrator_type *type;
+        ca_integrator_input input = {0};
+        char text[512];
+        if (ca_integrator_find(names[i], NULL, &type, NULL) != CA_OK ||
+            ca_integrator_configure(type, &nothing_set, false, NULL, &input, NULL) != CA_OK)
+            continue;
+        ca_integrator_describe(type, &input, text, sizeof text);
+        printf("  %s\n", text);
+    }
+}
+
 static int print_help(void)
 {
     printf("caustica render SCENE [options]: make an image of a Mitsuba 3 XML scene\n\n");
     ca_options_print(&table, stdout);
+    print_integrators();
     printf("\n"
-           "SIGINT (Ctrl-C) and SIGTERM finish the pass and write the image, exit status 0; a second one ends at once.\n"
-           "Example: caustica render scene.xml -i path:max_depth=8 --noise 2 -o image.exr -o image.png\n");
+           "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; they win\n"
+           "over the scene and must not contradict -i NAME:param=value.\n"
+           "SIGINT (Ctrl-C) and SIGTERM finish the pass and write the image, exit status 0; a second one ends at\n"
+           "once.\n"
+           "Example: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n");
     return CA_EXIT_DONE;
 }
 
@@ -107,7 +141,8 @@ static ca_status check_outputs(const render_options *o, ca_error *error)
     /* All names before any place: wrong usage is told apart from a full disk. */
     for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_layers_check_path(o->outputs.items[i], error));
     for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_output_check_place(o->outputs.items[i], error));
-    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+    if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
+    return o->strategies ? ca_output_check_folder(o->strategies, error) : CA_OK;
 }
 
 /* Default outputs are added to the list; their texts are owned by `made`. */
@@ -164,7 +199,13 @@ static ca_render_settings settings_from(const render_options *o, ca_progress_lin
     memcpy(settings.crop, o->crop, sizeof settings.crop);
     settings.max_depth = o->max_depth;
     settings.has_max_depth = o->has_max_depth;
+    settings.radius = o->radius;
+    settings.alpha = o->alpha;
+    settings.has_alpha = o->has_alpha;
+    settings.light_paths = o->light_paths;
+    settings.camera_paths = o->camera_paths;
     settings.memory_mib = o->memory_mib;
+    settings.strategies_directory = o->strategies;
     settings.progress = on_progress;
     settings.progress_user = line;
     return settings;
@@ -184,11 +225,11 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     uint32_t width, height;
     ca_image_size(image, &width, &height);
     ca_format_seconds(s->seconds, time, sizeof time);
-    printf("%u x %u pixels, %.4g samples per pixel, %s", width, height,
-           (double)s->camera_paths / ((double)width * (double)height), time);
+    printf("%u x %u pixels, %.4g samples per pixel, %s", width, height, s->samples_per_pixel, time);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     printf("%s\n", s->interrupted ? " (ended early by a signal)" : "");
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
+    if (o->strategies) printf("wrote %s/\n", o->strategies);
     if (o->stats) printf("wrote %s\n", o->stats);
 }
 
@@ -196,8 +237,16 @@ static void warn(const ca_render_statistics *s)
 {
     if (s->non_finite == 0) return;
     fprintf(stderr,
-            "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it\n",
+            "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it (",
             (unsigned long long)s->non_finite);
+    const char *separator = "";
+    for (int t = 0; t < CA_NON_FINITE_SOURCES; t++) {
+        if (s->non_finite_from[t] == 0) continue;
+        fprintf(stderr, "%s%s %llu", separator, t < CA_TECHNIQUE_COUNT ? ca_technique_name((ca_technique)t) : "film",
+                (unsigned long long)s->non_finite_from[t]);
+        separator = ", ";
+    }
+    fprintf(stderr, ")\n");
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)

@@ -6,6 +6,7 @@
 
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 ca_status ca_output_check_place(const char *path, ca_error *error)
 {
@@ -15,6 +16,30 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
     ca_file_writer writer;
     CA_TRY(ca_file_create(&writer, path, error));
     ca_file_abandon(&writer);
+    return CA_OK;
+}
+
+/* A folder to be made is tried as a file of its name, which a final slash does not belong to. */
+static ca_status check_new_folder(const char *path, ca_error *error)
+{
+    size_t length = strlen(path);
+    while (length > 0 && path[length - 1] == '/') length--;
+    char *name = ca_alloc(length + 1, 1);
+    if (!name) return ca_fail_memory(error, "the command line");
+    memcpy(name, path, length);
+    name[length] = '\0';
+    const ca_status status = ca_output_check_place(name, error);
+    ca_free(name);
+    return status;
+}
+
+ca_status ca_output_check_folder(const char *path, ca_error *error)
+{
+    struct stat info;
+    if (stat(path, &info) != 0) return check_new_folder(path, error);
+    if (!S_ISDIR(info.st_mode)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: this is not a folder", path);
+    if (access(path, W_OK | X_OK) != 0)
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: no permission to write in this folder", path);
     return CA_OK;
 }
 

@@ -4,7 +4,7 @@
 
 #include "film/compare.h"
 
-/* `non_finite` counts samples; unknown numbers are null. */
+/* `non_finite` counts samples by technique; unknown numbers are null. */
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *statistics, ca_error *error);
 
 /* One picture that was compared with the reference. */

@@ -38,8 +38,9 @@ bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sa
     ca_film_pixel *pixel = &film->pixels[(size_t)y * film->width + x];
     pixel->samples++;
     const ca_rgb r = sample->radiance;
-    if (!(ca_rgb_is_finite(r) && r.r >= 0.0f && r.g >= 0.0f && r.b >= 0.0f)) return false;
-    const ca_rgb value = ca_rgb_scale(r, sample->filter_weight);
+    if (!(ca_rgb_is_finite(r) && r.r >= 0.0f && r.g >= 0.0f && r.b >= 0.0f && ca_rgb_is_finite(sample->splat)))
+        return false;
+    const ca_rgb value = ca_rgb_add(ca_rgb_scale(r, sample->filter_weight), sample->splat);
     const double rgb[3] = {(double)value.r, (double)value.g, (double)value.b};
     for (int c = 0; c < 3; c++) {
         pixel->sum[c] += rgb[c];
@@ -87,7 +88,16 @@ ca_film_summary ca_film_summarise(const ca_film *film)
 }
 
 /* Development: one table says which channel holds what, in the order in which they are added. */
-typedef enum film_quantity { MEAN, VARIANCE, RELATIVE_VARIANCE, ALBEDO, NORMAL, POSITION, SAMPLES } film_quantity;
+typedef enum film_quantity {
+    MEAN,
+    VARIANCE,
+    RELATIVE_VARIANCE,
+    ALBEDO,
+    NORMAL,
+    POSITION,
+    STANDARD_DEVIATION, /* of the luminance */
+    SAMPLES,
+} film_quantity;
 
 static const struct film_layer {
     const char *name;
@@ -112,6 +122,7 @@ static const struct film_layer {
     {"RelativeVariance.R", RELATIVE_VARIANCE, 0},
     {"RelativeVariance.G", RELATIVE_VARIANCE, 1},
     {"RelativeVariance.B", RELATIVE_VARIANCE, 2},
+    {"StandardDeviation.Y", STANDARD_DEVIATION, 0},
     {"Samples.Y", SAMPLES, 0},
 };
 
@@ -128,6 +139,7 @@ static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity,
     case ALBEDO: return (double)pixel->albedo[c] / n;
     case NORMAL: return (double)pixel->normal[c] / n;
     case POSITION: return (double)pixel->position[c] / n;
+    case STANDARD_DEVIATION: return sqrt(variance(luminance_sum(pixel), pixel->sum_squares_luminance, n));
     case SAMPLES: return n;
     }
     return 0.0;

@@ -1,9 +1,10 @@
 /* The film: sums per pixel, and their development into an image.
  *
- * A pixel's value is the plain mean of its samples (they were drawn from the filter and carry its weight, filter.h).
+ * A pixel's value is the plain mean of its samples, one for each iteration: what a camera path drawn from the filter found
+ * (or the mean of several), times its weight (filter.h), plus what light paths splatted.
  * Layers: R G B; Albedo.*, N.*, P.* of the primary hit, averaged; Variance.* the unbiased sample variance of *one*
  * sample (not of the mean: divide by Samples.Y for that); RelativeVariance.* = Variance / mean^2, 0 where the mean
- * is; Samples.Y the number of samples.
+ * is; StandardDeviation.Y the sample standard deviation of one sample's luminance; Samples.Y the number of samples.
  *
  * State: 96 bytes per pixel. A pixel is written by one thread at a time, in the order of its samples, so the sums do not
  * depend on the number of threads. The film sees no scene. */
@@ -15,10 +16,11 @@
 #include "math/rgb.h"
 #include "math/vec.h"
 
-/* One camera path's worth, already times the filter's weight where that says so. */
+/* One iteration's worth for a pixel: a camera path (or the mean of several), and the light paths' splats. */
 typedef struct ca_film_sample {
     ca_rgb radiance;    /* before the filter's weight */
     float filter_weight;
+    ca_rgb splat;       /* spread by the filter already */
     ca_rgb albedo;      /* of the primary hit, zero where there is none; likewise: */
     ca_vec3 normal;     /* shading normal */
     ca_vec3 position;
@@ -42,7 +44,8 @@ ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_heigh
 void ca_film_destroy(ca_film *film);
 
 /* Adds a sample to pixel (x, y) of the rendered part. The gate: a radiance that is not finite or is negative is a
- * defect; it is replaced by zero, and false is returned so that the caller counts it. */
+ * defect, and so is a splat that is not finite (filters with negative lobes make negative ones); the sample is replaced by
+ * zero, and false is returned so that the caller counts it. */
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample);
 
 /* What is known of the image so far. */

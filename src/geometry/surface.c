@@ -1,6 +1,7 @@
 /* From a hit to a surface point: position with its rounding error, normals, texture coordinates, tangents. */
 #include "geometry/accel.h"
 #include "geometry/quadric.h"
+#include "geometry/surface_point.h"
 #include "geometry/triangle.h"
 #include "math/numeric.h"
 
@@ -98,4 +99,49 @@ void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, 
         ca_quadric_surface(shape, position, surface);
     }
     if (map) surface_to_world(map, surface);
+}
+
+/* Shading normal, texture coordinates and tangents of a mesh at the point, in the mesh's own space. */
+static void mesh_attributes_at(const ca_shape *shape, const ca_surface_point *point, ca_vec3 ng, ca_surface *surface)
+{
+    const ca_mesh *mesh = shape->mesh;
+    surface->mesh = mesh;
+    surface->ng = surface->ns = ng;
+    surface->barycentric = point->barycentric;
+    surface->uv = point->barycentric;
+    surface->dpdu = surface->dpdv = (ca_vec3){0};
+    if (mesh->uvs || mesh->normals) ca_triangle_attributes(mesh, point->primitive, point->barycentric, surface);
+    if (!shape->needs_tangents) return;
+    const ca_triangle t = ca_triangle_load(mesh, point->primitive);
+    ca_triangle_tangents(mesh, &t, surface);
+}
+
+/* Position, its error and the geometric normal are the point's own, whatever is computed on the way to the others. */
+void ca_accel_surface_at(const ca_accel *accel, const ca_surface_point *point, ca_surface *surface)
+{
+    const ca_shape *shape = ca_accel_shape(accel, point->shape);
+    const ca_affine *map = point->instance == CA_NONE ? NULL : &ca_accel_instance_at(accel, point->instance)->map;
+    const bool smooth = shape->kind == CA_SHAPE_MESH && shape->mesh->normals;
+    if (shape->kind == CA_SHAPE_MESH) {
+        const ca_vec3 ng = map ? ca_normalize(ca_map_normal(map->to, point->ng)) : point->ng;
+        mesh_attributes_at(shape, point, ng, surface);
+    } else {
+        surface->mesh = NULL;
+        surface->barycentric = (ca_vec2){0};
+        ca_quadric_surface(shape, map ? ca_map_point(map->from, point->position) : point->position, surface);
+    }
+    if (map) {
+        surface->ns = ca_normalize(ca_map_normal(map->from, surface->ns));
+        surface->dpdu = ca_map_vector(map->to, surface->dpdu);
+        surface->dpdv = ca_map_vector(map->to, surface->dpdv);
+    }
+    surface->position = point->position;
+    surface->position_error = (ca_vec3){point->position_error, point->position_error, point->position_error};
+    surface->ng = point->ng;
+    if (!smooth) surface->ns = point->ng;
+    surface->shape = point->shape;
+    surface->primitive = point->primitive;
+    surface->instance = point->instance;
+    surface->material = shape->material;
+    surface->light = shape->light;
 }

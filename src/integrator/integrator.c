@@ -6,7 +6,10 @@
 #include <stdio.h>
 #include <string.h>
 
-static const ca_integrator_type *const integrators[] = {&ca_integrator_path};
+static const ca_integrator_type *const integrators[] = {
+    &ca_integrator_path, &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,
+    &ca_integrator_vcm,  &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
+};
 enum { INTEGRATOR_COUNT = sizeof integrators / sizeof integrators[0] };
 
 /* What the scene file says is the scene's fault; anything else came with the caller's settings. */
@@ -64,6 +67,19 @@ static int choice_index(const char *choices, const char *text)
     }
 }
 
+static bool is_real_within(const ca_parameter_spec *spec, double value)
+{
+    return isfinite(value) && value >= spec->minimum && (spec->maximum == 0.0 || value <= spec->maximum);
+}
+
+static ca_status fail_real(const ca_parameter_spec *spec, const ca_parameter *parameter, ca_error *error)
+{
+    char limit[64] = "";
+    if (spec->maximum != 0.0) snprintf(limit, sizeof limit, " and at most %g", spec->maximum);
+    return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a number of at least %g%s",
+                   spec->name, spec->minimum, limit);
+}
+
 ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,
                             ca_error *error)
 {
@@ -74,8 +90,13 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
     switch (spec->kind) {
     case CA_SPEC_INTEGER:
         if (parameter->kind != CA_PARAMETER_NUMBER || value != floor(value) || value < spec->minimum || value > 1e9)
-            return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a whole number of at least %g",
-                           spec->name, spec->minimum);
+            return ca_fail(error, blame(&parameter->where), &parameter->where,
+                           "\"%s\" must be a whole number of at least %g and at most 1000000000", spec->name,
+                           spec->minimum);
+        break;
+    case CA_SPEC_REAL:
+        if (parameter->kind != CA_PARAMETER_NUMBER || !is_real_within(spec, value))
+            return fail_real(spec, parameter, error);
         break;
     case CA_SPEC_BOOLEAN:
         if (parameter->kind != CA_PARAMETER_BOOLEAN)
@@ -117,11 +138,17 @@ static ca_status apply_overrides(const ca_integrator_type *type, const char *ove
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the integrator's parameters are longer than %zu characters",
                        sizeof text - 1);
     strcpy(text, overrides);
+    bool given[CA_MAX_PARAMETERS] = {false};
     for (char *rest = text, *end; rest && *rest; rest = end) {
         end = strchr(rest, ',');
         if (end) *end++ = '\0';
         const ca_parameter parameter = parse_override(rest);
         CA_TRY(ca_integrator_set(type, &parameter, input, error));
+        const int i = parameter_index(type, parameter.name);
+        if (given[i])
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "parameter \"%s\" of the integrator is given twice",
+                           parameter.name);
+        given[i] = true;
     }
     return CA_OK;
 }
@@ -136,6 +163,13 @@ ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integ
         CA_TRY(ca_integrator_set(type, parameter, input, error));
     }
     return overrides ? apply_overrides(type, overrides, input, error) : CA_OK;
+}
+
+double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_input *input, const char *name,
+                           double otherwise)
+{
+    const int i = parameter_index(type, name);
+    return i < 0 ? otherwise : input->values[i];
 }
 
 /* The choice's own text within "a|b|c". */
@@ -157,6 +191,8 @@ void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_
             append_choice(spec->choices, (int)input->values[i], text + used, size - used);
         else if (spec->kind == CA_SPEC_BOOLEAN)
             snprintf(text + used, size - used, "%s", input->values[i] != 0.0 ? "true" : "false");
+        else if (spec->kind == CA_SPEC_REAL)
+            snprintf(text + used, size - used, "%.9g", input->values[i]);
         else
             snprintf(text + used, size - used, "%.0f", input->values[i]);
     }

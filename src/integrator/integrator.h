@@ -1,27 +1,41 @@
 /* Integrators: from a scene and a pixel to a radiance.
  *
  * An integrator is a row of the table in integrator.c: its name, its parameters with their defaults, and functions. It
- * knows nothing of threads, time, stopping or files (render/ does): it is given a pixel and an index of a camera path and
- * answers with one film sample, a pure function of (scene, settings, pixel, index). Counters belong to the calling
- * thread. */
+ * knows nothing of time, stopping or files (render/ does): it is given a pixel and an index of a camera path and
+ * answers with one film sample, a pure function of (scene, settings, pixel, index). One that has light paths traces
+ * those of a pass before the camera paths of that pass.
+ *
+ * A pass may take several rounds where the light paths of a pass do not fit the memory: each round has some of them, and
+ * the same camera paths are made again for each. The sum does not depend on the number of rounds, to the bit. */
 #ifndef CA_INTEGRATOR_INTEGRATOR_H
 #define CA_INTEGRATOR_INTEGRATOR_H
 
+#include "base/parallel.h"
 #include "film/film.h"
+#include "film/technique_images.h"
+#include "path/technique.h"
 #include "scene/scene.h"
 
-/* What one thread has done; sums over threads are the statistics. */
+/* What one worker has done; sums over workers are the statistics. */
 typedef struct ca_counters {
-    uint64_t camera_paths, rays, shadow_rays;
-    uint64_t non_finite;
+    uint64_t light_paths, camera_paths, rays, shadow_rays;
+    uint64_t photons, photons_tested, merges;
+    uint64_t non_finite[CA_TECHNIQUE_COUNT];
 } ca_counters;
+
+/* A thread as an integrator sees it: a number that selects scratch memory, and counters of its own. */
+typedef struct ca_worker {
+    _Alignas(128) ca_counters counters; /* of different workers: never in one cache line */
+    uint32_t index;
+} ca_worker;
 
 /* A parameter an integrator understands, and what it is if nobody says. */
 typedef struct ca_parameter_spec {
     const char *name;
-    enum { CA_SPEC_INTEGER, CA_SPEC_BOOLEAN, CA_SPEC_CHOICE } kind;
-    double minimum;      /* integers */
-    double number;       /* default of integers and booleans; of a choice the index in `choices` */
+    enum { CA_SPEC_INTEGER, CA_SPEC_REAL, CA_SPEC_BOOLEAN, CA_SPEC_CHOICE } kind;
+    double minimum;      /* integers and reals */
+    double maximum;      /* reals; 0: none */
+    double number;       /* default of numbers and booleans; of a choice the index in `choices` */
     const char *choices; /* "balance|power" */
 } ca_parameter_spec;
 
@@ -33,18 +47,31 @@ typedef struct ca_integrator_input {
     const ca_camera *camera;
     const ca_sampler *sampler;
     const ca_filter *filter;
+    uint32_t crop[4];     /* the rendered part of the film */
+    uint32_t workers;
+    double memory_bytes;  /* for light paths; 0: no limit */
+    ca_technique_images *technique_images; /* NULL: not wanted */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
 
 typedef struct ca_integrator_type {
     const char *name;
     const ca_parameter_spec *parameters; /* ended by a NULL name */
-    /* Makes the state from the input; the scene, camera, sampler and filter outlive it. */
+    /* Makes the state from the input; what that points to outlives it. Refuses what the integrator cannot do
+     * (CA_ERROR_UNSUPPORTED, with the reason). */
     ca_status (*create)(const ca_integrator_input *input, void **state, ca_error *error);
     void (*destroy)(void *state);
-    /* One camera path through pixel (x, y) of the full film, the index-th. */
-    void (*camera_path)(const void *state, uint32_t x, uint32_t y, uint32_t index, ca_film_sample *sample,
-                        ca_counters *counters);
+    /* Rounds of every pass; NULL: one. */
+    uint32_t (*rounds)(const void *state);
+    /* Traces the light paths of a pass' round; workers[i] belongs to worker i. NULL: there are none. */
+    ca_status (*begin_round)(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel, ca_worker *workers,
+                             ca_error *error);
+    /* Adds to `sample` what the round has for one camera path through pixel (x, y) of the full film, the index-th. The
+     * sample starts zeroed in round 0. */
+    void (*camera_path)(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round, ca_film_sample *sample,
+                        ca_worker *worker);
+    /* What the pass' light paths have splatted to a pixel, after its last round. NULL: nothing ever. */
+    ca_rgb (*splat)(const void *state, uint32_t x, uint32_t y);
 } ca_integrator_type;
 
 /* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that is NULL
@@ -58,6 +85,10 @@ ca_status ca_integrator_find(const char *name, const ca_location *where, const c
 ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integrator_desc *desc, bool replaced,
                                   const char *overrides, ca_integrator_input *input, ca_error *error);
 
+/* The value of a parameter, or `otherwise` where the type has none of that name. */
+double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_input *input, const char *name,
+                           double otherwise);
+
 /* Sets one parameter by name. */
 ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,
                             ca_error *error);
@@ -66,6 +97,8 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text, size_t size);
 
 /* Rows of the table. */
-extern const ca_integrator_type ca_integrator_path;
+extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
+    ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
+    ca_integrator_cavcm;
 
 #endif

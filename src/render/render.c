@@ -1,60 +1,28 @@
 #include "render/render.h"
 
 #include "base/clock.h"
-#include "base/memory.h"
+#include "render/pass.h"
 
 #include <math.h>
-#include <omp.h>
-#include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
 
-enum {
-    TILE_SIDE = 16,
-    /* The noise is looked at after this many passes, and then whenever their number has doubled: looking more often would
-     * make stopping at a moment of good luck likely. */
-    FIRST_NOISE_PASS = 8,
-};
+/* The noise is looked at after this many passes, and then whenever their number has doubled: looking more often would
+ * make stopping at a moment of good luck likely. */
+enum { FIRST_NOISE_PASS = 8 };
+
+_Static_assert(CA_TECHNIQUE_COUNT + 1 == CA_NON_FINITE_SOURCES, "caustica.h counts the techniques and the film");
 
 typedef struct render {
-    const ca_render_plan *plan;
+    ca_render_plan *plan;
     void *integrator;
     ca_film film;
+    ca_pass_runner runner;
     uint32_t passes;
     double start, seconds;
     double noise_percent; /* negative: not known yet */
     bool interrupted;
 } render;
-
-/* Counters of different threads must not share a cache line. */
-typedef union padded_counters {
-    ca_counters counters;
-    char padding[128];
-} padded_counters;
-_Static_assert(sizeof(padded_counters) == 128, "one thread's counters fit two cache lines");
-
-static void render_tile(render *r, uint32_t tile_x, uint32_t tile_y, uint32_t pass, ca_counters *counters)
-{
-    const ca_render_plan *plan = r->plan;
-    const uint32_t x_end = tile_x + TILE_SIDE < r->film.width ? tile_x + TILE_SIDE : r->film.width;
-    const uint32_t y_end = tile_y + TILE_SIDE < r->film.height ? tile_y + TILE_SIDE : r->film.height;
-    for (uint32_t y = tile_y; y < y_end; y++)
-        for (uint32_t x = tile_x; x < x_end; x++) {
-            ca_film_sample sample;
-            plan->type->camera_path(r->integrator, plan->crop[0] + x, plan->crop[1] + y, pass, &sample, counters);
-            if (!ca_film_add(&r->film, x, y, &sample)) counters->non_finite++;
-        }
-}
-
-static void render_pass(render *r, padded_counters *counters, uint32_t pass)
-{
-    const uint32_t columns = (r->film.width + TILE_SIDE - 1) / TILE_SIDE;
-    const uint32_t rows = (r->film.height + TILE_SIDE - 1) / TILE_SIDE;
-#pragma omp parallel for schedule(dynamic, 1) num_threads((int)r->plan->threads)
-    for (uint32_t tile = 0; tile < columns * rows; tile++)
-        render_tile(r, tile % columns * TILE_SIDE, tile / columns * TILE_SIDE, pass,
-                    &counters[omp_get_thread_num()].counters);
-}
 
 /* Is `passes` one of 8, 16, 32, ...? */
 static bool is_noise_checkpoint(uint32_t passes)
@@ -69,7 +37,7 @@ static bool report_progress(const render *r)
     if (!settings->progress) return true;
     const ca_render_progress progress = {
         .passes_done = r->passes,
-        .passes_total = r->plan->pass_limit == UINT32_MAX ? 0 : r->plan->pass_limit,
+        .passes_total = r->plan->open_ended ? 0 : r->plan->pass_limit,
         .seconds = r->seconds,
         .seconds_total = settings->seconds,
         .noise_percent = r->noise_percent,
@@ -87,12 +55,12 @@ static bool should_stop(render *r)
            r->noise_percent >= 0.0 && r->noise_percent < settings->noise_percent;
 }
 
-static void run_passes(render *r, padded_counters *counters)
+static ca_status run_passes(render *r, ca_error *error)
 {
     r->start = ca_clock_seconds();
     r->noise_percent = -1.0;
     for (;;) {
-        render_pass(r, counters, r->passes);
+        CA_TRY(ca_pass_run(&r->runner, r->passes, error));
         r->passes++;
         if (is_noise_checkpoint(r->passes)) {
             const double noise = ca_film_summarise(&r->film).noise;
@@ -100,11 +68,28 @@ static void run_passes(render *r, padded_counters *counters)
         }
         r->seconds = ca_clock_seconds() - r->start;
         r->interrupted = !report_progress(r);
-        if (r->interrupted || should_stop(r)) return;
+        if (r->interrupted || should_stop(r)) return CA_OK;
     }
 }
 
-static void fill_statistics(const render *r, const padded_counters *counters, ca_render_statistics *statistics)
+static void add_counters(const ca_pass_runner *runner, ca_render_statistics *statistics)
+{
+    for (uint32_t i = 0; i < runner->parallel.workers; i++) {
+        const ca_counters *counters = &runner->workers[i].counters;
+        statistics->light_paths += counters->light_paths;
+        statistics->camera_paths += counters->camera_paths;
+        statistics->rays += counters->rays;
+        statistics->shadow_rays += counters->shadow_rays;
+        statistics->photons += counters->photons;
+        statistics->photons_tested += counters->photons_tested;
+        statistics->merges += counters->merges;
+        for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) statistics->non_finite_from[t] += counters->non_finite[t];
+        statistics->non_finite_from[CA_TECHNIQUE_COUNT] += runner->film_rejects[i];
+    }
+    for (int s = 0; s < CA_NON_FINITE_SOURCES; s++) statistics->non_finite += statistics->non_finite_from[s];
+}
+
+static void fill_statistics(const render *r, ca_render_statistics *statistics)
 {
     const ca_film_summary summary = ca_film_summarise(&r->film);
     struct rusage usage;
@@ -112,18 +97,14 @@ static void fill_statistics(const render *r, const padded_counters *counters, ca
     *statistics = (ca_render_statistics){
         .seconds = r->seconds,
         .iterations = r->passes,
+        .samples_per_pixel = r->passes * r->plan->samples_per_pass,
         .peak_memory_bytes = (uint64_t)usage.ru_maxrss * 1024,
         .mean_luminance = summary.mean_luminance,
         .mean_standard_deviation = summary.mean_standard_deviation,
         .noise_percent = isnan(summary.noise) ? -1.0 : 100.0 * summary.noise,
         .interrupted = r->interrupted,
     };
-    for (uint32_t i = 0; i < r->plan->threads; i++) {
-        statistics->camera_paths += counters[i].counters.camera_paths;
-        statistics->rays += counters[i].counters.rays;
-        statistics->shadow_rays += counters[i].counters.shadow_rays;
-        statistics->non_finite += counters[i].counters.non_finite;
-    }
+    add_counters(&r->runner, statistics);
 }
 
 /* Settings and timings travel with the picture. */
@@ -131,32 +112,78 @@ static ca_status add_attributes(const render *r, const ca_render_statistics *sta
                                 ca_error *error)
 {
     const ca_render_plan *plan = r->plan;
-    char integrator[256];
+    char integrator[1024];
     ca_integrator_describe(plan->type, &plan->input, integrator, sizeof integrator);
     CA_TRY(ca_layers_set_text(layers, "caustica.version", ca_version(), error));
     CA_TRY(ca_layers_set_text(layers, "caustica.scene", plan->scene->desc.path, error));
     CA_TRY(ca_layers_set_text(layers, "caustica.integrator", integrator, error));
     CA_TRY(ca_layers_set_text(layers, "caustica.sampler", ca_sampler_name(plan->sampler.kind), error));
     CA_TRY(ca_layers_set_number(layers, "caustica.seed", (double)plan->sampler.seed, error));
-    CA_TRY(ca_layers_set_number(layers, "caustica.samplesPerPixel", r->passes, error));
+    CA_TRY(ca_layers_set_number(layers, "caustica.samplesPerPixel", statistics->samples_per_pixel, error));
     CA_TRY(ca_layers_set_text(layers, "caustica.filter", ca_filter_name(plan->filter.kind), error));
     CA_TRY(ca_layers_set_number(layers, "caustica.seconds", statistics->seconds, error));
     return ca_layers_set_number(layers, "caustica.threads", plan->threads, error);
 }
 
-static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
 {
-    padded_counters *counters = ca_alloc_zeroed(r->plan->threads, sizeof *counters);
-    if (!counters) return ca_fail_memory(error, "the render");
-    run_passes(r, counters);
-    fill_statistics(r, counters, statistics);
-    ca_free(counters);
     CA_TRY(ca_film_develop(&r->film, image, error));
     const ca_status status = add_attributes(r, statistics, *image, error);
     if (status != CA_OK) {
         ca_layers_destroy(*image);
         *image = NULL;
     }
+    return status;
+}
+
+static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, error));
+    ca_status status = run_passes(r, error);
+    if (status == CA_OK) fill_statistics(r, statistics);
+    ca_pass_runner_destroy(&r->runner);
+    CA_TRY(status);
+    const ca_technique_images *strategies = r->plan->input.technique_images;
+    if (strategies)
+        CA_TRY(ca_technique_images_write(strategies, r->passes, r->plan->settings->strategies_directory, error));
+    return develop(r, statistics, image, error);
+}
+
+/* Passes of several rounds need a buffer, which is then taken from what light paths may have. */
+static ca_status create_integrator(render *r, ca_error *error)
+{
+    ca_render_plan *plan = r->plan;
+    CA_TRY(plan->type->create(&plan->input, &r->integrator, error));
+    const bool limited = plan->input.memory_bytes > 0.0;
+    if (!limited || !plan->type->rounds || plan->type->rounds(r->integrator) == 1) return CA_OK;
+    plan->type->destroy(r->integrator);
+    r->integrator = NULL;
+    const double buffer = ca_pass_buffer_bytes(plan);
+    if (buffer >= plan->input.memory_bytes)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the film and the samples of a pass need %.1f MiB, more than the %.1f MiB allowed",
+                       plan->settings->memory_mib + (buffer - plan->input.memory_bytes) / 0x1p20,
+                       plan->settings->memory_mib);
+    plan->input.memory_bytes -= buffer;
+    return plan->type->create(&plan->input, &r->integrator, error);
+}
+
+ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                             ca_error *error)
+{
+    render r = {.plan = plan};
+    ca_render_statistics own_statistics;
+    ca_status status = ca_film_create(&r.film, plan->camera.width, plan->camera.height, plan->crop, error);
+    if (status == CA_OK && plan->settings->strategies_directory)
+        status = ca_technique_images_create(&plan->input.technique_images, plan->crop, error);
+    if (status == CA_OK) status = create_integrator(&r, error);
+    if (status == CA_OK) {
+        status = render_film(&r, image, statistics ? statistics : &own_statistics, error);
+        plan->type->destroy(r.integrator);
+    }
+    ca_technique_images_destroy(plan->input.technique_images);
+    plan->input.technique_images = NULL;
+    ca_film_destroy(&r.film);
     return status;
 }
 
@@ -168,14 +195,5 @@ ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, c
     ca_render_settings_init(&defaults);
     ca_render_plan plan;
     CA_TRY(ca_render_plan_make(&plan, scene, settings ? settings : &defaults, error));
-    render r = {.plan = &plan};
-    CA_TRY(ca_film_create(&r.film, plan.camera.width, plan.camera.height, plan.crop, error));
-    ca_render_statistics own_statistics;
-    ca_status status = plan.type->create(&plan.input, &r.integrator, error);
-    if (status == CA_OK) {
-        status = render_film(&r, image, statistics ? statistics : &own_statistics, error);
-        plan.type->destroy(r.integrator);
-    }
-    ca_film_destroy(&r.film);
-    return status;
+    return ca_render_plan_run(&plan, image, statistics, error);
 }

@@ -1,8 +1,9 @@
 /* Rendering: passes over tiles, threads, time, noise and stopping. The only place that knows them.
  *
- * A pass adds one camera path to every pixel. Tiles are handed to threads as they come free; each pixel's sums are
- * written by one thread at a time in the order of passes, so the image is a function of (scene, settings, number of
- * passes) and not of threads. The public face is in caustica.h (ca_render). */
+ * A pass (iteration) adds one sample to every pixel: the mean of a number of camera paths, and what light paths bring.
+ * Tiles are handed to threads as they come free; each pixel's sums are written by one thread at a time in the order of
+ * passes, so the image is a function of (scene, settings, number of passes) and not of threads. The public face is in
+ * caustica.h (ca_render). */
 #ifndef CA_RENDER_RENDER_H
 #define CA_RENDER_RENDER_H
 
@@ -19,12 +20,19 @@ typedef struct ca_render_plan {
     const ca_integrator_type *type;
     ca_integrator_input input; /* points into this plan: a plan is not copied */
     uint32_t crop[4];          /* x0, y0, x1, y1 */
-    uint32_t pass_limit;       /* UINT32_MAX: until time or noise say so */
+    uint32_t camera_paths;     /* of a pixel in a pass, N_B */
+    uint32_t pass_limit;
+    bool open_ended; /* until time or noise say so; pass_limit is then as many as can be counted */
+    double samples_per_pass; /* what --spp counts: camera paths of a pixel; `light`: light paths per pixel of the film */
     uint32_t threads;
 } ca_render_plan;
 
 /* Checks every setting, before any work. Errors: CA_ERROR_ARGUMENT, CA_ERROR_SCENE, CA_ERROR_UNSUPPORTED. */
 ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const ca_render_settings *settings,
                               ca_error *error);
+
+/* Renders a plan; ca_render is this after ca_render_plan_make. */
+ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                             ca_error *error);
 
 #endif

@@ -1,0 +1,23 @@
+/* What the bench programs share: medians, peak memory of a render, and their common file of results. */
+#ifndef CA_BENCH_BENCH_SUPPORT_H
+#define CA_BENCH_BENCH_SUPPORT_H
+
+#include "caustica.h"
+
+#include <jansson.h>
+
+/* Prints the error and ends the program. */
+_Noreturn void bench_die(const char *what, const ca_error *error);
+
+/* Sorts the values. */
+double bench_median(double *values, int count);
+
+/* Sets one key of a JSON file and keeps the others, so that each bench program owns its part of one file. Takes
+ * `value` over. */
+void bench_write_results(const char *path, const char *key, json_t *value);
+
+/* Peak resident memory, in bytes, of a process that does nothing but load the scene and render it. To be called
+ * before this process has started any thread (Embree and OpenMP do when they are first used): it forks. */
+double bench_peak_memory(const char *scene_path, const ca_render_settings *settings);
+
+#endif

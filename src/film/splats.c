@@ -1,0 +1,193 @@
+#include "film/splats.h"
+
+#include "base/memory.h"
+#include "math/numeric.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BAND_ROWS = 16 };
+
+bool ca_splat_list_add(ca_splat_list *list, const ca_splat *splat)
+{
+    if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items)) return false;
+    list->items[list->count++] = *splat;
+    return true;
+}
+
+void ca_splat_list_destroy(ca_splat_list *list)
+{
+    ca_free(list->items);
+    *list = (ca_splat_list){0};
+}
+
+ca_status ca_splat_buffer_create(ca_splat_buffer *buffer, const uint32_t crop[4], ca_error *error)
+{
+    *buffer = (ca_splat_buffer){.x0 = crop[0], .y0 = crop[1], .width = crop[2] - crop[0], .height = crop[3] - crop[1]};
+    buffer->pixels = ca_alloc_zeroed((size_t)buffer->width * buffer->height, sizeof *buffer->pixels);
+    return buffer->pixels ? CA_OK : ca_fail_memory(error, "the splats");
+}
+
+void ca_splat_buffer_destroy(ca_splat_buffer *buffer)
+{
+    ca_free(buffer->pixels);
+    ca_free(buffer->sorted);
+    ca_free(buffer->starts);
+    *buffer = (ca_splat_buffer){0};
+}
+
+void ca_splat_buffer_clear(ca_splat_buffer *buffer)
+{
+    memset(buffer->pixels, 0, (size_t)buffer->width * buffer->height * sizeof *buffer->pixels);
+}
+
+typedef struct add_task {
+    ca_splat_buffer *buffer;
+    const ca_splat_list *lists;
+    uint32_t list_count, band_count;
+    const ca_filter *filter;
+    float scale;
+    ca_technique_images *images;
+} add_task;
+
+/* Pixels, counted from `origin`, whose centres lie in [film - radius, film + radius): of a box one pixel wide
+ * exactly one, wherever the splat falls. Clipped to [first, end). */
+typedef struct pixel_range {
+    uint32_t low, high;
+} pixel_range;
+
+static inline uint32_t clip(float x, uint32_t first, uint32_t end)
+{
+    return x <= (float)first ? first : x >= (float)end ? end : (uint32_t)x;
+}
+
+static inline pixel_range covered(float film, float radius, uint32_t origin, uint32_t first, uint32_t end)
+{
+    const float from = ceilf(film - radius - 0.5f) - (float)origin, to = ceilf(film + radius - 0.5f) - (float)origin;
+    return (pixel_range){clip(from, first, end), clip(to, first, end)};
+}
+
+static inline pixel_range covered_rows(const add_task *task, const ca_splat *splat)
+{
+    return covered(splat->film.y, task->filter->radius, task->buffer->y0, 0, task->buffer->height);
+}
+
+/* ---- Sorting by band ------------------------------------------------------------------------------------------------ */
+
+/* starts[band * list_count + list] counts the list's records in the band, then says where they begin. */
+static inline uint32_t *start_of(const add_task *task, uint32_t band, uint32_t list)
+{
+    return &task->buffer->starts[(size_t)band * task->list_count + list];
+}
+
+static void count_list(void *user, uint32_t list, uint32_t worker)
+{
+    (void)worker;
+    const add_task *task = user;
+    for (uint32_t band = 0; band < task->band_count; band++) *start_of(task, band, list) = 0;
+    for (size_t i = 0; i < task->lists[list].count; i++) {
+        const pixel_range rows = covered_rows(task, &task->lists[list].items[i]);
+        if (rows.low == rows.high) continue;
+        for (uint32_t band = rows.low / BAND_ROWS; band <= (rows.high - 1) / BAND_ROWS; band++)
+            ++*start_of(task, band, list);
+    }
+}
+
+static void sort_list(void *user, uint32_t list, uint32_t worker)
+{
+    (void)worker;
+    const add_task *task = user;
+    for (size_t i = 0; i < task->lists[list].count; i++) {
+        const ca_splat *splat = &task->lists[list].items[i];
+        const pixel_range rows = covered_rows(task, splat);
+        if (rows.low == rows.high) continue;
+        for (uint32_t band = rows.low / BAND_ROWS; band <= (rows.high - 1) / BAND_ROWS; band++)
+            task->buffer->sorted[(*start_of(task, band, list))++] = splat;
+    }
+}
+
+/* Afterwards starts[] holds the ends. */
+static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel, ca_error *error)
+{
+    ca_splat_buffer *buffer = task->buffer;
+    const size_t entries = (size_t)task->band_count * task->list_count;
+    if (!ca_array_reserve((void **)&buffer->starts, &buffer->starts_capacity, entries, sizeof *buffer->starts))
+        return ca_fail_memory(error, "the splats");
+    ca_parallel_for(parallel, task->list_count, count_list, (void *)(uintptr_t)task);
+    uint32_t total = 0;
+    for (size_t i = 0; i < entries; i++) {
+        const uint32_t count = buffer->starts[i];
+        buffer->starts[i] = total;
+        total += count;
+    }
+    if (!ca_array_reserve((void **)&buffer->sorted, &buffer->sorted_capacity, total, sizeof *buffer->sorted))
+        return ca_fail_memory(error, "the splats");
+    ca_parallel_for(parallel, task->list_count, sort_list, (void *)(uintptr_t)task);
+    return CA_OK;
+}
+
+/* ---- Adding --------------------------------------------------------------------------------------------------------- */
+
+static inline void add_to_pixel(const add_task *task, const ca_splat *splat, uint32_t x, uint32_t y, float filter)
+{
+    ca_rgb *pixel = &task->buffer->pixels[(size_t)y * task->buffer->width + x];
+    *pixel = ca_rgb_madd(*pixel, filter * task->scale, splat->value);
+    if (task->images)
+        ca_technique_images_add(task->images, CA_TECHNIQUE_SPLAT, 1, splat->light_vertices, task->buffer->x0 + x,
+                                task->buffer->y0 + y, ca_rgb_scale(splat->value, filter * task->scale / splat->weight),
+                                splat->weight);
+}
+
+/* The filter along one axis for a pixel; a box has one height over all it covers, its edge included. */
+static inline float along(const ca_filter *filter, float film, uint32_t pixel)
+{
+    return filter->kind == CA_RFILTER_BOX ? 1.0f / filter->integral
+                                          : ca_filter_eval(filter, film - ((float)pixel + 0.5f));
+}
+
+/* The part of a splat that falls into rows [first_row, end_row) of the buffer. */
+static void add_splat(const add_task *task, const ca_splat *splat, uint32_t first_row, uint32_t end_row)
+{
+    enum { WIDEST = 64 };
+    const ca_splat_buffer *buffer = task->buffer;
+    const ca_filter *filter = task->filter;
+    const pixel_range rows = covered(splat->film.y, filter->radius, buffer->y0, first_row, end_row);
+    const pixel_range columns = covered(splat->film.x, filter->radius, buffer->x0, 0, buffer->width);
+    for (uint32_t begin = columns.low; begin < columns.high; begin += WIDEST) {
+        const uint32_t end = ca_min_u32(begin + WIDEST, columns.high);
+        float along_x[WIDEST];
+        for (uint32_t x = begin; x < end; x++) along_x[x - begin] = along(filter, splat->film.x, buffer->x0 + x);
+        for (uint32_t y = rows.low; y < rows.high; y++) {
+            const float along_y = along(filter, splat->film.y, buffer->y0 + y);
+            for (uint32_t x = begin; x < end; x++) add_to_pixel(task, splat, x, y, along_y * along_x[x - begin]);
+        }
+    }
+}
+
+static void add_band(void *user, uint32_t band, uint32_t worker)
+{
+    (void)worker;
+    const add_task *task = user;
+    const uint32_t first_row = band * BAND_ROWS;
+    const uint32_t end_row = ca_min_u32(first_row + BAND_ROWS, task->buffer->height);
+    const uint32_t begin = band == 0 ? 0 : *start_of(task, band - 1, task->list_count - 1);
+    const uint32_t end = *start_of(task, band, task->list_count - 1);
+    for (uint32_t i = begin; i < end; i++) add_splat(task, task->buffer->sorted[i], first_row, end_row);
+}
+
+ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t list_count,
+                              const ca_filter *filter, float scale, ca_technique_images *images,
+                              const ca_parallel *parallel, ca_error *error)
+{
+    if (list_count == 0) return CA_OK;
+    add_task task = {.buffer = buffer,
+                     .lists = lists,
+                     .list_count = list_count,
+                     .band_count = (buffer->height + BAND_ROWS - 1) / BAND_ROWS,
+                     .filter = filter,
+                     .scale = scale,
+                     .images = images};
+    CA_TRY(sort_by_band(&task, parallel, error));
+    ca_parallel_for(parallel, task.band_count, add_band, &task);
+    return CA_OK;
+}

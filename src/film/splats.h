@@ -1,0 +1,60 @@
+/* Splats: contributions that light paths make at film positions of their own choosing.
+ *
+ * They are recorded in lists, one for each block of light paths, and then added to a buffer of one colour a pixel, spread by the
+ * reconstruction filter. Records are sorted into bands of rows, which are summed in parallel, each in the order of lists and
+ * records, so the buffer does not depend on the number of threads.
+ *
+ * State: 28 bytes a record and 8 for each band that it touches, 12 a pixel. */
+#ifndef CA_FILM_SPLATS_H
+#define CA_FILM_SPLATS_H
+
+#include "base/parallel.h"
+#include "base/status.h"
+#include "film/technique_images.h"
+#include "math/rgb.h"
+#include "math/vec.h"
+#include "sampling/filter.h"
+
+typedef struct ca_splat {
+    ca_vec2 film; /* position in pixels of the full film */
+    ca_rgb value; /* weighted contribution to a pixel that sees only this point, not yet over the number of light paths */
+    float weight; /* the MIS weight that is in value, > 0 */
+    uint32_t light_vertices; /* t of its technique, for technique images */
+} ca_splat;
+
+typedef struct ca_splat_list {
+    ca_splat *items; /* owned; grows by ca_splat_list_add */
+    size_t count, capacity;
+} ca_splat_list;
+
+/* false: out of memory. */
+bool ca_splat_list_add(ca_splat_list *list, const ca_splat *splat);
+void ca_splat_list_destroy(ca_splat_list *list);
+
+typedef struct ca_splat_buffer {
+    uint32_t x0, y0, width, height; /* the rendered part of the film */
+    ca_rgb *pixels;                 /* owned */
+    const ca_splat **sorted;        /* owned; records by band, for the time of an addition */
+    size_t sorted_capacity;
+    uint32_t *starts;               /* owned; where each band of each list begins among them */
+    size_t starts_capacity;
+} ca_splat_buffer;
+
+ca_status ca_splat_buffer_create(ca_splat_buffer *buffer, const uint32_t crop[4], ca_error *error);
+void ca_splat_buffer_destroy(ca_splat_buffer *buffer);
+void ca_splat_buffer_clear(ca_splat_buffer *buffer);
+
+/* Adds scale times every splat of the lists, in order. `images`, if not NULL, gets each splat's technique as well. Pixels whose
+ * centre is within the filter's radius get its value there; a filter that is not a partition of unity thins or thickens
+ * single splats, and is right on average over their positions. Error: CA_ERROR_MEMORY. */
+ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t list_count,
+                              const ca_filter *filter, float scale, ca_technique_images *images,
+                              const ca_parallel *parallel, ca_error *error);
+
+/* Of pixel (x, y) of the full film, which must be inside of the rendered part. */
+static inline ca_rgb ca_splat_buffer_at(const ca_splat_buffer *buffer, uint32_t x, uint32_t y)
+{
+    return buffer->pixels[(size_t)(y - buffer->y0) * buffer->width + (x - buffer->x0)];
+}
+
+#endif

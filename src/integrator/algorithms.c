@@ -1,0 +1,150 @@
+/* The named algorithms: rows of the integrator table, each a set of rules for the bidirectional engine and the parameters that
+ * steer it.
+ *
+ * Parameters mean the same in all of them:
+ *     max_depth, rr_depth, hide_emitters  as in `path`
+ *     heuristic      balance | power
+ *     light_paths    N_F, light paths of a pass; 0: one per pixel of the full film
+ *     camera_paths   N_B, camera paths per pixel of a pass
+ *     radius         merge radius of the first pass, m; 0: twice the side of a pixel's median footprint
+ *     alpha          how fast the radius shrinks (photon/radius.h)
+ */
+#include "integrator/bidirectional.h"
+
+#define PATH_PARAMETERS                                                                                            \
+    {"max_depth", CA_SPEC_INTEGER, .minimum = -1, .number = -1}, {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = 5},  \
+        {"hide_emitters", CA_SPEC_BOOLEAN, .number = 0}
+#define COUNT_PARAMETERS                                                                                           \
+    {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0}, {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1}
+#define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
+#define RADIUS_PARAMETERS                                                                                          \
+    {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0}, {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5}
+#define END_OF_PARAMETERS {NULL, CA_SPEC_INTEGER, 0, 0, 0, NULL}
+
+#define ENGINE_FUNCTIONS                                                                                           \
+    .destroy = ca_bidirectional_destroy, .rounds = ca_bidirectional_rounds,                                               \
+    .begin_round = ca_bidirectional_begin_round, .camera_path = ca_bidirectional_camera_path,                              \
+    .splat = ca_bidirectional_splat
+
+/* ---- light ---------------------------------------------------------------------------------------------------------- */
+
+static ca_status create_light(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    static const ca_mis_rules rules = {.hit = CA_HIT_DIRECT, .splat = true};
+    return ca_bidirectional_create(&ca_integrator_light, &rules, input, state, error);
+}
+
+static const ca_parameter_spec light_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, END_OF_PARAMETERS};
+const ca_integrator_type ca_integrator_light = {
+    .name = "light", .parameters = light_parameters, .create = create_light, ENGINE_FUNCTIONS};
+
+/* ---- bdpt ----------------------------------------------------------------------------------------------------------- */
+
+static ca_status create_bdpt(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    static const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true};
+    return ca_bidirectional_create(&ca_integrator_bdpt, &rules, input, state, error);
+}
+
+/* Without splats these are the techniques of Sirak 2019, section 3.2: s >= 2 camera vertices, t >= 0 light vertices. */
+static const ca_parameter_spec bdpt_parameters[] = {
+    PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
+    {"strategies", CA_SPEC_CHOICE, .choices = "all|no-splat", .number = 0}, END_OF_PARAMETERS};
+const ca_integrator_type ca_integrator_bdpt = {
+    .name = "bdpt", .parameters = bdpt_parameters, .create = create_bdpt, ENGINE_FUNCTIONS};
+
+/* ---- ppm, bdpm: photons alone --------------------------------------------------------------------------------------- */
+
+static const ca_mis_rules photon_rules = {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_ALL};
+
+static ca_status create_ppm(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return ca_bidirectional_create(&ca_integrator_ppm, &photon_rules, input, state, error);
+}
+
+static ca_status create_bdpm(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return ca_bidirectional_create(&ca_integrator_bdpm, &photon_rules, input, state, error);
+}
+
+static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS,
+                                                   END_OF_PARAMETERS};
+const ca_integrator_type ca_integrator_ppm = {
+    .name = "ppm", .parameters = ppm_parameters, .create = create_ppm, ENGINE_FUNCTIONS};
+
+/* camera_diffuse_depth: the smooth events a camera path may have (BDD of Ershov et al.); merges happen after 0 to so many of
+ * them, weighted, or at the last of these vertices only. */
+static const ca_parameter_spec bdpm_parameters[] = {
+    PATH_PARAMETERS,
+    HEURISTIC_PARAMETER,
+    COUNT_PARAMETERS,
+    RADIUS_PARAMETERS,
+    {"camera_diffuse_depth", CA_SPEC_INTEGER, .minimum = 0, .number = 1},
+    {"merges", CA_SPEC_CHOICE, .choices = "all|last", .number = 0},
+    END_OF_PARAMETERS};
+const ca_integrator_type ca_integrator_bdpm = {
+    .name = "bdpm", .parameters = bdpm_parameters, .create = create_bdpm, ENGINE_FUNCTIONS};
+
+/* ---- vcm and its kin: everything, told apart by what a merge counts for --------------------------------------------- */
+
+static ca_status create_vcm_kind(const ca_integrator_type *type, ca_reuse_kind reuse, const ca_integrator_input *input,
+                                 void **state, ca_error *error)
+{
+    const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS,
+                                .next_event = true,
+                                .connect = true,
+                                .splat = true,
+                                .merge = CA_MERGE_ALL,
+                                .merge_limit = UINT32_MAX,
+                                .reuse = {.kind = reuse}};
+    return ca_bidirectional_create(type, &rules, input, state, error);
+}
+
+static ca_status create_vcm(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return create_vcm_kind(&ca_integrator_vcm, CA_REUSE_FULL, input, state, error);
+}
+
+static ca_status create_vcm_plus(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return create_vcm_kind(&ca_integrator_vcm_plus, CA_REUSE_DENSITY, input, state, error);
+}
+
+static ca_status create_vcm_star(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return create_vcm_kind(&ca_integrator_vcm_star, CA_REUSE_NORMALISED, input, state, error);
+}
+
+static ca_status create_cavcm(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return create_vcm_kind(&ca_integrator_cavcm, CA_REUSE_CORRELATION, input, state, error);
+}
+
+static ca_status create_ovcm(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return create_vcm_kind(&ca_integrator_ovcm, CA_REUSE_FOOTPRINT, input, state, error);
+}
+
+static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
+                                                   RADIUS_PARAMETERS, END_OF_PARAMETERS};
+/* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt (section 2.2). */
+static const ca_parameter_spec ovcm_parameters[] = {
+    PATH_PARAMETERS,
+    HEURISTIC_PARAMETER,
+    COUNT_PARAMETERS,
+    RADIUS_PARAMETERS,
+    {"epsilon", CA_SPEC_REAL, .minimum = 1e-6, .number = 0.01},
+    {"c", CA_SPEC_REAL, .minimum = 0, .number = 0.5},
+    {"footprint", CA_SPEC_CHOICE, .choices = "plain|projected", .number = 0},
+    END_OF_PARAMETERS};
+
+const ca_integrator_type ca_integrator_vcm = {
+    .name = "vcm", .parameters = vcm_parameters, .create = create_vcm, ENGINE_FUNCTIONS};
+const ca_integrator_type ca_integrator_vcm_plus = {
+    .name = "vcm-plus", .parameters = vcm_parameters, .create = create_vcm_plus, ENGINE_FUNCTIONS};
+const ca_integrator_type ca_integrator_vcm_star = {
+    .name = "vcm-star", .parameters = vcm_parameters, .create = create_vcm_star, ENGINE_FUNCTIONS};
+const ca_integrator_type ca_integrator_ovcm = {
+    .name = "ovcm", .parameters = ovcm_parameters, .create = create_ovcm, ENGINE_FUNCTIONS};
+const ca_integrator_type ca_integrator_cavcm = {
+    .name = "cavcm", .parameters = vcm_parameters, .create = create_cavcm, ENGINE_FUNCTIONS};

@@ -1,0 +1,303 @@
+#include "integrator/bidirectional.h"
+
+#include "base/memory.h"
+#include "photon/radius.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* The default merge radius, in sides of a pixel's median footprint. */
+#define RADIUS_IN_PIXELS 2.0f
+
+/* Unlimited paths rely on the roulette to end before CA_PATH_MAX_VERTICES. */
+enum { LATEST_ROULETTE = 512, PILOT_PATHS = 1024 };
+
+/* ---- Settings ------------------------------------------------------------------------------------------------------- */
+
+static ca_status check_depths(const ca_bidirectional *b, const char *name, ca_error *error)
+{
+    if (b->max_depth < CA_PATH_MAX_VERTICES - 1 || b->rr_depth <= LATEST_ROULETTE) return CA_OK;
+    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                   "integrator \"%s\" keeps at most %d vertices of a path: set max_depth below %d or rr_depth to at most %d",
+                   name, CA_PATH_MAX_VERTICES, CA_PATH_MAX_VERTICES - 1, LATEST_ROULETTE);
+}
+
+static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, const ca_integrator_input *input)
+{
+    ca_mis_rules *rules = &b->rules;
+    rules->power = ca_integrator_value(type, input, "heuristic", 0.0) != 0.0;
+    if (ca_integrator_value(type, input, "strategies", 0.0) != 0.0) rules->splat = false;
+    if (rules->hit == CA_HIT_UNMERGEABLE) {
+        rules->merge_limit = (uint32_t)ca_integrator_value(type, input, "camera_diffuse_depth", 0.0) + 1;
+        if (ca_integrator_value(type, input, "merges", 0.0) != 0.0) rules->merge = CA_MERGE_LAST;
+    }
+    rules->splat_count = (float)((double)b->light_paths / b->camera_paths);
+    rules->reuse.light_paths = (float)b->light_paths;
+    rules->reuse.epsilon = (float)ca_integrator_value(type, input, "epsilon", 0.01);
+    rules->reuse.c = (float)ca_integrator_value(type, input, "c", 0.5);
+    rules->reuse.projected = ca_integrator_value(type, input, "footprint", 0.0) != 0.0;
+}
+
+static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *type, const ca_integrator_input *input,
+                               ca_error *error)
+{
+    const double max_depth = ca_integrator_value(type, input, "max_depth", -1.0);
+    b->max_depth = max_depth < 0.0 ? UINT32_MAX : (uint32_t)max_depth;
+    b->rr_depth = (uint32_t)ca_integrator_value(type, input, "rr_depth", 5.0);
+    b->hide_emitters = ca_integrator_value(type, input, "hide_emitters", 0.0) != 0.0;
+    const double pixels = (double)input->camera->width * input->camera->height;
+    const double light_paths = ca_integrator_value(type, input, "light_paths", 0.0);
+    b->light_paths = (uint32_t)(light_paths > 0.0 ? light_paths : pixels);
+    b->camera_paths = (uint32_t)ca_integrator_value(type, input, "camera_paths", 1.0);
+    b->alpha = (float)ca_integrator_value(type, input, "alpha", 0.5);
+    read_rules(b, type, input);
+    if (ca_bidirectional_merges(b)) {
+        const double radius = ca_integrator_value(type, input, "radius", 0.0);
+        b->radius0 = radius > 0.0 ? (float)radius : RADIUS_IN_PIXELS * ca_median_pixel_footprint(input);
+    }
+    return check_depths(b, type->name, error);
+}
+
+/* The radius of a pass. */
+static void set_radius(ca_bidirectional *b, uint32_t pass)
+{
+    const float radius = ca_progressive_radius(b->radius0, b->alpha, pass);
+    b->rules.merge_area = b->rules.reuse.merge_area = CA_PI * ca_sqr(radius);
+}
+
+/* ---- Light paths of a round ----------------------------------------------------------------------------------------- */
+
+typedef struct block_task {
+    const ca_bidirectional *b;
+    ca_light_chunk *chunk;
+    ca_worker *workers;
+    uint64_t first_number; /* of the chunk's paths */
+} block_task;
+
+static void trace_block(void *user, uint32_t index, uint32_t worker)
+{
+    const block_task *task = user;
+    ca_light_block *block = &task->b->blocks[index];
+    block->photon_count = 0;
+    block->splats.count = 0;
+    const uint32_t begin = index * CA_BLOCK_PATHS, end = ca_min_u32(begin + CA_BLOCK_PATHS, task->chunk->count);
+    for (uint32_t i = begin; i < end; i++)
+        ca_light_walk(task->b, task->chunk, i, task->first_number + i, block, &task->workers[worker]);
+}
+
+static uint32_t block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
+
+/* Traces a chunk's light paths into its store and the blocks. */
+static ca_status trace_chunk(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t first_number,
+                             const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+{
+    ca_light_store_clear(&chunk->store);
+    block_task task = {.b = b, .chunk = chunk, .workers = workers, .first_number = first_number};
+    ca_parallel_for(parallel, block_count(chunk->count), trace_block, &task);
+    return ca_light_store_check(&chunk->store, error);
+}
+
+/* Sorts the blocks' photons. */
+static ca_status build_grid(const ca_bidirectional *b, ca_photon_grid *grid, uint32_t paths, float radius,
+                            const ca_parallel *parallel, ca_error *error)
+{
+    ca_photon_run runs[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
+    const uint32_t count = block_count(paths);
+    for (uint32_t i = 0; i < count; i++)
+        runs[i] = (ca_photon_run){b->blocks[i].photons, (uint32_t)b->blocks[i].photon_count};
+    return ca_photon_grid_build(grid, runs, count, radius, parallel, error);
+}
+
+static ca_status add_splats(ca_bidirectional *b, uint32_t paths, const ca_parallel *parallel, ca_error *error)
+{
+    ca_splat_list lists[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
+    const uint32_t count = block_count(paths);
+    for (uint32_t i = 0; i < count; i++) lists[i] = b->blocks[i].splats;
+    return ca_splat_buffer_add(&b->splats, lists, count, b->input.filter, 1.0f / (float)b->light_paths,
+                               b->input.technique_images, parallel, error);
+}
+
+/* Chunk `number` of a pass, into place `slot`. */
+static ca_status prepare_chunk(ca_bidirectional *b, uint32_t pass, uint32_t number, uint32_t slot,
+                               const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+{
+    ca_light_chunk *chunk = &b->chunks[slot];
+    chunk->first = number * (uint32_t)CA_CHUNK_PATHS;
+    chunk->count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths - chunk->first);
+    const uint64_t first_number = (uint64_t)pass * b->light_paths + chunk->first;
+    CA_TRY(trace_chunk(b, chunk, first_number, parallel, workers, error));
+    if (b->rules.splat) CA_TRY(add_splats(b, chunk->count, parallel, error));
+    if (!ca_bidirectional_merges(b)) return CA_OK;
+    const float radius = sqrtf(b->rules.merge_area / CA_PI);
+    return build_grid(b, chunk->grid, chunk->count, radius, parallel, error);
+}
+
+/* ---- The pilot: how dense are photons where? ------------------------------------------------------------------------ */
+
+static bool wants_pilot(const ca_bidirectional *b)
+{
+    return b->rules.reuse.kind == CA_REUSE_DENSITY || b->rules.reuse.kind == CA_REUSE_NORMALISED;
+}
+
+/* Light paths that no other pass uses, so that weights do not depend on what they weight (that would be a bias). */
+static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+{
+    ca_light_chunk *chunk = &b->chunks[0];
+    ca_photon_grid *grid = NULL;
+    const bool splat = b->rules.splat;
+    chunk->count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
+    b->rules.splat = false;
+    ca_status status = trace_chunk(b, chunk, UINT64_C(1) << 62, parallel, workers, error);
+    b->rules.splat = splat;
+    if (status == CA_OK) status = ca_photon_grid_create(&grid, error);
+    if (status == CA_OK) status = build_grid(b, grid, chunk->count, b->radius0, parallel, error);
+    if (status != CA_OK) {
+        ca_photon_grid_destroy(grid);
+        return status;
+    }
+    b->pilot = grid;
+    b->pilot_scale = (float)b->light_paths / (float)chunk->count;
+    return CA_OK;
+}
+
+/* ---- Rounds --------------------------------------------------------------------------------------------------------- */
+
+uint32_t ca_bidirectional_rounds(const void *state)
+{
+    const ca_bidirectional *b = state;
+    return (b->chunk_count + b->resident - 1) / b->resident;
+}
+
+ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
+                                       ca_worker *workers, ca_error *error)
+{
+    ca_bidirectional *b = state;
+    if (round == 0) {
+        ca_splat_buffer_clear(&b->splats);
+        set_radius(b, pass);
+        if (wants_pilot(b) && !b->pilot) CA_TRY(make_pilot(b, parallel, workers, error));
+        b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
+    }
+    b->first_chunk = round * b->resident;
+    b->chunks_now = ca_min_u32(b->resident, b->chunk_count - b->first_chunk);
+    for (uint32_t i = 0; i < b->chunks_now; i++)
+        CA_TRY(prepare_chunk(b, pass, b->first_chunk + i, i, parallel, workers, error));
+    return CA_OK;
+}
+
+ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
+{
+    const ca_bidirectional *b = state;
+    return ca_splat_buffer_at(&b->splats, x, y);
+}
+
+/* ---- Memory --------------------------------------------------------------------------------------------------------- */
+
+static ca_status create_chunk(ca_bidirectional *b, ca_light_chunk *chunk, ca_error *error)
+{
+    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
+    CA_TRY(ca_light_store_create(&chunk->store, paths, b->input.workers, error));
+    return ca_bidirectional_merges(b) ? ca_photon_grid_create(&chunk->grid, error) : CA_OK;
+}
+
+/* What a chunk of light paths will take, from a few of them. */
+static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, ca_error *error)
+{
+    ca_light_chunk *chunk = &b->chunks[0];
+    ca_worker worker = {.index = 0};
+    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths), few = ca_min_u32(PILOT_PATHS, paths);
+    set_radius(b, 0);
+    ca_light_store_clear(&chunk->store);
+    ca_light_block *block = &b->blocks[0];
+    double vertices = 0.0;
+    for (uint32_t i = 0; i < few; i++) {
+        ca_light_walk(b, chunk, i, (UINT64_C(1) << 62) + i, block, &worker);
+        vertices += chunk->store.paths[i].count;
+    }
+    CA_TRY(ca_light_store_check(&chunk->store, error));
+    const double per_vertex = sizeof(ca_path_vertex) + sizeof(ca_light_vertex);
+    const double photons = (double)block->photon_count * (2 * sizeof(ca_photon) + sizeof(uint32_t));
+    const double splats = (double)block->splats.count * sizeof(ca_splat);
+    *bytes = ((vertices * per_vertex + photons + splats) / few + sizeof(ca_light_path)) * paths;
+    block->photon_count = block->splats.count = 0;
+    return CA_OK;
+}
+
+/* How many chunks may be in memory at a time. */
+static ca_status plan_rounds(ca_bidirectional *b, ca_error *error)
+{
+    b->resident = b->chunk_count;
+    if (b->input.memory_bytes <= 0.0) return CA_OK;
+    double bytes;
+    CA_TRY(estimate_chunk_bytes(b, &bytes, error));
+    if (bytes > b->input.memory_bytes)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%u light paths need about %.0f MiB, more than the %.0f MiB left beside the film",
+                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), bytes / 1048576.0, b->input.memory_bytes / 1048576.0);
+    const double fit = b->input.memory_bytes / bytes;
+    b->resident = fit < (double)b->chunk_count ? (uint32_t)fit : b->chunk_count;
+    return CA_OK;
+}
+
+static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
+{
+    b->scratch = ca_alloc_zeroed(b->input.workers, sizeof *b->scratch);
+    if (!b->scratch) return ca_fail_memory(error, "the integrator");
+    for (uint32_t i = 0; i < b->input.workers; i++) {
+        b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident, sizeof(ca_rgb));
+        if (!b->scratch[i].chunk_light) return ca_fail_memory(error, "the integrator");
+    }
+    return CA_OK;
+}
+
+static ca_status create_light_paths(ca_bidirectional *b, ca_error *error)
+{
+    b->chunk_count = (uint32_t)(((uint64_t)b->light_paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS);
+    b->blocks = ca_alloc_zeroed(block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)), sizeof *b->blocks);
+    b->chunks = ca_alloc_zeroed(b->chunk_count, sizeof *b->chunks);
+    if (!b->blocks || !b->chunks) return ca_fail_memory(error, "the light paths");
+    CA_TRY(create_chunk(b, &b->chunks[0], error));
+    CA_TRY(plan_rounds(b, error));
+    for (uint32_t i = 1; i < b->resident; i++) CA_TRY(create_chunk(b, &b->chunks[i], error));
+    return CA_OK;
+}
+
+ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_rules *rules,
+                                  const ca_integrator_input *input, void **state, ca_error *error)
+{
+    ca_bidirectional *b = ca_alloc_zeroed(1, sizeof *b);
+    if (!b) return ca_fail_memory(error, "the integrator");
+    b->input = *input;
+    b->rules = *rules;
+    ca_status status = read_settings(b, type, input, error);
+    if (status == CA_OK) status = create_light_paths(b, error);
+    if (status == CA_OK) status = create_scratch(b, error);
+    if (status == CA_OK) status = ca_splat_buffer_create(&b->splats, input->crop, error);
+    if (status != CA_OK) {
+        ca_bidirectional_destroy(b);
+        return status;
+    }
+    *state = b;
+    return CA_OK;
+}
+
+void ca_bidirectional_destroy(void *state)
+{
+    ca_bidirectional *b = state;
+    const uint32_t blocks = b->blocks ? block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)) : 0;
+    for (uint32_t i = 0; i < blocks; i++) {
+        ca_free(b->blocks[i].photons);
+        ca_splat_list_destroy(&b->blocks[i].splats);
+    }
+    for (uint32_t i = 0; b->chunks && i < b->chunk_count; i++) {
+        ca_light_store_destroy(&b->chunks[i].store);
+        ca_photon_grid_destroy(b->chunks[i].grid);
+    }
+    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_free(b->scratch[i].chunk_light);
+    ca_photon_grid_destroy(b->pilot);
+    ca_splat_buffer_destroy(&b->splats);
+    ca_free(b->scratch);
+    ca_free(b->blocks);
+    ca_free(b->chunks);
+    ca_free(b);
+}

@@ -1,0 +1,148 @@
+/* The bidirectional engine behind light, bdpt, ppm, bdpm, vcm and its kin. Internal to this folder.
+ *
+ * A pass traces N_F light paths and keeps their vertices; then every pixel traces N_B camera paths, which gather light in
+ * up to five ways (path/technique.h):
+ *
+ *     technique    where           estimates                                                  divided by
+ *     hit          camera_walk.c   throughput_camera L_e                                      1
+ *     next event   camera_walk.c   throughput_camera f |cos| L_e / pdf                        1
+ *     connect      join.c          throughput_camera f G f throughput_light                   1   (with one light path)
+ *     merge        join.c          throughput_camera f throughput_light / (pi r^2)            N_F (with all of them)
+ *     splat        light_walk.c    throughput_light f |cos| W_e / pdf                         N_F (onto any pixel)
+ *
+ * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
+ *
+ * Chunks: light paths are kept in chunks of a fixed number, each with a photon grid of its own. A camera path's light is
+ * summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in memory at a time
+ * (rounds, integrator.h). */
+#ifndef CA_INTEGRATOR_BIDIRECTIONAL_H
+#define CA_INTEGRATOR_BIDIRECTIONAL_H
+
+#include "film/splats.h"
+#include "integrator/integrator.h"
+#include "path/light_store.h"
+#include "path/mis.h"
+#include "path/subpath.h"
+#include "photon/photon_grid.h"
+
+/* Photons farther than 60 degrees from the surface's tilt belong to another surface. */
+#define CA_MERGE_MIN_COS 0.5f
+
+enum {
+    CA_CHUNK_PATHS = 1 << 18,
+    CA_BLOCK_PATHS = 512, /* light paths of one task */
+};
+
+/* What a worker needs for a camera path. */
+typedef struct ca_bidirectional_scratch {
+    ca_path_vertex camera[CA_PATH_MAX_VERTICES];
+    ca_bsdf light_bsdfs[CA_PATH_MAX_VERTICES]; /* of the light path it connects to, ... */
+    ca_surface light_surfaces[CA_PATH_MAX_VERTICES];
+    uint32_t light_ready;                      /* ... made up to this vertex */
+    ca_rgb *chunk_light;                       /* owned: gathered with each chunk in memory */
+} ca_bidirectional_scratch;
+
+/* Photons and splats of a block of light paths. */
+typedef struct ca_light_block {
+    ca_photon *photons; /* owned */
+    size_t photon_count, photon_capacity;
+    ca_splat_list splats;
+} ca_light_block;
+
+typedef struct ca_light_chunk {
+    uint32_t first, count; /* light paths, within the pass */
+    ca_light_store store;
+    ca_photon_grid *grid; /* NULL where nothing is merged */
+} ca_light_chunk;
+
+typedef struct ca_bidirectional {
+    ca_integrator_input input;
+    uint32_t max_depth, rr_depth;
+    bool hide_emitters;
+    ca_mis_rules rules; /* of the pass */
+    uint32_t light_paths, camera_paths; /* N_F, N_B */
+    float radius0, alpha;      /* merge radius of the first pass; how fast it shrinks */
+
+    uint32_t chunk_count, resident; /* chunks of a pass, and how many are in memory at a time */
+    ca_light_chunk *chunks;         /* owned; [resident] */
+    uint32_t first_chunk, chunks_now; /* of this round */
+    uint64_t pairing_shift;         /* camera path i connects to light path (i + shift) mod N_F */
+    ca_light_block *blocks;         /* owned; of one chunk */
+    ca_splat_buffer splats;
+    ca_photon_grid *pilot;          /* photons whose density the reuse rule asks for; else NULL, or not made yet */
+    float pilot_scale;              /* N_F over the number of its light paths */
+    ca_bidirectional_scratch *scratch; /* owned; [input.workers] */
+} ca_bidirectional;
+
+/* Is light from light paths gathered at camera vertices, and what do light paths do on their way? */
+static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b->rules.merge != CA_MERGE_NONE; }
+static inline bool ca_bidirectional_traces_light(const ca_bidirectional *b)
+{
+    return b->rules.connect || b->rules.splat || ca_bidirectional_merges(b);
+}
+
+/* Photons per m^2 around a vertex where the weights want to know, else 0. */
+static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
+{
+    return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
+}
+
+/* Survival by Russian roulette after `depth` edges, as `path` has it; true ends the walk, else *throughput is scaled. */
+bool ca_bidirectional_roulette(const ca_bidirectional *b, uint32_t depth, float eta2, float u, ca_rgb *throughput);
+
+/* ---- The walks and joins -------------------------------------------------------------------------------------------- */
+
+/* Traces light path `path` of a chunk, the `number`-th of the whole render. */
+void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number, ca_light_block *block,
+                   ca_worker *worker);
+
+/* A camera path at one of its vertices. */
+typedef struct ca_camera_walk {
+    const ca_bidirectional *b;
+    ca_worker *worker;
+    ca_bidirectional_scratch *scratch;
+    ca_film_sample *sample;
+    ca_stream stream;
+    uint32_t x, y;         /* pixel */
+    uint32_t vertex;       /* number of the last vertex, = segments so far */
+    ca_vec3 origin, direction; /* of the next segment */
+    float t_min, t_max;
+    ca_flight flight;
+    ca_rgb throughput;
+    float eta2;
+    ca_vec3 wi;            /* from the last vertex to the one before */
+    ca_surface surface;    /* of the last vertex */
+    ca_bsdf bsdf;
+    const ca_light_chunk *paired_chunk; /* of the light path to connect to; NULL: not in this round */
+    uint32_t paired;       /* its number there */
+} ca_camera_walk;
+
+/* Adds weight times `unweighted` to what the walk has gathered with a chunk; the gate for defects. s and t as in technique.h. */
+void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
+                        ca_rgb unweighted, float weight);
+
+/* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
+void ca_join_connect(ca_camera_walk *walk);
+/* Photons of all chunks near the last vertex. */
+void ca_join_merge(ca_camera_walk *walk);
+
+/* One camera path; integrator.h. */
+void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
+                                  ca_film_sample *sample, ca_worker *worker);
+
+/* ---- The engine ----------------------------------------------------------------------------------------------------- */
+
+/* The median footprint of a pixel where camera paths first meet a smoothly scattering surface, m: the side of the square that a
+ * pixel covers there. The scene's radius over 1000 where no camera path meets one. */
+float ca_median_pixel_footprint(const ca_integrator_input *input);
+
+/* `rules` say what the algorithm does; counts, radius and the parameters that `type` has are filled in. */
+ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_rules *rules,
+                                  const ca_integrator_input *input, void **state, ca_error *error);
+void ca_bidirectional_destroy(void *state);
+uint32_t ca_bidirectional_rounds(const void *state);
+ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
+                                       ca_worker *workers, ca_error *error);
+ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y);
+
+#endif

@@ -1,0 +1,92 @@
+/* The light paths of a pass, and their vertices.
+ *
+ * Paths are numbered; a path's vertices lie next to each other, v[0] on the light first. Vertices live in slabs which the
+ * workers fill one path after the other, so a vertex' number says where it is, not when it was made: whatever must not
+ * depend on threads goes through the paths in order (ca_light_path). Slabs are kept from pass to pass. Densities lie apart from
+ * the rest, so that those of a path are an array for weighting.
+ *
+ * State: 20 bytes a path, 120 a vertex. Threads: ca_light_store_path_begin/add/end of different workers at once; everything else
+ * only between. */
+#ifndef CA_PATH_LIGHT_STORE_H
+#define CA_PATH_LIGHT_STORE_H
+
+#include "base/parallel.h"
+#include "base/status.h"
+#include "geometry/surface_point.h"
+#include "math/rgb.h"
+#include "path/path_vertex.h"
+
+/* A vertex of a light path but for its densities; v[0] has nothing else. */
+typedef struct ca_light_vertex {
+    ca_surface_point point;
+    ca_vec3 wi;        /* unit, towards the previous vertex */
+    ca_rgb throughput; /* flux that arrives, W, before scattering here */
+    uint32_t path;     /* number of its path in the store */
+    uint16_t index;    /* its own number in the path */
+    uint16_t capable;  /* 1: its surface can scatter smoothly, so it is a photon and may be connected */
+} ca_light_vertex;
+
+_Static_assert(sizeof(ca_light_vertex) + sizeof(ca_path_vertex) == 120, "light_store.h promises 120 bytes a vertex");
+
+typedef struct ca_light_path {
+    uint32_t first;         /* vertex number of v[0] */
+    uint32_t count;         /* vertices; 0: nothing was emitted, or it met nothing */
+    bool infinite;          /* its light is */
+    float light_choice;     /* probability with which it was chosen */
+    float next_event_ratio; /* density of choosing v[0] by next event from v[1] over v[0].pdf_forward */
+} ca_light_path;
+
+enum { CA_LIGHT_SLAB_BITS = 12, CA_LIGHT_SLAB = 1 << CA_LIGHT_SLAB_BITS };
+
+typedef struct ca_light_slab {
+    ca_path_vertex densities[CA_LIGHT_SLAB];
+    ca_light_vertex vertices[CA_LIGHT_SLAB];
+} ca_light_slab;
+
+typedef struct ca_light_cursor {
+    uint32_t slab, used; /* where the worker writes next */
+    uint8_t apart[120];  /* workers write into no common cache line */
+} ca_light_cursor;
+
+typedef struct ca_light_store {
+    ca_light_path *paths; /* owned */
+    uint32_t path_count;
+    ca_light_slab **slabs; /* owned, slab_capacity of them, NULL where not needed yet */
+    uint32_t slab_capacity;
+    uint32_t slab_used;       /* atomic: handed out in this pass */
+    uint32_t slab_peak;       /* in any pass before */
+    ca_light_cursor *cursors; /* owned, one a worker */
+    uint32_t worker_count;
+    bool failed;              /* atomic: out of memory, or of slabs */
+} ca_light_store;
+
+ca_status ca_light_store_create(ca_light_store *store, uint32_t path_count, uint32_t workers, ca_error *error);
+void ca_light_store_destroy(ca_light_store *store);
+
+/* Forgets all paths and keeps the memory. */
+void ca_light_store_clear(ca_light_store *store);
+
+/* Room for CA_PATH_MAX_VERTICES more vertices of one path next to each other, their number, densities and the rest; false after
+ * a failure, which ca_light_store_check reports. */
+bool ca_light_store_path_begin(ca_light_store *store, uint32_t worker, uint32_t *first, ca_path_vertex **densities,
+                               ca_light_vertex **vertices);
+/* `count` of them were filled. */
+void ca_light_store_path_end(ca_light_store *store, uint32_t worker, uint32_t count);
+/* Whoever traces the paths ran out of memory beside: from any worker. */
+void ca_light_store_fail(ca_light_store *store);
+ca_status ca_light_store_check(const ca_light_store *store, ca_error *error);
+
+static inline const ca_light_vertex *ca_light_vertex_at(const ca_light_store *store, uint32_t number)
+{
+    return &store->slabs[number >> CA_LIGHT_SLAB_BITS]->vertices[number & (CA_LIGHT_SLAB - 1)];
+}
+
+static inline const ca_path_vertex *ca_light_density_at(const ca_light_store *store, uint32_t number)
+{
+    return &store->slabs[number >> CA_LIGHT_SLAB_BITS]->densities[number & (CA_LIGHT_SLAB - 1)];
+}
+
+/* Bytes held. */
+size_t ca_light_store_bytes(const ca_light_store *store);
+
+#endif

@@ -1,0 +1,190 @@
+#include "path/mis.h"
+
+#include "math/numeric.h"
+
+#include <stddef.h>
+
+/* A path at its split, with what the technique says of the two vertices next to it. */
+typedef struct mis_split {
+    const ca_mis_rules *rules;
+    const ca_path_vertex *camera, *light;
+    uint32_t s, t, n;
+    bool camera_last, light_last;         /* are the last vertices connectable? */
+    uint32_t connectable;                 /* vertices of the whole path that are */
+    uint32_t merge_first, merge_last;     /* ordinals, from the camera, of the vertices where merges are made */
+    const float *reuse_camera, *reuse_light;
+} mis_split;
+
+/* Where the (count * density) of the techniques go. */
+typedef struct mis_sum {
+    double total;            /* of all, to the power beta */
+    double split, merge;     /* of the split given, and of the merge at its last camera vertex, likewise */
+    double *splits, *merges; /* each for itself; NULL in the hot path */
+} mis_sum;
+
+static inline double raised(const ca_mis_rules *rules, double x) { return rules->power ? x * x : x; }
+
+static inline bool connectable_camera(const mis_split *m, uint32_t j)
+{
+    return j + 1 == m->s ? m->camera_last : m->camera[j].connectable;
+}
+
+static inline bool connectable_light(const mis_split *m, uint32_t i)
+{
+    return i + 1 == m->t ? m->light_last : m->light[i].connectable;
+}
+
+/* Of the first `count` vertices of a subpath, whose last may differ from its record. */
+static inline uint32_t count_connectable(const ca_path_vertex *vertices, uint32_t count, bool last)
+{
+    return count < 2 ? 0 : vertices[count - 2].connectable_count + last;
+}
+
+/* The technique of the split after k camera vertices, whose D_k is `ratio` times D_s. `before` and `after`: are
+ * x[k-1] and x[k] connectable? */
+static inline void add_split(const mis_split *m, const ca_mis_path *path, uint32_t k, double ratio, bool before, bool after,
+                             mis_sum *sum)
+{
+    const ca_mis_rules *rules = m->rules;
+    double value = 0.0;
+    if (k == m->n) {
+        const bool allowed = rules->hit == CA_HIT_ALWAYS || (rules->hit == CA_HIT_DIRECT ? m->n == 2 : m->connectable == 0);
+        value = allowed ? ratio : 0.0;
+    } else if (m->n == 2) {
+        return;
+    } else if (k == m->n - 1) {
+        value = rules->next_event && before ? ratio * (double)path->next_event_ratio : 0.0;
+    } else if (k == 1) {
+        value = rules->splat && after ? ratio * (double)rules->splat_count : 0.0;
+    } else {
+        value = rules->connect && before && after ? ratio : 0.0;
+    }
+    const double term = raised(rules, value);
+    sum->total += term;
+    if (k == m->s) sum->split = term;
+    if (sum->splits) sum->splits[k] = value;
+}
+
+/* The merge at x[j], the ordinal-th connectable vertex from the camera, of density `density` D_s without area and count. */
+static inline void add_merge(const mis_split *m, uint32_t j, uint32_t ordinal, double density, const float *reuse,
+                             mis_sum *sum)
+{
+    if (ordinal < m->merge_first || ordinal > m->merge_last) return;
+    const double value = density * (double)m->rules->merge_area * (double)*reuse;
+    const double term = raised(m->rules, value);
+    sum->total += term;
+    if (j + 1 == m->s) sum->merge = term;
+    if (sum->merges) sum->merges[j] = value;
+}
+
+/* Techniques whose split lies on the camera's side. Moving the split from j+1 to j swaps how x[j] was sampled: factor
+ * light/camera. The merge at x[j] needs it from both sides. */
+static inline void add_camera_side(const mis_split *m, const ca_mis_path *path, mis_sum *sum)
+{
+    double ratio = 1.0;
+    bool connectable = m->s > 1 && connectable_camera(m, m->s - 1);
+    for (uint32_t j = m->s - 1; j >= 1; j--) {
+        const ca_path_vertex *v = &m->camera[j];
+        const float pdf_light = j + 1 == m->s   ? path->camera.pdf_last.v
+                                : j + 2 == m->s ? path->camera.pdf_before.v
+                                                : v->pdf_reverse.v;
+        const uint32_t ordinal = j + 1 == m->s ? count_connectable(m->camera, m->s, connectable) : v->connectable_count;
+        if (connectable) add_merge(m, j, ordinal, ratio * (double)pdf_light, &m->reuse_camera[j], sum);
+        ratio *= (double)pdf_light / (double)v->pdf_forward.v;
+        if (!(ratio > 0.0)) return;
+        const bool before = j > 1 && connectable_camera(m, j - 1);
+        add_split(m, path, j, ratio, before, connectable, sum);
+        connectable = before;
+    }
+}
+
+/* The same towards the light: x[n-1-i] is the light's vertex i. */
+static inline void add_light_side(const mis_split *m, const ca_mis_path *path, mis_sum *sum)
+{
+    double ratio = 1.0;
+    bool connectable = m->t > 1 && connectable_light(m, m->t - 1);
+    for (uint32_t i = m->t; i-- > 0;) {
+        const ca_path_vertex *v = &m->light[i];
+        const float pdf_camera = i + 1 == m->t   ? path->light.pdf_last.v
+                                 : i + 2 == m->t ? path->light.pdf_before.v
+                                                 : v->pdf_reverse.v;
+        if (connectable) {
+            const uint32_t from_light = i + 1 == m->t ? count_connectable(m->light, m->t, true) : v->connectable_count;
+            add_merge(m, m->n - 1 - i, m->connectable - from_light + 1, ratio * (double)pdf_camera, &m->reuse_light[i],
+                      sum);
+        }
+        ratio *= (double)pdf_camera / (double)v->pdf_forward.v;
+        if (!(ratio > 0.0)) return;
+        const bool after = i > 1 && connectable_light(m, i - 1);
+        add_split(m, path, m->n - i, ratio, connectable, after, sum);
+        connectable = after;
+    }
+}
+
+static inline mis_split split_of(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
+{
+    mis_split m = {.rules = rules,
+                   .camera = path->camera.vertices,
+                   .light = path->light.vertices,
+                   .s = path->camera.count,
+                   .t = path->light.count,
+                   .n = path->camera.count + path->light.count};
+    m.camera_last = technique != CA_TECHNIQUE_HIT && m.s > 1;
+    m.light_last = m.t > 1 && (technique != CA_TECHNIQUE_MERGE || m.light[m.t - 1].connectable);
+    m.connectable = count_connectable(m.camera, m.s, m.camera_last) + count_connectable(m.light, m.t, m.light_last);
+    m.merge_first = rules->merge == CA_MERGE_NONE   ? UINT32_MAX
+                    : rules->merge == CA_MERGE_LAST ? ca_min_u32(m.connectable, rules->merge_limit)
+                                                    : 1;
+    m.merge_last = rules->merge_limit;
+    return m;
+}
+
+/* All techniques relative to D_s. */
+static inline void sum_densities(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, mis_sum *sum)
+{
+    mis_split m = split_of(rules, path, technique);
+    float reuse_camera[CA_PATH_MAX_VERTICES], reuse_light[CA_PATH_MAX_VERTICES];
+    if (rules->merge != CA_MERGE_NONE)
+        ca_reuse_fill(&rules->reuse, path, m.camera_last, m.light_last, reuse_camera, reuse_light);
+    m.reuse_camera = reuse_camera;
+    m.reuse_light = reuse_light;
+    add_split(&m, path, m.s, 1.0, m.camera_last, m.light_last, sum);
+    add_camera_side(&m, path, sum);
+    add_light_side(&m, path, sum);
+}
+
+/* Light tracing, and photon mapping at the first vertex, have one way for each path that they find. */
+static inline bool has_one_technique(const ca_mis_rules *rules)
+{
+    if (rules->next_event || rules->connect) return false;
+    if (rules->hit == CA_HIT_DIRECT) return rules->merge == CA_MERGE_NONE;
+    return rules->hit == CA_HIT_UNMERGEABLE && !rules->splat && rules->merge != CA_MERGE_NONE && rules->merge_limit <= 1;
+}
+
+static inline float weight_of_one(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
+{
+    if (technique != CA_TECHNIQUE_HIT) return 1.0f;
+    const uint32_t n = path->camera.count;
+    const bool direct = n == 2;
+    if (direct || rules->hit == CA_HIT_DIRECT) return direct ? 1.0f : 0.0f;
+    return path->camera.vertices[n - 2].connectable_count == 0 ? 1.0f : 0.0f;
+}
+
+float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
+{
+    if (has_one_technique(rules)) return weight_of_one(rules, path, technique);
+    mis_sum sum = {0};
+    sum_densities(rules, path, technique, &sum);
+    const double own = technique == CA_TECHNIQUE_MERGE ? sum.merge : sum.split;
+    return own > 0.0 ? (float)(own / sum.total) : 0.0f;
+}
+
+void ca_mis_densities(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, double *splits,
+                      double *merges)
+{
+    const uint32_t n = path->camera.count + path->light.count;
+    for (uint32_t k = 0; k <= n; k++) splits[k] = 0.0;
+    for (uint32_t j = 0; j < n; j++) merges[j] = 0.0;
+    mis_sum sum = {.splits = splits, .merges = merges};
+    sum_densities(rules, path, technique, &sum);
+}

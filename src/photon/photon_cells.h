@@ -1,0 +1,71 @@
+/* The inside of a photon grid, shared by its building (photon_grid.c) and its queries (photon_query.c).
+ *
+ * Cells count from the low corner of the photons' bounds. Everything up to the cell's number is in double precision, where
+ * each step is monotone in the coordinate: a photon within reach in exact numbers then lies in a cell from that of
+ * position - reach to that of position + reach, and a cell is wide enough that these are neighbours at most. */
+#ifndef CA_PHOTON_PHOTON_CELLS_H
+#define CA_PHOTON_PHOTON_CELLS_H
+
+#include "photon/photon_grid.h"
+
+#include <stddef.h>
+
+/* Eight photons, laid out for one vector instruction each. Photon i is lane i % 8 of block i / 8. */
+enum { CA_PHOTON_LANES = 8 };
+
+typedef struct ca_photon_block {
+    float x[CA_PHOTON_LANES], y[CA_PHOTON_LANES], z[CA_PHOTON_LANES];
+    uint32_t vertex[CA_PHOTON_LANES];
+} ca_photon_block;
+
+_Static_assert(sizeof(ca_photon_block) == 128, "a block is two cache lines");
+
+/* Where the cells are. */
+typedef struct ca_photon_lattice {
+    double low[3], high[3]; /* bounds of the photons */
+    double cells_per_meter;
+    double reach;         /* no photon farther than this along an axis passes the distance test */
+    uint32_t bucket_mask; /* buckets are a power of two */
+} ca_photon_lattice;
+
+struct ca_photon_grid {
+    ca_photon_lattice lattice;
+    float radius, radius2;
+    uint32_t count;
+    ca_photon_block *blocks; /* borrowed from block_memory, at the start of a cache line */
+    uint32_t *starts;        /* owned; bucket b holds photons [starts[b], starts[b + 1]) */
+    size_t start_capacity;
+    void *block_memory; /* owned */
+    size_t block_capacity;
+    ca_photon *partitioned; /* owned; halfway through the sort */
+    size_t partitioned_capacity;
+    uint32_t *cursors; /* owned; photons of each chunk in each partition, then where they go */
+    size_t cursor_capacity;
+    uint32_t *run_starts; /* owned; number of each run's first photon */
+    size_t run_capacity;
+};
+
+/* Truncation is floor: coordinates are not below `low`, and their cells are below 2^31. */
+static inline uint32_t ca_photon_cell(const ca_photon_lattice *lattice, int axis, double coordinate)
+{
+    return (uint32_t)(int32_t)((coordinate - lattice->low[axis]) * lattice->cells_per_meter);
+}
+
+/* Cells that follow each other along x are neighbours in memory; rows of cells are strewn over the buckets. The mixing is
+ * the finaliser of MurmurHash3, which its author put into the public domain. */
+static inline uint32_t ca_photon_row(uint32_t cell_y, uint32_t cell_z)
+{
+    uint32_t h = cell_y * 0x9e3779b1u ^ cell_z * 0x85ebca77u;
+    h = (h ^ h >> 16) * 0x85ebca6bu;
+    h = (h ^ h >> 13) * 0xc2b2ae35u;
+    return h ^ h >> 16;
+}
+
+static inline uint32_t ca_photon_bucket(const ca_photon_lattice *lattice, ca_vec3 position)
+{
+    const uint32_t row = ca_photon_row(ca_photon_cell(lattice, 1, (double)position.y),
+                                       ca_photon_cell(lattice, 2, (double)position.z));
+    return (row + ca_photon_cell(lattice, 0, (double)position.x)) & lattice->bucket_mask;
+}
+
+#endif

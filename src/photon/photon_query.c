@@ -1,0 +1,180 @@
+/* Queries: which buckets, then the distance test over their photons, eight at a time. */
+#include "math/numeric.h"
+#include "photon/photon_cells.h"
+
+#include <assert.h>
+
+#if defined(__AVX2__) && !defined(CA_PHOTON_PLAIN)
+#include <immintrin.h>
+#endif
+
+/* ---- Which buckets ----------------------------------------------------------------------------------------------- */
+
+static inline void add_range(ca_photon_query *query, uint32_t bucket, uint32_t bucket_count)
+{
+    const uint32_t *starts = query->grid->starts;
+    const uint32_t begin = starts[bucket], end = starts[bucket + bucket_count];
+    query->begin[query->range_count] = begin;
+    query->end[query->range_count] = end;
+    query->range_count += begin != end;
+    query->tested += end - begin;
+    __builtin_prefetch(&query->grid->blocks[begin / CA_PHOTON_LANES]);
+}
+
+/* Where rows of cells fell upon each other, or run on from the last bucket to the first. */
+static void add_buckets_singly(ca_photon_query *query, const uint32_t *rows, uint32_t row_count, uint32_t row_length)
+{
+    const uint32_t mask = query->grid->lattice.bucket_mask;
+    uint32_t seen[8], seen_count = 0;
+    for (uint32_t r = 0; r < row_count; r++)
+        for (uint32_t k = 0; k < row_length; k++) {
+            const uint32_t bucket = (rows[r] + k) & mask;
+            bool is_new = true;
+            for (uint32_t i = 0; i < seen_count; i++) is_new &= seen[i] != bucket;
+            if (!is_new) continue;
+            seen[seen_count++] = bucket;
+            add_range(query, bucket, 1);
+        }
+}
+
+/* Are two rows of cells nowhere in the same bucket, and none wrapped around? */
+static inline bool rows_are_apart(const uint32_t *rows, uint32_t row_count, uint32_t row_length, uint32_t mask)
+{
+    bool apart = true;
+    for (uint32_t r = 0; r < row_count; r++) {
+        apart &= rows[r] + row_length - 1 <= mask;
+        for (uint32_t s = 0; s < r; s++) apart &= rows[r] - rows[s] + 1 > 2;
+    }
+    return apart;
+}
+
+void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position)
+{
+    query->grid = grid;
+    query->position = position;
+    query->radius2 = grid->radius2;
+    query->range_count = query->range = 0;
+    query->tested = 0;
+    if (grid->count == 0) return;
+
+    /* The cells from position - reach to position + reach, as far as there are photons. */
+    const ca_photon_lattice *lattice = &grid->lattice;
+    const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
+    uint32_t first[3], last[3];
+    for (int axis = 0; axis < 3; axis++) {
+        const double from = center[axis] - lattice->reach, to = center[axis] + lattice->reach;
+        if (!(from <= lattice->high[axis] && to >= lattice->low[axis])) return;
+        first[axis] = ca_photon_cell(lattice, axis, from > lattice->low[axis] ? from : lattice->low[axis]);
+        last[axis] = ca_photon_cell(lattice, axis, to < lattice->high[axis] ? to : lattice->high[axis]);
+        assert(last[axis] - first[axis] <= 1);
+    }
+    const uint32_t row_length = last[0] - first[0] + 1;
+    uint32_t rows[4], row_count = 0;
+    for (uint32_t z = first[2]; z <= last[2]; z++)
+        for (uint32_t y = first[1]; y <= last[1]; y++)
+            rows[row_count++] = (ca_photon_row(y, z) + first[0]) & lattice->bucket_mask;
+
+    if (!rows_are_apart(rows, row_count, row_length, lattice->bucket_mask))
+        add_buckets_singly(query, rows, row_count, row_length);
+    else
+        for (uint32_t r = 0; r < row_count; r++) add_range(query, rows[r], row_length);
+}
+
+/* ---- The distance test ------------------------------------------------------------------------------------------- */
+
+/* Of the block's eight photons the lanes set in `lanes` are tested; the vertices of those within the radius go to `found`,
+ * which has room for eight. Returns how many. Both versions compute the same bits in the same order. */
+#if defined(__AVX2__) && !defined(CA_PHOTON_PLAIN)
+
+/* Moves the lanes set in a mask of four to the front. */
+static const int32_t lane_order[16][4] = {{0}, {0}, {1}, {0, 1}, {2}, {0, 2}, {1, 2}, {0, 1, 2},
+                                          {3}, {0, 3}, {1, 3}, {0, 1, 3}, {2, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2, 3}};
+
+static inline uint32_t keep_lanes(__m128i vertices, uint32_t lanes, uint32_t *found)
+{
+    const __m128i order = _mm_loadu_si128((const __m128i *)(const void *)lane_order[lanes]);
+    const __m128 moved = _mm_permutevar_ps(_mm_castsi128_ps(vertices), order);
+    _mm_storeu_si128((__m128i *)(void *)found, _mm_castps_si128(moved));
+    return (uint32_t)__builtin_popcount(lanes);
+}
+
+static inline uint32_t test_block(const ca_photon_block *block, ca_vec3 position, float radius2, uint32_t lanes,
+                                  uint32_t *found)
+{
+    const __m256 dx = _mm256_sub_ps(_mm256_loadu_ps(block->x), _mm256_set1_ps(position.x));
+    const __m256 dy = _mm256_sub_ps(_mm256_loadu_ps(block->y), _mm256_set1_ps(position.y));
+    const __m256 dz = _mm256_sub_ps(_mm256_loadu_ps(block->z), _mm256_set1_ps(position.z));
+    const __m256 across2 = _mm256_add_ps(_mm256_mul_ps(dx, dx), _mm256_mul_ps(dy, dy));
+    const __m256 distance2 = _mm256_add_ps(across2, _mm256_mul_ps(dz, dz));
+    const __m256 within = _mm256_cmp_ps(distance2, _mm256_set1_ps(radius2), _CMP_LE_OQ);
+    const uint32_t kept = (uint32_t)_mm256_movemask_ps(within) & lanes;
+    const __m256i vertices = _mm256_loadu_si256((const __m256i *)(const void *)block->vertex);
+    const uint32_t count = keep_lanes(_mm256_castsi256_si128(vertices), kept & 15, found);
+    return count + keep_lanes(_mm256_extracti128_si256(vertices, 1), kept >> 4, found + count);
+}
+
+#else
+
+static inline uint32_t test_block(const ca_photon_block *block, ca_vec3 position, float radius2, uint32_t lanes,
+                                  uint32_t *found)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < CA_PHOTON_LANES; i++) {
+        const ca_vec3 d = ca_sub((ca_vec3){block->x[i], block->y[i], block->z[i]}, position);
+        found[count] = block->vertex[i];
+        count += (ca_length2(d) <= radius2) & (lanes >> i & 1);
+    }
+    return count;
+}
+
+#endif
+
+uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH])
+{
+    const ca_photon_block *blocks = query->grid->blocks;
+    const ca_vec3 position = query->position;
+    const float radius2 = query->radius2;
+    uint32_t count = 0;
+    for (; query->range < query->range_count; query->range++) {
+        const uint32_t end = query->end[query->range];
+        uint32_t next = query->begin[query->range];
+        while (next < end) {
+            if (count > CA_PHOTON_BATCH - CA_PHOTON_LANES) {
+                query->begin[query->range] = next;
+                return count;
+            }
+            const uint32_t lane = next % CA_PHOTON_LANES;
+            const uint32_t beyond = ca_min_u32(CA_PHOTON_LANES, end - (next - lane));
+            const uint32_t lanes = 0xffu >> (CA_PHOTON_LANES - beyond) & 0xffu << lane;
+            count += test_block(&blocks[next / CA_PHOTON_LANES], position, radius2, lanes, vertices + count);
+            next += CA_PHOTON_LANES - lane;
+        }
+    }
+    return count;
+}
+
+/* ---- Density ----------------------------------------------------------------------------------------------------- */
+
+float ca_photon_grid_density(const ca_photon_grid *grid, ca_vec3 position)
+{
+    const ca_photon_lattice *lattice = &grid->lattice;
+    if (grid->count == 0) return 0.0f;
+    const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
+    uint32_t cell[3];
+    for (int axis = 0; axis < 3; axis++) {
+        /* Beyond the last photon's cell there are none; below `low` truncation would not be floor. */
+        if (!(center[axis] >= lattice->low[axis])) return 0.0f;
+        cell[axis] = ca_photon_cell(lattice, axis, fmin(center[axis], lattice->high[axis]));
+        if ((center[axis] - lattice->low[axis]) * lattice->cells_per_meter >= (double)cell[axis] + 1.0) return 0.0f;
+    }
+    const uint32_t bucket = (ca_photon_row(cell[1], cell[2]) + cell[0]) & lattice->bucket_mask;
+    uint32_t count = 0;
+    for (uint32_t i = grid->starts[bucket]; i < grid->starts[bucket + 1]; i++) {
+        const ca_photon_block *block = &grid->blocks[i / CA_PHOTON_LANES];
+        const uint32_t lane = i % CA_PHOTON_LANES;
+        count += ca_photon_cell(lattice, 0, (double)block->x[lane]) == cell[0] &&
+                 ca_photon_cell(lattice, 1, (double)block->y[lane]) == cell[1] &&
+                 ca_photon_cell(lattice, 2, (double)block->z[lane]) == cell[2];
+    }
+    return (float)count / ca_sqr(2.0f * grid->radius);
+}

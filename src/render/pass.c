@@ -1,0 +1,141 @@
+#include "render/pass.h"
+
+#include "base/memory.h"
+
+enum { TILE_SIDE = 16, WORKER_ALIGNMENT = 128 };
+_Static_assert(sizeof(ca_film_sample) == 64, "pass.h promises 64 bytes a camera path");
+_Static_assert(sizeof(ca_worker) % WORKER_ALIGNMENT == 0, "counters of different workers: never in one cache line");
+
+typedef struct pass_task {
+    ca_pass_runner *runner;
+    uint32_t pass, round;
+} pass_task;
+
+/* ---- Pixels ----------------------------------------------------------------------------------------------------- */
+
+static bool is_radiance(ca_rgb a) { return ca_rgb_is_finite(a) && a.r >= 0.0f && a.g >= 0.0f && a.b >= 0.0f; }
+
+/* The mean of a pixel's camera paths, each judged here as the film judges a single one. Negative lobes of the filter may
+ * make the mean negative, as they may a splat: so it takes the place of one, behind the filter. */
+static ca_film_sample mean_of_camera_paths(const ca_film_sample *samples, uint32_t count, uint64_t *rejects)
+{
+    ca_film_sample mean = {.filter_weight = 1.0f};
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_film_sample *sample = &samples[i];
+        if (is_radiance(sample->radiance))
+            mean.splat = ca_rgb_madd(mean.splat, sample->filter_weight, sample->radiance);
+        else
+            ++*rejects;
+        mean.albedo = ca_rgb_add(mean.albedo, sample->albedo);
+        mean.normal = ca_add(mean.normal, sample->normal);
+        mean.position = ca_add(mean.position, sample->position);
+    }
+    const float scale = 1.0f / (float)count;
+    mean.splat = ca_rgb_scale(mean.splat, scale);
+    mean.albedo = ca_rgb_scale(mean.albedo, scale);
+    mean.normal = ca_mul(mean.normal, scale);
+    mean.position = ca_mul(mean.position, scale);
+    return mean;
+}
+
+static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const ca_film_sample *samples,
+                         uint64_t *rejects)
+{
+    const ca_render_plan *plan = runner->plan;
+    ca_film_sample sample =
+        plan->camera_paths == 1 ? samples[0] : mean_of_camera_paths(samples, plan->camera_paths, rejects);
+    if (plan->type->splat)
+        sample.splat = ca_rgb_add(
+            sample.splat, plan->type->splat(runner->integrator, plan->crop[0] + x, plan->crop[1] + y));
+    if (!ca_film_add(runner->film, x, y, &sample)) ++*rejects;
+}
+
+/* ---- Tiles ------------------------------------------------------------------------------------------------------ */
+
+/* Where the samples of a pixel's camera paths are kept; in a pass of one round, where one pixel is finished before the
+ * next one begins, in the worker's own row. */
+static ca_film_sample *samples_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t worker)
+{
+    const size_t row = runner->rounds > 1 ? (size_t)y * runner->film->width + x : worker;
+    return &runner->samples[row * runner->plan->camera_paths];
+}
+
+static void run_pixel(const pass_task *task, uint32_t x, uint32_t y, ca_worker *worker)
+{
+    ca_pass_runner *runner = task->runner;
+    const ca_render_plan *plan = runner->plan;
+    const uint32_t count = plan->camera_paths;
+    ca_film_sample *samples = samples_of(runner, x, y, worker->index);
+    for (uint32_t b = 0; b < count; b++) {
+        if (task->round == 0) samples[b] = (ca_film_sample){0};
+        plan->type->camera_path(runner->integrator, plan->crop[0] + x, plan->crop[1] + y, task->pass * count + b,
+                                task->round, &samples[b], worker);
+    }
+    if (task->round + 1 == runner->rounds) finish_pixel(runner, x, y, samples, &runner->film_rejects[worker->index]);
+}
+
+static void run_tile(void *user, uint32_t tile, uint32_t worker)
+{
+    const pass_task *task = user;
+    const ca_film *film = task->runner->film;
+    const uint32_t columns = (film->width + TILE_SIDE - 1) / TILE_SIDE;
+    const uint32_t x_begin = tile % columns * TILE_SIDE, y_begin = tile / columns * TILE_SIDE;
+    const uint32_t x_end = x_begin + TILE_SIDE < film->width ? x_begin + TILE_SIDE : film->width;
+    const uint32_t y_end = y_begin + TILE_SIDE < film->height ? y_begin + TILE_SIDE : film->height;
+    for (uint32_t y = y_begin; y < y_end; y++)
+        for (uint32_t x = x_begin; x < x_end; x++) run_pixel(task, x, y, &task->runner->workers[worker]);
+}
+
+ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
+{
+    const ca_integrator_type *type = runner->plan->type;
+    const uint32_t columns = (runner->film->width + TILE_SIDE - 1) / TILE_SIDE;
+    const uint32_t rows = (runner->film->height + TILE_SIDE - 1) / TILE_SIDE;
+    for (uint32_t round = 0; round < runner->rounds; round++) {
+        if (type->begin_round)
+            CA_TRY(type->begin_round(runner->integrator, pass, round, &runner->parallel, runner->workers, error));
+        pass_task task = {.runner = runner, .pass = pass, .round = round};
+        ca_parallel_for(&runner->parallel, columns * rows, run_tile, &task);
+    }
+    return CA_OK;
+}
+
+/* ---- Memory ----------------------------------------------------------------------------------------------------- */
+
+double ca_pass_buffer_bytes(const ca_render_plan *plan)
+{
+    return (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]) *
+           (double)plan->camera_paths * (double)sizeof(ca_film_sample);
+}
+
+ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
+                                ca_error *error)
+{
+    *runner = (ca_pass_runner){.plan = plan,
+                               .integrator = integrator,
+                               .film = film,
+                               .parallel = {.workers = plan->threads},
+                               .rounds = plan->type->rounds ? plan->type->rounds(integrator) : 1};
+    const size_t rows = runner->rounds > 1 ? (size_t)film->width * film->height : plan->threads;
+    runner->samples = ca_alloc_zeroed(rows, plan->camera_paths * sizeof *runner->samples);
+    runner->film_rejects = ca_alloc_zeroed(plan->threads, sizeof *runner->film_rejects);
+    /* One more than needed, so that there is room to begin at an aligned address. */
+    runner->worker_memory = ca_alloc_zeroed((size_t)plan->threads + 1, sizeof(ca_worker));
+    if (!runner->samples || !runner->film_rejects || !runner->worker_memory) {
+        ca_pass_runner_destroy(runner);
+        return ca_fail_memory(error, "the render");
+    }
+    const uintptr_t address = (uintptr_t)runner->worker_memory;
+    runner->workers =
+        (void *)((char *)runner->worker_memory + (WORKER_ALIGNMENT - address % WORKER_ALIGNMENT) % WORKER_ALIGNMENT);
+    for (uint32_t i = 0; i < plan->threads; i++) runner->workers[i].index = i;
+    return CA_OK;
+}
+
+void ca_pass_runner_destroy(ca_pass_runner *runner)
+{
+    ca_free(runner->samples);
+    ca_free(runner->film_rejects);
+    ca_free(runner->worker_memory);
+    *runner = (ca_pass_runner){0};
+}

@@ -1,0 +1,504 @@
+/* The photon grid against a linear search: the same photons, each once, wherever they lie and however large the radius is; the
+ * same order for any number of threads, any division into runs, and with or without vector instructions. */
+#include "base/memory.h"
+#include "math/numeric.h"
+#include "photon/photon_grid.h"
+#include "support/test_random.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* The same source again, without vector instructions. */
+void plain_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
+uint32_t plain_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
+float plain_grid_density(const ca_photon_grid *grid, ca_vec3 position);
+#define CA_PHOTON_PLAIN
+#define ca_photon_query_start plain_query_start
+#define ca_photon_query_next plain_query_next
+#define ca_photon_grid_density plain_grid_density
+#include "photon/photon_query.c"
+#undef ca_photon_query_start
+#undef ca_photon_query_next
+#undef ca_photon_grid_density
+
+enum { MAX_PHOTONS = 40000 };
+static ca_photon photons[MAX_PHOTONS];
+static uint32_t found[MAX_PHOTONS], found_plain[MAX_PHOTONS];
+static uint8_t met[MAX_PHOTONS];
+static ca_test_random random_source;
+
+static float uniform(void) { return ca_test_random_float(&random_source); }
+static float between(float low, float high) { return low + (high - low) * uniform(); }
+static uint32_t below(uint32_t limit) { return ca_test_random_u32(&random_source) % limit; }
+
+static ca_vec3 random_point(float half)
+{
+    const float x = between(-1, 1), y = between(-1, 1), z = between(-1, 1);
+    return ca_mul((ca_vec3){x, y, z}, half);
+}
+
+static ca_photon_grid *create(void)
+{
+    ca_photon_grid *grid;
+    assert_int_equal(ca_photon_grid_create(&grid, NULL), CA_OK);
+    return grid;
+}
+
+static void build(ca_photon_grid *grid, uint32_t count, float radius, uint32_t workers)
+{
+    for (uint32_t i = 0; i < count; i++) photons[i].vertex = i;
+    const ca_photon_run run = {photons, count};
+    const ca_parallel parallel = {workers};
+    assert_int_equal(ca_photon_grid_build(grid, &run, 1, radius, &parallel, NULL), CA_OK);
+    assert_int_equal(ca_photon_grid_count(grid), count);
+}
+
+/* All vertices of a query in order; *tested is its count. */
+static uint32_t collect(const ca_photon_grid *grid, ca_vec3 position, uint32_t *vertices, uint64_t *tested)
+{
+    ca_photon_query query;
+    uint32_t batch[CA_PHOTON_BATCH], count, total = 0;
+    ca_photon_query_start(&query, grid, position);
+    while ((count = ca_photon_query_next(&query, batch)) > 0) {
+        assert_in_range(count, 1, CA_PHOTON_BATCH);
+        assert_true(total + count <= MAX_PHOTONS);
+        memcpy(vertices + total, batch, count * sizeof *batch);
+        total += count;
+    }
+    assert_true(query.tested >= total);
+    *tested = query.tested;
+    return total;
+}
+
+static uint32_t collect_plain(const ca_photon_grid *grid, ca_vec3 position, uint32_t *vertices)
+{
+    ca_photon_query query;
+    uint32_t batch[CA_PHOTON_BATCH], count, total = 0;
+    plain_query_start(&query, grid, position);
+    while ((count = plain_query_next(&query, batch)) > 0) {
+        memcpy(vertices + total, batch, count * sizeof *batch);
+        total += count;
+    }
+    return total;
+}
+
+/* Returns the number found. */
+static uint32_t check_query(const ca_photon_grid *grid, uint32_t photon_count, float radius, ca_vec3 position)
+{
+    uint64_t tested;
+    const uint32_t count = collect(grid, position, found, &tested);
+    assert_int_equal(collect_plain(grid, position, found_plain), count);
+    assert_memory_equal(found, found_plain, count * sizeof *found);
+    memset(met, 0, photon_count);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(found[i] < photon_count);
+        met[found[i]]++;
+    }
+    for (uint32_t i = 0; i < photon_count; i++) {
+        const bool within = ca_length2(ca_sub(photons[i].position, position)) <= radius * radius;
+        if (met[i] != within)
+            fail_msg("photon %u at (%a, %a, %a) is met %u times, should be %d, from (%a, %a, %a), radius %a", i,
+                     (double)photons[i].position.x, (double)photons[i].position.y, (double)photons[i].position.z, met[i],
+                     within, (double)position.x, (double)position.y, (double)position.z, (double)radius);
+    }
+    return count;
+}
+
+/* Queries at photons, about a radius from them along an axis and elsewhere, and anywhere around. */
+static uint32_t check_queries(const ca_photon_grid *grid, uint32_t count, float radius, uint32_t queries)
+{
+    uint32_t met_sum = 0;
+    for (uint32_t i = 0; i < queries; i++) {
+        ca_vec3 p = photons[below(count)].position;
+        float *axis = i % 3 == 0 ? &p.x : i % 3 == 1 ? &p.y : &p.z;
+        switch (i % 5) {
+        case 0: break;
+        case 1: *axis += radius; break;
+        case 2: *axis = ca_next_down(*axis - radius); break;
+        case 3: p = ca_madd(p, radius, random_point(1.0f)); break;
+        default: p = ca_madd(p, uniform() * 100.0f * radius, random_point(1.0f)); break;
+        }
+        if (ca_is_finite3(p)) met_sum += check_query(grid, count, radius, p);
+    }
+    return met_sum;
+}
+
+static void check_cloud(uint32_t count, float radius, uint32_t queries)
+{
+    ca_photon_grid *grid = create();
+    build(grid, count, radius, 2);
+    const uint32_t met_sum = check_queries(grid, count, radius, queries);
+    assert_true(met_sum > queries / 5); /* those at photons find them at least */
+    ca_photon_grid_destroy(grid);
+}
+
+/* ---- Where photons can lie -------------------------------------------------------------------------------------- */
+
+static void test_uniform(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 6; k++) {
+        const float half = powf(10.0f, (float)(3 * k - 8));
+        const uint32_t count = 200 * (uint32_t)(k + 1);
+        for (uint32_t i = 0; i < count; i++) photons[i].position = random_point(half);
+        check_cloud(count, 0.02f * half, 400);
+        check_cloud(count, 0.3f * half, 400);
+        check_cloud(count, 5.0f * half, 100);
+    }
+}
+
+static void test_many(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) {
+        photons[i].position = random_point(1.0f);
+        photons[i].position.z = 0.3f * photons[i].position.x; /* a surface */
+    }
+    check_cloud(MAX_PHOTONS, 0.01f, 300);
+    check_cloud(MAX_PHOTONS, 0.2f, 50);
+}
+
+static void test_clusters(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 5000; i++) {
+        const float size = powf(10.0f, between(-6.0f, 1.0f));
+        photons[i].position = ca_add((ca_vec3){3, -7, 2}, random_point(size));
+    }
+    for (float radius = 1e-5f; radius < 20.0f; radius *= 10.0f) check_cloud(5000, radius, 150);
+}
+
+static void test_lines_and_planes(void **state)
+{
+    (void)state;
+    for (int axis = 0; axis < 3; axis++)
+        for (int plane = 0; plane < 2; plane++) {
+            for (uint32_t i = 0; i < 3000; i++) {
+                float p[3] = {0.25f, -1.5f, 0.0f};
+                p[axis] = between(-1, 1);
+                if (plane) p[(axis + 1) % 3] = between(-1, 1);
+                photons[i].position = (ca_vec3){p[0], p[1], p[2]};
+            }
+            check_cloud(3000, plane ? 0.05f : 0.002f, 300);
+        }
+}
+
+/* Coordinates that are multiples of the radius, and their neighbours. */
+static void test_cell_borders(void **state)
+{
+    (void)state;
+    static const float radii[] = {0.25f, 0.1f, 1.0f / 3.0f};
+    for (int k = 0; k < 3; k++)
+        for (int nudge = 0; nudge < 2; nudge++) {
+            for (uint32_t i = 0; i < 3000; i++) {
+                float p[3];
+                for (int axis = 0; axis < 3; axis++) {
+                    p[axis] = radii[k] * (float)((int)below(20) - 10);
+                    if (nudge) p[axis] = below(2) ? ca_next_up(p[axis]) : ca_next_down(p[axis]);
+                }
+                photons[i].position = (ca_vec3){p[0], p[1], p[2]};
+            }
+            check_cloud(3000, radii[k], 500);
+        }
+}
+
+/* Queries that reach from just below one border to just above the next: of a cell too narrow they would see three. */
+static void test_between_borders(void **state)
+{
+    (void)state;
+    const float radius = 0.01f;
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), uniform()};
+    photons[0].position = (ca_vec3){0, 0, 0};
+    ca_photon_grid *grid = create();
+    build(grid, 1000, radius, 1);
+    for (uint32_t i = 0; i < 20000; i++) {
+        float p[3];
+        for (int axis = 0; axis < 3; axis++) p[axis] = radius * (float)(2 * below(30) + 1) * (1.0f + between(-4e-5f, 4e-5f));
+        check_query(grid, 1000, radius, (ca_vec3){p[0], p[1], p[2]});
+    }
+    ca_photon_grid_destroy(grid);
+}
+
+/* Up to where neighbouring coordinates are farther apart than the radius. */
+static void test_far_from_the_origin(void **state)
+{
+    (void)state;
+    for (float far = 1e2f; far < 2e9f; far *= 10.0f) {
+        const ca_vec3 center = {far, -0.7f * far, 1.3f * far};
+        for (uint32_t i = 0; i < 2000; i++) photons[i].position = ca_add(center, random_point(1.0f));
+        check_cloud(2000, 0.1f, 200);
+        photons[0].position = ca_neg(center);
+        photons[1].position = (ca_vec3){0, 0, 0};
+        check_cloud(2000, 0.1f, 200);
+    }
+}
+
+static void test_extreme_sizes(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 500; i++) photons[i].position = random_point(3.4e38f);
+    for (uint32_t i = 0; i < 100; i++) photons[i].position = random_point(1e-22f);
+    static const float radii[] = {FLT_MIN, 1e-30f, 1e-20f, 1e-3f, 1e10f, 1e18f, 2e19f, 1e30f, FLT_MAX};
+    for (size_t k = 0; k < sizeof radii / sizeof radii[0]; k++) check_cloud(500, radii[k], 200);
+    check_cloud(100, 1e-23f, 200);
+    check_cloud(100, 3e-22f, 200);
+}
+
+static void test_few(void **state)
+{
+    (void)state;
+    ca_photon_grid *grid = create();
+    ca_photon_query query;
+    uint32_t vertices[CA_PHOTON_BATCH];
+    ca_photon_query_start(&query, grid, (ca_vec3){0, 0, 0}); /* before any build */
+    assert_int_equal(ca_photon_query_next(&query, vertices), 0);
+    build(grid, 0, 1.0f, 2);
+    ca_photon_query_start(&query, grid, (ca_vec3){0, 0, 0});
+    assert_int_equal(ca_photon_query_next(&query, vertices), 0);
+    assert_true(ca_photon_grid_density(grid, (ca_vec3){0, 0, 0}) == 0.0f);
+    ca_photon_grid_destroy(grid);
+    for (uint32_t count = 1; count < 40; count++) {
+        for (uint32_t i = 0; i < count; i++) photons[i].position = random_point(1.0f);
+        check_cloud(count, 0.3f, 200);
+    }
+}
+
+/* Far beyond one batch, and in the order in which they were given. */
+static void test_duplicates(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 30000; i++) photons[i].position = (ca_vec3){1, 2, 3};
+    ca_photon_grid *grid = create();
+    build(grid, 30000, 0.01f, 2);
+    uint64_t tested;
+    assert_int_equal(collect(grid, (ca_vec3){1.005f, 2, 3}, found, &tested), 30000);
+    assert_int_equal(tested, 30000);
+    for (uint32_t i = 0; i < 30000; i++) assert_int_equal(found[i], i);
+    assert_int_equal(collect(grid, (ca_vec3){1.02f, 2, 3}, found, &tested), 0);
+    ca_photon_grid_destroy(grid);
+}
+
+static void test_queries_that_are_not_finite(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point(1.0f);
+    ca_photon_grid *grid = create();
+    build(grid, 1000, 0.1f, 1);
+    const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX};
+    for (int k = 0; k < 15; k++) {
+        float p[3] = {0, 0, 0};
+        p[k % 3] = odd[k / 3];
+        uint64_t tested;
+        assert_int_equal(collect(grid, (ca_vec3){p[0], p[1], p[2]}, found, &tested), 0);
+        assert_true(ca_photon_grid_density(grid, (ca_vec3){p[0], p[1], p[2]}) == 0.0f);
+    }
+    ca_photon_grid_destroy(grid);
+}
+
+/* ---- Order ------------------------------------------------------------------------------------------------------- */
+
+/* Every query's vertices one after the other. */
+static uint32_t *dump(const ca_photon_grid *grid, uint32_t *size)
+{
+    uint32_t *all = NULL, capacity = 0, used = 0;
+    ca_test_random positions = ca_test_random_seed(7);
+    for (uint32_t i = 0; i < 2000; i++) {
+        const ca_vec3 p = {ca_test_random_float(&positions), ca_test_random_float(&positions), 0.5f};
+        uint64_t tested;
+        const uint32_t count = collect(grid, p, found, &tested);
+        if (used + count > capacity) {
+            capacity = 2 * (used + count);
+            all = realloc(all, capacity * sizeof *all);
+        }
+        memcpy(all + used, found, count * sizeof *all);
+        used += count;
+    }
+    *size = used;
+    return all;
+}
+
+static void test_order_is_that_of_the_runs(void **state)
+{
+    (void)state;
+    static ca_photon_run runs[MAX_PHOTONS];
+    random_source = ca_test_random_seed(3);
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.5f};
+    ca_photon_grid *grid = create();
+    build(grid, MAX_PHOTONS, 0.05f, 1);
+    uint32_t size;
+    uint32_t *expected = dump(grid, &size);
+    assert_true(size > 100000);
+    static const uint32_t workers[] = {1, 2, 3, 8};
+    for (uint32_t k = 0; k < 8; k++) {
+        uint32_t run_count = 0;
+        for (uint32_t first = 0; first < MAX_PHOTONS;) { /* short runs, some of them empty, or long ones */
+            const uint32_t count = ca_min_u32(k % 2 ? below(4) : below(20000), MAX_PHOTONS - first);
+            if (run_count == MAX_PHOTONS - 1) fail();
+            runs[run_count++] = (ca_photon_run){photons + first, count};
+            first += count;
+        }
+        runs[run_count++] = (ca_photon_run){NULL, 0};
+        const ca_parallel parallel = {workers[k / 2]};
+        assert_int_equal(ca_photon_grid_build(grid, runs, run_count, 0.05f, &parallel, NULL), CA_OK);
+        uint32_t other_size;
+        uint32_t *other = dump(grid, &other_size);
+        assert_int_equal(other_size, size);
+        assert_memory_equal(other, expected, size * sizeof *other);
+        free(other);
+    }
+    free(expected);
+    ca_photon_grid_destroy(grid);
+}
+
+/* Buckets share few photons of different cells: a query looks at few beyond its eight cells. */
+static void test_tests_are_few(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.5f};
+    ca_photon_grid *grid = create();
+    build(grid, MAX_PHOTONS, 0.01f, 1);
+    uint64_t tested_sum = 0;
+    for (uint32_t i = 0; i < 4000; i++) {
+        uint64_t tested;
+        collect(grid, (ca_vec3){between(0.1f, 0.9f), between(0.1f, 0.9f), 0.5f}, found, &tested);
+        tested_sum += tested;
+    }
+    /* four cells of the plane hold 64, and eight buckets up to one foreign photon each */
+    assert_in_range(tested_sum / 4000, 60, 74);
+    ca_photon_grid_destroy(grid);
+}
+
+static void test_density(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){2.0f * uniform(), 2.0f * uniform(), 0.5f};
+    ca_photon_grid *grid = create();
+    build(grid, MAX_PHOTONS, 0.1f, 1);
+    double sum = 0.0;
+    for (int i = 0; i < 1000; i++) {
+        const float density = ca_photon_grid_density(grid, (ca_vec3){between(0.1f, 1.7f), between(0.1f, 1.7f), 0.5f});
+        assert_true(density > 7500.0f && density < 12500.0f); /* 10000 photons per m^2, 400 a cell */
+        sum += (double)density;
+    }
+    assert_true(fabs(sum / 1000.0 - 10000.0) < 200.0);
+    assert_true(ca_photon_grid_density(grid, (ca_vec3){1, 1, 0.8f}) == 0.0f);
+    assert_true(ca_photon_grid_density(grid, (ca_vec3){1, 1, 0.4999f}) == 0.0f);
+    assert_true(ca_photon_grid_density(grid, (ca_vec3){5, 1, 0.5f}) == 0.0f);
+    ca_photon_grid_destroy(grid);
+}
+
+/* Cells that share a bucket do not share their density. */
+static void test_density_is_of_one_cell(void **state)
+{
+    (void)state;
+    photons[0].position = (ca_vec3){0, 0, 0};
+    photons[1].position = (ca_vec3){1, 1, 1};
+    ca_photon_grid *grid = create();
+    build(grid, 2, 0.005f, 1);
+    for (uint32_t i = 0; i < 1000; i++) {
+        float p[3] = {0.001f, 0.001f, 0.001f};
+        assert_true(ca_photon_grid_density(grid, (ca_vec3){p[0], p[1], p[2]}) > 9999.0f);
+        p[i % 3] = between(0.02f, 1.0f);
+        assert_true(ca_photon_grid_density(grid, (ca_vec3){p[0], p[1], p[2]}) == 0.0f);
+    }
+    ca_photon_grid_destroy(grid);
+}
+
+/* ---- Memory ------------------------------------------------------------------------------------------------------ */
+
+static void test_allocation_failures(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 20000; i++) photons[i].position = random_point(1.0f);
+    ca_photon_grid *grid;
+    ca_error error;
+    ca_memory_fail_after(0);
+    assert_int_equal(ca_photon_grid_create(&grid, &error), CA_ERROR_MEMORY);
+    ca_memory_fail_after(-1);
+    grid = create();
+    long failures = 0;
+    for (;; failures++) {
+        build(grid, 1000, 0.1f, 1);
+        const ca_photon_run run = {photons, 20000};
+        const ca_parallel parallel = {2};
+        ca_photon_grid *fresh = create();
+        ca_memory_fail_after(failures);
+        const ca_status status = ca_photon_grid_build(grid, &run, 1, 0.1f, &parallel, &error);
+        const ca_status fresh_status = ca_photon_grid_build(fresh, &run, 1, 0.1f, &parallel, &error);
+        ca_memory_fail_after(-1);
+        /* a grid that could not be built is empty, and can be built again */
+        uint64_t tested;
+        if (fresh_status != CA_OK) assert_int_equal(collect(fresh, photons[0].position, found, &tested), 0);
+        build(fresh, 20000, 0.1f, 1);
+        check_query(fresh, 20000, 0.1f, photons[0].position);
+        ca_photon_grid_destroy(fresh);
+        if (status == CA_OK && fresh_status == CA_OK) break;
+        assert_true(status == CA_ERROR_MEMORY || fresh_status == CA_ERROR_MEMORY);
+        if (status != CA_OK) assert_int_equal(collect(grid, photons[0].position, found, &tested), 0);
+        ca_photon_grid_destroy(grid);
+        grid = create();
+    }
+    assert_in_range(failures, 8, 20);
+    ca_photon_grid_destroy(grid);
+}
+
+static void test_memory_is_kept(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = random_point(1.0f);
+    ca_photon_grid *grid = create();
+    build(grid, MAX_PHOTONS, 0.01f, 2);
+    const size_t bytes = ca_photon_grid_bytes(grid);
+    assert_in_range(bytes, 36 * MAX_PHOTONS, 50 * MAX_PHOTONS);
+    ca_memory_fail_after(0); /* no allocation from here on */
+    for (uint32_t count = MAX_PHOTONS + 1; count > 0; count /= 2) build(grid, count - 1, 0.02f, 2);
+    build(grid, MAX_PHOTONS, 0.005f, 2);
+    ca_memory_fail_after(-1);
+    assert_int_equal(ca_photon_grid_bytes(grid), bytes);
+    check_queries(grid, MAX_PHOTONS, 0.005f, 20);
+    ca_photon_grid_destroy(grid);
+    ca_photon_grid_destroy(NULL);
+}
+
+static void test_too_many(void **state)
+{
+    (void)state;
+    const ca_photon_run runs[] = {{photons, 0x80000000u}, {photons, 0x7fffffffu}};
+    const ca_parallel parallel = {1};
+    ca_photon_grid *grid = create();
+    ca_error error;
+    assert_int_equal(ca_photon_grid_build(grid, runs, 2, 1.0f, &parallel, &error), CA_ERROR_UNSUPPORTED);
+    assert_int_equal(ca_photon_grid_count(grid), 0);
+    ca_photon_grid_destroy(grid);
+}
+
+int main(void)
+{
+    random_source = ca_test_random_seed(1);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_uniform),
+        cmocka_unit_test(test_many),
+        cmocka_unit_test(test_clusters),
+        cmocka_unit_test(test_lines_and_planes),
+        cmocka_unit_test(test_cell_borders),
+        cmocka_unit_test(test_between_borders),
+        cmocka_unit_test(test_far_from_the_origin),
+        cmocka_unit_test(test_extreme_sizes),
+        cmocka_unit_test(test_few),
+        cmocka_unit_test(test_duplicates),
+        cmocka_unit_test(test_queries_that_are_not_finite),
+        cmocka_unit_test(test_order_is_that_of_the_runs),
+        cmocka_unit_test(test_tests_are_few),
+        cmocka_unit_test(test_density),
+        cmocka_unit_test(test_density_is_of_one_cell),
+        cmocka_unit_test(test_allocation_failures),
+        cmocka_unit_test(test_memory_is_kept),
+        cmocka_unit_test(test_too_many),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
