@@ -14,14 +14,17 @@
 #include <cmocka.h>
 
 /* The same source again, without vector instructions. */
+void plain_prefetch(const ca_photon_grid *grid, ca_vec3 position);
 void plain_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
 uint32_t plain_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
 float plain_grid_density(const ca_photon_grid *grid, ca_vec3 position);
 #define CA_PHOTON_PLAIN
+#define ca_photon_grid_prefetch plain_prefetch
 #define ca_photon_query_start plain_query_start
 #define ca_photon_query_next plain_query_next
 #define ca_photon_grid_density plain_grid_density
 #include "photon/photon_query.c"
+#undef ca_photon_grid_prefetch
 #undef ca_photon_query_start
 #undef ca_photon_query_next
 #undef ca_photon_grid_density

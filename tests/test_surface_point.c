@@ -95,7 +95,7 @@ static void make_shapes(fixture *f, bool tangents)
         shape->length = 1.5f;
         shape->center = (ca_vec3){0.3f, -0.2f, 0.4f};
         const double z_scale = shape->kind == CA_SHAPE_CYLINDER ? 1.5 : 0.5;
-        const ca_matrix move = ca_matrix_translate(0.3f, -0.2f, 0.4f), turn = ca_matrix_rotate(1, 2, 3, 40.0 * k);
+        const ca_matrix move = ca_matrix_translate(0.3, -0.2, 0.4), turn = ca_matrix_rotate(1, 2, 3, 40.0 * k);
         const ca_matrix scale = ca_matrix_scale(0.5, 0.5, z_scale);
         shape->map = affine(move, ca_matrix_multiply(&turn, &scale));
     }

@@ -1,8 +1,12 @@
+#define _DEFAULT_SOURCE /* madvise */
 #include "base/memory.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+
+#define HUGE_PAGE ((size_t)2 << 20)
 
 static atomic_long fail_countdown = -1;
 
@@ -31,6 +35,17 @@ void *ca_alloc_zeroed(size_t count, size_t size)
 {
     size_t bytes;
     return byte_count(count, size, &bytes) ? calloc(1, bytes) : NULL;
+}
+
+void *ca_alloc_large(size_t count, size_t size)
+{
+    size_t bytes;
+    if (!byte_count(count, size, &bytes)) return NULL;
+    if (bytes < HUGE_PAGE / 2 || bytes > SIZE_MAX - HUGE_PAGE) return malloc(bytes);
+    bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+    void *memory = aligned_alloc(HUGE_PAGE, bytes);
+    if (memory) madvise(memory, bytes, MADV_HUGEPAGE); /* a wish; refusing it is no failure */
+    return memory;
 }
 
 void ca_free(void *memory) { free(memory); }

@@ -33,6 +33,9 @@ static void add3(float sum[3], float a, float b, float c)
     sum[2] += c;
 }
 
+/* Of a value and of a sum alike, in double precision: rounding one of them would be seen as variance. */
+static double luminance_of(const double rgb[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
+
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
 {
     ca_film_pixel *pixel = &film->pixels[(size_t)y * film->width + x];
@@ -46,7 +49,7 @@ bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sa
         pixel->sum[c] += rgb[c];
         pixel->sum_squares[c] += rgb[c] * rgb[c];
     }
-    const double luminance = (double)ca_luminance(value);
+    const double luminance = luminance_of(rgb);
     pixel->sum_squares_luminance += luminance * luminance;
     add3(pixel->albedo, sample->albedo.r, sample->albedo.g, sample->albedo.b);
     add3(pixel->normal, sample->normal.x, sample->normal.y, sample->normal.z);
@@ -60,10 +63,7 @@ static double variance(double sum, double sum_squares, double n)
     return n < 2.0 ? 0.0 : fmax(0.0, (sum_squares - sum * sum / n) / (n - 1.0));
 }
 
-static double luminance_sum(const ca_film_pixel *pixel)
-{
-    return 0.2126 * pixel->sum[0] + 0.7152 * pixel->sum[1] + 0.0722 * pixel->sum[2];
-}
+static double luminance_sum(const ca_film_pixel *pixel) { return luminance_of(pixel->sum); }
 
 ca_film_summary ca_film_summarise(const ca_film *film)
 {

@@ -3,13 +3,15 @@
 #include "base/memory.h"
 #include "math/numeric.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
-enum { BAND_ROWS = 16 };
+enum { BAND_ROWS = 16, AHEAD = 16 };
 
 bool ca_splat_list_add(ca_splat_list *list, const ca_splat *splat)
 {
+    assert(isfinite(splat->film.x) && isfinite(splat->film.y) && splat->weight > 0.0f);
     if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items)) return false;
     list->items[list->count++] = *splat;
     return true;
@@ -46,24 +48,27 @@ typedef struct add_task {
     const ca_splat_list *lists;
     uint32_t list_count, band_count;
     const ca_filter *filter;
-    float scale;
+    float box_height, scale;
     ca_technique_images *images;
 } add_task;
 
-/* Pixels, counted from `origin`, whose centres lie in [film - radius, film + radius): of a box one pixel wide
- * exactly one, wherever the splat falls. Clipped to [first, end). */
+/* Pixels, counted from `origin`, whose centres lie in (film - radius, film + radius]: of a box one pixel wide
+ * exactly one, the one whose [x, x + 1) holds the splat. Clipped to [first, end). */
 typedef struct pixel_range {
     uint32_t low, high;
 } pixel_range;
 
-static inline uint32_t clip(float x, uint32_t first, uint32_t end)
+static inline uint32_t clip(double x, uint32_t first, uint32_t end)
 {
-    return x <= (float)first ? first : x >= (float)end ? end : (uint32_t)x;
+    return x <= (double)first ? first : x >= (double)end ? end : (uint32_t)x;
 }
 
+/* In double precision, where these sums are exact: in single precision a splat just below a border would be rounded onto it
+ * on one side only, and a box would cover two pixels or none. */
 static inline pixel_range covered(float film, float radius, uint32_t origin, uint32_t first, uint32_t end)
 {
-    const float from = ceilf(film - radius - 0.5f) - (float)origin, to = ceilf(film + radius - 0.5f) - (float)origin;
+    const double centre = (double)film - 0.5 - (double)origin;
+    const double from = floor(centre - (double)radius) + 1.0, to = floor(centre + (double)radius) + 1.0;
     return (pixel_range){clip(from, first, end), clip(to, first, end)};
 }
 
@@ -117,6 +122,7 @@ static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel,
     uint32_t total = 0;
     for (size_t i = 0; i < entries; i++) {
         const uint32_t count = buffer->starts[i];
+        if (count > UINT32_MAX - total) return ca_fail_memory(error, "more than 2^32 splats at a time");
         buffer->starts[i] = total;
         total += count;
     }
@@ -139,10 +145,10 @@ static inline void add_to_pixel(const add_task *task, const ca_splat *splat, uin
 }
 
 /* The filter along one axis for a pixel; a box has one height over all it covers, its edge included. */
-static inline float along(const ca_filter *filter, float film, uint32_t pixel)
+static inline float along(const add_task *task, float film, uint32_t pixel)
 {
-    return filter->kind == CA_RFILTER_BOX ? 1.0f / filter->integral
-                                          : ca_filter_eval(filter, film - ((float)pixel + 0.5f));
+    return task->filter->kind == CA_RFILTER_BOX ? task->box_height
+                                                : ca_filter_eval(task->filter, film - ((float)pixel + 0.5f));
 }
 
 /* The part of a splat that falls into rows [first_row, end_row) of the buffer. */
@@ -156,12 +162,20 @@ static void add_splat(const add_task *task, const ca_splat *splat, uint32_t firs
     for (uint32_t begin = columns.low; begin < columns.high; begin += WIDEST) {
         const uint32_t end = ca_min_u32(begin + WIDEST, columns.high);
         float along_x[WIDEST];
-        for (uint32_t x = begin; x < end; x++) along_x[x - begin] = along(filter, splat->film.x, buffer->x0 + x);
+        for (uint32_t x = begin; x < end; x++) along_x[x - begin] = along(task, splat->film.x, buffer->x0 + x);
         for (uint32_t y = rows.low; y < rows.high; y++) {
-            const float along_y = along(filter, splat->film.y, buffer->y0 + y);
+            const float along_y = along(task, splat->film.y, buffer->y0 + y);
             for (uint32_t x = begin; x < end; x++) add_to_pixel(task, splat, x, y, along_y * along_x[x - begin]);
         }
     }
+}
+
+/* A band's records lie apart: without asking for them early, waiting for memory is nearly all of the time. A record may
+ * lie across two cache lines. */
+static inline void prefetch(const ca_splat *splat)
+{
+    __builtin_prefetch(splat);
+    __builtin_prefetch((const char *)(splat + 1) - 1);
 }
 
 static void add_band(void *user, uint32_t band, uint32_t worker)
@@ -172,7 +186,10 @@ static void add_band(void *user, uint32_t band, uint32_t worker)
     const uint32_t end_row = ca_min_u32(first_row + BAND_ROWS, task->buffer->height);
     const uint32_t begin = band == 0 ? 0 : *start_of(task, band - 1, task->list_count - 1);
     const uint32_t end = *start_of(task, band, task->list_count - 1);
-    for (uint32_t i = begin; i < end; i++) add_splat(task, task->buffer->sorted[i], first_row, end_row);
+    for (uint32_t i = begin; i < end; i++) {
+        if (i + AHEAD < end) prefetch(task->buffer->sorted[i + AHEAD]);
+        add_splat(task, task->buffer->sorted[i], first_row, end_row);
+    }
 }
 
 ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t list_count,
@@ -185,6 +202,7 @@ ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *list
                      .list_count = list_count,
                      .band_count = (buffer->height + BAND_ROWS - 1) / BAND_ROWS,
                      .filter = filter,
+                     .box_height = 1.0f / filter->integral,
                      .scale = scale,
                      .images = images};
     CA_TRY(sort_by_band(&task, parallel, error));

@@ -4,6 +4,7 @@
 #include "image/layers.h"
 #include "math/numeric.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -63,6 +64,7 @@ static technique_pixel *picture(ca_technique_images *images, uint32_t index)
 void ca_technique_images_add(ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t, uint32_t x,
                              uint32_t y, ca_rgb unweighted, float weight)
 {
+    assert(technique < CA_TECHNIQUE_COUNT && s < SIDE && t < SIDE);
     technique_pixel *pixels = picture(images, picture_index(technique, s, t));
     if (!pixels) return;
     technique_pixel *pixel = &pixels[(size_t)(y - images->y0) * images->width + (x - images->x0)];

@@ -18,13 +18,14 @@ enum { CA_TECHNIQUE_MAX_VERTICES = 14 };
 ca_status ca_technique_images_create(ca_technique_images **images, const uint32_t crop[4], ca_error *error);
 void ca_technique_images_destroy(ca_technique_images *images); /* NULL is allowed */
 
-/* A contribution to pixel (x, y) of the full film; `unweighted` times weight is what the image got. */
+/* A contribution to pixel (x, y) of the full film; `unweighted` times weight is what the image got. Out of memory is
+ * remembered, and told by ca_technique_images_write. */
 void ca_technique_images_add(ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t, uint32_t x,
                              uint32_t y, ca_rgb unweighted, float weight);
 
 /* Writes DIRECTORY/<technique>_s<s>_t<t>_{unweighted,weighted,weight}.exr for every technique that found anything, each divided by
  * `passes`; the weight picture is weighted over unweighted luminance, 0 where nothing was found. The folder is made if it
- * does not exist. */
+ * does not exist. The EXR's data window is the crop; its display window ends where the crop does. */
 ca_status ca_technique_images_write(const ca_technique_images *images, uint32_t passes, const char *directory,
                                     ca_error *error);
 

@@ -6,7 +6,7 @@
  *     heuristic      balance | power
  *     light_paths    N_F, light paths of a pass; 0: one per pixel of the full film
  *     camera_paths   N_B, camera paths per pixel of a pass
- *     radius         merge radius of the first pass, m; 0: twice the side of a pixel's median footprint
+ *     radius         merge radius of the first pass, m; 0: the side of a pixel's median footprint
  *     alpha          how fast the radius shrinks (photon/radius.h)
  */
 #include "integrator/bidirectional.h"

@@ -6,8 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The default merge radius, in sides of a pixel's median footprint. */
-#define RADIUS_IN_PIXELS 2.0f
+/* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and variance
+ * times time is near its smallest for vcm (half to one and a half of it differ little). */
+#define RADIUS_IN_PIXELS 1.0f
 
 /* Unlimited paths rely on the roulette to end before CA_PATH_MAX_VERTICES. */
 enum { LATEST_ROULETTE = 512, PILOT_PATHS = 1024 };
@@ -85,33 +86,20 @@ static void trace_block(void *user, uint32_t index, uint32_t worker)
         ca_light_walk(task->b, task->chunk, i, task->first_number + i, block, &task->workers[worker]);
 }
 
-static uint32_t block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
-
 /* Traces a chunk's light paths into its store and the blocks. */
 static ca_status trace_chunk(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t first_number,
                              const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {
     ca_light_store_clear(&chunk->store);
     block_task task = {.b = b, .chunk = chunk, .workers = workers, .first_number = first_number};
-    ca_parallel_for(parallel, block_count(chunk->count), trace_block, &task);
+    ca_parallel_for(parallel, ca_light_block_count(chunk->count), trace_block, &task);
     return ca_light_store_check(&chunk->store, error);
-}
-
-/* Sorts the blocks' photons. */
-static ca_status build_grid(const ca_bidirectional *b, ca_photon_grid *grid, uint32_t paths, float radius,
-                            const ca_parallel *parallel, ca_error *error)
-{
-    ca_photon_run runs[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
-    const uint32_t count = block_count(paths);
-    for (uint32_t i = 0; i < count; i++)
-        runs[i] = (ca_photon_run){b->blocks[i].photons, (uint32_t)b->blocks[i].photon_count};
-    return ca_photon_grid_build(grid, runs, count, radius, parallel, error);
 }
 
 static ca_status add_splats(ca_bidirectional *b, uint32_t paths, const ca_parallel *parallel, ca_error *error)
 {
     ca_splat_list lists[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
-    const uint32_t count = block_count(paths);
+    const uint32_t count = ca_light_block_count(paths);
     for (uint32_t i = 0; i < count; i++) lists[i] = b->blocks[i].splats;
     return ca_splat_buffer_add(&b->splats, lists, count, b->input.filter, 1.0f / (float)b->light_paths,
                                b->input.technique_images, parallel, error);
@@ -127,9 +115,7 @@ static ca_status prepare_chunk(ca_bidirectional *b, uint32_t pass, uint32_t numb
     const uint64_t first_number = (uint64_t)pass * b->light_paths + chunk->first;
     CA_TRY(trace_chunk(b, chunk, first_number, parallel, workers, error));
     if (b->rules.splat) CA_TRY(add_splats(b, chunk->count, parallel, error));
-    if (!ca_bidirectional_merges(b)) return CA_OK;
-    const float radius = sqrtf(b->rules.merge_area / CA_PI);
-    return build_grid(b, chunk->grid, chunk->count, radius, parallel, error);
+    return ca_bidirectional_merges(b) ? ca_light_chunk_sort(b, chunk, parallel, error) : CA_OK;
 }
 
 /* ---- The pilot: how dense are photons where? ------------------------------------------------------------------------ */
@@ -150,7 +136,7 @@ static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca
     ca_status status = trace_chunk(b, chunk, UINT64_C(1) << 62, parallel, workers, error);
     b->rules.splat = splat;
     if (status == CA_OK) status = ca_photon_grid_create(&grid, error);
-    if (status == CA_OK) status = build_grid(b, grid, chunk->count, b->radius0, parallel, error);
+    if (status == CA_OK) status = ca_light_blocks_sort(b, chunk->count, grid, b->radius0, parallel, error);
     if (status != CA_OK) {
         ca_photon_grid_destroy(grid);
         return status;
@@ -216,7 +202,7 @@ static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, ca_err
     }
     CA_TRY(ca_light_store_check(&chunk->store, error));
     const double per_vertex = sizeof(ca_path_vertex) + sizeof(ca_light_vertex);
-    const double photons = (double)block->photon_count * (2 * sizeof(ca_photon) + sizeof(uint32_t));
+    const double photons = (double)block->photon_count * (3 * sizeof(ca_photon) + sizeof(uint32_t) + sizeof(ca_merge_photon));
     const double splats = (double)block->splats.count * sizeof(ca_splat);
     *bytes = ((vertices * per_vertex + photons + splats) / few + sizeof(ca_light_path)) * paths;
     block->photon_count = block->splats.count = 0;
@@ -253,7 +239,7 @@ static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
 static ca_status create_light_paths(ca_bidirectional *b, ca_error *error)
 {
     b->chunk_count = (uint32_t)(((uint64_t)b->light_paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS);
-    b->blocks = ca_alloc_zeroed(block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)), sizeof *b->blocks);
+    b->blocks = ca_alloc_zeroed(ca_light_block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)), sizeof *b->blocks);
     b->chunks = ca_alloc_zeroed(b->chunk_count, sizeof *b->chunks);
     if (!b->blocks || !b->chunks) return ca_fail_memory(error, "the light paths");
     CA_TRY(create_chunk(b, &b->chunks[0], error));
@@ -284,7 +270,7 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
 void ca_bidirectional_destroy(void *state)
 {
     ca_bidirectional *b = state;
-    const uint32_t blocks = b->blocks ? block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)) : 0;
+    const uint32_t blocks = b->blocks ? ca_light_block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)) : 0;
     for (uint32_t i = 0; i < blocks; i++) {
         ca_free(b->blocks[i].photons);
         ca_splat_list_destroy(&b->blocks[i].splats);
@@ -292,6 +278,7 @@ void ca_bidirectional_destroy(void *state)
     for (uint32_t i = 0; b->chunks && i < b->chunk_count; i++) {
         ca_light_store_destroy(&b->chunks[i].store);
         ca_photon_grid_destroy(b->chunks[i].grid);
+        ca_free(b->chunks[i].photons);
     }
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_free(b->scratch[i].chunk_light);
     ca_photon_grid_destroy(b->pilot);

@@ -49,10 +49,25 @@ typedef struct ca_light_block {
     ca_splat_list splats;
 } ca_light_block;
 
+/* What a merge reads of a photon: one cache line. */
+typedef struct ca_merge_photon {
+    ca_vec3 wi;        /* as the light vertex has them */
+    ca_rgb throughput;
+    ca_vec3 ng;
+    ca_pdf_area pdf_forward;
+    float to_previous, distance, sqrt_area, sqrt_omega;
+    uint32_t first; /* number of its path's v[0] ... */
+    uint32_t index; /* ... and its own in the path */
+} ca_merge_photon;
+
+_Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
+
 typedef struct ca_light_chunk {
     uint32_t first, count; /* light paths, within the pass */
     ca_light_store store;
-    ca_photon_grid *grid; /* NULL where nothing is merged */
+    ca_photon_grid *grid;     /* NULL where nothing is merged */
+    ca_merge_photon *photons; /* owned; in the grid's places */
+    size_t photon_capacity;
 } ca_light_chunk;
 
 typedef struct ca_bidirectional {
@@ -76,6 +91,7 @@ typedef struct ca_bidirectional {
 
 /* Is light from light paths gathered at camera vertices, and what do light paths do on their way? */
 static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b->rules.merge != CA_MERGE_NONE; }
+static inline uint32_t ca_light_block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
 static inline bool ca_bidirectional_traces_light(const ca_bidirectional *b)
 {
     return b->rules.connect || b->rules.splat || ca_bidirectional_merges(b);
@@ -123,8 +139,17 @@ void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
 
 /* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
 void ca_join_connect(ca_camera_walk *walk);
-/* Photons of all chunks near the last vertex. */
-void ca_join_merge(ca_camera_walk *walk);
+/* Photons of all chunks near the last vertex. The first chunk's query is started apart: what it asks of the memory arrives
+ * while something else is done. */
+void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
+void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first);
+
+/* Sorts the blocks' photons into the chunk's grid, and what merges read into the same order. */
+ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, const ca_parallel *parallel,
+                              ca_error *error);
+/* The blocks' photons of `paths` light paths into any grid. */
+ca_status ca_light_blocks_sort(const ca_bidirectional *b, uint32_t paths, ca_photon_grid *grid, float radius,
+                               const ca_parallel *parallel, ca_error *error);
 
 /* One camera path; integrator.h. */
 void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,

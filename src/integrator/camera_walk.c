@@ -189,10 +189,14 @@ static void record_primary_hit(ca_camera_walk *walk)
 static void gather(ca_camera_walk *walk)
 {
     const ca_mis_rules *rules = &walk->b->rules;
+    const bool merges = ca_bidirectional_merges(walk->b);
+    ca_photon_query query;
     if (!(walk->bsdf.scatter & CA_SCATTER_SMOOTH)) return;
+    if (merges) ca_photon_grid_prefetch(walk->b->chunks[0].grid, walk->surface.position);
     if (rules->next_event && gathers_own_light(walk)) add_next_event(walk);
+    if (merges) ca_join_merge_start(walk, &query);
     if (rules->connect && walk->paired_chunk) ca_join_connect(walk);
-    if (ca_bidirectional_merges(walk->b)) ca_join_merge(walk);
+    if (merges) ca_join_merge(walk, &query);
 }
 
 /* Does the algorithm do nothing behind the last vertex' event? */

@@ -5,8 +5,7 @@
 
 /* A vertex of the paired light path, with its surface and BSDF. */
 typedef struct light_end {
-    const ca_light_path *path;
-    const ca_path_vertex *densities; /* of the path */
+    const ca_path_vertex *densities; /* of the path, from the light on */
     const ca_light_vertex *vertex;
     const ca_surface *surface;
     const ca_bsdf *bsdf;
@@ -65,9 +64,9 @@ static float connect_weight(const ca_camera_walk *walk, const light_end *end, co
                   .sqrt_omega = omega_camera,
                   .spread = ca_footprint_spread(reuse->epsilon, e->light.pdf_reverse),
                   .cos_ratio = ratio_light},
-        .next_event_ratio = end->path->next_event_ratio,
-        .light_choice = end->path->light_choice,
-        .light_infinite = end->path->infinite,
+        .next_event_ratio = end->densities->next_event_ratio,
+        .light_choice = end->densities->light_choice,
+        .light_infinite = end->densities->at_infinity,
         .camera_distance = walk->scratch->camera[1].distance,
     };
     return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_CONNECT);
@@ -115,8 +114,7 @@ void ca_join_connect(ca_camera_walk *walk)
     for (uint32_t i = 1; i <= last; i++) {
         const ca_light_vertex *vertex = ca_light_vertex_at(store, path->first + i);
         if (!vertex->capable) continue;
-        connect_to(walk, &(light_end){.path = path,
-                                      .densities = densities,
+        connect_to(walk, &(light_end){.densities = densities,
                                       .vertex = vertex,
                                       .surface = &walk->scratch->light_surfaces[i],
                                       .bsdf = &walk->scratch->light_bsdfs[i],
@@ -128,13 +126,11 @@ void ca_join_connect(ca_camera_walk *walk)
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one; what leaves that towards the photon is in its record. */
-static float merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
+static float merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
                           const ca_bsdf_value *value)
 {
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
-    const ca_light_path *light = &store->paths[photon->path];
-    const ca_path_vertex *densities = ca_light_density_at(store, light->first);
-    const ca_path_vertex *c = &walk->scratch->camera[walk->vertex], *p = &densities[photon->index];
+    const ca_path_vertex *c = &walk->scratch->camera[walk->vertex];
     const float cos_in = ca_abs_dot(walk->surface.ng, walk->wi), cos_out = ca_abs_dot(walk->surface.ng, photon->wi);
     const float ratio = cos_out / cos_in;
     const float omega_camera = c->sqrt_omega + ca_footprint_spread(reuse->epsilon, value->pdf);
@@ -143,80 +139,86 @@ static float merge_weight(const ca_camera_walk *walk, const ca_light_store *stor
     const ca_mis_path path = {
         .camera = {.vertices = walk->scratch->camera,
                    .count = walk->vertex + 1,
-                   .pdf_last = p->pdf_forward,
+                   .pdf_last = photon->pdf_forward,
                    .pdf_before = {value->pdf_reverse.v * c->to_previous},
-                   .sqrt_area = p->sqrt_area,
-                   .sqrt_omega = p->sqrt_omega,
+                   .sqrt_area = photon->sqrt_area,
+                   .sqrt_omega = photon->sqrt_omega,
                    .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
                    .cos_ratio = ratio},
         .light = {.vertices = densities,
                   .count = t,
-                  .pdf_last = {value->pdf.v * p->to_previous},
+                  .pdf_last = {value->pdf.v * photon->to_previous},
                   .pdf_before = t > 1 ? densities[t - 2].pdf_reverse : (ca_pdf_area){0.0f},
-                  .sqrt_area = area_camera + p->distance * omega_camera,
+                  .sqrt_area = area_camera + photon->distance * omega_camera,
                   .sqrt_omega = omega_camera,
                   .spread = densities[t - 1].spread_reverse,
                   .cos_ratio = densities[t - 1].cos_ratio},
-        .next_event_ratio = light->next_event_ratio,
-        .light_choice = light->light_choice,
-        .light_infinite = light->infinite,
+        .next_event_ratio = densities->next_event_ratio,
+        .light_choice = densities->light_choice,
+        .light_infinite = densities->at_infinity,
         .camera_distance = walk->scratch->camera[1].distance,
     };
     return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_MERGE);
 }
 
-static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_store *store, const ca_light_vertex *photon,
-                       float normalisation)
+static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, float normalisation)
 {
     const ca_bsdf_value value = ca_bsdf_eval(&walk->bsdf, walk->wi, photon->wi, CA_FROM_CAMERA);
     const ca_rgb unweighted = ca_rgb_scale(
         ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), photon->throughput), normalisation);
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.merges++;
+    const ca_path_vertex *densities = ca_light_density_at(&walk->b->chunks[chunk].store, photon->first);
     ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted,
-                       merge_weight(walk, store, photon, &value));
+                       merge_weight(walk, densities, photon, &value));
 }
 
 /* Not too long a path, and on the same surface. */
-static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *photon)
+static inline bool may_merge(const ca_camera_walk *walk, const ca_merge_photon *photon)
 {
     return walk->vertex + photon->index <= walk->b->max_depth &&
-           ca_dot(photon->point.ng, walk->surface.ng) >= CA_MERGE_MIN_COS;
+           ca_dot(photon->ng, walk->surface.ng) >= CA_MERGE_MIN_COS;
 }
 
-/* Photons lie where their paths put them, all over the memory. Asking for all of a batch before using the first overlaps the
- * waiting, which is most of what a merge costs. */
-static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *numbers, uint32_t count,
+/* The earlier vertices of the photons' paths lie all over the memory. Asking for those of a batch before using the first
+ * overlaps the waiting, which would be most of what a merge costs. */
+static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *places, uint32_t count,
                         float normalisation)
 {
-    const ca_light_store *store = &walk->b->chunks[chunk].store;
-    const ca_light_vertex *photons[CA_PHOTON_BATCH];
+    const ca_light_chunk *c = &walk->b->chunks[chunk];
+    const ca_merge_photon *kept[CA_PHOTON_BATCH];
+    for (uint32_t i = 0; i < count; i++) __builtin_prefetch(&c->photons[places[i]]);
+    uint32_t kept_count = 0;
     for (uint32_t i = 0; i < count; i++) {
-        const char *photon = (const char *)ca_light_vertex_at(store, numbers[i]);
-        __builtin_prefetch(photon);
-        __builtin_prefetch(photon + sizeof(ca_light_vertex) - 1);
-    }
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const ca_light_vertex *photon = ca_light_vertex_at(store, numbers[i]);
+        const ca_merge_photon *photon = &c->photons[places[i]];
         if (!may_merge(walk, photon)) continue;
-        photons[kept++] = photon;
-        __builtin_prefetch(&store->paths[photon->path]);
-        for (uint32_t back = 0; back <= photon->index; back++)
-            __builtin_prefetch(ca_light_density_at(store, numbers[i] - back));
+        kept[kept_count++] = photon;
+        const char *densities = (const char *)ca_light_density_at(&c->store, photon->first);
+        for (uint32_t at = 0; at < photon->index * sizeof(ca_path_vertex); at += 64) __builtin_prefetch(densities + at);
     }
-    for (uint32_t i = 0; i < kept; i++) merge_with(walk, chunk, store, photons[i], normalisation);
+    for (uint32_t i = 0; i < kept_count; i++) merge_with(walk, chunk, kept[i], normalisation);
 }
 
-void ca_join_merge(ca_camera_walk *walk)
+void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query)
+{
+    ca_photon_query_start(query, walk->b->chunks[0].grid, walk->surface.position);
+}
+
+static void merge_with_chunk(ca_camera_walk *walk, uint32_t chunk, ca_photon_query *query)
 {
     const ca_bidirectional *b = walk->b;
     const float normalisation = 1.0f / (b->rules.merge_area * (float)b->light_paths);
-    for (uint32_t c = 0; c < b->chunks_now; c++) {
-        uint32_t found[CA_PHOTON_BATCH], count;
+    uint32_t found[CA_PHOTON_BATCH], count;
+    while ((count = ca_photon_query_next(query, found)) > 0) merge_batch(walk, chunk, found, count, normalisation);
+    walk->worker->counters.photons_tested += query->tested;
+}
+
+void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first)
+{
+    merge_with_chunk(walk, 0, first);
+    for (uint32_t c = 1; c < walk->b->chunks_now; c++) {
         ca_photon_query query;
-        ca_photon_query_start(&query, b->chunks[c].grid, walk->surface.position);
-        while ((count = ca_photon_query_next(&query, found)) > 0) merge_batch(walk, c, found, count, normalisation);
-        walk->worker->counters.photons_tested += query.tested;
+        ca_photon_query_start(&query, walk->b->chunks[c].grid, walk->surface.position);
+        merge_with_chunk(walk, c, &query);
     }
 }

@@ -7,14 +7,12 @@ typedef struct light_walk {
     const ca_bidirectional *b;
     ca_worker *worker;
     ca_light_block *block;
-    ca_light_chunk *chunk;
     ca_stream stream;
-    uint32_t path, first;        /* number in the chunk, number of v[0] */
+    uint32_t first;              /* number of v[0] in the store */
     ca_path_vertex *densities;   /* of the path, v[0] first */
     ca_light_vertex *vertices;
     uint32_t vertex;             /* number of the last vertex, = segments so far */
     const ca_light *light;
-    ca_light_path *record;
     ca_vec3 origin, direction;
     ca_flight flight;
     ca_rgb throughput;           /* flux, W */
@@ -47,8 +45,6 @@ static bool emit(light_walk *walk)
     walk->vertices[0].point = (ca_surface_point){.position = e.origin, .ng = e.ng};
     walk->origin = ca_offset_origin(e.origin, e.origin_error, e.ng, e.direction);
     walk->direction = e.direction;
-    walk->record->infinite = ca_light_is_infinite(walk->light);
-    walk->record->light_choice = choice;
     return true;
 }
 
@@ -77,7 +73,7 @@ static bool advance(light_walk *walk)
     const uint32_t k = ++walk->vertex;
     ca_path_vertex_arrive(&walk->densities[k], &walk->densities[k - 1], &walk->flight, hit.t, cos_in,
                           ca_bidirectional_density(walk->b, walk->surface.position));
-    if (k == 1) walk->record->next_event_ratio = next_event_ratio_of_start(walk, hit.t);
+    if (k == 1) walk->densities[0].next_event_ratio = next_event_ratio_of_start(walk, hit.t);
     ca_bsdf_init(&walk->bsdf, scene->materials, scene->desc.textures.items, &walk->surface, walk->wi);
     return true;
 }
@@ -100,7 +96,7 @@ static bool store_vertex(light_walk *walk)
     walk->vertices[walk->vertex] = (ca_light_vertex){.point = ca_surface_point_of(&walk->surface),
                                                      .wi = walk->wi,
                                                      .throughput = walk->throughput,
-                                                     .path = walk->path,
+                                                     .first = walk->first,
                                                      .index = (uint16_t)walk->vertex,
                                                      .capable = capable};
     return !capable || !ca_bidirectional_merges(walk->b) || store_photon(walk);
@@ -135,9 +131,9 @@ static float splat_weight(const light_walk *walk, const ca_camera_direct *direct
                   .sqrt_omega = flight.sqrt_omega,
                   .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
                   .cos_ratio = cos_out / ca_abs_dot(walk->surface.ng, walk->wi)},
-        .next_event_ratio = walk->record->next_event_ratio,
-        .light_choice = walk->record->light_choice,
-        .light_infinite = walk->record->infinite,
+        .next_event_ratio = walk->densities[0].next_event_ratio,
+        .light_choice = walk->densities[0].light_choice,
+        .light_infinite = walk->densities[0].at_infinity,
         .camera_distance = direct->distance,
     };
     return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_SPLAT);
@@ -214,8 +210,8 @@ void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t pa
                    ca_light_block *block, ca_worker *worker)
 {
     ca_light_path *record = &chunk->store.paths[path];
-    *record = (ca_light_path){.next_event_ratio = 1.0f};
-    light_walk walk = {.b = b, .worker = worker, .block = block, .chunk = chunk, .path = path, .record = record};
+    *record = (ca_light_path){0};
+    light_walk walk = {.b = b, .worker = worker, .block = block};
     if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices)) return;
     /* Above all pixels' sequences; 2^32 paths of one sequence, then the next. */
     const uint64_t sequence = (UINT64_C(1) << 63) + (number >> 32);

@@ -67,7 +67,7 @@ static bool next_slab(ca_light_store *store, ca_light_cursor *cursor)
     if (__atomic_load_n(&store->failed, __ATOMIC_RELAXED)) return false;
     const uint32_t slab = __atomic_fetch_add(&store->slab_used, 1, __ATOMIC_RELAXED);
     if (slab < store->slab_capacity && !store->slabs[slab])
-        store->slabs[slab] = ca_alloc(1, sizeof *store->slabs[slab]);
+        store->slabs[slab] = ca_alloc_large(1, sizeof *store->slabs[slab]);
     if (slab >= store->slab_capacity || !store->slabs[slab]) {
         ca_light_store_fail(store);
         return false;

@@ -5,7 +5,7 @@
  * depend on threads goes through the paths in order (ca_light_path). Slabs are kept from pass to pass. Densities lie apart from
  * the rest, so that those of a path are an array for weighting.
  *
- * State: 20 bytes a path, 120 a vertex. Threads: ca_light_store_path_begin/add/end of different workers at once; everything else
+ * State: 8 bytes a path, 120 a vertex. Threads: ca_light_store_path_begin/end/fail of different workers at once; everything else
  * only between. */
 #ifndef CA_PATH_LIGHT_STORE_H
 #define CA_PATH_LIGHT_STORE_H
@@ -21,7 +21,7 @@ typedef struct ca_light_vertex {
     ca_surface_point point;
     ca_vec3 wi;        /* unit, towards the previous vertex */
     ca_rgb throughput; /* flux that arrives, W, before scattering here */
-    uint32_t path;     /* number of its path in the store */
+    uint32_t first;    /* number of its path's v[0] */
     uint16_t index;    /* its own number in the path */
     uint16_t capable;  /* 1: its surface can scatter smoothly, so it is a photon and may be connected */
 } ca_light_vertex;
@@ -29,14 +29,12 @@ typedef struct ca_light_vertex {
 _Static_assert(sizeof(ca_light_vertex) + sizeof(ca_path_vertex) == 120, "light_store.h promises 120 bytes a vertex");
 
 typedef struct ca_light_path {
-    uint32_t first;         /* vertex number of v[0] */
-    uint32_t count;         /* vertices; 0: nothing was emitted, or it met nothing */
-    bool infinite;          /* its light is */
-    float light_choice;     /* probability with which it was chosen */
-    float next_event_ratio; /* density of choosing v[0] by next event from v[1] over v[0].pdf_forward */
+    uint32_t first; /* vertex number of v[0] */
+    uint32_t count; /* vertices; 0: nothing was emitted, or it met nothing */
 } ca_light_path;
 
-enum { CA_LIGHT_SLAB_BITS = 12, CA_LIGHT_SLAB = 1 << CA_LIGHT_SLAB_BITS };
+/* A slab is a little under the 2 MiB of a huge page. */
+enum { CA_LIGHT_SLAB_BITS = 14, CA_LIGHT_SLAB = 1 << CA_LIGHT_SLAB_BITS };
 
 typedef struct ca_light_slab {
     ca_path_vertex densities[CA_LIGHT_SLAB];

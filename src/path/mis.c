@@ -42,8 +42,8 @@ static inline uint32_t count_connectable(const ca_path_vertex *vertices, uint32_
 
 /* The technique of the split after k camera vertices, whose D_k is `ratio` times D_s. `before` and `after`: are
  * x[k-1] and x[k] connectable? */
-static inline void add_split(const mis_split *m, const ca_mis_path *path, uint32_t k, double ratio, bool before, bool after,
-                             mis_sum *sum)
+static inline double split_term(const mis_split *m, const ca_mis_path *path, uint32_t k, double ratio, bool before,
+                                bool after, mis_sum *sum)
 {
     const ca_mis_rules *rules = m->rules;
     double value = 0.0;
@@ -51,7 +51,7 @@ static inline void add_split(const mis_split *m, const ca_mis_path *path, uint32
         const bool allowed = rules->hit == CA_HIT_ALWAYS || (rules->hit == CA_HIT_DIRECT ? m->n == 2 : m->connectable == 0);
         value = allowed ? ratio : 0.0;
     } else if (m->n == 2) {
-        return;
+        return 0.0;
     } else if (k == m->n - 1) {
         value = rules->next_event && before ? ratio * (double)path->next_event_ratio : 0.0;
     } else if (k == 1) {
@@ -59,29 +59,25 @@ static inline void add_split(const mis_split *m, const ca_mis_path *path, uint32
     } else {
         value = rules->connect && before && after ? ratio : 0.0;
     }
-    const double term = raised(rules, value);
-    sum->total += term;
-    if (k == m->s) sum->split = term;
     if (sum->splits) sum->splits[k] = value;
+    return raised(rules, value);
 }
 
 /* The merge at x[j], the ordinal-th connectable vertex from the camera, of density `density` D_s without area and count. */
-static inline void add_merge(const mis_split *m, uint32_t j, uint32_t ordinal, double density, const float *reuse,
-                             mis_sum *sum)
+static inline double merge_term(const mis_split *m, uint32_t j, uint32_t ordinal, double density, const float *reuse,
+                                mis_sum *sum)
 {
-    if (ordinal < m->merge_first || ordinal > m->merge_last) return;
+    if (ordinal < m->merge_first || ordinal > m->merge_last) return 0.0;
     const double value = density * (double)m->rules->merge_area * (double)*reuse;
-    const double term = raised(m->rules, value);
-    sum->total += term;
-    if (j + 1 == m->s) sum->merge = term;
     if (sum->merges) sum->merges[j] = value;
+    return raised(m->rules, value);
 }
 
 /* Techniques whose split lies on the camera's side. Moving the split from j+1 to j swaps how x[j] was sampled: factor
  * light/camera. The merge at x[j] needs it from both sides. */
-static inline void add_camera_side(const mis_split *m, const ca_mis_path *path, mis_sum *sum)
+static inline double camera_side(const mis_split *m, const ca_mis_path *path, mis_sum *sum)
 {
-    double ratio = 1.0;
+    double ratio = 1.0, total = 0.0;
     bool connectable = m->s > 1 && connectable_camera(m, m->s - 1);
     for (uint32_t j = m->s - 1; j >= 1; j--) {
         const ca_path_vertex *v = &m->camera[j];
@@ -89,19 +85,24 @@ static inline void add_camera_side(const mis_split *m, const ca_mis_path *path, 
                                 : j + 2 == m->s ? path->camera.pdf_before.v
                                                 : v->pdf_reverse.v;
         const uint32_t ordinal = j + 1 == m->s ? count_connectable(m->camera, m->s, connectable) : v->connectable_count;
-        if (connectable) add_merge(m, j, ordinal, ratio * (double)pdf_light, &m->reuse_camera[j], sum);
+        if (connectable) {
+            const double term = merge_term(m, j, ordinal, ratio * (double)pdf_light, &m->reuse_camera[j], sum);
+            if (j + 1 == m->s) sum->merge = term;
+            total += term;
+        }
         ratio *= (double)pdf_light / (double)v->pdf_forward.v;
-        if (!(ratio > 0.0)) return;
+        if (!(ratio > 0.0)) break;
         const bool before = j > 1 && connectable_camera(m, j - 1);
-        add_split(m, path, j, ratio, before, connectable, sum);
+        total += split_term(m, path, j, ratio, before, connectable, sum);
         connectable = before;
     }
+    return total;
 }
 
 /* The same towards the light: x[n-1-i] is the light's vertex i. */
-static inline void add_light_side(const mis_split *m, const ca_mis_path *path, mis_sum *sum)
+static inline double light_side(const mis_split *m, const ca_mis_path *path, mis_sum *sum)
 {
-    double ratio = 1.0;
+    double ratio = 1.0, total = 0.0;
     bool connectable = m->t > 1 && connectable_light(m, m->t - 1);
     for (uint32_t i = m->t; i-- > 0;) {
         const ca_path_vertex *v = &m->light[i];
@@ -110,15 +111,16 @@ static inline void add_light_side(const mis_split *m, const ca_mis_path *path, m
                                                  : v->pdf_reverse.v;
         if (connectable) {
             const uint32_t from_light = i + 1 == m->t ? count_connectable(m->light, m->t, true) : v->connectable_count;
-            add_merge(m, m->n - 1 - i, m->connectable - from_light + 1, ratio * (double)pdf_camera, &m->reuse_light[i],
-                      sum);
+            total += merge_term(m, m->n - 1 - i, m->connectable - from_light + 1, ratio * (double)pdf_camera,
+                                &m->reuse_light[i], sum);
         }
         ratio *= (double)pdf_camera / (double)v->pdf_forward.v;
-        if (!(ratio > 0.0)) return;
+        if (!(ratio > 0.0)) break;
         const bool after = i > 1 && connectable_light(m, i - 1);
-        add_split(m, path, m->n - i, ratio, connectable, after, sum);
+        total += split_term(m, path, m->n - i, ratio, connectable, after, sum);
         connectable = after;
     }
+    return total;
 }
 
 static inline mis_split split_of(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
@@ -148,9 +150,8 @@ static inline void sum_densities(const ca_mis_rules *rules, const ca_mis_path *p
         ca_reuse_fill(&rules->reuse, path, m.camera_last, m.light_last, reuse_camera, reuse_light);
     m.reuse_camera = reuse_camera;
     m.reuse_light = reuse_light;
-    add_split(&m, path, m.s, 1.0, m.camera_last, m.light_last, sum);
-    add_camera_side(&m, path, sum);
-    add_light_side(&m, path, sum);
+    sum->split = split_term(&m, path, m.s, 1.0, m.camera_last, m.light_last, sum);
+    sum->total = sum->split + camera_side(&m, path, sum) + light_side(&m, path, sum);
 }
 
 /* Light tracing, and photon mapping at the first vertex, have one way for each path that they find. */

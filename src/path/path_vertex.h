@@ -28,14 +28,23 @@ typedef struct ca_path_vertex {
     float to_previous;       /* turns a density per solid angle here into an area density at the previous vertex:
                                 |cos there| / distance^2; 1 where that is a light at infinity, 0 where it cannot be met
                                 by chance (a Dirac light, the camera) */
-    float distance;          /* to the previous vertex; from the emitting disk for a light at infinity */
+    union {
+        float distance;         /* to the previous vertex; from the emitting disk for a light at infinity */
+        float next_event_ratio; /* v[0] of a light path: density of choosing it by next event from v[1], over pdf_forward */
+    };
     float sqrt_area;         /* sqrt(A) on arrival, from its own end (8b) */
     float sqrt_omega;        /* sqrt(Omega) of the segment that arrives (8a) */
-    float spread_reverse;    /* 1 / (epsilon + sqrt p) for leaving towards the previous vertex; 0 for a Dirac event */
+    union {
+        float spread_reverse; /* 1 / (epsilon + sqrt p) for leaving towards the previous vertex; 0 for a Dirac event */
+        float light_choice;   /* v[0] of a light path: probability of the light */
+    };
     float cos_ratio;         /* |cos out| / |cos in| as walked from its own end; 1 at the ends */
     float photon_density;    /* photons per m^2 around here, where the reuse rule asks for it; else 0 */
-    uint16_t connectable;    /* 1: an interior vertex that scatters smoothly, where edges and merges may be made. Of a
-                                subpath's interior vertex: the event that happened; of its last: what it is capable of */
+    union {
+        uint16_t connectable; /* 1: an interior vertex that scatters smoothly, where edges and merges may be made. Of a
+                             subpath's interior vertex: the event that happened; of its last: what it is capable of */
+        uint16_t at_infinity; /* v[0] of a light path: it is a direction */
+    };
     uint16_t connectable_count; /* how many of v[1] to this one are */
 } ca_path_vertex;
 

@@ -6,9 +6,11 @@
  *     density     n = N_F / max(1, pi r^2 times the density of photons there)
  *     normalised  the same, rescaled so that the mean over the path's mergeable vertices is N_F
  *     footprint   Jendersie 2019, equations 8a to 8c: in [1, N_F]
- *     correlation N_F times a ratio in [0, 1] that is small where camera paths that come here are likely to be much alike
- *                 less than light paths are (correlation-aware MIS, Grittmann et al. 2021, as the authors' renderer
- *                 SeeSharp has it: VertexConnectionAndMerging.cs, CorrelAwareRatios)
+ *     correlation n = N_F c / (c + l - c l), for the chances c and l that other camera paths and light paths come along
+ *                 the same way to the vertex; N_F at x[1] (correlation-aware MIS, Grittmann et al. 2021, as the authors'
+ *                 renderer SeeSharp has it: VertexConnectionAndMerging.cs, CorrelAwareRatios)
+ *
+ * docs/decisions/007-reuse-rules.md tells what the sources leave open.
  */
 #ifndef CA_PATH_REUSE_H
 #define CA_PATH_REUSE_H

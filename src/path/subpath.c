@@ -9,6 +9,9 @@ ca_flight ca_light_end(const ca_light *light, float choice, ca_pdf_area pdf_posi
         ca_light_has_dirac_direction(light) ? 0.0f : ca_footprint_spread(rules->epsilon, pdf_direction);
     /* At infinity the vertex is the direction (whose density a directional light gives as 1). */
     *vertex = (ca_path_vertex){.pdf_forward = {choice * (infinite ? pdf_direction.v : pdf_position.v)},
+                               .next_event_ratio = 1.0f,
+                               .light_choice = choice,
+                               .at_infinity = infinite,
                                .sqrt_area = sqrt_area,
                                .cos_ratio = 1.0f};
     return (ca_flight){.pdf = infinite ? pdf_position.v : pdf_direction.v,

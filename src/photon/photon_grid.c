@@ -45,6 +45,16 @@ void ca_photon_grid_destroy(ca_photon_grid *grid)
     ca_free(grid);
 }
 
+uint32_t ca_photon_grid_vertex(const ca_photon_grid *grid, uint32_t place)
+{
+    return grid->blocks[place / CA_PHOTON_LANES].vertex[place % CA_PHOTON_LANES];
+}
+
+void ca_photon_grid_answer_place(ca_photon_grid *grid, uint32_t place)
+{
+    grid->blocks[place / CA_PHOTON_LANES].vertex[place % CA_PHOTON_LANES] = place;
+}
+
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid) { return grid->count; }
 
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid)
@@ -63,7 +73,7 @@ static bool make_room(void **memory, size_t *capacity, size_t needed, size_t siz
     ca_free(*memory);
     *capacity = 0;
     needed += needed / 8; /* passes differ a little in their number of photons */
-    *memory = ca_alloc(needed, size);
+    *memory = ca_alloc_large(needed, size);
     if (!*memory) return false;
     *capacity = needed;
     return true;

@@ -60,9 +60,17 @@ typedef struct ca_photon_query {
     uint64_t tested;
 } ca_photon_query;
 
+/* Asks the memory for what a query at this position will read first; for callers with something else to do meanwhile. */
+void ca_photon_grid_prefetch(const ca_photon_grid *grid, ca_vec3 position);
 void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
 /* Up to CA_PHOTON_BATCH vertices; 0 at the end. */
 uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
+
+/* Sorted photons stand in places 0 to count - 1, those of a cell next to each other. A caller that keeps what it needs of each
+ * photon in the same order reads memory in runs instead of here and there: it exchanges every vertex for its place, after which
+ * queries answer with places. Threads: different places at once. */
+uint32_t ca_photon_grid_vertex(const ca_photon_grid *grid, uint32_t place);
+void ca_photon_grid_answer_place(ca_photon_grid *grid, uint32_t place);
 
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid);
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid);

@@ -48,6 +48,40 @@ static inline bool rows_are_apart(const uint32_t *rows, uint32_t row_count, uint
     return apart;
 }
 
+/* The cells from position - reach to position + reach, as far as there are photons: rows of one or two along x. */
+typedef struct query_rows {
+    uint32_t row[4], row_count, row_length;
+} query_rows;
+
+/* false: nowhere near any photon. */
+static inline bool find_rows(const ca_photon_grid *grid, ca_vec3 position, query_rows *rows)
+{
+    const ca_photon_lattice *lattice = &grid->lattice;
+    if (grid->count == 0) return false;
+    const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
+    uint32_t first[3], last[3];
+    for (int axis = 0; axis < 3; axis++) {
+        const double from = center[axis] - lattice->reach, to = center[axis] + lattice->reach;
+        if (!(from <= lattice->high[axis] && to >= lattice->low[axis])) return false;
+        first[axis] = ca_photon_cell(lattice, axis, from > lattice->low[axis] ? from : lattice->low[axis]);
+        last[axis] = ca_photon_cell(lattice, axis, to < lattice->high[axis] ? to : lattice->high[axis]);
+        assert(last[axis] - first[axis] <= 1);
+    }
+    rows->row_length = last[0] - first[0] + 1;
+    rows->row_count = 0;
+    for (uint32_t z = first[2]; z <= last[2]; z++)
+        for (uint32_t y = first[1]; y <= last[1]; y++)
+            rows->row[rows->row_count++] = (ca_photon_row(y, z) + first[0]) & lattice->bucket_mask;
+    return true;
+}
+
+void ca_photon_grid_prefetch(const ca_photon_grid *grid, ca_vec3 position)
+{
+    query_rows rows;
+    if (!find_rows(grid, position, &rows)) return;
+    for (uint32_t r = 0; r < rows.row_count; r++) __builtin_prefetch(&grid->starts[rows.row[r]]);
+}
+
 void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position)
 {
     query->grid = grid;
@@ -55,29 +89,12 @@ void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, c
     query->radius2 = grid->radius2;
     query->range_count = query->range = 0;
     query->tested = 0;
-    if (grid->count == 0) return;
-
-    /* The cells from position - reach to position + reach, as far as there are photons. */
-    const ca_photon_lattice *lattice = &grid->lattice;
-    const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
-    uint32_t first[3], last[3];
-    for (int axis = 0; axis < 3; axis++) {
-        const double from = center[axis] - lattice->reach, to = center[axis] + lattice->reach;
-        if (!(from <= lattice->high[axis] && to >= lattice->low[axis])) return;
-        first[axis] = ca_photon_cell(lattice, axis, from > lattice->low[axis] ? from : lattice->low[axis]);
-        last[axis] = ca_photon_cell(lattice, axis, to < lattice->high[axis] ? to : lattice->high[axis]);
-        assert(last[axis] - first[axis] <= 1);
-    }
-    const uint32_t row_length = last[0] - first[0] + 1;
-    uint32_t rows[4], row_count = 0;
-    for (uint32_t z = first[2]; z <= last[2]; z++)
-        for (uint32_t y = first[1]; y <= last[1]; y++)
-            rows[row_count++] = (ca_photon_row(y, z) + first[0]) & lattice->bucket_mask;
-
-    if (!rows_are_apart(rows, row_count, row_length, lattice->bucket_mask))
-        add_buckets_singly(query, rows, row_count, row_length);
+    query_rows rows;
+    if (!find_rows(grid, position, &rows)) return;
+    if (!rows_are_apart(rows.row, rows.row_count, rows.row_length, grid->lattice.bucket_mask))
+        add_buckets_singly(query, rows.row, rows.row_count, rows.row_length);
     else
-        for (uint32_t r = 0; r < row_count; r++) add_range(query, rows[r], row_length);
+        for (uint32_t r = 0; r < rows.row_count; r++) add_range(query, rows.row[r], rows.row_length);
 }
 
 /* ---- The distance test ------------------------------------------------------------------------------------------- */

@@ -116,16 +116,6 @@ static void compare(const ca_scene *scene, const char *scene_name, const contend
     result->failed += differs_at_second_look(scene, one, reference, settings);
 }
 
-/* Puts the scene's radius where the text has "%g". */
-static void fill_in_radius(const char *text, double radius, char *integrator, size_t size)
-{
-    const char *mark = strstr(text, "%g");
-    if (!mark)
-        snprintf(integrator, size, "%s", text);
-    else
-        snprintf(integrator, size, "%.*s%g%s", (int)(mark - text), text, radius, mark + 2);
-}
-
 void compare_integrators(const agreement_scene *scene, const agreement_settings *settings, agreement_result *result)
 {
     ca_scene *loaded = agreement_scene_load(scene);
@@ -136,7 +126,7 @@ void compare_integrators(const agreement_scene *scene, const agreement_settings 
             continue;
         }
         char integrator[128];
-        fill_in_radius(settings->integrators[i], (double)scene->radius, integrator, sizeof integrator);
+        integrator_text(settings->integrators[i], (double)scene->radius, integrator, sizeof integrator);
         const contender one = contender_for(loaded, integrator, settings);
         compare(loaded, scene->name, &one, &reference, settings, result);
         ca_image_release(one.image);

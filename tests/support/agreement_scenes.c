@@ -75,6 +75,8 @@
     "<emitter type='spot'>" COLOR("intensity", rgb) NUMBER("cutoff_angle", "45") LOOK(origin, target) "</emitter>"
 #define SKY(rgb) "<emitter type='constant'>" COLOR("radiance", rgb) "</emitter>"
 
+#define SKY_PICTURE(file) "<emitter type='envmap'><string name='filename' value='" file "'/></emitter>"
+
 /* ---- Scenes ------------------------------------------------------------------------------------------------------- */
 
 static const agreement_scene scenes[] = {
@@ -108,7 +110,7 @@ static const agreement_scene scenes[] = {
     {.name = "sky picture, mirror and glass",
      .sensor = FRONT_VIEW, .max_depth = 6, .hide_emitters = true, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW,
      .content = FLOOR(CHECKERS) BALL("-0.7,0.5,0", "0.5", MIRROR) BALL("0.6,0.5,0.4", "0.5", GLASS)
-         "<emitter type='envmap'><string name='filename' value='sky.hdr'/></emitter>"},
+         SKY_PICTURE("tiles.png")},
     {.name = "projector and point, bumps and normals",
      .sensor = FRONT_VIEW, .max_depth = 5, .radius = 0.02f,
      .content = FLOOR(DIFFUSE("0.5"))
@@ -127,19 +129,25 @@ static const agreement_scene scenes[] = {
          CEILING_LIGHT("1", "2.9", "<emitter type='area'>" BITMAP("radiance", "tiles.png",
              "<transform name='to_uv'><scale value='2'/></transform>") "</emitter>")},
     {.name = "spherical light, mirror, smooth plastic",
-     .sensor = PARALLEL_VIEW, .max_depth = 6, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW, .fast = true,
+     .sensor = PARALLEL_VIEW, .max_depth = 6, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW,
      .content = FLOOR(CHECKERS) BALL("-0.4,1.9,0.6", "0.45", BLACK GLOW("5,5,4"))
          SHAPE("rectangle", SCALE("0.7") TURN("y", "20") AT("-0.5,0.7,-0.9"), TWOSIDED(MIRROR))
          BALL("0.5,0.5,0", "0.5", "<bsdf type='plastic'>" COLOR("diffuse_reflectance", "0.6,0.3,0.2") "</bsdf>")},
-    {.name = "many lights, mask and blend",
-     .sensor = FRONT_VIEW, .max_depth = 5, .hide_emitters = true, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW, .fast = true,
+    {.name = "many lights, blend",
+     .sensor = FRONT_VIEW, .max_depth = 5, .radius = 0.02f, .hide_emitters = true, .fast = true,
      .content = FLOOR("<bsdf type='blendbsdf'><texture type='checkerboard' name='weight'>" COLOR("color0", "0.8")
              COLOR("color1", "0.1") "</texture>" DIFFUSE("0.5,0.4,0.3") ROUGH_METAL("Ag", "0.3") "</bsdf>")
-         SHAPE("rectangle", SCALE("0.8") TURN("y", "15") AT("-0.6,0.9,0.2"),
+         SHAPE("rectangle", SCALE("0.6") TURN("y", "15") AT("-0.6,0.7,0.2"), TWOSIDED(DIFFUSE("0.2,0.6,0.7")))
+         BALL("0.8,0.4,0.2", "0.4", DIFFUSE("0.7,0.4,0.3")) CEILING_LIGHT("0.5", "2.6", GLOW("4,5,6"))
+         POINT("1.6,1.8,1.8", "2,1.5,1") SPOT("-1.6,2.4,1.5", "0,0,-0.4", "8,8,12") SKY("0.1,0.12,0.15")},
+    /* what a mask lets pass is Dirac, as with glass */
+    {.name = "mask, area light and sky",
+     .sensor = FRONT_VIEW, .max_depth = 6, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW, .hide_emitters = true, .fast = true,
+     .content = FLOOR(CHECKERS)
+         SHAPE("rectangle", SCALE("0.8") TURN("x", "-40") AT("-0.5,0.9,0.2"),
                "<bsdf type='mask'><texture type='checkerboard' name='opacity'>" COLOR("color0", "0.9") COLOR("color1", "0.2")
                "<transform name='to_uv'><scale value='2'/></transform></texture>" TWOSIDED(DIFFUSE("0.2,0.6,0.7")) "</bsdf>")
-         BALL("0.8,0.4,0.2", "0.4", TWOSIDED(DIFFUSE("0.7,0.4,0.3"))) CEILING_LIGHT("0.5", "2.6", GLOW("4,5,6"))
-         POINT("1.6,1.8,1.8", "2,1.5,1") SPOT("-1.6,2.4,1.5", "0,0,-0.4", "8,8,12") SKY("0.1,0.12,0.15")},
+         BALL("0.8,0.4,0.2", "0.4", DIFFUSE("0.7,0.4,0.3")) CEILING_LIGHT("0.9", "2.6", GLOW("3,4,4")) SKY("0.2,0.24,0.3")},
     {.name = "shading normals, disk light",
      .sensor = FRONT_VIEW, .max_depth = 5, .radius = 0.02f, .fast = true,
      .content = FLOOR(DIFFUSE("0.5,0.5,0.6")) BACK_WALL(DIFFUSE("0.6"))
@@ -161,12 +169,12 @@ static const agreement_scene scenes[] = {
                NUMBER("alpha_v", "0.45") "</bsdf>")
          "<shape type='cylinder'><point name='p0' value='-1,0,0'/><point name='p1' value='-1,1.2,0'/>" NUMBER("radius", "0.3")
              TWOSIDED(DIFFUSE("0.3,0.4,0.7")) "</shape>"},
-    {.name = "principled glass, sky and sun",
+    {.name = "principled glass, sky picture and sun",
      .sensor = FRONT_VIEW, .max_depth = 6, .hide_emitters = true, .radius = 0.02f,
      .content = FLOOR(CHECKERS)
          BALL("0,0.7,0.2", "0.7", "<bsdf type='principled'>" COLOR("base_color", "0.8,0.7,0.5") NUMBER("spec_trans", "0.8")
               NUMBER("roughness", "0.5") "</bsdf>")
-         SKY("0.4,0.5,0.6") "<emitter type='directional'>" COLOR("irradiance", "1.5,1.3,1")
+         SKY_PICTURE("sky.hdr") "<emitter type='directional'>" COLOR("irradiance", "1.5,1.3,1")
          "<vector name='direction' value='0.6,-1,-0.5'/></emitter>"},
     {.name = "floor under glass, large light",
      .sensor = FRONT_VIEW, .max_depth = 6, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW,

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,6 +28,8 @@ static ca_image_layers *render_batch(const ca_scene *scene, const batch_settings
     render.seed = settings->seed + batch;
     render.width = settings->width;
     render.height = settings->height;
+    render.has_crop = settings->crop[2] > 0;
+    memcpy(render.crop, settings->crop, sizeof render.crop);
     return render_scene(scene, &render);
 }
 
@@ -175,6 +178,15 @@ double detectable_block_bias(const ca_image_layers *image, const ca_image_layers
     while (high < 1e3 && probability_of_missing(terms, count, high) > 1.0 - CA_COMPARE_POWER) high *= 1.02;
     free(terms);
     return high < 1e3 ? high : (double)INFINITY;
+}
+
+void integrator_text(const char *text, double radius, char *integrator, size_t size)
+{
+    const char *mark = strstr(text, "%g");
+    if (!mark)
+        snprintf(integrator, size, "%s", text);
+    else
+        snprintf(integrator, size, "%.*s%g%s", (int)(mark - text), text, radius, mark + 2);
 }
 
 uint64_t seed_of(const char *name)

@@ -14,6 +14,7 @@ typedef struct batch_settings {
     uint64_t seed;          /* batches have the seeds seed, seed + 1, ... */
     uint32_t block_side;    /* divides the picture's sides */
     uint32_t width, height; /* 0: the scene's */
+    uint32_t crop[4];       /* x0, y0, x1, y1; all 0: the whole picture */
 } batch_settings;
 
 /* One pixel for each block: R G B the mean over all batches; Variance.* of *one* batch' block mean; Samples.Y the batches. So
@@ -36,6 +37,9 @@ double p_value_of(measured value, double expected, double tolerance);
 /* The smallest relative bias of the whole picture that ca_compare's test of the two block pictures would show with 80 %
  * probability where a picture counts as different below the p-value `alpha`. INFINITY for a black reference. */
 double detectable_block_bias(const ca_image_layers *image, const ca_image_layers *reference, double alpha);
+
+/* Copies the text, with the radius where it has "%g". */
+void integrator_text(const char *text, double radius, char *integrator, size_t size);
 
 /* A name's own seed, so that two integrators never share their random numbers. */
 uint64_t seed_of(const char *name);

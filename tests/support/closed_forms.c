@@ -129,41 +129,44 @@ static double slab_radiance_through_slab(void) { return slab_transmittance(0.0) 
     "<shape type='cube'><transform name='to_world'><scale x='3' y='0.15' z='3'/><translate y='0.55'/></transform>"         \
     "<bsdf type='dielectric'><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/></bsdf></shape>"
 
+/* On a sphere of radius R, merging of light from all sides loses r^2 / (8 R^2): what comes from below the horizon of
+ * the point looked at, though not of the photon's. */
+#define CAVITY_RADIUS 0.1f
 static const closed_form closed_forms[] = {
     /* E = I / r^2 everywhere; one bounce */
-    {"point light in a sphere, direct", DEPTH("2"), NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")), 0.6 / PI * 2.0, NULL, 0},
+    {"point light in a sphere, direct", DEPTH("2"), NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")), 0.6 / PI * 2.0, NULL, 0, CAVITY_RADIUS},
     /* a cavity of reflectance rho multiplies by 1 / (1 - rho) */
     {"point light in a sphere, all bounces", UNLIMITED, NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")),
-     0.6 / PI * 2.0 / 0.4, NULL, 0},
-    {"emissive enclosing sphere", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 1.0, NULL, 0},
-    {"emissive enclosing sphere, 3 edges", DEPTH("3"), NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 0.5 * 1.75, NULL, 0},
+     0.6 / PI * 2.0 / 0.4, NULL, 0, CAVITY_RADIUS},
+    {"emissive enclosing sphere", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 1.0, NULL, 0, CAVITY_RADIUS},
+    {"emissive enclosing sphere, 3 edges", DEPTH("3"), NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 0.5 * 1.75, NULL, 0, CAVITY_RADIUS},
     /* a mirror in a cavity in equilibrium is invisible */
     {"the same with a mirror ball in it", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL(MIRROR), 1.0, NULL,
-     NEEDS_SPECULAR_VIEW},
+     NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
     {"the same with a glass ball in it", UNLIMITED, NULL,
-     ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL("<bsdf type='dielectric'/>"), 1.0, NULL, NEEDS_SPECULAR_VIEW},
+     ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL("<bsdf type='dielectric'/>"), 1.0, NULL, NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
     /* a mirror before the wall returns what the rest sends: the radiance stays Le / (1 - rho) */
     {"the same with a mirror on the wall", UNLIMITED, NULL,
      ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) DISK("0.8", "<bsdf type='twosided'>" MIRROR "</bsdf>"), 1.0, NULL,
-     NEEDS_SPECULAR_VIEW},
+     NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
     /* a mask lets the cavity's light pass */
     {"the same with a half transparent disk", UNLIMITED, NULL,
      ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW)
          DISK("0.6", "<bsdf type='mask'><float name='opacity' value='0.5'/><bsdf type='twosided'>" MIRROR "</bsdf></bsdf>"),
-     1.0, NULL, NEEDS_SPECULAR_VIEW},
+     1.0, NULL, NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
     /* constant environment seen by a white ball: the furnace */
     {"white ball in a constant environment", UNLIMITED, NULL,
      "<emitter type='constant'><rgb name='radiance' value='1'/></emitter><shape type='sphere'>"
      "<point name='center' value='0,0.2,0.6'/><float name='radius' value='0.4'/>" DIFFUSE("1") "</shape>",
-     1.0, NULL, 0},
+     1.0, NULL, 0, 0.05f},
     {"form factor of an element to a square", DEPTH("2"), LOOK_DOWN("0.001", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0,
-     element_to_square, NEEDS_NARROW_VIEW},
+     element_to_square, NEEDS_NARROW_VIEW, 0.0f},
     {"form factor of a square to a square", DEPTH("2"), LOOK_DOWN("1", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0, square_to_square,
-     0},
+     0, 0.05f},
     {"floor under a slab of glass", DEPTH("4"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, slab_radiance,
-     NEEDS_CAUSTICS},
+     NEEDS_CAUSTICS, 0.03f},
     {"floor through the same slab", DEPTH("6"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0,
-     slab_radiance_through_slab, NEEDS_SDS | NEEDS_CAUSTICS},
+     slab_radiance_through_slab, NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
 };
 
 size_t closed_form_count(void) { return sizeof closed_forms / sizeof closed_forms[0]; }
@@ -183,7 +186,7 @@ ca_scene *closed_form_scene(const closed_form *form, size_t sensor)
 
 /* ---- Integrators -------------------------------------------------------------------------------------------------- */
 
-#define RADIUS "radius=0.04,alpha=0"
+#define RADIUS "radius=%g,alpha=0"
 
 static const integrator_variant variants[] = {
     {"path", NEEDS_CAUSTICS | NEEDS_SDS},
@@ -194,12 +197,12 @@ static const integrator_variant variants[] = {
     {"ppm:" RADIUS, NEEDS_NARROW_VIEW},
     {"bdpm:camera_diffuse_depth=1," RADIUS, NEEDS_NARROW_VIEW},
     {"bdpm:camera_diffuse_depth=2,merges=last," RADIUS, NEEDS_NARROW_VIEW},
-    {"vcm:heuristic=balance," RADIUS, 0},
-    {"vcm:heuristic=power," RADIUS, 0},
-    {"vcm-plus:" RADIUS, 0},
-    {"vcm-star:" RADIUS, 0},
-    {"ovcm:" RADIUS, 0},
-    {"cavcm:" RADIUS, 0},
+    {"vcm:heuristic=balance," RADIUS, NEEDS_NARROW_VIEW},
+    {"vcm:heuristic=power," RADIUS, NEEDS_NARROW_VIEW},
+    {"vcm-plus:" RADIUS, NEEDS_NARROW_VIEW},
+    {"vcm-star:" RADIUS, NEEDS_NARROW_VIEW},
+    {"ovcm:" RADIUS, NEEDS_NARROW_VIEW},
+    {"cavcm:" RADIUS, NEEDS_NARROW_VIEW},
 };
 
 size_t integrator_variant_count(void) { return sizeof variants / sizeof variants[0]; }

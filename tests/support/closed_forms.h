@@ -1,8 +1,5 @@
 /* Scenes whose picture is known in closed form: furnaces, a sphere lit from its centre, form factors, a caustic through a
- * slab of glass. The mean over the picture is the number to find.
- *
- * Irradiance is constant in all of the closed cavities, so merging has no bias there, at any radius: on a sphere the photons
- * within the distance r of a point come from a cap whose area is exactly pi r^2. */
+ * slab of glass. The mean over the picture is the number to find. */
 #ifndef CA_TEST_CLOSED_FORMS_H
 #define CA_TEST_CLOSED_FORMS_H
 
@@ -27,7 +24,17 @@ typedef struct closed_form {
     double expected;     /* mean radiance */
     double (*expect)(void); /* if not NULL: computes it instead */
     unsigned needs;
+    float radius; /* of merges: without bias, or with one that does not matter */
 } closed_form;
+
+/* All integrators there are, with the variants whose weights differ; "%g" stands for the radius. */
+typedef struct integrator_variant {
+    const char *text;
+    unsigned cannot; /* a set of NEEDS_... */
+} integrator_variant;
+
+size_t integrator_variant_count(void);
+const integrator_variant *integrator_variant_at(size_t index);
 
 size_t closed_form_count(void);
 const closed_form *closed_form_at(size_t index);
@@ -39,14 +46,21 @@ const char *general_sensor_name(size_t sensor);
 /* The scene, seen by general sensor number `sensor` unless it has its own. */
 ca_scene *closed_form_scene(const closed_form *form, size_t sensor);
 
-/* An integrator with its parameters, and what it cannot do (a set of NEEDS_...). */
-typedef struct integrator_variant {
-    const char *text;
-    unsigned cannot;
-} integrator_variant;
+/* What a variant has gone through. */
+typedef struct closed_form_tally {
+    uint32_t cases, failed;
+    double largest_deviation, largest_error; /* relative */
+} closed_form_tally;
 
-/* All integrators there are, with the variants whose weights differ. Merging radii suit the scenes here. */
-size_t integrator_variant_count(void);
-const integrator_variant *integrator_variant_at(size_t index);
+typedef struct closed_form_effort {
+    bool all_cases;       /* every sensor and sampler for each scene; or one of them in turn */
+    double tolerance;     /* relative */
+    uint32_t max_samples; /* per pixel of a batch */
+} closed_form_effort;
+
+/* One variant on all the scenes it can do. A case passes if its mean is within the tolerance of the known one, was measured to better
+ * than that (95 % confidence), and differs by no more than its noise explains: in all cases of all variants together a
+ * false alarm has a probability of 1 %. Prints a line, and one more for each failure. */
+closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *effort);
 
 #endif

@@ -1,0 +1,59 @@
+/* What the comparison of paper 002 (Jendersie 2019, figures 2 and 6) has rendered, for its report. */
+#ifndef CA_BENCH_PAPER_002_H
+#define CA_BENCH_PAPER_002_H
+
+#include "caustica.h"
+#include "deviation.h"
+
+#include <stdio.h>
+
+enum { BDPT, VCM, VCM_PLUS, VCM_STAR, OVCM, CAVCM, OVCM_C0, OVCM_PROJECTED, ESTIMATORS };
+
+typedef struct estimator {
+    const char *name;       /* in tables */
+    const char *integrator; /* for ca_render, but for the radius */
+} estimator;
+extern const estimator estimators[ESTIMATORS];
+
+typedef struct comparison_scene {
+    const char *name, *file, *what;
+    bool shared;           /* file: within the folder of shared scenes, else within the project's scenes */
+    bool without_specular; /* pixels that show glass or metal are left out */
+    uint32_t iterations;
+    double radius;     /* of merges, m */
+    double closeup[3]; /* left, top, side: fractions of the picture's width */
+} comparison_scene;
+
+typedef struct estimator_run {
+    char integrator[96];
+    batches samples;
+    double *deviation;                                    /* [pixel], owned */
+    bool *counts;                                         /* [pixel], owned */
+    double sharpness;                                     /* find_consistent_pixels */
+    double seconds[BATCHES];                              /* of one iteration */
+    double memory;                                        /* bytes, peak of a process of its own */
+    double common[1 + BOOTSTRAP], merging[1 + BOOTSTRAP]; /* sigma-bar on the pixels below */
+} estimator_run;
+
+typedef struct scene_run {
+    const comparison_scene *scene;
+    char path[1024]; /* of the scene file; empty: not to be found */
+    uint32_t width, height, iterations;
+    estimator_run runs[ESTIMATORS];
+    float *picture; /* owned, mean R G B over the merging estimators, [channel][pixel] */
+    bool *left_out; /* owned, [pixel] */
+    bool *common;   /* owned: where all estimators count ... */
+    bool *merging;  /* ... and where all but bdpt do */
+    bool rendered;
+} scene_run;
+
+/* The scene's heading, table and pictures as Markdown. */
+void report_scene(FILE *out, const scene_run *run);
+/* What the comparison should show; returns how many checks failed. */
+int report_checks(FILE *out, const scene_run *runs, int count);
+
+/* Writes FOLDER/<scene>.png: the picture, and the close-up's standard deviations of bdpt, vcm, vcm-star, ovcm at one
+ * scale. */
+ca_status write_closeups(const scene_run *run, const char *folder, ca_error *error);
+
+#endif

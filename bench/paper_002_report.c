@@ -1,0 +1,236 @@
+#include "bench_support.h"
+#include "image/layers.h"
+#include "paper_002.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const estimator estimators[ESTIMATORS] = {
+    [BDPT] = {"bdpt", "bdpt"},
+    [VCM] = {"vcm", "vcm:alpha=0,radius=%g"},
+    [VCM_PLUS] = {"vcm-plus", "vcm-plus:alpha=0,radius=%g"},
+    [VCM_STAR] = {"vcm-star", "vcm-star:alpha=0,radius=%g"},
+    [OVCM] = {"ovcm", "ovcm:alpha=0,radius=%g"},
+    [CAVCM] = {"cavcm", "cavcm:alpha=0,radius=%g"},
+    [OVCM_C0] = {"ovcm, c = 0", "ovcm:alpha=0,radius=%g,c=0"},
+    [OVCM_PROJECTED] = {"ovcm, projected", "ovcm:alpha=0,radius=%g,footprint=projected"},
+};
+
+/* ---- Tables ---------------------------------------------------------------------------------------------------- */
+
+static double percent_of_pixels(const scene_run *run, const bool *mask)
+{
+    const size_t pixels = (size_t)run->width * run->height;
+    size_t count = 0;
+    for (size_t p = 0; p < pixels; p++) count += mask[p];
+    return 100.0 * (double)count / (double)pixels;
+}
+
+/* Median over batches of the time of one iteration over vcm's in the same batch. */
+static double time_over_vcm(const scene_run *run, int which)
+{
+    double ratio[BATCHES];
+    for (int i = 0; i < BATCHES; i++) ratio[i] = run->runs[which].seconds[i] / run->runs[VCM].seconds[i];
+    return bench_median(ratio, BATCHES);
+}
+
+static void report_row(FILE *out, const scene_run *run, int which)
+{
+    const estimator_run *r = &run->runs[which];
+    double seconds[BATCHES];
+    memcpy(seconds, r->seconds, sizeof seconds);
+    const figure common = figure_of(r->common), merging = figure_of(r->merging);
+    const figure against = figure_of_ratio(r->common, run->runs[OVCM].common);
+    fprintf(out, "| %s | %.4g ± %.1f %% | %.3f ± %.3f | ", estimators[which].name, common.value,
+            100.0 * common.half_width / common.value, against.value, against.half_width);
+    if (which == BDPT)
+        fputs("– | ", out);
+    else
+        fprintf(out, "%.4g ± %.1f %% | ", merging.value, 100.0 * merging.half_width / merging.value);
+    fprintf(out, "%.0f %% (%.1f %%) | %.1f | %.3f | %.1f |\n", percent_of_pixels(run, r->counts),
+            100.0 * r->sharpness, 1e3 * bench_median(seconds, BATCHES), time_over_vcm(run, which),
+            r->memory / (1024.0 * 1024.0));
+}
+
+void report_scene(FILE *out, const scene_run *run)
+{
+    fprintf(out,
+            "### %s\n\n%s. %u × %u pixels, %u iterations, radius %g m. %.1f %% of the pixels are left out, %.0f %% "
+            "are compared;\n"
+            "without `bdpt` %.0f %% could be.\n\n",
+            run->scene->name, run->scene->what, run->width, run->height, run->iterations, run->scene->radius,
+            percent_of_pixels(run, run->left_out), percent_of_pixels(run, run->common),
+            percent_of_pixels(run, run->merging));
+    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | counts on (sharpness) | ms/iteration | over vcm's | peak MiB |\n"
+          "|---|---|---|---|---|---|---|---|\n",
+          out);
+    for (int which = 0; which < ESTIMATORS; which++) report_row(out, run, which);
+    fprintf(out, "\n![%s](../pictures/paper-002/%s.png)\n\n", run->scene->name, run->scene->name);
+}
+
+/* ---- Checks ---------------------------------------------------------------------------------------------------- */
+
+typedef struct check_list {
+    FILE *out;
+    int failed;
+} check_list;
+
+typedef enum check_kind { BELOW, AT_MOST } check_kind;
+
+static void check(check_list *list, const char *scene, const char *what, figure value, check_kind kind, double limit)
+{
+    const bool holds = kind == BELOW ? value.value < limit : value.value <= limit;
+    fprintf(list->out, "| %s | %s | %.3f", scene, what, value.value);
+    if (value.half_width > 0.0) fprintf(list->out, " ± %.3f", value.half_width);
+    fprintf(list->out, " | %s %.2f | %s |\n", kind == BELOW ? "<" : "≤", limit,
+            holds ? "holds" : "**does not hold**");
+    list->failed += !holds;
+}
+
+static void check_ratio(check_list *list, const scene_run *run, int which, check_kind kind, double limit)
+{
+    char what[64];
+    snprintf(what, sizeof what, "σ̄(ovcm) / σ̄(%s)", estimators[which].name);
+    check(list, run->scene->name, what, figure_of_ratio(run->runs[OVCM].common, run->runs[which].common), kind,
+          limit);
+}
+
+static void check_scene(check_list *list, const scene_run *run)
+{
+    const bool strict = run->scene->without_specular; /* the scene of the paper's figure 2 */
+    check_ratio(list, run, BDPT, strict ? BELOW : AT_MOST, strict ? 1.0 : 1.02);
+    check_ratio(list, run, VCM, strict ? BELOW : AT_MOST, strict ? 1.0 : 1.02);
+    if (strict) check_ratio(list, run, VCM_STAR, AT_MOST, 1.05);
+    check(list, run->scene->name, "σ̄(ovcm) / σ̄(vcm) where bdpt need not count",
+          figure_of_ratio(run->runs[OVCM].merging, run->runs[VCM].merging), AT_MOST, 1.02);
+    double widest = 0.0;
+    for (int which = 0; which < ESTIMATORS; which++) {
+        const figure f = figure_of(run->runs[which].common);
+        widest = fmax(widest, 100.0 * f.half_width / f.value);
+    }
+    check(list, run->scene->name, "widest interval of a σ̄, %", (figure){widest, 0.0}, AT_MOST, 1.0);
+    check(list, run->scene->name, "time of an iteration, ovcm / vcm", (figure){time_over_vcm(run, OVCM), 0.0},
+          AT_MOST, 1.03);
+    check(list, run->scene->name, "memory, ovcm / vcm", (figure){run->runs[OVCM].memory / run->runs[VCM].memory, 0.0},
+          AT_MOST, 1.01);
+}
+
+int report_checks(FILE *out, const scene_run *runs, int count)
+{
+    check_list list = {.out = out};
+    fputs("### What it should show\n\n| scene | | value | goal | |\n|---|---|---|---|---|\n", out);
+    for (int i = 0; i < count; i++)
+        if (runs[i].rendered) check_scene(&list, &runs[i]);
+    fprintf(out, "\n%d of these do not hold.\n", list.failed);
+    return list.failed;
+}
+
+/* ---- Close-ups ------------------------------------------------------------------------------------------------- */
+
+enum { TILE = 256, GAP = 4 };
+
+typedef struct strip {
+    ca_image_layers *layers;
+    float *rgb[3];
+    uint32_t x; /* where the next tile goes */
+} strip;
+
+/* A square of the picture as a tile; `values` are three planes of `plane` floats, or one for a grey tile (plane 0).
+ */
+static void add_tile(strip *s, const scene_run *run, const float *values, size_t plane, double left, double top,
+                     double side, double scale)
+{
+    for (uint32_t y = 0; y < TILE; y++)
+        for (uint32_t x = 0; x < TILE; x++) {
+            const uint32_t px = (uint32_t)(left + side * (x + 0.5) / TILE),
+                           py = (uint32_t)(top + side * (y + 0.5) / TILE);
+            const size_t from = (size_t)py * run->width + px, to = (size_t)y * s->layers->width + s->x + x;
+            for (size_t c = 0; c < 3; c++) s->rgb[c][to] = (float)(scale * (double)values[c * plane + from]);
+        }
+    s->x += TILE + GAP;
+}
+
+/* The close-up's frame in the picture's tile. */
+static void add_frame(strip *s, const double closeup[3])
+{
+    const uint32_t left = (uint32_t)(closeup[0] * TILE), top = (uint32_t)(closeup[1] * TILE);
+    const uint32_t side = (uint32_t)(closeup[2] * TILE) - 1;
+    for (uint32_t i = 0; i <= side; i++) {
+        const uint32_t points[4][2] = {
+            {left + i, top}, {left + i, top + side}, {left, top + i}, {left + side, top + i}};
+        for (int k = 0; k < 4; k++)
+            for (int c = 0; c < 3; c++)
+                s->rgb[c][(size_t)points[k][1] * s->layers->width + points[k][0]] = c == 0 ? 1.0f : 0.0f;
+    }
+}
+
+/* The value that a share of the close-up's pixels stay under, over several images of `count` values. */
+static double percentile(double *values, int count, double share)
+{
+    (void)bench_median(values, count); /* sorts them */
+    return values[(int)(share * (count - 1))];
+}
+
+static ca_status strip_create(strip *s, uint32_t tiles, ca_error *error)
+{
+    static const char *const names[3] = {"R", "G", "B"};
+    const uint32_t width = tiles * (TILE + GAP) - GAP;
+    s->x = 0;
+    ca_status status = ca_layers_create(&s->layers, width, TILE, error);
+    for (int c = 0; c < 3 && status == CA_OK; c++) {
+        status = ca_layers_add(s->layers, names[c], &s->rgb[c], error);
+        for (size_t i = 0; status == CA_OK && i < (size_t)width * TILE; i++) s->rgb[c][i] = 1.0f;
+    }
+    if (status != CA_OK) ca_layers_destroy(s->layers);
+    return status;
+}
+
+/* One scale for all close-ups: 99 % of their pixels stay below white. */
+static double closeup_scale(const scene_run *run, const int *which, int count, const double corner[3],
+                            double *scratch)
+{
+    int values = 0;
+    for (int i = 0; i < count; i++)
+        for (uint32_t y = (uint32_t)corner[1]; y < (uint32_t)(corner[1] + corner[2]); y++)
+            for (uint32_t x = (uint32_t)corner[0]; x < (uint32_t)(corner[0] + corner[2]); x++)
+                scratch[values++] = run->runs[which[i]].deviation[(size_t)y * run->width + x];
+    return 1.0 / fmax(1e-30, percentile(scratch, values, 0.99));
+}
+
+static void fill_strip(strip *s, const scene_run *run, const int *which, int count, double *scratch, float *grey)
+{
+    const size_t pixels = (size_t)run->width * run->height;
+    double corner[3];
+    for (int i = 0; i < 3; i++) corner[i] = floor(run->scene->closeup[i] * run->width);
+    for (size_t p = 0; p < pixels; p++) scratch[p] = (double)run->picture[pixels + p];
+    add_tile(s, run, run->picture, pixels, 0.0, 0.0, run->width,
+             0.8 / fmax(1e-30, percentile(scratch, (int)pixels, 0.95)));
+    add_frame(s, run->scene->closeup);
+    const double scale = closeup_scale(run, which, count, corner, scratch);
+    for (int i = 0; i < count; i++) {
+        for (size_t p = 0; p < pixels; p++) grey[p] = (float)run->runs[which[i]].deviation[p];
+        add_tile(s, run, grey, 0, corner[0], corner[1], corner[2], scale);
+    }
+}
+
+ca_status write_closeups(const scene_run *run, const char *folder, ca_error *error)
+{
+    static const int which[] = {BDPT, VCM, VCM_STAR, OVCM};
+    enum { COUNT = sizeof which / sizeof which[0] };
+    const size_t pixels = (size_t)run->width * run->height;
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s.png", folder, run->scene->name);
+    strip s;
+    double *scratch = malloc(COUNT * pixels * sizeof *scratch);
+    float *grey = malloc(pixels * sizeof *grey);
+    ca_status status = scratch && grey ? strip_create(&s, 1 + COUNT, error) : ca_fail_memory(error, "the close-ups");
+    if (status == CA_OK) {
+        fill_strip(&s, run, which, COUNT, scratch, grey);
+        status = ca_layers_write(s.layers, path, 0.0f, error);
+        ca_layers_destroy(s.layers);
+    }
+    free(scratch);
+    free(grey);
+    return status;
+}
