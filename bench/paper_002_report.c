@@ -42,12 +42,14 @@ static void report_row(FILE *out, const scene_run *run, int which)
     memcpy(seconds, r->seconds, sizeof seconds);
     const figure common = figure_of(r->common), merging = figure_of(r->merging);
     const figure against = figure_of_ratio(r->common, run->runs[OVCM].common);
+    const figure without = figure_of_ratio(r->merging, run->runs[OVCM].merging);
     fprintf(out, "| %s | %.4g ± %.1f %% | %.3f ± %.3f | ", estimators[which].name, common.value,
             100.0 * common.half_width / common.value, against.value, against.half_width);
     if (which == BDPT)
-        fputs("– | ", out);
+        fputs("– | – | ", out);
     else
-        fprintf(out, "%.4g ± %.1f %% | ", merging.value, 100.0 * merging.half_width / merging.value);
+        fprintf(out, "%.4g ± %.1f %% | %.3f ± %.3f | ", merging.value, 100.0 * merging.half_width / merging.value,
+                without.value, without.half_width);
     fprintf(out, "%.0f %% (%.1f %%) | %.1f | %.3f | %.1f |\n", percent_of_pixels(run, r->counts),
             100.0 * r->sharpness, 1e3 * bench_median(seconds, BATCHES), time_over_vcm(run, which),
             r->memory / (1024.0 * 1024.0));
@@ -62,8 +64,9 @@ void report_scene(FILE *out, const scene_run *run)
             run->scene->name, run->scene->what, run->width, run->height, run->iterations, run->scene->radius,
             percent_of_pixels(run, run->left_out), percent_of_pixels(run, run->common),
             percent_of_pixels(run, run->merging));
-    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | counts on (sharpness) | ms/iteration | over vcm's | peak MiB |\n"
-          "|---|---|---|---|---|---|---|---|\n",
+    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | over ovcm's | counts on (sharpness) | ms/iteration | over vcm's | "
+          "peak MiB |\n"
+          "|---|---|---|---|---|---|---|---|---|\n",
           out);
     for (int which = 0; which < ESTIMATORS; which++) report_row(out, run, which);
     fprintf(out, "\n![%s](../pictures/paper-002/%s.png)\n\n", run->scene->name, run->scene->name);
@@ -88,12 +91,19 @@ static void check(check_list *list, const char *scene, const char *what, figure 
     list->failed += !holds;
 }
 
+/* Two estimators are compared where both count, and bdpt's blind spots are no reason to look at fewer of ovcm and
+ * vcm. */
+static figure ratio_where_both_count(const scene_run *run, int a, int b)
+{
+    const estimator_run *x = &run->runs[a], *y = &run->runs[b];
+    return a == BDPT || b == BDPT ? figure_of_ratio(x->common, y->common) : figure_of_ratio(x->merging, y->merging);
+}
+
 static void check_ratio(check_list *list, const scene_run *run, int which, check_kind kind, double limit)
 {
     char what[64];
     snprintf(what, sizeof what, "σ̄(ovcm) / σ̄(%s)", estimators[which].name);
-    check(list, run->scene->name, what, figure_of_ratio(run->runs[OVCM].common, run->runs[which].common), kind,
-          limit);
+    check(list, run->scene->name, what, ratio_where_both_count(run, OVCM, which), kind, limit);
 }
 
 static void check_scene(check_list *list, const scene_run *run)
@@ -102,8 +112,6 @@ static void check_scene(check_list *list, const scene_run *run)
     check_ratio(list, run, BDPT, strict ? BELOW : AT_MOST, strict ? 1.0 : 1.02);
     check_ratio(list, run, VCM, strict ? BELOW : AT_MOST, strict ? 1.0 : 1.02);
     if (strict) check_ratio(list, run, VCM_STAR, AT_MOST, 1.05);
-    check(list, run->scene->name, "σ̄(ovcm) / σ̄(vcm) where bdpt need not count",
-          figure_of_ratio(run->runs[OVCM].merging, run->runs[VCM].merging), AT_MOST, 1.02);
     double widest = 0.0;
     for (int which = 0; which < ESTIMATORS; which++) {
         const figure f = figure_of(run->runs[which].common);

@@ -2,9 +2,9 @@
 # The comparison of paper 002: renders, and writes its tables into docs/papers/002.md (between the two markers there) and its
 # close-ups to docs/pictures/paper-002/. About a quarter of an hour on two processors.
 #
-#   scripts/paper-002.sh BUILD_FOLDER [--quick] [--only SCENE]
+#   scripts/paper-002.sh BUILD_FOLDER [--quick | --iterations N] [--only SCENE]
 #
-# --quick: a fifth of the iterations; --only: one scene. Either only prints, and leaves the document alone.
+# --quick: 40 iterations; --only: one scene. Either only prints, and leaves the document alone.
 set -eu
 build=$(cd "$1" && pwd)
 shift

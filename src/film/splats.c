@@ -63,8 +63,8 @@ static inline uint32_t clip(double x, uint32_t first, uint32_t end)
     return x <= (double)first ? first : x >= (double)end ? end : (uint32_t)x;
 }
 
-/* In double precision, where these sums are exact: in single precision a splat just below a border would be rounded onto it
- * on one side only, and a box would cover two pixels or none. */
+/* In double precision, where these sums are exact: in single precision a splat next to a border may be rounded onto it at one
+ * end only, and a box would cover a pixel too many or too few. */
 static inline pixel_range covered(float film, float radius, uint32_t origin, uint32_t first, uint32_t end)
 {
     const double centre = (double)film - 0.5 - (double)origin;

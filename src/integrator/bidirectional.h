@@ -89,13 +89,10 @@ typedef struct ca_bidirectional {
     ca_bidirectional_scratch *scratch; /* owned; [input.workers] */
 } ca_bidirectional;
 
-/* Is light from light paths gathered at camera vertices, and what do light paths do on their way? */
 static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b->rules.merge != CA_MERGE_NONE; }
+
+/* Tasks that it takes to trace so many light paths. */
 static inline uint32_t ca_light_block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
-static inline bool ca_bidirectional_traces_light(const ca_bidirectional *b)
-{
-    return b->rules.connect || b->rules.splat || ca_bidirectional_merges(b);
-}
 
 /* Photons per m^2 around a vertex where the weights want to know, else 0. */
 static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
@@ -103,7 +100,7 @@ static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
 }
 
-/* Survival by Russian roulette after `depth` edges, as `path` has it; true ends the walk, else *throughput is scaled. */
+/* Survival by Russian roulette after `depth` edges, as `path` has it; false: the walk ends, else *throughput is scaled. */
 bool ca_bidirectional_roulette(const ca_bidirectional *b, uint32_t depth, float eta2, float u, ca_rgb *throughput);
 
 /* ---- The walks and joins -------------------------------------------------------------------------------------------- */
