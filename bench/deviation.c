@@ -133,7 +133,7 @@ static void clear_block(const batches *b, block at, bool *counts)
 }
 
 double find_consistent_pixels(const batches *b, const double *reference, const bool *left_out, double tolerance,
-                              bool *counts)
+                              double known, bool *counts)
 {
     const uint32_t columns = (b->width + BLOCK_SIDE - 1) / BLOCK_SIDE,
                    rows = (b->height + BLOCK_SIDE - 1) / BLOCK_SIDE;
@@ -144,7 +144,8 @@ double find_consistent_pixels(const batches *b, const double *reference, const b
     for (uint32_t k = 0; k < columns * rows; k++) {
         const block at = {k % columns * BLOCK_SIDE, k / columns * BLOCK_SIDE};
         const figure difference = block_difference(b, reference, left_out, at);
-        if (fabs(difference.value) > tolerance + difference.half_width) clear_block(b, at, counts);
+        const bool differs = fabs(difference.value) > tolerance + difference.half_width;
+        if (differs || difference.half_width > known) clear_block(b, at, counts);
         if (difference.half_width > 0.0) errors[blocks++] = difference.half_width;
     }
     const double sharpness = blocks > 0 ? bench_median(errors, blocks) : 0.0;

@@ -1,5 +1,6 @@
-/* All integrators on all scenes of support/agreement_scenes.c, block by block, with samples enough to show a bias of 1 %. Takes some
- * minutes. An argument is a pattern for the names of the scenes to look at. */
+/* Unbiased integrators, and those with merges so small that their bias does not count, on all scenes of
+ * support/agreement_scenes.c, block by block, with samples enough to show a bias of 1 %. Takes some minutes. An argument is a
+ * pattern for the names of the scenes to look at. */
 #include "support/agreement.h"
 
 #include <setjmp.h>
@@ -13,6 +14,7 @@ static const char *const integrators[] = {"light",
                                           "bdpt:heuristic=balance",
                                           "bdpt:heuristic=power",
                                           "vcm:radius=%g,alpha=0",
+                                          "vcm:light_paths=300,camera_paths=2,radius=%g,alpha=0",
                                           "vcm-star:radius=%g,alpha=0",
                                           "ovcm:radius=%g,alpha=0",
                                           NULL};
@@ -20,7 +22,7 @@ static const char *const integrators[] = {"light",
 static bool is_any(const agreement_scene *scene) { return scene != NULL; }
 
 static const agreement_settings settings = {
-    .integrators = integrators, .wanted = is_any, .target = 0.01, .max_samples = 24000};
+    .integrators = integrators, .wanted = is_any, .target = 0.0078, .max_samples = 40000};
 static agreement_result total;
 
 static void test_scene(void **state)
@@ -32,8 +34,7 @@ static void test_scene(void **state)
     if (total.largest_detectable < result.largest_detectable) total.largest_detectable = result.largest_detectable;
     assert_int_equal(result.failed, 0);
     assert_true(result.comparisons > 0);
-    /* the pilot's guess of the noise may be a little wrong */
-    assert_true(result.largest_detectable <= 0.0125);
+    assert_true(result.largest_detectable <= 0.01);
 }
 
 static void test_suspicions_are_as_few_as_chance_has_it(void **state)

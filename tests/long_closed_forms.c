@@ -10,7 +10,7 @@
 
 static void test_variant(void **state)
 {
-    const closed_form_effort effort = {.all_cases = true, .tolerance = 0.01, .max_samples = 4000};
+    const closed_form_effort effort = {.all_cases = true, .tolerance = 0.01, .max_samples = 16000};
     const closed_form_tally tally = check_closed_forms((size_t)((uintptr_t)*state - 1), &effort);
     assert_true(tally.cases > 0);
     assert_int_equal(tally.failed, 0);

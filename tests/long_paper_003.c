@@ -1,9 +1,11 @@
 /* What paper 003 (Sirak, "Bidirectional Path Tracer", 2019) says about its pictures, measured on scenes/paper-003 and
- * scenes/perceptual-study, at its own setting: 400 x 400 pixels, 75 samples. Prints the figures of docs/papers/003.md. Takes some
- * minutes; an argument is another side of the pictures in pixels, for a quick look.
+ * scenes/perceptual-study, at its own setting: 400 x 400 pixels, 75 samples. Prints the figures of docs/papers/003.md.
+ * Takes some minutes. Arguments, for a quick look: another side of the pictures in pixels, a pattern for the names of the
+ * tests.
  *
- * Noise is what renders with seeds of their own scatter by: a picture of 75 samples is the mean of five of 15. Pixels that show a
- * lamp, and those beside them, are left out everywhere: they say nothing about how a lamp lights a room. */
+ * Noise is what renders with seeds of their own scatter by: a picture of 75 samples is the mean of five of 15. Pixels that
+ * show a lamp, and those beside them, are left out everywhere: they say nothing about how a lamp lights a room. */
+#include "support/batches.h"
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -15,7 +17,7 @@
 
 #include <cmocka.h>
 
-enum { BATCHES = 5, SAMPLES = 15, MAX_SIDE = 400, MAX_PIXELS = MAX_SIDE * MAX_SIDE, REACH = 2 };
+enum { BATCHES = 5, SAMPLES = 15, MAX_SIDE = 400, REACH = 2 };
 
 static uint32_t side = MAX_SIDE;
 
@@ -40,7 +42,7 @@ typedef struct figures {
     double median;             /* of the pixels */
     double noise;              /* root of the mean squared standard error of a pixel, over the level */
     double typical;            /* median of a pixel's standard error over its value; of black pixels it is 1 */
-    uint32_t fireflies;
+    int fireflies;             /* -1: not counted */
 } figures;
 
 static void *need(size_t count, size_t size)
@@ -60,9 +62,9 @@ static ca_scene *load(const char *name, const ca_define *define)
     return scene;
 }
 
-/* max_depth 0: the scene's. The side 0: the scene's film. */
-static ca_image_layers *render(const ca_scene *scene, const char *integrator, int max_depth, uint32_t film_side, uint32_t samples,
-                               uint64_t seed)
+/* max_depth 0: the scene's. */
+static ca_image_layers *render(const ca_scene *scene, const char *integrator, int max_depth, uint32_t width,
+                               uint32_t height, uint32_t samples, uint64_t seed)
 {
     ca_render_settings settings;
     ca_render_settings_init(&settings);
@@ -70,7 +72,8 @@ static ca_image_layers *render(const ca_scene *scene, const char *integrator, in
     settings.samples_per_pixel = samples;
     settings.has_seed = true;
     settings.seed = seed;
-    settings.width = settings.height = film_side;
+    settings.width = width;
+    settings.height = height;
     settings.has_max_depth = max_depth > 0;
     settings.max_depth = max_depth;
     return render_scene(scene, &settings);
@@ -91,27 +94,31 @@ static float *copy_of(const ca_image_layers *image, const char *channel, size_t 
     return copy;
 }
 
-/* A pixel shows a lamp where paths of one segment find light. */
-static view view_of(const ca_scene *scene, uint32_t film_side)
+/* Is there light in the pixel or in one beside it? */
+static bool light_nearby(const ca_image_layers *image, const view *v, uint32_t x, uint32_t y)
 {
-    static const char *const names[3][3] = {{"N.X", "N.Y", "N.Z"}, {"Albedo.R", "Albedo.G", "Albedo.B"}, {"P.X", "P.Y", "P.Z"}};
-    ca_image_layers *image = render(scene, "path", 1, film_side, 32, 1);
-    view v = {0};
-    ca_image_size(image, &v.width, &v.height);
-    const size_t pixels = (size_t)v.width * v.height;
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < v->height; j++)
+        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < v->width; i++)
+            if (luminance_of(image, (size_t)j * v->width + i) > 0.0f) return true;
+    return false;
+}
+
+/* Paths of one segment find lamps only. */
+static view view_of(const ca_scene *scene, uint32_t width, uint32_t height)
+{
+    static const char *const names[3][3] = {
+        {"N.X", "N.Y", "N.Z"}, {"Albedo.R", "Albedo.G", "Albedo.B"}, {"P.X", "P.Y", "P.Z"}};
+    ca_image_layers *image = render(scene, "path", 1, width, height, 32, 1);
+    view v = {.width = width, .height = height};
+    const size_t pixels = (size_t)width * height;
     for (int c = 0; c < 3; c++) {
         v.normal[c] = copy_of(image, names[0][c], pixels);
         v.albedo[c] = copy_of(image, names[1][c], pixels);
         v.position[c] = copy_of(image, names[2][c], pixels);
     }
     v.lamp = need(pixels, sizeof *v.lamp);
-    for (int y = 0; y < (int)v.height; y++)
-        for (int x = 0; x < (int)v.width; x++)
-            for (int j = -1; j <= 1; j++)
-                for (int i = -1; i <= 1; i++)
-                    if (x + i >= 0 && x + i < (int)v.width && y + j >= 0 && y + j < (int)v.height &&
-                        luminance_of(image, (size_t)(y + j) * v.width + (size_t)(x + i)) > 0.0f)
-                        v.lamp[(size_t)y * v.width + (size_t)x] = true;
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) v.lamp[(size_t)y * width + x] = light_nearby(image, &v, x, y);
     ca_image_release(image);
     return v;
 }
@@ -127,7 +134,8 @@ static void release_view(view *v)
 }
 
 /* Mean of batches; level and its error go to `f`, for the batches' levels are independent where pixels are not. */
-static picture render_picture(const ca_scene *scene, const char *integrator, int max_depth, const view *v, figures *f)
+static picture render_picture(const ca_scene *scene, const char *integrator, int max_depth, const view *v, uint64_t seed,
+                              figures *f)
 {
     const uint32_t pixels = v->width * v->height;
     picture p = {.pixels = pixels, .value = need(pixels, sizeof(float)), .error = need(pixels, sizeof(float))};
@@ -135,7 +143,7 @@ static picture render_picture(const ca_scene *scene, const char *integrator, int
     uint32_t counted = 0;
     for (uint32_t i = 0; i < pixels; i++) counted += !v->lamp[i];
     for (uint32_t batch = 0; batch < BATCHES; batch++) {
-        ca_image_layers *image = render(scene, integrator, max_depth, v->width == v->height ? v->width : 0, SAMPLES, 100 + batch);
+        ca_image_layers *image = render(scene, integrator, max_depth, v->width, v->height, SAMPLES, seed + batch);
         double level = 0.0;
         for (uint32_t i = 0; i < pixels; i++) {
             const double value = (double)luminance_of(image, i);
@@ -181,13 +189,16 @@ static float median_of(float *values, size_t count)
 static bool same_surface(const view *v, size_t a, size_t b)
 {
     for (int c = 0; c < 3; c++)
-        if (fabsf(v->normal[c][a] - v->normal[c][b]) > 0.02f || fabsf(v->albedo[c][a] - v->albedo[c][b]) > 0.02f) return false;
+        if (fabsf(v->normal[c][a] - v->normal[c][b]) > 0.02f || fabsf(v->albedo[c][a] - v->albedo[c][b]) > 0.02f)
+            return false;
     return true;
 }
 
-/* A firefly is brighter than 1.5 times the median of those pixels around it, 5 x 5, that show the same surface (its normal and its
- * albedo), and that by more than 5 % of the picture's level. Where fewer than ten of them do, nothing is said. */
-static bool is_firefly(const picture *p, const view *v, uint32_t x, uint32_t y, double level)
+/* A firefly is brighter than 1.5 times the median of those pixels around it, 5 x 5, that show the same surface (its normal
+ * and its albedo), and that by more than 5 % of the picture's level; and both holds for the pixel's value by another method
+ * too, in place of the median: so no shadow's corner counts. Where fewer than ten pixels show the surface, nothing is said.
+ */
+static bool is_firefly(const picture *p, const picture *other_method, const view *v, uint32_t x, uint32_t y, double level)
 {
     const size_t pixel = (size_t)y * v->width + x;
     float around[(2 * REACH + 1) * (2 * REACH + 1)];
@@ -199,19 +210,20 @@ static bool is_firefly(const picture *p, const view *v, uint32_t x, uint32_t y, 
             if (other != pixel && !v->lamp[other] && same_surface(v, pixel, other)) around[count++] = p->value[other];
         }
     if (count < 10) return false;
-    const float median = median_of(around, count);
-    return p->value[pixel] > 1.5f * median && (double)(p->value[pixel] - median) > 0.05 * level;
+    const float usual = fmaxf(median_of(around, count), other_method->value[pixel]);
+    return p->value[pixel] > 1.5f * usual && (double)(p->value[pixel] - usual) > 0.05 * level;
 }
 
-static uint32_t fireflies_of(const picture *p, const view *v, double level)
+static int fireflies_of(const picture *p, const picture *other_method, const view *v, double level)
 {
-    uint32_t count = 0;
+    int count = 0;
     for (uint32_t y = REACH; y + REACH < v->height; y++)
-        for (uint32_t x = REACH; x + REACH < v->width; x++) count += is_firefly(p, v, x, y, level);
+        for (uint32_t x = REACH; x + REACH < v->width; x++) count += is_firefly(p, other_method, v, x, y, level);
     return count;
 }
 
-static void complete_figures(const picture *p, const view *v, figures *f)
+/* Without another method's picture fireflies are not counted. */
+static void complete_figures(const picture *p, const picture *other_method, const view *v, figures *f)
 {
     float *values = need(p->pixels, sizeof *values), *relative = need(p->pixels, sizeof *relative);
     double squares = 0.0;
@@ -225,7 +237,7 @@ static void complete_figures(const picture *p, const view *v, figures *f)
     f->noise = sqrt(squares / (double)count) / f->level;
     f->median = (double)median_of(values, count);
     f->typical = (double)median_of(relative, count);
-    f->fireflies = fireflies_of(p, v, f->level);
+    f->fireflies = other_method ? fireflies_of(p, other_method, v, f->level) : -1;
     free(values);
     free(relative);
 }
@@ -233,16 +245,18 @@ static void complete_figures(const picture *p, const view *v, figures *f)
 static figures measure(const ca_scene *scene, const char *integrator, const view *v)
 {
     figures f = {0};
-    picture p = render_picture(scene, integrator, 0, v, &f);
-    complete_figures(&p, v, &f);
+    picture p = render_picture(scene, integrator, 0, v, seed_of(integrator), &f);
+    complete_figures(&p, NULL, v, &f);
     release_picture(&p);
     return f;
 }
 
 static void print_figures(const char *scene, const char *integrator, const figures *f)
 {
-    print_message("    | %s | `%s` | %.4f ± %.4f | %.3f | %.1f %% | %.1f %% | %u |\n", scene, integrator, f->level, f->level_error,
-                  f->median, 100.0 * f->noise, 100.0 * f->typical, f->fireflies);
+    char fireflies[16] = "–";
+    if (f->fireflies >= 0) snprintf(fireflies, sizeof fireflies, "%d", f->fireflies);
+    print_message("    | %s | `%s` | %.4f ± %.4f | %.3f | %.1f %% | %.1f %% | %s |\n", scene, integrator, f->level,
+                  f->level_error, f->median, 100.0 * f->noise, 100.0 * f->typical, fireflies);
 }
 
 static const char table_head[] = "    | scene | integrator | level | median | noise | typical noise | fireflies |\n"
@@ -256,27 +270,49 @@ static const char *const lights[LIGHTS] = {"large-light", "small-light", "two-sm
 static const char *const integrators[INTEGRATORS] = {"bdpt", "bdpt:strategies=no-splat", "path", "path:next_event=false"};
 static figures of_light[LIGHTS][INTEGRATORS];
 
-static int measure_lights(void **state)
+static ca_scene *load_light(int light)
 {
-    (void)state;
-    print_message("%s", table_head);
-    for (int light = 0; light < LIGHTS; light++) {
-        char name[64];
-        snprintf(name, sizeof name, "paper-003/%s", lights[light]);
-        ca_scene *scene = load(name, NULL);
-        view v = view_of(scene, side);
-        for (int i = 0; i < INTEGRATORS; i++) {
-            of_light[light][i] = measure(scene, integrators[i], &v);
-            print_figures(lights[light], integrators[i], &of_light[light][i]);
-        }
-        release_view(&v);
-        ca_scene_release(scene);
-    }
-    return 0;
+    char name[64];
+    snprintf(name, sizeof name, "paper-003/%s", lights[light]);
+    return load(name, NULL);
 }
 
-/* A sphere lights a surface that sees all of it like a point in its centre: radiance rho L r^2 cos / d^2. No block comes between the
- * lamp and what is higher than 1.35. */
+static void measure_light(const ca_scene *scene, const char *name, const view *v, figures f[INTEGRATORS])
+{
+    picture pictures[INTEGRATORS];
+    for (int i = 0; i < INTEGRATORS; i++)
+        pictures[i] = render_picture(scene, integrators[i], 0, v, seed_of(integrators[i]), &f[i]);
+    for (int i = 0; i < INTEGRATORS; i++) {
+        complete_figures(&pictures[i], &pictures[i == PATH ? ALL : PATH], v, &f[i]);
+        print_figures(name, integrators[i], &f[i]);
+    }
+    for (int i = 0; i < INTEGRATORS; i++) release_picture(&pictures[i]);
+}
+
+/* What shows a lamp in one of the scenes is left out in all of them, so that levels are of the same pixels. */
+static void measure_lights(void)
+{
+    if (of_light[0][0].level > 0.0) return; /* that has been done */
+    ca_scene *scenes[LIGHTS];
+    view views[LIGHTS];
+    for (int light = 0; light < LIGHTS; light++) {
+        scenes[light] = load_light(light);
+        views[light] = view_of(scenes[light], side, side);
+        for (uint32_t i = 0; i < side * side; i++) views[0].lamp[i] |= views[light].lamp[i];
+    }
+    print_message("%s", table_head);
+    for (int light = 0; light < LIGHTS; light++) {
+        memcpy(views[light].lamp, views[0].lamp, side * side * sizeof *views[0].lamp);
+        measure_light(scenes[light], lights[light], &views[light], of_light[light]);
+    }
+    for (int light = 0; light < LIGHTS; light++) {
+        release_view(&views[light]);
+        ca_scene_release(scenes[light]);
+    }
+}
+
+/* A sphere lights a surface that sees all of it like a point in its centre: radiance rho L r^2 cos / d^2. No block comes
+ * between the lamp and what is higher than 1.35. */
 static double direct_light(const view *v, size_t pixel)
 {
     static const double centre[3] = {0.0, 1.5, 0.0}, power[3] = {7.2 * 0.24 * 0.24, 6.3 * 0.24 * 0.24, 5.1 * 0.24 * 0.24};
@@ -302,12 +338,10 @@ static void test_direct_light_does_not_depend_on_the_size(void **state)
 {
     (void)state;
     for (int light = LARGE; light <= SMALL; light++) {
-        char name[64];
-        snprintf(name, sizeof name, "paper-003/%s", lights[light]);
-        ca_scene *scene = load(name, NULL);
-        view v = view_of(scene, 100);
+        ca_scene *scene = load_light(light);
+        view v = view_of(scene, 100, 100);
         figures f = {0};
-        picture p = render_picture(scene, "bdpt", 2, &v, &f);
+        picture p = render_picture(scene, "bdpt", 2, &v, 100, &f);
         double sum = 0.0, variance = 0.0, expected = 0.0;
         for (uint32_t i = 0; i < p.pixels; i++) {
             if (!sees_the_lamp(&v, i)) continue;
@@ -316,7 +350,8 @@ static void test_direct_light_does_not_depend_on_the_size(void **state)
             expected += direct_light(&v, i);
         }
         const double ratio = sum / expected, error = sqrt(variance) / expected;
-        print_message("    %s: direct light on walls and ceiling, measured : calculated %.4f ± %.4f\n", lights[light], ratio, error);
+        print_message("    %s: direct light on walls and ceiling, measured : calculated %.4f ± %.4f\n", lights[light],
+                      ratio, error);
         assert_true(error < 0.003 && fabs(ratio - 1.0) < 0.002 + 3.0 * error);
         release_picture(&p);
         release_view(&v);
@@ -328,6 +363,7 @@ static void test_direct_light_does_not_depend_on_the_size(void **state)
 static void test_the_level_does_not_depend_on_the_size(void **state)
 {
     (void)state;
+    measure_lights();
     const double large = of_light[LARGE][ALL].level;
     for (int light = SMALL; light < LIGHTS; light++) {
         const double ratio = of_light[light][ALL].level / large;
@@ -343,15 +379,16 @@ static void test_the_level_does_not_depend_on_the_size(void **state)
         }
 }
 
-/* "A regular path tracer would render a significantly darker image for a smaller light": one that only waits for hits. The mean is the
- * same, but it sits in few pixels, and most are too dark. */
+/* "A regular path tracer would render a significantly darker image for a smaller light": one that only waits for hits. The
+ * mean is the same, but it sits in few pixels, and most are too dark. */
 static void test_hits_alone_are_darker_and_noisier(void **state)
 {
     (void)state;
+    measure_lights();
     for (int light = 0; light < LIGHTS; light++) {
         const figures *hits = &of_light[light][HITS_ONLY], *all = &of_light[light][ALL];
-        print_message("    %s: median pixel of hits alone : bdpt %.3f, noise %.1f times\n", lights[light], hits->median / all->median,
-                      hits->noise / all->noise);
+        print_message("    %s: median pixel of hits alone : bdpt %.3f, noise %.1f times\n", lights[light],
+                      hits->median / all->median, hits->noise / all->noise);
         assert_true(hits->noise > 5.0 * all->noise);
         assert_true(hits->median < all->median);
     }
@@ -362,17 +399,18 @@ static void test_hits_alone_are_darker_and_noisier(void **state)
 static void test_fireflies(void **state)
 {
     (void)state;
+    measure_lights();
     for (int light = 0; light < LIGHTS; light++) {
-        assert_true(of_light[light][NO_SPLAT].fireflies <= side * side / 1000);
-        assert_true(of_light[light][ALL].fireflies <= side * side / 1000);
+        assert_true(of_light[light][NO_SPLAT].fireflies <= (int)(side * side / 1000));
+        assert_true(of_light[light][ALL].fireflies <= (int)(side * side / 1000));
         assert_true(of_light[light][HITS_ONLY].fireflies > 20 * (of_light[light][ALL].fireflies + 1));
     }
 }
 
 /* ---- The perceptual study and the open list ------------------------------------------------------------------------ */
 
-/* "Scenes with indirect illumination (through occluded light sources) are more likely to be perceived as different": they have more
- * noise. */
+/* "Scenes with indirect illumination (through occluded light sources) are more likely to be perceived as different": they
+ * have more noise. */
 static void test_occluded_lamps_are_noisier(void **state)
 {
     (void)state;
@@ -384,7 +422,7 @@ static void test_occluded_lamps_are_noisier(void **state)
         char name[64];
         snprintf(name, sizeof name, "perceptual-study/%s", scenarios[s]);
         ca_scene *scene = load(name, NULL);
-        view v = view_of(scene, side / 2);
+        view v = view_of(scene, side / 4, side / 4);
         for (int i = 0; i < 3; i++) {
             f[s][i] = measure(scene, methods[i], &v);
             print_figures(scenarios[s], methods[i], &f[s][i]);
@@ -403,7 +441,7 @@ static void test_splats_find_caustics(void **state)
     static const char *const methods[4] = {"bdpt:strategies=no-splat", "path", "bdpt", "vcm"};
     const ca_define lamp = {"lamp", "0.3"};
     ca_scene *scene = load("caustics/caustics", &lamp);
-    view v = view_of(scene, 0);
+    view v = view_of(scene, side * 12 / 25, side * 8 / 25);
     figures f[4];
     print_message("%s", table_head);
     for (int i = 0; i < 4; i++) {
@@ -412,13 +450,14 @@ static void test_splats_find_caustics(void **state)
     }
     release_view(&v);
     ca_scene_release(scene);
-    assert_true(f[2].noise < f[0].noise && f[2].fireflies < f[0].fireflies);
+    assert_true(f[2].noise < f[0].noise);
 }
 
 int main(int argc, char **argv)
 {
     if (argc > 1) side = (uint32_t)atoi(argv[1]);
-    if (side < 20 || side > MAX_SIDE) return 2;
+    if (side < 40 || side > MAX_SIDE) return 2;
+    if (argc > 2) cmocka_set_test_filter(argv[2]);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_direct_light_does_not_depend_on_the_size),
         cmocka_unit_test(test_the_level_does_not_depend_on_the_size),
@@ -427,5 +466,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_occluded_lamps_are_noisier),
         cmocka_unit_test(test_splats_find_caustics),
     };
-    return _cmocka_run_group_tests("paper 003", tests, sizeof tests / sizeof tests[0], measure_lights, NULL);
+    return _cmocka_run_group_tests("paper 003", tests, sizeof tests / sizeof tests[0], NULL, NULL);
 }

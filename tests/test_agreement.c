@@ -17,6 +17,13 @@
 
 /* ---- Agreement ---------------------------------------------------------------------------------------------------- */
 
+/* Builds with asserts are slow, with sanitizers more so: less power there. */
+#ifdef NDEBUG
+static const double target_bias = 0.02;
+#else
+static const double target_bias = 0.06;
+#endif
+
 static bool is_fast(const agreement_scene *scene) { return scene->fast; }
 
 static void test_integrators_agree(void **state)
@@ -25,7 +32,7 @@ static void test_integrators_agree(void **state)
     static const char *const integrators[] = {"light", "bdpt", "vcm:radius=%g,alpha=0", "vcm-star:radius=%g,alpha=0",
                                               "ovcm:radius=%g,alpha=0", NULL};
     const agreement_settings settings = {
-        .integrators = integrators, .wanted = is_fast, .target = 0.02, .max_samples = 3000};
+        .integrators = integrators, .wanted = is_fast, .target = target_bias, .max_samples = 2000};
     agreement_result result = {0};
     for (size_t i = 0; i < agreement_scene_count(); i++)
         if (is_fast(agreement_scene_at(i))) compare_integrators(agreement_scene_at(i), &settings, &result);
@@ -33,7 +40,7 @@ static void test_integrators_agree(void **state)
                   result.comparisons, result.skipped, result.suspicious, 100.0 * result.largest_detectable);
     assert_int_equal(result.failed, 0);
     assert_true(suspicious_p_value(&result) > 0.01);
-    assert_true(result.largest_detectable < 0.05);
+    assert_true(result.largest_detectable < 2.0 * target_bias);
 }
 
 /* ---- Threads ------------------------------------------------------------------------------------------------------ */
@@ -105,7 +112,7 @@ static double merged_radiance_over_passes(double r0, double alpha, uint32_t pass
     return sum / passes;
 }
 
-/* One integrator and radius: the mean is the truth and the bias that theory gives, here a hundred times the noise. */
+/* One integrator and radius: the mean is the truth and the bias that theory gives, here tens of times the noise. */
 static double check_bias(const ca_scene *scene, const char *name, double radius, uint32_t tests)
 {
     char integrator[128];

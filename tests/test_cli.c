@@ -378,14 +378,33 @@ static void test_info(void **state)
 
 static void test_bundled_scenes(void **state)
 {
-    static const char *const names[] = {"cornell-box", "furnace", "caustics", "mis", "textured"};
+    static const char *const names[] = {
+        "cornell-box/cornell-box",
+        "furnace/furnace",
+        "caustics/caustics",
+        "mis/mis",
+        "textured/textured",
+        "depth-of-field/depth-of-field",
+        "glass-slab/glass-slab",
+        "long-diffuse/long-diffuse",
+        "rough-glass/rough-glass",
+        "small-light-far/small-light-far",
+        "speed/cornell-spheres",
+        "paper-003/large-light",
+        "paper-003/small-light",
+        "paper-003/two-small-lights",
+        "perceptual-study/visible-diffuse",
+        "perceptual-study/visible-mixed",
+        "perceptual-study/occluded-diffuse",
+        "perceptual-study/occluded-mixed",
+    };
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         char path[512];
         ca_program_result r;
-        snprintf(path, sizeof path, "%s/scenes/%s/%s.xml", CA_SOURCE_DIR, names[i], names[i]);
+        snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, names[i]);
         RUN(&r, "info", path);
         assert_exit(&r, 0);
-        RUN(&r, "render", path, "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats", "a.json");
+        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats", "a.json");
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
         json_t *stats = load_json(folder_of(state), "a.json");

@@ -40,11 +40,10 @@ static float connect_weight(const ca_camera_walk *walk, const light_end *end, co
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *c = &walk->scratch->camera[walk->vertex], *l = &end->densities[end->index];
     const float inverse2 = 1.0f / ca_sqr(e->distance);
-    const float root = reuse->projected ? 1.0f : 0.0f;
     const float ratio_camera = e->cos_camera / ca_abs_dot(walk->surface.ng, walk->wi);
     const float ratio_light = e->cos_light / ca_abs_dot(end->surface->ng, end->vertex->wi);
-    const float area_camera = root > 0.0f ? c->sqrt_area * sqrtf(ratio_camera) : c->sqrt_area;
-    const float area_light = root > 0.0f ? l->sqrt_area * sqrtf(ratio_light) : l->sqrt_area;
+    const float area_camera = ca_sqrt_area_out(reuse, c->sqrt_area, ratio_camera);
+    const float area_light = ca_sqrt_area_out(reuse, l->sqrt_area, ratio_light);
     const float omega_camera = c->sqrt_omega + ca_footprint_spread(reuse->epsilon, e->camera.pdf);
     const float omega_light = l->sqrt_omega + ca_footprint_spread(reuse->epsilon, e->light.pdf);
     const ca_mis_path path = {
@@ -107,9 +106,7 @@ void ca_join_connect(ca_camera_walk *walk)
     if (path->count < 2) return;
     const ca_path_vertex *densities = ca_light_density_at(store, path->first);
     /* Segments: walk->vertex, the edge, and i. */
-    const uint32_t room = walk->b->max_depth - walk->vertex - 1;
-    const uint32_t last = ca_min_u32(path->count - 1, room);
-    if (walk->vertex + 1 > walk->b->max_depth) return;
+    const uint32_t last = ca_min_u32(path->count - 1, walk->b->max_depth - walk->vertex - 1);
     make_ready(walk, path, last);
     for (uint32_t i = 1; i <= last; i++) {
         const ca_light_vertex *vertex = ca_light_vertex_at(store, path->first + i);
@@ -134,7 +131,7 @@ static float merge_weight(const ca_camera_walk *walk, const ca_path_vertex *dens
     const float cos_in = ca_abs_dot(walk->surface.ng, walk->wi), cos_out = ca_abs_dot(walk->surface.ng, photon->wi);
     const float ratio = cos_out / cos_in;
     const float omega_camera = c->sqrt_omega + ca_footprint_spread(reuse->epsilon, value->pdf);
-    const float area_camera = reuse->projected ? c->sqrt_area * sqrtf(ratio) : c->sqrt_area;
+    const float area_camera = ca_sqrt_area_out(reuse, c->sqrt_area, ratio);
     const uint32_t t = photon->index; /* vertices before the photon */
     const ca_mis_path path = {
         .camera = {.vertices = walk->scratch->camera,

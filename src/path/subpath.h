@@ -89,6 +89,12 @@ static inline float ca_dirac_jacobian(ca_vec3 wi, ca_vec3 wo, float eta)
     return ca_abs_dot(normal, wi) / (ca_sqr(eta) * ca_abs_dot(normal, wo));
 }
 
+/* sqrt(A) as the path leaves a vertex: as it arrived, or as the surface's tilt turns it. */
+static inline float ca_sqrt_area_out(const ca_reuse_rules *rules, float sqrt_area, float cos_ratio)
+{
+    return rules->projected ? sqrt_area * sqrtf(cos_ratio) : sqrt_area;
+}
+
 /* A sampled event at `vertex`: fills what depends on it there and at `previous`, and gives the next segment. */
 static inline ca_flight ca_path_vertex_scatter(ca_path_vertex *vertex, ca_path_vertex *previous, ca_vec3 wi, ca_vec3 ng,
                                                const ca_bsdf_sample *event, const ca_reuse_rules *rules)
@@ -106,7 +112,7 @@ static inline ca_flight ca_path_vertex_scatter(ca_path_vertex *vertex, ca_path_v
         .pdf = event->pdf.v,
         .reversible = true,
         .cos_out = cos_out,
-        .sqrt_area = rules->projected ? vertex->sqrt_area * sqrtf(vertex->cos_ratio) : vertex->sqrt_area,
+        .sqrt_area = ca_sqrt_area_out(rules, vertex->sqrt_area, vertex->cos_ratio),
         .sqrt_omega = vertex->sqrt_omega + (dirac ? 0.0f : ca_footprint_spread(rules->epsilon, event->pdf)),
     };
 }

@@ -59,8 +59,8 @@
 #define BACK_WALL(bsdf) SHAPE("rectangle", SCALE("2.5") AT("0,2,-1.6"), bsdf)
 /* Encloses everything, the sensors too. */
 #define ROOM(bsdf)                                                                                                         \
-    "<shape type='cube'><boolean name='flip_normals' value='true'/>" TO_WORLD("<scale x='2.4' y='1.5' z='4.5'/>" AT("0,1.5,0.5")) \
-        bsdf "</shape>"
+    "<shape type='cube'><boolean name='flip_normals' value='true'/>"                                                       \
+    TO_WORLD("<scale x='2.4' y='1.5' z='4.5'/>" AT("0,1.5,0.5")) bsdf "</shape>"
 #define KNOT(bsdf)                                                                                                         \
     "<shape type='ply'><string name='filename' value='knot.ply'/>" TO_WORLD(SCALE("0.7") AT("-0.1,0.9,0")) bsdf "</shape>"
 
@@ -95,7 +95,8 @@ static const agreement_scene scenes[] = {
      .sensor = PARALLEL_VIEW, .max_depth = 6, .radius = 0.02f,
      .content = FLOOR(CHECKERS) BALL("-0.5,0.6,0", "0.6", ROUGH_GLASS("0.4"))
          SHAPE("cube", SCALE("0.3") TURN("y", "20") AT("0.8,0.3,0.1"), ROUGH_METAL("Al", "0.35"))
-         "<emitter type='directional'>" COLOR("irradiance", "3,2.8,2.5") "<vector name='direction' value='-0.5,-1,-0.4'/></emitter>"},
+         "<emitter type='directional'>" COLOR("irradiance", "3,2.8,2.5")
+         "<vector name='direction' value='-0.5,-1,-0.4'/></emitter>"},
     {.name = "constant sky, instances, thin lens",
      .sensor = LENS_VIEW, .max_depth = 5, .hide_emitters = true, .radius = 0.02f, .fast = true,
      .content = SHAPE("disk", SCALE("2.5") TURN("x", "-90"), CHECKERS)
@@ -129,12 +130,12 @@ static const agreement_scene scenes[] = {
          CEILING_LIGHT("1", "2.9", "<emitter type='area'>" BITMAP("radiance", "tiles.png",
              "<transform name='to_uv'><scale value='2'/></transform>") "</emitter>")},
     {.name = "spherical light, mirror, smooth plastic",
-     .sensor = PARALLEL_VIEW, .max_depth = 6, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW,
+     .sensor = PARALLEL_VIEW, .max_depth = 6, .radius = 0.02f, .needs = NEEDS_SPECULAR_VIEW, .fast = true,
      .content = FLOOR(CHECKERS) BALL("-0.4,1.9,0.6", "0.45", BLACK GLOW("5,5,4"))
          SHAPE("rectangle", SCALE("0.7") TURN("y", "20") AT("-0.5,0.7,-0.9"), TWOSIDED(MIRROR))
          BALL("0.5,0.5,0", "0.5", "<bsdf type='plastic'>" COLOR("diffuse_reflectance", "0.6,0.3,0.2") "</bsdf>")},
     {.name = "many lights, blend",
-     .sensor = FRONT_VIEW, .max_depth = 5, .radius = 0.02f, .hide_emitters = true, .fast = true,
+     .sensor = FRONT_VIEW, .max_depth = 5, .radius = 0.02f, .hide_emitters = true,
      .content = FLOOR("<bsdf type='blendbsdf'><texture type='checkerboard' name='weight'>" COLOR("color0", "0.8")
              COLOR("color1", "0.1") "</texture>" DIFFUSE("0.5,0.4,0.3") ROUGH_METAL("Ag", "0.3") "</bsdf>")
          SHAPE("rectangle", SCALE("0.6") TURN("y", "15") AT("-0.6,0.7,0.2"), TWOSIDED(DIFFUSE("0.2,0.6,0.7")))
@@ -181,7 +182,7 @@ static const agreement_scene scenes[] = {
      .content = ROOM(DIFFUSE("0.4")) BALL("0.5,0.3,0.6", "0.25", DIFFUSE("0.7,0.3,0.2"))
          SHAPE("cube", "<scale x='1.2' y='0.05' z='1'/>" AT("0,0.8,0.3"), GLASS) CEILING_LIGHT("1.4", "2.95", GLOW("2,2,2"))},
     {.name = "indirect light only",
-     .sensor = FRONT_VIEW, .max_depth = 6, .radius = 0.02f,
+     .sensor = FRONT_VIEW, .max_depth = 6, .radius = 0.02f, .fast = true,
      .content = ROOM(DIFFUSE("0.7,0.65,0.6")) BALL("-0.5,0.5,0", "0.5", ROUGH_PLASTIC("0.3,0.5,0.4", "0.3"))
          SHAPE("rectangle", TURN("x", "-90") AT("0.6,1.8,0"), TWOSIDED(DIFFUSE("0.5"))) POINT("0.6,2,0", "12,12,12")},
     /* three edges: a caustic seen in a mirror would have four, and only merges find that */
@@ -202,7 +203,8 @@ ca_scene *agreement_scene_load(const agreement_scene *scene)
                                 "<scene version='3.0.0'><path value='%s/scenes/textured'/>"
                                 "<integrator type='path'><integer name='max_depth' value='%d'/>"
                                 "<boolean name='hide_emitters' value='%s'/></integrator>%s%s</scene>",
-                                CA_SOURCE_DIR, scene->max_depth, scene->hide_emitters ? "true" : "false", scene->sensor, scene->content);
+                                CA_SOURCE_DIR, scene->max_depth, scene->hide_emitters ? "true" : "false", scene->sensor,
+                                scene->content);
     assert_true(length > 0 && (size_t)length < sizeof text);
     return scene_from_text(text);
 }

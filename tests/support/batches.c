@@ -106,15 +106,30 @@ ca_image_layers *render_batches(const ca_scene *scene, const batch_settings *set
     return layers;
 }
 
-measured measure_mean(const ca_scene *scene, const batch_settings *settings)
+void batch_means(const ca_scene *scene, const batch_settings *settings, double *means)
 {
-    running r = {0};
     for (uint32_t i = 0; i < settings->batches; i++) {
         ca_image_layers *image = render_batch(scene, settings, i);
-        running_add(&r, mean_of_rect(image, "G", (ca_pixel_rect){0, 0, image->width, image->height}));
+        means[i] = mean_of_rect(image, "G", (ca_pixel_rect){0, 0, image->width, image->height});
         ca_image_release(image);
     }
+}
+
+measured measured_of(const double *values, uint32_t count)
+{
+    running r = {0};
+    for (uint32_t i = 0; i < count; i++) running_add(&r, values[i]);
     return (measured){.mean = r.mean, .error = sqrt(r.squares / (r.count - 1) / r.count), .degrees = r.count - 1};
+}
+
+measured measure_mean(const ca_scene *scene, const batch_settings *settings)
+{
+    double *means = calloc(settings->batches, sizeof *means);
+    assert_non_null(means);
+    batch_means(scene, settings, means);
+    const measured value = measured_of(means, settings->batches);
+    free(means);
+    return value;
 }
 
 double p_value_of(measured value, double expected, double tolerance)

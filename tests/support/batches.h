@@ -31,6 +31,11 @@ typedef struct measured {
 /* Mean over the whole picture, green. The settings' block_side is not looked at. */
 measured measure_mean(const ca_scene *scene, const batch_settings *settings);
 
+/* The batches' own means, and what they say together. Two integrators with the same seeds share their light paths, so that the
+ * differences batch by batch have less noise than the means. */
+void batch_means(const ca_scene *scene, const batch_settings *settings, double *means);
+measured measured_of(const double *values, uint32_t count);
+
 /* Two-sided p-value that the true mean is `expected`; `tolerance` is added for what is known to differ (rounding). */
 double p_value_of(measured value, double expected, double tolerance);
 

@@ -7,6 +7,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -50,7 +51,8 @@ const char *general_sensor_name(size_t sensor) { return general_sensors[sensor].
 #define DEPTH(n) "<integrator type='path'><integer name='max_depth' value='" n "'/></integrator>"
 #define CENTRE_LIGHT "<emitter type='point'><rgb name='intensity' value='2'/></emitter>"
 #define GLOW "<emitter type='area'><rgb name='radiance' value='0.5'/></emitter>"
-#define FLOOR(rho) "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>" \
+#define FLOOR(rho)                                                                                                       \
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>"         \
     DIFFUSE(rho) "</shape>"
 #define SQUARE_ABOVE                                                                                                     \
     "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate y='1'/></transform>"          \
@@ -69,58 +71,70 @@ static double square_to_square(void)
            (log(root * root / sqrt(1.0 + 2.0 * x * x)) + 2.0 * x * root * atan(x / root) - 2.0 * x * atan(x));
 }
 
-/* ---- A caustic through glass -------------------------------------------------------------------------------------- */
+/* ---- Caustics through glass and water ----------------------------------------------------------------------------- */
 
-static const double slab_height = 1.0, slab_thickness = 0.3, slab_eta = 1.5, slab_view = 0.3;
+/* A point light of intensity 1 above a floor of reflectance 0.8; in between, light passes through air and through a denser medium,
+ * which it enters, and leaves again or not. */
+typedef struct layers {
+    double air, dense; /* m along the axis */
+    double eta;
+    int faces; /* that it passes */
+} layers;
+
+static const layers slab = {.air = 0.7, .dense = 0.3, .eta = 1.5, .faces = 2};
+static const layers water = {.air = 0.5, .dense = 0.5, .eta = 1.33, .faces = 1};
+static const double view = 0.3; /* half side of the square of floor that is seen */
 
 /* Distance from the axis at which a ray that left the light at angle theta meets the floor; its derivative. */
-static double slab_distance(double theta, double *derivative)
+static double floor_distance(const layers *l, double theta, double *derivative)
 {
-    const double inside = asin(sin(theta) / slab_eta), air = slab_height - slab_thickness;
-    const double c = cos(theta), c_inside = cos(inside);
-    *derivative = air / (c * c) + slab_thickness / (c_inside * c_inside) * c / (slab_eta * c_inside);
-    return air * tan(theta) + slab_thickness * tan(inside);
+    const double inside = asin(sin(theta) / l->eta), c = cos(theta), c_inside = cos(inside);
+    *derivative = l->air / (c * c) + l->dense / (c_inside * c_inside) * c / (l->eta * c_inside);
+    return l->air * tan(theta) + l->dense * tan(inside);
 }
 
-static double slab_transmittance(double theta)
+/* Fresnel's formulas; on entering and leaving the angles are the same. */
+static double transmittance(const layers *l, double theta)
 {
-    const double c = cos(theta), c_inside = cos(asin(sin(theta) / slab_eta));
-    const double s = (c - slab_eta * c_inside) / (c + slab_eta * c_inside);
-    const double p = (slab_eta * c - c_inside) / (slab_eta * c + c_inside);
-    const double reflected = 0.5 * (s * s + p * p);
-    return (1.0 - reflected) * (1.0 - reflected); /* the two faces see the same angles */
+    const double c = cos(theta), c_inside = cos(asin(sin(theta) / l->eta));
+    const double s = (c - l->eta * c_inside) / (c + l->eta * c_inside);
+    const double p = (l->eta * c - c_inside) / (l->eta * c + c_inside);
+    return pow(1.0 - 0.5 * (s * s + p * p), l->faces);
 }
 
 /* The flux I T 2 pi sin theta dtheta of a cone falls on the ring 2 pi d dd. */
-static double slab_irradiance(double distance)
+static double floor_irradiance(const layers *l, double distance)
 {
     double low = 0.0, high = 1.5, derivative;
     for (int i = 0; i < 60; i++) {
         const double middle = 0.5 * (low + high);
-        if (slab_distance(middle, &derivative) < distance)
+        if (floor_distance(l, middle, &derivative) < distance)
             low = middle;
         else
             high = middle;
     }
-    slab_distance(low, &derivative);
-    return slab_transmittance(low) * sin(low) / (distance * derivative);
+    floor_distance(l, low, &derivative);
+    return transmittance(l, low) * sin(low) / (distance * derivative);
 }
 
-/* Mean over the view of a floor of reflectance 0.8. */
-static double slab_radiance(void)
+/* Mean over the view. */
+static double floor_radiance(const layers *l)
 {
     enum { STEPS = 100 };
     double sum = 0.0;
     for (int y = 0; y < STEPS; y++)
         for (int x = 0; x < STEPS; x++)
-            sum += slab_irradiance(slab_view * hypot((x + 0.5) / STEPS, (y + 0.5) / STEPS));
+            sum += floor_irradiance(l, view * hypot((x + 0.5) / STEPS, (y + 0.5) / STEPS));
     return 0.8 / PI * sum / (STEPS * STEPS);
 }
 
-/* The same, seen through the slab at normal incidence. */
-static double slab_radiance_through_slab(void) { return slab_transmittance(0.0) * slab_radiance(); }
+static double under_slab(void) { return floor_radiance(&slab); }
+static double under_water(void) { return floor_radiance(&water); }
+/* Seen from above at normal incidence; leaving water, radiance falls by the square of the index. */
+static double through_slab(void) { return transmittance(&slab, 0.0) * floor_radiance(&slab); }
+static double through_water(void) { return transmittance(&water, 0.0) / (water.eta * water.eta) * floor_radiance(&water); }
 
-/* Full intensity inside of 30 degrees, which is all that the view sees. */
+/* Full intensity inside of 32 degrees, which is all that the view sees. */
 #define SPOT_DOWN                                                                                                        \
     "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='36'/>"                        \
     "<float name='beam_width' value='32'/>"                                                                               \
@@ -132,14 +146,20 @@ static double slab_radiance_through_slab(void) { return slab_transmittance(0.0) 
 /* On a sphere of radius R, merging of light from all sides loses r^2 / (8 R^2): what comes from below the horizon of
  * the point looked at, though not of the photon's. */
 #define CAVITY_RADIUS 0.1f
+#define WATER                                                                                                            \
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/><translate y='0.5'/>"  \
+    "</transform><bsdf type='dielectric'><float name='int_ior' value='1.33'/><float name='ext_ior' value='1'/></bsdf></shape>"
+
 static const closed_form closed_forms[] = {
     /* E = I / r^2 everywhere; one bounce */
-    {"point light in a sphere, direct", DEPTH("2"), NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")), 0.6 / PI * 2.0, NULL, 0, CAVITY_RADIUS},
+    {"point light in a sphere, direct", DEPTH("2"), NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")), 0.6 / PI * 2.0,
+     NULL, 0, CAVITY_RADIUS},
     /* a cavity of reflectance rho multiplies by 1 / (1 - rho) */
     {"point light in a sphere, all bounces", UNLIMITED, NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")),
      0.6 / PI * 2.0 / 0.4, NULL, 0, CAVITY_RADIUS},
     {"emissive enclosing sphere", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 1.0, NULL, 0, CAVITY_RADIUS},
-    {"emissive enclosing sphere, 3 edges", DEPTH("3"), NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 0.5 * 1.75, NULL, 0, CAVITY_RADIUS},
+    {"emissive enclosing sphere, 3 edges", DEPTH("3"), NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 0.5 * 1.75, NULL,
+     0, CAVITY_RADIUS},
     /* a mirror in a cavity in equilibrium is invisible */
     {"the same with a mirror ball in it", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL(MIRROR), 1.0, NULL,
      NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
@@ -163,11 +183,23 @@ static const closed_form closed_forms[] = {
      element_to_square, NEEDS_NARROW_VIEW, 0.0f},
     {"form factor of a square to a square", DEPTH("2"), LOOK_DOWN("1", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0, square_to_square,
      0, 0.05f},
-    {"floor under a slab of glass", DEPTH("4"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, slab_radiance,
+    {"floor under a slab of glass", DEPTH("4"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, under_slab,
      NEEDS_CAUSTICS, 0.03f},
-    {"floor through the same slab", DEPTH("6"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0,
-     slab_radiance_through_slab, NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
+    {"floor through the same slab", DEPTH("6"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, through_slab,
+     NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
+    {"floor under water, seen in it", DEPTH("3"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") WATER SPOT_DOWN, 0.0, under_water,
+     NEEDS_CAUSTICS, 0.03f},
+    {"the same, seen from above", DEPTH("4"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") WATER SPOT_DOWN, 0.0, through_water,
+     NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
 };
+
+const closed_form *closed_form_named(const char *name)
+{
+    for (size_t i = 0; i < closed_form_count(); i++)
+        if (strcmp(closed_forms[i].name, name) == 0) return &closed_forms[i];
+    fail_msg("no closed form is called \"%s\"", name);
+    return NULL;
+}
 
 size_t closed_form_count(void) { return sizeof closed_forms / sizeof closed_forms[0]; }
 
@@ -193,12 +225,14 @@ static const integrator_variant variants[] = {
     {"light", NEEDS_SPECULAR_VIEW | NEEDS_NARROW_VIEW | NEEDS_SDS},
     {"bdpt:heuristic=balance", NEEDS_SDS},
     {"bdpt:heuristic=power", NEEDS_SDS},
+    {"bdpt:light_paths=700,camera_paths=2", NEEDS_SDS},
     {"bdpt:strategies=no-splat", NEEDS_CAUSTICS | NEEDS_SDS},
     {"ppm:" RADIUS, NEEDS_NARROW_VIEW},
     {"bdpm:camera_diffuse_depth=1," RADIUS, NEEDS_NARROW_VIEW},
     {"bdpm:camera_diffuse_depth=2,merges=last," RADIUS, NEEDS_NARROW_VIEW},
     {"vcm:heuristic=balance," RADIUS, NEEDS_NARROW_VIEW},
     {"vcm:heuristic=power," RADIUS, NEEDS_NARROW_VIEW},
+    {"vcm:light_paths=700,camera_paths=2," RADIUS, NEEDS_NARROW_VIEW},
     {"vcm-plus:" RADIUS, NEEDS_NARROW_VIEW},
     {"vcm-star:" RADIUS, NEEDS_NARROW_VIEW},
     {"ovcm:" RADIUS, NEEDS_NARROW_VIEW},
