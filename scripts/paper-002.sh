@@ -1,6 +1,6 @@
 #!/bin/sh
 # The comparison of paper 002: renders, and writes its tables into docs/papers/002.md (between the two markers there) and its
-# close-ups to docs/pictures/paper-002/. About a quarter of an hour on two processors.
+# close-ups to docs/pictures/paper-002/. Some twenty minutes on two processors.
 #
 #   scripts/paper-002.sh BUILD_FOLDER [--quick | --iterations N] [--only SCENE]
 #
