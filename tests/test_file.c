@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "support/sample_files.h"
+#include "support/sample_folder.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,29 +15,6 @@
 #include <unistd.h>
 
 #include <cmocka.h>
-
-static char folder[64];
-
-static int make_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_make(folder);
-    return 0;
-}
-
-static int remove_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_remove(folder);
-    return 0;
-}
-
-static const char *path_to(const char *name)
-{
-    static char path[256];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
 
 static void assert_refused(const char *path, size_t limit, const char *expected)
 {

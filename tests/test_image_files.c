@@ -3,6 +3,7 @@
 #include "image/image.h"
 #include "image/layers.h"
 #include "support/sample_files.h"
+#include "support/sample_folder.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -12,29 +13,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static char folder[64];
-
-static int make_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_make(folder);
-    return 0;
-}
-
-static int remove_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_remove(folder);
-    return 0;
-}
-
-static const char *path_to(const char *name)
-{
-    static char path[256];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
 
 /* Reads the bytes under that name and lets go of them. */
 static ca_image read_sample(const char *name, sample_bytes bytes, ca_image_encoding encoding, uint32_t channels)

@@ -5,6 +5,7 @@
 #include "image/image.h"
 #include "image/layers.h"
 #include "support/sample_files.h"
+#include "support/sample_folder.h"
 #include "support/test_random.h"
 
 #include <dirent.h>
@@ -19,29 +20,6 @@
 #include <sys/stat.h>
 
 #include <cmocka.h>
-
-static char folder[64];
-
-static int make_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_make(folder);
-    return 0;
-}
-
-static int remove_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_remove(folder);
-    return 0;
-}
-
-static const char *path_to(const char *name)
-{
-    static char path[256];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
 
 enum { WIDTH = 37, HEIGHT = 29 };
 

@@ -4,7 +4,7 @@
 
 #include "math/numeric.h"
 #include "sampling/warp.h"
-#include "support/light_fixture.h"
+#include "support/shared_light_fixture.h"
 #include "support/test_random.h"
 
 #include <setjmp.h>
@@ -12,22 +12,6 @@
 #include <stddef.h>
 
 #include <cmocka.h>
-
-static ca_light_fixture fixture;
-
-static int set_up(void **state)
-{
-    (void)state;
-    ca_light_fixture_create(&fixture);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    ca_light_fixture_destroy(&fixture);
-    return 0;
-}
 
 static ca_vec2 random2(ca_test_random *random)
 {

@@ -3,29 +3,13 @@
 
 #include "base/memory.h"
 #include "math/numeric.h"
-#include "support/light_fixture.h"
+#include "support/shared_light_fixture.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 
 #include <cmocka.h>
-
-static ca_light_fixture fixture;
-
-static int set_up(void **state)
-{
-    (void)state;
-    ca_light_fixture_create(&fixture);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    ca_light_fixture_destroy(&fixture);
-    return 0;
-}
 
 static void test_bad_pictures(void **state)
 {

@@ -2,7 +2,7 @@
 #include "light/light.h"
 #include "math/numeric.h"
 #include "support/chi_square.h"
-#include "support/light_fixture.h"
+#include "support/shared_light_fixture.h"
 #include "support/test_random.h"
 
 #include <setjmp.h>
@@ -10,22 +10,6 @@
 #include <stddef.h>
 
 #include <cmocka.h>
-
-static ca_light_fixture fixture;
-
-static int set_up(void **state)
-{
-    (void)state;
-    ca_light_fixture_create(&fixture);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    ca_light_fixture_destroy(&fixture);
-    return 0;
-}
 
 enum { TESTS = 2 * LIGHT_COUNT };
 static const ca_vec2 fixed_position = {0.31f, 0.62f};

@@ -3,6 +3,7 @@
 #include "image/image.h"
 #include "import/import.h"
 #include "support/sample_files.h"
+#include "support/sample_folder.h"
 
 #include <locale.h>
 #include <math.h>
@@ -13,29 +14,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static char folder[64];
-
-static int make_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_make(folder);
-    return 0;
-}
-
-static int remove_folder(void **unused)
-{
-    (void)unused;
-    sample_folder_remove(folder);
-    return 0;
-}
-
-static const char *path_to(const char *name)
-{
-    static char path[256];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
 
 static ca_status import_bytes(const char *name, const void *data, size_t size, ca_mesh *mesh, ca_error *error)
 {

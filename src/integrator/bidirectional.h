@@ -100,9 +100,6 @@ static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
 }
 
-/* Survival by Russian roulette after `depth` edges, as `path` has it; false: the walk ends, else *throughput is scaled. */
-bool ca_bidirectional_roulette(const ca_bidirectional *b, uint32_t depth, float eta2, float u, ca_rgb *throughput);
-
 /* ---- The walks and joins -------------------------------------------------------------------------------------------- */
 
 /* Traces light path `path` of a chunk, the `number`-th of the whole render. */

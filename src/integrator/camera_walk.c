@@ -1,16 +1,6 @@
 /* Camera paths: hits and next event here, the joins with light paths in join.c. */
 #include "integrator/bidirectional.h"
-
-bool ca_bidirectional_roulette(const ca_bidirectional *b, uint32_t depth, float eta2, float u, ca_rgb *throughput)
-{
-    const float largest = ca_rgb_max(*throughput);
-    if (!(largest > 0.0f)) return false;
-    if (depth < b->rr_depth) return true;
-    const float survival = ca_min(0.95f, largest * eta2);
-    if (u >= survival) return false;
-    *throughput = ca_rgb_scale(*throughput, 1.0f / survival);
-    return true;
-}
+#include "integrator/walk.h"
 
 void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight)
@@ -86,18 +76,6 @@ static void add_environment(ca_camera_walk *walk)
 
 /* ---- Next event ----------------------------------------------------------------------------------------------------- */
 
-static bool light_is_visible(const ca_camera_walk *walk, const ca_light_direct *direct)
-{
-    const ca_surface *surface = &walk->surface;
-    const ca_accel *accel = walk->b->input.scene->accel;
-    if (isfinite(direct->distance))
-        return ca_accel_visible(accel, surface->position, surface->position_error, surface->ng, direct->position,
-                                direct->position_error, direct->ng);
-    const ca_vec3 origin =
-        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light);
-    return !ca_accel_occluded(accel, origin, direct->to_light, 0.0f, INFINITY);
-}
-
 static float next_event_weight(const ca_camera_walk *walk, const ca_light *light, float choice,
                                const ca_light_direct *direct, const ca_bsdf_value *value, float cos_out)
 {
@@ -149,7 +127,7 @@ static void add_next_event(ca_camera_walk *walk)
     const ca_rgb unweighted = ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), direct.radiance), factor);
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.shadow_rays++;
-    if (!light_is_visible(walk, &direct)) return;
+    if (!ca_walk_light_is_visible(scene->accel, &walk->surface, &direct)) return;
     ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted,
                        next_event_weight(walk, light, choice, &direct, &value, cos_out));
 }
@@ -176,13 +154,6 @@ static bool advance(ca_camera_walk *walk)
                           ca_bidirectional_density(walk->b, walk->surface.position));
     if (walk->surface.light != CA_NONE) add_hit(walk, walk->surface.light, &walk->surface);
     return k == 1 || k < walk->b->max_depth;
-}
-
-static void record_primary_hit(ca_camera_walk *walk)
-{
-    walk->sample->albedo = ca_bsdf_albedo(&walk->bsdf, walk->wi);
-    walk->sample->normal = walk->surface.ns;
-    walk->sample->position = walk->surface.position;
 }
 
 /* Asks the lights and joins the last vertex with all that light paths offer. */
@@ -225,7 +196,7 @@ static bool scatter(ca_camera_walk *walk)
     walk->direction = event.wo_world;
     walk->t_min = 0.0f;
     walk->t_max = INFINITY;
-    return ca_bidirectional_roulette(walk->b, walk->vertex + 1, walk->eta2, u_lobe_roulette.y, &walk->throughput);
+    return ca_walk_survives(walk->vertex + 1, walk->b->rr_depth, walk->eta2, u_lobe_roulette.y, &walk->throughput);
 }
 
 static void trace(ca_camera_walk *walk)
@@ -235,7 +206,7 @@ static void trace(ca_camera_walk *walk)
     while (walk->vertex + 2 < CA_PATH_MAX_VERTICES) {
         if (!advance(walk)) return;
         ca_bsdf_init(&walk->bsdf, scene->materials, scene->desc.textures.items, &walk->surface, walk->wi);
-        if (walk->vertex == 1) record_primary_hit(walk);
+        if (walk->vertex == 1) ca_walk_record_primary_hit(&walk->surface, &walk->bsdf, walk->wi, walk->sample);
         if (walk->vertex >= max_depth) return;
         gather(walk);
         if (!scatter(walk)) return;
@@ -246,12 +217,8 @@ static void start(ca_camera_walk *walk, uint32_t index)
 {
     const ca_integrator_input *input = &walk->b->input;
     walk->stream = ca_stream_start(input->sampler, (uint64_t)walk->y * input->camera->width + walk->x, index);
-    const ca_vec2 offset =
-        ca_filter_sample(input->filter, ca_sample_2d(&walk->stream, CA_DIM_FILM), &walk->sample->filter_weight);
-    const ca_vec2 film_position = {(float)walk->x + 0.5f + offset.x, (float)walk->y + 0.5f + offset.y};
-    const ca_vec2 lens = input->camera->kind == CA_CAMERA_THIN_LENS ? ca_sample_2d(&walk->stream, CA_DIM_LENS)
-                                                                    : (ca_vec2){0.5f, 0.5f};
-    const ca_camera_ray ray = ca_camera_sample_ray(input->camera, film_position, lens);
+    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &walk->stream, walk->x, walk->y,
+                                                 &walk->sample->filter_weight);
     walk->origin = ray.origin;
     walk->direction = ray.direction;
     walk->t_min = ray.t_min;

@@ -1,5 +1,6 @@
 /* Light paths: vertices for connections, photons, and splats to the lens. */
 #include "integrator/bidirectional.h"
+#include "integrator/walk.h"
 
 #include "base/memory.h"
 
@@ -186,7 +187,7 @@ static bool scatter(light_walk *walk)
     walk->direction = event.wo_world;
     const float relative = 1.0f / walk->start; /* the roulette looks at what is left, not at watts */
     ca_rgb left = ca_rgb_scale(walk->throughput, relative);
-    if (!ca_bidirectional_roulette(walk->b, walk->vertex + 1, 1.0f, u_lobe_roulette.y, &left)) return false;
+    if (!ca_walk_survives(walk->vertex + 1, walk->b->rr_depth, 1.0f, u_lobe_roulette.y, &left)) return false;
     walk->throughput = ca_rgb_scale(left, walk->start);
     return true;
 }

@@ -5,6 +5,7 @@
  * roulette may end a path after vertex rr_depth, surviving with min(0.95, largest throughput * eta^2). */
 #include "base/memory.h"
 #include "integrator/integrator.h"
+#include "integrator/walk.h"
 
 #include "math/numeric.h"
 
@@ -87,16 +88,6 @@ static void add_emission(const path_state *state, path_walk *walk, uint32_t ligh
                weight, counters);
 }
 
-static bool light_is_visible(const path_state *state, const ca_surface *surface, const ca_light_direct *direct)
-{
-    if (isfinite(direct->distance))
-        return ca_accel_visible(state->scene->accel, surface->position, surface->position_error, surface->ng,
-                                direct->position, direct->position_error, direct->ng);
-    const ca_vec3 origin =
-        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light);
-    return !ca_accel_occluded(state->scene->accel, origin, direct->to_light, 0.0f, INFINITY);
-}
-
 /* Next event: ask one light, chosen by power. */
 static void add_next_event(const path_state *state, path_walk *walk, const ca_surface *surface, const ca_bsdf *bsdf,
                            const ca_stream *stream, ca_counters *counters)
@@ -119,7 +110,7 @@ static void add_next_event(const path_state *state, path_walk *walk, const ca_su
         ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), direct.radiance), factor);
     if (ca_rgb_is_black(contribution)) return;
     counters->shadow_rays++;
-    if (!light_is_visible(state, surface, &direct)) return;
+    if (!ca_walk_light_is_visible(state->scene->accel, surface, &direct)) return;
     contribute(state, walk, CA_TECHNIQUE_NEXT_EVENT, walk->depth + 2, contribution, weight, counters);
 }
 
@@ -144,20 +135,7 @@ static bool scatter(const path_state *state, path_walk *walk, const ca_surface *
     walk->pdf = sample.pdf;
     walk->dirac = (sample.scatter & CA_SCATTER_DIRAC) != 0;
     walk->depth++;
-    const float largest = ca_rgb_max(walk->throughput);
-    if (!(largest > 0.0f)) return false;
-    if (walk->depth < state->rr_depth) return true;
-    const float survival = ca_min(0.95f, largest * walk->eta2);
-    if (u_lobe_roulette.y >= survival) return false;
-    walk->throughput = ca_rgb_scale(walk->throughput, 1.0f / survival);
-    return true;
-}
-
-static void record_primary_hit(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi, ca_film_sample *sample)
-{
-    sample->albedo = ca_bsdf_albedo(bsdf, wi);
-    sample->normal = surface->ns;
-    sample->position = surface->position;
+    return ca_walk_survives(walk->depth, state->rr_depth, walk->eta2, u_lobe_roulette.y, &walk->throughput);
 }
 
 static void trace(const path_state *state, path_walk *walk, const ca_stream *stream, ca_film_sample *sample,
@@ -179,7 +157,7 @@ static void trace(const path_state *state, path_walk *walk, const ca_stream *str
         ca_bsdf bsdf;
         const ca_vec3 wi = ca_neg(walk->direction);
         ca_bsdf_init(&bsdf, scene->materials, scene->desc.textures.items, &surface, wi);
-        if (walk->depth == 0) record_primary_hit(&surface, &bsdf, wi, sample);
+        if (walk->depth == 0) ca_walk_record_primary_hit(&surface, &bsdf, wi, sample);
         if (last) return;
         if (state->next_event && (bsdf.scatter & CA_SCATTER_SMOOTH))
             add_next_event(state, walk, &surface, &bsdf, stream, counters);
@@ -194,11 +172,7 @@ static void path_camera_path(const void *opaque, uint32_t x, uint32_t y, uint32_
     const path_state *state = opaque;
     const ca_stream stream = ca_stream_start(state->sampler, (uint64_t)y * state->camera->width + x, index);
     float filter_weight;
-    const ca_vec2 offset = ca_filter_sample(state->filter, ca_sample_2d(&stream, CA_DIM_FILM), &filter_weight);
-    const ca_vec2 film_position = {(float)x + 0.5f + offset.x, (float)y + 0.5f + offset.y};
-    const ca_vec2 lens =
-        state->camera->kind == CA_CAMERA_THIN_LENS ? ca_sample_2d(&stream, CA_DIM_LENS) : (ca_vec2){0.5f, 0.5f};
-    const ca_camera_ray ray = ca_camera_sample_ray(state->camera, film_position, lens);
+    const ca_camera_ray ray = ca_walk_camera_ray(state->camera, state->filter, &stream, x, y, &filter_weight);
     path_walk walk = {.origin = ray.origin,
                       .direction = ray.direction,
                       .t_min = ray.t_min,

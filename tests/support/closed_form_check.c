@@ -113,3 +113,33 @@ closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *e
                   100.0 * tally.largest_deviation, 100.0 * tally.largest_error);
     return tally;
 }
+
+/* A variant's test. */
+typedef struct variant_test {
+    size_t variant;
+    const closed_form_effort *effort;
+} variant_test;
+
+static void test_variant(void **state)
+{
+    const variant_test *test = *state;
+    const closed_form_tally tally = check_closed_forms(test->variant, test->effort);
+    assert_true(tally.cases > 0);
+    assert_int_equal(tally.failed, 0);
+}
+
+int run_closed_forms(int argc, char **argv, const closed_form_effort *effort)
+{
+    enum { MOST = 32 };
+    struct CMUnitTest tests[MOST] = {{0}};
+    variant_test variants[MOST];
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    const size_t count = integrator_variant_count();
+    assert_true(count <= MOST);
+    for (size_t i = 0; i < count; i++) {
+        variants[i] = (variant_test){i, effort};
+        tests[i] = (struct CMUnitTest){
+            .name = integrator_variant_at(i)->text, .test_func = test_variant, .initial_state = &variants[i]};
+    }
+    return _cmocka_run_group_tests("closed forms", tests, count, NULL, NULL);
+}

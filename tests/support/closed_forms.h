@@ -65,4 +65,8 @@ typedef struct closed_form_effort {
  * other seeds, and that counts. Prints a line, and one more for each failure. */
 closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *effort);
 
+/* The main() of a test program: one test for each variant. An argument is a pattern: only variants of matching names are
+ * tested. */
+int run_closed_forms(int argc, char **argv, const closed_form_effort *effort);
+
 #endif
