@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-long bench paper-002 lint install clean dependencies
+.PHONY: help build demo test test-long bench paper-002 paper-004 lint install clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -21,6 +21,7 @@ help:
 	@echo "make test-long  the slow, statistical tests"
 	@echo "make bench      measures speed, writes bench/results.json"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
+	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
 	@echo "make lint       source rules; gcc and clang with warnings as errors"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
 	@echo "make clean      removes build folders and out/"
@@ -54,6 +55,10 @@ bench: dependencies
 paper-002: dependencies
 	@$(call build_targets,release,all paper_002,build)
 	@scripts/paper-002.sh build $(if $(QUICK),--quick)
+
+paper-004: dependencies
+	@$(call build_targets,release,all paper_004,build)
+	@scripts/paper-004.sh build $(if $(QUICK),--quick)
 
 lint:
 	@scripts/install-dependencies.sh build check

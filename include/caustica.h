@@ -83,6 +83,7 @@ CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 
 typedef struct ca_render_progress {
     uint32_t passes_done, passes_total; /* total 0: not known */
+    bool blocks;                        /* what is counted are blocks of pairs */
     double seconds, seconds_total;      /* total 0: not limited by time */
     double noise_percent;               /* relative standard error of the image so far; negative: not known yet */
     double noise_target;                /* 0: none */
@@ -94,7 +95,7 @@ typedef struct ca_render_settings {
     uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
     double noise_percent;       /* > 0: stop when the relative standard error of the image is below this many percent */
-    const char *sampler;        /* "independent", "sobol" */
+    const char *sampler;        /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
     uint64_t seed;
     bool has_seed;
     uint32_t threads;       /* 0: one per processor. The image does not depend on it, to the bit */
@@ -116,7 +117,12 @@ typedef struct ca_render_settings {
     /* Folder for one picture of what each technique found, s camera and t light vertices, before and after weighting:
      * hit_s3_t0_unweighted.exr, connect_s2_t2_weighted.exr, ..._weight.exr. Needs a max_depth of at most 13. */
     const char *strategies_directory;
-    /* Called after each pass; false ends the render, the image made so far is returned. */
+    /* For integrators that render by blocks of pairs of camera and light paths (qmcppm), for others an error. Blocks share
+     * their paths: such an image does not know its noise, and noise_percent is refused. */
+    bool has_blocks;
+    uint64_t blocks[2];    /* render these only, half open, counted from 0; instead of samples_per_pixel */
+    const char *part_path; /* also write the exact sums of the blocks to this file, for ca_merge_parts */
+    /* Called after each pass or block; false ends the render, the image made so far is returned. */
     bool (*progress)(const ca_render_progress *progress, void *user);
     void *progress_user;
 } ca_render_settings;
@@ -131,16 +137,19 @@ enum { CA_NON_FINITE_SOURCES = 6 };
 typedef struct ca_render_statistics {
     double seconds;           /* of rendering, without loading */
     double samples_per_pixel; /* as the setting of that name counts them */
-    uint64_t iterations, light_paths, camera_paths;
+    uint64_t iterations; /* passes or blocks */
+    uint64_t light_paths, camera_paths;
     uint64_t rays, shadow_rays; /* nearest-hit and visibility queries */
     uint64_t photons, photons_tested, merges;
     uint64_t peak_memory_bytes; /* of the process */
     double mean_luminance;
-    double mean_standard_deviation; /* standard deviation of one iteration's pixel luminance, averaged over pixels */
-    double noise_percent;           /* root of the mean variance of a pixel's mean, over the mean luminance */
+    /* Standard deviation of one iteration's pixel luminance, averaged over pixels; NAN: not known. */
+    double mean_standard_deviation;
+    double noise_percent;           /* root of the mean variance of a pixel's mean, over the mean luminance; < 0: not known */
     uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect ... */
     uint64_t non_finite_from[CA_NON_FINITE_SOURCES]; /* ... by where they come from */
     bool interrupted;               /* ended by the progress callback */
+    uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
 } ca_render_statistics;
 
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */
@@ -149,6 +158,13 @@ typedef struct ca_image_layers ca_image_layers;
 /* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's. */
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
+
+/* Adds up part files (ca_render_settings.part_path) in any order. Their blocks must follow each other without gap or overlap,
+ * and all else that the image depends on must be the same; CA_ERROR_ARGUMENT tells which files do not fit, and why. The result is
+ * the same, to the bit, as that of one render of all the blocks. It goes to the file `part_path`, if that is not NULL, and
+ * is developed into `image`, if that is not NULL: an image needs all blocks from 0. `statistics` may be NULL. */
+CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
+                                ca_render_statistics *statistics, ca_error *error);
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 

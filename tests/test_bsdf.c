@@ -204,7 +204,7 @@ static void bumps_lean_the_normal(void **state)
 {
     (void)state;
     float ramp[] = {0.0f, 1.0f, 2.0f, 3.0f};
-    const ca_image image = {4, 1, 1, ramp};
+    const ca_image image = {.width = 4, .height = 1, .channels = 1, .data = ramp};
     ca_texture textures[TEXTURE_COUNT];
     memcpy(textures, ca_test_all.textures, sizeof textures);
     textures[HEIGHT].as.bitmap.image = &image;

@@ -16,8 +16,8 @@ static void test_help_and_version(void **state)
     RUN(&r, "--help");
     assert_exit(&r, 0);
     assert_says(r.output, "Example");
-    static const char *const commands[] = {"render", "compare", "info"};
-    for (int i = 0; i < 3; i++) {
+    static const char *const commands[] = {"render", "compare", "merge", "info"};
+    for (int i = 0; i < 4; i++) {
         assert_says(r.output, commands[i]);
         ca_program_result own;
         RUN(&own, commands[i], "--help");
@@ -44,7 +44,7 @@ static void test_help_lists_the_integrators(void **state)
         snprintf(line, sizeof line, "\n  %s:max_depth=-1,rr_depth=5,hide_emitters=false", name);
         assert_says(help.output, line);
     }
-    assert_int_equal(count, 10);
+    assert_int_equal(count, 11);
     assert_says(help.output, "(default: one per processor)");
 }
 
@@ -84,11 +84,10 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "-D", "albedo"}, "\"albedo\" is not NAME=VALUE"},
     {{"render", "ball.xml", "-o", "ball.jpeg"}, ".exr"},
     {{"render", "ball.xml", "-i", "pathh"}, "did you mean \"path\"?"},
-    {{"render", "ball.xml", "--sampler", "halton"}, "sobol"},
+    {{"render", "ball.xml", "--sampler", "hamilton"}, "halton"},
     /* What later versions may know must not be a silent no-op today. */
     {{"render", "ball.xml", "--rays", "auto"}, "option --rays is not known"},
     {{"render", "ball.xml", "--serve"}, "option --serve is not known"},
-    {{"render", "ball.xml", "--blocks", "0:1"}, "option --blocks is not known"},
     /* Parameters of integrators. */
     {{"render", "ball.xml", "--radius", "0"}, "--radius: \"0\""},
     {{"render", "ball.xml", "--radius", "1"}, "integrator \"path\" has no merge radius"},
@@ -108,6 +107,23 @@ static const usage_case usage_cases[] = {
     {{"compare", "a.exr"}, "--reference is missing"},
     {{"compare", "--reference", "a.exr"}, "an image to compare is missing"},
     {{"compare", "a.exr", "--reference", "a.exr", "--block=0"}, "--block: \"0\""},
+    /* Blocks of pairs, and their parts. */
+    {{"render", "ball.xml", "--blocks", "0"}, "\"0\" is not a range A:B with A < B"},
+    {{"render", "ball.xml", "--blocks", "3:3"}, "\"3:3\" is not a range"},
+    {{"render", "ball.xml", "--blocks", "-1:3"}, "\"-1:3\" is not a range"},
+    {{"render", "ball.xml", "--blocks", "0:3x"}, "\"0:3x\" is not a range"},
+    {{"render", "ball.xml", "--blocks", "0:18446744073709551616"}, "is not a range"},
+    {{"render", "ball.xml", "--blocks", "0:3", "--spp=3"}, "--blocks cannot be combined with --spp or --noise"},
+    {{"render", "ball.xml", "--blocks", "0:3"}, "integrator \"path\" does not render by blocks of pairs"},
+    {{"render", "ball.xml", "-o", "a.part"}, "integrator \"path\" does not render by blocks of pairs"},
+    {{"render", "ball.xml", "--blocks", "1:3", "-iqmcppm"}, "an image needs all blocks from 0"},
+    {{"render", "ball.xml", "--blocks", "1:3", "-iqmcppm", "-oa.part", "-oa.exr"}, "an image needs all blocks from 0"},
+    {{"render", "ball.xml", "-oa.part", "-ob.part"}, "only one part file can be written: a.part or b.part"},
+    {{"render", "ball.xml", "-iqmcppm", "--noise", "1"}, "does not know its noise"},
+    {{"merge"}, "a part file to merge is missing"},
+    {{"merge", "a.part"}, "option --output is missing"},
+    {{"merge", "a.part", "-o", "a.jpeg"}, ".exr"},
+    {{"merge", "a.part", "-o", "b.part", "-oc.part"}, "only one part file"},
     {{"info"}, "a scene file is missing"},
     {{"info", "ball.xml", "--spp", "1"}, "option --spp is not known"},
 };
@@ -168,6 +184,9 @@ static void test_file_size_limit(void **state)
 {
     const ca_program *program = *state;
     char command[1024];
+    /* ThreadSanitizer's runtime keeps its shadow memory in files and does not start under such a limit. */
+    snprintf(command, sizeof command, "ulimit -f 8; '%s' --version > /dev/null 2>&1", program->path);
+    if (system(command) != 0) skip();
     snprintf(command, sizeof command,
              "ulimit -f 8; cd '%s' && mkdir small && '%s' render ball.xml --resolution 128x128 --spp 1 --quiet -o small/a.pfm "
              "2> /dev/null",

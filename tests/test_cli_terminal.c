@@ -4,6 +4,7 @@
 
 #include <pty.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <sys/ioctl.h>
 
 /* A terminal of that width: what is written to the slave can be read from the result. Where the machine has none to give (a
@@ -67,6 +68,36 @@ static void test_signal_ends_with_an_image(void **state)
     assert_true(json_is_true(json_object_get(stats, "interrupted")));
     assert_true(json_number(stats, "seconds") < 120.0);
     json_decref(stats);
+}
+
+/* Of a render by blocks, what is done is kept in a part file: as many blocks as it says. */
+static void test_signal_ends_with_a_part(void **state)
+{
+    ca_program_result r;
+    char text[4096];
+    int slave;
+    const int master = open_terminal(80, &slave);
+    const pid_t process = ca_program_start(
+        *state, (const char *const[]){"render", "ball.xml", "-iqmcppm:max_depth=3", "--blocks=0:1000000", "-oa.part", "-oa.pfm",
+                                      "--stats=a.json", NULL}, slave);
+    close(slave);
+    read_until(master, "block 1", text, sizeof text);
+    kill(process, SIGINT);
+    read_until(master, NULL, text, sizeof text);
+    ca_program_finish(*state, process, &r);
+    close(master);
+    assert_exit(&r, 0);
+    assert_says(r.output, "ended early by a signal");
+    json_t *stats = load_json(folder_of(state), "a.json");
+    const json_int_t done = json_integer_value(json_array_get(json_object_get(stats, "blocks"), 1));
+    assert_true(done >= 1 && done < 1000000 && (double)done == json_number(stats, "iterations"));
+    json_decref(stats);
+    RUN(&r, "merge", "a.part", "-o", "b.pfm");
+    assert_exit(&r, 0);
+    snprintf(text, sizeof text, "1 part, blocks 0:%lld,", (long long)done);
+    assert_says(r.output, text);
+    snprintf(text, sizeof text, "cd '%s' && cmp a.pfm b.pfm", folder_of(state));
+    assert_int_equal(system(text), 0);
 }
 
 static void test_second_signal_kills(void **state)
@@ -135,6 +166,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_signal_ends_with_an_image),
+        PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
         PROGRAM_TEST(test_progress_line),
     };

@@ -123,6 +123,23 @@ static void other_sensors(void **state)
     done();
 }
 
+static void samplers(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
+        char text[256];
+        snprintf(text, sizeof text,
+                 "<sensor type=\"perspective\"><sampler type=\"%s\"><integer name=\"seed\" value=\"%d\"/></sampler>"
+                 "</sensor>",
+                 ca_sampler_name((ca_sampler_kind)kind), kind + 3);
+        import_with_sensor(text);
+        assert_int_equal(desc.sampler.kind, kind);
+        assert_int_equal(desc.sampler.seed, kind + 3);
+        assert_int_equal(desc.samples_per_pixel, 4);
+        done();
+    }
+}
+
 static ca_filter import_filter(const char *filter)
 {
     char text[512];
@@ -472,6 +489,7 @@ int main(void)
         cmocka_unit_test(sensor_defaults),
         cmocka_unit_test(perspective_parameters),
         cmocka_unit_test(other_sensors),
+        cmocka_unit_test(samplers),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),
         cmocka_unit_test(quadrics),

@@ -75,7 +75,9 @@ static bool draw_emission(const void *context, const float u[3], ca_vec3 *direct
 {
     ca_light_emission emission;
     const ca_light *light = &fixture.lights[*(const int *)context];
-    if (!ca_light_sample_emission(light, fixed_position, (ca_vec2){u[0], u[1]}, &emission)) return false;
+    const ca_vec2 u_direction = {u[0], u[1]};
+    const ca_vec2 u_position = light->kind == CA_LIGHT_PROJECTOR ? u_direction : fixed_position; /* its place in the picture */
+    if (!ca_light_sample_emission(light, u_position, u_direction, &emission)) return false;
     *direction = emission.direction;
     return true;
 }

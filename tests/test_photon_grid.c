@@ -16,16 +16,19 @@
 /* The same source again, without vector instructions. */
 void plain_prefetch(const ca_photon_grid *grid, ca_vec3 position);
 void plain_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
+void plain_query_start_within(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius);
 uint32_t plain_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
 float plain_grid_density(const ca_photon_grid *grid, ca_vec3 position);
 #define CA_PHOTON_PLAIN
 #define ca_photon_grid_prefetch plain_prefetch
 #define ca_photon_query_start plain_query_start
+#define ca_photon_query_start_within plain_query_start_within
 #define ca_photon_query_next plain_query_next
 #define ca_photon_grid_density plain_grid_density
 #include "photon/photon_query.c"
 #undef ca_photon_grid_prefetch
 #undef ca_photon_query_start
+#undef ca_photon_query_start_within
 #undef ca_photon_query_next
 #undef ca_photon_grid_density
 
@@ -303,6 +306,161 @@ static void test_queries_that_are_not_finite(void **state)
     ca_photon_grid_destroy(grid);
 }
 
+/* ---- A radius of the query's own --------------------------------------------------------------------------------- */
+
+static int by_vertex(const void *a, const void *b)
+{
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static uint32_t check_within(const ca_photon_grid *grid, uint32_t photon_count, float radius, ca_vec3 position)
+{
+    ca_photon_query query, plain;
+    uint32_t batch[CA_PHOTON_BATCH], batch_plain[CA_PHOTON_BATCH], count, total = 0;
+    ca_photon_query_start_within(&query, grid, position, radius);
+    plain_query_start_within(&plain, grid, position, radius);
+    while ((count = ca_photon_query_next(&query, batch)) > 0) {
+        assert_int_equal(plain_query_next(&plain, batch_plain), count);
+        assert_memory_equal(batch, batch_plain, count * sizeof *batch);
+        memcpy(found + total, batch, count * sizeof *batch);
+        total += count;
+    }
+    assert_int_equal(plain_query_next(&plain, batch_plain), 0);
+    qsort(found, total, sizeof *found, by_vertex);
+    uint32_t expected = 0;
+    for (uint32_t i = 0; i < photon_count; i++) {
+        if (!(ca_length2(ca_sub(photons[i].position, position)) <= radius * radius)) continue;
+        assert_true(expected < total);
+        assert_int_equal(found[expected++], i);
+    }
+    assert_int_equal(total, expected);
+    return total;
+}
+
+static void check_radii(const ca_photon_grid *grid, uint32_t count, float radius, uint32_t queries)
+{
+    static const float shares[] = {1.0f, 0.999f, 0.5f, 0.1f, 1e-3f, 0.0f};
+    uint32_t met_sum = 0;
+    for (uint32_t i = 0; i < queries; i++) {
+        const float own = radius * (i % 7 == 6 ? uniform() : shares[i % 7]);
+        ca_vec3 p = photons[below(count)].position;
+        float *axis = i % 3 == 0 ? &p.x : i % 3 == 1 ? &p.y : &p.z;
+        switch (i % 4) {
+        case 0: break;
+        case 1: *axis += own; break;
+        case 2: *axis = ca_next_down(*axis - own); break;
+        default: p = ca_madd(p, radius, random_point(1.0f)); break;
+        }
+        if (ca_is_finite3(p)) met_sum += check_within(grid, count, own, p);
+    }
+    assert_true(met_sum > queries / 5);
+}
+
+static void test_own_radius(void **state)
+{
+    (void)state;
+    ca_photon_grid *grid = create();
+    ca_photon_query query;
+    uint32_t batch[CA_PHOTON_BATCH];
+    ca_photon_query_start_within(&query, grid, (ca_vec3){0, 0, 0}, 1.0f); /* before any build */
+    assert_int_equal(ca_photon_query_next(&query, batch), 0);
+    for (uint32_t i = 0; i < 5000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.25f * uniform()};
+    static const float radii[] = {1e-3f, 0.03f, 0.2f, 3.0f};
+    for (size_t k = 0; k < sizeof radii / sizeof radii[0]; k++) {
+        build(grid, 5000, radii[k], 1);
+        check_radii(grid, 5000, radii[k], 700);
+    }
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point(3.4e38f); /* squares overflow */
+    build(grid, 1000, FLT_MAX, 1);
+    check_radii(grid, 1000, FLT_MAX, 100);
+    check_radii(grid, 1000, 1e18f, 100);
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point(1e-22f); /* and underflow */
+    build(grid, 1000, 1e-3f, 1);
+    check_radii(grid, 1000, 1e-22f, 100);
+    ca_photon_grid_destroy(grid);
+}
+
+/* ---- The nearest photons ----------------------------------------------------------------------------------------- */
+
+static int by_size(const void *a, const void *b)
+{
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* Returns how many of all k had an answer. */
+static uint32_t check_nearest(const ca_photon_grid *grid, uint32_t photon_count, float radius, ca_vec3 position)
+{
+    static float distance2[MAX_PHOTONS];
+    uint32_t within = 0;
+    for (uint32_t i = 0; i < photon_count; i++) {
+        distance2[within] = ca_length2(ca_sub(photons[i].position, position));
+        within += distance2[within] <= radius * radius;
+    }
+    qsort(distance2, within, sizeof *distance2, by_size);
+    for (uint32_t k = 1; k <= CA_PHOTON_NEAREST_MAX; k++) {
+        const float nearest = ca_photon_grid_nearest(grid, position, k);
+        const float expected = k <= within ? sqrtf(distance2[k - 1]) : INFINITY;
+        if (nearest != expected)
+            fail_msg("photon %u of %u is %a away, not %a", k, within, (double)expected, (double)nearest);
+    }
+    return ca_min_u32(within, CA_PHOTON_NEAREST_MAX);
+}
+
+static void test_nearest(void **state)
+{
+    (void)state;
+    ca_photon_grid *grid = create();
+    assert_true(isinf(ca_photon_grid_nearest(grid, (ca_vec3){0, 0, 0}, 1)));
+    for (uint32_t i = 0; i < 3000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.1f * uniform()};
+    for (uint32_t i = 0; i < 300; i++) photons[i].position = photons[300 + i / 10].position; /* equal distances */
+    static const float radii[] = {0.01f, 0.05f, 0.3f};
+    uint32_t answered[3] = {0, 0, 0};
+    for (size_t r = 0; r < 3; r++) {
+        build(grid, 3000, radii[r], 1);
+        for (uint32_t i = 0; i < 200; i++) {
+            const ca_vec3 p = i % 2 ? photons[below(300)].position : ca_add(random_point(0.6f), (ca_vec3){0.5f, 0.5f, 0});
+            answered[r] += check_nearest(grid, 3000, radii[r], p);
+        }
+    }
+    /* all, some and hardly any of the answers are numbers */
+    assert_in_range(answered[0], 500, 3000);
+    assert_in_range(answered[1], 1500, 9000);
+    assert_in_range(answered[2], 9000, 12800);
+    for (uint32_t i = 0; i < 70; i++) photons[i].position = (ca_vec3){1, 2, 3};
+    build(grid, 70, 0.1f, 1);
+    check_nearest(grid, 70, 0.1f, (ca_vec3){1, 2, 3.1f});
+    check_nearest(grid, 70, 0.1f, (ca_vec3){1, 2.05f, 3});
+    build(grid, 70, 0.5f, 1);
+    assert_int_equal(check_nearest(grid, 70, 0.5f, (ca_vec3){1, 2.5f, 3}), CA_PHOTON_NEAREST_MAX); /* on the rim */
+    ca_photon_grid_destroy(grid);
+}
+
+/* ---- Places ------------------------------------------------------------------------------------------------------ */
+
+static void test_places(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 5000; i++) photons[i].position = random_point(1.0f);
+    ca_photon_grid *grid = create();
+    build(grid, 5000, 0.1f, 2);
+    memset(met, 0, 5000);
+    for (uint32_t place = 0; place < 5000; place++) {
+        const uint32_t vertex = ca_photon_grid_vertex(grid, place);
+        const ca_vec3 p = ca_photon_grid_position(grid, place);
+        assert_true(vertex < 5000 && !met[vertex]++);
+        assert_memory_equal(&p, &photons[vertex].position, sizeof p);
+        ca_photon_grid_answer_place(grid, place);
+    }
+    uint64_t tested;
+    const uint32_t count = collect(grid, photons[0].position, found, &tested);
+    assert_true(count > 0);
+    for (uint32_t i = 0; i < count; i++)
+        assert_true(ca_length2(ca_sub(ca_photon_grid_position(grid, found[i]), photons[0].position)) <= 0.1f * 0.1f);
+    ca_photon_grid_destroy(grid);
+}
+
 /* ---- Order ------------------------------------------------------------------------------------------------------- */
 
 /* Every query's vertices one after the other. */
@@ -495,6 +653,9 @@ int main(void)
         cmocka_unit_test(test_few),
         cmocka_unit_test(test_duplicates),
         cmocka_unit_test(test_queries_that_are_not_finite),
+        cmocka_unit_test(test_own_radius),
+        cmocka_unit_test(test_nearest),
+        cmocka_unit_test(test_places),
         cmocka_unit_test(test_order_is_that_of_the_runs),
         cmocka_unit_test(test_tests_are_few),
         cmocka_unit_test(test_density),

@@ -1,5 +1,6 @@
-/* Samplers: independent numbers look random along every axis of their address; Sobol' points are nets in every group
- * of dimensions, independent between groups and pixels, and integrate smooth functions faster than chance. */
+/* Samplers: names; what holds for every kind; independent numbers look random along every axis of their address; Sobol'
+ * points are nets in every group of dimensions, independent between groups and pixels, and integrate smooth functions
+ * faster than chance. */
 #include "sampling/sampler.h"
 #include "support/chi_square.h"
 
@@ -13,8 +14,8 @@
 #include <cmocka.h>
 
 typedef struct address {
-    uint64_t seed, sequence;
-    uint32_t index, dimension;
+    uint64_t seed, sequence, index;
+    uint32_t dimension;
 } address;
 
 static float number(ca_sampler_kind kind, address at)
@@ -33,14 +34,16 @@ static address along(address start, int axis, uint64_t n)
     switch (axis) {
     case AXIS_SEED: start.seed += n; break;
     case AXIS_SEQUENCE: start.sequence += n; break;
-    case AXIS_INDEX: start.index += (uint32_t)n; break;
+    case AXIS_INDEX: start.index += n; break;
     default: start.dimension += (uint32_t)n; break;
     }
     return start;
 }
 
-static const address starts[] = {
-    {0, 0, 0, 0}, {1, 1920 * 540 + 960, 63, 9}, {0xdeadbeefcafef00du, 1u << 31, 1u << 20, 800}};
+static const address starts[] = {{0, 0, 0, 0},
+                                 {1, 1920 * 540 + 960, 63, 9},
+                                 {0xdeadbeefcafef00du, 1u << 31, 1u << 20, 800},
+                                 {7, CA_SEQUENCE_LIGHT, (UINT64_C(1) << 32) - 1000, 13}};
 enum { START_COUNT = sizeof starts / sizeof starts[0] };
 
 /* ---- Independent --------------------------------------------------------------------------------------------------
@@ -265,23 +268,69 @@ static void test_integration_error(void **state)
     assert_true(pad_1024 < mc_1024);
 }
 
-/* ---- Both ---------------------------------------------------------------------------------------------------------
+/* ---- All kinds ------------------------------------------------------------------------------------------------------
  */
 
 static void test_pairs_and_range(void **state)
 {
     (void)state;
-    for (int kind = 0; kind < 2; kind++)
-        for (uint32_t index = 0; index < 3000; index++) {
-            const ca_sampler sampler = {.kind = (ca_sampler_kind)kind, .seed = 11};
-            const ca_stream stream = ca_stream_start(&sampler, index / 7, index * 1299709u);
+    enum { WIDTH = 37, HEIGHT = 53 };
+    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
+        ca_sampler sampler = {.kind = (ca_sampler_kind)kind, .seed = 11};
+        ca_sampler_prepare(&sampler, WIDTH, HEIGHT);
+        assert_true(sampler.width == WIDTH && sampler.height == HEIGHT);
+        for (uint64_t i = 0; i < 3000; i++) {
+            const uint64_t sequence = i % 3 == 0 ? CA_SEQUENCE_LIGHT : i * 7 % (WIDTH * HEIGHT);
+            const ca_stream stream = ca_stream_start(&sampler, sequence, i * 1299709u << (i % 20));
             for (uint32_t dimension = 0; dimension < 32; dimension += 2) {
-                const ca_vec2 pair = ca_sample_2d(&stream, dimension);
+                const ca_vec2 pair = ca_sample_2d(&stream, dimension + 300 * (i % 2));
                 assert_true(pair.x >= 0.0f && pair.x < 1.0f && pair.y >= 0.0f && pair.y < 1.0f);
-                assert_true(pair.x == ca_sample_1d(&stream, dimension));
-                assert_true(pair.y == ca_sample_1d(&stream, dimension + 1));
+                assert_true(pair.x * 0x1p24f == floorf(pair.x * 0x1p24f));
+                assert_true(pair.y * 0x1p24f == floorf(pair.y * 0x1p24f));
+                assert_true(pair.x == ca_sample_1d(&stream, dimension + 300 * (i % 2)));
+                assert_true(pair.y == ca_sample_1d(&stream, dimension + 300 * (i % 2) + 1));
             }
         }
+    }
+}
+
+/* A path's numbers do not change with what was asked for before, nor with where the sampler lies in memory. */
+static void test_addresses_suffice(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
+        ca_sampler sampler = {.kind = (ca_sampler_kind)kind, .seed = 5};
+        ca_sampler_prepare(&sampler, 31, 17);
+        const ca_sampler copy = sampler;
+        for (uint64_t index = 100; index-- > 0;) {
+            const ca_stream a = ca_stream_start(&sampler, index, index * index);
+            const ca_stream other = ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, index);
+            ca_sample_1d(&other, (uint32_t)index);
+            const ca_stream b = ca_stream_start(&copy, index, index * index);
+            for (uint32_t dimension = 400; dimension-- > 0; dimension -= dimension < 7 ? dimension : 7)
+                assert_true(ca_sample_1d(&a, dimension) == ca_sample_1d(&b, dimension));
+        }
+    }
+}
+
+/* No index comes again after 2^32 paths: light paths of all kinds. */
+static void test_indices_of_64_bits(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
+        ca_sampler sampler = {.kind = (ca_sampler_kind)kind, .seed = 5};
+        ca_sampler_prepare(&sampler, 31, 17);
+        uint32_t same = 0;
+        for (uint64_t index = 1; index <= 100; index++) {
+            const ca_stream low = ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, index);
+            const ca_stream high = ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, index + (UINT64_C(1) << 32));
+            bool all = true;
+            for (uint32_t dimension = 0; dimension < 40; dimension++)
+                all = all && ca_sample_1d(&low, dimension) == ca_sample_1d(&high, dimension);
+            same += all;
+        }
+        if (same > 0) fail_msg("%s: %u paths come again", ca_sampler_name((ca_sampler_kind)kind), same);
+    }
 }
 
 /* A number depends on its address alone: values written down once. A change of any is a change of every picture. */
@@ -296,9 +345,27 @@ static void test_known_values(void **state)
 static void test_names(void **state)
 {
     (void)state;
-    assert_string_equal(ca_sampler_name(CA_SAMPLER_INDEPENDENT), "independent");
-    assert_string_equal(ca_sampler_name(CA_SAMPLER_SOBOL), "sobol");
-    assert_null(ca_sampler_name((ca_sampler_kind)2));
+    static const char *const names[CA_SAMPLER_KIND_COUNT] = {
+        [CA_SAMPLER_INDEPENDENT] = "independent",   [CA_SAMPLER_HALTON] = "halton",
+        [CA_SAMPLER_HALTON_PLAIN] = "halton-plain", [CA_SAMPLER_SOBOL] = "sobol",
+        [CA_SAMPLER_SOBOL_PLAIN] = "sobol-plain",   [CA_SAMPLER_ZSOBOL] = "zsobol",
+        [CA_SAMPLER_LATTICE] = "lattice",
+    };
+    char all[256] = "";
+    for (int i = 0; i < CA_SAMPLER_KIND_COUNT; i++) {
+        ca_sampler_kind kind;
+        assert_string_equal(ca_sampler_name((ca_sampler_kind)i), names[i]);
+        assert_true(ca_sampler_find(names[i], &kind));
+        assert_int_equal(kind, i);
+        if (i > 0) strcat(all, ", ");
+        strcat(all, names[i]);
+    }
+    assert_string_equal(ca_sampler_names(), all);
+    assert_null(ca_sampler_name(CA_SAMPLER_KIND_COUNT));
+    ca_sampler_kind kind = CA_SAMPLER_LATTICE;
+    static const char *const unknown[] = {"", "Halton", "halto", "halton-", "sobol ", "random"};
+    for (size_t i = 0; i < sizeof unknown / sizeof unknown[0]; i++) assert_false(ca_sampler_find(unknown[i], &kind));
+    assert_int_equal(kind, CA_SAMPLER_LATTICE);
 }
 
 int main(void)
@@ -312,6 +379,8 @@ int main(void)
         cmocka_unit_test(test_sobol_independence),
         cmocka_unit_test(test_integration_error),
         cmocka_unit_test(test_pairs_and_range),
+        cmocka_unit_test(test_addresses_suffice),
+        cmocka_unit_test(test_indices_of_64_bits),
         cmocka_unit_test(test_known_values),
         cmocka_unit_test(test_names),
     };

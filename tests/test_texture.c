@@ -94,7 +94,7 @@ static void bitmap_stands_upright(void **state)
 {
     (void)state;
     float data[] = {1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f}; /* two rows of three */
-    const ca_image image = {3, 2, 1, data};
+    const ca_image image = {.width = 3, .height = 2, .channels = 1, .data = data};
     for (int filter = 0; filter < 2; ++filter) {
         const ca_texture texture = bitmap(&image, filter ? CA_FILTER_BILINEAR : CA_FILTER_NEAREST, CA_WRAP_REPEAT);
         for (int y = 0; y < 2; ++y)
@@ -230,7 +230,7 @@ static void checkerboard_alternates(void **state)
 {
     (void)state;
     float data[] = {3.0f, 4.0f};
-    const ca_image image = {2, 1, 1, data};
+    const ca_image image = {.width = 2, .height = 1, .channels = 1, .data = data};
     ca_texture table[3] = {ca_texture_constant((ca_rgb){1.0f, 2.0f, 3.0f}),
                            bitmap(&image, CA_FILTER_NEAREST, CA_WRAP_REPEAT),
                            {.kind = CA_TEXTURE_CHECKERBOARD,
@@ -293,7 +293,7 @@ static void mean_and_max_of_a_bitmap(void **state)
 {
     (void)state;
     float data[] = {1.0f, 2.0f, 3.0f, 9.0f, 5.0f, 6.0f, 7.0f, 99.0f}; /* the alphas do not count */
-    const ca_image image = {1, 2, 4, data};
+    const ca_image image = {.width = 1, .height = 2, .channels = 4, .data = data};
     const ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT);
     const ca_rgb mean = ca_texture_mean(&texture, 0);
     assert_true(mean.r == 3.0f && mean.g == 4.0f && mean.b == 5.0f);

@@ -17,7 +17,9 @@ typedef struct render_options {
     const char *integrator, *sampler, *stats, *strategies;
     uint32_t spp, threads, light_paths, camera_paths;
     double seconds, noise_percent, memory_mib, exposure, radius, alpha;
-    bool has_spp, has_seconds, has_noise;
+    bool has_spp, has_seconds, has_noise, has_blocks;
+    uint64_t blocks[2];
+    const char *part_path; /* among the outputs, or NULL */
     bool has_alpha, has_seed, has_crop, has_max_depth;
     bool quiet, help;
     uint64_t seed;
@@ -30,7 +32,7 @@ typedef struct render_options {
 
 static const ca_option options[] = {
     {.name = "output", .letter = 'o', .argument = "FILE", .kind = CA_OPTION_TEXT_LIST, AT(outputs),
-     .help = "image to write: .exr, .png or .pfm; several times (default: SCENE.exr and SCENE.png here)"},
+     .help = "image to write: .exr, .png or .pfm; or .part; several times (default: SCENE.exr and SCENE.png here)"},
     {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(integrator),
      .help = "method, see below (default: the scene's, else path); depths set in the scene stay"},
     {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(spp), GIVEN(has_spp),
@@ -39,10 +41,12 @@ static const ca_option options[] = {
      .help = "instead: stop after the pass in which so much rendering time has passed"},
     {.name = "noise", .argument = "PERCENT", .kind = CA_OPTION_POSITIVE, AT(noise_percent), GIVEN(has_noise),
      .help = "instead: stop when the image's relative standard error is below this"},
+    {.name = "blocks", .argument = "A:B", .kind = CA_OPTION_RANGE, AT(blocks), GIVEN(has_blocks),
+     .help = "instead, of qmcppm: these blocks of pairs only, A to B - 1, counted from 0"},
     {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
      .help = "value for a <default> of the scene; several times"},
     {.name = "sampler", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(sampler),
-     .help = "independent or sobol (default: the scene's, else independent)"},
+     .help = "numbers of the paths, see below (default: the scene's, else independent; -i qmcppm: halton)"},
     {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(seed), GIVEN(has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
     {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(max_depth),
@@ -78,14 +82,14 @@ static const ca_option_table table = {"render", options, sizeof options / sizeof
 static void print_integrators(void)
 {
     static const char *const names[] = {"path", "light",    "bdpt",     "ppm",  "bdpm",
-                                        "vcm",  "vcm-plus", "vcm-star", "ovcm", "cavcm"};
+                                        "vcm",  "vcm-plus", "vcm-star", "ovcm", "cavcm", "qmcppm"};
     printf("\nIntegrators with their parameters and defaults (light_paths 0: one per pixel; radius 0: from a pixel's\n"
            "footprint):\n");
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         const ca_integrator_desc nothing_set = {.name = NULL};
         const ca_integrator_type *type;
         ca_integrator_input input = {0};
-        char text[512];
+        char text[1024];
         if (ca_integrator_find(names[i], NULL, &type, NULL) != CA_OK ||
             ca_integrator_configure(type, &nothing_set, false, NULL, &input, NULL) != CA_OK)
             continue;
@@ -99,10 +103,12 @@ static int print_help(void)
     printf("caustica render SCENE [options]: make an image of a Mitsuba 3 XML scene\n\n");
     ca_options_print(&table, stdout);
     print_integrators();
+    printf("\nSamplers: %s\n", ca_sampler_names());
     printf("\n"
            "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; they win\n"
            "over the scene and must not contradict -i NAME:param=value.\n"
-           "SIGINT (Ctrl-C) and SIGTERM finish the pass and write the image, exit status 0; a second one ends at\n"
+           "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
+           "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second one ends at\n"
            "once.\n"
            "Example: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n");
     return CA_EXIT_DONE;
@@ -112,6 +118,8 @@ static int print_help(void)
 
 static ca_status check_ends(const render_options *o, ca_error *error)
 {
+    if (o->has_blocks && (o->has_spp || o->has_noise))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--blocks cannot be combined with --spp or --noise");
     if (o->has_spp + o->has_seconds + o->has_noise <= 1) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one of --spp, --time and --noise can be given");
 }
@@ -129,18 +137,18 @@ static ca_status check_integrator(const char *text, ca_error *error)
 
 static ca_status check_sampler(const char *name, ca_error *error)
 {
-    if (!name) return CA_OK;
-    for (int kind = 0; ca_sampler_name((ca_sampler_kind)kind); kind++)
-        if (strcmp(name, ca_sampler_name((ca_sampler_kind)kind)) == 0) return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "--sampler: \"%.100s\" is not known; there are independent and sobol", name);
+    ca_sampler_kind kind;
+    if (!name || ca_sampler_find(name, &kind)) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--sampler: \"%.100s\" is not known; there are %s", name,
+                   ca_sampler_names());
 }
 
-static ca_status check_outputs(const render_options *o, ca_error *error)
+static ca_status check_outputs(render_options *o, ca_error *error)
 {
-    /* All names before any place: wrong usage is told apart from a full disk. */
-    for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_layers_check_path(o->outputs.items[i], error));
-    for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_output_check_place(o->outputs.items[i], error));
+    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
+    if (o->has_blocks && o->blocks[0] > 0 && o->outputs.count > (o->part_path ? 1 : 0))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can be written");
     if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
     return o->strategies ? ca_output_check_folder(o->strategies, error) : CA_OK;
 }
@@ -189,6 +197,9 @@ static ca_render_settings settings_from(const render_options *o, ca_progress_lin
     settings.samples_per_pixel = o->spp;
     settings.seconds = o->seconds;
     settings.noise_percent = o->noise_percent;
+    settings.has_blocks = o->has_blocks;
+    memcpy(settings.blocks, o->blocks, sizeof settings.blocks);
+    settings.part_path = o->part_path;
     settings.sampler = o->sampler;
     settings.seed = o->seed;
     settings.has_seed = o->has_seed;
@@ -214,8 +225,7 @@ static ca_render_settings settings_from(const render_options *o, ca_progress_lin
 static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
                                const ca_render_statistics *statistics, ca_error *error)
 {
-    for (size_t i = 0; i < o->outputs.count; i++)
-        CA_TRY(ca_image_save(image, o->outputs.items[i], (float)o->exposure, error));
+    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, o->exposure, error));
     return o->stats ? ca_stats_write_render(o->stats, statistics, error) : CA_OK;
 }
 
@@ -226,27 +236,13 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     ca_image_size(image, &width, &height);
     ca_format_seconds(s->seconds, time, sizeof time);
     printf("%u x %u pixels, %.4g samples per pixel, %s", width, height, s->samples_per_pixel, time);
+    if (s->blocks[1] > 0)
+        printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     printf("%s\n", s->interrupted ? " (ended early by a signal)" : "");
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
     if (o->strategies) printf("wrote %s/\n", o->strategies);
     if (o->stats) printf("wrote %s\n", o->stats);
-}
-
-static void warn(const ca_render_statistics *s)
-{
-    if (s->non_finite == 0) return;
-    fprintf(stderr,
-            "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it (",
-            (unsigned long long)s->non_finite);
-    const char *separator = "";
-    for (int t = 0; t < CA_NON_FINITE_SOURCES; t++) {
-        if (s->non_finite_from[t] == 0) continue;
-        fprintf(stderr, "%s%s %llu", separator, t < CA_TECHNIQUE_COUNT ? ca_technique_name((ca_technique)t) : "film",
-                (unsigned long long)s->non_finite_from[t]);
-        separator = ", ";
-    }
-    fprintf(stderr, ")\n");
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
@@ -261,7 +257,7 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     if (status == CA_OK) status = write_outputs(o, image, &statistics, error);
     ca_signals_release();
     if (status == CA_OK) {
-        warn(&statistics);
+        ca_outputs_warn(&statistics);
         if (!o->quiet) print_summary(o, image, &statistics);
     }
     ca_image_release(image);

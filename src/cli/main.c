@@ -15,6 +15,7 @@ typedef struct command {
 static const command commands[] = {
     {"render", "make an image of a scene", ca_command_render},
     {"compare", "measure how images differ from a reference", ca_command_compare},
+    {"merge", "add up parts of a render", ca_command_merge},
     {"info", "say what was understood of a scene", ca_command_info},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

@@ -76,6 +76,7 @@ static ca_status read_value(const ca_option *option, const char *text, void *tar
     case CA_OPTION_REAL: return ca_value_real(text, target, error);
     case CA_OPTION_POSITIVE: return ca_value_positive(text, target, error);
     case CA_OPTION_SIZE: return ca_value_size(text, target, error);
+    case CA_OPTION_RANGE: return ca_value_range(text, target, error);
     case CA_OPTION_RECT: return ca_value_rect(text, target, error);
     case CA_OPTION_RECT_LIST: return append_rect(target, text, error);
     }

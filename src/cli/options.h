@@ -27,6 +27,7 @@ typedef enum ca_option_kind {
     CA_OPTION_REAL,      /* double, any finite number */
     CA_OPTION_POSITIVE,  /* double > 0 */
     CA_OPTION_SIZE,      /* uint32_t[2]: WIDTHxHEIGHT, both at least 1 */
+    CA_OPTION_RANGE,     /* uint64_t[2]: A:B with A < B */
     CA_OPTION_RECT,      /* uint32_t[4]: x0,y0,x1,y1 with x0 < x1 and y0 < y1 */
     CA_OPTION_RECT_LIST, /* ca_rect_list; may be given several times */
 } ca_option_kind;

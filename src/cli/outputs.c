@@ -3,7 +3,11 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "film/part_file.h"
+#include "image/layers.h"
+#include "path/technique.h"
 
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,6 +21,46 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
     CA_TRY(ca_file_create(&writer, path, error));
     ca_file_abandon(&writer);
     return CA_OK;
+}
+
+ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error)
+{
+    *part_path = NULL;
+    for (size_t i = 0; i < count; i++) {
+        if (!ca_part_is_path(paths[i])) {
+            CA_TRY(ca_layers_check_path(paths[i], error));
+            continue;
+        }
+        if (*part_path)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one part file can be written: %s or %s", *part_path, paths[i]);
+        *part_path = paths[i];
+    }
+    for (size_t i = 0; i < count; i++) CA_TRY(ca_output_check_place(paths[i], error));
+    return CA_OK;
+}
+
+ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image, double exposure,
+                           ca_error *error)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!ca_part_is_path(paths[i])) CA_TRY(ca_image_save(image, paths[i], (float)exposure, error));
+    return CA_OK;
+}
+
+void ca_outputs_warn(const ca_render_statistics *s)
+{
+    if (s->non_finite == 0) return;
+    fprintf(stderr,
+            "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it (",
+            (unsigned long long)s->non_finite);
+    const char *separator = "";
+    for (int t = 0; t < CA_NON_FINITE_SOURCES; t++) {
+        if (s->non_finite_from[t] == 0) continue;
+        fprintf(stderr, "%s%s %llu", separator, t < CA_TECHNIQUE_COUNT ? ca_technique_name((ca_technique)t) : "film",
+                (unsigned long long)s->non_finite_from[t]);
+        separator = ", ";
+    }
+    fprintf(stderr, ")\n");
 }
 
 /* A folder to be made is tried as a file of its name, which a final slash does not belong to. */

@@ -75,10 +75,11 @@ static void compose(const ca_render_progress *p, size_t width, char line[LINE_LI
         snprintf(part, sizeof part, "%3.0f %%", floor(100.0 * fraction));
         append(line, width, part);
     }
+    const char *what = p->blocks ? "block" : "pass";
     if (p->passes_total > 0)
-        snprintf(part, sizeof part, "pass %u/%u", p->passes_done, p->passes_total);
+        snprintf(part, sizeof part, "%s %u/%u", what, p->passes_done, p->passes_total);
     else
-        snprintf(part, sizeof part, "pass %u", p->passes_done);
+        snprintf(part, sizeof part, "%s %u", what, p->passes_done);
     append(line, width, part);
     if (fraction > 0.0) {
         ca_format_seconds(p->seconds * (1.0 - fraction) / fraction, time, sizeof time);

@@ -47,13 +47,25 @@ static json_t *non_finite_json(const ca_render_statistics *s)
     return NULL;
 }
 
+/* Those rendered, half open; null of renders by passes. */
+static json_t *blocks_json(const ca_render_statistics *s)
+{
+    if (s->blocks[1] == 0) return json_null();
+    json_t *range = json_array();
+    bool complete = range != NULL;
+    for (int i = 0; i < 2 && complete; i++) complete = json_array_append_new(range, count(s->blocks[i])) == 0;
+    if (complete) return range;
+    json_decref(range);
+    return NULL;
+}
+
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s, ca_error *error)
 {
     json_set_alloc_funcs(allocate, ca_free);
     json_t *root = json_object();
     const bool complete =
         set(root, "seconds", number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
-        set(root, "samples_per_pixel", number(s->samples_per_pixel)) &&
+        set(root, "blocks", blocks_json(s)) && set(root, "samples_per_pixel", number(s->samples_per_pixel)) &&
         set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
         set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&
         set(root, "photons", count(s->photons)) && set(root, "photons_tested", count(s->photons_tested)) &&

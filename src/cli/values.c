@@ -85,6 +85,14 @@ ca_status ca_value_size(const char *text, uint32_t value[2], ca_error *error)
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a size like 640x480", text);
 }
 
+ca_status ca_value_range(const char *text, uint64_t value[2], ca_error *error)
+{
+    const char *rest = text;
+    const bool good = read_digits(&rest, UINT64_MAX, &value[0]) && *rest++ == ':' && read_digits(&rest, UINT64_MAX, &value[1]);
+    if (good && *rest == 0 && value[0] < value[1]) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a range A:B with A < B", text);
+}
+
 ca_status ca_value_rect(const char *text, uint32_t value[4], ca_error *error)
 {
     if (read_list(text, ',', 4, value) && value[0] < value[2] && value[1] < value[3]) return CA_OK;

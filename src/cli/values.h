@@ -11,6 +11,7 @@ ca_status ca_value_integer(const char *text, int minimum, int *value, ca_error *
 ca_status ca_value_real(const char *text, double *value, ca_error *error);     /* finite */
 ca_status ca_value_positive(const char *text, double *value, ca_error *error); /* > 0 */
 ca_status ca_value_size(const char *text, uint32_t value[2], ca_error *error); /* 640x480 */
+ca_status ca_value_range(const char *text, uint64_t value[2], ca_error *error); /* A:B, half open */
 ca_status ca_value_rect(const char *text, uint32_t value[4], ca_error *error); /* x0,y0,x1,y1, half open */
 
 #endif

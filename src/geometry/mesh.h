@@ -27,6 +27,7 @@ typedef struct ca_mesh {
     uint32_t *indices;
     ca_mesh_attribute *attributes;
     uint32_t attribute_count;
+    uint64_t content_hash; /* of the file it was read from; 0: none */
 } ca_mesh;
 
 /* Allocates zeroed positions and indices, and normals and uvs where asked. Limits: 2^31 - 1 vertices, 2^30

@@ -16,6 +16,7 @@
 typedef struct ca_image {
     uint32_t width, height, channels; /* channels: 1 grey, 2 grey and alpha, 3 RGB, 4 RGB and alpha */
     float *data;                      /* owned */
+    uint64_t content_hash;            /* of the file it was read from; 0: none */
 } ca_image;
 
 /* Largest image accepted from a file: sides and total of pixels, so that a hostile header cannot exhaust memory. */

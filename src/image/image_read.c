@@ -1,6 +1,8 @@
 /* Reading a picture: tells the formats apart by their first bytes. */
 #include "image/format.h"
 
+#include "base/hash.h"
+
 #include <math.h>
 #include <strings.h>
 
@@ -53,6 +55,7 @@ ca_status ca_image_read(const char *path, ca_image_encoding encoding, ca_image *
     ca_bytes bytes;
     CA_TRY(ca_file_read(path, "image", CA_IMAGE_MAX_FILE_BYTES, &bytes, error));
     const ca_status status = ca_image_decode(path, &bytes, encoding, image, error);
+    if (status == CA_OK) image->content_hash = ca_hash_bytes(CA_HASH_START, bytes.data, bytes.size);
     ca_bytes_destroy(&bytes);
     return status;
 }

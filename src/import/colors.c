@@ -1,6 +1,7 @@
 /* Colours: <rgb>, <srgb>, <spectrum> and plain numbers as linear Rec. 709. */
 #include "import/importer.h"
 
+#include "base/hash.h"
 #include "image/spectrum.h"
 #include "import/number.h"
 
@@ -134,6 +135,8 @@ static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, s
         ca_import_fail_file(importer, &node->where, status, &reason);
         return false;
     }
+    uint64_t *const hash = &importer->document.content_hash;
+    *hash = ca_hash_bytes(ca_hash_add(*hash, bytes.size), bytes.data, bytes.size);
     const bool text = memchr(bytes.data, 0, bytes.size) == NULL;
     if (!text) ca_import_fail(importer, &node->where, "%s is no text file", path);
     const bool good = text && parse_spectrum_lines(importer, node, path, (const char *)bytes.data, table);

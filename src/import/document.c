@@ -2,6 +2,7 @@
 #include "import/document.h"
 
 #include "import/elements.h"
+#include "base/hash.h"
 #include "base/text.h"
 #include "import/substitution.h"
 
@@ -21,13 +22,20 @@ typedef struct expander {
     ca_error *error;
 } expander;
 
+static void add_content(ca_document *document, const void *bytes, size_t size)
+{
+    document->content_hash = ca_hash_bytes(ca_hash_add(document->content_hash, size), bytes, size);
+}
+
 static ca_status read_tree(expander *x, const char *path, const char *text, size_t size, ca_xml_node **root)
 {
     const char *file_name = ca_arena_strdup(x->strings, path);
     if (!file_name) return ca_fail_memory(x->error, path);
+    if (text) add_content(x->document, text, size);
     if (text) return ca_xml_parse(text, size, file_name, &x->document->arena, &x->budget, root, x->error);
     ca_bytes bytes;
     CA_TRY(ca_file_read(path, "scene", CA_XML_MAX_FILE_BYTES, &bytes, x->error));
+    add_content(x->document, bytes.data, bytes.size);
     const ca_status status = ca_xml_parse((const char *)bytes.data, bytes.size, file_name, &x->document->arena,
                                           &x->budget, root, x->error);
     ca_bytes_destroy(&bytes);
@@ -270,10 +278,21 @@ static ca_status load(expander *x, const char *path, const char *text, size_t si
     return CA_OK;
 }
 
+/* Definitions in any order. */
+static uint64_t definitions_hash(const ca_define *defines, size_t count)
+{
+    uint64_t sum = CA_HASH_START;
+    for (size_t i = 0; i < count; i++) {
+        const uint64_t name = ca_hash_bytes(CA_HASH_START, defines[i].name, strlen(defines[i].name));
+        sum += ca_hash_bytes(name, defines[i].value, strlen(defines[i].value));
+    }
+    return sum;
+}
+
 ca_status ca_document_load(ca_document *document, const char *path, const char *text, size_t size,
                            const ca_define *defines, size_t define_count, ca_arena *strings, ca_error *error)
 {
-    *document = (ca_document){0};
+    *document = (ca_document){.content_hash = definitions_hash(defines, define_count)};
     expander *x = ca_alloc_zeroed(1, sizeof *x);
     if (!x) return ca_fail_memory(error, path);
     x->document = document;

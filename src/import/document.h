@@ -27,6 +27,7 @@ typedef struct ca_document {
     size_t id_count, id_capacity;
     const char **folders; /* of <path>, each ending in "/", the latest first to be asked */
     size_t folder_count, folder_capacity;
+    uint64_t content_hash; /* of all texts read so far, wherever they lie, and of the definitions */
 } ca_document;
 
 /* `text` may be NULL: the file is then read. `strings` outlives the document and keeps the file names of locations.

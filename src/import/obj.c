@@ -5,6 +5,7 @@
  * a vn, the others get the smooth normal that a file without any would get; corners without vt get uv (0, 0); positions
  * without a colour, where others have one, are white. */
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "import/import.h"
 #include "import/text_scan.h"
@@ -311,7 +312,10 @@ ca_status ca_import_obj(const char *path, ca_mesh *mesh, ca_error *error)
     CA_TRY(ca_file_read(path, "mesh", max_file_bytes, &bytes, error));
     obj_reader reader = {.scan = ca_scan_begin(path, (const char *)bytes.data, bytes.size)};
     const ca_status status = read_file(&reader, mesh, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    if (status == CA_OK)
+        mesh->content_hash = ca_hash_bytes(CA_HASH_START, bytes.data, bytes.size);
+    else
+        ca_mesh_destroy(mesh);
     destroy_reader(&reader);
     ca_bytes_destroy(&bytes);
     return status;

@@ -9,6 +9,7 @@
 #include "import/ply.h"
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "image/image.h"
 #include "import/import.h"
 
@@ -413,7 +414,10 @@ ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error)
     const char *data = (const char *)bytes.data;
     ply_reader reader = {.scan = ca_scan_begin(path, data, bytes.size), .data = data, .mesh = mesh};
     const ca_status status = read_file(&reader, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    if (status == CA_OK)
+        mesh->content_hash = ca_hash_bytes(CA_HASH_START, bytes.data, bytes.size);
+    else
+        ca_mesh_destroy(mesh);
     ca_mesh_destroy(&reader.faces);
     ca_free(reader.corner_counts);
     ca_free(reader.indices);

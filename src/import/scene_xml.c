@@ -1,6 +1,7 @@
 /* The importer of Mitsuba's XML scenes: entry points, failures, and the objects of <scene>. */
 #include "import/importer.h"
 
+#include "base/hash.h"
 #include "base/text.h"
 
 #include <stdio.h>
@@ -165,10 +166,21 @@ static void import_scene(ca_importer *importer)
     if (!sensor) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
 }
 
+/* Of all files: the texts, then images and meshes in the order in which the scene names them. */
+static uint64_t content_hash(const ca_importer *importer)
+{
+    const ca_scene_desc *desc = importer->desc;
+    uint64_t hash = importer->document.content_hash;
+    for (size_t i = 0; i < desc->images.count; i++) hash = ca_hash_add(hash, desc->images.items[i].content_hash);
+    for (size_t i = 0; i < desc->meshes.count; i++) hash = ca_hash_add(hash, desc->meshes.items[i].content_hash);
+    return hash;
+}
+
 static ca_status import_document(ca_importer *importer)
 {
     importer->desc->path = importer->document.path;
     import_scene(importer);
+    importer->desc->content_hash = content_hash(importer);
     ca_free(importer->images.items);
     return importer->status;
 }

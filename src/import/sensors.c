@@ -141,13 +141,15 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
 
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node)
 {
-    static const ca_plugin samplers[] = {{"independent", NULL}, {"sobol", NULL}};
-    static const ca_sampler_kind kinds[] = {CA_SAMPLER_INDEPENDENT, CA_SAMPLER_SOBOL};
+    ca_plugin samplers[CA_SAMPLER_KIND_COUNT];
+    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++)
+        samplers[kind] = (ca_plugin){.name = ca_sampler_name((ca_sampler_kind)kind)};
     const ca_plugin *plugin = ca_import_find_plugin(importer, node, samplers, CA_COUNT(samplers));
     if (!plugin) return;
     ca_props props;
     ca_props_begin(&props, importer, node);
-    importer->desc->sampler.kind = kinds[plugin - samplers];
+    importer->desc->names_sampler = true;
+    importer->desc->sampler.kind = (ca_sampler_kind)(plugin - samplers);
     importer->desc->samples_per_pixel = (uint32_t)ca_props_integer_in(&props, "sample_count", 4, 1, INT32_MAX);
     importer->desc->sampler.seed = (uint64_t)ca_props_integer_in(&props, "seed", 0, 0, INT64_MAX);
     ca_props_end(&props);

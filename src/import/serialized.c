@@ -2,6 +2,7 @@
  * zlib stream with flags, name (version 4), counts and arrays; at the end of the file the offset of each mesh (4 bytes
  * each in version 3, 8 in version 4) and their number. Source: Mitsuba 3, src/shapes/serialized.cpp. */
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "import/import.h"
 
@@ -236,7 +237,10 @@ ca_status ca_import_serialized(const char *path, uint32_t shape_index, ca_mesh *
     ca_bytes bytes;
     CA_TRY(ca_file_read(path, "mesh", max_file_bytes, &bytes, error));
     const ca_status status = read_file(path, &bytes, shape_index, mesh, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    if (status == CA_OK)
+        mesh->content_hash = ca_hash_bytes(CA_HASH_START, bytes.data, bytes.size);
+    else
+        ca_mesh_destroy(mesh);
     ca_bytes_destroy(&bytes);
     return status;
 }

@@ -3,15 +3,13 @@
 #include "base/memory.h"
 #include "photon/radius.h"
 
-#include <stdio.h>
-#include <string.h>
 
 /* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and variance
  * times time is near its smallest for vcm (half to one and a half of it differ little). */
-#define RADIUS_IN_PIXELS 1.0f
+#define RADIUS_IN_PIXELS 1.0
 
 /* Unlimited paths rely on the roulette to end before CA_PATH_MAX_VERTICES. */
-enum { LATEST_ROULETTE = 512, PILOT_PATHS = 1024 };
+enum { LATEST_ROULETTE = 512, FEW_PATHS = 1024 };
 
 /* ---- Settings ------------------------------------------------------------------------------------------------------- */
 
@@ -54,95 +52,35 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
     read_rules(b, type, input);
     if (ca_bidirectional_merges(b)) {
         const double radius = ca_integrator_value(type, input, "radius", 0.0);
-        b->radius0 = radius > 0.0 ? (float)radius : RADIUS_IN_PIXELS * ca_median_pixel_footprint(input);
+        b->radius0 = radius > 0.0 ? (float)radius
+                                  : (float)ca_integrator_value(type, input, "radius_pixels", RADIUS_IN_PIXELS) *
+                                        ca_median_pixel_footprint(input);
     }
     return check_depths(b, type->name, error);
+}
+
+void ca_bidirectional_set_radius(ca_bidirectional *b, float radius)
+{
+    b->radius = radius;
+    b->rules.merge_area = b->rules.reuse.merge_area = CA_PI * ca_sqr(radius);
 }
 
 /* The radius of a pass. */
 static void set_radius(ca_bidirectional *b, uint32_t pass)
 {
-    const float radius = ca_progressive_radius(b->radius0, b->alpha, pass);
-    b->rules.merge_area = b->rules.reuse.merge_area = CA_PI * ca_sqr(radius);
+    ca_bidirectional_set_radius(b, ca_progressive_radius(b->radius0, b->alpha, pass));
 }
-
-/* ---- Light paths of a round ----------------------------------------------------------------------------------------- */
-
-typedef struct block_task {
-    const ca_bidirectional *b;
-    ca_light_chunk *chunk;
-    ca_worker *workers;
-    uint64_t first_number; /* of the chunk's paths */
-} block_task;
-
-static void trace_block(void *user, uint32_t index, uint32_t worker)
-{
-    const block_task *task = user;
-    ca_light_block *block = &task->b->blocks[index];
-    block->photon_count = 0;
-    block->splats.count = 0;
-    const uint32_t begin = index * CA_BLOCK_PATHS, end = ca_min_u32(begin + CA_BLOCK_PATHS, task->chunk->count);
-    for (uint32_t i = begin; i < end; i++)
-        ca_light_walk(task->b, task->chunk, i, task->first_number + i, block, &task->workers[worker]);
-}
-
-/* Traces a chunk's light paths into its store and the blocks. */
-static ca_status trace_chunk(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t first_number,
-                             const ca_parallel *parallel, ca_worker *workers, ca_error *error)
-{
-    ca_light_store_clear(&chunk->store);
-    block_task task = {.b = b, .chunk = chunk, .workers = workers, .first_number = first_number};
-    ca_parallel_for(parallel, ca_light_block_count(chunk->count), trace_block, &task);
-    return ca_light_store_check(&chunk->store, error);
-}
-
-static ca_status add_splats(ca_bidirectional *b, uint32_t paths, const ca_parallel *parallel, ca_error *error)
-{
-    ca_splat_list lists[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
-    const uint32_t count = ca_light_block_count(paths);
-    for (uint32_t i = 0; i < count; i++) lists[i] = b->blocks[i].splats;
-    return ca_splat_buffer_add(&b->splats, lists, count, b->input.filter, 1.0f / (float)b->light_paths,
-                               b->input.technique_images, parallel, error);
-}
-
-/* Chunk `number` of a pass, into place `slot`. */
-static ca_status prepare_chunk(ca_bidirectional *b, uint32_t pass, uint32_t number, uint32_t slot,
-                               const ca_parallel *parallel, ca_worker *workers, ca_error *error)
-{
-    ca_light_chunk *chunk = &b->chunks[slot];
-    chunk->first = number * (uint32_t)CA_CHUNK_PATHS;
-    chunk->count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths - chunk->first);
-    const uint64_t first_number = (uint64_t)pass * b->light_paths + chunk->first;
-    CA_TRY(trace_chunk(b, chunk, first_number, parallel, workers, error));
-    if (b->rules.splat) CA_TRY(add_splats(b, chunk->count, parallel, error));
-    return ca_bidirectional_merges(b) ? ca_light_chunk_sort(b, chunk, parallel, error) : CA_OK;
-}
-
-/* ---- The pilot: how dense are photons where? ------------------------------------------------------------------------ */
 
 static bool wants_pilot(const ca_bidirectional *b)
 {
     return b->rules.reuse.kind == CA_REUSE_DENSITY || b->rules.reuse.kind == CA_REUSE_NORMALISED;
 }
 
-/* Light paths that no other pass uses, so that weights do not depend on what they weight (that would be a bias). */
 static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {
-    ca_light_chunk *chunk = &b->chunks[0];
-    ca_photon_grid *grid = NULL;
-    const bool splat = b->rules.splat;
-    chunk->count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
-    b->rules.splat = false;
-    ca_status status = trace_chunk(b, chunk, UINT64_C(1) << 62, parallel, workers, error);
-    b->rules.splat = splat;
-    if (status == CA_OK) status = ca_photon_grid_create(&grid, error);
-    if (status == CA_OK) status = ca_light_blocks_sort(b, chunk->count, grid, b->radius0, parallel, error);
-    if (status != CA_OK) {
-        ca_photon_grid_destroy(grid);
-        return status;
-    }
-    b->pilot = grid;
-    b->pilot_scale = (float)b->light_paths / (float)chunk->count;
+    uint32_t paths;
+    CA_TRY(ca_light_pilot(b, b->radius0, &b->pilot, &paths, parallel, workers, error));
+    b->pilot_scale = (float)b->light_paths / (float)paths;
     return CA_OK;
 }
 
@@ -166,8 +104,12 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     }
     b->first_chunk = round * b->resident;
     b->chunks_now = ca_min_u32(b->resident, b->chunk_count - b->first_chunk);
-    for (uint32_t i = 0; i < b->chunks_now; i++)
-        CA_TRY(prepare_chunk(b, pass, b->first_chunk + i, i, parallel, workers, error));
+    for (uint32_t i = 0; i < b->chunks_now; i++) {
+        const uint32_t first = (b->first_chunk + i) * (uint32_t)CA_CHUNK_PATHS;
+        const uint32_t count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths - first);
+        CA_TRY(ca_light_chunk_prepare(b, &b->chunks[i], (uint64_t)pass * b->light_paths + first, count, parallel,
+                                      workers, error));
+    }
     return CA_OK;
 }
 
@@ -191,20 +133,17 @@ static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, ca_err
 {
     ca_light_chunk *chunk = &b->chunks[0];
     ca_worker worker = {.index = 0};
-    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths), few = ca_min_u32(PILOT_PATHS, paths);
+    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths), few = ca_min_u32(FEW_PATHS, paths);
     set_radius(b, 0);
     ca_light_store_clear(&chunk->store);
     ca_light_block *block = &b->blocks[0];
     double vertices = 0.0;
     for (uint32_t i = 0; i < few; i++) {
-        ca_light_walk(b, chunk, i, (UINT64_C(1) << 62) + i, block, &worker);
+        ca_light_walk(b, chunk, i, CA_PILOT_NUMBER + i, block, &worker);
         vertices += chunk->store.paths[i].count;
     }
     CA_TRY(ca_light_store_check(&chunk->store, error));
-    const double per_vertex = sizeof(ca_path_vertex) + sizeof(ca_light_vertex);
-    const double photons = (double)block->photon_count * (3 * sizeof(ca_photon) + sizeof(uint32_t) + sizeof(ca_merge_photon));
-    const double splats = (double)block->splats.count * sizeof(ca_splat);
-    *bytes = ((vertices * per_vertex + photons + splats) / few + sizeof(ca_light_path)) * paths;
+    *bytes = ca_light_bytes(few, vertices, (double)block->photon_count, (double)block->splats.count) / few * paths;
     block->photon_count = block->splats.count = 0;
     return CA_OK;
 }
@@ -230,7 +169,7 @@ static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
     b->scratch = ca_alloc_zeroed(b->input.workers, sizeof *b->scratch);
     if (!b->scratch) return ca_fail_memory(error, "the integrator");
     for (uint32_t i = 0; i < b->input.workers; i++) {
-        b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident, sizeof(ca_rgb));
+        b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident + 1, sizeof(ca_rgb));
         if (!b->scratch[i].chunk_light) return ca_fail_memory(error, "the integrator");
     }
     return CA_OK;

@@ -28,6 +28,9 @@
 /* Photons farther than 60 degrees from the surface's tilt belong to another surface. */
 #define CA_MERGE_MIN_COS 0.5f
 
+/* Light paths of pilots are numbered from here: no pass gets so far. */
+#define CA_PILOT_NUMBER (UINT64_C(1) << 62)
+
 enum {
     CA_CHUNK_PATHS = 1 << 18,
     CA_BLOCK_PATHS = 512, /* light paths of one task */
@@ -39,7 +42,7 @@ typedef struct ca_bidirectional_scratch {
     ca_bsdf light_bsdfs[CA_PATH_MAX_VERTICES]; /* of the light path it connects to, ... */
     ca_surface light_surfaces[CA_PATH_MAX_VERTICES];
     uint32_t light_ready;                      /* ... made up to this vertex */
-    ca_rgb *chunk_light;                       /* owned: gathered with each chunk in memory */
+    ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot says */
 } ca_bidirectional_scratch;
 
 /* Photons and splats of a block of light paths. */
@@ -63,7 +66,7 @@ typedef struct ca_merge_photon {
 _Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
 
 typedef struct ca_light_chunk {
-    uint32_t first, count; /* light paths, within the pass */
+    uint32_t count; /* light paths */
     ca_light_store store;
     ca_photon_grid *grid;     /* NULL where nothing is merged */
     ca_merge_photon *photons; /* owned; in the grid's places */
@@ -77,6 +80,7 @@ typedef struct ca_bidirectional {
     ca_mis_rules rules; /* of the pass */
     uint32_t light_paths, camera_paths; /* N_F, N_B */
     float radius0, alpha;      /* merge radius of the first pass; how fast it shrinks */
+    float radius;              /* of this pass */
 
     uint32_t chunk_count, resident; /* chunks of a pass, and how many are in memory at a time */
     ca_light_chunk *chunks;         /* owned; [resident] */
@@ -107,7 +111,8 @@ void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t pa
                    ca_worker *worker);
 
 /* A camera path at one of its vertices. */
-typedef struct ca_camera_walk {
+typedef struct ca_camera_walk ca_camera_walk;
+struct ca_camera_walk {
     const ca_bidirectional *b;
     ca_worker *worker;
     ca_bidirectional_scratch *scratch;
@@ -125,11 +130,28 @@ typedef struct ca_camera_walk {
     ca_bsdf bsdf;
     const ca_light_chunk *paired_chunk; /* of the light path to connect to; NULL: not in this round */
     uint32_t paired;       /* its number there */
-} ca_camera_walk;
+    uint32_t connect_slot; /* where what connections bring is added: the chunk's number, or one behind the last */
+    const struct ca_walk_hooks *hooks; /* NULL: gather */
+    void *user;            /* of the hooks */
+};
+
+/* For algorithms that join paths in another order. */
+typedef struct ca_walk_hooks {
+    void (*at_vertex)(ca_camera_walk *walk); /* takes the place of gathering at a vertex that scatters smoothly */
+    bool (*shows_light)(const ca_camera_walk *walk); /* does the light that the last vertex lies on count? NULL: yes */
+} ca_walk_hooks;
 
 /* Adds weight times `unweighted` to what the walk has gathered with a chunk; the gate for defects. s and t as in technique.h. */
 void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight);
+
+/* The index-th camera path through a pixel, ready to be traced, and gathered light set to zero. The sample's first-hit
+ * layers and filter weight are filled. */
+void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint32_t x, uint32_t y, uint32_t index,
+                          ca_film_sample *sample, ca_worker *worker);
+void ca_camera_walk_trace(ca_camera_walk *walk);
+/* Next event at the last vertex; `weighted`: by all that the rules allow, else it counts in full. */
+void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted);
 
 /* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
 void ca_join_connect(ca_camera_walk *walk);
@@ -137,6 +159,27 @@ void ca_join_connect(ca_camera_walk *walk);
  * while something else is done. */
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
 void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first);
+
+/* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for it. */
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
+                           const ca_bsdf_value *value);
+
+/* Traces light paths [number, number + count) of the whole render into a chunk, and splats and sorts them as the rules want. */
+ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t number, uint32_t count,
+                                 const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+/* Traces light paths from `number` on into the first chunk until they take so many bytes: a multiple of a fixed step, one step at
+ * least; *count of them. Not sorted. */
+ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
+                              const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the chunks' contents are lost. */
+ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
+                         const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+/* What light paths take in memory. */
+static inline double ca_light_bytes(double paths, double vertices, double photons, double splats)
+{
+    return paths * sizeof(ca_light_path) + vertices * (sizeof(ca_path_vertex) + sizeof(ca_light_vertex)) +
+           photons * (3 * sizeof(ca_photon) + sizeof(uint32_t) + sizeof(ca_merge_photon)) + splats * sizeof(ca_splat);
+}
 
 /* Sorts the blocks' photons into the chunk's grid, and what merges read into the same order. */
 ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, const ca_parallel *parallel,
@@ -160,6 +203,7 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
                                   const ca_integrator_input *input, void **state, ca_error *error);
 void ca_bidirectional_destroy(void *state);
 uint32_t ca_bidirectional_rounds(const void *state);
+void ca_bidirectional_set_radius(ca_bidirectional *b, float radius);
 ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
                                        ca_worker *workers, ca_error *error);
 ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y);

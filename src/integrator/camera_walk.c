@@ -31,6 +31,7 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
 {
     const ca_bidirectional *b = walk->b;
     if (!gathers_own_light(walk) || (walk->vertex == 1 && b->hide_emitters)) return;
+    if (walk->hooks && walk->hooks->shows_light && !walk->hooks->shows_light(walk)) return;
     const ca_scene *scene = b->input.scene;
     const ca_light *light = &scene->lights[light_index];
     const ca_path_vertex *v = last_vertex(walk);
@@ -107,7 +108,7 @@ static float next_event_weight(const ca_camera_walk *walk, const ca_light *light
     return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_NEXT_EVENT);
 }
 
-static void add_next_event(ca_camera_walk *walk)
+void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
 {
     const ca_bidirectional *b = walk->b;
     const ca_scene *scene = b->input.scene;
@@ -128,8 +129,8 @@ static void add_next_event(ca_camera_walk *walk)
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.shadow_rays++;
     if (!ca_walk_light_is_visible(scene->accel, &walk->surface, &direct)) return;
-    ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted,
-                       next_event_weight(walk, light, choice, &direct, &value, cos_out));
+    const float weight = weighted ? next_event_weight(walk, light, choice, &direct, &value, cos_out) : 1.0f;
+    ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight);
 }
 
 /* ---- The walk ------------------------------------------------------------------------------------------------------- */
@@ -163,8 +164,12 @@ static void gather(ca_camera_walk *walk)
     const bool merges = ca_bidirectional_merges(walk->b);
     ca_photon_query query;
     if (!(walk->bsdf.scatter & CA_SCATTER_SMOOTH)) return;
+    if (walk->hooks) {
+        walk->hooks->at_vertex(walk);
+        return;
+    }
     if (merges) ca_photon_grid_prefetch(walk->b->chunks[0].grid, walk->surface.position);
-    if (rules->next_event && gathers_own_light(walk)) add_next_event(walk);
+    if (rules->next_event && gathers_own_light(walk)) ca_camera_walk_next_event(walk, true);
     if (merges) ca_join_merge_start(walk, &query);
     if (rules->connect && walk->paired_chunk) ca_join_connect(walk);
     if (merges) ca_join_merge(walk, &query);
@@ -199,7 +204,7 @@ static bool scatter(ca_camera_walk *walk)
     return ca_walk_survives(walk->vertex + 1, walk->b->rr_depth, walk->eta2, u_lobe_roulette.y, &walk->throughput);
 }
 
-static void trace(ca_camera_walk *walk)
+void ca_camera_walk_trace(ca_camera_walk *walk)
 {
     const ca_scene *scene = walk->b->input.scene;
     const uint32_t max_depth = walk->b->max_depth;
@@ -239,30 +244,37 @@ static void pair(ca_camera_walk *walk, uint32_t index)
     const uint64_t number = (pixel * b->camera_paths + index % b->camera_paths + b->pairing_shift) % b->light_paths;
     const uint64_t chunk = number / CA_CHUNK_PATHS;
     if (chunk < b->first_chunk || chunk >= b->first_chunk + b->chunks_now) return;
-    walk->paired_chunk = &b->chunks[chunk - b->first_chunk];
+    walk->connect_slot = (uint32_t)(chunk - b->first_chunk);
+    walk->paired_chunk = &b->chunks[walk->connect_slot];
     walk->paired = (uint32_t)(number % CA_CHUNK_PATHS);
     walk->scratch->light_ready = 0;
+}
+
+void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint32_t x, uint32_t y, uint32_t index,
+                          ca_film_sample *sample, ca_worker *worker)
+{
+    walk->b = b;
+    walk->worker = worker;
+    walk->scratch = &b->scratch[worker->index];
+    walk->sample = sample;
+    walk->x = x;
+    walk->y = y;
+    walk->vertex = 0;
+    walk->paired_chunk = NULL;
+    walk->hooks = NULL;
+    start(walk, index);
+    for (uint32_t c = 0; c <= b->chunks_now; c++) walk->scratch->chunk_light[c] = (ca_rgb){0};
 }
 
 void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
                                   ca_film_sample *sample, ca_worker *worker)
 {
     const ca_bidirectional *b = state;
-    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
     ca_camera_walk walk;
-    walk.b = b;
-    walk.worker = worker;
-    walk.scratch = scratch;
-    walk.sample = sample;
-    walk.x = x;
-    walk.y = y;
-    walk.vertex = 0;
-    walk.paired_chunk = NULL;
-    start(&walk, index);
+    ca_camera_walk_start(&walk, b, x, y, index, sample, worker);
     pair(&walk, index);
-    for (uint32_t c = 0; c < b->chunks_now; c++) scratch->chunk_light[c] = (ca_rgb){0};
     if (round == 0) worker->counters.camera_paths++;
-    if (b->max_depth > 0) trace(&walk);
+    if (b->max_depth > 0) ca_camera_walk_trace(&walk);
     for (uint32_t c = 0; c < b->chunks_now; c++)
-        sample->radiance = ca_rgb_add(sample->radiance, scratch->chunk_light[c]);
+        sample->radiance = ca_rgb_add(sample->radiance, walk.scratch->chunk_light[c]);
 }

@@ -9,6 +9,7 @@
 static const ca_integrator_type *const integrators[] = {
     &ca_integrator_path, &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,
     &ca_integrator_vcm,  &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
+    &ca_integrator_qmcppm,
 };
 enum { INTEGRATOR_COUNT = sizeof integrators / sizeof integrators[0] };
 

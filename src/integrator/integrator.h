@@ -11,6 +11,7 @@
 #define CA_INTEGRATOR_INTEGRATOR_H
 
 #include "base/parallel.h"
+#include "film/block_film.h"
 #include "film/film.h"
 #include "film/technique_images.h"
 #include "path/technique.h"
@@ -39,7 +40,7 @@ typedef struct ca_parameter_spec {
     const char *choices; /* "balance|power" */
 } ca_parameter_spec;
 
-enum { CA_MAX_PARAMETERS = 16 };
+enum { CA_MAX_PARAMETERS = 24 };
 
 /* What an integrator works with. `values[i]` belongs to the i-th parameter of its table row. */
 typedef struct ca_integrator_input {
@@ -49,7 +50,7 @@ typedef struct ca_integrator_input {
     const ca_filter *filter;
     uint32_t crop[4];     /* the rendered part of the film */
     uint32_t workers;
-    double memory_bytes;  /* for light paths; 0: no limit */
+    double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
     ca_technique_images *technique_images; /* NULL: not wanted */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
@@ -57,6 +58,7 @@ typedef struct ca_integrator_input {
 typedef struct ca_integrator_type {
     const char *name;
     const ca_parameter_spec *parameters; /* ended by a NULL name */
+    ca_sampler_kind sampler; /* that it was made for: where nobody chose one for it. CA_SAMPLER_INDEPENDENT: any will do */
     /* Makes the state from the input; what that points to outlives it. Refuses what the integrator cannot do
      * (CA_ERROR_UNSUPPORTED, with the reason). */
     ca_status (*create)(const ca_integrator_input *input, void **state, ca_error *error);
@@ -72,6 +74,15 @@ typedef struct ca_integrator_type {
                         ca_worker *worker);
     /* What the pass' light paths have splatted to a pixel, after its last round. NULL: nothing ever. */
     ca_rgb (*splat)(const void *state, uint32_t x, uint32_t y);
+
+    /* One that renders by blocks of pairs (film/block_film.h) has these instead of the four above. Makes ready what block
+     * number `block` needs; what the block before it left behind is used again where it serves. Any number may follow any. */
+    ca_status (*begin_block)(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+    /* What the block has for pixel (x, y) of the full film; the sample starts zeroed. */
+    void (*block_pixel)(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);
+    /* How many blocks, from the first, give every pixel so many camera paths, each with all light paths so far; UINT64_MAX as
+     * long as that is not known. */
+    uint64_t (*blocks_needed)(const void *state, uint32_t samples_per_pixel);
 } ca_integrator_type;
 
 /* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that is NULL
@@ -99,6 +110,6 @@ void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_
 /* Rows of the table. */
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
     ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
-    ca_integrator_cavcm;
+    ca_integrator_cavcm, ca_integrator_qmcppm;
 
 #endif

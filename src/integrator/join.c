@@ -94,8 +94,7 @@ static void connect_to(ca_camera_walk *walk, const light_end *end)
     if (!ca_accel_visible(walk->b->input.scene->accel, surface->position, surface->position_error, surface->ng,
                           other->position, other->position_error, other->ng))
         return;
-    const uint32_t chunk = (uint32_t)(walk->paired_chunk - walk->b->chunks);
-    ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_CONNECT, walk->vertex + 1, end->index + 1, unweighted,
+    ca_camera_walk_add(walk, walk->connect_slot, CA_TECHNIQUE_CONNECT, walk->vertex + 1, end->index + 1, unweighted,
                        connect_weight(walk, end, &e));
 }
 
@@ -123,8 +122,8 @@ void ca_join_connect(ca_camera_walk *walk)
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one; what leaves that towards the photon is in its record. */
-static float merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
-                          const ca_bsdf_value *value)
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
+                           const ca_bsdf_value *value)
 {
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *c = &walk->scratch->camera[walk->vertex];
@@ -167,7 +166,7 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_merge_phot
     walk->worker->counters.merges++;
     const ca_path_vertex *densities = ca_light_density_at(&walk->b->chunks[chunk].store, photon->first);
     ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted,
-                       merge_weight(walk, densities, photon, &value));
+                       ca_join_merge_weight(walk, densities, photon, &value));
 }
 
 /* Not too long a path, and on the same surface. */

@@ -214,9 +214,7 @@ void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t pa
     *record = (ca_light_path){0};
     light_walk walk = {.b = b, .worker = worker, .block = block};
     if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices)) return;
-    /* Above all pixels' sequences; 2^32 paths of one sequence, then the next. */
-    const uint64_t sequence = (UINT64_C(1) << 63) + (number >> 32);
-    walk.stream = ca_stream_start(b->input.sampler, sequence, (uint32_t)number);
+    walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
     worker->counters.light_paths++;
     const uint32_t count = trace(&walk);
     if (count == 0) ca_light_store_fail(&chunk->store);

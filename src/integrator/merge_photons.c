@@ -66,8 +66,7 @@ static bool make_room(ca_light_chunk *chunk, size_t needed)
 ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, const ca_parallel *parallel,
                               ca_error *error)
 {
-    const float radius = sqrtf(b->rules.merge_area / CA_PI);
-    CA_TRY(ca_light_blocks_sort(b, chunk->count, chunk->grid, radius, parallel, error));
+    CA_TRY(ca_light_blocks_sort(b, chunk->count, chunk->grid, b->radius, parallel, error));
     const uint32_t count = (uint32_t)ca_photon_grid_count(chunk->grid);
     if (!make_room(chunk, count)) return ca_fail_memory(error, "the photons");
     ca_parallel_for(parallel, (count + TASK_PLACES - 1) / TASK_PLACES, fill_places, chunk);

@@ -57,7 +57,7 @@ bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2
     case CA_LIGHT_POINT: return ca_light_point_emission(light, u_direction, emission);
     case CA_LIGHT_SPOT: return ca_light_spot_emission(light, u_direction, emission);
     case CA_LIGHT_DIRECTIONAL: return ca_light_directional_emission(light, u_position, emission);
-    case CA_LIGHT_PROJECTOR: return ca_light_projector_emission(light, u_direction, emission);
+    case CA_LIGHT_PROJECTOR: return ca_light_projector_emission(light, u_position, emission);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_emission(light, u_position, u_direction, emission);
     }

@@ -25,7 +25,7 @@ bool ca_light_spot_emission(const ca_light *light, ca_vec2 u_direction, ca_light
 
 ca_status ca_light_projector_prepare(ca_light *light, ca_error *error);
 bool ca_light_projector_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
-bool ca_light_projector_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission);
+bool ca_light_projector_emission(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission);
 
 void ca_light_directional_prepare(ca_light *light);
 bool ca_light_directional_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);

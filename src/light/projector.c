@@ -4,7 +4,10 @@
  *
  * Intensity: irradiance at z = 1 is I cos / distance^2 = I cos^3, so I = pi scale picture / cos^3. Directions are
  * sampled by the picture's luminance on that plane, whose density per solid angle has the same cos^-3: the flux of a
- * sample depends on the picture only as far as the table is coarser than it. */
+ * sample depends on the picture only as far as the table is coarser than it.
+ *
+ * The place in the picture is chosen by u_position, as a camera's first pair chooses the place on the film: where both read
+ * the same sequence, a projector of one colour and a camera with its view send out the same rays. */
 #include "base/memory.h"
 #include "light/light_kinds.h"
 #include "math/numeric.h"
@@ -88,10 +91,10 @@ bool ca_light_projector_direct(const ca_light *light, ca_vec3 reference, ca_ligh
     return !ca_rgb_is_black(direct->radiance);
 }
 
-bool ca_light_projector_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission)
+bool ca_light_projector_emission(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission)
 {
     float density;
-    const ca_vec2 uv = ca_distribution_2d_sample(&light->pixels, u_direction, &density);
+    const ca_vec2 uv = ca_distribution_2d_sample(&light->pixels, u_position, &density);
     const ca_vec2 plane = picture_to_plane(light, uv);
     const ca_vec3 local = ca_normalize((ca_vec3){plane.x, plane.y, 1.0f});
     const float cos3 = local.z * local.z * local.z;

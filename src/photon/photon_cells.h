@@ -8,6 +8,7 @@
 
 #include "photon/photon_grid.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* Eight photons, laid out for one vector instruction each. Photon i is lane i % 8 of block i / 8. */
@@ -24,7 +25,7 @@ _Static_assert(sizeof(ca_photon_block) == 128, "a block is two cache lines");
 typedef struct ca_photon_lattice {
     double low[3], high[3]; /* bounds of the photons */
     double cells_per_meter;
-    double reach;         /* no photon farther than this along an axis passes the distance test */
+    double reach;         /* of the grid's radius */
     uint32_t bucket_mask; /* buckets are a power of two */
 } ca_photon_lattice;
 
@@ -44,6 +45,14 @@ struct ca_photon_grid {
     uint32_t *run_starts; /* owned; number of each run's first photon */
     size_t run_capacity;
 };
+
+/* No photon farther than this along an axis passes the distance test. The test is in single precision: the difference, its
+ * square and the radius' are rounded once each, which the factor covers many times; the last term covers squares that
+ * underflow. Where the radius' square overflows, everything is in reach. */
+static inline double ca_photon_reach(float radius)
+{
+    return isinf(radius * radius) ? (double)INFINITY : (double)radius * (1.0 + 0x1p-20) + 0x1p-72;
+}
 
 /* Truncation is floor: coordinates are not below `low`, and their cells are below 2^31. */
 static inline uint32_t ca_photon_cell(const ca_photon_lattice *lattice, int axis, double coordinate)

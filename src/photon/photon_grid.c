@@ -50,6 +50,13 @@ uint32_t ca_photon_grid_vertex(const ca_photon_grid *grid, uint32_t place)
     return grid->blocks[place / CA_PHOTON_LANES].vertex[place % CA_PHOTON_LANES];
 }
 
+ca_vec3 ca_photon_grid_position(const ca_photon_grid *grid, uint32_t place)
+{
+    const ca_photon_block *block = &grid->blocks[place / CA_PHOTON_LANES];
+    const uint32_t lane = place % CA_PHOTON_LANES;
+    return (ca_vec3){block->x[lane], block->y[lane], block->z[lane]};
+}
+
 void ca_photon_grid_answer_place(ca_photon_grid *grid, uint32_t place)
 {
     grid->blocks[place / CA_PHOTON_LANES].vertex[place % CA_PHOTON_LANES] = place;
@@ -251,15 +258,12 @@ static void sort_partition(void *user, uint32_t partition, uint32_t worker)
 
 /* ---- All together ------------------------------------------------------------------------------------------------ */
 
-/* The distance test is in single precision: the difference, its square and the radius' are rounded once each, which
- * `reach` covers many times; the last term covers squares that underflow. Where the radius' square overflows,
- * everything is in reach. */
 static void set_cells(ca_photon_lattice *lattice, const struct photon_bounds *bounds, float radius)
 {
     const ca_vec3 low = bounds->low, high = bounds->high;
     lattice->low[0] = (double)low.x, lattice->low[1] = (double)low.y, lattice->low[2] = (double)low.z;
     lattice->high[0] = (double)high.x, lattice->high[1] = (double)high.y, lattice->high[2] = (double)high.z;
-    lattice->reach = isinf(radius * radius) ? (double)INFINITY : (double)radius * (1.0 + 0x1p-20) + 0x1p-72;
+    lattice->reach = ca_photon_reach(radius);
     /* Cells no finer than 2^-30 of the bounds, so that their numbers fit, and so much wider than two reaches that the
      * rounding of these numbers cannot make the difference. */
     double cell = 2.0 * lattice->reach * (1.0 + 0x1p-16);

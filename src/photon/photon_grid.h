@@ -63,6 +63,8 @@ typedef struct ca_photon_query {
 /* Asks the memory for what a query at this position will read first; for callers with something else to do meanwhile. */
 void ca_photon_grid_prefetch(const ca_photon_grid *grid, ca_vec3 position);
 void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
+/* With a radius of its own, from zero to the grid's. */
+void ca_photon_query_start_within(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius);
 /* Up to CA_PHOTON_BATCH vertices; 0 at the end. */
 uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
 
@@ -70,7 +72,13 @@ uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTO
  * photon in the same order reads memory in runs instead of here and there: it exchanges every vertex for its place, after which
  * queries answer with places. Threads: different places at once. */
 uint32_t ca_photon_grid_vertex(const ca_photon_grid *grid, uint32_t place);
+ca_vec3 ca_photon_grid_position(const ca_photon_grid *grid, uint32_t place);
 void ca_photon_grid_answer_place(ca_photon_grid *grid, uint32_t place);
+
+/* Distance from a position to its k-th nearest photon, 1 <= k <= CA_PHOTON_NEAREST_MAX, where at least k are within the grid's
+ * radius; else INFINITY. The distance is then the square root of the k-th smallest length2(photon - position). */
+enum { CA_PHOTON_NEAREST_MAX = 64 };
+float ca_photon_grid_nearest(const ca_photon_grid *grid, ca_vec3 position, uint32_t k);
 
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid);
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid);

@@ -48,20 +48,21 @@ static inline bool rows_are_apart(const uint32_t *rows, uint32_t row_count, uint
     return apart;
 }
 
-/* The cells from position - reach to position + reach, as far as there are photons: rows of one or two along x. */
+/* The cells from position - reach to position + reach, as far as there are photons: rows of one or two along x. `reach` is the
+ * grid's at most. */
 typedef struct query_rows {
     uint32_t row[4], row_count, row_length;
 } query_rows;
 
 /* false: nowhere near any photon. */
-static inline bool find_rows(const ca_photon_grid *grid, ca_vec3 position, query_rows *rows)
+static inline bool find_rows(const ca_photon_grid *grid, ca_vec3 position, double reach, query_rows *rows)
 {
     const ca_photon_lattice *lattice = &grid->lattice;
     if (grid->count == 0) return false;
     const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
     uint32_t first[3], last[3];
     for (int axis = 0; axis < 3; axis++) {
-        const double from = center[axis] - lattice->reach, to = center[axis] + lattice->reach;
+        const double from = center[axis] - reach, to = center[axis] + reach;
         if (!(from <= lattice->high[axis] && to >= lattice->low[axis])) return false;
         first[axis] = ca_photon_cell(lattice, axis, from > lattice->low[axis] ? from : lattice->low[axis]);
         last[axis] = ca_photon_cell(lattice, axis, to < lattice->high[axis] ? to : lattice->high[axis]);
@@ -78,23 +79,34 @@ static inline bool find_rows(const ca_photon_grid *grid, ca_vec3 position, query
 void ca_photon_grid_prefetch(const ca_photon_grid *grid, ca_vec3 position)
 {
     query_rows rows;
-    if (!find_rows(grid, position, &rows)) return;
+    if (!find_rows(grid, position, grid->lattice.reach, &rows)) return;
     for (uint32_t r = 0; r < rows.row_count; r++) __builtin_prefetch(&grid->starts[rows.row[r]]);
 }
 
-void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position)
+static inline void start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius2, double reach)
 {
     query->grid = grid;
     query->position = position;
-    query->radius2 = grid->radius2;
+    query->radius2 = radius2;
     query->range_count = query->range = 0;
     query->tested = 0;
     query_rows rows;
-    if (!find_rows(grid, position, &rows)) return;
+    if (!find_rows(grid, position, reach, &rows)) return;
     if (!rows_are_apart(rows.row, rows.row_count, rows.row_length, grid->lattice.bucket_mask))
         add_buckets_singly(query, rows.row, rows.row_count, rows.row_length);
     else
         for (uint32_t r = 0; r < rows.row_count; r++) add_range(query, rows.row[r], rows.row_length);
+}
+
+void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position)
+{
+    start(query, grid, position, grid->radius2, grid->lattice.reach);
+}
+
+void ca_photon_query_start_within(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius)
+{
+    assert(radius >= 0.0f && (grid->count == 0 || radius <= grid->radius));
+    start(query, grid, position, radius * radius, ca_photon_reach(radius));
 }
 
 /* ---- The distance test ------------------------------------------------------------------------------------------- */

@@ -2,9 +2,7 @@
 
 #include "base/memory.h"
 
-enum { TILE_SIDE = 16, WORKER_ALIGNMENT = 128 };
 _Static_assert(sizeof(ca_film_sample) == 64, "pass.h promises 64 bytes a camera path");
-_Static_assert(sizeof(ca_worker) % WORKER_ALIGNMENT == 0, "counters of different workers: never in one cache line");
 
 typedef struct pass_task {
     ca_pass_runner *runner;
@@ -50,8 +48,6 @@ static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const c
     if (!ca_film_add(runner->film, x, y, &sample)) ++*rejects;
 }
 
-/* ---- Tiles ------------------------------------------------------------------------------------------------------ */
-
 /* Where the samples of a pixel's camera paths are kept; in a pass of one round, where one pixel is finished before the
  * next one begins, in the worker's own row. */
 static ca_film_sample *samples_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t worker)
@@ -60,42 +56,30 @@ static ca_film_sample *samples_of(const ca_pass_runner *runner, uint32_t x, uint
     return &runner->samples[row * runner->plan->camera_paths];
 }
 
-static void run_pixel(const pass_task *task, uint32_t x, uint32_t y, ca_worker *worker)
+static void run_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
 {
+    const pass_task *task = user;
     ca_pass_runner *runner = task->runner;
     const ca_render_plan *plan = runner->plan;
     const uint32_t count = plan->camera_paths;
-    ca_film_sample *samples = samples_of(runner, x, y, worker->index);
+    ca_film_sample *samples = samples_of(runner, x, y, worker);
     for (uint32_t b = 0; b < count; b++) {
         if (task->round == 0) samples[b] = (ca_film_sample){0};
         plan->type->camera_path(runner->integrator, plan->crop[0] + x, plan->crop[1] + y, task->pass * count + b,
-                                task->round, &samples[b], worker);
+                                task->round, &samples[b], &runner->workers.list[worker]);
     }
-    if (task->round + 1 == runner->rounds) finish_pixel(runner, x, y, samples, &runner->film_rejects[worker->index]);
-}
-
-static void run_tile(void *user, uint32_t tile, uint32_t worker)
-{
-    const pass_task *task = user;
-    const ca_film *film = task->runner->film;
-    const uint32_t columns = (film->width + TILE_SIDE - 1) / TILE_SIDE;
-    const uint32_t x_begin = tile % columns * TILE_SIDE, y_begin = tile / columns * TILE_SIDE;
-    const uint32_t x_end = x_begin + TILE_SIDE < film->width ? x_begin + TILE_SIDE : film->width;
-    const uint32_t y_end = y_begin + TILE_SIDE < film->height ? y_begin + TILE_SIDE : film->height;
-    for (uint32_t y = y_begin; y < y_end; y++)
-        for (uint32_t x = x_begin; x < x_end; x++) run_pixel(task, x, y, &task->runner->workers[worker]);
+    if (task->round + 1 == runner->rounds) finish_pixel(runner, x, y, samples, &runner->workers.film_rejects[worker]);
 }
 
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
 {
     const ca_integrator_type *type = runner->plan->type;
-    const uint32_t columns = (runner->film->width + TILE_SIDE - 1) / TILE_SIDE;
-    const uint32_t rows = (runner->film->height + TILE_SIDE - 1) / TILE_SIDE;
+    const ca_parallel *parallel = &runner->workers.parallel;
     for (uint32_t round = 0; round < runner->rounds; round++) {
         if (type->begin_round)
-            CA_TRY(type->begin_round(runner->integrator, pass, round, &runner->parallel, runner->workers, error));
+            CA_TRY(type->begin_round(runner->integrator, pass, round, parallel, runner->workers.list, error));
         pass_task task = {.runner = runner, .pass = pass, .round = round};
-        ca_parallel_for(&runner->parallel, columns * rows, run_tile, &task);
+        ca_for_each_pixel(parallel, runner->film->width, runner->film->height, run_pixel, &task);
     }
     return CA_OK;
 }
@@ -114,28 +98,20 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
     *runner = (ca_pass_runner){.plan = plan,
                                .integrator = integrator,
                                .film = film,
-                               .parallel = {.workers = plan->threads},
                                .rounds = plan->type->rounds ? plan->type->rounds(integrator) : 1};
     const size_t rows = runner->rounds > 1 ? (size_t)film->width * film->height : plan->threads;
-    runner->samples = ca_alloc_zeroed(rows, plan->camera_paths * sizeof *runner->samples);
-    runner->film_rejects = ca_alloc_zeroed(plan->threads, sizeof *runner->film_rejects);
-    /* One more than needed, so that there is room to begin at an aligned address. */
-    runner->worker_memory = ca_alloc_zeroed((size_t)plan->threads + 1, sizeof(ca_worker));
-    if (!runner->samples || !runner->film_rejects || !runner->worker_memory) {
-        ca_pass_runner_destroy(runner);
-        return ca_fail_memory(error, "the render");
+    ca_status status = ca_workers_create(&runner->workers, plan->threads, error);
+    if (status == CA_OK) {
+        runner->samples = ca_alloc_zeroed(rows, plan->camera_paths * sizeof *runner->samples);
+        if (!runner->samples) status = ca_fail_memory(error, "the render");
     }
-    const uintptr_t address = (uintptr_t)runner->worker_memory;
-    runner->workers =
-        (void *)((char *)runner->worker_memory + (WORKER_ALIGNMENT - address % WORKER_ALIGNMENT) % WORKER_ALIGNMENT);
-    for (uint32_t i = 0; i < plan->threads; i++) runner->workers[i].index = i;
-    return CA_OK;
+    if (status != CA_OK) ca_pass_runner_destroy(runner);
+    return status;
 }
 
 void ca_pass_runner_destroy(ca_pass_runner *runner)
 {
     ca_free(runner->samples);
-    ca_free(runner->film_rejects);
-    ca_free(runner->worker_memory);
+    ca_workers_destroy(&runner->workers);
     *runner = (ca_pass_runner){0};
 }

@@ -10,17 +10,15 @@
 #define CA_RENDER_PASS_H
 
 #include "render/render.h"
+#include "render/workers.h"
 
 typedef struct ca_pass_runner {
     const ca_render_plan *plan;
     void *integrator; /* borrowed */
     ca_film *film;    /* borrowed */
-    ca_parallel parallel;
     uint32_t rounds;
     ca_film_sample *samples; /* owned; camera paths of a pixel next to each other */
-    ca_worker *workers;      /* one a thread, within: */
-    void *worker_memory;     /* owned */
-    uint64_t *film_rejects;  /* owned, one a thread: what only the film's gate caught */
+    ca_workers workers;      /* owned */
 } ca_pass_runner;
 
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,

@@ -3,6 +3,7 @@
 
 #include "base/text.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,18 +40,19 @@ static ca_status plan_film(ca_render_plan *plan, uint32_t *width, uint32_t *heig
     return CA_OK;
 }
 
+/* A scene's sampler is meant for the scene's integrator: another one brings its own, where it has one. */
 static ca_status plan_sampler(ca_render_plan *plan, ca_error *error)
 {
-    plan->sampler = plan->scene->desc.sampler;
+    const ca_scene_desc *desc = &plan->scene->desc;
+    const bool chosen_for_it = desc->names_sampler && !plan->settings->integrator;
+    plan->sampler = desc->sampler;
+    if (plan->type->sampler != CA_SAMPLER_INDEPENDENT && !chosen_for_it) plan->sampler.kind = plan->type->sampler;
     if (plan->settings->has_seed) plan->sampler.seed = plan->settings->seed;
     const char *wanted = plan->settings->sampler;
     if (!wanted) return CA_OK;
-    for (int kind = 0; ca_sampler_name((ca_sampler_kind)kind); kind++)
-        if (strcmp(wanted, ca_sampler_name((ca_sampler_kind)kind)) == 0) {
-            plan->sampler.kind = (ca_sampler_kind)kind;
-            return CA_OK;
-        }
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "unknown sampler \"%s\" (there are: independent, sobol)", wanted);
+    if (ca_sampler_find(wanted, &plan->sampler.kind)) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "unknown sampler \"%.100s\" (there are: %s)", wanted,
+                   ca_sampler_names());
 }
 
 /* ---- The integrator and its parameters -------------------------------------------------------------------------- */
@@ -128,6 +130,9 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
 static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
 {
     if (!plan->settings->strategies_directory) return CA_OK;
+    if (ca_render_plan_by_blocks(plan))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" renders by blocks of pairs and makes no images of the strategies", plan->type->name);
     const double max_depth = ca_integrator_value(plan->type, &plan->input, "max_depth", -1.0);
     if (max_depth >= 0.0 && max_depth <= CA_TECHNIQUE_MAX_VERTICES - 1) return CA_OK;
     char now[32] = "it is not limited";
@@ -156,10 +161,72 @@ static double samples_per_pass(const ca_render_plan *plan, uint32_t width, uint3
     return light_paths > 0.0 ? light_paths / ((double)width * (double)height) : 1.0; /* 0: one per pixel */
 }
 
+static ca_status check_block_settings(const ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    const char *name = plan->type->name;
+    if (!ca_render_plan_by_blocks(plan)) {
+        if (!settings->has_blocks && !settings->part_path) return CA_OK;
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose and no "
+                       "part file to write", name);
+    }
+    if (settings->noise_percent > 0.0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" renders by blocks that share their paths: one render does not know its noise; "
+                       "compare renders with different seeds instead", name);
+    if (!settings->has_blocks) return CA_OK;
+    if (settings->samples_per_pixel > 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "either samples per pixel or a range of blocks can be given, not both");
+    const unsigned long long begin = settings->blocks[0], end = settings->blocks[1];
+    if (begin >= end || end - begin > UINT32_MAX)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%llu:%llu is no range of 1 to 4294967295 blocks", begin, end);
+    return CA_OK;
+}
+
+/* A given range, else from the first block on until there are samples enough, or until time says so. */
+static void plan_blocks(ca_render_plan *plan)
+{
+    const ca_render_settings *settings = plan->settings;
+    plan->blocks[1] = UINT64_MAX;
+    plan->open_ended = !settings->has_blocks && settings->samples_per_pixel == 0 && settings->seconds > 0.0;
+    if (settings->has_blocks)
+        memcpy(plan->blocks, settings->blocks, sizeof plan->blocks);
+    else if (!plan->open_ended)
+        plan->block_samples =
+            settings->samples_per_pixel ? settings->samples_per_pixel : plan->scene->desc.samples_per_pixel;
+}
+
+static float largest_coordinate(const ca_scene *scene)
+{
+    const float coordinates[6] = {scene->low.x, scene->low.y, scene->low.z, scene->high.x, scene->high.y, scene->high.z};
+    float largest = FLT_MIN;
+    for (int i = 0; i < 6; i++)
+        if (isfinite(coordinates[i])) largest = fmaxf(largest, fabsf(coordinates[i]));
+    return largest;
+}
+
+static void plan_block_film(ca_render_plan *plan, uint32_t width, uint32_t height)
+{
+    plan->block_film = (ca_block_film_desc){
+        .full_width = width,
+        .full_height = height,
+        .gradients = ca_integrator_value(plan->type, &plan->input, "gradients", 0.0) != 0.0,
+        .extent = largest_coordinate(plan->scene),
+    };
+    memcpy(plan->block_film.crop, plan->crop, sizeof plan->crop);
+}
+
 static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t height, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     CA_TRY(check_targets(settings, error));
+    CA_TRY(check_block_settings(plan, error));
+    plan_block_film(plan, width, height);
+    if (ca_render_plan_by_blocks(plan)) {
+        plan_blocks(plan);
+        return CA_OK;
+    }
     plan->samples_per_pass = samples_per_pass(plan, width, height);
     plan->pass_limit = UINT32_MAX / plan->camera_paths; /* camera paths are numbered in 32 bits */
     plan->open_ended = settings->samples_per_pixel == 0 && (settings->seconds > 0.0 || settings->noise_percent > 0.0);
@@ -179,8 +246,10 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
-    const double film = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]) *
-                        (double)sizeof(ca_film_pixel);
+    const double film = ca_render_plan_by_blocks(plan)
+                            ? ca_block_film_bytes(&plan->block_film)
+                            : (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]) *
+                                  (double)sizeof(ca_film_pixel);
     if (allowed <= 0.0) return CA_OK;
     if (film > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the film alone needs %.1f MiB, more than the %.1f MiB allowed",
@@ -195,8 +264,8 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     *plan = (ca_render_plan){.scene = scene, .settings = settings};
     uint32_t width, height;
     CA_TRY(plan_film(plan, &width, &height, error));
-    CA_TRY(plan_sampler(plan, error));
     CA_TRY(plan_integrator(plan, error));
+    CA_TRY(plan_sampler(plan, error));
     CA_TRY(check_strategies(plan, error));
     CA_TRY(plan_stopping(plan, width, height, error));
     CA_TRY(plan_memory(plan, error));
@@ -204,6 +273,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     plan->threads = settings->threads ? settings->threads : processors > 0 ? (uint32_t)processors : 1;
     if (plan->threads > 1024)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u threads are over the limit of 1024", plan->threads);
+    ca_sampler_prepare(&plan->sampler, width, height);
     plan->camera = ca_scene_camera(scene, width, height);
     plan->filter = scene->desc.film.filter;
     ca_filter_prepare(&plan->filter);

@@ -1,7 +1,9 @@
 #include "render/render.h"
 
 #include "base/clock.h"
+#include "render/blocks.h"
 #include "render/pass.h"
+#include "render/record.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,8 +12,6 @@
 /* The noise is looked at after this many passes, and then whenever their number has doubled: looking more often would
  * make stopping at a moment of good luck likely. */
 enum { FIRST_NOISE_PASS = 8 };
-
-_Static_assert(CA_TECHNIQUE_COUNT + 1 == CA_NON_FINITE_SOURCES, "caustica.h counts the techniques and the film");
 
 typedef struct render {
     ca_render_plan *plan;
@@ -72,23 +72,6 @@ static ca_status run_passes(render *r, ca_error *error)
     }
 }
 
-static void add_counters(const ca_pass_runner *runner, ca_render_statistics *statistics)
-{
-    for (uint32_t i = 0; i < runner->parallel.workers; i++) {
-        const ca_counters *counters = &runner->workers[i].counters;
-        statistics->light_paths += counters->light_paths;
-        statistics->camera_paths += counters->camera_paths;
-        statistics->rays += counters->rays;
-        statistics->shadow_rays += counters->shadow_rays;
-        statistics->photons += counters->photons;
-        statistics->photons_tested += counters->photons_tested;
-        statistics->merges += counters->merges;
-        for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) statistics->non_finite_from[t] += counters->non_finite[t];
-        statistics->non_finite_from[CA_TECHNIQUE_COUNT] += runner->film_rejects[i];
-    }
-    for (int s = 0; s < CA_NON_FINITE_SOURCES; s++) statistics->non_finite += statistics->non_finite_from[s];
-}
-
 static void fill_statistics(const render *r, ca_render_statistics *statistics)
 {
     const ca_film_summary summary = ca_film_summarise(&r->film);
@@ -104,31 +87,34 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
         .noise_percent = isnan(summary.noise) ? -1.0 : 100.0 * summary.noise,
         .interrupted = r->interrupted,
     };
-    add_counters(&r->runner, statistics);
+    ca_workers_count(&r->runner.workers, statistics);
 }
 
 /* Settings and timings travel with the picture. */
-static ca_status add_attributes(const render *r, const ca_render_statistics *statistics, ca_image_layers *layers,
-                                ca_error *error)
+static ca_status attach_record(const render *r, const ca_render_statistics *statistics, ca_image_layers *layers,
+                               ca_error *error)
 {
     const ca_render_plan *plan = r->plan;
     char integrator[1024];
     ca_integrator_describe(plan->type, &plan->input, integrator, sizeof integrator);
-    CA_TRY(ca_layers_set_text(layers, "caustica.version", ca_version(), error));
-    CA_TRY(ca_layers_set_text(layers, "caustica.scene", plan->scene->desc.path, error));
-    CA_TRY(ca_layers_set_text(layers, "caustica.integrator", integrator, error));
-    CA_TRY(ca_layers_set_text(layers, "caustica.sampler", ca_sampler_name(plan->sampler.kind), error));
-    CA_TRY(ca_layers_set_number(layers, "caustica.seed", (double)plan->sampler.seed, error));
-    CA_TRY(ca_layers_set_number(layers, "caustica.samplesPerPixel", statistics->samples_per_pixel, error));
-    CA_TRY(ca_layers_set_text(layers, "caustica.filter", ca_filter_name(plan->filter.kind), error));
-    CA_TRY(ca_layers_set_number(layers, "caustica.seconds", statistics->seconds, error));
-    return ca_layers_set_number(layers, "caustica.threads", plan->threads, error);
+    const ca_render_record record = {
+        .version = ca_version(),
+        .scene = plan->scene->desc.path,
+        .integrator = integrator,
+        .sampler = ca_sampler_name(plan->sampler.kind),
+        .filter = ca_filter_name(plan->filter.kind),
+        .seed = (double)plan->sampler.seed,
+        .samples_per_pixel = statistics->samples_per_pixel,
+        .seconds = statistics->seconds,
+        .threads = plan->threads,
+    };
+    return ca_render_record_attach(&record, layers, error);
 }
 
 static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
 {
     CA_TRY(ca_film_develop(&r->film, image, error));
-    const ca_status status = add_attributes(r, statistics, *image, error);
+    const ca_status status = attach_record(r, statistics, *image, error);
     if (status != CA_OK) {
         ca_layers_destroy(*image);
         *image = NULL;
@@ -173,12 +159,14 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
 {
     render r = {.plan = plan};
     ca_render_statistics own_statistics;
+    if (!statistics) statistics = &own_statistics;
+    if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
     ca_status status = ca_film_create(&r.film, plan->camera.width, plan->camera.height, plan->crop, error);
     if (status == CA_OK && plan->settings->strategies_directory)
         status = ca_technique_images_create(&plan->input.technique_images, plan->crop, error);
     if (status == CA_OK) status = create_integrator(&r, error);
     if (status == CA_OK) {
-        status = render_film(&r, image, statistics ? statistics : &own_statistics, error);
+        status = render_film(&r, image, statistics, error);
         plan->type->destroy(r.integrator);
     }
     ca_technique_images_destroy(plan->input.technique_images);

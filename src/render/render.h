@@ -1,9 +1,9 @@
-/* Rendering: passes over tiles, threads, time, noise and stopping. The only place that knows them.
+/* Rendering: passes or blocks over tiles, threads, time, noise and stopping. The only place that knows them.
  *
  * A pass (iteration) adds one sample to every pixel: the mean of a number of camera paths, and what light paths bring.
  * Tiles are handed to threads as they come free; each pixel's sums are written by one thread at a time in the order of
- * passes, so the image is a function of (scene, settings, number of passes) and not of threads. The public face is in
- * caustica.h (ca_render). */
+ * passes, so the image is a function of (scene, settings, number of passes) and not of threads. Integrators that have
+ * begin_block render blocks of pairs instead (blocks.h). The public face is in caustica.h (ca_render). */
 #ifndef CA_RENDER_RENDER_H
 #define CA_RENDER_RENDER_H
 
@@ -25,11 +25,18 @@ typedef struct ca_render_plan {
     bool open_ended; /* until time or noise say so; pass_limit is then as many as can be counted */
     double samples_per_pass; /* what --spp counts: camera paths of a pixel; `light`: light paths per pixel of the film */
     uint32_t threads;
+
+    /* Of integrators that render by blocks, instead of limits on passes. */
+    uint64_t blocks[2];     /* half open; up to UINT64_MAX: no range was given */
+    uint32_t block_samples; /* > 0: camera paths of a pixel after which to stop */
+    ca_block_film_desc block_film;
 } ca_render_plan;
 
 /* Checks every setting, before any work. Errors: CA_ERROR_ARGUMENT, CA_ERROR_SCENE, CA_ERROR_UNSUPPORTED. */
 ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const ca_render_settings *settings,
                               ca_error *error);
+
+static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
 /* Renders a plan; ca_render is this after ca_render_plan_make. */
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,

@@ -102,6 +102,7 @@ typedef struct ca_integrator_desc {
 typedef struct ca_scene_desc {
     ca_arena strings;
     const char *path; /* of the scene file */
+    uint64_t content_hash; /* of all files it was read from and all definitions, wherever they lie */
     CA_TABLE(ca_texture) textures;
     CA_TABLE(ca_image) images;
     CA_TABLE(ca_material_desc) materials;
@@ -113,6 +114,7 @@ typedef struct ca_scene_desc {
     ca_camera_desc camera;
     ca_film_desc film;
     ca_sampler sampler;
+    bool names_sampler; /* false: `sampler` is nobody's choice */
     uint32_t samples_per_pixel;
     ca_integrator_desc integrator;
 } ca_scene_desc;

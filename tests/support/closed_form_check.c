@@ -11,12 +11,14 @@
 
 #include <cmocka.h>
 
-enum { BATCHES = 20, PILOT_SAMPLES = 1 };
+enum { BATCHES = 20 };
 static const double t_95 = 2.093; /* Student's two-sided quantile for 19 degrees of freedom */
 /* Of the tolerance: how well a mean is measured (95 % confidence), and what is aimed at, for pilots know their noise roughly. */
 static const double precision_needed = 0.65, precision_aimed = 0.55;
 static const double family_alpha = 0.01;
-static const char *const samplers[] = {"independent", "sobol"};
+/* All that a seed makes independent of another: the plain ones are the same whatever the seed. */
+static const char *const samplers[] = {"independent", "sobol", "halton", "zsobol", "lattice"};
+enum { SAMPLERS = sizeof samplers / sizeof samplers[0] };
 
 static size_t sensors_of(const closed_form *form) { return form->sensor ? 1 : GENERAL_SENSORS; }
 
@@ -27,7 +29,7 @@ static uint64_t case_count(void)
     for (size_t v = 0; v < integrator_variant_count(); v++)
         for (size_t i = 0; i < closed_form_count(); i++)
             if (!(closed_form_at(i)->needs & integrator_variant_at(v)->cannot))
-                count += 2 * sensors_of(closed_form_at(i));
+                count += SAMPLERS * sensors_of(closed_form_at(i));
     return count;
 }
 
@@ -35,7 +37,7 @@ typedef struct closed_form_case {
     const char *integrator, *sampler;
     const ca_scene *scene;
     double expected, tolerance;
-    uint32_t max_samples;
+    uint32_t step, max_samples;
 } closed_form_case;
 
 /* Measures to `precision` times the tolerance: as many samples as the noise of the attempt before asks for, and other seeds; the
@@ -44,14 +46,14 @@ static measured measure(const closed_form_case *c, double precision, uint64_t se
 {
     batch_settings settings = {.integrator = c->integrator,
                                .sampler = c->sampler,
-                               .samples = PILOT_SAMPLES,
+                               .samples = c->step,
                                .batches = BATCHES,
                                .seed = seed};
     const double aim = precision * precision_aimed * c->tolerance, limit = precision * precision_needed * c->tolerance;
     measured value = measure_mean(c->scene, &settings);
     for (int attempt = 0; attempt < 3; attempt++) {
         const double error = t_95 * value.error / c->expected;
-        const double samples = ceil(settings.samples * pow(error / aim, 2.0));
+        const double samples = c->step * ceil(settings.samples * pow(error / aim, 2.0) / c->step);
         settings.samples = (uint32_t)fmin(fmax(samples, settings.samples), c->max_samples);
         settings.seed += BATCHES;
         value = measure_mean(c->scene, &settings);
@@ -69,7 +71,7 @@ static bool is_close(const closed_form_case *c, measured value)
            p >= ca_sidak_alpha(family_alpha, case_count());
 }
 
-static void check(const closed_form *form, size_t sensor, const char *integrator, const char *sampler,
+static void check(const closed_form *form, size_t sensor, const char *integrator, uint32_t step, const char *sampler,
                   const closed_form_effort *effort, closed_form_tally *tally)
 {
     ca_scene *scene = closed_form_scene(form, sensor);
@@ -78,6 +80,7 @@ static void check(const closed_form *form, size_t sensor, const char *integrator
                                 .scene = scene,
                                 .expected = closed_form_expected(form),
                                 .tolerance = effort->tolerance,
+                                .step = step,
                                 .max_samples = effort->max_samples};
     measured value = measure(&c, 1.0, seed_of(integrator));
     bool close = is_close(&c, value);
@@ -105,9 +108,9 @@ closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *e
         char integrator[128];
         integrator_text(v->text, (double)form->radius, integrator, sizeof integrator);
         const size_t sensors = sensors_of(form);
-        for (size_t k = 0; k < 2 * sensors; k++)
-            if (effort->all_cases || k == (7 * variant + i) % (2 * sensors))
-                check(form, k / 2, integrator, samplers[k % 2], effort, &tally);
+        for (size_t k = 0; k < SAMPLERS * sensors; k++)
+            if (effort->all_cases || k == (7 * variant + i) % (SAMPLERS * sensors))
+                check(form, k / SAMPLERS, integrator, v->step, samplers[k % SAMPLERS], effort, &tally);
     }
     print_message("    %s: %u cases, largest deviation %.2f %%, largest standard error %.2f %%\n", v->text, tally.cases,
                   100.0 * tally.largest_deviation, 100.0 * tally.largest_error);

@@ -219,24 +219,30 @@ ca_scene *closed_form_scene(const closed_form *form, size_t sensor)
 /* ---- Integrators -------------------------------------------------------------------------------------------------- */
 
 #define RADIUS "radius=%g,alpha=0"
+/* Large blocks: their number grows with the square of that of camera paths. */
+#define ALL_PAIRS "camera_paths=4,light_paths=2000,"
 
 static const integrator_variant variants[] = {
-    {"path", NEEDS_CAUSTICS | NEEDS_SDS},
-    {"light", NEEDS_SPECULAR_VIEW | NEEDS_NARROW_VIEW | NEEDS_SDS},
-    {"bdpt:heuristic=balance", NEEDS_SDS},
-    {"bdpt:heuristic=power", NEEDS_SDS},
-    {"bdpt:light_paths=700,camera_paths=2", NEEDS_SDS},
-    {"bdpt:strategies=no-splat", NEEDS_CAUSTICS | NEEDS_SDS},
-    {"ppm:" RADIUS, NEEDS_NARROW_VIEW},
-    {"bdpm:camera_diffuse_depth=1," RADIUS, NEEDS_NARROW_VIEW},
-    {"bdpm:camera_diffuse_depth=2,merges=last," RADIUS, NEEDS_NARROW_VIEW},
-    {"vcm:heuristic=balance," RADIUS, NEEDS_NARROW_VIEW},
-    {"vcm:heuristic=power," RADIUS, NEEDS_NARROW_VIEW},
-    {"vcm:light_paths=700,camera_paths=2," RADIUS, NEEDS_NARROW_VIEW},
-    {"vcm-plus:" RADIUS, NEEDS_NARROW_VIEW},
-    {"vcm-star:" RADIUS, NEEDS_NARROW_VIEW},
-    {"ovcm:" RADIUS, NEEDS_NARROW_VIEW},
-    {"cavcm:" RADIUS, NEEDS_NARROW_VIEW},
+    {"path", NEEDS_CAUSTICS | NEEDS_SDS, 1},
+    {"light", NEEDS_SPECULAR_VIEW | NEEDS_NARROW_VIEW | NEEDS_SDS, 1},
+    {"bdpt:heuristic=balance", NEEDS_SDS, 1},
+    {"bdpt:heuristic=power", NEEDS_SDS, 1},
+    {"bdpt:light_paths=700,camera_paths=2", NEEDS_SDS, 1},
+    {"bdpt:strategies=no-splat", NEEDS_CAUSTICS | NEEDS_SDS, 1},
+    {"ppm:" RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"bdpm:camera_diffuse_depth=1," RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"bdpm:camera_diffuse_depth=2,merges=last," RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"vcm:heuristic=balance," RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"vcm:heuristic=power," RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"vcm:light_paths=700,camera_paths=2," RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"vcm-plus:" RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"vcm-star:" RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"ovcm:" RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"cavcm:" RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"qmcppm:" ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 4},
+    {"qmcppm:camera_diffuse_depth=2,kernel=sph," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 4},
+    {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 4},
+    {"qmcppm:join=connect,camera_paths=8,light_paths=8", NEEDS_CAUSTICS | NEEDS_SDS, 8},
 };
 
 size_t integrator_variant_count(void) { return sizeof variants / sizeof variants[0]; }

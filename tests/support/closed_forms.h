@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* What an algorithm must be able to do to find all the light of a scene. */
 enum {
@@ -31,6 +32,7 @@ typedef struct closed_form {
 typedef struct integrator_variant {
     const char *text;
     unsigned cannot; /* a set of NEEDS_... */
+    uint32_t step;   /* samples per pixel are a multiple of it */
 } integrator_variant;
 
 size_t integrator_variant_count(void);

@@ -60,8 +60,8 @@ static void make_textures(void)
         ca_test_all.normals[3 * i + 1] = 0.3f + 0.4f * ca_test_random_float(&random);
         ca_test_all.normals[3 * i + 2] = 0.9f;
     }
-    ca_test_all.height_image = (ca_image){4, 4, 1, ca_test_all.heights};
-    ca_test_all.normal_image = (ca_image){4, 4, 3, ca_test_all.normals};
+    ca_test_all.height_image = (ca_image){.width = 4, .height = 4, .channels = 1, .data = ca_test_all.heights};
+    ca_test_all.normal_image = (ca_image){.width = 4, .height = 4, .channels = 3, .data = ca_test_all.normals};
     const float grey[TEXTURE_COUNT] = {[GREY] = 0.6f, [HALF] = 0.5f, [ROUGH_02] = 0.2f, [ROUGH_04] = 0.4f,
                                        [THIRD] = 1.0f / 3.0f, [ONE] = 1.0f};
     for (int i = 0; i < TEXTURE_COUNT; ++i) ca_test_all.textures[i] = ca_texture_constant(ca_rgb_grey(grey[i]));

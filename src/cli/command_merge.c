@@ -1,0 +1,103 @@
+/* caustica merge: from part files of one render to its image. */
+#include "cli/commands.h"
+#include "cli/outputs.h"
+#include "cli/progress.h"
+#include "cli/stats_json.h"
+
+#include <stdio.h>
+
+typedef struct merge_options {
+    ca_text_list outputs;
+    const char *stats, *part_path;
+    double exposure;
+    bool quiet, help;
+} merge_options;
+
+#define AT(field) .offset = offsetof(merge_options, field)
+
+static const ca_option options[] = {
+    {.name = "output",
+     .letter = 'o',
+     .argument = "FILE",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(outputs),
+     .help = "file to write (needed): .exr, .png, .pfm or .part; several times"},
+    {.name = "exposure",
+     .argument = "STOPS",
+     .kind = CA_OPTION_REAL,
+     AT(exposure),
+     .help = "brightness of .png by powers of two (default: 0)"},
+    {.name = "stats",
+     .argument = "FILE.json",
+     .kind = CA_OPTION_TEXT,
+     AT(stats),
+     .help = "write the parts' times and counts, added up, as JSON"},
+    {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
+    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+};
+static const ca_option_table table = {"merge", options, sizeof options / sizeof options[0]};
+
+static int print_help(void)
+{
+    printf("caustica merge PART... -o FILE [options]: add up parts of a render\n\n");
+    ca_options_print(&table, stdout);
+    printf("\n"
+           "The parts come from `caustica render SCENE --blocks A:B -o FILE.part`, on any machines, and are given in "
+           "any order.\n"
+           "They must be of the same scene and settings, and their blocks must follow each other without gap or "
+           "overlap; an\n"
+           "image needs all blocks from 0. It is the same, to the bit, as that of one render of all the blocks.\n"
+           "Example: caustica merge a.part b.part -o image.exr -o image.png\n");
+    return CA_EXIT_DONE;
+}
+
+static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *error)
+{
+    if (parts->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a part file to merge is missing");
+    if (o->outputs.count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
+    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
+    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+}
+
+static void print_summary(const merge_options *o, const ca_render_statistics *s, size_t part_count)
+{
+    char time[32];
+    ca_format_seconds(s->seconds, time, sizeof time);
+    printf("%zu part%s, blocks %llu:%llu, %.4g samples per pixel, rendered in %s\n", part_count,
+           part_count == 1 ? "" : "s", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1],
+           s->samples_per_pixel, time);
+    for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
+    if (o->stats) printf("wrote %s\n", o->stats);
+}
+
+/* Parts that do not fit together are a failure, not wrong usage: the words were right. */
+static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_error *error)
+{
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics;
+    const bool wants_image = o->outputs.count > (o->part_path ? 1 : 0);
+    ca_status status =
+        ca_merge_parts(parts->items, parts->count, o->part_path, wants_image ? &image : NULL, &statistics, error);
+    if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
+    if (status == CA_OK) status = ca_outputs_write(o->outputs.items, o->outputs.count, image, o->exposure, error);
+    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, &statistics, error);
+    ca_image_release(image);
+    if (status != CA_OK) return status;
+    ca_outputs_warn(&statistics);
+    if (!o->quiet) print_summary(o, &statistics, parts->count);
+    return CA_OK;
+}
+
+int ca_command_merge(int word_count, char *const words[])
+{
+    if (ca_help_wanted(word_count, words)) return print_help();
+    merge_options o = {0};
+    ca_text_list parts = {0};
+    ca_error error = {""};
+    ca_status status = ca_options_parse(&table, word_count, words, &o, &parts, &error);
+    if (status == CA_OK) status = check(&o, &parts, &error);
+    if (status == CA_OK) status = merge(&o, &parts, &error);
+    ca_text_list_destroy(&o.outputs);
+    ca_text_list_destroy(&parts);
+    return status == CA_OK ? CA_EXIT_DONE : ca_report("merge", status, &error);
+}

@@ -1,0 +1,297 @@
+#include "film/block_film.h"
+
+#include "base/little_endian.h"
+#include "base/memory.h"
+#include "film/exact_sum.h"
+
+#include <assert.h>
+#include <math.h>
+
+/* Fixed-point sums of a pixel's camera paths, in this order. */
+enum { ALBEDO = 0, NORMAL = 3, POSITION = 6, PATH_SUMS = 9 };
+enum { UNIT_EXPONENT = -28, HEADROOM = 16 };
+
+typedef struct block_pixel {
+    ca_exact_sum radiance[3];
+    uint64_t pairs, paths;
+    uint64_t path_sums[PATH_SUMS]; /* two's complement: unsigned numbers may go round */
+} block_pixel;
+
+typedef struct block_gradient {
+    ca_exact_sum sums[3];
+} block_gradient;
+
+enum { PIXEL_BYTES = 208, GRADIENT_BYTES = 120 };
+_Static_assert(sizeof(block_pixel) == PIXEL_BYTES && sizeof(block_gradient) == GRADIENT_BYTES,
+               "block_film.h promises 208 bytes a pixel, 328 with gradients");
+
+struct ca_block_film {
+    ca_block_film_desc desc;
+    uint32_t width, height;    /* of the crop */
+    double position_unit;      /* a power of two */
+    block_pixel *pixels;       /* owned, width * height, row by row */
+    block_gradient *gradients; /* owned, likewise; NULL: not wanted */
+};
+
+/* ---- Life -------------------------------------------------------------------------------------------------------
+ */
+
+ca_status ca_block_film_create(ca_block_film **film, const ca_block_film_desc *desc, ca_error *error)
+{
+    assert(desc->extent > 0.0f && desc->crop[0] < desc->crop[2] && desc->crop[1] < desc->crop[3]);
+    *film = NULL;
+    ca_block_film *made = ca_alloc_zeroed(1, sizeof *made);
+    if (!made) return ca_fail_memory(error, "the film");
+    made->desc = *desc;
+    made->width = desc->crop[2] - desc->crop[0];
+    made->height = desc->crop[3] - desc->crop[1];
+    int exponent;
+    const float fraction = frexpf(desc->extent, &exponent); /* in [0.5, 1) */
+    if (fraction == 0.5f) exponent--;
+    if (exponent > 127) exponent = 127; /* the largest power among floats; the headroom covers the rest */
+    made->desc.extent = ldexpf(1.0f, exponent);
+    made->position_unit = ldexp(1.0, exponent + UNIT_EXPONENT);
+    const size_t count = (size_t)made->width * made->height;
+    made->pixels = ca_alloc_zeroed(count, sizeof *made->pixels);
+    if (desc->gradients) made->gradients = ca_alloc_zeroed(count, sizeof *made->gradients);
+    if (!made->pixels || (desc->gradients && !made->gradients)) {
+        ca_block_film_destroy(made);
+        return ca_fail_memory(error, "the film");
+    }
+    *film = made;
+    return CA_OK;
+}
+
+void ca_block_film_destroy(ca_block_film *film)
+{
+    if (!film) return;
+    ca_free(film->pixels);
+    ca_free(film->gradients);
+    ca_free(film);
+}
+
+const ca_block_film_desc *ca_block_film_described(const ca_block_film *film) { return &film->desc; }
+
+bool ca_block_film_desc_equal(const ca_block_film_desc *a, const ca_block_film_desc *b)
+{
+    bool equal = a->full_width == b->full_width && a->full_height == b->full_height && a->gradients == b->gradients &&
+                 a->extent == b->extent;
+    for (int i = 0; i < 4; i++) equal = equal && a->crop[i] == b->crop[i];
+    return equal;
+}
+
+static size_t pixel_bytes(const ca_block_film_desc *desc)
+{
+    return desc->gradients ? PIXEL_BYTES + GRADIENT_BYTES : PIXEL_BYTES;
+}
+
+double ca_block_film_bytes(const ca_block_film_desc *desc)
+{
+    return (double)(desc->crop[2] - desc->crop[0]) * (double)(desc->crop[3] - desc->crop[1]) *
+           (double)pixel_bytes(desc);
+}
+
+/* ---- Sums -------------------------------------------------------------------------------------------------------
+ */
+
+static bool is_finite3(ca_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
+
+/* The sample's fixed-point sums; false where one is out of bounds or not a number. */
+static bool quantise(const ca_block_film *film, const ca_block_sample *sample, uint64_t sums[PATH_SUMS])
+{
+    const float values[PATH_SUMS] = {sample->albedo.r,   sample->albedo.g,   sample->albedo.b,
+                                     sample->normal.x,   sample->normal.y,   sample->normal.z,
+                                     sample->position.x, sample->position.y, sample->position.z};
+    const double unit = ldexp(1.0, UNIT_EXPONENT), limit = HEADROOM * (double)sample->paths / unit;
+    const double scales[2] = {1.0 / unit, 1.0 / film->position_unit}; /* powers of two: nothing is rounded */
+    for (int i = 0; i < PATH_SUMS; i++) {
+        const double units = (double)values[i] * scales[i >= POSITION];
+        if (!(fabs(units) <= limit)) return false;
+        sums[i] = (uint64_t)llrint(units);
+    }
+    return true;
+}
+
+static void add_exactly(ca_exact_sum sums[3], float a, float b, float c)
+{
+    ca_exact_sum_add(&sums[0], a);
+    ca_exact_sum_add(&sums[1], b);
+    ca_exact_sum_add(&sums[2], c);
+}
+
+bool ca_block_film_add(ca_block_film *film, uint32_t x, uint32_t y, const ca_block_sample *sample)
+{
+    const uint32_t *crop = film->desc.crop;
+    assert(x >= crop[0] && y >= crop[1] && x < crop[2] && y < crop[3]);
+    const size_t index = (size_t)(y - crop[1]) * film->width + (x - crop[0]);
+    block_pixel *pixel = &film->pixels[index];
+    pixel->pairs += sample->pairs;
+    pixel->paths += sample->paths;
+    uint64_t sums[PATH_SUMS];
+    const ca_vec3 gradient = sample->irradiance_gradient;
+    if (!ca_rgb_is_finite(sample->radiance) || (film->gradients && !is_finite3(gradient)) ||
+        !quantise(film, sample, sums))
+        return false;
+    add_exactly(pixel->radiance, sample->radiance.r, sample->radiance.g, sample->radiance.b);
+    if (film->gradients) add_exactly(film->gradients[index].sums, gradient.x, gradient.y, gradient.z);
+    for (int i = 0; i < PATH_SUMS; i++) pixel->path_sums[i] += sums[i];
+    return true;
+}
+
+static void add_pixel(block_pixel *pixel, const block_pixel *other)
+{
+    for (int c = 0; c < 3; c++) ca_exact_sum_add_sum(&pixel->radiance[c], &other->radiance[c]);
+    pixel->pairs += other->pairs;
+    pixel->paths += other->paths;
+    for (int i = 0; i < PATH_SUMS; i++) pixel->path_sums[i] += other->path_sums[i];
+}
+
+void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other)
+{
+    assert(ca_block_film_desc_equal(&film->desc, &other->desc));
+    const size_t count = (size_t)film->width * film->height;
+    for (size_t i = 0; i < count; i++) {
+        add_pixel(&film->pixels[i], &other->pixels[i]);
+        for (int c = 0; c < 3 && film->gradients; c++)
+            ca_exact_sum_add_sum(&film->gradients[i].sums[c], &other->gradients[i].sums[c]);
+    }
+}
+
+/* ---- Development ------------------------------------------------------------------------------------------------
+ */
+
+static double mean_over_pairs(const block_pixel *pixel, const ca_exact_sum *sum)
+{
+    return pixel->pairs ? ca_exact_sum_value(sum) / (double)pixel->pairs : 0.0;
+}
+
+double ca_block_film_mean_luminance(const ca_block_film *film)
+{
+    static const double weights[3] = {0.2126, 0.7152, 0.0722};
+    const size_t count = (size_t)film->width * film->height;
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            sum += weights[c] * mean_over_pairs(&film->pixels[i], &film->pixels[i].radiance[c]);
+    return sum / (double)count;
+}
+
+typedef enum block_quantity { RADIANCE, GRADIENT, PATH_MEAN, PATHS, PAIRS } block_quantity;
+
+/* Which channel holds what, in the order in which they are added. */
+static const struct block_layer {
+    const char *name;
+    block_quantity quantity;
+    int component;
+} block_layers[] = {
+    {"R", RADIANCE, 0},
+    {"G", RADIANCE, 1},
+    {"B", RADIANCE, 2},
+    {"Albedo.R", PATH_MEAN, ALBEDO},
+    {"Albedo.G", PATH_MEAN, ALBEDO + 1},
+    {"Albedo.B", PATH_MEAN, ALBEDO + 2},
+    {"N.X", PATH_MEAN, NORMAL},
+    {"N.Y", PATH_MEAN, NORMAL + 1},
+    {"N.Z", PATH_MEAN, NORMAL + 2},
+    {"P.X", PATH_MEAN, POSITION},
+    {"P.Y", PATH_MEAN, POSITION + 1},
+    {"P.Z", PATH_MEAN, POSITION + 2},
+    {"IrradianceGradient.X", GRADIENT, 0},
+    {"IrradianceGradient.Y", GRADIENT, 1},
+    {"IrradianceGradient.Z", GRADIENT, 2},
+    {"Samples.Y", PATHS, 0},
+    {"Pairs.Y", PAIRS, 0},
+};
+
+static double mean_over_paths(const ca_block_film *film, const block_pixel *pixel, int sum)
+{
+    const double unit = sum < POSITION ? ldexp(1.0, UNIT_EXPONENT) : film->position_unit;
+    return pixel->paths ? (double)(int64_t)pixel->path_sums[sum] * unit / (double)pixel->paths : 0.0;
+}
+
+static double pixel_quantity(const ca_block_film *film, size_t index, const struct block_layer *layer)
+{
+    const block_pixel *pixel = &film->pixels[index];
+    switch (layer->quantity) {
+    case RADIANCE: return mean_over_pairs(pixel, &pixel->radiance[layer->component]);
+    case GRADIENT: return mean_over_pairs(pixel, &film->gradients[index].sums[layer->component]);
+    case PATH_MEAN: return mean_over_paths(film, pixel, layer->component);
+    case PATHS: return (double)pixel->paths;
+    case PAIRS: return (double)pixel->pairs;
+    }
+    return 0.0;
+}
+
+static ca_status develop_layers(const ca_block_film *film, ca_image_layers *layers, ca_error *error)
+{
+    const size_t count = (size_t)film->width * film->height;
+    for (size_t l = 0; l < sizeof block_layers / sizeof block_layers[0]; l++) {
+        if (block_layers[l].quantity == GRADIENT && !film->gradients) continue;
+        float *data;
+        CA_TRY(ca_layers_add(layers, block_layers[l].name, &data, error));
+        for (size_t i = 0; i < count; i++) data[i] = (float)pixel_quantity(film, i, &block_layers[l]);
+    }
+    return CA_OK;
+}
+
+ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **layers, ca_error *error)
+{
+    CA_TRY(ca_layers_create(layers, film->width, film->height, error));
+    (*layers)->full_width = film->desc.full_width;
+    (*layers)->full_height = film->desc.full_height;
+    (*layers)->x0 = (int32_t)film->desc.crop[0];
+    (*layers)->y0 = (int32_t)film->desc.crop[1];
+    const ca_status status = develop_layers(film, *layers, error);
+    if (status == CA_OK) return CA_OK;
+    ca_layers_destroy(*layers);
+    *layers = NULL;
+    return status;
+}
+
+/* ---- As bytes ---------------------------------------------------------------------------------------------------
+ */
+
+size_t ca_block_film_row_bytes(const ca_block_film_desc *desc)
+{
+    return (size_t)(desc->crop[2] - desc->crop[0]) * pixel_bytes(desc);
+}
+
+static unsigned char *write_sums(const ca_exact_sum sums[3], unsigned char *bytes)
+{
+    for (int c = 0; c < 3; c++) ca_exact_sum_write(&sums[c], bytes + c * CA_EXACT_SUM_BYTES);
+    return bytes + 3 * CA_EXACT_SUM_BYTES;
+}
+
+static const unsigned char *read_sums(ca_exact_sum sums[3], const unsigned char *bytes)
+{
+    for (int c = 0; c < 3; c++) sums[c] = ca_exact_sum_read(bytes + c * CA_EXACT_SUM_BYTES);
+    return bytes + 3 * CA_EXACT_SUM_BYTES;
+}
+
+void ca_block_film_write_row(const ca_block_film *film, uint32_t row, unsigned char *bytes)
+{
+    const size_t first = (size_t)row * film->width;
+    for (size_t i = first; i < first + film->width; i++) {
+        const block_pixel *pixel = &film->pixels[i];
+        bytes = write_sums(pixel->radiance, bytes);
+        ca_put_u64(bytes, pixel->pairs);
+        ca_put_u64(bytes + 8, pixel->paths);
+        bytes += 16;
+        for (int s = 0; s < PATH_SUMS; s++, bytes += 8) ca_put_u64(bytes, pixel->path_sums[s]);
+        if (film->gradients) bytes = write_sums(film->gradients[i].sums, bytes);
+    }
+}
+
+void ca_block_film_read_row(ca_block_film *film, uint32_t row, const unsigned char *bytes)
+{
+    const size_t first = (size_t)row * film->width;
+    for (size_t i = first; i < first + film->width; i++) {
+        block_pixel *pixel = &film->pixels[i];
+        bytes = read_sums(pixel->radiance, bytes);
+        pixel->pairs = ca_get_u64(bytes);
+        pixel->paths = ca_get_u64(bytes + 8);
+        bytes += 16;
+        for (int s = 0; s < PATH_SUMS; s++, bytes += 8) pixel->path_sums[s] = ca_get_u64(bytes);
+        if (film->gradients) bytes = read_sums(film->gradients[i].sums, bytes);
+    }
+}

@@ -1,0 +1,131 @@
+/* Progressive photon mapping over all pairs of camera paths and light paths (Keller, Grünschloß, Droske, "Quasi-Monte Carlo
+ * Progressive Photon Mapping"). Internal to this folder.
+ *
+ * Camera paths (the paper's query paths) are numbered: path q is the (q / P)-th of pixel q % P among the P pixels of the crop, so a
+ * run of P has one of every pixel; light paths are those of one sequence. Both numbers are cut into blocks, and every block of camera
+ * paths meets every block of light paths, in an order that keeps one of the two from step to step (block_order.h).
+ *
+ *     step                          file                 kept while
+ *     light paths of column j       light_chunk.c        j stays
+ *     camera paths of row i         camera_records.c     i stays
+ *     merges of every pair          qmcppm_gather.c
+ *
+ * A camera path's record holds what needs no light path (emitters that it saw, next event) and the vertices at which photons are looked
+ * up. Joined by shadow rays instead of merges (section 6), camera paths are not kept but traced for each block: what they take is
+ * little beside joining each with all light paths of the block.
+ *
+ * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted; of light paths as
+ * light_store.h and photon_grid.h say. Threads: blocks are prepared in parallel and pixels gathered at once; all of it in orders that do
+ * not depend on threads. */
+#ifndef CA_INTEGRATOR_QMCPPM_H
+#define CA_INTEGRATOR_QMCPPM_H
+
+#include "integrator/bidirectional.h"
+#include "integrator/block_order.h"
+#include "photon/kernel.h"
+
+/* Which paths the image shows: those without any Dirac event, those with one, or all. */
+typedef enum ca_transport { CA_TRANSPORT_ALL, CA_TRANSPORT_SMOOTH, CA_TRANSPORT_DIRAC } ca_transport;
+
+/* A vertex of a camera path at which photons are looked up. */
+typedef struct ca_gather_vertex {
+    ca_surface_point point;
+    ca_vec3 wi;          /* unit, towards the previous vertex */
+    ca_rgb throughput;   /* of the camera path up to here */
+    float radius0;       /* initial radius, m */
+    uint16_t vertex;     /* its number on the path */
+    uint16_t dirac;      /* 1: there was a Dirac event before */
+} ca_gather_vertex;
+
+_Static_assert(sizeof(ca_gather_vertex) == 80, "qmcppm.h promises 80 bytes");
+
+typedef struct ca_camera_record {
+    ca_rgb own_light;    /* found without light paths */
+    ca_film_sample sample; /* first-hit layers and the filter's weight */
+    uint32_t first, count; /* vertices in its task's array, */
+    uint32_t densities;    /* and where its densities begin, v[0] first */
+} ca_camera_record;
+
+_Static_assert(sizeof(ca_camera_record) == 88, "qmcppm.h promises 88 bytes");
+
+/* What the camera paths of one task of a block have. */
+typedef struct ca_camera_task {
+    ca_gather_vertex *vertices; /* owned */
+    size_t vertex_count, vertex_capacity;
+    ca_path_vertex *densities;  /* owned; empty where nothing is weighted */
+    size_t density_count, density_capacity;
+    bool failed;                /* out of memory */
+} ca_camera_task;
+
+enum { CA_CAMERA_TASK = 256 }; /* camera paths of one task */
+
+/* One block's camera paths, [first, first + count). */
+typedef struct ca_camera_records {
+    uint64_t first;
+    uint64_t count;
+    ca_camera_record *records; /* owned */
+    size_t record_capacity;
+    ca_camera_task *tasks;     /* owned */
+    size_t task_capacity, task_count; /* task_count: of those ever used */
+} ca_camera_records;
+
+/* The starts of blocks along one side, as far as they are known: block k is [starts[k], starts[k + 1]). */
+typedef struct ca_block_starts {
+    uint64_t *starts; /* owned */
+    size_t known, capacity;
+} ca_block_starts;
+
+typedef struct ca_qmcppm {
+    ca_bidirectional *engine; /* owned: rules, light paths, photon grids */
+    ca_integrator_input input;
+    ca_block_order order;
+    ca_kernel kernel;
+    ca_transport transport;
+    bool gradients;
+    bool connect;        /* joined by shadow rays instead of merges */
+    bool direct_photons; /* direct light from photons, else by next event */
+    bool weighted;       /* merges at several vertices of a camera path share its light */
+    bool filled;         /* blocks as large as the memory holds, else of equal size */
+    uint64_t pixels;     /* of the crop, P */
+    uint64_t camera_block, light_block; /* m_b and n_b of equal blocks */
+    double reference;    /* N_ref: light paths for which the radius is radius0 */
+    uint64_t total_light; /* n fixed in advance; 0: progressive */
+    double side_bytes;   /* memory of filled blocks, of either side */
+    ca_block_starts camera_starts, light_starts; /* of filled blocks */
+
+    uint32_t radius_photons;  /* local radii from the distance of that many photons of the pilot; 0: one radius */
+    ca_photon_grid *pilot;
+    float pilot_scale;        /* from a distance in the pilot to a radius for N_ref light paths */
+
+    bool ready;               /* what follows is there */
+    ca_block_pair now;
+    ca_camera_records camera;
+    uint64_t light_count;     /* light paths of the block */
+    float shrink;             /* radius over radius0 */
+} ca_qmcppm;
+
+/* Does the image show paths with a Dirac event, or without? */
+static inline bool ca_qmcppm_shows(const ca_qmcppm *q, bool dirac)
+{
+    return q->transport == CA_TRANSPORT_ALL || dirac == (q->transport == CA_TRANSPORT_DIRAC);
+}
+
+/* Local radii are bounded by this factor below and above the global one. */
+#define CA_LOCAL_RADIUS_RANGE 4.0f
+
+/* ---- camera_records.c ------------------------------------------------------------------------------------------------- */
+
+/* Traces camera paths [first, first + count) into records. */
+ca_status ca_camera_records_trace(ca_qmcppm *q, uint64_t first, uint64_t count, const ca_parallel *parallel,
+                                  ca_worker *workers, ca_error *error);
+/* The same for as many as `bytes` hold: a multiple of a fixed step, one step at least; *count of them. */
+ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count, const ca_parallel *parallel,
+                                 ca_worker *workers, ca_error *error);
+void ca_camera_records_destroy(ca_camera_records *records);
+
+/* ---- qmcppm_gather.c -------------------------------------------------------------------------------------------------- */
+
+/* What the block has for a pixel, integrator.h. */
+void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);
+
+#endif

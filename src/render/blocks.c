@@ -1,0 +1,257 @@
+#include "render/blocks.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/text.h"
+#include "render/part_settings.h"
+#include "render/record.h"
+#include "render/workers.h"
+
+#include <math.h>
+#include <string.h>
+#include <sys/resource.h>
+
+typedef struct block_render {
+    ca_render_plan *plan;
+    void *integrator;
+    ca_workers workers;
+    ca_part part; /* part.blocks: those done */
+    double start;
+    bool interrupted;
+} block_render;
+
+/* ---- Which blocks -----------------------------------------------------------------------------------------------
+ */
+
+/* The block to stop before, as far as it is known; UINT64_MAX: it is not. An integrator may have only so many blocks:
+ * then it has no use for more, however many samples are asked for. */
+static uint64_t block_limit(const block_render *r)
+{
+    const ca_render_plan *plan = r->plan;
+    if (plan->blocks[1] != UINT64_MAX) return plan->blocks[1];
+    const uint64_t needed =
+        plan->type->blocks_needed(r->integrator, plan->block_samples ? plan->block_samples : UINT32_MAX);
+    return needed > plan->blocks[0] ? needed : plan->blocks[0] + 1;
+}
+
+/* The most samples per pixel that blocks [0, count) are enough for. Where no blocks add any, the fewest of those
+ * numbers, in whole blocks. */
+static uint32_t samples_after(const block_render *r, uint64_t count)
+{
+    const ca_render_plan *plan = r->plan;
+    uint32_t low = 0, high = UINT32_MAX;
+    while (low < high) { /* low is enough for, high + 1 too much */
+        const uint32_t middle = high - (high - low) / 2;
+        if (plan->type->blocks_needed(r->integrator, middle) <= count)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    if (low < UINT32_MAX) return low;
+    const uint64_t all = plan->type->blocks_needed(r->integrator, UINT32_MAX);
+    uint32_t first = 1;
+    while (first < high) { /* high needs all */
+        const uint32_t middle = first + (high - first) / 2;
+        if (plan->type->blocks_needed(r->integrator, middle) >= all)
+            high = middle;
+        else
+            first = middle + 1;
+    }
+    const uint64_t whole = ((uint64_t)first + plan->camera_paths - 1) / plan->camera_paths * plan->camera_paths;
+    return whole < UINT32_MAX ? (uint32_t)whole : UINT32_MAX;
+}
+
+/* ---- The loop ---------------------------------------------------------------------------------------------------
+ */
+
+static void render_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
+{
+    block_render *r = user;
+    const ca_render_plan *plan = r->plan;
+    ca_block_sample sample = {0};
+    plan->type->block_pixel(r->integrator, plan->crop[0] + x, plan->crop[1] + y, &sample, &r->workers.list[worker]);
+    if (!ca_block_film_add(r->part.film, plan->crop[0] + x, plan->crop[1] + y, &sample))
+        r->workers.film_rejects[worker]++;
+}
+
+static ca_status render_block(block_render *r, ca_error *error)
+{
+    const ca_render_plan *plan = r->plan;
+    const ca_parallel *parallel = &r->workers.parallel;
+    CA_TRY(plan->type->begin_block(r->integrator, r->part.blocks[1], parallel, r->workers.list, error));
+    ca_for_each_pixel(parallel, plan->crop[2] - plan->crop[0], plan->crop[3] - plan->crop[1], render_pixel, r);
+    r->part.blocks[1]++;
+    return CA_OK;
+}
+
+/* Tells the caller how far it is; false where the render should end. */
+static bool report_progress(const block_render *r, uint64_t limit)
+{
+    const ca_render_settings *settings = r->plan->settings;
+    if (!settings->progress) return true;
+    const uint64_t done = r->part.blocks[1] - r->part.blocks[0], total = limit - r->part.blocks[0];
+    const ca_render_progress progress = {
+        .blocks = true,
+        .passes_done = done < UINT32_MAX ? (uint32_t)done : UINT32_MAX,
+        .passes_total = !r->plan->open_ended && total <= UINT32_MAX ? (uint32_t)total : 0,
+        .seconds = r->part.seconds,
+        .seconds_total = settings->seconds,
+        .noise_percent = -1.0,
+    };
+    return settings->progress(&progress, settings->progress_user);
+}
+
+static ca_status run_blocks(block_render *r, ca_error *error)
+{
+    const ca_render_settings *settings = r->plan->settings;
+    r->part.blocks[0] = r->part.blocks[1] = r->plan->blocks[0];
+    r->start = ca_clock_seconds();
+    for (;;) {
+        CA_TRY(render_block(r, error));
+        r->part.seconds = ca_clock_seconds() - r->start;
+        const uint64_t limit = block_limit(r);
+        r->interrupted = !report_progress(r, limit);
+        if (r->interrupted || r->part.blocks[1] >= limit) return CA_OK;
+        if (settings->seconds > 0.0 && r->part.seconds >= settings->seconds) return CA_OK;
+    }
+}
+
+/* ---- What is left -----------------------------------------------------------------------------------------------
+ */
+
+/* Where a part file keeps which count. */
+enum { LIGHT_PATHS, CAMERA_PATHS, RAYS, SHADOW_RAYS, PHOTONS, PHOTONS_TESTED, MERGES, NON_FINITE };
+_Static_assert((int)NON_FINITE + (int)CA_NON_FINITE_SOURCES <= (int)CA_PART_COUNTS,
+               "a part file has room for all counts");
+
+static void keep_counts(const ca_workers *workers, uint64_t counts[CA_PART_COUNTS])
+{
+    ca_render_statistics s = {0};
+    ca_workers_count(workers, &s);
+    counts[LIGHT_PATHS] = s.light_paths;
+    counts[CAMERA_PATHS] = s.camera_paths;
+    counts[RAYS] = s.rays;
+    counts[SHADOW_RAYS] = s.shadow_rays;
+    counts[PHOTONS] = s.photons;
+    counts[PHOTONS_TESTED] = s.photons_tested;
+    counts[MERGES] = s.merges;
+    memcpy(counts + NON_FINITE, s.non_finite_from, sizeof s.non_finite_from);
+}
+
+void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statistics)
+{
+    const uint64_t *counts = part->counts;
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    *statistics = (ca_render_statistics){
+        .seconds = part->seconds,
+        .samples_per_pixel = part->samples_per_pixel,
+        .iterations = part->blocks[1] - part->blocks[0],
+        .light_paths = counts[LIGHT_PATHS],
+        .camera_paths = counts[CAMERA_PATHS],
+        .rays = counts[RAYS],
+        .shadow_rays = counts[SHADOW_RAYS],
+        .photons = counts[PHOTONS],
+        .photons_tested = counts[PHOTONS_TESTED],
+        .merges = counts[MERGES],
+        .peak_memory_bytes = (uint64_t)usage.ru_maxrss * 1024,
+        .mean_luminance = ca_block_film_mean_luminance(part->film),
+        .mean_standard_deviation = (double)NAN,
+        .noise_percent = -1.0,
+        .blocks = {part->blocks[0], part->blocks[1]},
+    };
+    for (int s = 0; s < CA_NON_FINITE_SOURCES; s++) {
+        statistics->non_finite_from[s] = counts[NON_FINITE + s];
+        statistics->non_finite += counts[NON_FINITE + s];
+    }
+}
+
+static ca_status attach_record(const ca_part *part, ca_image_layers *image, ca_error *error)
+{
+    char version[64], integrator[1024], sampler[64], seed[32], filter[64];
+    uint64_t seed_number = 0;
+    ca_part_settings_find(part->settings, "version", version, sizeof version);
+    ca_part_settings_find(part->settings, "integrator", integrator, sizeof integrator);
+    ca_part_settings_find(part->settings, "sampler", sampler, sizeof sampler);
+    ca_part_settings_find(part->settings, "filter", filter, sizeof filter);
+    ca_part_settings_find(part->settings, "seed", seed, sizeof seed);
+    ca_parse_digits(seed, strlen(seed), UINT64_MAX, &seed_number);
+    const ca_render_record record = {
+        .version = version,
+        .scene = part->scene_path,
+        .integrator = integrator,
+        .sampler = sampler,
+        .filter = filter,
+        .seed = (double)seed_number,
+        .samples_per_pixel = part->samples_per_pixel,
+        .seconds = part->seconds,
+        .threads = part->threads,
+        .by_blocks = true,
+        .blocks = {part->blocks[0], part->blocks[1]},
+    };
+    return ca_render_record_attach(&record, image, error);
+}
+
+ca_status ca_part_develop(const ca_part *part, ca_image_layers **image, ca_error *error)
+{
+    CA_TRY(ca_block_film_develop(part->film, image, error));
+    const ca_status status = attach_record(part, *image, error);
+    if (status == CA_OK) return CA_OK;
+    ca_layers_destroy(*image);
+    *image = NULL;
+    return status;
+}
+
+/* What is known of samples per pixel: after these blocks, and after the next number of blocks that adds any. */
+static void keep_samples(block_render *r)
+{
+    ca_part *part = &r->part;
+    const uint32_t samples = samples_after(r, part->blocks[1]);
+    part->samples_per_pixel = samples;
+    if (samples == UINT32_MAX) return;
+    const uint64_t next = r->plan->type->blocks_needed(r->integrator, samples + 1);
+    if (next == UINT64_MAX || next <= part->blocks[1]) return;
+    part->next_blocks = next;
+    part->next_samples = samples_after(r, next);
+}
+
+static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    const ca_render_settings *settings = r->plan->settings;
+    keep_samples(r);
+    keep_counts(&r->workers, r->part.counts);
+    if (settings->part_path) CA_TRY(ca_part_write(&r->part, settings->part_path, error));
+    ca_part_fill_statistics(&r->part, statistics);
+    statistics->interrupted = r->interrupted;
+    return ca_part_develop(&r->part, image, error);
+}
+
+/* The part without its blocks. */
+static ca_status prepare_part(const ca_render_plan *plan, ca_part *part, ca_error *error)
+{
+    const char *path = plan->scene->desc.path ? plan->scene->desc.path : "";
+    part->threads = plan->threads;
+    part->scene_path = ca_alloc(strlen(path) + 1, 1);
+    if (!part->scene_path) return ca_fail_memory(error, "the render");
+    strcpy(part->scene_path, path);
+    CA_TRY(ca_part_settings_make(plan, &part->settings, error));
+    return ca_block_film_create(&part->film, &plan->block_film, error);
+}
+
+ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                           ca_error *error)
+{
+    block_render r = {.plan = plan};
+    *image = NULL;
+    ca_status status = prepare_part(plan, &r.part, error);
+    if (status == CA_OK) status = ca_workers_create(&r.workers, plan->threads, error);
+    if (status == CA_OK) status = plan->type->create(&plan->input, &r.integrator, error);
+    if (status == CA_OK) {
+        status = run_blocks(&r, error);
+        if (status == CA_OK) status = finish(&r, image, statistics, error);
+        plan->type->destroy(r.integrator);
+    }
+    ca_workers_destroy(&r.workers);
+    ca_part_destroy(&r.part);
+    return status;
+}

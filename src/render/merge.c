@@ -1,0 +1,171 @@
+/* Adding up part files (ca_merge_parts). They are read one after the other: in memory are the sums
+ * so far, those of one part, and its file. */
+#include "base/memory.h"
+#include "render/blocks.h"
+#include "render/part_settings.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What is kept of a part once its sums are added. */
+typedef struct merged_part {
+    const char *path;
+    uint64_t blocks[2];
+    uint64_t next_blocks;
+    double samples_per_pixel, next_samples;
+} merged_part;
+
+typedef struct merge {
+    ca_part sum; /* begins as the first part read; its scene path and threads are those of the first blocks */
+    merged_part *parts;
+    size_t count;
+} merge;
+
+#define RANGE(blocks) (unsigned long long)(blocks)[0], (unsigned long long)(blocks)[1]
+
+/* ---- Do they belong together? -----------------------------------------------------------------------------------
+ */
+
+static ca_status fail_settings(const char *first_path, const char *a, const char *path, const char *b,
+                               ca_error *error)
+{
+    const int name = (int)strcspn(a, " \n"), a_length = (int)strcspn(a, "\n"), b_length = (int)strcspn(b, "\n");
+    if (strncmp(a, "scene ", 6) == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.300s and %.300s show different scenes: their files or definitions differ", first_path,
+                       path);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.200s and %.200s differ in their %.*s: \"%.*s\" and \"%.*s\"",
+                   first_path, path, name, a, a_length < 250 ? a_length : 250, a, b_length < 250 ? b_length : 250, b);
+}
+
+static ca_status check_same(const merge *m, const ca_part *part, const char *path, ca_error *error)
+{
+    const char *a = m->sum.settings, *b = part->settings, *first = m->parts[0].path;
+    if (!ca_part_settings_equal(&a, &b)) return fail_settings(first, a, path, b, error);
+    if (ca_block_film_desc_equal(ca_block_film_described(m->sum.film), ca_block_film_described(part->film)))
+        return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s and %.400s have different films", first, path);
+}
+
+static int by_first_block(const void *a, const void *b)
+{
+    const merged_part *x = a, *y = b;
+    if (x->blocks[0] != y->blocks[0]) return x->blocks[0] < y->blocks[0] ? -1 : 1;
+    return strcmp(x->path, y->path);
+}
+
+/* The ranges in their order: without overlap, without gap. */
+static ca_status check_ranges(merge *m, ca_error *error)
+{
+    qsort(m->parts, m->count, sizeof *m->parts, by_first_block);
+    for (size_t i = 1; i < m->count; i++) {
+        const merged_part *a = &m->parts[i - 1], *b = &m->parts[i];
+        if (b->blocks[0] < a->blocks[1])
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "%.300s with the blocks %llu:%llu and %.300s with %llu:%llu overlap", a->path,
+                           RANGE(a->blocks), b->path, RANGE(b->blocks));
+        const uint64_t gap[2] = {a->blocks[1], b->blocks[0]};
+        if (gap[0] < gap[1])
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "the blocks %llu:%llu between %.300s and %.300s are missing", RANGE(gap), a->path,
+                           b->path);
+    }
+    return CA_OK;
+}
+
+static ca_status check_start(const merge *m, ca_error *error)
+{
+    const merged_part *first = &m->parts[0];
+    if (first->blocks[0] == 0) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "an image needs all blocks from 0, but %.400s begins at block %llu: without them only a part file "
+                   "can be made",
+                   first->path, (unsigned long long)first->blocks[0]);
+}
+
+/* ---- Adding -----------------------------------------------------------------------------------------------------
+ */
+
+static void swap_texts(char **a, char **b)
+{
+    char *const text = *a;
+    *a = *b;
+    *b = text;
+}
+
+static void add_part(merge *m, ca_part *part)
+{
+    ca_part *sum = &m->sum;
+    ca_block_film_add_film(sum->film, part->film);
+    for (int i = 0; i < CA_PART_COUNTS; i++) sum->counts[i] += part->counts[i];
+    sum->seconds += part->seconds;
+    if (part->blocks[0] < sum->blocks[0]) {
+        sum->blocks[0] = part->blocks[0];
+        sum->threads = part->threads;
+        swap_texts(&sum->scene_path, &part->scene_path);
+    }
+    if (part->blocks[1] > sum->blocks[1]) sum->blocks[1] = part->blocks[1];
+}
+
+/* Each part tells only what its own blocks let it know: the most of them, and of the next steps the nearest that is
+ * left. */
+static void join_samples(merge *m)
+{
+    ca_part *sum = &m->sum;
+    sum->samples_per_pixel = sum->next_samples = 0.0;
+    sum->next_blocks = 0;
+    for (size_t i = 0; i < m->count; i++) {
+        const merged_part *p = &m->parts[i];
+        const bool reached = p->next_blocks > 0 && p->next_blocks <= sum->blocks[1];
+        const double samples =
+            reached && p->next_samples > p->samples_per_pixel ? p->next_samples : p->samples_per_pixel;
+        if (samples > sum->samples_per_pixel) sum->samples_per_pixel = samples;
+        if (reached || p->next_blocks == 0 || (sum->next_blocks > 0 && sum->next_blocks <= p->next_blocks)) continue;
+        sum->next_blocks = p->next_blocks;
+        sum->next_samples = p->next_samples;
+    }
+}
+
+static ca_status read_part(merge *m, const char *path, ca_error *error)
+{
+    ca_part part;
+    CA_TRY(ca_part_read(path, &part, error));
+    m->parts[m->count] = (merged_part){.path = path,
+                                       .blocks = {part.blocks[0], part.blocks[1]},
+                                       .next_blocks = part.next_blocks,
+                                       .samples_per_pixel = part.samples_per_pixel,
+                                       .next_samples = part.next_samples};
+    if (m->count++ == 0) {
+        m->sum = part;
+        return CA_OK;
+    }
+    const ca_status status = check_same(m, &part, path, error);
+    if (status == CA_OK) add_part(m, &part);
+    ca_part_destroy(&part);
+    return status;
+}
+
+static ca_status merge_files(merge *m, const char *const *paths, size_t count, bool wants_image, ca_error *error)
+{
+    m->parts = ca_alloc(count, sizeof *m->parts);
+    if (!m->parts) return ca_fail_memory(error, "the part files");
+    for (size_t i = 0; i < count; i++) CA_TRY(read_part(m, paths[i], error));
+    CA_TRY(check_ranges(m, error));
+    join_samples(m);
+    return wants_image ? check_start(m, error) : CA_OK;
+}
+
+ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
+                         ca_render_statistics *statistics, ca_error *error)
+{
+    if (image) *image = NULL;
+    if (count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there are no part files to merge");
+    merge m = {0};
+    ca_status status = merge_files(&m, paths, count, image != NULL, error);
+    if (status == CA_OK && part_path) status = ca_part_write(&m.sum, part_path, error);
+    if (status == CA_OK && statistics) ca_part_fill_statistics(&m.sum, statistics);
+    if (status == CA_OK && image) status = ca_part_develop(&m.sum, image, error);
+    ca_part_destroy(&m.sum);
+    ca_free(m.parts);
+    return status;
+}

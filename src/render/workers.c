@@ -1,0 +1,79 @@
+#include "render/workers.h"
+
+#include "base/memory.h"
+
+enum { TILE_SIDE = 16, WORKER_ALIGNMENT = 128 };
+_Static_assert(sizeof(ca_worker) % WORKER_ALIGNMENT == 0, "counters of different workers: never in one cache line");
+_Static_assert(CA_TECHNIQUE_COUNT + 1 == CA_NON_FINITE_SOURCES, "caustica.h counts the techniques and the film");
+
+ca_status ca_workers_create(ca_workers *workers, uint32_t threads, ca_error *error)
+{
+    *workers = (ca_workers){.parallel = {.workers = threads}};
+    workers->film_rejects = ca_alloc_zeroed(threads, sizeof *workers->film_rejects);
+    /* One more than needed, so that there is room to begin at an aligned address. */
+    workers->memory = ca_alloc_zeroed((size_t)threads + 1, sizeof(ca_worker));
+    if (!workers->film_rejects || !workers->memory) {
+        ca_workers_destroy(workers);
+        return ca_fail_memory(error, "the render");
+    }
+    const uintptr_t address = (uintptr_t)workers->memory;
+    workers->list =
+        (void *)((char *)workers->memory + (WORKER_ALIGNMENT - address % WORKER_ALIGNMENT) % WORKER_ALIGNMENT);
+    for (uint32_t i = 0; i < threads; i++) workers->list[i].index = i;
+    return CA_OK;
+}
+
+void ca_workers_destroy(ca_workers *workers)
+{
+    ca_free(workers->film_rejects);
+    ca_free(workers->memory);
+    *workers = (ca_workers){0};
+}
+
+void ca_workers_count(const ca_workers *workers, ca_render_statistics *statistics)
+{
+    for (uint32_t i = 0; i < workers->parallel.workers; i++) {
+        const ca_counters *counters = &workers->list[i].counters;
+        statistics->light_paths += counters->light_paths;
+        statistics->camera_paths += counters->camera_paths;
+        statistics->rays += counters->rays;
+        statistics->shadow_rays += counters->shadow_rays;
+        statistics->photons += counters->photons;
+        statistics->photons_tested += counters->photons_tested;
+        statistics->merges += counters->merges;
+        for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) {
+            statistics->non_finite_from[t] += counters->non_finite[t];
+            statistics->non_finite += counters->non_finite[t];
+        }
+        statistics->non_finite_from[CA_TECHNIQUE_COUNT] += workers->film_rejects[i];
+        statistics->non_finite += workers->film_rejects[i];
+    }
+}
+
+typedef struct tile_loop {
+    ca_pixel_task task;
+    void *user;
+    uint32_t width, height;
+} tile_loop;
+
+static uint32_t tiles_along(uint32_t side) { return (side + TILE_SIDE - 1) / TILE_SIDE; }
+static uint32_t tile_end(uint32_t begin, uint32_t side)
+{
+    return side - begin < TILE_SIDE ? side : begin + TILE_SIDE;
+}
+
+static void run_tile(void *user, uint32_t tile, uint32_t worker)
+{
+    const tile_loop *loop = user;
+    const uint32_t columns = tiles_along(loop->width);
+    const uint32_t x_begin = tile % columns * TILE_SIDE, y_begin = tile / columns * TILE_SIDE;
+    const uint32_t x_end = tile_end(x_begin, loop->width), y_end = tile_end(y_begin, loop->height);
+    for (uint32_t y = y_begin; y < y_end; y++)
+        for (uint32_t x = x_begin; x < x_end; x++) loop->task(loop->user, x, y, worker);
+}
+
+void ca_for_each_pixel(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_pixel_task task, void *user)
+{
+    tile_loop loop = {.task = task, .user = user, .width = width, .height = height};
+    ca_parallel_for(parallel, tiles_along(width) * tiles_along(height), run_tile, &loop);
+}

@@ -1,0 +1,27 @@
+/* The threads of a render: what each has of its own, and loops over the pixels of the film.
+ *
+ * Pixels are handed out in square tiles as workers come free, the pixels of a tile one after the other. State: about
+ * 200 bytes a worker. */
+#ifndef CA_RENDER_WORKERS_H
+#define CA_RENDER_WORKERS_H
+
+#include "integrator/integrator.h"
+
+typedef struct ca_workers {
+    ca_parallel parallel;
+    ca_worker *list;        /* one a thread, aligned, within: */
+    void *memory;           /* owned */
+    uint64_t *film_rejects; /* owned, one a thread: what only the film's gate caught */
+} ca_workers;
+
+ca_status ca_workers_create(ca_workers *workers, uint32_t threads, ca_error *error);
+void ca_workers_destroy(ca_workers *workers);
+
+/* Adds what all have counted. */
+void ca_workers_count(const ca_workers *workers, ca_render_statistics *statistics);
+
+/* Runs task(user, x, y, worker) once for each x < width, y < height. */
+typedef void (*ca_pixel_task)(void *user, uint32_t x, uint32_t y, uint32_t worker);
+void ca_for_each_pixel(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_pixel_task task, void *user);
+
+#endif
