@@ -1,6 +1,7 @@
 /* Integrators against each other on a few scenes (the others: long_agreement.c), the same bits for any number of threads,
  * and the merging integrators' bias and noise against theory. */
 #include "film/significance.h"
+#include "sampling/sampler.h"
 #include "support/agreement.h"
 #include "support/batches.h"
 #include "support/scene_text.h"
@@ -64,13 +65,13 @@ static void test_threads_do_not_change_a_bit(void **state)
     (void)state;
     static const char *const integrators[] = {"light", "bdpt", "ppm:radius=0.2", "bdpm:radius=0.2", "vcm:radius=0.2",
                                               "vcm-plus:radius=0.2", "vcm-star:radius=0.2", "ovcm:radius=0.2", "cavcm:radius=0.2",
-                                              "vcm:light_paths=333,camera_paths=2", "vcm"};
+                                              "vcm:light_paths=333,camera_paths=2", "vcm", "qmcppm:light_paths=333"};
     static const uint32_t threads[] = {2, 3, 8};
     for (size_t s = 0; s < agreement_scene_count(); s++) {
         if (!agreement_scene_at(s)->fast) continue;
         ca_scene *scene = agreement_scene_load(agreement_scene_at(s));
         for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
-            const char *sampler = (s + i) % 2 ? "independent" : "sobol";
+            const char *sampler = ca_sampler_name((ca_sampler_kind)((s + i) % CA_SAMPLER_KIND_COUNT));
             const uint64_t one = hash_of(scene, integrators[i], sampler, 1);
             for (size_t t = 0; t < 3; t++)
                 if (hash_of(scene, integrators[i], sampler, threads[t]) != one)

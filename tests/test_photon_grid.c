@@ -381,86 +381,6 @@ static void test_own_radius(void **state)
     ca_photon_grid_destroy(grid);
 }
 
-/* ---- The nearest photons ----------------------------------------------------------------------------------------- */
-
-static int by_size(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-/* Returns how many of all k had an answer. */
-static uint32_t check_nearest(const ca_photon_grid *grid, uint32_t photon_count, float radius, ca_vec3 position)
-{
-    static float distance2[MAX_PHOTONS];
-    uint32_t within = 0;
-    for (uint32_t i = 0; i < photon_count; i++) {
-        distance2[within] = ca_length2(ca_sub(photons[i].position, position));
-        within += distance2[within] <= radius * radius;
-    }
-    qsort(distance2, within, sizeof *distance2, by_size);
-    for (uint32_t k = 1; k <= CA_PHOTON_NEAREST_MAX; k++) {
-        const float nearest = ca_photon_grid_nearest(grid, position, k);
-        const float expected = k <= within ? sqrtf(distance2[k - 1]) : INFINITY;
-        if (nearest != expected)
-            fail_msg("photon %u of %u is %a away, not %a", k, within, (double)expected, (double)nearest);
-    }
-    return ca_min_u32(within, CA_PHOTON_NEAREST_MAX);
-}
-
-static void test_nearest(void **state)
-{
-    (void)state;
-    ca_photon_grid *grid = create();
-    assert_true(isinf(ca_photon_grid_nearest(grid, (ca_vec3){0, 0, 0}, 1)));
-    for (uint32_t i = 0; i < 3000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.1f * uniform()};
-    for (uint32_t i = 0; i < 300; i++) photons[i].position = photons[300 + i / 10].position; /* equal distances */
-    static const float radii[] = {0.01f, 0.05f, 0.3f};
-    uint32_t answered[3] = {0, 0, 0};
-    for (size_t r = 0; r < 3; r++) {
-        build(grid, 3000, radii[r], 1);
-        for (uint32_t i = 0; i < 200; i++) {
-            const ca_vec3 p = i % 2 ? photons[below(300)].position : ca_add(random_point(0.6f), (ca_vec3){0.5f, 0.5f, 0});
-            answered[r] += check_nearest(grid, 3000, radii[r], p);
-        }
-    }
-    /* all, some and hardly any of the answers are numbers */
-    assert_in_range(answered[0], 500, 3000);
-    assert_in_range(answered[1], 1500, 9000);
-    assert_in_range(answered[2], 9000, 12800);
-    for (uint32_t i = 0; i < 70; i++) photons[i].position = (ca_vec3){1, 2, 3};
-    build(grid, 70, 0.1f, 1);
-    check_nearest(grid, 70, 0.1f, (ca_vec3){1, 2, 3.1f});
-    check_nearest(grid, 70, 0.1f, (ca_vec3){1, 2.05f, 3});
-    build(grid, 70, 0.5f, 1);
-    assert_int_equal(check_nearest(grid, 70, 0.5f, (ca_vec3){1, 2.5f, 3}), CA_PHOTON_NEAREST_MAX); /* on the rim */
-    ca_photon_grid_destroy(grid);
-}
-
-/* ---- Places ------------------------------------------------------------------------------------------------------ */
-
-static void test_places(void **state)
-{
-    (void)state;
-    for (uint32_t i = 0; i < 5000; i++) photons[i].position = random_point(1.0f);
-    ca_photon_grid *grid = create();
-    build(grid, 5000, 0.1f, 2);
-    memset(met, 0, 5000);
-    for (uint32_t place = 0; place < 5000; place++) {
-        const uint32_t vertex = ca_photon_grid_vertex(grid, place);
-        const ca_vec3 p = ca_photon_grid_position(grid, place);
-        assert_true(vertex < 5000 && !met[vertex]++);
-        assert_memory_equal(&p, &photons[vertex].position, sizeof p);
-        ca_photon_grid_answer_place(grid, place);
-    }
-    uint64_t tested;
-    const uint32_t count = collect(grid, photons[0].position, found, &tested);
-    assert_true(count > 0);
-    for (uint32_t i = 0; i < count; i++)
-        assert_true(ca_length2(ca_sub(ca_photon_grid_position(grid, found[i]), photons[0].position)) <= 0.1f * 0.1f);
-    ca_photon_grid_destroy(grid);
-}
-
 /* ---- Order ------------------------------------------------------------------------------------------------------- */
 
 /* Every query's vertices one after the other. */
@@ -654,8 +574,6 @@ int main(void)
         cmocka_unit_test(test_duplicates),
         cmocka_unit_test(test_queries_that_are_not_finite),
         cmocka_unit_test(test_own_radius),
-        cmocka_unit_test(test_nearest),
-        cmocka_unit_test(test_places),
         cmocka_unit_test(test_order_is_that_of_the_runs),
         cmocka_unit_test(test_tests_are_few),
         cmocka_unit_test(test_density),

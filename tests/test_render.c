@@ -2,6 +2,7 @@
  * request, crops, layers, attributes. */
 #include "image/layers.h"
 #include "render/render.h"
+#include "sampling/sampler.h"
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -43,13 +44,12 @@ static void test_threads_do_not_change_a_bit(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(scene_text);
-    static const char *const samplers[] = {"independent", "sobol"};
-    for (int s = 0; s < 2; s++) {
+    for (int s = 0; s < CA_SAMPLER_KIND_COUNT; s++) {
         uint64_t hashes[4];
         static const uint32_t threads[4] = {1, 2, 3, 8};
         for (int i = 0; i < 4; i++) {
             ca_render_settings settings = settings_with(5);
-            settings.sampler = samplers[s];
+            settings.sampler = ca_sampler_name((ca_sampler_kind)s);
             settings.threads = threads[i];
             ca_image_layers *image = render_scene(scene, &settings);
             hashes[i] = image_hash(image);

@@ -6,13 +6,18 @@
  * and get consecutive stretches of one Sobol' sequence, so that squares of pixels have nets together. A stretch has its
  * length, but here samples may be added at any time; so the place on the curve does not select a stretch. Each pixel has
  * the points of the first two Sobol' dimensions from the start, digitally shifted (exclusive or) by a vector that depends
- * linearly on its place: bit b of the place adds directions[.][15 - b]. All is then Owen-scrambled, the same in all pixels,
- * which keeps nets.
+ * linearly on its place. All is then Owen-scrambled, the same in all pixels, which keeps nets. A pixel alone therefore has a
+ * scrambled (0, 2)-sequence, which converges as sobol does.
  *
- * So a pixel alone has a scrambled (0, 2)-sequence, which converges as sobol does, and a square of pixels with 2^e samples
- * each has a digital net too. No directions give a perfect one to all squares for all e. These were searched by annealing,
- * for low variance under scrambling in squares of 2 x 2 to 16 x 16 pixels with 1 to 64 samples, and for small t in larger
- * ones. With one sample t is 0 up to 16 x 16 pixels and at most 1 above; with up to 64 samples it is at most 3.
+ * The shifts are such that any 2^e samples (from a multiple of 2^e on) of the pixels of any square of the curve are a
+ * (0, m, 2)-net together. Over the field of two elements, let bits k_c of the index and d_b of the place (lowest first) be
+ *
+ *     g(z) = sum k_c z^c + sum (d_2j + d_(2j+1) z) / q(z)^(j+1),   q(z) = z^2 + z + 1,
+ *
+ * and the digits of x and y be the coefficients of its power series around z = 0 and z = 1. For a pixel alone these are the
+ * first two Sobol' dimensions. The samples of a square of 4^j pixels are all g = h / q^j with h of degree below e + 2 j. If
+ * the first a digits of x and b of y are 0, then h is a multiple of z^a (z + 1)^b, as q is 1 at 0 and 1; where a + b = e + 2 j,
+ * h is 0. So each elementary interval of that size has one point.
  *
  * Pairs of dimensions are independent of each other: each orders samples and pixels in its own way. So are tiles of 256 x
  * 256 pixels. Light paths have no neighbours: their sequence is that of kind sobol. */
@@ -23,12 +28,13 @@
 
 enum { TILE_BITS = 8, PLACE_BITS = 2 * TILE_BITS };
 
-/* [coordinate][i] for bit 15 - i of the place, as a reversed fraction: bit 0 is worth 1/2. */
+/* What bit 15 - i of the place adds: [coordinate][i], reversed fractions. Bit n is the coefficient of z^n in 1 / q^(j+1) or
+ * z / q^(j+1) for the bits 2 j and 2 j + 1; of w^n, w = z + 1, for the second coordinate. */
 static const uint32_t directions[2][16] = {
-    {0xf75f7d14, 0xd70ff309, 0x5a23d296, 0x0c2747fd, 0x24ab126f, 0x22536f6d, 0x275be1c3, 0xc99dc1c1,
-     0x3b5900c0, 0x9045099e, 0xad3c47f8, 0x18e02b9b, 0xaa56293b, 0xfaaf9be2, 0x9f332a8d, 0x214441f3},
-    {0x151ab51a, 0x685f99ff, 0x41e4da88, 0xd5504725, 0x212af6c2, 0x0bedd60a, 0x95c442b4, 0xec89e900,
-     0xcff55246, 0x7bb28115, 0x153d736b, 0x767bcf47, 0x53ad2228, 0x3447bfd4, 0xc59aa19e, 0xa13d1779},
+    {0x02000202, 0x01000101, 0x0e000e0e, 0x07000707, 0x2a002a2a, 0x15001515, 0xd600d6d6, 0x6b006b6b,
+     0x22022022, 0x11011011, 0xee0ee0ee, 0x77077077, 0x8a28a28a, 0x45145145, 0xb6db6db6, 0xdb6db6db},
+    {0x03000303, 0x01000101, 0x09000909, 0x07000707, 0x3f003f3f, 0x15001515, 0xbd00bdbd, 0x6b006b6b,
+     0x33033033, 0x11011011, 0x99099099, 0x77077077, 0xcf3cf3cf, 0x45145145, 0x6db6db6d, 0xdb6db6db},
 };
 
 /* Pascal's triangle modulo 2 times the bits of the index: the second dimension, reversed. */
