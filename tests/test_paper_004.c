@@ -1,5 +1,6 @@
-/* The scenes of paper 004 (Keller, Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon Mapping"): passes of two deterministic
- * sequences that never pair what carries light, or pair what is the same; all pairs are right in both. And the parts of figure 2. */
+/* The scenes of paper 004 (Keller, Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon Mapping"): passes of two
+ * deterministic sequences that never pair what carries light, or pair what is the same; all pairs are right in both.
+ * And the parts of figure 2. */
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -9,15 +10,17 @@
 
 #include <cmocka.h>
 
-static ca_scene *load(const char *name)
+static ca_scene *load_from(const char *folder, const char *name)
 {
     char path[512];
     ca_scene *scene = NULL;
     ca_error error;
-    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/paper-004/%s.xml", name);
+    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s/%s.xml", folder, name);
     if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
     return scene;
 }
+
+static ca_scene *load(const char *name) { return load_from("paper-004", name); }
 
 static ca_render_settings settings_of(const char *integrator, const char *sampler, uint32_t samples)
 {
@@ -47,7 +50,8 @@ static double mean_of(const ca_scene *scene, const char *integrator, const char 
     return statistics_of(scene, &settings).mean_luminance;
 }
 
-/* ---- Figure 3 --------------------------------------------------------------------------------------------------------- */
+/* ---- Figure 3
+ * --------------------------------------------------------------------------------------------------------- */
 
 static void test_interleaved_passes_are_black(void **state)
 {
@@ -55,14 +59,16 @@ static void test_interleaved_passes_are_black(void **state)
     ca_scene *scene = load("interleaved");
     assert_true(mean_of(scene, "ppm", "halton-plain", 1000) == 0.0);
     assert_true(mean_of(scene, "ppm", "sobol-plain", 1000) == 0.0);
-    assert_true(fabs(mean_of(scene, "ppm", "independent", 4000) / 0.6 - 1.0) < 0.6); /* it is the sequences, not the scene */
+    assert_true(fabs(mean_of(scene, "ppm", "independent", 4000) / 0.6 - 1.0) <
+                0.6); /* it is the sequences, not the scene */
     ca_scene_release(scene);
 }
 
 static void test_interleaved_pairs_are_right(void **state)
 {
     (void)state;
-    static const char *const samplers[] = {"halton-plain", "sobol-plain", "halton", "sobol", "lattice", "independent"};
+    static const char *const samplers[] = {"halton-plain", "sobol-plain", "halton",
+                                           "sobol",        "lattice",     "independent"};
     ca_scene *scene = load("interleaved");
     for (size_t i = 0; i < sizeof samplers / sizeof samplers[0]; i++) {
         const double mean = mean_of(scene, "qmcppm:light_paths=512,camera_paths=512", samplers[i], 2048);
@@ -72,7 +78,8 @@ static void test_interleaved_pairs_are_right(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Section 5 -------------------------------------------------------------------------------------------------------- */
+/* ---- Section 5
+ * -------------------------------------------------------------------------------------------------------- */
 
 /* With a radius far smaller than a pixel the only photon near a query point is its own, and that is always there. */
 static void test_camera_paths_are_light_paths(void **state)
@@ -102,8 +109,8 @@ static void test_camera_is_light(void **state)
             settings.has_crop = true; /* away from the border */
             settings.crop[0] = 48, settings.crop[1] = 24, settings.crop[2] = 80, settings.crop[3] = 56;
             means[i][late] = statistics_of(scene, &settings).mean_luminance / 0.8;
-            print_message("    %-30s %-14s %2d passes or blocks: %.3f of the truth\n", integrators[i], samplers[i], late ? 24 : 4,
-                          means[i][late]);
+            print_message("    %-30s %-14s %2d passes or blocks: %.3f of the truth\n", integrators[i], samplers[i],
+                          late ? 24 : 4, means[i][late]);
         }
     assert_true(means[0][1] > 1.25 && means[0][1] > means[0][0] + 0.2); /* too bright, and the more the longer */
     assert_true(fabs(means[1][1] - 1.0) < 0.02);
@@ -111,7 +118,8 @@ static void test_camera_is_light(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Figure 2 --------------------------------------------------------------------------------------------------------- */
+/* ---- Figure 2
+ * --------------------------------------------------------------------------------------------------------- */
 
 static void test_smooth_and_dirac_are_all(void **state)
 {
@@ -139,12 +147,34 @@ static void test_smooth_and_dirac_are_all(void **state)
     ca_scene_release(scene);
 }
 
+/* All light of the slab has gone through glass before it falls on the floor; there is nothing but paint in the
+ * Cornell box. */
+static void test_what_is_dirac(void **state)
+{
+    (void)state;
+    static const char *const scenes[2] = {"glass-slab", "cornell-box"};
+    static const char *const kinds[2] = {"qmcppm:transport=smooth", "qmcppm:transport=dirac"};
+    for (int s = 0; s < 2; s++) {
+        ca_scene *scene = load_from(scenes[s], scenes[s]);
+        for (int k = 0; k < 2; k++) {
+            ca_render_settings settings = settings_of(kinds[k], "halton", 2);
+            settings.width = settings.height = 32;
+            const double mean = statistics_of(scene, &settings).mean_luminance;
+            if (s == k)
+                assert_true(mean == 0.0);
+            else
+                assert_true(mean > 0.0);
+        }
+        ca_scene_release(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_interleaved_passes_are_black), cmocka_unit_test(test_interleaved_pairs_are_right),
         cmocka_unit_test(test_camera_paths_are_light_paths), cmocka_unit_test(test_camera_is_light),
-        cmocka_unit_test(test_smooth_and_dirac_are_all),
+        cmocka_unit_test(test_smooth_and_dirac_are_all),     cmocka_unit_test(test_what_is_dirac),
     };
     return cmocka_run_group_tests_name("paper_004", tests, NULL, NULL);
 }

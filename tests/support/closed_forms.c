@@ -219,8 +219,8 @@ ca_scene *closed_form_scene(const closed_form *form, size_t sensor)
 /* ---- Integrators -------------------------------------------------------------------------------------------------- */
 
 #define RADIUS "radius=%g,alpha=0"
-/* Large blocks: their number grows with the square of that of camera paths. */
-#define ALL_PAIRS "camera_paths=4,light_paths=2000,"
+/* Many light paths a block: the number of blocks grows with the square of that of camera paths, and these scenes are even. */
+#define ALL_PAIRS "light_paths=8000,"
 
 static const integrator_variant variants[] = {
     {"path", NEEDS_CAUSTICS | NEEDS_SDS, 1},
@@ -239,9 +239,9 @@ static const integrator_variant variants[] = {
     {"vcm-star:" RADIUS, NEEDS_NARROW_VIEW, 1},
     {"ovcm:" RADIUS, NEEDS_NARROW_VIEW, 1},
     {"cavcm:" RADIUS, NEEDS_NARROW_VIEW, 1},
-    {"qmcppm:" ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 4},
-    {"qmcppm:camera_diffuse_depth=2,kernel=sph," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 4},
-    {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 4},
+    {"qmcppm:" ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"qmcppm:camera_diffuse_depth=2,kernel=sph," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1},
+    {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1},
     {"qmcppm:join=connect,camera_paths=8,light_paths=8", NEEDS_CAUSTICS | NEEDS_SDS, 8},
 };
 

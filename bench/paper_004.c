@@ -1,0 +1,125 @@
+/* The figures of paper 004 (Keller, Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon Mapping").
+ *
+ *     paper_004 [--quick] [--only SECTION] [--table FILE] [--pictures FOLDER]
+ *     paper_004 --difference IMAGE IMAGE
+ *
+ * Sections: transport, counter-examples, convergence, alpha, recomputation, samples. The report is Markdown; exit
+ * status 1 when something that the figures should show is not so. The second form prints how many pixels of two
+ * pictures differ, and by how much. */
+#include "paper_004.h"
+
+#include "base/clock.h"
+#include "bench_support.h"
+#include "image/layers.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct section {
+    const char *name;
+    void (*run)(paper_report *report);
+} section;
+
+static const section sections[] = {
+    {"transport", paper_transport}, {"counter-examples", paper_counter_examples}, {"convergence", paper_convergence},
+    {"alpha", paper_alpha},         {"recomputation", paper_recomputation},       {"samples", paper_samples_saved},
+};
+enum { SECTIONS = sizeof sections / sizeof sections[0] };
+
+/* ---- Two builds
+ * ------------------------------------------------------------------------------------------------------- */
+
+static ca_image_layers *read_image(const char *path)
+{
+    ca_image_layers *image;
+    ca_error error;
+    if (ca_layers_read(path, &image, &error) != CA_OK) bench_die(path, &error);
+    return image;
+}
+
+static int print_difference(const char *const paths[2])
+{
+    static const char *const names[3] = {"R", "G", "B"};
+    ca_image_layers *images[2] = {read_image(paths[0]), read_image(paths[1])};
+    const size_t pixels = (size_t)images[0]->width * images[0]->height;
+    size_t differ = 0;
+    double largest = 0.0;
+    if (images[1]->width != images[0]->width || images[1]->height != images[0]->height)
+        return fprintf(stderr, "%s and %s differ in size\n", paths[0], paths[1]), 1;
+    for (size_t p = 0; p < pixels; p++) {
+        bool same = true;
+        for (int c = 0; c < 3; c++) {
+            const float *a = ca_layers_find(images[0], names[c]), *b = ca_layers_find(images[1], names[c]);
+            if (!a || !b) return fprintf(stderr, "%s and %s must have R, G and B\n", paths[0], paths[1]), 1;
+            if (a[p] == b[p]) continue;
+            same = false;
+            largest = fmax(largest, fabs((double)a[p] - (double)b[p]) / fmax(fabs((double)a[p]), fabs((double)b[p])));
+        }
+        differ += !same;
+    }
+    printf("%zu of %zu pixels differ (%.2f %%), the largest relative difference is %.2g", differ, pixels,
+           100.0 * (double)differ / (double)pixels, largest);
+    for (int i = 0; i < 2; i++) ca_image_release(images[i]);
+    return 0;
+}
+
+/* ---- The program
+ * ------------------------------------------------------------------------------------------------------ */
+
+typedef struct options {
+    bool quick;
+    const char *only, *table, *pictures;
+} options;
+
+static bool parse_options(int argc, char **argv, options *chosen)
+{
+    bool known = true;
+    *chosen = (options){0};
+    for (int i = 1; i < argc; i++) {
+        const bool more = i + 1 < argc;
+        if (strcmp(argv[i], "--quick") == 0)
+            chosen->quick = true;
+        else if (more && strcmp(argv[i], "--only") == 0)
+            chosen->only = argv[++i];
+        else if (more && strcmp(argv[i], "--table") == 0)
+            chosen->table = argv[++i];
+        else if (more && strcmp(argv[i], "--pictures") == 0)
+            chosen->pictures = argv[++i];
+        else
+            return false;
+    }
+    if (chosen->only) {
+        known = false;
+        for (int i = 0; i < SECTIONS; i++) known |= strcmp(chosen->only, sections[i].name) == 0;
+    }
+    return known;
+}
+
+int main(int argc, char **argv)
+{
+    static paper_report report;
+    options chosen;
+    if (argc == 4 && strcmp(argv[1], "--difference") == 0)
+        return print_difference((const char *const[2]){argv[2], argv[3]});
+    if (!parse_options(argc, argv, &chosen)) {
+        fprintf(stderr,
+                "usage: %s [--quick] [--only SECTION] [--table FILE] [--pictures FOLDER]\n"
+                "       %s --difference IMAGE IMAGE\nsections:",
+                argv[0], argv[0]);
+        for (int i = 0; i < SECTIONS; i++) fprintf(stderr, " %s", sections[i].name);
+        fputc('\n', stderr);
+        return 2;
+    }
+    report = (paper_report){.out = stdout, .pictures = chosen.pictures, .quick = chosen.quick};
+    if (chosen.table) report.out = fopen(chosen.table, "w");
+    if (!report.out) return perror(chosen.table), 1;
+    for (int i = 0; i < SECTIONS; i++) {
+        if (chosen.only && strcmp(chosen.only, sections[i].name) != 0) continue;
+        const double start = ca_clock_seconds();
+        sections[i].run(&report);
+        fflush(report.out);
+        fprintf(stderr, "%s: %.0f s\n", sections[i].name, ca_clock_seconds() - start);
+    }
+    const int failed = paper_report_checks(&report);
+    return (chosen.table && fclose(report.out) != 0) || failed > 0;
+}

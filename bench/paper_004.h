@@ -1,0 +1,132 @@
+/* What the sections of paper 004's figures share (Keller, Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon
+ * Mapping"): renders, statistics over repeated renders, plots, and the list of what should be seen. All of it dies on
+ * errors with a message. */
+#ifndef CA_BENCH_PAPER_004_H
+#define CA_BENCH_PAPER_004_H
+
+#include "caustica.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+enum { PAPER_THREADS = 2, PAPER_CHECKS = 64, PAPER_SERIES = 10, PAPER_POINTS = 24 };
+
+/* A claim, what was measured, and whether it holds. */
+typedef struct paper_check {
+    char what[200], measured[64], goal[64];
+    bool holds;
+} paper_check;
+
+/* The report so far. */
+typedef struct paper_report {
+    FILE *out;            /* Markdown */
+    const char *pictures; /* folder for plots and pictures; NULL: none */
+    bool quick;           /* less of everything: to see that it works */
+    paper_check checks[PAPER_CHECKS];
+    int check_count;
+} paper_report;
+
+/* Adds a check; `goal` is text such as "<= 0.6". */
+void paper_expect(paper_report *report, bool holds, double measured, const char *goal, const char *what, ...)
+    __attribute__((format(printf, 5, 6)));
+/* The table of checks; returns how many do not hold. */
+int paper_report_checks(paper_report *report);
+
+/* ---- Renders
+ * -------------------------------------------------------------------------------------------------------- */
+
+ca_scene *paper_scene(const char *file, const ca_define *defines, size_t count); /* below scenes/ */
+
+typedef struct paper_job {
+    const ca_scene *scene;
+    const char *integrator, *sampler;
+    uint32_t samples; /* per pixel; 0: the scene's */
+    double seconds;   /* > 0: ... or until so much time is gone */
+    uint64_t seed;
+    uint32_t width, height; /* 0: the scene's */
+    const uint32_t *crop;   /* NULL: all */
+    uint32_t threads;       /* 0: PAPER_THREADS */
+} paper_job;
+
+typedef struct paper_picture {
+    uint32_t width, height;
+    double *luminance;       /* owned, row by row */
+    ca_image_layers *layers; /* owned */
+    ca_render_statistics statistics;
+} paper_picture;
+
+paper_picture paper_render(const paper_job *job);
+void paper_release(paper_picture *picture);
+/* Keeps a copy as PICTURES/name, if there is a folder. */
+void paper_save(const paper_report *report, const paper_picture *picture, const char *name);
+
+/* ---- Statistics
+ * ------------------------------------------------------------------------------------------------------- */
+
+/* Errors of repeated renders with different random numbers against a truth, over all pixels, relative to the truth's
+ * mean. */
+typedef struct paper_errors {
+    double rmse; /* of a single render: root of bias^2 + deviation^2 */
+    double bias; /* r.m.s. of the mean over all random numbers, less what noise adds to it; negative: the estimate of
+                  * its square is */
+    double bias_floor; /* a bias below it could be noise */
+    double deviation;  /* r.m.s. over the pixels of the standard deviation */
+} paper_errors;
+
+/* Sums over repeats, pixel by pixel. */
+typedef struct paper_repeats {
+    size_t pixels;
+    int count;
+    double *sum, *sum_of_squares; /* owned */
+} paper_repeats;
+
+paper_repeats paper_repeats_start(size_t pixels);
+void paper_repeats_add(paper_repeats *repeats, const double *luminance);
+void paper_repeats_release(paper_repeats *repeats);
+/* `noise`: standard deviation of the truth itself, r.m.s. over pixels, in its unit. `truth` NULL: the deviation only.
+ */
+paper_errors paper_repeats_errors(const paper_repeats *repeats, const double *truth, double noise);
+
+double paper_mean(const double *values, size_t count);
+
+/* log y = a + b log x by least squares, over the points with y > 0. */
+typedef struct paper_fit {
+    double offset, exponent;
+    double error; /* standard error of the exponent */
+} paper_fit;
+paper_fit paper_fit_power(const double *x, const double *y, int count);
+
+/* ---- Plots
+ * ------------------------------------------------------------------------------------------------------------ */
+
+typedef struct paper_series {
+    char name[48];
+    double x[PAPER_POINTS], y[PAPER_POINTS];
+    int count;
+    int colour; /* number of it; series of one thing share one */
+    bool dashed;
+} paper_series;
+
+typedef struct paper_panel {
+    const char *title, *x_label, *y_label;
+    paper_series series[PAPER_SERIES];
+    int count;
+} paper_panel;
+
+/* Adds an empty series; stays valid as long as the panel. */
+paper_series *paper_panel_add(paper_panel *panel, const char *name, int colour, bool dashed);
+void paper_series_add(paper_series *series, double x, double y);
+/* Panels side by side with logarithmic axes, as PICTURES/name. */
+void paper_plot(const paper_report *report, const char *name, const paper_panel *panels, int count);
+
+/* ---- Sections
+ * --------------------------------------------------------------------------------------------------------- */
+
+void paper_transport(paper_report *report);        /* figure 2 */
+void paper_counter_examples(paper_report *report); /* figure 3, section 5 */
+void paper_convergence(paper_report *report);
+void paper_alpha(paper_report *report);         /* section 3.1 */
+void paper_recomputation(paper_report *report); /* figure 4 */
+void paper_samples_saved(paper_report *report);
+
+#endif

@@ -1,0 +1,294 @@
+/* How qmcppm converges with each sampler: bias and standard deviation apart, over five randomisations of the same
+ * sequences; and against random ppm in equal time. */
+#include "paper_004.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SEEDS = 5, MAX_STEPS = 8 };
+
+static const char *const samplers[] = {"independent", "halton", "sobol", "lattice"};
+enum { SAMPLERS = sizeof samplers / sizeof samplers[0] };
+
+typedef struct convergence_scene {
+    const char *file, *name;
+    uint32_t width, height;
+    uint32_t light_paths, camera_paths; /* of a block; per pixel */
+    int steps;                          /* 1, 2, 4, ... blocks of either side */
+    const char *what;
+    double radius;              /* of the first block */
+    const char *integrator;     /* its parameters beside the radius */
+    const char *reference;      /* integrator */
+    uint32_t reference_samples; /* of each of its two halves */
+    const char *reference_bias; /* what is known of it */
+} convergence_scene;
+
+static const convergence_scene scenes[] = {
+    {.file = "paper-004/mirror-room.xml",
+     .name = "mirror-room",
+     .width = 32,
+     .height = 24,
+     .light_paths = 24576,
+     .camera_paths = 4,
+     .steps = 5,
+     .what = "",
+     .radius = 0.15,
+     .integrator = "",
+     .reference = "ppm:light_paths=24576,radius=0.05,alpha=0.25",
+     .reference_samples = 2048,
+     .reference_bias = "random ppm with radii from 0.050 to 0.019, against 0.150 to 0.075 of the blocks here"},
+    {.file = "cornell-box/cornell-box.xml",
+     .name = "cornell-box",
+     .width = 32,
+     .height = 32,
+     .light_paths = 4096,
+     .camera_paths = 1,
+     .steps = 6,
+     .what = "; its lamp is not shown, since how its edge falls into a pixel would be most of the noise",
+     .radius = 30.0,
+     .integrator = ",hide_emitters=true",
+     .reference = "path:hide_emitters=true",
+     .reference_samples = 8192,
+     .reference_bias = "path tracing, without bias"},
+};
+
+/* qmcppm or ppm as the scene wants it. */
+static void integrator_for(const convergence_scene *what, const char *name, char text[128])
+{
+    snprintf(text, 128, "%s:radius=%g,light_paths=%u,camera_paths=%u%s", name, what->radius, what->light_paths,
+             what->camera_paths, what->integrator);
+}
+
+/* ---- The reference
+ * ---------------------------------------------------------------------------------------------------- */
+
+typedef struct reference {
+    double *luminance; /* owned */
+    double noise;      /* standard deviation, r.m.s. over pixels */
+    size_t pixels;
+} reference;
+
+static reference render_reference(const convergence_scene *what, const ca_scene *scene, bool quick)
+{
+    paper_job job = {.scene = scene,
+                     .integrator = what->reference,
+                     .sampler = strncmp(what->reference, "path", 4) == 0 ? "sobol" : "independent",
+                     .samples = quick ? what->reference_samples / 16 : what->reference_samples,
+                     .seed = 1001,
+                     .width = what->width,
+                     .height = what->height};
+    paper_picture half = paper_render(&job);
+    job.seed = 1002;
+    paper_picture other = paper_render(&job);
+    reference r = {.luminance = half.luminance, .pixels = (size_t)half.width * half.height};
+    double square = 0.0;
+    for (size_t p = 0; p < r.pixels; p++) {
+        const double difference = 0.5 * (half.luminance[p] - other.luminance[p]);
+        square += difference * difference / (double)r.pixels;
+        half.luminance[p] = 0.5 * (half.luminance[p] + other.luminance[p]);
+    }
+    half.luminance = NULL; /* kept */
+    r.noise = sqrt(square);
+    paper_release(&half);
+    paper_release(&other);
+    return r;
+}
+
+/* ---- Runs
+ * ------------------------------------------------------------------------------------------------------------- */
+
+typedef struct convergence {
+    int steps;
+    double n[MAX_STEPS];
+    paper_errors errors[SAMPLERS][MAX_STEPS];
+    double seconds[SAMPLERS][MAX_STEPS]; /* of a render */
+} convergence;
+
+/* Five renders that differ in their random numbers only. */
+static paper_errors repeat(const paper_job *first, const reference *truth, double *seconds, double *passes)
+{
+    paper_job job = *first;
+    paper_repeats repeats = paper_repeats_start(truth->pixels);
+    *seconds = *passes = 0.0;
+    for (int seed = 0; seed < SEEDS; seed++) {
+        job.seed = (uint64_t)seed + 1;
+        paper_picture picture = paper_render(&job);
+        paper_repeats_add(&repeats, picture.luminance);
+        *seconds += picture.statistics.seconds / SEEDS;
+        *passes += (double)picture.statistics.iterations / SEEDS;
+        paper_release(&picture);
+    }
+    const paper_errors errors = paper_repeats_errors(&repeats, truth->luminance, truth->noise);
+    paper_repeats_release(&repeats);
+    return errors;
+}
+
+static convergence measure(const convergence_scene *what, const ca_scene *scene, const reference *truth, bool quick)
+{
+    convergence c = {.steps = quick ? 3 : what->steps};
+    char integrator[128];
+    integrator_for(what, "qmcppm", integrator);
+    for (int i = 0; i < c.steps; i++) {
+        c.n[i] = what->light_paths * (double)(1u << i);
+        for (int s = 0; s < SAMPLERS; s++) {
+            const paper_job job = {.scene = scene,
+                                   .integrator = integrator,
+                                   .sampler = samplers[s],
+                                   .samples = what->camera_paths << i,
+                                   .width = what->width,
+                                   .height = what->height};
+            double blocks;
+            c.errors[s][i] = repeat(&job, truth, &c.seconds[s][i], &blocks);
+        }
+    }
+    return c;
+}
+
+/* ---- The report
+ * ------------------------------------------------------------------------------------------------------- */
+
+static void print_bias(FILE *out, const paper_errors *e)
+{
+    if (e->bias > e->bias_floor)
+        fprintf(out, "%.4f", e->bias);
+    else
+        fprintf(out, "< %.4f", e->bias_floor);
+}
+
+typedef struct fits {
+    paper_fit rmse, bias, deviation;
+} fits;
+
+static fits fit_sampler(const convergence *c, int s)
+{
+    double rmse[MAX_STEPS], bias[MAX_STEPS], deviation[MAX_STEPS];
+    for (int i = 0; i < c->steps; i++) {
+        rmse[i] = c->errors[s][i].rmse;
+        bias[i] = c->errors[s][i].bias > c->errors[s][i].bias_floor ? c->errors[s][i].bias : 0.0;
+        deviation[i] = c->errors[s][i].deviation;
+    }
+    return (fits){.rmse = paper_fit_power(c->n, rmse, c->steps),
+                  .bias = paper_fit_power(c->n, bias, c->steps),
+                  .deviation = paper_fit_power(c->n, deviation, c->steps)};
+}
+
+static void print_fit(FILE *out, const paper_fit *fit)
+{
+    if (isfinite(fit->exponent) && isfinite(fit->error))
+        fprintf(out, " | %.2f ± %.2f", fit->exponent, fit->error);
+    else
+        fputs(" | –", out);
+}
+
+static void print_convergence(FILE *out, const convergence *c)
+{
+    fputs("| sampler | n | RMSE | bias | standard deviation | over random's | s |\n|---|---|---|---|---|---|---|\n",
+          out);
+    for (int s = 0; s < SAMPLERS; s++) {
+        for (int i = 0; i < c->steps; i++) {
+            const paper_errors *e = &c->errors[s][i];
+            fprintf(out, "| %s | %.0f | %.4f | ", samplers[s], c->n[i], e->rmse);
+            print_bias(out, e);
+            fprintf(out, " | %.4f | %.2f | %.2f |\n", e->deviation, e->deviation / c->errors[0][i].deviation,
+                    c->seconds[s][i]);
+        }
+        const fits f = fit_sampler(c, s);
+        fputs("| | **exponent**", out);
+        print_fit(out, &f.rmse);
+        print_fit(out, &f.bias);
+        print_fit(out, &f.deviation);
+        fputs(" | | |\n", out);
+    }
+    fputc('\n', out);
+}
+
+static void plot_convergence(const paper_report *report, const convergence_scene *what, const convergence *c)
+{
+    static paper_panel panels[2];
+    char name[64], titles[2][64];
+    snprintf(name, sizeof name, "convergence-%s.svg", what->name);
+    snprintf(titles[0], sizeof titles[0], "%s: RMSE", what->name);
+    snprintf(titles[1], sizeof titles[1], "%s: standard deviation and bias", what->name);
+    for (int k = 0; k < 2; k++)
+        panels[k] = (paper_panel){.title = titles[k], .x_label = "n, light paths", .y_label = "over the mean"};
+    for (int s = 0; s < SAMPLERS; s++) {
+        paper_series *rmse = paper_panel_add(&panels[0], samplers[s], s, false);
+        paper_series *deviation = paper_panel_add(&panels[1], samplers[s], s, false);
+        for (int i = 0; i < c->steps; i++) {
+            paper_series_add(rmse, c->n[i], c->errors[s][i].rmse);
+            paper_series_add(deviation, c->n[i], c->errors[s][i].deviation);
+        }
+    }
+    paper_series *bias = paper_panel_add(&panels[1], "bias (halton)", 1, true);
+    for (int i = 0; i < c->steps; i++)
+        if (c->errors[1][i].bias > c->errors[1][i].bias_floor) paper_series_add(bias, c->n[i], c->errors[1][i].bias);
+    paper_plot(report, name, panels, 2);
+}
+
+/* Random ppm, whose passes pair each camera path with one pass of light paths only, for as long as halton took. */
+static void compare_in_equal_time(paper_report *report, const convergence_scene *what, const ca_scene *scene,
+                                  const reference *truth, const convergence *c)
+{
+    const int last = c->steps - 1;
+    char integrator[128];
+    integrator_for(what, "ppm", integrator);
+    const paper_job job = {.scene = scene,
+                           .integrator = integrator,
+                           .sampler = "independent",
+                           .samples = 1u << 20,
+                           .seconds = c->seconds[1][last],
+                           .width = what->width,
+                           .height = what->height};
+    double seconds, passes;
+    const paper_errors ppm = repeat(&job, truth, &seconds, &passes);
+    const paper_errors *halton = &c->errors[1][last];
+    fprintf(
+        report->out,
+        "In equal time, %.2f s a render:\n\n| | passes | RMSE | bias | standard deviation |\n|---|---|---|---|---|\n",
+        c->seconds[1][last]);
+    fprintf(report->out, "| `qmcppm`, halton | %u × %u | %.4f | ", 1u << last, 1u << last, halton->rmse);
+    print_bias(report->out, halton);
+    fprintf(report->out, " | %.4f |\n| `ppm`, independent | %.0f | %.4f | ", halton->deviation, passes, ppm.rmse);
+    print_bias(report->out, &ppm);
+    fprintf(report->out, " | %.4f |\n\n", ppm.deviation);
+    paper_expect(report, halton->rmse <= ppm.rmse, halton->rmse / ppm.rmse, "<= 1",
+                 "%s: RMSE of qmcppm with halton over that of random ppm in equal time", what->name);
+}
+
+static void check_convergence(paper_report *report, const convergence_scene *what, const convergence *c)
+{
+    const int last = c->steps - 1;
+    for (int s = 1; s < SAMPLERS; s++) {
+        const double ratio = c->errors[s][last].deviation / c->errors[0][last].deviation;
+        paper_expect(report, ratio <= 0.6, ratio, "<= 0.6",
+                     "%s: standard deviation of %s over random's at the largest n", what->name, samplers[s]);
+    }
+}
+
+void paper_convergence(paper_report *report)
+{
+    fputs("### Convergence\n\n", report->out);
+    for (size_t k = 0; k < sizeof scenes / sizeof scenes[0]; k++) {
+        const convergence_scene *what = &scenes[k];
+        ca_scene *scene = paper_scene(what->file, NULL, 0);
+        const reference truth = render_reference(what, scene, report->quick);
+        const double unit = paper_mean(truth.luminance, truth.pixels);
+        fprintf(
+            report->out,
+            "**%s**, %u × %u pixels, blocks of %u light paths and %u camera paths a pixel, first radius %g%s. n "
+            "counts light paths; "
+            "the last n has %u × %u blocks. Reference: %s; its own noise is %.4f. All figures are relative to the "
+            "picture's mean luminance.\n\n",
+            what->name, what->width, what->height, what->light_paths, what->camera_paths, what->radius, what->what,
+            1u << (what->steps - 1), 1u << (what->steps - 1), what->reference_bias, truth.noise / unit);
+        const convergence c = measure(what, scene, &truth, report->quick);
+        print_convergence(report->out, &c);
+        plot_convergence(report, what, &c);
+        compare_in_equal_time(report, what, scene, &truth, &c);
+        check_convergence(report, what, &c);
+        fflush(report->out);
+        free(truth.luminance);
+        ca_scene_release(scene);
+    }
+}

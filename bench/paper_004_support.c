@@ -1,0 +1,195 @@
+/* Renders and statistics of paper 004's figures. */
+#include "bench_support.h"
+#include "paper_004.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- Checks
+ * ----------------------------------------------------------------------------------------------------------- */
+
+void paper_expect(paper_report *report, bool holds, double measured, const char *goal, const char *what, ...)
+{
+    if (report->check_count == PAPER_CHECKS) fputs("paper_004: too many checks\n", stderr), exit(1);
+    paper_check *check = &report->checks[report->check_count++];
+    va_list arguments;
+    va_start(arguments, what);
+    vsnprintf(check->what, sizeof check->what, what, arguments);
+    va_end(arguments);
+    snprintf(check->measured, sizeof check->measured, "%.3g", measured);
+    snprintf(check->goal, sizeof check->goal, "%s", goal);
+    check->holds = holds;
+}
+
+int paper_report_checks(paper_report *report)
+{
+    int failed = 0;
+    fprintf(report->out, "### What it should show\n\n| what | measured | goal | |\n|---|---|---|---|\n");
+    for (int i = 0; i < report->check_count; i++) {
+        const paper_check *check = &report->checks[i];
+        fprintf(report->out, "| %s | %s | %s | %s |\n", check->what, check->measured, check->goal,
+                check->holds ? "holds" : "**does not hold**");
+        failed += !check->holds;
+    }
+    if (failed) fprintf(report->out, "\n%d of these do not hold.\n", failed);
+    return failed;
+}
+
+/* ---- Renders
+ * ---------------------------------------------------------------------------------------------------------- */
+
+static void *need(void *memory)
+{
+    if (!memory) fputs("paper_004: out of memory\n", stderr), exit(1);
+    return memory;
+}
+
+ca_scene *paper_scene(const char *file, const ca_define *defines, size_t count)
+{
+    char path[512];
+    ca_scene *scene;
+    ca_error error;
+    snprintf(path, sizeof path, "%s/scenes/%s", CA_SOURCE_DIR, file);
+    if (ca_scene_load(path, defines, count, &scene, &error) != CA_OK) bench_die(path, &error);
+    return scene;
+}
+
+static ca_render_settings settings_of(const paper_job *job)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.integrator = job->integrator;
+    settings.sampler = job->sampler;
+    settings.samples_per_pixel = job->samples;
+    settings.seconds = job->seconds;
+    settings.seed = job->seed;
+    settings.has_seed = true;
+    settings.threads = job->threads ? job->threads : PAPER_THREADS;
+    settings.width = job->width;
+    settings.height = job->height;
+    if (job->crop) {
+        settings.has_crop = true;
+        memcpy(settings.crop, job->crop, sizeof settings.crop);
+    }
+    return settings;
+}
+
+paper_picture paper_render(const paper_job *job)
+{
+    paper_picture picture = {0};
+    const ca_render_settings settings = settings_of(job);
+    ca_error error;
+    if (ca_render(job->scene, &settings, &picture.layers, &picture.statistics, &error) != CA_OK)
+        bench_die(job->integrator, &error);
+    if (picture.statistics.non_finite > 0) {
+        fprintf(stderr, "%s: samples that are not finite\n", job->integrator);
+        exit(1);
+    }
+    ca_image_size(picture.layers, &picture.width, &picture.height);
+    const float *r = ca_image_channel(picture.layers, "R"), *g = ca_image_channel(picture.layers, "G"),
+                *b = ca_image_channel(picture.layers, "B");
+    const size_t pixels = (size_t)picture.width * picture.height;
+    picture.luminance = need(calloc(pixels, sizeof *picture.luminance));
+    for (size_t p = 0; p < pixels; p++)
+        picture.luminance[p] = 0.2126 * (double)r[p] + 0.7152 * (double)g[p] + 0.0722 * (double)b[p];
+    return picture;
+}
+
+void paper_release(paper_picture *picture)
+{
+    free(picture->luminance);
+    ca_image_release(picture->layers);
+    *picture = (paper_picture){0};
+}
+
+void paper_save(const paper_report *report, const paper_picture *picture, const char *name)
+{
+    char path[512];
+    ca_error error;
+    if (!report->pictures) return;
+    snprintf(path, sizeof path, "%s/%s", report->pictures, name);
+    if (ca_image_save(picture->layers, path, 0.0f, &error) != CA_OK) bench_die(path, &error);
+}
+
+/* ---- Repeats
+ * ---------------------------------------------------------------------------------------------------------- */
+
+paper_repeats paper_repeats_start(size_t pixels)
+{
+    return (paper_repeats){.pixels = pixels,
+                           .sum = need(calloc(pixels, sizeof(double))),
+                           .sum_of_squares = need(calloc(pixels, sizeof(double)))};
+}
+
+void paper_repeats_add(paper_repeats *repeats, const double *luminance)
+{
+    repeats->count++;
+    for (size_t p = 0; p < repeats->pixels; p++) {
+        repeats->sum[p] += luminance[p];
+        repeats->sum_of_squares[p] += luminance[p] * luminance[p];
+    }
+}
+
+void paper_repeats_release(paper_repeats *repeats)
+{
+    free(repeats->sum);
+    free(repeats->sum_of_squares);
+    *repeats = (paper_repeats){0};
+}
+
+double paper_mean(const double *values, size_t count)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++) sum += values[i];
+    return sum / (double)count;
+}
+
+static double signed_root(double square) { return square < 0.0 ? -sqrt(-square) : sqrt(square); }
+
+/* Two standard errors of the estimated square, as a length: a mean of squares over so many pixels, of which some ten
+ * are neighbours that share their photons. */
+static double bias_floor(double variance, double pixels) { return sqrt(2.0 * variance * sqrt(2.0 * 10.0 / pixels)); }
+
+paper_errors paper_repeats_errors(const paper_repeats *repeats, const double *truth, double noise)
+{
+    const double n = repeats->count, pixels = (double)repeats->pixels;
+    double variance = 0.0, difference = 0.0;
+    for (size_t p = 0; p < repeats->pixels; p++) {
+        const double mean = repeats->sum[p] / n;
+        const double v = fmax(0.0, (repeats->sum_of_squares[p] - n * mean * mean) / (n - 1.0));
+        variance += v / pixels;
+        if (!truth) continue;
+        /* Less what the mean's own noise and the truth's put there. */
+        difference += ((mean - truth[p]) * (mean - truth[p]) - v / n) / pixels;
+    }
+    difference -= noise * noise;
+    const double unit = truth ? paper_mean(truth, repeats->pixels) : paper_mean(repeats->sum, repeats->pixels) / n;
+    return (paper_errors){.rmse = sqrt(fmax(0.0, difference) + variance) / unit,
+                          .bias = signed_root(difference) / unit,
+                          .bias_floor = bias_floor(variance / n + noise * noise, pixels) / unit,
+                          .deviation = sqrt(variance) / unit};
+}
+
+paper_fit paper_fit_power(const double *x, const double *y, int count)
+{
+    double n = 0.0, mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, residual = 0.0;
+    for (int i = 0; i < count; i++)
+        if (y[i] > 0.0) n += 1.0, mean_x += log(x[i]), mean_y += log(y[i]);
+    mean_x /= n, mean_y /= n;
+    for (int i = 0; i < count; i++)
+        if (y[i] > 0.0) {
+            xx += (log(x[i]) - mean_x) * (log(x[i]) - mean_x);
+            xy += (log(x[i]) - mean_x) * (log(y[i]) - mean_y);
+        }
+    const paper_fit fit = {.exponent = xy / xx, .offset = mean_y - xy / xx * mean_x};
+    for (int i = 0; i < count; i++)
+        if (y[i] > 0.0) {
+            const double off = log(y[i]) - fit.offset - fit.exponent * log(x[i]);
+            residual += off * off;
+        }
+    return (paper_fit){.exponent = fit.exponent,
+                       .offset = fit.offset,
+                       .error = n > 2.0 ? sqrt(residual / (n - 2.0) / xx) : (double)NAN};
+}

@@ -1,0 +1,68 @@
+#!/bin/sh
+# The figures of paper 004: renders, and writes its tables into docs/papers/004.md (between the two markers there) and its plots and
+# pictures to docs/pictures/paper-004/. Some twelve minutes on two processors.
+#
+#   scripts/paper-004.sh BUILD_FOLDER [--quick] [--only SECTION]
+#
+# --quick: less of everything; --only: one section. Either only prints, and leaves the document alone. Where build-clang/ has the
+# program too, pictures of the two builds are compared.
+set -eu
+build=$(cd "$1" && pwd)
+shift
+cd "$(dirname "$0")/.."
+if [ $# -gt 0 ]; then exec "$build/paper_004" "$@"; fi
+
+document=docs/papers/004.md
+folder=$(mktemp -d)
+table=$folder/table
+trap 'rm -rf "$folder"' EXIT
+mkdir -p docs/pictures/paper-004
+status=0
+
+# The same picture by the program $1, settings behind it, as $2.
+same_picture()
+{
+    program=$1 image=$2
+    shift 2
+    "$program" render "$@" -o "$image" --quiet
+}
+
+compare_builds()
+{
+    echo '### Two compilers'
+    echo
+    clang=build-clang/caustica
+    if [ ! -x "$clang" ]; then
+        echo 'SKIPPED: build-clang/ has no program to compare with (make build PRESET=clang)' >&2
+        return
+    fi
+    echo 'The same source, built by gcc and by clang, on one machine:'
+    echo
+    for scene in mirror-room camera-is-light; do
+        for sampler in halton independent; do
+            set -- "scenes/paper-004/$scene.xml" -i qmcppm --sampler "$sampler" --spp 4 --resolution 128x81
+            if ! same_picture "$build/caustica" "$folder/gcc.exr" "$@" || ! same_picture "$clang" "$folder/clang.exr" "$@"; then
+                echo "SKIPPED: $scene, $sampler does not render with both builds" >&2
+                continue
+            fi
+            echo "- $scene, $sampler: $("$build/paper_004" --difference "$folder/gcc.exr" "$folder/clang.exr")."
+        done
+    done
+    echo
+}
+
+"$build/paper_004" --table "$table" --pictures docs/pictures/paper-004 || status=$?
+grep -q 'What it should show' "$table" # complete, whatever it shows
+compare_builds >"$folder/builds"
+awk -v builds="$folder/builds" '
+    /^### What it should show/ { while ((getline line < builds) > 0) print line }
+    { print }
+' "$table" >"$table.all"
+cat "$table.all"
+awk -v table="$table.all" '
+    /<!-- paper-004: end/ { inside = 0 }
+    !inside { print }
+    /<!-- paper-004: begin/ { inside = 1; while ((getline line < table) > 0) print line }
+' "$document" >"$folder/document"
+cat "$folder/document" >"$document"
+exit $status
