@@ -112,7 +112,7 @@ typedef struct ca_render_settings {
     uint32_t light_paths;  /* > 0: in a pass */
     uint32_t camera_paths; /* > 0: per pixel in a pass */
     /* > 0: for film and light paths. A film that needs more is refused; light paths are traced in parts if a pass needs
-     * more for them. The image does not depend on it, to the bit. */
+     * more for them. The image does not depend on it, to the bit (but for qmcppm's blocks=filled, which fill it). */
     double memory_mib;
     /* Folder for one picture of what each technique found, s camera and t light vertices, before and after weighting:
      * hit_s3_t0_unweighted.exr, connect_s2_t2_weighted.exr, ..._weight.exr. Needs a max_depth of at most 13. */
@@ -165,6 +165,46 @@ CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *sett
  * is developed into `image`, if that is not NULL: an image needs all blocks from 0. `statistics` may be NULL. */
 CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
                                 ca_render_statistics *statistics, ca_error *error);
+
+/* ---- Noise ------------------------------------------------------------------------------------------------------ */
+
+/* Where the noise of bidirectional photon mapping comes from, and what it would be with other numbers of paths (Ershov, Birukov,
+ * Voloboy, Galaktionov 2020, "Calculation of Noise Components for Bidirectional Path Tracing with Photon Maps"). The variance of a
+ * pixel's luminance in one iteration of N_F light paths and N_B camera paths per pixel is
+ *
+ *     V = (C - L^2) / (N_F N_B) + (1 - 1/N_F) (B - L^2) / N_B + (1 - 1/N_B) (F - L^2) / N_F        (equation 6)
+ *
+ * with C, B, F, L that do not depend on N_F and N_B: the pair, camera and light terms. All are estimated without bias from independent
+ * iterations, so that small ones may come out negative. */
+typedef struct ca_noise ca_noise; /* a measurement: 136 bytes a pixel */
+
+/* Averages over pixels, of variances (W^2 sr^-2 m^-4 where the scene has units) and of their roots; roots of negative variances
+ * count as 0. */
+typedef struct ca_noise_summary {
+    uint64_t pixels;
+    double luminance;
+    double predicted_rms, measured_rms, camera_rms, light_rms, pair_rms; /* of roots of V, of the sample variance, of the terms */
+    double predicted, measured, camera, light, pair;                     /* of the same themselves */
+    uint64_t negative_predicted, negative_measured, negative_camera, negative_light, negative_pair; /* pixels below zero */
+} ca_noise_summary;
+
+/* Measures in `iterations` (>= 2) iterations of `bdpm` or `ppm`. The settings are those of a render, but: where neither they nor the
+ * scene name one of the two, it is bdpm; light_paths must come to 2 or more; the sampler is `independent`, as the law wants, whatever
+ * the scene says; alpha is 0, whatever the scene says, unless they set it: with one radius all iterations are distributed alike.
+ * What else ends a render (samples, seconds, noise), blocks and strategies are refused. The progress callback may end it early,
+ * but not before the second iteration.
+ * `image` (may be NULL) is that of ca_render with the layers Noise.* of docs/images.md; `statistics` may be NULL. */
+CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
+                                  ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
+                                  ca_error *error);
+
+/* What the law says for any numbers of paths, averaged over a region of the measured picture: x0, y0, x1, y1, half open, in pixels
+ * of the full film; NULL: all of it. `measured` is the sample variance of the iterations that were made, whatever the numbers here.
+ * CA_ERROR_ARGUMENT: a region that is empty or outside; a number of 0; camera_paths > 1 after a measurement with one camera path,
+ * which cannot tell F. */
+CA_API ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32_t light_paths,
+                                  uint32_t camera_paths, ca_noise_summary *summary, ca_error *error);
+CA_API void ca_noise_release(ca_noise *noise); /* NULL is allowed */
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 

@@ -16,8 +16,8 @@ static void test_help_and_version(void **state)
     RUN(&r, "--help");
     assert_exit(&r, 0);
     assert_says(r.output, "Example");
-    static const char *const commands[] = {"render", "compare", "merge", "info"};
-    for (int i = 0; i < 4; i++) {
+    static const char *const commands[] = {"render", "noise", "compare", "merge", "info"};
+    for (int i = 0; i < 5; i++) {
         assert_says(r.output, commands[i]);
         ca_program_result own;
         RUN(&own, commands[i], "--help");
@@ -412,6 +412,11 @@ static void test_bundled_scenes(void **state)
         "paper-003/large-light",
         "paper-003/small-light",
         "paper-003/two-small-lights",
+        "paper-004/mirror-room",
+        "paper-004/interleaved",
+        "paper-004/camera-is-light",
+        "paper-004/pointwise",
+        "paper-000/cornell-point",
         "perceptual-study/visible-diffuse",
         "perceptual-study/visible-mixed",
         "perceptual-study/occluded-diffuse",

@@ -92,7 +92,7 @@ static void test_parts_are_the_whole(void **state)
     char names[7][CA_BLOCK_PATH_SIZE];
     const char *paths[7];
     for (int i = 0; i < 7; i++) {
-        char name[16];
+        char name[24];
         const uint64_t *cut = i < 2 ? &two[i] : &five[i - 2];
         snprintf(name, sizeof name, "%d.part", i);
         snprintf(names[i], sizeof names[i], "%s", ca_block_render_part(name, cut[0], cut[1], j));

@@ -68,7 +68,7 @@ static const ca_option options[] = {
     {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(threads),
      .help = "threads; the image does not depend on it (default: one per processor)"},
     {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(memory_mib),
-     .help = "limit for film and light paths; the image does not depend on it (default: none)"},
+     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled (default: none)"},
     {.name = "dump-strategies", .argument = "DIR", .kind = CA_OPTION_TEXT, AT(strategies),
      .help = "write an image of what each technique found; needs --max-depth 13 or less"},
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),

@@ -14,6 +14,7 @@ typedef struct command {
 
 static const command commands[] = {
     {"render", "make an image of a scene", ca_command_render},
+    {"noise", "say where noise comes from, and what other numbers of paths would give", ca_command_noise},
     {"compare", "measure how images differ from a reference", ca_command_compare},
     {"merge", "add up parts of a render", ca_command_merge},
     {"info", "say what was understood of a scene", ca_command_info},

@@ -59,23 +59,102 @@ static json_t *blocks_json(const ca_render_statistics *s)
     return NULL;
 }
 
+static bool set_render(json_t *root, const ca_render_statistics *s)
+{
+    return set(root, "seconds", number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
+           set(root, "blocks", blocks_json(s)) && set(root, "samples_per_pixel", number(s->samples_per_pixel)) &&
+           set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
+           set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&
+           set(root, "photons", count(s->photons)) && set(root, "photons_tested", count(s->photons_tested)) &&
+           set(root, "merges", count(s->merges)) && set(root, "peak_memory_bytes", count(s->peak_memory_bytes)) &&
+           set(root, "mean_luminance", number(s->mean_luminance)) &&
+           set(root, "mean_standard_deviation", number(s->mean_standard_deviation)) &&
+           set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : number(s->noise_percent)) &&
+           set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted));
+}
+
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s, ca_error *error)
 {
     json_set_alloc_funcs(allocate, ca_free);
     json_t *root = json_object();
-    const bool complete =
-        set(root, "seconds", number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
-        set(root, "blocks", blocks_json(s)) && set(root, "samples_per_pixel", number(s->samples_per_pixel)) &&
-        set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
-        set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&
-        set(root, "photons", count(s->photons)) && set(root, "photons_tested", count(s->photons_tested)) &&
-        set(root, "merges", count(s->merges)) && set(root, "peak_memory_bytes", count(s->peak_memory_bytes)) &&
-        set(root, "mean_luminance", number(s->mean_luminance)) &&
-        set(root, "mean_standard_deviation", number(s->mean_standard_deviation)) &&
-        set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : number(s->noise_percent)) &&
-        set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted));
+    const bool complete = set_render(root, s);
     return write_file(path, root, complete, error);
 }
+
+/* ---- Noise -------------------------------------------------------------------------------------------------------- */
+
+/* `value` where `complete`; else it is given up. */
+static json_t *whole(json_t *value, bool complete)
+{
+    if (complete) return value;
+    json_decref(value);
+    return NULL;
+}
+
+static json_t *negative_json(const ca_noise_summary *s, bool measured)
+{
+    json_t *object = json_object();
+    return whole(object, set(object, "predicted", count(s->negative_predicted)) &&
+                             (!measured || set(object, "measured", count(s->negative_measured))) &&
+                             set(object, "camera", count(s->negative_camera)) &&
+                             set(object, "light", count(s->negative_light)) && set(object, "pair", count(s->negative_pair)));
+}
+
+/* `measured`: with the sample variance. */
+static json_t *summary_json(const ca_noise_summary *s, bool measured)
+{
+    json_t *object = json_object();
+    bool complete = set(object, "pixels", count(s->pixels)) && set(object, "mean_luminance", number(s->luminance)) &&
+                    set(object, "predicted_rms", number(s->predicted_rms)) &&
+                    set(object, "camera", number(s->camera_rms)) && set(object, "light", number(s->light_rms)) &&
+                    set(object, "pair", number(s->pair_rms)) &&
+                    set(object, "predicted_variance", number(s->predicted)) &&
+                    set(object, "camera_variance", number(s->camera)) &&
+                    set(object, "light_variance", number(s->light)) && set(object, "pair_variance", number(s->pair)) &&
+                    set(object, "negative", negative_json(s, measured));
+    if (measured)
+        complete = complete && set(object, "measured_rms", number(s->measured_rms)) &&
+                   set(object, "measured_variance", number(s->measured));
+    return whole(object, complete);
+}
+
+static bool set_averages(json_t *object, const ca_noise_prediction *p, bool has_roi, bool measured)
+{
+    return set(object, "image", summary_json(&p->image, measured)) &&
+           set(object, "roi", has_roi ? summary_json(&p->roi, measured) : json_null());
+}
+
+static json_t *counts_json(const ca_noise_prediction *p)
+{
+    json_t *object = json_object();
+    return whole(object, set(object, "light_paths", count(p->light_paths)) &&
+                             set(object, "camera_paths", count(p->camera_paths)));
+}
+
+static json_t *predictions_json(const ca_noise_report *report)
+{
+    json_t *list = json_array();
+    bool complete = list != NULL;
+    for (size_t i = 0; i < report->prediction_count && complete; i++) {
+        const ca_noise_prediction *p = &report->predictions[i];
+        json_t *object = counts_json(p);
+        const bool filled = set_averages(object, p, report->has_roi, false);
+        complete = json_array_append_new(list, whole(object, filled)) == 0;
+    }
+    return whole(list, complete);
+}
+
+ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error)
+{
+    json_set_alloc_funcs(allocate, ca_free);
+    json_t *root = json_object();
+    const bool complete = set_render(root, &report->statistics) && set(root, "per_iteration", counts_json(&report->measured)) &&
+                          set_averages(root, &report->measured, report->has_roi, true) &&
+                          set(root, "predict", predictions_json(report));
+    return write_file(path, root, complete, error);
+}
+
+/* ---- Comparisons -------------------------------------------------------------------------------------------------- */
 
 static json_t *block_test_json(const ca_block_test *test)
 {

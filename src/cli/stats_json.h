@@ -13,6 +13,24 @@ typedef struct ca_compared_image {
     ca_comparison comparison;
 } ca_compared_image;
 
+/* What the law of noise says for numbers of paths, averaged over the image and over a region of interest. */
+typedef struct ca_noise_prediction {
+    uint32_t light_paths, camera_paths;
+    ca_noise_summary image, roi;
+} ca_noise_prediction;
+
+typedef struct ca_noise_report {
+    ca_render_statistics statistics;
+    bool has_roi;
+    uint32_t roi[4];
+    ca_noise_prediction measured;     /* for the numbers of paths that the iterations had */
+    ca_noise_prediction *predictions; /* for others */
+    size_t prediction_count;
+} ca_noise_report;
+
+/* What ca_stats_write_render writes, and the averages. */
+ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error);
+
 ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_compared_image *images,
                                  size_t count, ca_error *error);
 

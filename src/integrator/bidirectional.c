@@ -196,7 +196,9 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
     b->rules = *rules;
     ca_status status = read_settings(b, type, input, error);
     if (status == CA_OK) status = create_light_paths(b, error);
+    if (status == CA_OK) status = ca_pairs_check(b, type, error);
     if (status == CA_OK) status = create_scratch(b, error);
+    if (status == CA_OK) status = ca_pairs_create(b, error);
     if (status == CA_OK) status = ca_splat_buffer_create(&b->splats, input->crop, error);
     if (status != CA_OK) {
         ca_bidirectional_destroy(b);
@@ -219,7 +221,10 @@ void ca_bidirectional_destroy(void *state)
         ca_photon_grid_destroy(b->chunks[i].grid);
         ca_free(b->chunks[i].photons);
     }
-    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_free(b->scratch[i].chunk_light);
+    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) {
+        ca_free(b->scratch[i].chunk_light);
+        ca_pair_sums_destroy(b->scratch[i].pairs);
+    }
     ca_photon_grid_destroy(b->pilot);
     ca_splat_buffer_destroy(&b->splats);
     ca_free(b->scratch);

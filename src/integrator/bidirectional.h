@@ -14,7 +14,10 @@
  *
  * Chunks: light paths are kept in chunks of a fixed number, each with a photon grid of its own. A camera path's light is
  * summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in memory at a time
- * (rounds, integrator.h). */
+ * (rounds, integrator.h).
+ *
+ * Pairs: where input.pairs wants them, hits and merges are also summed for every pair of a light and a camera path (pairs.c),
+ * which reads what the image gets and changes nothing of it. */
 #ifndef CA_INTEGRATOR_BIDIRECTIONAL_H
 #define CA_INTEGRATOR_BIDIRECTIONAL_H
 
@@ -42,6 +45,7 @@ typedef struct ca_bidirectional_scratch {
     ca_bsdf light_bsdfs[CA_PATH_MAX_VERTICES]; /* of the light path it connects to, ... */
     ca_surface light_surfaces[CA_PATH_MAX_VERTICES];
     uint32_t light_ready;                      /* ... made up to this vertex */
+    ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
     ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot says */
 } ca_bidirectional_scratch;
 
@@ -141,8 +145,9 @@ typedef struct ca_walk_hooks {
     bool (*shows_light)(const ca_camera_walk *walk); /* does the light that the last vertex lies on count? NULL: yes */
 } ca_walk_hooks;
 
-/* Adds weight times `unweighted` to what the walk has gathered with a chunk; the gate for defects. s and t as in technique.h. */
-void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
+/* Adds weight times `unweighted` to what the walk has gathered with a chunk; the gate for defects: false where it was one, which
+ * is counted and left out. s and t as in technique.h. */
+bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight);
 
 /* The index-th camera path through a pixel, ready to be traced, and gathered light set to zero. The sample's first-hit
@@ -191,6 +196,21 @@ ca_status ca_light_blocks_sort(const ca_bidirectional *b, uint32_t paths, ca_pho
 /* One camera path; integrator.h. */
 void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
                                   ca_film_sample *sample, ca_worker *worker);
+
+/* ---- Pairs, where they are wanted ----------------------------------------------------------------------------------- */
+
+/* Refuses algorithms and settings of which the pixel's value is no mean over all pairs of independent paths. */
+ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *type, ca_error *error);
+/* Sums for each worker. */
+ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error);
+
+/* A camera path begins, and ends: the first and the last of a pixel in a pass begin and end the pixel. */
+void ca_pairs_begin_path(const ca_camera_walk *walk, uint32_t index);
+void ca_pairs_end_path(const ca_camera_walk *walk, uint32_t index);
+/* The walk found light alone, or merged with a photon of a chunk: what the image gets for it before the filter's weight. */
+void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
+                        float weight);
 
 /* ---- The engine ----------------------------------------------------------------------------------------------------- */
 

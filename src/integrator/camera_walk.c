@@ -2,13 +2,13 @@
 #include "integrator/bidirectional.h"
 #include "integrator/walk.h"
 
-void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
+bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight)
 {
     const ca_rgb value = ca_rgb_scale(unweighted, weight);
     if (!(ca_rgb_is_finite(value) && value.r >= 0.0f && value.g >= 0.0f && value.b >= 0.0f)) {
         walk->worker->counters.non_finite[technique]++;
-        return;
+        return false;
     }
     ca_rgb *sum = &walk->scratch->chunk_light[chunk];
     *sum = ca_rgb_add(*sum, value);
@@ -17,6 +17,7 @@ void ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
         ca_technique_images_add(images, technique, s, t, walk->x, walk->y,
                                 ca_rgb_scale(unweighted, walk->sample->filter_weight / (float)walk->b->camera_paths),
                                 weight);
+    return true;
 }
 
 /* Only one round gathers what needs no light paths. */
@@ -57,8 +58,9 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
     };
-    ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted,
-                       ca_mis_weight(&b->rules, &path, CA_TECHNIQUE_HIT));
+    const float weight = ca_mis_weight(&b->rules, &path, CA_TECHNIQUE_HIT);
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) && walk->scratch->pairs)
+        ca_pairs_add_alone(walk, unweighted, weight);
 }
 
 /* The path left the scene: its last vertex is a direction. */
@@ -274,7 +276,9 @@ void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uin
     ca_camera_walk_start(&walk, b, x, y, index, sample, worker);
     pair(&walk, index);
     if (round == 0) worker->counters.camera_paths++;
+    if (walk.scratch->pairs) ca_pairs_begin_path(&walk, index);
     if (b->max_depth > 0) ca_camera_walk_trace(&walk);
+    if (walk.scratch->pairs) ca_pairs_end_path(&walk, index);
     for (uint32_t c = 0; c < b->chunks_now; c++)
         sample->radiance = ca_rgb_add(sample->radiance, walk.scratch->chunk_light[c]);
 }

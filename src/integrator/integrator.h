@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "film/block_film.h"
 #include "film/film.h"
+#include "film/pair_film.h"
 #include "film/technique_images.h"
 #include "path/technique.h"
 #include "scene/scene.h"
@@ -52,6 +53,9 @@ typedef struct ca_integrator_input {
     uint32_t workers;
     double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
     ca_technique_images *technique_images; /* NULL: not wanted */
+    /* What pairs of light and camera paths contribute; NULL: not wanted. Its crop, N_F and N_B are those of this input; it tells
+     * itself when it is incomplete. Only ppm and bdpm fill it. */
+    ca_pair_film *pairs;
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
 

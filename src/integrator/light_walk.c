@@ -218,6 +218,7 @@ void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t pa
     worker->counters.light_paths++;
     const uint32_t count = trace(&walk);
     if (count == 0) ca_light_store_fail(&chunk->store);
+    walk.vertices[0].first = path;
     record->first = walk.first;
     record->count = count > 1 ? count : 0;
     ca_light_store_path_end(&chunk->store, worker->index, record->count);

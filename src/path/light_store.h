@@ -16,12 +16,12 @@
 #include "math/rgb.h"
 #include "path/path_vertex.h"
 
-/* A vertex of a light path but for its densities; v[0] has nothing else. */
+/* A vertex of a light path but for its densities; v[0] has only its point, and the number of its path. */
 typedef struct ca_light_vertex {
     ca_surface_point point;
     ca_vec3 wi;        /* unit, towards the previous vertex */
     ca_rgb throughput; /* flux that arrives, W, before scattering here */
-    uint32_t first;    /* number of its path's v[0] */
+    uint32_t first;    /* number of its path's v[0]; in v[0] itself: the path's own, which no thread changes */
     uint16_t index;    /* its own number in the path */
     uint16_t capable;  /* 1: its surface can scatter smoothly, so it is a photon and may be connected */
 } ca_light_vertex;

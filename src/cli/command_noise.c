@@ -1,0 +1,354 @@
+/* caustica noise: where the noise of bidirectional photon mapping comes from, and what other numbers of paths would give. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/text.h"
+#include "cli/commands.h"
+#include "cli/outputs.h"
+#include "cli/progress.h"
+#include "cli/signals.h"
+#include "cli/stats_json.h"
+#include "integrator/integrator.h"
+#include "noise/layers.h"
+#include "render/noise.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+typedef struct noise_options {
+    ca_text_list outputs, define_words, predict_words;
+    const char *integrator, *stats;
+    uint32_t light_paths, camera_paths, iterations, threads;
+    double memory_mib, radius, alpha;
+    bool has_light_paths, has_camera_paths, has_iterations, has_alpha, has_seed, has_crop, has_roi, has_max_depth;
+    bool quiet, help;
+    uint64_t seed;
+    uint32_t resolution[2], crop[4], roi[4];
+    int max_depth;
+} noise_options;
+
+#define AT(field) .offset = offsetof(noise_options, field)
+#define GIVEN(field) .given = offsetof(noise_options, field)
+
+static const ca_option options[] = {
+    {.name = "light-paths", .argument = "NF", .kind = CA_OPTION_COUNT, .minimum = 2, AT(light_paths), GIVEN(has_light_paths),
+     .help = "light paths of an iteration (needed), at least 2"},
+    {.name = "camera-paths", .argument = "NB", .kind = CA_OPTION_COUNT, .minimum = 1, AT(camera_paths),
+     GIVEN(has_camera_paths), .help = "camera paths per pixel of an iteration (needed); 2 or more to predict for others than 1"},
+    {.name = "iterations", .argument = "K", .kind = CA_OPTION_COUNT, .minimum = 2, AT(iterations), GIVEN(has_iterations),
+     .help = "independent iterations to estimate from (needed), at least 2"},
+    {.name = "predict", .argument = "NF,NB", .kind = CA_OPTION_TEXT_LIST, AT(predict_words),
+     .help = "also say the noise with these numbers of paths, without rendering; several times"},
+    {.name = "roi", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(roi), GIVEN(has_roi),
+     .help = "average over this part too: pixels of the full film, half open"},
+    {.name = "output", .letter = 'o', .argument = "FILE", .kind = CA_OPTION_TEXT_LIST, AT(outputs),
+     .help = ".exr: all layers; .png: the terms in colours; several times (default: none)"},
+    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
+     .help = "write the averages, times and counts as JSON"},
+    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(integrator),
+     .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm); depths set in the scene stay"},
+    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
+     .help = "value for a <default> of the scene; several times"},
+    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(seed), GIVEN(has_seed),
+     .help = "other random numbers (default: the scene's, else 0)"},
+    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(max_depth), GIVEN(has_max_depth),
+     .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(radius),
+     .help = "merge radius (default: the scene's, else from a pixel's footprint)"},
+    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(alpha), GIVEN(has_alpha),
+     .help = "its shrinking, 0 to 1 (default: 0, whatever the scene says: see below)"},
+    {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
+     .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
+    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(crop), GIVEN(has_crop),
+     .help = "measure this part only: pixels of the full film, half open (default: the scene's)"},
+    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(threads),
+     .help = "threads; the numbers do not depend on it (default: one per processor)"},
+    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(memory_mib),
+     .help = "limit for film, sums and light paths (default: none)"},
+    {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
+    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+};
+static const ca_option_table table = {"noise", options, sizeof options / sizeof options[0]};
+
+static int print_help(void)
+{
+    printf("caustica noise SCENE --light-paths NF --camera-paths NB --iterations K [options]: where the noise comes from\n\n");
+    ca_options_print(&table, stdout);
+    printf("\n"
+           "The variance of a pixel's luminance in one iteration of bdpm or ppm is a sum of three terms (Ershov et al. 2020):\n"
+           "    camera   of the camera paths, goes down as 1 / NB\n"
+           "    light    of the light paths, goes down as 1 / NF\n"
+           "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n"
+           "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were stands\n"
+           "beside), of their sum (predicted) and of the sample variance over the iterations (measured), in units of luminance.\n"
+           "In a .png red is the pair, green the camera, blue the light term. The law is one of independent paths, so random\n"
+           "numbers are independent, whatever the scene's sampler; and one radius is kept for all iterations (alpha 0), so that\n"
+           "they are distributed alike. With an alpha above 0 the numbers are averages over the radii.\n"
+           "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and use what there is; another one ends\n"
+           "at once.\n"
+           "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --iterations 64 --predict 300000,100 -o "
+           "noise.png\n");
+    return CA_EXIT_DONE;
+}
+
+/* ---- Before the work ---------------------------------------------------------------------------------------------- */
+
+static ca_status parse_prediction(const char *text, ca_noise_prediction *p, ca_error *error)
+{
+    const char *comma = strchr(text, ',');
+    uint64_t light_paths = 0, camera_paths = 0;
+    if (!comma || !ca_parse_digits(text, (size_t)(comma - text), UINT32_MAX, &light_paths) ||
+        !ca_parse_digits(comma + 1, strlen(comma + 1), UINT32_MAX, &camera_paths) || light_paths < 1 || camera_paths < 1)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--predict: \"%.100s\" is not NF,NB, two whole numbers of at least 1",
+                       text);
+    *p = (ca_noise_prediction){.light_paths = (uint32_t)light_paths, .camera_paths = (uint32_t)camera_paths};
+    return CA_OK;
+}
+
+static ca_status parse_predictions(const noise_options *o, ca_noise_report *report, ca_error *error)
+{
+    report->prediction_count = o->predict_words.count;
+    report->predictions = ca_alloc_zeroed(report->prediction_count, sizeof *report->predictions);
+    if (!report->predictions) return ca_fail_memory(error, "the command line");
+    for (size_t i = 0; i < report->prediction_count; i++) {
+        CA_TRY(parse_prediction(o->predict_words.items[i], &report->predictions[i], error));
+        if (o->camera_paths == 1 && report->predictions[i].camera_paths > 1)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
+                           report->predictions[i].camera_paths);
+    }
+    return CA_OK;
+}
+
+static bool is_png(const char *path) { return strcasecmp(ca_path_extension(path), ".png") == 0; }
+static bool is_exr(const char *path) { return strcasecmp(ca_path_extension(path), ".exr") == 0; }
+
+static ca_status check_outputs(const noise_options *o, ca_error *error)
+{
+    for (size_t i = 0; i < o->outputs.count; i++)
+        if (!is_png(o->outputs.items[i]) && !is_exr(o->outputs.items[i]))
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.300s: noise is written as .exr (all layers) or .png (the terms)",
+                           o->outputs.items[i]);
+    for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_output_check_place(o->outputs.items[i], error));
+    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+}
+
+static ca_status check(const noise_options *o, const ca_text_list *operands, ca_noise_report *report, ca_error *error)
+{
+    if (operands->count != 1)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       operands->count == 0 ? "a scene file is missing" : "there is more than one scene file");
+    const char *missing = !o->has_light_paths    ? "light-paths"
+                          : !o->has_camera_paths ? "camera-paths"
+                          : !o->has_iterations   ? "iterations"
+                                                 : NULL;
+    if (missing) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s is missing", missing);
+    report->has_roi = o->has_roi;
+    memcpy(report->roi, o->roi, sizeof report->roi);
+    report->measured = (ca_noise_prediction){.light_paths = o->light_paths, .camera_paths = o->camera_paths};
+    CA_TRY(parse_predictions(o, report, error));
+    return check_outputs(o, error);
+}
+
+/* ---- Printing ----------------------------------------------------------------------------------------------------- */
+
+static void print_row(const char *name, const ca_noise_report *report, double image, uint64_t image_negative, double roi,
+                      uint64_t roi_negative)
+{
+    printf("  %-18s%12.6g%10llu", name, image, (unsigned long long)image_negative);
+    if (report->has_roi) printf("%14.6g%10llu", roi, (unsigned long long)roi_negative);
+    printf("\n");
+}
+
+#define ROW(name, field) print_row(name, report, i->field##_rms, i->negative_##field, r->field##_rms, r->negative_##field)
+
+static void print_table(const ca_noise_report *report)
+{
+    const ca_noise_summary *i = &report->measured.image, *r = &report->measured.roi;
+    printf("  %-18s%12s%10s", "", "image", "negative");
+    if (report->has_roi) printf("%14s%10s", "roi", "negative");
+    printf("\n  %-18s%12.6g", "mean luminance", i->luminance);
+    if (report->has_roi) printf("%10s%14.6g", "", r->luminance);
+    printf("\n");
+    ROW("r.m.s. measured", measured);
+    ROW("r.m.s. predicted", predicted);
+    ROW("  camera term", camera);
+    ROW("  light term", light);
+    ROW("  pair term", pair);
+}
+
+static void print_prediction(const char *where, const ca_noise_summary *s)
+{
+    printf("%s r.m.s. %.6g (camera %.4g, light %.4g, pair %.4g; negative %llu)", where, s->predicted_rms, s->camera_rms,
+           s->light_rms, s->pair_rms, (unsigned long long)s->negative_predicted);
+}
+
+static void print_report(const noise_options *o, const ca_noise_report *report, double scale)
+{
+    const ca_render_statistics *s = &report->statistics;
+    char time[32];
+    ca_format_seconds(s->seconds, time, sizeof time);
+    printf("%llu iterations of %u light paths and %u camera paths per pixel, %llu pixels, %s%s\n",
+           (unsigned long long)s->iterations, o->light_paths, o->camera_paths,
+           (unsigned long long)report->measured.image.pixels, time, s->interrupted ? " (ended early by a signal)" : "");
+    print_table(report);
+    for (size_t i = 0; i < report->prediction_count; i++) {
+        const ca_noise_prediction *p = &report->predictions[i];
+        printf("  with %u,%u:", p->light_paths, p->camera_paths);
+        print_prediction(" image", &p->image);
+        if (report->has_roi) print_prediction("; roi", &p->roi);
+        printf("\n");
+    }
+    for (size_t i = 0; i < o->outputs.count; i++) {
+        printf("wrote %s", o->outputs.items[i]);
+        if (is_png(o->outputs.items[i])) printf(" (full red, green or blue: a pair, camera or light term of r.m.s. %.4g)", scale);
+        printf("\n");
+    }
+    if (o->stats) printf("wrote %s\n", o->stats);
+}
+
+/* What is used instead of what the scene says. */
+static void print_replaced(const noise_options *o, const ca_scene *scene)
+{
+    const ca_scene_desc *desc = &scene->desc;
+    if (desc->names_sampler && desc->sampler.kind != CA_SAMPLER_INDEPENDENT)
+        printf("sampler: independent instead of the scene's %s, as the law of noise wants\n",
+               ca_sampler_name(desc->sampler.kind));
+    const char *name = desc->integrator.name;
+    if (!o->integrator && name && strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
+        printf("integrator: bdpm instead of the scene's %s\n", name);
+}
+
+/* ---- The work ----------------------------------------------------------------------------------------------------- */
+
+static bool on_progress(const ca_render_progress *progress, void *user)
+{
+    ca_progress_draw(user, progress);
+    return !ca_signals_arrived();
+}
+
+static ca_render_settings settings_from(const noise_options *o, ca_progress_line *line)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.integrator = o->integrator;
+    settings.seed = o->seed;
+    settings.has_seed = o->has_seed;
+    settings.threads = o->threads;
+    settings.width = o->resolution[0];
+    settings.height = o->resolution[1];
+    settings.has_crop = o->has_crop;
+    memcpy(settings.crop, o->crop, sizeof settings.crop);
+    settings.max_depth = o->max_depth;
+    settings.has_max_depth = o->has_max_depth;
+    settings.radius = o->radius;
+    settings.alpha = o->alpha;
+    settings.has_alpha = o->has_alpha;
+    settings.light_paths = o->light_paths;
+    settings.camera_paths = o->camera_paths;
+    settings.memory_mib = o->memory_mib;
+    settings.progress = on_progress;
+    settings.progress_user = line;
+    return settings;
+}
+
+static ca_status check_settings(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
+                                ca_error *error)
+{
+    uint32_t picture[4];
+    CA_TRY(ca_noise_check(scene, settings, o->iterations, picture, error));
+    if (!o->has_roi) return CA_OK;
+    ca_error reason = {""};
+    if (ca_noise_check_region(o->roi, picture, &reason) == CA_OK) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--roi: %.900s", reason.message);
+}
+
+static ca_status average(const ca_noise *noise, const ca_noise_report *report, ca_noise_prediction *p, ca_error *error)
+{
+    CA_TRY(ca_noise_average(noise, NULL, p->light_paths, p->camera_paths, &p->image, error));
+    if (!report->has_roi) return CA_OK;
+    return ca_noise_average(noise, report->roi, p->light_paths, p->camera_paths, &p->roi, error);
+}
+
+static ca_status average_all(const ca_noise *noise, ca_noise_report *report, ca_error *error)
+{
+    CA_TRY(average(noise, report, &report->measured, error));
+    for (size_t i = 0; i < report->prediction_count; i++)
+        CA_TRY(average(noise, report, &report->predictions[i], error));
+    return CA_OK;
+}
+
+static ca_status write_picture(const ca_image_layers *image, const char *path, double *scale, ca_error *error)
+{
+    ca_image_layers *picture = NULL;
+    CA_TRY(ca_noise_picture(image, &picture, scale, error));
+    const ca_status status = ca_image_save(picture, path, 0.0f, error);
+    ca_image_release(picture);
+    return status;
+}
+
+static ca_status write_outputs(const noise_options *o, const ca_image_layers *image, const ca_noise_report *report,
+                               double *scale, ca_error *error)
+{
+    for (size_t i = 0; i < o->outputs.count; i++) {
+        const char *path = o->outputs.items[i];
+        CA_TRY(is_png(path) ? write_picture(image, path, scale, error) : ca_image_save(image, path, 0.0f, error));
+    }
+    return o->stats ? ca_stats_write_noise(o->stats, report, error) : CA_OK;
+}
+
+static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise_report *report, ca_error *error)
+{
+    ca_progress_line line = ca_progress_start(!o->quiet);
+    const ca_render_settings settings = settings_from(o, &line);
+    ca_image_layers *image = NULL;
+    ca_noise *noise = NULL;
+    double scale = 1.0;
+    CA_TRY(check_settings(o, scene, &settings, error));
+    if (!o->quiet) print_replaced(o, scene);
+    ca_signals_catch(o->quiet);
+    ca_status status = ca_noise_measure(scene, &settings, o->iterations, &noise, &image, &report->statistics, error);
+    ca_progress_clear(&line);
+    if (status == CA_OK) status = average_all(noise, report, error);
+    if (status == CA_OK) status = write_outputs(o, image, report, &scale, error);
+    ca_signals_release();
+    if (status == CA_OK) {
+        ca_outputs_warn(&report->statistics);
+        if (!o->quiet) print_report(o, report, scale);
+    }
+    ca_noise_release(noise);
+    ca_image_release(image);
+    return status;
+}
+
+static ca_status load_and_measure(const noise_options *o, const char *scene_path, ca_noise_report *report, ca_error *error)
+{
+    ca_define *defines = NULL;
+    char *storage = NULL;
+    ca_scene *scene = NULL;
+    ca_status status = ca_options_defines(&o->define_words, &defines, &storage, error);
+    if (status == CA_OK) status = ca_scene_load(scene_path, defines, o->define_words.count, &scene, error);
+    if (status == CA_OK) status = measure(o, scene, report, error);
+    ca_scene_release(scene);
+    ca_free(defines);
+    ca_free(storage);
+    return status;
+}
+
+int ca_command_noise(int word_count, char *const words[])
+{
+    if (ca_help_wanted(word_count, words)) return print_help();
+    noise_options o = {0};
+    ca_noise_report report = {0};
+    ca_text_list operands = {0};
+    ca_error error = {""};
+    ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
+    if (status == CA_OK) status = check(&o, &operands, &report, &error);
+    if (status == CA_OK) status = load_and_measure(&o, operands.items[0], &report, &error);
+    ca_free(report.predictions);
+    ca_text_list_destroy(&o.outputs);
+    ca_text_list_destroy(&o.define_words);
+    ca_text_list_destroy(&o.predict_words);
+    ca_text_list_destroy(&operands);
+    return status == CA_OK ? CA_EXIT_DONE : ca_report("noise", status, &error);
+}

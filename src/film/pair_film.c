@@ -1,0 +1,45 @@
+#include "film/pair_film.h"
+
+#include "base/memory.h"
+
+#include <assert.h>
+
+_Static_assert(sizeof(ca_pair_pixel) == 136, "pair_film.h promises 136 bytes a pixel");
+
+ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
+                              ca_error *error)
+{
+    *film = (ca_pair_film){.x0 = crop[0],
+                           .y0 = crop[1],
+                           .width = crop[2] - crop[0],
+                           .height = crop[3] - crop[1],
+                           .light_paths = light_paths,
+                           .camera_paths = camera_paths};
+    film->pixels = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->pixels);
+    return film->pixels ? CA_OK : ca_fail_memory(error, "the noise components");
+}
+
+void ca_pair_film_destroy(ca_pair_film *film)
+{
+    ca_free(film->pixels);
+    *film = (ca_pair_film){0};
+}
+
+void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
+{
+    assert(x >= film->x0 && x - film->x0 < film->width && y >= film->y0 && y - film->y0 < film->height);
+    ca_pair_pixel *pixel = &film->pixels[(size_t)(y - film->y0) * film->width + (x - film->x0)];
+    const double quantities[CA_PAIR_QUANTITIES] = {[CA_PAIR_VALUE] = moments->value,
+                                                   [CA_PAIR_PAIR] = moments->pair,
+                                                   [CA_PAIR_CAMERA] = moments->camera,
+                                                   [CA_PAIR_LIGHT] = moments->light};
+    const double square = moments->value * moments->value;
+    for (int a = 0; a < CA_PAIR_QUANTITIES; a++) {
+        pixel->sums[a] += quantities[a];
+        for (int b = a; b < CA_PAIR_QUANTITIES; b++)
+            pixel->products[ca_pair_product(a, b)] += quantities[a] * quantities[b];
+    }
+    pixel->cubes += square * moments->value;
+    pixel->fourths += square * square;
+    pixel->iterations++;
+}

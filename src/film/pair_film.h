@@ -1,0 +1,42 @@
+/* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which noise/components.h makes
+ * components, predictions and standard errors.
+ *
+ * State: 136 bytes a pixel. Threads: different pixels at once; a pixel's iterations come in order. */
+#ifndef CA_FILM_PAIR_FILM_H
+#define CA_FILM_PAIR_FILM_H
+
+#include "base/status.h"
+#include "film/pair_sums.h"
+
+/* Indices of what is summed. */
+enum { CA_PAIR_VALUE, CA_PAIR_PAIR, CA_PAIR_CAMERA, CA_PAIR_LIGHT, CA_PAIR_QUANTITIES };
+
+typedef struct ca_pair_pixel {
+    double sums[CA_PAIR_QUANTITIES];
+    double products[10]; /* of quantities a <= b, in the order 00 01 02 03 11 12 13 22 23 33 */
+    double cubes, fourths; /* of the value */
+    uint64_t iterations;
+} ca_pair_pixel;
+
+typedef struct ca_pair_film {
+    uint32_t x0, y0, width, height; /* the rendered part of the film */
+    uint32_t light_paths, camera_paths; /* N_F, N_B of every iteration */
+    ca_pair_pixel *pixels;          /* owned */
+    bool incomplete;                /* atomic: a worker ran out of memory */
+} ca_pair_film;
+
+ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
+                              ca_error *error);
+void ca_pair_film_destroy(ca_pair_film *film);
+
+/* An iteration's moments of pixel (x, y) of the full film. */
+void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
+
+/* Index of the product of two quantities in `products`. */
+static inline int ca_pair_product(int a, int b)
+{
+    const int low = a < b ? a : b, high = a < b ? b : a;
+    return low * (2 * CA_PAIR_QUANTITIES - low - 1) / 2 + high;
+}
+
+#endif

@@ -1,0 +1,70 @@
+/* What pairs of light and camera paths contribute, for the noise components (film/pair_sums.h). A pixel's camera paths of a pass
+ * come one after the other on one worker, since there is one round. */
+#include "integrator/bidirectional.h"
+
+#include <assert.h>
+
+static ca_status refuse(const ca_integrator_type *type, const char *reason, ca_error *error)
+{
+    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "the noise components of integrator \"%s\" cannot be told: %s", type->name,
+                   reason);
+}
+
+ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *type, ca_error *error)
+{
+    if (!b->input.pairs) return CA_OK;
+    if (type->begin_block) return refuse(type, "it renders by blocks that share their paths, not by independent passes", error);
+    if (b->rules.connect || b->rules.splat || b->rules.next_event || !ca_bidirectional_merges(b))
+        return refuse(type, "their law is that of photon mapping, where all light meets all camera paths (ppm, bdpm)", error);
+    if (b->input.sampler->kind != CA_SAMPLER_INDEPENDENT)
+        return refuse(type, "its paths must be independent, by the sampler \"independent\"", error);
+    if (b->light_paths < 2) return refuse(type, "a pass needs at least 2 light paths", error);
+    if (b->resident < b->chunk_count)
+        return refuse(type, "all light paths of a pass must fit the memory at once; allow more of it, or trace fewer", error);
+    assert(b->input.pairs->light_paths == b->light_paths && b->input.pairs->camera_paths == b->camera_paths);
+    return CA_OK;
+}
+
+ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error)
+{
+    for (uint32_t i = 0; b->input.pairs && i < b->input.workers; i++)
+        CA_TRY(ca_pair_sums_create(&b->scratch[i].pairs, error));
+    return CA_OK;
+}
+
+void ca_pairs_begin_path(const ca_camera_walk *walk, uint32_t index)
+{
+    ca_pair_sums *sums = walk->scratch->pairs;
+    if (index % walk->b->camera_paths == 0) ca_pair_sums_begin(sums, walk->b->light_paths);
+    ca_pair_sums_next_path(sums);
+}
+
+void ca_pairs_end_path(const ca_camera_walk *walk, uint32_t index)
+{
+    const ca_bidirectional *b = walk->b;
+    if (index % b->camera_paths + 1 < b->camera_paths) return;
+    const ca_pair_moments moments = ca_pair_sums_finish(walk->scratch->pairs);
+    ca_pair_film_add(b->input.pairs, walk->x, walk->y, &moments);
+    if (!ca_pair_sums_complete(walk->scratch->pairs)) __atomic_store_n(&b->input.pairs->incomplete, true, __ATOMIC_RELAXED);
+}
+
+/* Of what the image gets, behind the filter's weight. */
+static double luminance_of(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
+{
+    return (double)ca_luminance(ca_rgb_scale(unweighted, weight)) * (double)walk->sample->filter_weight;
+}
+
+void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
+{
+    ca_pair_sums_add_alone(walk->scratch->pairs, luminance_of(walk, unweighted, weight));
+}
+
+/* The image gets the mean over all light paths: what the pair contributes is N_F times that. */
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
+                        float weight)
+{
+    const ca_bidirectional *b = walk->b;
+    const uint32_t path = ca_light_vertex_at(&b->chunks[chunk].store, photon->first)->first;
+    ca_pair_sums_add(walk->scratch->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + path,
+                     b->light_paths * luminance_of(walk, unweighted, weight));
+}

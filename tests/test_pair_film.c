@@ -1,0 +1,425 @@
+/* Sums of noise estimators over iterations; and what the bidirectional engine fills them with: the law of noise from the
+ * estimators against the variance there is, the image that it leaves as it was, the same bits for any number of threads, what it
+ * refuses. */
+#include "base/memory.h"
+#include "film/pair_film.h"
+#include "render/render.h"
+#include "support/scene_text.h"
+#include "support/test_random.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* ---- The film ------------------------------------------------------------------------------------------------------- */
+
+static void test_product_indices(void **state)
+{
+    (void)state;
+    int next = 0;
+    for (int a = 0; a < CA_PAIR_QUANTITIES; a++)
+        for (int b = a; b < CA_PAIR_QUANTITIES; b++, next++) {
+            assert_int_equal(ca_pair_product(a, b), next);
+            assert_int_equal(ca_pair_product(b, a), next);
+        }
+    assert_int_equal(next, 10);
+}
+
+static void test_sums(void **state)
+{
+    (void)state;
+    enum { ITERATIONS = 50 };
+    const uint32_t crop[4] = {5, 7, 8, 9};
+    ca_test_random random = ca_test_random_seed(3);
+    ca_pair_film film;
+    assert_int_equal(ca_pair_film_create(&film, crop, 30, 4, NULL), CA_OK);
+    assert_true(film.width == 3 && film.height == 2 && film.light_paths == 30 && film.camera_paths == 4 && !film.incomplete);
+    double q[ITERATIONS][CA_PAIR_QUANTITIES];
+    for (int k = 0; k < ITERATIONS; k++) {
+        for (int a = 0; a < CA_PAIR_QUANTITIES; a++) q[k][a] = (double)ca_test_random_float(&random) - 0.25;
+        ca_pair_film_add(&film, 6, 8, &(ca_pair_moments){.value = q[k][0], .pair = q[k][1], .camera = q[k][2], .light = q[k][3]});
+    }
+    const ca_pair_pixel *pixel = &film.pixels[1 * 3 + 1];
+    double cubes = 0.0, fourths = 0.0;
+    for (int k = 0; k < ITERATIONS; k++) {
+        cubes += pow(q[k][0], 3.0);
+        fourths += pow(q[k][0], 4.0);
+    }
+    assert_int_equal(pixel->iterations, ITERATIONS);
+    assert_true(fabs(pixel->cubes - cubes) < 1e-12 && fabs(pixel->fourths - fourths) < 1e-12);
+    for (int a = 0; a < CA_PAIR_QUANTITIES; a++) {
+        double sum = 0.0;
+        for (int k = 0; k < ITERATIONS; k++) sum += q[k][a];
+        assert_true(fabs(pixel->sums[a] - sum) < 1e-12);
+        for (int b = 0; b < CA_PAIR_QUANTITIES; b++) {
+            double product = 0.0;
+            for (int k = 0; k < ITERATIONS; k++) product += q[k][a] * q[k][b];
+            assert_true(fabs(pixel->products[ca_pair_product(a, b)] - product) < 1e-12);
+        }
+    }
+    for (int p = 0; p < 6; p++) assert_int_equal(film.pixels[p].iterations, p == 4 ? ITERATIONS : 0);
+    ca_pair_film_destroy(&film);
+}
+
+static void test_film_out_of_memory(void **state)
+{
+    (void)state;
+    ca_pair_film film;
+    ca_error error = {0};
+    ca_memory_fail_after(0);
+    assert_int_equal(ca_pair_film_create(&film, (uint32_t[4]){0, 0, 9, 9}, 30, 4, &error), CA_ERROR_MEMORY);
+    ca_memory_fail_after(-1);
+    assert_non_null(strstr(error.message, "noise"));
+    ca_pair_film_destroy(&film);
+}
+
+/* ---- The engine ----------------------------------------------------------------------------------------------------- */
+
+/* A corner with a glass ball under a lamp that is in view, so that camera paths find light with and without photons; the filter
+ * has negative lobes. */
+static const char *const scene_xml =
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='50'/><transform name='to_world'>"
+    "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
+    "<integer name='width' value='10'/><integer name='height' value='9'/><rfilter type='mitchell'/></film></sensor>"
+    "<bsdf type='diffuse' id='grey'><rgb name='reflectance' value='0.7,0.6,0.5'/></bsdf>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='2'/><translate z='-1.5'/></transform>"
+    "<ref id='grey'/></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='2'/><rotate x='1' angle='-90'/><translate y='-1.2'/>"
+    "</transform><ref id='grey'/></shape>"
+    "<shape type='sphere'><float name='radius' value='0.5'/><point name='center' x='0.3' y='-0.6' z='0.2'/>"
+    "<bsdf type='dielectric'/></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='70'/>"
+    "<translate x='-0.4' y='1.1'/></transform><ref id='grey'/><emitter type='area'><rgb name='radiance' value='3,2,1'/></emitter>"
+    "</shape></scene>";
+
+/* A white closed box: light paths meet a camera path again and again. */
+static const char *const box_xml =
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='80'/><transform name='to_world'>"
+    "<lookat origin='0,0,0.9' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
+    "<integer name='width' value='10'/><integer name='height' value='9'/><rfilter type='box'/></film></sensor>"
+    "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.9'/></bsdf></bsdf></shape>"
+    "<emitter type='point'><point name='position' x='0.2' y='0.7' z='0'/><rgb name='intensity' value='1'/></emitter>"
+    "</scene>";
+
+enum { CROP_X = 1, CROP_Y = 2, WIDTH = 8, HEIGHT = 7, PIXELS = WIDTH * HEIGHT };
+
+typedef struct pair_render {
+    const char *integrator; /* without numbers of paths */
+    uint32_t light_paths, camera_paths, passes, threads;
+    uint64_t seed;
+    const char *sampler;
+    double memory_mib;
+} pair_render;
+
+static ca_scene *scene, *box; /* scene: what is rendered */
+
+static int load_scenes(void **state)
+{
+    (void)state;
+    scene = scene_from_text(scene_xml);
+    box = scene_from_text(box_xml);
+    return 0;
+}
+
+static int release_scenes(void **state)
+{
+    (void)state;
+    ca_scene_release(scene);
+    ca_scene_release(box);
+    return 0;
+}
+
+static void swap_scenes(void)
+{
+    ca_scene *other = box;
+    box = scene;
+    scene = other;
+}
+
+/* `film` NULL: pairs are not wanted; else it is made, and stays the caller's after success only. */
+static ca_status try_render(const pair_render *r, ca_pair_film *film, ca_image_layers **image, ca_error *error)
+{
+    char integrator[128];
+    snprintf(integrator, sizeof integrator, "%s,light_paths=%u,camera_paths=%u", r->integrator, r->light_paths, r->camera_paths);
+    const ca_render_settings settings = {.integrator = integrator,
+                                         .samples_per_pixel = r->passes * r->camera_paths,
+                                         .threads = r->threads,
+                                         .has_seed = true,
+                                         .seed = r->seed,
+                                         .sampler = r->sampler,
+                                         .memory_mib = r->memory_mib,
+                                         .has_crop = true,
+                                         .crop = {CROP_X, CROP_Y, CROP_X + WIDTH, CROP_Y + HEIGHT}};
+    ca_render_plan plan;
+    ca_render_statistics statistics;
+    *image = NULL;
+    CA_TRY(ca_render_plan_make(&plan, scene, &settings, error));
+    if (film) CA_TRY(ca_pair_film_create(film, plan.crop, r->light_paths, r->camera_paths, error));
+    plan.input.pairs = film;
+    const ca_status status = ca_render_plan_run(&plan, image, &statistics, error);
+    if (status != CA_OK && film) ca_pair_film_destroy(film);
+    if (status == CA_OK) assert_int_equal(statistics.non_finite, 0);
+    return status;
+}
+
+static ca_image_layers *render(const pair_render *r, ca_pair_film *film)
+{
+    ca_image_layers *image;
+    ca_error error;
+    if (try_render(r, film, &image, &error) != CA_OK) fail_msg("%s", error.message);
+    if (film) assert_false(film->incomplete);
+    return image;
+}
+
+#define BDPM "bdpm:max_depth=5,camera_diffuse_depth=1,radius=0.35,alpha=0"
+
+/* The image and its bits, with and without; and what is said of pairs. */
+static void check_same_bits(const char *integrator, uint32_t camera_paths)
+{
+    uint64_t hash = 0;
+    ca_pair_film first;
+    for (uint32_t threads = 1; threads <= 3; threads++) {
+        const pair_render r = {integrator, 5000, camera_paths, 4, threads, 1, NULL, 0};
+        ca_pair_film film;
+        ca_image_layers *without = render(&r, NULL), *with = render(&r, &film);
+        if (threads == 1) hash = image_hash(without);
+        assert_true(image_hash(without) == hash && image_hash(with) == hash);
+        if (threads == 1)
+            first = film;
+        else
+            for (int p = 0; p < PIXELS; p++) {
+                const ca_pair_pixel *a = &first.pixels[p], *b = &film.pixels[p];
+                assert_memory_equal(a, b, sizeof *a);
+            }
+        if (threads > 1) ca_pair_film_destroy(&film);
+        ca_image_release(without);
+        ca_image_release(with);
+    }
+    ca_pair_film_destroy(&first);
+}
+
+static void test_same_bits(void **state)
+{
+    (void)state;
+    check_same_bits(BDPM, 4);
+    check_same_bits(BDPM, 1);
+    check_same_bits("ppm:radius=0.2", 3);
+}
+
+/* The pixels' values are the image's luminance. */
+static void test_values(void **state)
+{
+    (void)state;
+    for (uint32_t camera_paths = 1; camera_paths <= 4; camera_paths += 3) {
+        const pair_render r = {BDPM, 1000, camera_paths, 5, 2, 7, NULL, 0};
+        ca_pair_film film;
+        ca_image_layers *image = render(&r, &film);
+        const float *red = ca_image_channel(image, "R"), *green = ca_image_channel(image, "G"),
+                    *blue = ca_image_channel(image, "B");
+        for (int p = 0; p < PIXELS; p++) {
+            const double luminance = (double)ca_luminance((ca_rgb){red[p], green[p], blue[p]});
+            const double value = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
+            assert_int_equal(film.pixels[p].iterations, 5);
+            if (!(fabs(value - luminance) <= 1e-5 * fabs(luminance) + 1e-6))
+                fail_msg("pixel %d: the pairs' value is %.9g, the image has %.9g", p, value, luminance);
+        }
+        ca_pair_film_destroy(&film);
+        ca_image_release(image);
+    }
+}
+
+/* ---- The law of noise ----------------------------------------------------------------------------------------------- */
+
+/* Equation (6) and the sample variance, both without bias. */
+static double predicted_variance(const ca_pair_pixel *p, double light_paths, double camera_paths)
+{
+    const double n = (double)p->iterations, sum = p->sums[CA_PAIR_VALUE];
+    const double l2 = (sum * sum - p->products[0]) / (n * (n - 1.0)), nf = 1.0 / light_paths, nb = 1.0 / camera_paths;
+    return (p->sums[CA_PAIR_PAIR] / n - l2) * nf * nb + (1.0 - nf) * (p->sums[CA_PAIR_CAMERA] / n - l2) * nb +
+           (1.0 - nb) * (p->sums[CA_PAIR_LIGHT] / n - l2) * nf;
+}
+
+static double measured_variance(const ca_pair_pixel *p)
+{
+    const double n = (double)p->iterations, sum = p->sums[CA_PAIR_VALUE];
+    return (p->products[0] - sum * sum / n) / (n - 1.0);
+}
+
+typedef struct sample_mean {
+    double sum, squares;
+} sample_mean;
+
+static void add_sample(sample_mean *m, double value)
+{
+    m->sum += value;
+    m->squares += value * value;
+}
+
+static double error_of(const sample_mean *m, double count)
+{
+    return sqrt(fmax(0.0, m->squares / count - m->sum / count * (m->sum / count)) / (count - 1.0));
+}
+
+enum { RENDERS = 50 };
+
+/* The prediction made with one pair of numbers for another, against the variance there, by independent renders of each: in all
+ * pixels, and summed over the image, relative to luminances, which tells a smaller error. (Not to the measured variances: what
+ * is large by chance in them would count for less, which is a bias.) */
+static void check_law(const pair_render *estimated, const pair_render *measured, double most_error)
+{
+    sample_mean differences[PIXELS] = {{0}}, average = {0};
+    double values[RENDERS][PIXELS], variances[PIXELS] = {0}, luminances[PIXELS] = {0}, variance = 0.0;
+    const bool same = estimated->light_paths == measured->light_paths && estimated->camera_paths == measured->camera_paths;
+    for (int k = 0; k < RENDERS; k++) {
+        pair_render a = *estimated, b = *measured;
+        ca_pair_film film_a, film_b;
+        a.seed = (uint64_t)k;
+        b.seed = (uint64_t)k + 1000;
+        ca_image_release(render(&a, &film_a));
+        if (same)
+            film_b = film_a; /* errors that the two share cancel */
+        else
+            ca_image_release(render(&b, &film_b));
+        for (int p = 0; p < PIXELS; p++) {
+            const double here = measured_variance(&film_b.pixels[p]);
+            values[k][p] = predicted_variance(&film_a.pixels[p], b.light_paths, b.camera_paths) - here;
+            add_sample(&differences[p], values[k][p]);
+            variances[p] += here / RENDERS;
+            luminances[p] += film_a.pixels[p].sums[CA_PAIR_VALUE] / (double)film_a.pixels[p].iterations / RENDERS;
+        }
+        ca_pair_film_destroy(&film_a);
+        if (!same) ca_pair_film_destroy(&film_b);
+    }
+    for (int p = 0; p < PIXELS; p++) variance += variances[p] / (luminances[p] * luminances[p]);
+    for (int k = 0; k < RENDERS; k++) {
+        double sum = 0.0;
+        for (int p = 0; p < PIXELS; p++) sum += values[k][p] / (luminances[p] * luminances[p]);
+        add_sample(&average, sum / variance);
+    }
+    const double off = average.sum / RENDERS, error = error_of(&average, RENDERS);
+    print_message("N_F %u, N_B %u for %u, %u: the variance is predicted by %+.2f %% +- %.2f %%\n", estimated->light_paths,
+                  estimated->camera_paths, measured->light_paths, measured->camera_paths, 100.0 * off, 100.0 * error);
+    assert_true(error <= most_error);
+    assert_true(fabs(off) <= 3.5 * error);
+    for (int p = 0; p < PIXELS; p++)
+        if (!(fabs(differences[p].sum / RENDERS) <= 4.8 * error_of(&differences[p], RENDERS)))
+            fail_msg("pixel %d: the predicted variance is off by %g +- %g", p, differences[p].sum / RENDERS,
+                     error_of(&differences[p], RENDERS));
+}
+
+static void test_law(void **state)
+{
+    (void)state;
+    const pair_render r = {BDPM, 200, 4, 60, 2, 0, NULL, 0};
+    check_law(&r, &r, 0.02);
+}
+
+/* In the box, and each term of the law by numbers that make it the largest. */
+static void test_law_elsewhere(void **state)
+{
+    (void)state;
+    const char *const integrator = "bdpm:max_depth=7,rr_depth=8,camera_diffuse_depth=1,radius=0.5,alpha=0";
+    const pair_render few = {integrator, 20, 2, 100, 2, 0, NULL, 0}, camera = {integrator, 200, 2, 100, 2, 0, NULL, 0},
+                      light = {integrator, 20, 16, 100, 2, 0, NULL, 0};
+    swap_scenes();
+    check_law(&few, &few, 0.02);
+    check_law(&few, &light, 0.02);
+    check_law(&few, &camera, 0.03);
+    swap_scenes();
+}
+
+/* ---- Refusals and failures ------------------------------------------------------------------------------------------ */
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const struct {
+        pair_render render;
+        const char *says;
+    } cases[] = {
+        {{"light:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "law is that of photon mapping"},
+        {{"bdpt:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "law is that of photon mapping"},
+        {{"bdpt:strategies=no-splat", 100, 2, 1, 1, 1, NULL, 0}, "law is that of photon mapping"},
+        {{"vcm:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "integrator \"vcm\""},
+        {{"ovcm:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "integrator \"ovcm\""},
+        {{BDPM, 100, 2, 1, 1, 1, "halton", 0}, "sampler \"independent\""},
+        {{BDPM, 100, 2, 1, 1, 1, "sobol", 0}, "sampler \"independent\""},
+        {{BDPM, 1, 2, 1, 1, 1, NULL, 0}, "at least 2 light paths"},
+        {{"bdpm:max_depth=2,radius=0.1", 600000, 1, 1, 1, 1, NULL, 120}, "must fit the memory at once"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_pair_film film;
+        ca_image_layers *image;
+        ca_error error = {0};
+        const ca_status status = try_render(&cases[i].render, &film, &image, &error);
+        if (status != CA_ERROR_UNSUPPORTED || !strstr(error.message, cases[i].says))
+            fail_msg("case %zu: status %d, %s", i, (int)status, error.message);
+    }
+}
+
+static void test_qmcppm_is_refused(void **state)
+{
+    (void)state;
+    const ca_render_settings settings = {.integrator = "qmcppm", .samples_per_pixel = 1, .threads = 1};
+    const uint32_t crop[4] = {0, 0, 10, 9};
+    ca_render_plan plan;
+    ca_pair_film film;
+    ca_image_layers *image;
+    ca_error error;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_pair_film_create(&film, crop, 90, 1, NULL), CA_OK);
+    plan.input.pairs = &film;
+    assert_int_equal(ca_render_plan_run(&plan, &image, NULL, &error), CA_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(error.message, "blocks"));
+    ca_pair_film_destroy(&film);
+}
+
+/* Every allocation fails once: the render does, or the film says that it is incomplete. */
+static void test_allocation_failures(void **state)
+{
+    (void)state;
+    const pair_render r = {BDPM, 2000, 2, 1, 1, 1, NULL, 0};
+    uint32_t failed = 0, incomplete = 0;
+    for (long n = 0;; n++) {
+        ca_pair_film film = {0};
+        ca_image_layers *image;
+        ca_error error;
+        ca_memory_fail_after(n);
+        const ca_status status = try_render(&r, &film, &image, &error);
+        ca_memory_fail_after(-1);
+        if (status == CA_ERROR_MEMORY) {
+            failed++;
+            continue;
+        }
+        assert_int_equal(status, CA_OK);
+        const bool tells = film.incomplete;
+        incomplete += tells;
+        ca_pair_film_destroy(&film);
+        ca_image_release(image);
+        if (!tells) break;
+    }
+    assert_true(failed > 10 && incomplete >= 2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_product_indices),
+        cmocka_unit_test(test_sums),
+        cmocka_unit_test(test_film_out_of_memory),
+        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_values),
+        cmocka_unit_test(test_law),
+        cmocka_unit_test(test_law_elsewhere),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_qmcppm_is_refused),
+        cmocka_unit_test(test_allocation_failures),
+    };
+    return cmocka_run_group_tests(tests, load_scenes, release_scenes);
+}
