@@ -33,6 +33,7 @@ typedef struct integrator_variant {
     const char *text;
     unsigned cannot; /* a set of NEEDS_... */
     uint32_t step;   /* samples per pixel are a multiple of it */
+    bool in_turns;   /* sensors and samplers always take turns: all of them would take hours */
 } integrator_variant;
 
 size_t integrator_variant_count(void);
