@@ -31,16 +31,6 @@ static const char *const box_text =
     "<emitter type=\"area\"><rgb name=\"radiance\" value=\"$light\"/></emitter></shape>\n"
     "</scene>\n";
 
-static ca_image_layers *read_image(void **state, const char *name)
-{
-    char path[256];
-    ca_image_layers *image;
-    ca_error error = {""};
-    snprintf(path, sizeof path, "%s/%s", folder_of(state), name);
-    if (ca_layers_read(path, &image, &error) != CA_OK) fail_msg("%s", error.message);
-    return image;
-}
-
 static uint64_t hash_of(void **state, const char *name)
 {
     ca_image_layers *image = read_image(state, name);

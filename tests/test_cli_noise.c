@@ -37,16 +37,6 @@ static int set_up_room(void **state)
     return status;
 }
 
-static ca_image_layers *read_image(void **state, const char *name)
-{
-    char path[256];
-    ca_image_layers *image;
-    ca_error error = {""};
-    snprintf(path, sizeof path, "%s/%s", folder_of(state), name);
-    if (ca_layers_read(path, &image, &error) != CA_OK) fail_msg("%s", error.message);
-    return image;
-}
-
 static const float *layer(const ca_image_layers *image, const char *name)
 {
     const float *data = ca_layers_find(image, name);

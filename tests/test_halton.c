@@ -48,7 +48,7 @@ static uint32_t exact_inverse(uint32_t base, uint64_t number)
 static void test_plain_is_exact(void **state)
 {
     (void)state;
-    const ca_sampler sampler = halton_sampler(CA_SAMPLER_HALTON_PLAIN, 5, 640, 480);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_HALTON_PLAIN, 5, 640, 480);
     ca_test_random random = ca_test_random_seed(1);
     for (uint32_t row = 0; row < CA_PRIME_COUNT; row++)
         for (uint32_t i = 0; i < 3000; i++) {
@@ -110,7 +110,7 @@ static void test_paths_fall_into_their_pixels(void **state)
     for (uint32_t f = 0; f < sizeof films / sizeof films[0]; f++)
         for (int plain = 0; plain < 2; plain++) {
             const ca_sampler sampler =
-                halton_sampler(plain ? CA_SAMPLER_HALTON_PLAIN : CA_SAMPLER_HALTON, 9, films[f][0], films[f][1]);
+                sampler_of(plain ? CA_SAMPLER_HALTON_PLAIN : CA_SAMPLER_HALTON, 9, films[f][0], films[f][1]);
             const uint64_t pixels = (uint64_t)films[f][0] * films[f][1];
             for (uint32_t i = 0; i < 4000; i++) {
                 const uint64_t pixel = pixels <= 4000 ? i % pixels : random_u64(&random) % pixels;
@@ -128,7 +128,7 @@ static void test_enumeration_is_complete(void **state)
     static const uint32_t films[][2] = {{1, 1}, {5, 3}, {8, 9}, {64, 81}, {33, 28}};
     enum { ROUNDS = 3 };
     for (uint32_t f = 0; f < sizeof films / sizeof films[0]; f++) {
-        const ca_sampler sampler = halton_sampler(CA_SAMPLER_HALTON, 0, films[f][0], films[f][1]);
+        const ca_sampler sampler = sampler_of(CA_SAMPLER_HALTON, 0, films[f][0], films[f][1]);
         const uint64_t stride = stride_of(films[f][0], films[f][1]);
         uint8_t *met = calloc(ROUNDS * stride, 1);
         for (uint64_t pixel = 0; pixel < (uint64_t)films[f][0] * films[f][1]; pixel++)
@@ -167,7 +167,7 @@ static void test_intervals_stay_balanced(void **state)
     float *u = malloc(MOST * sizeof *u);
     ca_test_random random = ca_test_random_seed(3);
     for (uint64_t seed = 0; seed < 6; seed++) {
-        const ca_sampler sampler = halton_sampler(CA_SAMPLER_HALTON, seed, 1, 1);
+        const ca_sampler sampler = sampler_of(CA_SAMPLER_HALTON, seed, 1, 1);
         for (uint32_t row = 0; row < CA_PRIME_COUNT; row += row < 40 ? 1 : 9)
             for (uint64_t count = halton_primes[row]; count <= (seed == 0 ? MOST : 3000); count *= halton_primes[row]) {
                 /* Any consecutive numbers, the last of 64 bits among them, show all digits once. */
@@ -192,7 +192,7 @@ static void test_boxes_stay_balanced(void **state)
     static const ca_sampler_kind kinds[] = {CA_SAMPLER_HALTON, CA_SAMPLER_HALTON_PLAIN};
     for (uint32_t k = 0; k < 4; k++)
         for (uint64_t start = 0; start < 3 * COUNT; start += 131) {
-            const ca_sampler sampler = halton_sampler(kinds[k / 2], 4, 36, 10);
+            const ca_sampler sampler = sampler_of(kinds[k / 2], 4, 36, 10);
             float y[COLUMNS][ROWS];
             uint32_t filled[COLUMNS] = {0};
             for (uint64_t i = 0; i < COUNT; i++) {
@@ -210,7 +210,7 @@ static void test_repeated_bases_stay_balanced(void **state)
     (void)state;
     static const uint32_t dimensions[] = {5, 6, 7, 15, 23, 294, 295, 296, 400, 401, 4000000000u};
     static const number_function numbers[] = {light_number, pixel_17};
-    const ca_sampler sampler = halton_sampler(CA_SAMPLER_HALTON, 4, 36, 10);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_HALTON, 4, 36, 10);
     for (uint32_t d = 0; d < sizeof dimensions / sizeof dimensions[0]; d++)
         for (uint32_t k = 0; k < 2; k++)
             for (uint32_t m = 0; m <= 10; m += 2)
@@ -229,7 +229,7 @@ static void test_range(void **state)
     (void)state;
     ca_test_random random = ca_test_random_seed(8);
     for (int plain = 0; plain < 2; plain++) {
-        const ca_sampler sampler = halton_sampler(plain ? CA_SAMPLER_HALTON_PLAIN : CA_SAMPLER_HALTON, 1, 1920, 1080);
+        const ca_sampler sampler = sampler_of(plain ? CA_SAMPLER_HALTON_PLAIN : CA_SAMPLER_HALTON, 1, 1920, 1080);
         for (uint32_t i = 0; i < 100000; i++) {
             /* All digits at their largest are the number next to 1: -1 modulo powers of the base. */
             const uint64_t index = i % 4 == 0 ? UINT64_MAX - i / 4 : random_u64(&random) >> (i % 64);
@@ -273,7 +273,7 @@ static double star_discrepancy(const float (*points)[2], uint32_t count)
 static double discrepancy_of(ca_sampler_kind kind, uint32_t dimension, uint32_t count)
 {
     float points[256][2];
-    const ca_sampler sampler = halton_sampler(kind, 3, 1, 1);
+    const ca_sampler sampler = sampler_of(kind, 3, 1, 1);
     for (uint32_t i = 0; i < count; i++) {
         points[i][0] = light_number(&sampler, i, dimension);
         points[i][1] = light_number(&sampler, i, dimension + 1);

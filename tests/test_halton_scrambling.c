@@ -30,7 +30,7 @@ typedef struct number_address {
 static float number_at(uint64_t seed, number_address at)
 {
     static ca_sampler sampler; /* prepared once: the film is always the same */
-    if (sampler.width == 0) sampler = halton_sampler(CA_SAMPLER_HALTON, 0, 100, 70);
+    if (sampler.width == 0) sampler = sampler_of(CA_SAMPLER_HALTON, 0, 100, 70);
     sampler.seed = seed;
     const ca_stream stream = ca_stream_start(&sampler, at.sequence, at.index);
     return ca_sample_1d(&stream, at.dimension);
@@ -88,7 +88,7 @@ static void test_pairs_of_dimensions_fill_the_square(void **state)
     static const ca_sampler_kind kinds[] = {CA_SAMPLER_HALTON, CA_SAMPLER_HALTON_PLAIN};
     for (uint32_t p = 0; p < sizeof pairs / sizeof pairs[0]; p++)
         for (uint32_t k = 0; k < 4; k++) {
-            const ca_sampler sampler = halton_sampler(kinds[k / 2], 4, 36, 10);
+            const ca_sampler sampler = sampler_of(kinds[k / 2], 4, 36, 10);
             uint32_t counts[SIDE * SIDE] = {0};
             for (uint64_t index = 0; index < PATHS; index++) {
                 const uint32_t x = (uint32_t)(numbers[k % 2](&sampler, index, pairs[p][0]) * (float)SIDE);
@@ -125,7 +125,7 @@ static void test_places_in_pixels_are_uniform(void **state)
     static const uint32_t films[][2] = {{64, 81}, {300, 200}};
     for (uint32_t f = 0; f < 2; f++)
         for (uint64_t index = 0; index < 4; index++) {
-            const ca_sampler sampler = halton_sampler(CA_SAMPLER_HALTON, 6, films[f][0], films[f][1]);
+            const ca_sampler sampler = sampler_of(CA_SAMPLER_HALTON, 6, films[f][0], films[f][1]);
             const uint32_t pixels = films[f][0] * films[f][1];
             uint32_t counts[SIDE * SIDE] = {0};
             for (uint32_t pixel = 0; pixel < pixels; pixel++) {
@@ -185,18 +185,18 @@ static void test_pairs_are_as_owen_scrambles_them(void **state)
 static void test_seeds(void **state)
 {
     (void)state;
-    ca_sampler one = halton_sampler(CA_SAMPLER_HALTON, 1, 20, 10), two = halton_sampler(CA_SAMPLER_HALTON, 2, 20, 10);
+    ca_sampler one = sampler_of(CA_SAMPLER_HALTON, 1, 20, 10), two = sampler_of(CA_SAMPLER_HALTON, 2, 20, 10);
     for (uint32_t dimension = 0; dimension < 320; dimension++) {
         uint32_t same = 0;
         for (uint64_t index = 0; index < 100; index++) {
             same += light_number(&one, index, dimension) == light_number(&two, index, dimension);
-            same += pixel_number(&one, 33, index, dimension) == pixel_number(&two, 33, index, dimension);
+            same += number_of(&one, 33, index, dimension) == number_of(&two, 33, index, dimension);
         }
         assert_in_range(same, 0, 2);
     }
     one.kind = two.kind = CA_SAMPLER_HALTON_PLAIN;
     for (uint32_t dimension = 0; dimension < 320; dimension++)
-        assert_true(pixel_number(&one, 33, 12, dimension) == pixel_number(&two, 33, 12, dimension));
+        assert_true(number_of(&one, 33, 12, dimension) == number_of(&two, 33, 12, dimension));
 }
 
 /* ---- Errors of means ----------------------------------------------------------------------------------------------- */
@@ -207,7 +207,7 @@ static double mean_square_error(ca_sampler_kind kind, uint64_t sequence, const u
 {
     enum { SEEDS = 100 };
     double squares = 0.0;
-    ca_sampler sampler = halton_sampler(kind, 0, 100, 100);
+    ca_sampler sampler = sampler_of(kind, 0, 100, 100);
     for (sampler.seed = 0; sampler.seed < SEEDS; sampler.seed++) {
         double sum = 0.0;
         for (uint32_t i = 0; i < n; i++) {

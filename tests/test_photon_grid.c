@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "math/numeric.h"
 #include "photon/photon_grid.h"
-#include "support/test_random.h"
+#include "support/photon_cloud.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -41,28 +41,6 @@ static ca_test_random random_source;
 static float uniform(void) { return ca_test_random_float(&random_source); }
 static float between(float low, float high) { return low + (high - low) * uniform(); }
 static uint32_t below(uint32_t limit) { return ca_test_random_u32(&random_source) % limit; }
-
-static ca_vec3 random_point(float half)
-{
-    const float x = between(-1, 1), y = between(-1, 1), z = between(-1, 1);
-    return ca_mul((ca_vec3){x, y, z}, half);
-}
-
-static ca_photon_grid *create(void)
-{
-    ca_photon_grid *grid;
-    assert_int_equal(ca_photon_grid_create(&grid, NULL), CA_OK);
-    return grid;
-}
-
-static void build(ca_photon_grid *grid, uint32_t count, float radius, uint32_t workers)
-{
-    for (uint32_t i = 0; i < count; i++) photons[i].vertex = i;
-    const ca_photon_run run = {photons, count};
-    const ca_parallel parallel = {workers};
-    assert_int_equal(ca_photon_grid_build(grid, &run, 1, radius, &parallel, NULL), CA_OK);
-    assert_int_equal(ca_photon_grid_count(grid), count);
-}
 
 /* All vertices of a query in order; *tested is its count. */
 static uint32_t collect(const ca_photon_grid *grid, ca_vec3 position, uint32_t *vertices, uint64_t *tested)
@@ -126,8 +104,8 @@ static uint32_t check_queries(const ca_photon_grid *grid, uint32_t count, float 
         case 0: break;
         case 1: *axis += radius; break;
         case 2: *axis = ca_next_down(*axis - radius); break;
-        case 3: p = ca_madd(p, radius, random_point(1.0f)); break;
-        default: p = ca_madd(p, uniform() * 100.0f * radius, random_point(1.0f)); break;
+        case 3: p = ca_madd(p, radius, random_point_of(&random_source, 1.0f)); break;
+        default: p = ca_madd(p, uniform() * 100.0f * radius, random_point_of(&random_source, 1.0f)); break;
         }
         if (ca_is_finite3(p)) met_sum += check_query(grid, count, radius, p);
     }
@@ -136,8 +114,8 @@ static uint32_t check_queries(const ca_photon_grid *grid, uint32_t count, float 
 
 static void check_cloud(uint32_t count, float radius, uint32_t queries)
 {
-    ca_photon_grid *grid = create();
-    build(grid, count, radius, 2);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, count, radius, 2);
     const uint32_t met_sum = check_queries(grid, count, radius, queries);
     assert_true(met_sum > queries / 5); /* those at photons find them at least */
     ca_photon_grid_destroy(grid);
@@ -151,7 +129,7 @@ static void test_uniform(void **state)
     for (int k = 0; k < 6; k++) {
         const float half = powf(10.0f, (float)(3 * k - 8));
         const uint32_t count = 200 * (uint32_t)(k + 1);
-        for (uint32_t i = 0; i < count; i++) photons[i].position = random_point(half);
+        for (uint32_t i = 0; i < count; i++) photons[i].position = random_point_of(&random_source, half);
         check_cloud(count, 0.02f * half, 400);
         check_cloud(count, 0.3f * half, 400);
         check_cloud(count, 5.0f * half, 100);
@@ -162,7 +140,7 @@ static void test_many(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < MAX_PHOTONS; i++) {
-        photons[i].position = random_point(1.0f);
+        photons[i].position = random_point_of(&random_source, 1.0f);
         photons[i].position.z = 0.3f * photons[i].position.x; /* a surface */
     }
     check_cloud(MAX_PHOTONS, 0.01f, 300);
@@ -174,7 +152,7 @@ static void test_clusters(void **state)
     (void)state;
     for (uint32_t i = 0; i < 5000; i++) {
         const float size = powf(10.0f, between(-6.0f, 1.0f));
-        photons[i].position = ca_add((ca_vec3){3, -7, 2}, random_point(size));
+        photons[i].position = ca_add((ca_vec3){3, -7, 2}, random_point_of(&random_source, size));
     }
     for (float radius = 1e-5f; radius < 20.0f; radius *= 10.0f) check_cloud(5000, radius, 150);
 }
@@ -220,8 +198,8 @@ static void test_between_borders(void **state)
     const float radius = 0.01f;
     for (uint32_t i = 0; i < 1000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), uniform()};
     photons[0].position = (ca_vec3){0, 0, 0};
-    ca_photon_grid *grid = create();
-    build(grid, 1000, radius, 1);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, 1000, radius, 1);
     for (uint32_t i = 0; i < 20000; i++) {
         float p[3];
         for (int axis = 0; axis < 3; axis++) p[axis] = radius * (float)(2 * below(30) + 1) * (1.0f + between(-4e-5f, 4e-5f));
@@ -236,7 +214,7 @@ static void test_far_from_the_origin(void **state)
     (void)state;
     for (float far = 1e2f; far < 2e9f; far *= 10.0f) {
         const ca_vec3 center = {far, -0.7f * far, 1.3f * far};
-        for (uint32_t i = 0; i < 2000; i++) photons[i].position = ca_add(center, random_point(1.0f));
+        for (uint32_t i = 0; i < 2000; i++) photons[i].position = ca_add(center, random_point_of(&random_source, 1.0f));
         check_cloud(2000, 0.1f, 200);
         photons[0].position = ca_neg(center);
         photons[1].position = (ca_vec3){0, 0, 0};
@@ -247,8 +225,8 @@ static void test_far_from_the_origin(void **state)
 static void test_extreme_sizes(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < 500; i++) photons[i].position = random_point(3.4e38f);
-    for (uint32_t i = 0; i < 100; i++) photons[i].position = random_point(1e-22f);
+    for (uint32_t i = 0; i < 500; i++) photons[i].position = random_point_of(&random_source, 3.4e38f);
+    for (uint32_t i = 0; i < 100; i++) photons[i].position = random_point_of(&random_source, 1e-22f);
     static const float radii[] = {FLT_MIN, 1e-30f, 1e-20f, 1e-3f, 1e10f, 1e18f, 2e19f, 1e30f, FLT_MAX};
     for (size_t k = 0; k < sizeof radii / sizeof radii[0]; k++) check_cloud(500, radii[k], 200);
     check_cloud(100, 1e-23f, 200);
@@ -258,18 +236,18 @@ static void test_extreme_sizes(void **state)
 static void test_few(void **state)
 {
     (void)state;
-    ca_photon_grid *grid = create();
+    ca_photon_grid *grid = create_grid();
     ca_photon_query query;
     uint32_t vertices[CA_PHOTON_BATCH];
     ca_photon_query_start(&query, grid, (ca_vec3){0, 0, 0}); /* before any build */
     assert_int_equal(ca_photon_query_next(&query, vertices), 0);
-    build(grid, 0, 1.0f, 2);
+    build_grid(grid, photons, 0, 1.0f, 2);
     ca_photon_query_start(&query, grid, (ca_vec3){0, 0, 0});
     assert_int_equal(ca_photon_query_next(&query, vertices), 0);
     assert_true(ca_photon_grid_density(grid, (ca_vec3){0, 0, 0}) == 0.0f);
     ca_photon_grid_destroy(grid);
     for (uint32_t count = 1; count < 40; count++) {
-        for (uint32_t i = 0; i < count; i++) photons[i].position = random_point(1.0f);
+        for (uint32_t i = 0; i < count; i++) photons[i].position = random_point_of(&random_source, 1.0f);
         check_cloud(count, 0.3f, 200);
     }
 }
@@ -279,8 +257,8 @@ static void test_duplicates(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < 30000; i++) photons[i].position = (ca_vec3){1, 2, 3};
-    ca_photon_grid *grid = create();
-    build(grid, 30000, 0.01f, 2);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, 30000, 0.01f, 2);
     uint64_t tested;
     assert_int_equal(collect(grid, (ca_vec3){1.005f, 2, 3}, found, &tested), 30000);
     assert_int_equal(tested, 30000);
@@ -292,9 +270,9 @@ static void test_duplicates(void **state)
 static void test_queries_that_are_not_finite(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point(1.0f);
-    ca_photon_grid *grid = create();
-    build(grid, 1000, 0.1f, 1);
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point_of(&random_source, 1.0f);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, 1000, 0.1f, 1);
     const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX};
     for (int k = 0; k < 15; k++) {
         float p[3] = {0, 0, 0};
@@ -350,7 +328,7 @@ static void check_radii(const ca_photon_grid *grid, uint32_t count, float radius
         case 0: break;
         case 1: *axis += own; break;
         case 2: *axis = ca_next_down(*axis - own); break;
-        default: p = ca_madd(p, radius, random_point(1.0f)); break;
+        default: p = ca_madd(p, radius, random_point_of(&random_source, 1.0f)); break;
         }
         if (ca_is_finite3(p)) met_sum += check_within(grid, count, own, p);
     }
@@ -360,7 +338,7 @@ static void check_radii(const ca_photon_grid *grid, uint32_t count, float radius
 static void test_own_radius(void **state)
 {
     (void)state;
-    ca_photon_grid *grid = create();
+    ca_photon_grid *grid = create_grid();
     ca_photon_query query;
     uint32_t batch[CA_PHOTON_BATCH];
     ca_photon_query_start_within(&query, grid, (ca_vec3){0, 0, 0}, 1.0f); /* before any build */
@@ -368,15 +346,15 @@ static void test_own_radius(void **state)
     for (uint32_t i = 0; i < 5000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.25f * uniform()};
     static const float radii[] = {1e-3f, 0.03f, 0.2f, 3.0f};
     for (size_t k = 0; k < sizeof radii / sizeof radii[0]; k++) {
-        build(grid, 5000, radii[k], 1);
+        build_grid(grid, photons, 5000, radii[k], 1);
         check_radii(grid, 5000, radii[k], 700);
     }
-    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point(3.4e38f); /* squares overflow */
-    build(grid, 1000, FLT_MAX, 1);
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point_of(&random_source, 3.4e38f); /* squares overflow */
+    build_grid(grid, photons, 1000, FLT_MAX, 1);
     check_radii(grid, 1000, FLT_MAX, 100);
     check_radii(grid, 1000, 1e18f, 100);
-    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point(1e-22f); /* and underflow */
-    build(grid, 1000, 1e-3f, 1);
+    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point_of(&random_source, 1e-22f); /* and underflow */
+    build_grid(grid, photons, 1000, 1e-3f, 1);
     check_radii(grid, 1000, 1e-22f, 100);
     ca_photon_grid_destroy(grid);
 }
@@ -409,8 +387,8 @@ static void test_order_is_that_of_the_runs(void **state)
     static ca_photon_run runs[MAX_PHOTONS];
     random_source = ca_test_random_seed(3);
     for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.5f};
-    ca_photon_grid *grid = create();
-    build(grid, MAX_PHOTONS, 0.05f, 1);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, MAX_PHOTONS, 0.05f, 1);
     uint32_t size;
     uint32_t *expected = dump(grid, &size);
     assert_true(size > 100000);
@@ -441,8 +419,8 @@ static void test_tests_are_few(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.5f};
-    ca_photon_grid *grid = create();
-    build(grid, MAX_PHOTONS, 0.01f, 1);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, MAX_PHOTONS, 0.01f, 1);
     uint64_t tested_sum = 0;
     for (uint32_t i = 0; i < 4000; i++) {
         uint64_t tested;
@@ -458,8 +436,8 @@ static void test_density(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){2.0f * uniform(), 2.0f * uniform(), 0.5f};
-    ca_photon_grid *grid = create();
-    build(grid, MAX_PHOTONS, 0.1f, 1);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, MAX_PHOTONS, 0.1f, 1);
     double sum = 0.0;
     for (int i = 0; i < 1000; i++) {
         const float density = ca_photon_grid_density(grid, (ca_vec3){between(0.1f, 1.7f), between(0.1f, 1.7f), 0.5f});
@@ -479,8 +457,8 @@ static void test_density_is_of_one_cell(void **state)
     (void)state;
     photons[0].position = (ca_vec3){0, 0, 0};
     photons[1].position = (ca_vec3){1, 1, 1};
-    ca_photon_grid *grid = create();
-    build(grid, 2, 0.005f, 1);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, 2, 0.005f, 1);
     for (uint32_t i = 0; i < 1000; i++) {
         float p[3] = {0.001f, 0.001f, 0.001f};
         assert_true(ca_photon_grid_density(grid, (ca_vec3){p[0], p[1], p[2]}) > 9999.0f);
@@ -495,19 +473,19 @@ static void test_density_is_of_one_cell(void **state)
 static void test_allocation_failures(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < 20000; i++) photons[i].position = random_point(1.0f);
+    for (uint32_t i = 0; i < 20000; i++) photons[i].position = random_point_of(&random_source, 1.0f);
     ca_photon_grid *grid;
     ca_error error;
     ca_memory_fail_after(0);
     assert_int_equal(ca_photon_grid_create(&grid, &error), CA_ERROR_MEMORY);
     ca_memory_fail_after(-1);
-    grid = create();
+    grid = create_grid();
     long failures = 0;
     for (;; failures++) {
-        build(grid, 1000, 0.1f, 1);
+        build_grid(grid, photons, 1000, 0.1f, 1);
         const ca_photon_run run = {photons, 20000};
         const ca_parallel parallel = {2};
-        ca_photon_grid *fresh = create();
+        ca_photon_grid *fresh = create_grid();
         ca_memory_fail_after(failures);
         const ca_status status = ca_photon_grid_build(grid, &run, 1, 0.1f, &parallel, &error);
         const ca_status fresh_status = ca_photon_grid_build(fresh, &run, 1, 0.1f, &parallel, &error);
@@ -515,14 +493,14 @@ static void test_allocation_failures(void **state)
         /* a grid that could not be built is empty, and can be built again */
         uint64_t tested;
         if (fresh_status != CA_OK) assert_int_equal(collect(fresh, photons[0].position, found, &tested), 0);
-        build(fresh, 20000, 0.1f, 1);
+        build_grid(fresh, photons, 20000, 0.1f, 1);
         check_query(fresh, 20000, 0.1f, photons[0].position);
         ca_photon_grid_destroy(fresh);
         if (status == CA_OK && fresh_status == CA_OK) break;
         assert_true(status == CA_ERROR_MEMORY || fresh_status == CA_ERROR_MEMORY);
         if (status != CA_OK) assert_int_equal(collect(grid, photons[0].position, found, &tested), 0);
         ca_photon_grid_destroy(grid);
-        grid = create();
+        grid = create_grid();
     }
     assert_in_range(failures, 8, 20);
     ca_photon_grid_destroy(grid);
@@ -531,14 +509,14 @@ static void test_allocation_failures(void **state)
 static void test_memory_is_kept(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = random_point(1.0f);
-    ca_photon_grid *grid = create();
-    build(grid, MAX_PHOTONS, 0.01f, 2);
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = random_point_of(&random_source, 1.0f);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, MAX_PHOTONS, 0.01f, 2);
     const size_t bytes = ca_photon_grid_bytes(grid);
     assert_in_range(bytes, 36 * MAX_PHOTONS, 50 * MAX_PHOTONS);
     ca_memory_fail_after(0); /* no allocation from here on */
-    for (uint32_t count = MAX_PHOTONS + 1; count > 0; count /= 2) build(grid, count - 1, 0.02f, 2);
-    build(grid, MAX_PHOTONS, 0.005f, 2);
+    for (uint32_t count = MAX_PHOTONS + 1; count > 0; count /= 2) build_grid(grid, photons, count - 1, 0.02f, 2);
+    build_grid(grid, photons, MAX_PHOTONS, 0.005f, 2);
     ca_memory_fail_after(-1);
     assert_int_equal(ca_photon_grid_bytes(grid), bytes);
     check_queries(grid, MAX_PHOTONS, 0.005f, 20);
@@ -551,7 +529,7 @@ static void test_too_many(void **state)
     (void)state;
     const ca_photon_run runs[] = {{photons, 0x80000000u}, {photons, 0x7fffffffu}};
     const ca_parallel parallel = {1};
-    ca_photon_grid *grid = create();
+    ca_photon_grid *grid = create_grid();
     ca_error error;
     assert_int_equal(ca_photon_grid_build(grid, runs, 2, 1.0f, &parallel, &error), CA_ERROR_UNSUPPORTED);
     assert_int_equal(ca_photon_grid_count(grid), 0);

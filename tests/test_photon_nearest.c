@@ -2,7 +2,7 @@
  * place. */
 #include "math/numeric.h"
 #include "photon/photon_grid.h"
-#include "support/test_random.h"
+#include "support/photon_cloud.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,27 +18,6 @@ static ca_test_random random_source;
 
 static float uniform(void) { return ca_test_random_float(&random_source); }
 static uint32_t below(uint32_t limit) { return ca_test_random_u32(&random_source) % limit; }
-
-static ca_vec3 random_point(float half)
-{
-    const float x = uniform(), y = uniform(), z = uniform();
-    return ca_mul((ca_vec3){2.0f * x - 1.0f, 2.0f * y - 1.0f, 2.0f * z - 1.0f}, half);
-}
-
-static ca_photon_grid *create(void)
-{
-    ca_photon_grid *grid;
-    assert_int_equal(ca_photon_grid_create(&grid, NULL), CA_OK);
-    return grid;
-}
-
-static void build(ca_photon_grid *grid, uint32_t count, float radius, uint32_t workers)
-{
-    for (uint32_t i = 0; i < count; i++) photons[i].vertex = i;
-    const ca_photon_run run = {photons, count};
-    const ca_parallel parallel = {workers};
-    assert_int_equal(ca_photon_grid_build(grid, &run, 1, radius, &parallel, NULL), CA_OK);
-}
 
 /* ---- The nearest photons ----------------------------------------------------------------------------------------- */
 
@@ -70,16 +49,16 @@ static uint32_t check_nearest(const ca_photon_grid *grid, uint32_t photon_count,
 static void test_nearest(void **state)
 {
     (void)state;
-    ca_photon_grid *grid = create();
+    ca_photon_grid *grid = create_grid();
     assert_true(isinf(ca_photon_grid_nearest(grid, (ca_vec3){0, 0, 0}, 1)));
     for (uint32_t i = 0; i < 3000; i++) photons[i].position = (ca_vec3){uniform(), uniform(), 0.1f * uniform()};
     for (uint32_t i = 0; i < 300; i++) photons[i].position = photons[300 + i / 10].position; /* equal distances */
     static const float radii[] = {0.01f, 0.05f, 0.3f};
     uint32_t answered[3] = {0, 0, 0};
     for (size_t r = 0; r < 3; r++) {
-        build(grid, 3000, radii[r], 1);
+        build_grid(grid, photons, 3000, radii[r], 1);
         for (uint32_t i = 0; i < 200; i++) {
-            const ca_vec3 p = i % 2 ? photons[below(300)].position : ca_add(random_point(0.6f), (ca_vec3){0.5f, 0.5f, 0});
+            const ca_vec3 p = i % 2 ? photons[below(300)].position : ca_add(random_point_of(&random_source, 0.6f), (ca_vec3){0.5f, 0.5f, 0});
             answered[r] += check_nearest(grid, 3000, radii[r], p);
         }
     }
@@ -88,10 +67,10 @@ static void test_nearest(void **state)
     assert_in_range(answered[1], 1500, 9000);
     assert_in_range(answered[2], 9000, 12800);
     for (uint32_t i = 0; i < 70; i++) photons[i].position = (ca_vec3){1, 2, 3};
-    build(grid, 70, 0.1f, 1);
+    build_grid(grid, photons, 70, 0.1f, 1);
     check_nearest(grid, 70, 0.1f, (ca_vec3){1, 2, 3.1f});
     check_nearest(grid, 70, 0.1f, (ca_vec3){1, 2.05f, 3});
-    build(grid, 70, 0.5f, 1);
+    build_grid(grid, photons, 70, 0.5f, 1);
     assert_int_equal(check_nearest(grid, 70, 0.5f, (ca_vec3){1, 2.5f, 3}), CA_PHOTON_NEAREST_MAX); /* on the rim */
     ca_photon_grid_destroy(grid);
 }
@@ -101,9 +80,9 @@ static void test_nearest(void **state)
 static void test_places(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < 5000; i++) photons[i].position = random_point(1.0f);
-    ca_photon_grid *grid = create();
-    build(grid, 5000, 0.1f, 2);
+    for (uint32_t i = 0; i < 5000; i++) photons[i].position = random_point_of(&random_source, 1.0f);
+    ca_photon_grid *grid = create_grid();
+    build_grid(grid, photons, 5000, 0.1f, 2);
     static uint8_t met[MAX_PHOTONS];
     for (uint32_t place = 0; place < 5000; place++) {
         const uint32_t vertex = ca_photon_grid_vertex(grid, place);

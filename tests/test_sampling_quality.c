@@ -3,6 +3,7 @@
  * size, and pixels do not repeat each other. */
 #include "sampling/sampler.h"
 #include "support/chi_square.h"
+#include "support/sampler_numbers.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -16,13 +17,6 @@
 
 /* Without randomisation: the seed changes nothing. */
 static bool is_plain(ca_sampler_kind kind) { return kind == CA_SAMPLER_HALTON_PLAIN || kind == CA_SAMPLER_SOBOL_PLAIN; }
-
-static ca_sampler make(ca_sampler_kind kind, uint64_t seed, uint32_t width, uint32_t height)
-{
-    ca_sampler sampler = {.kind = kind, .seed = seed};
-    ca_sampler_prepare(&sampler, width, height);
-    return sampler;
-}
 
 /* ---- Uniformity ------------------------------------------------------------------------------------------------------ */
 
@@ -105,7 +99,7 @@ static void test_light_paths_are_uniform(void **state)
     const uint32_t pair_count = list_pairs(pairs);
     const double level = ca_sidak_level(0.01, 3 * pair_count * CA_SAMPLER_KIND_COUNT);
     for (ca_sampler_kind kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
-        const ca_sampler sampler = make(kind, 17, 64, 48);
+        const ca_sampler sampler = sampler_of(kind, 17, 64, 48);
         for (uint32_t p = 0; p < pair_count; p++) {
             counts = (box_counts){0};
             for (uint32_t i = 0; i < PATHS; i++) {
@@ -131,7 +125,7 @@ static void test_pixels_are_uniform(void **state)
         for (uint32_t p = 0; p < pair_count; p++) {
             counts = (box_counts){0};
             for (uint32_t seed = 0; seed < SEEDS; seed++) {
-                const ca_sampler sampler = make(kind, 18 + seed, WIDTH, HEIGHT);
+                const ca_sampler sampler = sampler_of(kind, 18 + seed, WIDTH, HEIGHT);
                 for (uint32_t i = 0; i < WIDTH * HEIGHT * PATHS; i++) {
                     const uint64_t index = (is_plain(kind) ? seed * PATHS : 0) + i % PATHS;
                     const ca_stream stream = ca_stream_start(&sampler, i / PATHS, index);
@@ -199,7 +193,7 @@ static void test_discrepancy_itself(void **state)
     for (uint32_t n = 1; n < 40; n++) {
         ca_vec2 points[40];
         for (ca_sampler_kind kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
-            const ca_sampler sampler = make(kind, n, 1, 1);
+            const ca_sampler sampler = sampler_of(kind, n, 1, 1);
             for (uint32_t i = 0; i < n; i++) {
                 const ca_stream stream = ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, i);
                 points[i] = ca_sample_2d(&stream, 2);
@@ -224,7 +218,7 @@ static double mean_discrepancy(ca_sampler_kind kind, const pair_use *use, uint32
     double sum = 0.0;
     *largest = 0.0;
     for (uint32_t r = 0; r < 8; r++) {
-        const ca_sampler sampler = make(kind, 100 + r, use->width, use->height);
+        const ca_sampler sampler = sampler_of(kind, 100 + r, use->width, use->height);
         for (uint32_t i = 0; i < count; i++) {
             const ca_stream stream = ca_stream_start(&sampler, use->sequence, (is_plain(kind) ? r * count : 0) + i);
             points[i] = ca_sample_2d(&stream, use->dimension);
@@ -287,7 +281,7 @@ static void measure_errors(ca_sampler_kind kind, integrand f, uint32_t dimension
 {
     double squares[TO + 1] = {0};
     for (uint32_t run = 0; run < RUNS; run++) {
-        const ca_sampler sampler = make(kind, run + 1, 1, 1);
+        const ca_sampler sampler = sampler_of(kind, run + 1, 1, 1);
         double sum = 0.0;
         uint32_t i = 0;
         for (uint32_t m = 0; m <= TO; m++) {
@@ -351,7 +345,7 @@ static void test_extension(void **state)
     for (ca_sampler_kind kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++)
         for (uint64_t s = 0; s < 3; s++) {
             const uint64_t sequence = s == 2 ? CA_SEQUENCE_LIGHT : 13 + 100 * s;
-            const ca_sampler sampler = make(kind, 3, 40, 30), again = make(kind, 3, 40, 30);
+            const ca_sampler sampler = sampler_of(kind, 3, 40, 30), again = sampler_of(kind, 3, 40, 30);
             for (uint32_t i = 0; i < PATHS; i++) {
                 const ca_stream stream = ca_stream_start(&sampler, sequence, i);
                 for (uint32_t d = 0; d < DIMENSIONS; d++) first[i][d] = ca_sample_1d(&stream, d);
@@ -371,7 +365,7 @@ static void test_extension(void **state)
 static void check_image(ca_sampler_kind kind, uint32_t width, uint32_t height, double level)
 {
     enum { PATHS = 4096, SIDE = 8 };
-    const ca_sampler sampler = make(kind, 5, width, height);
+    const ca_sampler sampler = sampler_of(kind, 5, width, height);
     const uint64_t pixel_count = (uint64_t)width * height, step = pixel_count / 7 + 1;
     double expected[SIDE * SIDE];
     for (int i = 0; i < SIDE * SIDE; i++) expected[i] = (double)PATHS / (SIDE * SIDE);
@@ -395,7 +389,7 @@ static void check_image(ca_sampler_kind kind, uint32_t width, uint32_t height, d
 static void check_neighbours(ca_sampler_kind kind, uint32_t width, uint32_t height)
 {
     enum { PATHS = 64 };
-    const ca_sampler sampler = make(kind, 6, width, height);
+    const ca_sampler sampler = sampler_of(kind, 6, width, height);
     const uint64_t pixel_count = (uint64_t)width * height, steps[] = {1, width, 2, 64, 64 * (uint64_t)width};
     for (uint64_t pixel = 0; pixel < pixel_count; pixel += pixel_count / 50 + 1)
         for (size_t s = 0; s < sizeof steps / sizeof steps[0] && pixel + steps[s] < pixel_count; s++) {

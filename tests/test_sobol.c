@@ -1,9 +1,9 @@
 /* Sobol' samplers: the table against published points and the plain recurrence, nets by counting points in boxes,
  * discrepancy, the paths of each pixel, what is past the table's ends, and rates of convergence. */
-#include "sampling/sampler.h"
 #include "sampling/sobol_table.h"
 #include "support/chi_square.h"
 #include "support/nets.h"
+#include "support/sampler_numbers.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -13,19 +13,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static ca_sampler make_sampler(ca_sampler_kind kind, uint64_t seed, uint32_t width, uint32_t height)
-{
-    ca_sampler sampler = {.kind = kind, .seed = seed};
-    ca_sampler_prepare(&sampler, width, height);
-    return sampler;
-}
-
-static float number(const ca_sampler *sampler, uint64_t sequence, uint64_t index, uint32_t dimension)
-{
-    const ca_stream stream = ca_stream_start(sampler, sequence, index);
-    return ca_sample_1d(&stream, dimension);
-}
 
 /* ---- Boxes -------------------------------------------------------------------------------------------------------- */
 
@@ -68,11 +55,11 @@ static void test_published_points(void **state)
         {0.625f, 0.125f, 0.875f, 0.625f, 0.625f, 0.875f, 0.125f, 0.125f},
         {0.125f, 0.625f, 0.375f, 0.125f, 0.125f, 0.375f, 0.625f, 0.625f},
     };
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
     for (uint32_t dimension = 0; dimension < 8; dimension++) {
-        assert_true(number(&sampler, CA_SEQUENCE_LIGHT, 0, dimension) == 0.0f);
+        assert_true(number_of(&sampler, CA_SEQUENCE_LIGHT, 0, dimension) == 0.0f);
         for (uint32_t i = 1; i < 8; i++)
-            assert_true(number(&sampler, CA_SEQUENCE_LIGHT, i ^ i >> 1, dimension) == published[i - 1][dimension]);
+            assert_true(number_of(&sampler, CA_SEQUENCE_LIGHT, i ^ i >> 1, dimension) == published[i - 1][dimension]);
     }
 }
 
@@ -106,13 +93,13 @@ static uint64_t next_m(const published_row *row, const uint64_t *m, uint32_t j)
 static void test_recurrence(void **state)
 {
     (void)state;
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
     for (uint32_t r = 0; r < sizeof rows / sizeof rows[0]; r++) {
         uint64_t m[CA_SOBOL_INDEX_BITS]; /* m[j] is m_(j+1) */
         for (uint32_t j = 0; j < CA_SOBOL_INDEX_BITS; j++) {
             m[j] = j < rows[r].degree ? rows[r].m[j] : next_m(&rows[r], m, j);
             const double exact = floor(ldexp((double)m[j], 23 - (int)j));
-            const double u = (double)number(&sampler, CA_SEQUENCE_LIGHT, UINT64_C(1) << j, rows[r].d - 1);
+            const double u = (double)number_of(&sampler, CA_SEQUENCE_LIGHT, UINT64_C(1) << j, rows[r].d - 1);
             if (ldexp(u, 24) != exact) fail_msg("d = %u, bit %u: %.0f, not %.0f", rows[r].d, j, ldexp(u, 24), exact);
         }
     }
@@ -123,13 +110,13 @@ static void test_plain_one_dimension(void **state)
 {
     (void)state;
     enum { M = 10 };
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
     for (uint32_t dimension = 0; dimension < 3 * CA_SOBOL_DIMENSION_COUNT; dimension++)
         for (int far = 0; far < 2; far++) {
             uint8_t hit[1 << M] = {0};
             const uint64_t first = far ? (UINT64_C(1) << 33) + (7u << M) : 0;
             for (uint32_t i = 0; i < 1u << M; i++) {
-                const float u = number(&sampler, CA_SEQUENCE_LIGHT, first + i, dimension);
+                const float u = number_of(&sampler, CA_SEQUENCE_LIGHT, first + i, dimension);
                 const uint32_t bin = (uint32_t)(u * (float)(1 << M));
                 if (hit[bin]++) fail_msg("dimension %u from %llu: bin %u", dimension, (unsigned long long)first, bin);
             }
@@ -146,7 +133,7 @@ static uint32_t degree_less_one(uint32_t dimension)
 static void test_plain_nets(void **state)
 {
     (void)state;
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
     point_source source = {.sampler = &sampler, .sequence = CA_SEQUENCE_LIGHT, .dimension_y = 1};
     for (uint32_t m = 0; m <= 12; m++)
         for (uint32_t block = 0; block < 3; block++) {
@@ -208,7 +195,7 @@ static void test_pixels(void **state)
     static const uint64_t far[] = {0, 1, 2, 1000, (1u << 20) + 12345, (UINT64_C(1) << 29) + 1};
     for (uint32_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
         const uint32_t width = sizes[s][0], height = sizes[s][1];
-        const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 3, width, height);
+        const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 3, width, height);
         const uint32_t step = (uint64_t)width * height > 10000 ? 97 : 1;
         for (uint64_t pixel = 0; pixel < (uint64_t)width * height; pixel += step)
             for (uint32_t k = 0; k < sizeof far / sizeof far[0]; k++)
@@ -224,14 +211,14 @@ static void test_pixels_cover_the_sequence(void **state)
     static const uint32_t sizes[][2] = {{1, 1}, {3, 5}, {9, 30}, {64, 64}, {100, 37}};
     for (uint32_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
         const uint32_t width = sizes[s][0], height = sizes[s][1];
-        const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, width, height);
+        const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, width, height);
         const uint32_t bits = sampler.pixels.sobol.bits, count = RUNS << (2 * bits);
         uint8_t *owners = calloc(count, 1);
         for (uint32_t pixel = 0; pixel < width * height; pixel++)
             for (uint64_t k = 0; k < RUNS; k++) owners[ca_stream_start(&sampler, pixel, k).index]++;
         for (uint32_t n = 0; n < count; n++) {
-            const uint32_t x = (uint32_t)(number(&sampler, CA_SEQUENCE_LIGHT, n, 0) * (float)(1u << bits));
-            const uint32_t y = (uint32_t)(number(&sampler, CA_SEQUENCE_LIGHT, n, 1) * (float)(1u << bits));
+            const uint32_t x = (uint32_t)(number_of(&sampler, CA_SEQUENCE_LIGHT, n, 0) * (float)(1u << bits));
+            const uint32_t y = (uint32_t)(number_of(&sampler, CA_SEQUENCE_LIGHT, n, 1) * (float)(1u << bits));
             assert_int_equal(owners[n], x < width && y < height ? 1 : 0);
         }
         free(owners);
@@ -242,12 +229,12 @@ static void test_pixels_cover_the_sequence(void **state)
 static void test_plain_beyond_the_end(void **state)
 {
     (void)state;
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 1920, 1080);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 1920, 1080);
     uint32_t same = 0;
     for (uint32_t d = 2; d < 300; d++)
-        same += number(&sampler, CA_SEQUENCE_LIGHT, 77, d) == number(&sampler, CA_SEQUENCE_LIGHT, (UINT64_C(3) << 60) + 77, d);
+        same += number_of(&sampler, CA_SEQUENCE_LIGHT, 77, d) == number_of(&sampler, CA_SEQUENCE_LIGHT, (UINT64_C(3) << 60) + 77, d);
     for (uint32_t d = 0; d < 300; d++)
-        same += number(&sampler, 123456, 77, d) == number(&sampler, 123456, (UINT64_C(5) << 50) + 77, d);
+        same += number_of(&sampler, 123456, 77, d) == number_of(&sampler, 123456, (UINT64_C(5) << 50) + 77, d);
     assert_true(same < 3);
     for (uint32_t d = 0; d < 20; d += 2) {
         const point_source source = {&sampler, 123456, UINT64_C(5) << 50, d, d + 1};
@@ -266,8 +253,8 @@ static double pair_p_value(const ca_sampler *sampler, uint64_t stride, uint32_t 
     enum { COUNT = 40000 };
     double observed[BOX_COUNT] = {0}, expected[BOX_COUNT], statistic;
     for (uint64_t n = 0; n < COUNT; n++) {
-        const uint32_t column = (uint32_t)(number(sampler, CA_SEQUENCE_LIGHT, n * stride, x) * SIDE);
-        const uint32_t row = (uint32_t)(number(sampler, CA_SEQUENCE_LIGHT, n * stride, y) * SIDE);
+        const uint32_t column = (uint32_t)(number_of(sampler, CA_SEQUENCE_LIGHT, n * stride, x) * SIDE);
+        const uint32_t row = (uint32_t)(number_of(sampler, CA_SEQUENCE_LIGHT, n * stride, y) * SIDE);
         observed[column * SIDE + row] += 1.0;
     }
     for (uint32_t i = 0; i < BOX_COUNT; i++) expected[i] = (double)COUNT / BOX_COUNT;
@@ -283,7 +270,7 @@ static void test_uniform_past_the_table(void **state)
 {
     (void)state;
     static const uint32_t steps[] = {255, 256, 257, 512, 2560};
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
     enum { STEP_COUNT = 5, START_COUNT = 32 };
     const double level = ca_sidak_level(0.01, STEP_COUNT * START_COUNT);
     double mean = 0.0;
@@ -327,8 +314,8 @@ static void test_star_discrepancy(void **state)
 {
     (void)state;
     static float x[256], y[256];
-    const ca_sampler plain = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
-    const ca_sampler chance = make_sampler(CA_SAMPLER_INDEPENDENT, 1, 640, 480);
+    const ca_sampler plain = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    const ca_sampler chance = sampler_of(CA_SAMPLER_INDEPENDENT, 1, 640, 480);
     for (uint32_t m = 0; m <= 8; m++) {
         draw(&(point_source){&plain, CA_SEQUENCE_LIGHT, 0, 0, 1}, 1u << m, x, y);
         assert_true(star_discrepancy(x, y, 1u << m) <= m / 2.0 + 1.5);
@@ -354,8 +341,8 @@ static void test_scrambled_nets(void **state)
 {
     (void)state;
     for (uint64_t seed = 0; seed < 3; seed++) {
-        const ca_sampler sobol = make_sampler(CA_SAMPLER_SOBOL, seed, 300, 200);
-        const ca_sampler zsobol = make_sampler(CA_SAMPLER_ZSOBOL, seed, 300, 200);
+        const ca_sampler sobol = sampler_of(CA_SAMPLER_SOBOL, seed, 300, 200);
+        const ca_sampler zsobol = sampler_of(CA_SAMPLER_ZSOBOL, seed, 300, 200);
         for (uint64_t pixel = 7; pixel < 60000; pixel += 7919)
             for (uint32_t m = 0; m <= 8; m++) {
                 const uint64_t first = (pixel & 3) << m | (pixel & 1 ? UINT64_C(9) << 32 : 0);
@@ -372,11 +359,11 @@ static void test_no_repeats(void **state)
     (void)state;
     static const ca_sampler_kind kinds[] = {CA_SAMPLER_SOBOL, CA_SAMPLER_ZSOBOL, CA_SAMPLER_SOBOL_PLAIN};
     for (uint32_t k = 0; k < 3; k++) {
-        const ca_sampler sampler = make_sampler(kinds[k], 4, 300, 200);
+        const ca_sampler sampler = sampler_of(kinds[k], 4, 300, 200);
         for (uint32_t bit = 24; bit < 64; bit++) {
             uint32_t same = 0;
             for (uint32_t d = 4; d < 24; d++)
-                same += number(&sampler, 999, 5, d) == number(&sampler, 999, 5 + (UINT64_C(1) << bit), d);
+                same += number_of(&sampler, 999, 5, d) == number_of(&sampler, 999, 5 + (UINT64_C(1) << bit), d);
             if (same > 2) fail_msg("%s: path 5 again after 2^%u", ca_sampler_name(kinds[k]), bit);
         }
     }
@@ -423,10 +410,10 @@ static double fitted_exponent(const ca_sampler *sampler, uint64_t sequence_step,
 static void test_rates(void **state)
 {
     (void)state;
-    const ca_sampler independent = make_sampler(CA_SAMPLER_INDEPENDENT, 2, 200, 200);
-    const ca_sampler sobol = make_sampler(CA_SAMPLER_SOBOL, 2, 200, 200);
-    const ca_sampler zsobol = make_sampler(CA_SAMPLER_ZSOBOL, 2, 200, 200);
-    const ca_sampler plain = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 2, 200, 200);
+    const ca_sampler independent = sampler_of(CA_SAMPLER_INDEPENDENT, 2, 200, 200);
+    const ca_sampler sobol = sampler_of(CA_SAMPLER_SOBOL, 2, 200, 200);
+    const ca_sampler zsobol = sampler_of(CA_SAMPLER_ZSOBOL, 2, 200, 200);
+    const ca_sampler plain = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 2, 200, 200);
     const double chance = fitted_exponent(&independent, 41, 2, 4, 11);
     const double apart = fitted_exponent(&sobol, 41, 2, 4, 11), four = fitted_exponent(&sobol, 41, 4, 6, 12);
     const double spread = fitted_exponent(&zsobol, 41, 2, 4, 11);
@@ -445,11 +432,11 @@ static void test_rates(void **state)
 static void test_known_values(void **state)
 {
     (void)state;
-    const ca_sampler sobol = make_sampler(CA_SAMPLER_SOBOL, 1, 1000, 1000);
-    const ca_sampler plain = make_sampler(CA_SAMPLER_SOBOL_PLAIN, 1, 1000, 1000);
-    assert_true(number(&sobol, 12345, 67, 13) == 0x1.c3358p-6f);
-    assert_true(number(&plain, 12345, 67, 13) == 0x1.af9198p-1f);
-    assert_true(number(&plain, 12345, 67, 613) == 0x1.25b1a8p-3f);
+    const ca_sampler sobol = sampler_of(CA_SAMPLER_SOBOL, 1, 1000, 1000);
+    const ca_sampler plain = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 1, 1000, 1000);
+    assert_true(number_of(&sobol, 12345, 67, 13) == 0x1.c3358p-6f);
+    assert_true(number_of(&plain, 12345, 67, 13) == 0x1.af9198p-1f);
+    assert_true(number_of(&plain, 12345, 67, 613) == 0x1.25b1a8p-3f);
 }
 
 int main(void)

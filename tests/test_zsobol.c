@@ -1,7 +1,7 @@
 /* zsobol: what a pixel has alone, and what squares of pixels have together: nets, and noise that cancels. */
-#include "sampling/sampler.h"
 #include "support/chi_square.h"
 #include "support/nets.h"
+#include "support/sampler_numbers.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -10,19 +10,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static ca_sampler make_sampler(ca_sampler_kind kind, uint64_t seed, uint32_t width, uint32_t height)
-{
-    ca_sampler sampler = {.kind = kind, .seed = seed};
-    ca_sampler_prepare(&sampler, width, height);
-    return sampler;
-}
-
-static float number(const ca_sampler *sampler, uint64_t sequence, uint64_t index, uint32_t dimension)
-{
-    const ca_stream stream = ca_stream_start(sampler, sequence, index);
-    return ca_sample_1d(&stream, dimension);
-}
 
 enum { SIDE = 16, BOX_COUNT = SIDE * SIDE };
 
@@ -37,7 +24,7 @@ static void test_uniform_over_seeds(void **state)
         for (uint32_t index = 0; index < 4; index++) {
             double observed[BOX_COUNT] = {0}, expected[BOX_COUNT];
             for (uint32_t n = 0; n < COUNT; n++) {
-                const ca_sampler sampler = make_sampler(CA_SAMPLER_ZSOBOL, n, 321, 123);
+                const ca_sampler sampler = sampler_of(CA_SAMPLER_ZSOBOL, n, 321, 123);
                 const ca_stream stream = ca_stream_start(&sampler, 5 + 321 * index, index);
                 const uint32_t x = (uint32_t)(ca_sample_1d(&stream, 6) * SIDE);
                 const uint32_t y = (uint32_t)(ca_sample_1d(&stream, 6 + dimension_steps[k]) * SIDE);
@@ -57,7 +44,7 @@ static void test_pairs_are_padded(void **state)
     enum { PIXELS_SIDE = 64, COUNT = PIXELS_SIDE * PIXELS_SIDE, SEEDS = 40 };
     double mean[2] = {0};
     for (uint64_t seed = 0; seed < SEEDS; seed++) {
-        const ca_sampler sampler = make_sampler(CA_SAMPLER_ZSOBOL, seed, PIXELS_SIDE, PIXELS_SIDE);
+        const ca_sampler sampler = sampler_of(CA_SAMPLER_ZSOBOL, seed, PIXELS_SIDE, PIXELS_SIDE);
         for (int over_paths = 0; over_paths < 2; over_paths++) {
             double observed[BOX_COUNT] = {0}, expected[BOX_COUNT], statistic;
             for (uint32_t n = 0; n < COUNT; n++) {
@@ -81,7 +68,7 @@ static uint32_t square_quality(uint64_t seed, uint32_t dimension, uint32_t j, ui
 {
     enum { WIDTH = 600 };
     static float x[1 << CA_NET_MOST_BITS], y[1 << CA_NET_MOST_BITS];
-    const ca_sampler sampler = make_sampler(CA_SAMPLER_ZSOBOL, seed, WIDTH, 512);
+    const ca_sampler sampler = sampler_of(CA_SAMPLER_ZSOBOL, seed, WIDTH, 512);
     const uint32_t side = 1u << j;
     const uint64_t corner = (uint64_t)side * (j < 8 ? WIDTH * (seed % 3) + 1 : WIDTH * (seed % 2));
     uint32_t count = 0;
@@ -124,7 +111,7 @@ static noise_variance measure_noise(ca_sampler_kind kind, uint32_t which, uint32
     enum { SIZE = 32, SEEDS = 96, SQUARE = 4 };
     noise_variance sum = {0};
     for (uint64_t seed = 0; seed < SEEDS; seed++) {
-        const ca_sampler sampler = make_sampler(kind, seed, SIZE, SIZE);
+        const ca_sampler sampler = sampler_of(kind, seed, SIZE, SIZE);
         static double means[(SIZE / SQUARE) * (SIZE / SQUARE)];
         memset(means, 0, sizeof means);
         for (uint32_t pixel = 0; pixel < SIZE * SIZE; pixel++) {
@@ -162,19 +149,19 @@ static void test_blue_noise(void **state)
 static void test_light_is_sobol(void **state)
 {
     (void)state;
-    const ca_sampler sobol = make_sampler(CA_SAMPLER_SOBOL, 8, 99, 77), zsobol = make_sampler(CA_SAMPLER_ZSOBOL, 8, 99, 77);
+    const ca_sampler sobol = sampler_of(CA_SAMPLER_SOBOL, 8, 99, 77), zsobol = sampler_of(CA_SAMPLER_ZSOBOL, 8, 99, 77);
     for (uint64_t index = 0; index < 100; index++)
         for (uint32_t d = 0; d < 40; d++)
-            assert_true(number(&sobol, CA_SEQUENCE_LIGHT, index << (index % 40), d) ==
-                        number(&zsobol, CA_SEQUENCE_LIGHT, index << (index % 40), d));
+            assert_true(number_of(&sobol, CA_SEQUENCE_LIGHT, index << (index % 40), d) ==
+                        number_of(&zsobol, CA_SEQUENCE_LIGHT, index << (index % 40), d));
 }
 
 /* A number depends on its address alone: values written down once. */
 static void test_known_values(void **state)
 {
     (void)state;
-    const ca_sampler zsobol = make_sampler(CA_SAMPLER_ZSOBOL, 1, 1000, 1000);
-    assert_true(number(&zsobol, 12345, 67, 13) == 0x1.9e7bdp-1f);
+    const ca_sampler zsobol = sampler_of(CA_SAMPLER_ZSOBOL, 1, 1000, 1000);
+    assert_true(number_of(&zsobol, 12345, 67, 13) == 0x1.9e7bdp-1f);
 }
 
 int main(void)

@@ -207,19 +207,13 @@ static void print_scene(const char *path, const ca_scene *scene)
 
 static ca_status load_and_print(const info_options *o, const ca_text_list *operands, ca_error *error)
 {
-    if (operands->count != 1)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       operands->count == 0 ? "a scene file is missing" : "there is more than one scene file");
-    ca_define *defines = NULL;
-    char *storage = NULL;
-    ca_scene *scene = NULL;
-    ca_status status = ca_options_defines(&o->define_words, &defines, &storage, error);
-    if (status == CA_OK) status = ca_scene_load(operands->items[0], defines, o->define_words.count, &scene, error);
-    if (status == CA_OK) print_scene(operands->items[0], scene);
+    const char *path;
+    ca_scene *scene;
+    CA_TRY(ca_options_scene_operand(operands, &path, error));
+    CA_TRY(ca_options_load_scene(path, &o->define_words, &scene, error));
+    print_scene(path, scene);
     ca_scene_release(scene);
-    ca_free(defines);
-    ca_free(storage);
-    return status;
+    return CA_OK;
 }
 
 int ca_command_info(int word_count, char *const words[])

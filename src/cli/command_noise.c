@@ -17,23 +17,20 @@
 
 typedef struct noise_options {
     ca_text_list outputs, define_words, predict_words;
-    const char *integrator, *stats;
-    uint32_t light_paths, camera_paths, iterations, threads;
-    double memory_mib, radius, alpha;
-    bool has_light_paths, has_camera_paths, has_iterations, has_alpha, has_seed, has_crop, has_roi, has_max_depth;
+    const char *scene, *stats;
+    ca_render_settings settings; /* options are read right into it */
+    uint32_t iterations, resolution[2], roi[4];
+    bool has_light_paths, has_camera_paths, has_iterations, has_roi;
     bool quiet, help;
-    uint64_t seed;
-    uint32_t resolution[2], crop[4], roi[4];
-    int max_depth;
 } noise_options;
 
 #define AT(field) .offset = offsetof(noise_options, field)
 #define GIVEN(field) .given = offsetof(noise_options, field)
 
 static const ca_option options[] = {
-    {.name = "light-paths", .argument = "NF", .kind = CA_OPTION_COUNT, .minimum = 2, AT(light_paths), GIVEN(has_light_paths),
+    {.name = "light-paths", .argument = "NF", .kind = CA_OPTION_COUNT, .minimum = 2, AT(settings.light_paths), GIVEN(has_light_paths),
      .help = "light paths of an iteration (needed), at least 2"},
-    {.name = "camera-paths", .argument = "NB", .kind = CA_OPTION_COUNT, .minimum = 1, AT(camera_paths),
+    {.name = "camera-paths", .argument = "NB", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.camera_paths),
      GIVEN(has_camera_paths), .help = "camera paths per pixel of an iteration (needed); 2 or more to predict for others than 1"},
     {.name = "iterations", .argument = "K", .kind = CA_OPTION_COUNT, .minimum = 2, AT(iterations), GIVEN(has_iterations),
      .help = "independent iterations to estimate from (needed), at least 2"},
@@ -45,25 +42,25 @@ static const ca_option options[] = {
      .help = ".exr: all layers; .png: the terms in colours; several times (default: none)"},
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
      .help = "write the averages, times and counts as JSON"},
-    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(integrator),
+    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(settings.integrator),
      .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm); depths set in the scene stay"},
     {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
      .help = "value for a <default> of the scene; several times"},
-    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(seed), GIVEN(has_seed),
+    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
-    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(max_depth), GIVEN(has_max_depth),
+    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth), GIVEN(settings.has_max_depth),
      .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
-    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(radius),
+    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(settings.radius),
      .help = "merge radius (default: the scene's, else from a pixel's footprint)"},
-    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(alpha), GIVEN(has_alpha),
+    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(settings.alpha), GIVEN(settings.has_alpha),
      .help = "its shrinking, 0 to 1 (default: 0, whatever the scene says: see below)"},
     {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
-    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(crop), GIVEN(has_crop),
+    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
      .help = "measure this part only: pixels of the full film, half open (default: the scene's)"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(threads),
+    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.threads),
      .help = "threads; the numbers do not depend on it (default: one per processor)"},
-    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(memory_mib),
+    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(settings.memory_mib),
      .help = "limit for film, sums and light paths (default: none)"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
@@ -112,7 +109,7 @@ static ca_status parse_predictions(const noise_options *o, ca_noise_report *repo
     if (!report->predictions) return ca_fail_memory(error, "the command line");
     for (size_t i = 0; i < report->prediction_count; i++) {
         CA_TRY(parse_prediction(o->predict_words.items[i], &report->predictions[i], error));
-        if (o->camera_paths == 1 && report->predictions[i].camera_paths > 1)
+        if (o->settings.camera_paths == 1 && report->predictions[i].camera_paths > 1)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                            "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
                            report->predictions[i].camera_paths);
@@ -133,11 +130,9 @@ static ca_status check_outputs(const noise_options *o, ca_error *error)
     return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
 }
 
-static ca_status check(const noise_options *o, const ca_text_list *operands, ca_noise_report *report, ca_error *error)
+static ca_status check(noise_options *o, const ca_text_list *operands, ca_noise_report *report, ca_error *error)
 {
-    if (operands->count != 1)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       operands->count == 0 ? "a scene file is missing" : "there is more than one scene file");
+    CA_TRY(ca_options_scene_operand(operands, &o->scene, error));
     const char *missing = !o->has_light_paths    ? "light-paths"
                           : !o->has_camera_paths ? "camera-paths"
                           : !o->has_iterations   ? "iterations"
@@ -145,7 +140,7 @@ static ca_status check(const noise_options *o, const ca_text_list *operands, ca_
     if (missing) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s is missing", missing);
     report->has_roi = o->has_roi;
     memcpy(report->roi, o->roi, sizeof report->roi);
-    report->measured = (ca_noise_prediction){.light_paths = o->light_paths, .camera_paths = o->camera_paths};
+    report->measured = (ca_noise_prediction){.light_paths = o->settings.light_paths, .camera_paths = o->settings.camera_paths};
     CA_TRY(parse_predictions(o, report, error));
     return check_outputs(o, error);
 }
@@ -189,7 +184,7 @@ static void print_report(const noise_options *o, const ca_noise_report *report, 
     char time[32];
     ca_format_seconds(s->seconds, time, sizeof time);
     printf("%llu iterations of %u light paths and %u camera paths per pixel, %llu pixels, %s%s\n",
-           (unsigned long long)s->iterations, o->light_paths, o->camera_paths,
+           (unsigned long long)s->iterations, o->settings.light_paths, o->settings.camera_paths,
            (unsigned long long)report->measured.image.pixels, time, s->interrupted ? " (ended early by a signal)" : "");
     print_table(report);
     for (size_t i = 0; i < report->prediction_count; i++) {
@@ -215,42 +210,11 @@ static void print_replaced(const noise_options *o, const ca_scene *scene)
         printf("sampler: independent instead of the scene's %s, as the law of noise wants\n",
                ca_sampler_name(desc->sampler.kind));
     const char *name = desc->integrator.name;
-    if (!o->integrator && name && strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
+    if (!o->settings.integrator && name && strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
         printf("integrator: bdpm instead of the scene's %s\n", name);
 }
 
 /* ---- The work ----------------------------------------------------------------------------------------------------- */
-
-static bool on_progress(const ca_render_progress *progress, void *user)
-{
-    ca_progress_draw(user, progress);
-    return !ca_signals_arrived();
-}
-
-static ca_render_settings settings_from(const noise_options *o, ca_progress_line *line)
-{
-    ca_render_settings settings;
-    ca_render_settings_init(&settings);
-    settings.integrator = o->integrator;
-    settings.seed = o->seed;
-    settings.has_seed = o->has_seed;
-    settings.threads = o->threads;
-    settings.width = o->resolution[0];
-    settings.height = o->resolution[1];
-    settings.has_crop = o->has_crop;
-    memcpy(settings.crop, o->crop, sizeof settings.crop);
-    settings.max_depth = o->max_depth;
-    settings.has_max_depth = o->has_max_depth;
-    settings.radius = o->radius;
-    settings.alpha = o->alpha;
-    settings.has_alpha = o->has_alpha;
-    settings.light_paths = o->light_paths;
-    settings.camera_paths = o->camera_paths;
-    settings.memory_mib = o->memory_mib;
-    settings.progress = on_progress;
-    settings.progress_user = line;
-    return settings;
-}
 
 static ca_status check_settings(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
                                 ca_error *error)
@@ -300,7 +264,11 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
 static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise_report *report, ca_error *error)
 {
     ca_progress_line line = ca_progress_start(!o->quiet);
-    const ca_render_settings settings = settings_from(o, &line);
+    ca_render_settings settings = o->settings;
+    settings.width = o->resolution[0];
+    settings.height = o->resolution[1];
+    settings.progress = ca_progress_report;
+    settings.progress_user = &line;
     ca_image_layers *image = NULL;
     ca_noise *noise = NULL;
     double scale = 1.0;
@@ -321,17 +289,12 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     return status;
 }
 
-static ca_status load_and_measure(const noise_options *o, const char *scene_path, ca_noise_report *report, ca_error *error)
+static ca_status load_and_measure(const noise_options *o, ca_noise_report *report, ca_error *error)
 {
-    ca_define *defines = NULL;
-    char *storage = NULL;
-    ca_scene *scene = NULL;
-    ca_status status = ca_options_defines(&o->define_words, &defines, &storage, error);
-    if (status == CA_OK) status = ca_scene_load(scene_path, defines, o->define_words.count, &scene, error);
-    if (status == CA_OK) status = measure(o, scene, report, error);
+    ca_scene *scene;
+    CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
+    const ca_status status = measure(o, scene, report, error);
     ca_scene_release(scene);
-    ca_free(defines);
-    ca_free(storage);
     return status;
 }
 
@@ -342,9 +305,10 @@ int ca_command_noise(int word_count, char *const words[])
     ca_noise_report report = {0};
     ca_text_list operands = {0};
     ca_error error = {""};
+    ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, &report, &error);
-    if (status == CA_OK) status = load_and_measure(&o, operands.items[0], &report, &error);
+    if (status == CA_OK) status = load_and_measure(&o, &report, &error);
     ca_free(report.predictions);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);

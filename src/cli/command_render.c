@@ -14,17 +14,12 @@
 
 typedef struct render_options {
     ca_text_list outputs, define_words;
-    const char *integrator, *sampler, *stats, *strategies;
-    uint32_t spp, threads, light_paths, camera_paths;
-    double seconds, noise_percent, memory_mib, exposure, radius, alpha;
-    bool has_spp, has_seconds, has_noise, has_blocks;
-    uint64_t blocks[2];
-    const char *part_path; /* among the outputs, or NULL */
-    bool has_alpha, has_seed, has_crop, has_max_depth;
+    const char *scene, *stats;
+    ca_render_settings settings; /* options are read right into it */
+    uint32_t resolution[2];
+    double exposure;
+    bool has_spp, has_seconds, has_noise;
     bool quiet, help;
-    uint64_t seed;
-    uint32_t resolution[2], crop[4];
-    int max_depth;
 } render_options;
 
 #define AT(field) .offset = offsetof(render_options, field)
@@ -33,43 +28,43 @@ typedef struct render_options {
 static const ca_option options[] = {
     {.name = "output", .letter = 'o', .argument = "FILE", .kind = CA_OPTION_TEXT_LIST, AT(outputs),
      .help = "image to write: .exr, .png or .pfm; or .part; several times (default: SCENE.exr and SCENE.png here)"},
-    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(integrator),
+    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(settings.integrator),
      .help = "method, see below (default: the scene's, else path); depths set in the scene stay"},
-    {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(spp), GIVEN(has_spp),
+    {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.samples_per_pixel), GIVEN(has_spp),
      .help = "camera paths per pixel, of `light` light paths (default: the scene's, else 4)"},
-    {.name = "time", .argument = "SECONDS", .kind = CA_OPTION_POSITIVE, AT(seconds), GIVEN(has_seconds),
+    {.name = "time", .argument = "SECONDS", .kind = CA_OPTION_POSITIVE, AT(settings.seconds), GIVEN(has_seconds),
      .help = "instead: stop after the pass in which so much rendering time has passed"},
-    {.name = "noise", .argument = "PERCENT", .kind = CA_OPTION_POSITIVE, AT(noise_percent), GIVEN(has_noise),
+    {.name = "noise", .argument = "PERCENT", .kind = CA_OPTION_POSITIVE, AT(settings.noise_percent), GIVEN(has_noise),
      .help = "instead: stop when the image's relative standard error is below this"},
-    {.name = "blocks", .argument = "A:B", .kind = CA_OPTION_RANGE, AT(blocks), GIVEN(has_blocks),
+    {.name = "blocks", .argument = "A:B", .kind = CA_OPTION_RANGE, AT(settings.blocks), GIVEN(settings.has_blocks),
      .help = "instead, of qmcppm: these blocks of pairs only, A to B - 1, counted from 0"},
     {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
      .help = "value for a <default> of the scene; several times"},
-    {.name = "sampler", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(sampler),
+    {.name = "sampler", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(settings.sampler),
      .help = "numbers of the paths, see below (default: the scene's, else independent; -i qmcppm: halton)"},
-    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(seed), GIVEN(has_seed),
+    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
-    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(max_depth),
-     GIVEN(has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
-    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(radius),
+    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth),
+     GIVEN(settings.has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(settings.radius),
      .help = "merge radius of the first pass (default: the scene's, else from a pixel's footprint)"},
-    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(alpha), GIVEN(has_alpha),
+    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(settings.alpha), GIVEN(settings.has_alpha),
      .help = "its shrinking, 0 to 1: R^2 / passes^A (default: the scene's, else 0.5)"},
-    {.name = "light-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(light_paths),
+    {.name = "light-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.light_paths),
      .help = "light paths of a pass (default: the scene's, else one per pixel)"},
-    {.name = "camera-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(camera_paths),
+    {.name = "camera-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.camera_paths),
      .help = "camera paths per pixel of a pass (default: the scene's, else 1)"},
     {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
-    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(crop), GIVEN(has_crop),
+    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
      .help = "render this part only: pixels of the full film, half open (default: the scene's)"},
     {.name = "exposure", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(exposure),
      .help = "brightness of .png by powers of two (default: 0)"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(threads),
+    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.threads),
      .help = "threads; the image does not depend on it (default: one per processor)"},
-    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(memory_mib),
+    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(settings.memory_mib),
      .help = "limit for film and paths; the image does not depend on it, but for blocks=filled (default: none)"},
-    {.name = "dump-strategies", .argument = "DIR", .kind = CA_OPTION_TEXT, AT(strategies),
+    {.name = "dump-strategies", .argument = "DIR", .kind = CA_OPTION_TEXT, AT(settings.strategies_directory),
      .help = "write an image of what each technique found; needs --max-depth 13 or less"},
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
      .help = "write times, counts and noise as JSON"},
@@ -81,18 +76,14 @@ static const ca_option_table table = {"render", options, sizeof options / sizeof
 /* Every integrator with its parameters and their defaults. */
 static void print_integrators(void)
 {
-    static const char *const names[] = {"path", "light",    "bdpt",     "ppm",  "bdpm",
-                                        "vcm",  "vcm-plus", "vcm-star", "ovcm", "cavcm", "qmcppm"};
+    const ca_integrator_desc nothing_set = {.name = NULL};
+    const ca_integrator_type *type;
     printf("\nIntegrators with their parameters and defaults (light_paths 0: one per pixel; radius 0: from a pixel's\n"
            "footprint):\n");
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        const ca_integrator_desc nothing_set = {.name = NULL};
-        const ca_integrator_type *type;
+    for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++) {
         ca_integrator_input input = {0};
         char text[1024];
-        if (ca_integrator_find(names[i], NULL, &type, NULL) != CA_OK ||
-            ca_integrator_configure(type, &nothing_set, false, NULL, &input, NULL) != CA_OK)
-            continue;
+        if (ca_integrator_configure(type, &nothing_set, false, NULL, &input, NULL) != CA_OK) continue;
         ca_integrator_describe(type, &input, text, sizeof text);
         printf("  %s\n", text);
     }
@@ -118,7 +109,7 @@ static int print_help(void)
 
 static ca_status check_ends(const render_options *o, ca_error *error)
 {
-    if (o->has_blocks && (o->has_spp || o->has_noise))
+    if (o->settings.has_blocks && (o->has_spp || o->has_noise))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--blocks cannot be combined with --spp or --noise");
     if (o->has_spp + o->has_seconds + o->has_noise <= 1) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one of --spp, --time and --noise can be given");
@@ -145,16 +136,16 @@ static ca_status check_sampler(const char *name, ca_error *error)
 
 static ca_status check_outputs(render_options *o, ca_error *error)
 {
-    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
-    if (o->has_blocks && o->blocks[0] > 0 && o->outputs.count > (o->part_path ? 1 : 0))
+    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->settings.part_path, error));
+    if (o->settings.has_blocks && o->settings.blocks[0] > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can be written");
     if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
-    return o->strategies ? ca_output_check_folder(o->strategies, error) : CA_OK;
+    return o->settings.strategies_directory ? ca_output_check_folder(o->settings.strategies_directory, error) : CA_OK;
 }
 
 /* Default outputs are added to the list; their texts are owned by `made`. */
-static ca_status complete_outputs(render_options *o, const char *scene_path, char *made[2], ca_error *error)
+static ca_status complete_outputs(render_options *o, char *made[2], ca_error *error)
 {
     static const char *const extensions[2] = {".exr", ".png"};
     if (o->outputs.count > 0) return CA_OK;
@@ -162,7 +153,7 @@ static ca_status complete_outputs(render_options *o, const char *scene_path, cha
     if (!ca_array_reserve((void **)&list->items, &list->capacity, 2, sizeof *list->items))
         return ca_fail_memory(error, "the command line");
     for (int i = 0; i < 2; i++) {
-        made[i] = ca_output_default(scene_path, extensions[i]);
+        made[i] = ca_output_default(o->scene, extensions[i]);
         if (!made[i]) return ca_fail_memory(error, "the command line");
         list->items[list->count++] = made[i];
     }
@@ -171,56 +162,15 @@ static ca_status complete_outputs(render_options *o, const char *scene_path, cha
 
 static ca_status check(render_options *o, const ca_text_list *operands, char *made[2], ca_error *error)
 {
-    if (operands->count != 1)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       operands->count == 0 ? "a scene file is missing" : "there is more than one scene file");
+    CA_TRY(ca_options_scene_operand(operands, &o->scene, error));
     CA_TRY(check_ends(o, error));
-    CA_TRY(check_integrator(o->integrator, error));
-    CA_TRY(check_sampler(o->sampler, error));
-    CA_TRY(complete_outputs(o, operands->items[0], made, error));
+    CA_TRY(check_integrator(o->settings.integrator, error));
+    CA_TRY(check_sampler(o->settings.sampler, error));
+    CA_TRY(complete_outputs(o, made, error));
     return check_outputs(o, error);
 }
 
 /* ---- The work --------------------------------------------------------------------------------------------------- */
-
-static bool on_progress(const ca_render_progress *progress, void *user)
-{
-    ca_progress_draw(user, progress);
-    return !ca_signals_arrived();
-}
-
-static ca_render_settings settings_from(const render_options *o, ca_progress_line *line)
-{
-    ca_render_settings settings;
-    ca_render_settings_init(&settings);
-    settings.integrator = o->integrator;
-    settings.samples_per_pixel = o->spp;
-    settings.seconds = o->seconds;
-    settings.noise_percent = o->noise_percent;
-    settings.has_blocks = o->has_blocks;
-    memcpy(settings.blocks, o->blocks, sizeof settings.blocks);
-    settings.part_path = o->part_path;
-    settings.sampler = o->sampler;
-    settings.seed = o->seed;
-    settings.has_seed = o->has_seed;
-    settings.threads = o->threads;
-    settings.width = o->resolution[0];
-    settings.height = o->resolution[1];
-    settings.has_crop = o->has_crop;
-    memcpy(settings.crop, o->crop, sizeof settings.crop);
-    settings.max_depth = o->max_depth;
-    settings.has_max_depth = o->has_max_depth;
-    settings.radius = o->radius;
-    settings.alpha = o->alpha;
-    settings.has_alpha = o->has_alpha;
-    settings.light_paths = o->light_paths;
-    settings.camera_paths = o->camera_paths;
-    settings.memory_mib = o->memory_mib;
-    settings.strategies_directory = o->strategies;
-    settings.progress = on_progress;
-    settings.progress_user = line;
-    return settings;
-}
 
 static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
                                const ca_render_statistics *statistics, ca_error *error)
@@ -241,14 +191,18 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     printf("%s\n", s->interrupted ? " (ended early by a signal)" : "");
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
-    if (o->strategies) printf("wrote %s/\n", o->strategies);
+    if (o->settings.strategies_directory) printf("wrote %s/\n", o->settings.strategies_directory);
     if (o->stats) printf("wrote %s\n", o->stats);
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
 {
     ca_progress_line line = ca_progress_start(!o->quiet);
-    const ca_render_settings settings = settings_from(o, &line);
+    ca_render_settings settings = o->settings;
+    settings.width = o->resolution[0];
+    settings.height = o->resolution[1];
+    settings.progress = ca_progress_report;
+    settings.progress_user = &line;
     ca_render_statistics statistics = {0};
     ca_image_layers *image = NULL;
     ca_signals_catch(o->quiet);
@@ -264,17 +218,12 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     return status;
 }
 
-static ca_status load_and_render(const render_options *o, const char *scene_path, ca_error *error)
+static ca_status load_and_render(const render_options *o, ca_error *error)
 {
-    ca_define *defines = NULL;
-    char *storage = NULL;
-    ca_scene *scene = NULL;
-    ca_status status = ca_options_defines(&o->define_words, &defines, &storage, error);
-    if (status == CA_OK) status = ca_scene_load(scene_path, defines, o->define_words.count, &scene, error);
-    if (status == CA_OK) status = render_scene(o, scene, error);
+    ca_scene *scene;
+    CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
+    const ca_status status = render_scene(o, scene, error);
     ca_scene_release(scene);
-    ca_free(defines);
-    ca_free(storage);
     return status;
 }
 
@@ -285,9 +234,10 @@ int ca_command_render(int word_count, char *const words[])
     ca_text_list operands = {0};
     char *made[2] = {NULL, NULL};
     ca_error error = {""};
+    ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, made, &error);
-    if (status == CA_OK) status = load_and_render(&o, operands.items[0], &error);
+    if (status == CA_OK) status = load_and_render(&o, &error);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);
     ca_text_list_destroy(&operands);

@@ -168,9 +168,19 @@ ca_status ca_options_parse(const ca_option_table *table, int word_count, char *c
     return CA_OK;
 }
 
-/* ---- Definitions ------------------------------------------------------------------------------------------------ */
+/* ---- Scenes ------------------------------------------------------------------------------------------------------ */
 
-ca_status ca_options_defines(const ca_text_list *words, ca_define **defines, char **storage, ca_error *error)
+ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error)
+{
+    if (operands->count != 1)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       operands->count == 0 ? "a scene file is missing" : "there is more than one scene file");
+    *path = operands->items[0];
+    return CA_OK;
+}
+
+/* The texts are owned by `storage`. */
+static ca_status parse_defines(const ca_text_list *words, ca_define **defines, char **storage, ca_error *error)
 {
     size_t bytes = 0;
     for (size_t i = 0; i < words->count; i++) bytes += strlen(words->items[i]) + 1;
@@ -189,6 +199,18 @@ ca_status ca_options_defines(const ca_text_list *words, ca_define **defines, cha
         text += size;
     }
     return CA_OK;
+}
+
+ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error)
+{
+    ca_define *defines = NULL;
+    char *storage = NULL;
+    *scene = NULL;
+    ca_status status = parse_defines(define_words, &defines, &storage, error);
+    if (status == CA_OK) status = ca_scene_load(path, defines, define_words->count, scene, error);
+    ca_free(defines);
+    ca_free(storage);
+    return status;
 }
 
 /* ---- Help ------------------------------------------------------------------------------------------------------- */

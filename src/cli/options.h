@@ -66,8 +66,11 @@ ca_status ca_options_parse(const ca_option_table *table, int word_count, char *c
 void ca_text_list_destroy(ca_text_list *list);
 void ca_rect_list_destroy(ca_rect_list *list);
 
-/* "NAME=VALUE" words for ca_scene_load. The texts are owned by `storage`. */
-ca_status ca_options_defines(const ca_text_list *words, ca_define **defines, char **storage, ca_error *error);
+/* The scene file, for commands that take just one. Errors: CA_ERROR_ARGUMENT. */
+ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
+
+/* Loads the scene with the "NAME=VALUE" words of --define. */
+ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error);
 
 /* One line per option, aligned. */
 void ca_options_print(const ca_option_table *table, FILE *stream);

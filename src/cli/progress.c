@@ -1,6 +1,8 @@
 #define _DEFAULT_SOURCE
 #include "cli/progress.h"
 
+#include "cli/signals.h"
+
 #include <math.h>
 #include <string.h>
 #include <sys/ioctl.h>
@@ -123,4 +125,10 @@ void ca_progress_clear(ca_progress_line *line)
     fprintf(line->stream, "\r\033[K");
     fflush(line->stream);
     line->shown = false;
+}
+
+bool ca_progress_report(const ca_render_progress *progress, void *line)
+{
+    ca_progress_draw(line, progress);
+    return !ca_signals_arrived();
 }

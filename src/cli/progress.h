@@ -18,6 +18,9 @@ ca_progress_line ca_progress_start(bool wanted);
 void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress);
 void ca_progress_clear(ca_progress_line *line);
 
+/* For ca_render_settings.progress, with the line as its user: draws it; false once a signal has arrived (signals.h). */
+bool ca_progress_report(const ca_render_progress *progress, void *line);
+
 /* "1:02:03", "2:03" or "2.3 s". */
 void ca_format_seconds(double seconds, char *text, size_t size);
 

@@ -114,12 +114,14 @@ static void trace_task(void *user, uint32_t index, uint32_t worker)
         trace_path(job->q, records->first + i, task, &records->records[i], &job->workers[worker]);
 }
 
+static size_t task_count(uint64_t paths) { return (size_t)((paths + CA_CAMERA_TASK - 1) / CA_CAMERA_TASK); }
+
 /* Room for `count` records and their tasks, and the tasks [first_task, ...) of them traced. */
 static ca_status trace_tasks(ca_qmcppm *q, uint32_t first_task, uint64_t count, const ca_parallel *parallel,
                              ca_worker *workers, ca_error *error)
 {
     ca_camera_records *records = &q->camera;
-    const size_t tasks = (size_t)((count + CA_CAMERA_TASK - 1) / CA_CAMERA_TASK);
+    const size_t tasks = task_count(count);
     if (!ca_array_reserve((void **)&records->records, &records->record_capacity, count, sizeof *records->records) ||
         !ca_array_reserve((void **)&records->tasks, &records->task_capacity, tasks, sizeof *records->tasks))
         return ca_fail_memory(error, "the camera paths");
@@ -139,13 +141,19 @@ ca_status ca_camera_records_trace(ca_qmcppm *q, uint64_t first, uint64_t count, 
     return trace_tasks(q, 0, count, parallel, workers, error);
 }
 
-static double bytes_of_tasks(const ca_camera_records *records, uint32_t first, uint32_t count)
+/* What tasks hold beside the records. */
+static double bytes_of_tasks(const ca_camera_records *records, size_t first, size_t count)
 {
-    double bytes = (double)count * CA_CAMERA_TASK * sizeof *records->records;
-    for (uint32_t i = first; i < first + count; i++)
+    double bytes = 0.0;
+    for (size_t i = first; i < first + count; i++)
         bytes += (double)(records->tasks[i].vertex_count * sizeof(ca_gather_vertex) +
                           records->tasks[i].density_count * sizeof(ca_path_vertex));
     return bytes;
+}
+
+double ca_camera_records_bytes(const ca_camera_records *records)
+{
+    return (double)records->count * sizeof *records->records + bytes_of_tasks(records, 0, task_count(records->count));
 }
 
 ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count, const ca_parallel *parallel,
@@ -157,7 +165,7 @@ ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uin
     *count = 0;
     for (uint32_t task = 0; *count < UINT32_MAX - STEP; task += FILL_TASKS) {
         CA_TRY(trace_tasks(q, task, *count + STEP, parallel, workers, error));
-        used += bytes_of_tasks(&q->camera, task, FILL_TASKS);
+        used += (double)STEP * sizeof *q->camera.records + bytes_of_tasks(&q->camera, task, FILL_TASKS);
         if (used > bytes && *count > 0) break;
         *count += STEP;
     }

@@ -13,6 +13,11 @@ static const ca_integrator_type *const integrators[] = {
 };
 enum { INTEGRATOR_COUNT = sizeof integrators / sizeof integrators[0] };
 
+const ca_integrator_type *ca_integrator_at(size_t index)
+{
+    return index < INTEGRATOR_COUNT ? integrators[index] : NULL;
+}
+
 /* What the scene file says is the scene's fault; anything else came with the caller's settings. */
 static ca_status blame(const ca_location *where)
 {

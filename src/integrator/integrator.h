@@ -89,6 +89,9 @@ typedef struct ca_integrator_type {
     uint64_t (*blocks_needed)(const void *state, uint32_t samples_per_pixel);
 } ca_integrator_type;
 
+/* The rows one after the other; NULL behind the last. */
+const ca_integrator_type *ca_integrator_at(size_t index);
+
 /* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that is NULL
  * because the name came with the settings, CA_ERROR_ARGUMENT. Parameters likewise. */
 ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,

@@ -175,7 +175,30 @@ static ca_status create(const ca_integrator_input *input, void **state, ca_error
     return CA_OK;
 }
 
-/* ---- Starts of filled blocks ------------------------------------------------------------------------------------------ */
+/* ---- Filled blocks ---------------------------------------------------------------------------------------------------- */
+
+typedef struct block_job {
+    ca_qmcppm *q;
+    const ca_parallel *parallel;
+    ca_worker *workers;
+} block_job;
+
+/* Traces as many paths as one side's memory holds, from `start` on; *count of them. */
+typedef ca_status (*fill_function)(const block_job *job, uint64_t start, uint64_t *count, ca_error *error);
+
+static ca_status fill_light(const block_job *job, uint64_t start, uint64_t *count, ca_error *error)
+{
+    ca_qmcppm *q = job->q;
+    uint32_t paths = 0;
+    CA_TRY(ca_light_chunk_fill(q->engine, start, q->side_bytes, &paths, job->parallel, job->workers, error));
+    *count = paths;
+    return CA_OK;
+}
+
+static ca_status fill_camera(const block_job *job, uint64_t start, uint64_t *count, ca_error *error)
+{
+    return ca_camera_records_fill(job->q, start, job->q->side_bytes, count, job->parallel, job->workers, error);
+}
 
 static ca_status keep_start(ca_block_starts *starts, uint64_t start, ca_error *error)
 {
@@ -185,13 +208,19 @@ static ca_status keep_start(ca_block_starts *starts, uint64_t start, ca_error *e
     return CA_OK;
 }
 
-/* ---- Light paths ------------------------------------------------------------------------------------------------------ */
+/* Fills the block-th block of a side. Those before it whose ends are not known are filled first, to learn where it begins. */
+static ca_status fill_block(const block_job *job, ca_block_starts *s, uint64_t block, fill_function fill, uint64_t *count,
+                            ca_error *error)
+{
+    if (s->known == 0) CA_TRY(keep_start(s, 0, error));
+    for (uint64_t k = block + 1 < s->known ? block : s->known - 1; k <= block; k++) {
+        CA_TRY(fill(job, s->starts[k], count, error));
+        if (k + 1 == s->known) CA_TRY(keep_start(s, s->starts[k] + *count, error));
+    }
+    return CA_OK;
+}
 
-typedef struct block_job {
-    ca_qmcppm *q;
-    const ca_parallel *parallel;
-    ca_worker *workers;
-} block_job;
+/* ---- Light paths ------------------------------------------------------------------------------------------------------ */
 
 /* The radius of a block: it follows the light paths to the block's end, or is that for the n fixed in advance. */
 static void set_radius(ca_qmcppm *q, uint64_t light_end)
@@ -219,19 +248,11 @@ static ca_status trace_equal_light(const block_job *job, uint64_t j, ca_error *e
     return CA_OK;
 }
 
-/* Blocks up to the j-th are filled once, to learn where they begin. */
 static ca_status trace_filled_light(const block_job *job, uint64_t j, ca_error *error)
 {
     ca_qmcppm *q = job->q;
-    ca_block_starts *s = &q->light_starts;
-    uint32_t count = 0;
-    if (s->known == 0) CA_TRY(keep_start(s, 0, error));
-    for (uint64_t k = j + 1 < s->known ? j : s->known - 1; k <= j; k++) {
-        CA_TRY(ca_light_chunk_fill(q->engine, s->starts[k], q->side_bytes, &count, job->parallel, job->workers, error));
-        if (k + 1 == s->known) CA_TRY(keep_start(s, s->starts[k] + count, error));
-    }
-    q->light_count = count;
-    set_radius(q, s->starts[j + 1]);
+    CA_TRY(fill_block(job, &q->light_starts, j, fill_light, &q->light_count, error));
+    set_radius(q, q->light_starts.starts[j + 1]);
     q->engine->chunks_now = 1;
     return ca_light_chunk_sort(q->engine, &q->engine->chunks[0], job->parallel, error);
 }
@@ -242,10 +263,7 @@ static ca_status trace_filled_light(const block_job *job, uint64_t j, ca_error *
 static ca_status check_memory(const ca_qmcppm *q, ca_error *error)
 {
     if (q->filled || q->input.memory_bytes <= 0.0) return CA_OK;
-    double vertices = 0.0, photons = 0.0, bytes = record_bytes(q);
-    for (size_t i = 0; i < q->camera.task_count; i++)
-        bytes += (double)(q->camera.tasks[i].vertex_count * sizeof(ca_gather_vertex) +
-                          q->camera.tasks[i].density_count * sizeof(ca_path_vertex));
+    double vertices = 0.0, photons = 0.0, bytes = q->connect ? 0.0 : ca_camera_records_bytes(&q->camera);
     for (uint32_t c = 0; c < q->engine->chunks_now; c++) {
         const ca_light_chunk *chunk = &q->engine->chunks[c];
         for (uint32_t i = 0; i < chunk->count; i++) vertices += chunk->store.paths[i].count;
@@ -268,15 +286,8 @@ static ca_status trace_equal_camera(const block_job *job, uint64_t i, ca_error *
 
 static ca_status trace_filled_camera(const block_job *job, uint64_t i, ca_error *error)
 {
-    ca_qmcppm *q = job->q;
-    ca_block_starts *s = &q->camera_starts;
-    uint64_t count = 0;
-    if (s->known == 0) CA_TRY(keep_start(s, 0, error));
-    for (uint64_t k = i + 1 < s->known ? i : s->known - 1; k <= i; k++) {
-        CA_TRY(ca_camera_records_fill(q, s->starts[k], q->side_bytes, &count, job->parallel, job->workers, error));
-        if (k + 1 == s->known) CA_TRY(keep_start(s, s->starts[k] + count, error));
-    }
-    return CA_OK;
+    uint64_t count;
+    return fill_block(job, &job->q->camera_starts, i, fill_camera, &count, error);
 }
 
 /* ---- Blocks ----------------------------------------------------------------------------------------------------------- */

@@ -121,6 +121,8 @@ ca_status ca_camera_records_trace(ca_qmcppm *q, uint64_t first, uint64_t count, 
 /* The same for as many as `bytes` hold: a multiple of a fixed step, one step at least; *count of them. */
 ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count, const ca_parallel *parallel,
                                  ca_worker *workers, ca_error *error);
+/* What the records and their tasks hold in memory. */
+double ca_camera_records_bytes(const ca_camera_records *records);
 void ca_camera_records_destroy(ca_camera_records *records);
 
 /* ---- qmcppm_gather.c -------------------------------------------------------------------------------------------------- */

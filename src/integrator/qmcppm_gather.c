@@ -1,6 +1,8 @@
 /* What a block of pairs brings to a pixel: every camera path of the pixel in the block with every light path of the block. */
 #include "integrator/qmcppm.h"
 
+#include <string.h>
+
 /* A vertex of a camera path that looks for photons. The walk has what merges read: the path's densities where merges are weighted,
  * and, made when the first photon is found, surface and BSDF. */
 typedef struct gather {
@@ -101,6 +103,10 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
     g.walk.worker = worker;
     g.walk.scratch = &q->engine->scratch[worker->index];
     g.sum = (ca_rgb){0};
+    if (q->weighted && record->count > 0) {
+        const uint32_t last = task->vertices[record->first + record->count - 1].vertex;
+        memcpy(g.walk.scratch->camera, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
+    }
     for (uint32_t i = 0; i < record->count; i++) {
         g.vertex = &task->vertices[record->first + i];
         g.walk.vertex = g.vertex->vertex;
@@ -108,9 +114,6 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
         g.radius = g.vertex->radius0 * q->shrink;
         g.gradient = (ca_vec3){0};
         g.made = false;
-        if (q->weighted)
-            for (uint32_t v = 0; v <= g.walk.vertex; v++)
-                g.walk.scratch->camera[v] = task->densities[record->densities + v];
         for (uint32_t c = 0; c < q->engine->chunks_now; c++) merge_chunk(&g, &q->engine->chunks[c]);
         if (i == 0) *gradient = g.gradient;
     }

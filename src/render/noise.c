@@ -50,12 +50,6 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     return CA_OK;
 }
 
-/* Does "name:a=1,alpha=0.5" set alpha? */
-static bool mentions_alpha(const char *integrator)
-{
-    return integrator && (strstr(integrator, ":alpha=") || strstr(integrator, ",alpha="));
-}
-
 static bool report_progress(const ca_render_progress *progress, void *user)
 {
     noise_plan *p = user;
@@ -109,7 +103,8 @@ static ca_status make_plan(noise_plan *p, const ca_scene *scene, const ca_render
     CA_TRY(check_integrator(given->integrator, error));
     CA_TRY(ca_render_plan_make(&p->plan, scene, &p->settings, error));
     const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
-    if (!given->has_alpha && !mentions_alpha(given->integrator))
+    const char *colon = given->integrator ? strchr(given->integrator, ':') : NULL;
+    if (!given->has_alpha && !ca_render_overrides_mention(colon ? colon + 1 : NULL, "alpha"))
         CA_TRY(ca_integrator_set(p->plan.type, &one_radius, &p->plan.input, error));
     CA_TRY(plan_counts(p, iterations, error));
     return plan_memory(&p->plan, error);

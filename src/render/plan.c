@@ -57,8 +57,7 @@ static ca_status plan_sampler(ca_render_plan *plan, ca_error *error)
 
 /* ---- The integrator and its parameters -------------------------------------------------------------------------- */
 
-/* Does "a=1,b=2" set `name`? */
-static bool overrides_mention(const char *overrides, const char *name)
+bool ca_render_overrides_mention(const char *overrides, const char *name)
 {
     const size_t length = strlen(name);
     for (const char *c = overrides; c; c = strchr(c, ',') ? strchr(c, ',') + 1 : NULL)
@@ -79,7 +78,7 @@ static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting,
     const double before = ca_integrator_value(plan->type, &plan->input, setting->name, (double)NAN);
     if (isnan(before))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" has no %s", plan->type->name, setting->what);
-    if (overrides_mention(overrides, setting->name) && before != setting->value)
+    if (ca_render_overrides_mention(overrides, setting->name) && before != setting->value)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "\"%s\" is %.9g among the integrator's own parameters but %.9g as a setting", setting->name, before,
                        setting->value);

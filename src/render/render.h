@@ -38,6 +38,9 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
+/* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
+bool ca_render_overrides_mention(const char *overrides, const char *name);
+
 /* Renders a plan; ca_render is this after ca_render_plan_make. */
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error);

@@ -3,6 +3,7 @@
 #ifndef CA_TEST_PROGRAM_TEST_H
 #define CA_TEST_PROGRAM_TEST_H
 
+#include "image/layers.h"
 #include "support/run_program.h"
 
 #include <setjmp.h>
@@ -67,6 +68,16 @@ static inline void assert_exit(const ca_program_result *result, int expected)
     if (result->exit_status != expected)
         fail_msg("exit status %d (signal %d) instead of %d:\n%s%s", result->exit_status, result->signal, expected,
                  result->output, result->errors);
+}
+
+static inline ca_image_layers *read_image(void **state, const char *name)
+{
+    char path[256];
+    ca_image_layers *image;
+    ca_error error = {""};
+    snprintf(path, sizeof path, "%s/%s", folder_of(state), name);
+    if (ca_layers_read(path, &image, &error) != CA_OK) fail_msg("%s", error.message);
+    return image;
 }
 
 static inline json_t *load_json(const char *folder, const char *name)
