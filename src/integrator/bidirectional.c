@@ -107,8 +107,8 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     for (uint32_t i = 0; i < b->chunks_now; i++) {
         const uint32_t first = (b->first_chunk + i) * (uint32_t)CA_CHUNK_PATHS;
         const uint32_t count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths - first);
-        CA_TRY(ca_light_chunk_prepare(b, &b->chunks[i], (uint64_t)pass * b->light_paths + first, count, parallel,
-                                      workers, error));
+        const uint64_t number = b->input.first_light_path + (uint64_t)pass * b->light_paths + first;
+        CA_TRY(ca_light_chunk_prepare(b, &b->chunks[i], number, count, parallel, workers, error));
     }
     return CA_OK;
 }

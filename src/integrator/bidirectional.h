@@ -46,6 +46,7 @@ typedef struct ca_bidirectional_scratch {
     ca_surface light_surfaces[CA_PATH_MAX_VERTICES];
     uint32_t light_ready;                      /* ... made up to this vertex */
     ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
+    bool pairing;        /* between begin_pixel and end_pixel */
     ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot says */
 } ca_bidirectional_scratch;
 
@@ -204,9 +205,9 @@ ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *ty
 /* Sums for each worker. */
 ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error);
 
-/* A camera path begins, and ends: the first and the last of a pixel in a pass begin and end the pixel. */
-void ca_pairs_begin_path(const ca_camera_walk *walk, uint32_t index);
-void ca_pairs_end_path(const ca_camera_walk *walk, uint32_t index);
+/* integrator.h. */
+void ca_pairs_begin_pixel(const void *state, ca_worker *worker);
+void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
 /* The walk found light alone, or merged with a photon of a chunk: what the image gets for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,

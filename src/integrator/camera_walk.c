@@ -59,7 +59,7 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
         .camera_distance = walk->scratch->camera[1].distance,
     };
     const float weight = ca_mis_weight(&b->rules, &path, CA_TECHNIQUE_HIT);
-    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) && walk->scratch->pairs)
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) && walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
 }
 
@@ -276,9 +276,8 @@ void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uin
     ca_camera_walk_start(&walk, b, x, y, index, sample, worker);
     pair(&walk, index);
     if (round == 0) worker->counters.camera_paths++;
-    if (walk.scratch->pairs) ca_pairs_begin_path(&walk, index);
+    if (walk.scratch->pairing) ca_pair_sums_next_path(walk.scratch->pairs);
     if (b->max_depth > 0) ca_camera_walk_trace(&walk);
-    if (walk.scratch->pairs) ca_pairs_end_path(&walk, index);
     for (uint32_t c = 0; c < b->chunks_now; c++)
         sample->radiance = ca_rgb_add(sample->radiance, walk.scratch->chunk_light[c]);
 }

@@ -53,9 +53,10 @@ typedef struct ca_integrator_input {
     uint32_t workers;
     double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
     ca_technique_images *technique_images; /* NULL: not wanted */
-    /* What pairs of light and camera paths contribute; NULL: not wanted. Its crop, N_F and N_B are those of this input; it tells
-     * itself when it is incomplete. Only ppm and bdpm fill it. */
+    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not wanted. Its crop and
+     * N_F are those of this input; it tells itself when it is incomplete. Only ppm and bdpm fill it. */
     ca_pair_film *pairs;
+    uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
 
@@ -76,6 +77,10 @@ typedef struct ca_integrator_type {
      * sample starts zeroed in round 0. */
     void (*camera_path)(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round, ca_film_sample *sample,
                         ca_worker *worker);
+    /* Around the camera paths of a pixel in a pass of one round, where pairs are wanted: all of them between the two, one after
+     * the other on one worker. NULL: pairs are refused. */
+    void (*begin_pixel)(const void *state, ca_worker *worker);
+    void (*end_pixel)(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
     /* What the pass' light paths have splatted to a pixel, after its last round. NULL: nothing ever. */
     ca_rgb (*splat)(const void *state, uint32_t x, uint32_t y);
 

@@ -167,7 +167,7 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_merge_phot
     const ca_path_vertex *densities = ca_light_density_at(&walk->b->chunks[chunk].store, photon->first);
     const float weight = ca_join_merge_weight(walk, densities, photon, &value);
     if (ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted, weight) &&
-        walk->scratch->pairs)
+        walk->scratch->pairing)
         ca_pairs_add_merge(walk, chunk, photon, unweighted, weight);
 }
 
@@ -193,7 +193,7 @@ static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *pl
         kept[kept_count++] = photon;
         const char *densities = (const char *)ca_light_density_at(&c->store, photon->first);
         for (uint32_t at = 0; at < photon->index * sizeof(ca_path_vertex); at += 64) __builtin_prefetch(densities + at);
-        if (walk->scratch->pairs) __builtin_prefetch(&ca_light_vertex_at(&c->store, photon->first)->first);
+        if (walk->scratch->pairing) __builtin_prefetch(&ca_light_vertex_at(&c->store, photon->first)->first);
     }
     for (uint32_t i = 0; i < kept_count; i++) merge_with(walk, chunk, kept[i], normalisation);
 }

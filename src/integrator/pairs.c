@@ -1,5 +1,4 @@
-/* What pairs of light and camera paths contribute, for the noise components (film/pair_sums.h). A pixel's camera paths of a pass
- * come one after the other on one worker, since there is one round. */
+/* What pairs of light and camera paths contribute, for the noise components (film/pair_sums.h). */
 #include "integrator/bidirectional.h"
 
 #include <assert.h>
@@ -21,7 +20,7 @@ ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *ty
     if (b->light_paths < 2) return refuse(type, "a pass needs at least 2 light paths", error);
     if (b->resident < b->chunk_count)
         return refuse(type, "all light paths of a pass must fit the memory at once; allow more of it, or trace fewer", error);
-    assert(b->input.pairs->light_paths == b->light_paths && b->input.pairs->camera_paths == b->camera_paths);
+    assert(b->input.pairs->light_paths == b->light_paths);
     return CA_OK;
 }
 
@@ -32,20 +31,22 @@ ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error)
     return CA_OK;
 }
 
-void ca_pairs_begin_path(const ca_camera_walk *walk, uint32_t index)
+void ca_pairs_begin_pixel(const void *state, ca_worker *worker)
 {
-    ca_pair_sums *sums = walk->scratch->pairs;
-    if (index % walk->b->camera_paths == 0) ca_pair_sums_begin(sums, walk->b->light_paths);
-    ca_pair_sums_next_path(sums);
+    const ca_bidirectional *b = state;
+    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    scratch->pairing = true;
+    ca_pair_sums_begin(scratch->pairs, b->light_paths);
 }
 
-void ca_pairs_end_path(const ca_camera_walk *walk, uint32_t index)
+void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *worker)
 {
-    const ca_bidirectional *b = walk->b;
-    if (index % b->camera_paths + 1 < b->camera_paths) return;
-    const ca_pair_moments moments = ca_pair_sums_finish(walk->scratch->pairs);
-    ca_pair_film_add(b->input.pairs, walk->x, walk->y, &moments);
-    if (!ca_pair_sums_complete(walk->scratch->pairs)) __atomic_store_n(&b->input.pairs->incomplete, true, __ATOMIC_RELAXED);
+    const ca_bidirectional *b = state;
+    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    scratch->pairing = false;
+    const ca_pair_moments moments = ca_pair_sums_finish(scratch->pairs);
+    ca_pair_film_add(b->input.pairs, x, y, &moments);
+    if (!ca_pair_sums_complete(scratch->pairs)) __atomic_store_n(&b->input.pairs->incomplete, true, __ATOMIC_RELAXED);
 }
 
 /* Of what the image gets, behind the filter's weight. */

@@ -36,16 +36,20 @@ static ca_film_sample mean_of_camera_paths(const ca_film_sample *samples, uint32
     return mean;
 }
 
-static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const ca_film_sample *samples,
+static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const ca_film_sample *samples, uint32_t count,
                          uint64_t *rejects)
 {
     const ca_render_plan *plan = runner->plan;
-    ca_film_sample sample =
-        plan->camera_paths == 1 ? samples[0] : mean_of_camera_paths(samples, plan->camera_paths, rejects);
+    ca_film_sample sample = count == 1 ? samples[0] : mean_of_camera_paths(samples, count, rejects);
     if (plan->type->splat)
         sample.splat = ca_rgb_add(
             sample.splat, plan->type->splat(runner->integrator, plan->crop[0] + x, plan->crop[1] + y));
     if (!ca_film_add(runner->film, x, y, &sample)) ++*rejects;
+}
+
+static uint32_t most_camera_paths(const ca_pass_runner *runner)
+{
+    return runner->counts ? runner->counts->most : runner->plan->camera_paths;
 }
 
 /* Where the samples of a pixel's camera paths are kept; in a pass of one round, where one pixel is finished before the
@@ -53,22 +57,37 @@ static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const c
 static ca_film_sample *samples_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t worker)
 {
     const size_t row = runner->rounds > 1 ? (size_t)y * runner->film->width + x : worker;
-    return &runner->samples[row * runner->plan->camera_paths];
+    return &runner->samples[row * most_camera_paths(runner)];
+}
+
+/* How many camera paths a pixel has in a pass, and the number of the first one. */
+static uint32_t camera_paths_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t pass, uint32_t *first)
+{
+    const ca_pass_counts *counts = runner->counts;
+    const size_t pixel = (size_t)y * runner->film->width + x;
+    const uint32_t count = counts ? counts->camera_paths[pixel] : runner->plan->camera_paths;
+    *first = pass * count + (counts ? counts->first[pixel] : 0);
+    return count;
 }
 
 static void run_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
 {
     const pass_task *task = user;
     ca_pass_runner *runner = task->runner;
-    const ca_render_plan *plan = runner->plan;
-    const uint32_t count = plan->camera_paths;
+    const ca_integrator_type *type = runner->plan->type;
+    ca_worker *own = &runner->workers.list[worker];
+    const uint32_t film_x = runner->plan->crop[0] + x, film_y = runner->plan->crop[1] + y;
+    uint32_t first;
+    const uint32_t count = camera_paths_of(runner, x, y, task->pass, &first);
     ca_film_sample *samples = samples_of(runner, x, y, worker);
+    if (runner->gathers_pairs) type->begin_pixel(runner->integrator, own);
     for (uint32_t b = 0; b < count; b++) {
         if (task->round == 0) samples[b] = (ca_film_sample){0};
-        plan->type->camera_path(runner->integrator, plan->crop[0] + x, plan->crop[1] + y, task->pass * count + b,
-                                task->round, &samples[b], &runner->workers.list[worker]);
+        type->camera_path(runner->integrator, film_x, film_y, first + b, task->round, &samples[b], own);
     }
-    if (task->round + 1 == runner->rounds) finish_pixel(runner, x, y, samples, &runner->workers.film_rejects[worker]);
+    if (runner->gathers_pairs) type->end_pixel(runner->integrator, film_x, film_y, own);
+    if (task->round + 1 == runner->rounds)
+        finish_pixel(runner, x, y, samples, count, &runner->workers.film_rejects[worker]);
 }
 
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
@@ -93,16 +112,18 @@ double ca_pass_buffer_bytes(const ca_render_plan *plan)
 }
 
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
-                                ca_error *error)
+                                const ca_pass_counts *counts, ca_error *error)
 {
     *runner = (ca_pass_runner){.plan = plan,
                                .integrator = integrator,
                                .film = film,
+                               .counts = counts,
+                               .gathers_pairs = plan->input.pairs != NULL,
                                .rounds = plan->type->rounds ? plan->type->rounds(integrator) : 1};
     const size_t rows = runner->rounds > 1 ? (size_t)film->width * film->height : plan->threads;
     ca_status status = ca_workers_create(&runner->workers, plan->threads, error);
     if (status == CA_OK) {
-        runner->samples = ca_alloc_zeroed(rows, plan->camera_paths * sizeof *runner->samples);
+        runner->samples = ca_alloc_zeroed(rows, most_camera_paths(runner) * sizeof *runner->samples);
         if (!runner->samples) status = ca_fail_memory(error, "the render");
     }
     if (status != CA_OK) ca_pass_runner_destroy(runner);

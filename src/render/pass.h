@@ -9,20 +9,33 @@
 #ifndef CA_RENDER_PASS_H
 #define CA_RENDER_PASS_H
 
+#include "render/ray_times.h"
 #include "render/render.h"
 #include "render/workers.h"
+
+/* Camera paths of each pixel where they are not the same for all, and where their counting begins; arrays of the film's pixels, row by
+ * row. */
+typedef struct ca_pass_counts {
+    const uint32_t *camera_paths; /* N_B(p) in a pass, >= 1 */
+    const uint32_t *first;        /* number of the first one in pass 0; each pass has N_B(p) more */
+    uint32_t most;                /* the largest N_B(p) */
+} ca_pass_counts;
 
 typedef struct ca_pass_runner {
     const ca_render_plan *plan;
     void *integrator; /* borrowed */
     ca_film *film;    /* borrowed */
+    const ca_pass_counts *counts; /* borrowed; NULL: plan->camera_paths for every pixel, counted from 0 */
+    ca_ray_times *times;          /* borrowed; NULL: times are not measured. May change between passes; likewise: */
+    bool gathers_pairs;           /* does the pass fill the integrator's pair film? */
     uint32_t rounds;
     ca_film_sample *samples; /* owned; camera paths of a pixel next to each other */
     ca_workers workers;      /* owned */
 } ca_pass_runner;
 
+/* `counts` may be NULL. Pairs are gathered where the plan's input wants them. */
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
-                                ca_error *error);
+                                const ca_pass_counts *counts, ca_error *error);
 void ca_pass_runner_destroy(ca_pass_runner *runner);
 
 /* Runs the pass-th pass. After an error the film is worth nothing. */

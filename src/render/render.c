@@ -124,7 +124,7 @@ static ca_status develop(const render *r, const ca_render_statistics *statistics
 
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
-    CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, error));
+    CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, NULL, error));
     ca_status status = run_passes(r, error);
     if (status == CA_OK) fill_statistics(r, statistics);
     ca_pass_runner_destroy(&r->runner);
