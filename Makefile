@@ -13,13 +13,14 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-long bench paper-002 paper-004 lint install clean dependencies
+.PHONY: help build demo test test-long bench paper-000 paper-002 paper-004 lint install clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
 	@echo "make test       every fast test           (PRESET=asan, tsan, debug: with that build)"
 	@echo "make test-long  the slow, statistical tests"
 	@echo "make bench      measures speed, writes bench/results.json"
+	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only)"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
 	@echo "make lint       source rules; gcc and clang with warnings as errors"
@@ -51,6 +52,10 @@ test-long: dependencies
 bench: dependencies
 	@$(call build_targets,release,all benches,build)
 	@scripts/run-benches.sh build
+
+paper-000: dependencies
+	@$(call build_targets,release,all paper_000,build)
+	@scripts/paper-000.sh build $(if $(QUICK),--quick)
 
 paper-002: dependencies
 	@$(call build_targets,release,all paper_002,build)

@@ -76,7 +76,7 @@ static ca_vec3 *make_queries(bool coherent)
 static double build_seconds(ca_photon_grid *grid, const photon_set *set, uint32_t workers)
 {
     const ca_photon_run run = {set->photons, set->count};
-    const ca_parallel parallel = {workers};
+    const ca_parallel parallel = {.workers = workers};
     ca_error error;
     const double start = ca_clock_seconds();
     if (ca_photon_grid_build(grid, &run, 1, set->radius, &parallel, &error) != CA_OK) bench_die("build", &error);

@@ -8,19 +8,13 @@
  * pictures differ, and by how much. */
 #include "paper_004.h"
 
-#include "base/clock.h"
 #include "bench_support.h"
 #include "image/layers.h"
 
 #include <math.h>
 #include <string.h>
 
-typedef struct section {
-    const char *name;
-    void (*run)(paper_report *report);
-} section;
-
-static const section sections[] = {
+static const paper_section sections[] = {
     {"transport", paper_transport}, {"counter-examples", paper_counter_examples}, {"convergence", paper_convergence},
     {"alpha", paper_alpha},         {"recomputation", paper_recomputation},       {"samples", paper_samples_saved},
 };
@@ -66,60 +60,10 @@ static int print_difference(const char *const paths[2])
 /* ---- The program
  * ------------------------------------------------------------------------------------------------------ */
 
-typedef struct options {
-    bool quick;
-    const char *only, *table, *pictures;
-} options;
-
-static bool parse_options(int argc, char **argv, options *chosen)
-{
-    bool known = true;
-    *chosen = (options){0};
-    for (int i = 1; i < argc; i++) {
-        const bool more = i + 1 < argc;
-        if (strcmp(argv[i], "--quick") == 0)
-            chosen->quick = true;
-        else if (more && strcmp(argv[i], "--only") == 0)
-            chosen->only = argv[++i];
-        else if (more && strcmp(argv[i], "--table") == 0)
-            chosen->table = argv[++i];
-        else if (more && strcmp(argv[i], "--pictures") == 0)
-            chosen->pictures = argv[++i];
-        else
-            return false;
-    }
-    if (chosen->only) {
-        known = false;
-        for (int i = 0; i < SECTIONS; i++) known |= strcmp(chosen->only, sections[i].name) == 0;
-    }
-    return known;
-}
-
 int main(int argc, char **argv)
 {
-    static paper_report report;
-    options chosen;
+    static paper_report report = {.link = "../pictures/paper-004"};
     if (argc == 4 && strcmp(argv[1], "--difference") == 0)
         return print_difference((const char *const[2]){argv[2], argv[3]});
-    if (!parse_options(argc, argv, &chosen)) {
-        fprintf(stderr,
-                "usage: %s [--quick] [--only SECTION] [--table FILE] [--pictures FOLDER]\n"
-                "       %s --difference IMAGE IMAGE\nsections:",
-                argv[0], argv[0]);
-        for (int i = 0; i < SECTIONS; i++) fprintf(stderr, " %s", sections[i].name);
-        fputc('\n', stderr);
-        return 2;
-    }
-    report = (paper_report){.out = stdout, .pictures = chosen.pictures, .quick = chosen.quick};
-    if (chosen.table) report.out = fopen(chosen.table, "w");
-    if (!report.out) return perror(chosen.table), 1;
-    for (int i = 0; i < SECTIONS; i++) {
-        if (chosen.only && strcmp(chosen.only, sections[i].name) != 0) continue;
-        const double start = ca_clock_seconds();
-        sections[i].run(&report);
-        fflush(report.out);
-        fprintf(stderr, "%s: %.0f s\n", sections[i].name, ca_clock_seconds() - start);
-    }
-    const int failed = paper_report_checks(&report);
-    return (chosen.table && fclose(report.out) != 0) || failed > 0;
+    return paper_report_main(argc, argv, &report, sections, SECTIONS, "--difference IMAGE IMAGE");
 }

@@ -1,41 +1,15 @@
 /* What the sections of paper 004's figures share (Keller, Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon
- * Mapping"): renders, statistics over repeated renders, plots, and the list of what should be seen. All of it dies on
- * errors with a message. */
+ * Mapping"): renders, and statistics over repeated renders. All of it dies on errors with a message. */
 #ifndef CA_BENCH_PAPER_004_H
 #define CA_BENCH_PAPER_004_H
 
-#include "caustica.h"
+#include "paper_plot.h"
+#include "paper_report.h"
 
-#include <stdbool.h>
-#include <stdio.h>
-
-enum { PAPER_THREADS = 2, PAPER_CHECKS = 64, PAPER_SERIES = 10, PAPER_POINTS = 24 };
-
-/* A claim, what was measured, and whether it holds. */
-typedef struct paper_check {
-    char what[200], measured[64], goal[64];
-    bool holds;
-} paper_check;
-
-/* The report so far. */
-typedef struct paper_report {
-    FILE *out;            /* Markdown */
-    const char *pictures; /* folder for plots and pictures; NULL: none */
-    bool quick;           /* less of everything: to see that it works */
-    paper_check checks[PAPER_CHECKS];
-    int check_count;
-} paper_report;
-
-/* Adds a check; `goal` is text such as "<= 0.6". */
-void paper_expect(paper_report *report, bool holds, double measured, const char *goal, const char *what, ...)
-    __attribute__((format(printf, 5, 6)));
-/* The table of checks; returns how many do not hold. */
-int paper_report_checks(paper_report *report);
+enum { PAPER_THREADS = 2 };
 
 /* ---- Renders
  * -------------------------------------------------------------------------------------------------------- */
-
-ca_scene *paper_scene(const char *file, const ca_define *defines, size_t count); /* below scenes/ */
 
 typedef struct paper_job {
     const ca_scene *scene;
@@ -87,37 +61,12 @@ void paper_repeats_release(paper_repeats *repeats);
  */
 paper_errors paper_repeats_errors(const paper_repeats *repeats, const double *truth, double noise);
 
-double paper_mean(const double *values, size_t count);
-
 /* log y = a + b log x by least squares, over the points with y > 0. */
 typedef struct paper_fit {
     double offset, exponent;
     double error; /* standard error of the exponent */
 } paper_fit;
 paper_fit paper_fit_power(const double *x, const double *y, int count);
-
-/* ---- Plots
- * ------------------------------------------------------------------------------------------------------------ */
-
-typedef struct paper_series {
-    char name[48];
-    double x[PAPER_POINTS], y[PAPER_POINTS];
-    int count;
-    int colour; /* number of it; series of one thing share one */
-    bool dashed;
-} paper_series;
-
-typedef struct paper_panel {
-    const char *title, *x_label, *y_label;
-    paper_series series[PAPER_SERIES];
-    int count;
-} paper_panel;
-
-/* Adds an empty series; stays valid as long as the panel. */
-paper_series *paper_panel_add(paper_panel *panel, const char *name, int colour, bool dashed);
-void paper_series_add(paper_series *series, double x, double y);
-/* Panels side by side with logarithmic axes, as PICTURES/name. */
-void paper_plot(const paper_report *report, const char *name, const paper_panel *panels, int count);
 
 /* ---- Sections
  * --------------------------------------------------------------------------------------------------------- */

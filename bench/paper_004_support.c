@@ -3,58 +3,11 @@
 #include "paper_004.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Checks
- * ----------------------------------------------------------------------------------------------------------- */
-
-void paper_expect(paper_report *report, bool holds, double measured, const char *goal, const char *what, ...)
-{
-    if (report->check_count == PAPER_CHECKS) fputs("paper_004: too many checks\n", stderr), exit(1);
-    paper_check *check = &report->checks[report->check_count++];
-    va_list arguments;
-    va_start(arguments, what);
-    vsnprintf(check->what, sizeof check->what, what, arguments);
-    va_end(arguments);
-    snprintf(check->measured, sizeof check->measured, "%.3g", measured);
-    snprintf(check->goal, sizeof check->goal, "%s", goal);
-    check->holds = holds;
-}
-
-int paper_report_checks(paper_report *report)
-{
-    int failed = 0;
-    fprintf(report->out, "### What it should show\n\n| what | measured | goal | |\n|---|---|---|---|\n");
-    for (int i = 0; i < report->check_count; i++) {
-        const paper_check *check = &report->checks[i];
-        fprintf(report->out, "| %s | %s | %s | %s |\n", check->what, check->measured, check->goal,
-                check->holds ? "holds" : "**does not hold**");
-        failed += !check->holds;
-    }
-    if (failed) fprintf(report->out, "\n%d of these do not hold.\n", failed);
-    return failed;
-}
-
 /* ---- Renders
  * ---------------------------------------------------------------------------------------------------------- */
-
-static void *need(void *memory)
-{
-    if (!memory) fputs("paper_004: out of memory\n", stderr), exit(1);
-    return memory;
-}
-
-ca_scene *paper_scene(const char *file, const ca_define *defines, size_t count)
-{
-    char path[512];
-    ca_scene *scene;
-    ca_error error;
-    snprintf(path, sizeof path, "%s/scenes/%s", CA_SOURCE_DIR, file);
-    if (ca_scene_load(path, defines, count, &scene, &error) != CA_OK) bench_die(path, &error);
-    return scene;
-}
 
 static ca_render_settings settings_of(const paper_job *job)
 {
@@ -91,7 +44,7 @@ paper_picture paper_render(const paper_job *job)
     const float *r = ca_image_channel(picture.layers, "R"), *g = ca_image_channel(picture.layers, "G"),
                 *b = ca_image_channel(picture.layers, "B");
     const size_t pixels = (size_t)picture.width * picture.height;
-    picture.luminance = need(calloc(pixels, sizeof *picture.luminance));
+    picture.luminance = paper_need(calloc(pixels, sizeof *picture.luminance));
     for (size_t p = 0; p < pixels; p++)
         picture.luminance[p] = 0.2126 * (double)r[p] + 0.7152 * (double)g[p] + 0.0722 * (double)b[p];
     return picture;
@@ -119,8 +72,8 @@ void paper_save(const paper_report *report, const paper_picture *picture, const 
 paper_repeats paper_repeats_start(size_t pixels)
 {
     return (paper_repeats){.pixels = pixels,
-                           .sum = need(calloc(pixels, sizeof(double))),
-                           .sum_of_squares = need(calloc(pixels, sizeof(double)))};
+                           .sum = paper_need(calloc(pixels, sizeof(double))),
+                           .sum_of_squares = paper_need(calloc(pixels, sizeof(double)))};
 }
 
 void paper_repeats_add(paper_repeats *repeats, const double *luminance)
@@ -137,13 +90,6 @@ void paper_repeats_release(paper_repeats *repeats)
     free(repeats->sum);
     free(repeats->sum_of_squares);
     *repeats = (paper_repeats){0};
-}
-
-double paper_mean(const double *values, size_t count)
-{
-    double sum = 0.0;
-    for (size_t i = 0; i < count; i++) sum += values[i];
-    return sum / (double)count;
 }
 
 static double signed_root(double square) { return square < 0.0 ? -sqrt(-square) : sqrt(square); }

@@ -85,6 +85,7 @@ typedef struct ca_render_progress {
     uint32_t passes_done, passes_total; /* total 0: not known */
     bool blocks;                        /* what is counted are blocks of pairs */
     double seconds, seconds_total;      /* total 0: not limited by time */
+    double seconds_predicted;           /* > 0: of the whole render, to its noise target */
     double noise_percent;               /* relative standard error of the image so far; negative: not known yet */
     double noise_target;                /* 0: none */
 } ca_render_progress;
@@ -95,9 +96,20 @@ typedef struct ca_render_settings {
     uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
     double noise_percent;       /* > 0: stop when the relative standard error of the image is below this many percent */
+    /* How many light paths, and camera paths of each pixel, of bdpm and ppm; NULL: light_paths and camera_paths. "auto": what is
+     * estimated to give the least noise in the time (of ppm the light paths alone, with one camera path); the settings are then those
+     * of the pilot, samples_per_pixel is the mean over pixels, alpha must be 0 and the sampler is `independent`. Such an image depends
+     * on how fast the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
+     * Rays.Numbers), with which the image is the same to the bit whatever the threads. See docs/papers/000.md, section D. */
+    const char *rays;
+    const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the "worst-decile" */
     const char *sampler;        /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
     uint64_t seed;
     bool has_seed;
+    /* > 0: render in so many replicates (>= 2) that are independent of each other, for the layers Confidence*.*: groups of passes with
+     * the sampler `independent` (0: each pass is one), with the others a scrambling for each (0: there are no such layers). Samples
+     * per pixel, given or the scene's, must come to a multiple of so many passes. */
+    uint32_t replicates;
     uint32_t threads;       /* 0: one per processor. The image does not depend on it, to the bit */
     uint32_t width, height; /* of the full film; its crop is scaled along */
     bool has_crop;
@@ -133,6 +145,17 @@ CA_API void ca_render_settings_init(ca_render_settings *settings);
  * the film noticed. */
 enum { CA_NON_FINITE_SOURCES = 6 };
 
+/* Of a render with numbers of rays of its own (ca_render_settings.rays); of "auto" also how they were chosen. */
+typedef struct ca_rays_statistics {
+    uint32_t light_paths; /* N_F in the end; 0: not such a render */
+    double camera_paths;  /* N_B in the end, mean over pixels */
+    uint32_t phases;      /* in how many, each with numbers of its own, after the pilot; 0: not "auto", or ended in its pilot */
+    double pilot_seconds;
+    double predicted_gain; /* efficiency over the pilot's numbers, by the estimates it ended with; NAN: not known */
+    /* Seconds of one processor: of an iteration without paths, a light path, a camera path, a candidate of merging; NAN: not measured */
+    double iteration_seconds, light_path_seconds, camera_path_seconds, candidate_seconds;
+} ca_rays_statistics;
+
 /* Totals over a render. */
 typedef struct ca_render_statistics {
     double seconds;           /* of rendering, without loading */
@@ -146,9 +169,14 @@ typedef struct ca_render_statistics {
     /* Standard deviation of one iteration's pixel luminance, averaged over pixels; NAN: not known. */
     double mean_standard_deviation;
     double noise_percent;           /* root of the mean variance of a pixel's mean, over the mean luminance; < 0: not known */
+    bool has_confidence;            /* there are error bars, the layers Confidence*.*; and of all pixels ... */
+    double confidence_marked;       /* ... so many have some that say nothing, by luminance: a fraction */
     uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect ... */
     uint64_t non_finite_from[CA_NON_FINITE_SOURCES]; /* ... by where they come from */
     bool interrupted;               /* ended by the progress callback */
+    double first_predicted_seconds; /* of the whole render to its noise target, when that could first be said; 0: never */
+    double first_predicted_at;      /* in which second that was */
+    ca_rays_statistics numbers_of_rays;
     uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
 } ca_render_statistics;
 
@@ -186,13 +214,19 @@ typedef struct ca_noise_summary {
     double predicted_rms, measured_rms, camera_rms, light_rms, pair_rms; /* of roots of V, of the sample variance, of the terms */
     double predicted, measured, camera, light, pair;                     /* of the same themselves */
     uint64_t negative_predicted, negative_measured, negative_camera, negative_light, negative_pair; /* pixels below zero */
+    double connect, connect_rms; /* of the term of connections, which may be below zero; 0 without them */
+    uint64_t negative_connect;
 } ca_noise_summary;
 
 /* Measures in `iterations` (>= 2) iterations of `bdpm` or `ppm`. The settings are those of a render, but: where neither they nor the
- * scene name one of the two, it is bdpm; light_paths must come to 2 or more; the sampler is `independent`, as the law wants, whatever
+ * scene name one of the two, it is bdpm; where neither sets them, there are 30,000 light paths and 4 camera paths, 1 of ppm; light_paths
+ * must be 2 or more; the sampler is `independent`, as the law wants, whatever
  * the scene says; alpha is 0, whatever the scene says, unless they set it: with one radius all iterations are distributed alike.
  * What else ends a render (samples, seconds, noise), blocks and strategies are refused. The progress callback may end it early,
  * but not before the second iteration.
+ * Where they name it, the integrator may also be `bdpt`, `vcm` or `ovcm`, with no more camera paths per pixel than light paths: pair,
+ * camera and light term are then those of all that is not connected, and a fourth one, `connect`, may be negative. Their weights
+ * depend on the numbers of paths, so that predictions for others are of the weights measured with.
  * `image` (may be NULL) is that of ca_render with the layers Noise.* of docs/images.md; `statistics` may be NULL. */
 CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
                                   ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
@@ -205,6 +239,49 @@ CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_setting
 CA_API ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32_t light_paths,
                                   uint32_t camera_paths, ca_noise_summary *summary, ca_error *error);
 CA_API void ca_noise_release(ca_noise *noise); /* NULL is allowed */
+
+/* Seconds of one processor that paths take, without gathering pairs; with standard errors from the scatter among tiles and passes.
+ * NAN: there were none. They change slowly with the number of light paths. */
+typedef struct ca_noise_times {
+    uint32_t light_paths; /* measured with half as many and with twice as many */
+    double iteration, light_path; /* an iteration without paths; a light path, with sorting its photons */
+    double camera_path;           /* without: */
+    double candidate;             /* of merging: a photon in reach of a camera path whose merge is weighed */
+    double iteration_error, light_path_error, camera_path_error, candidate_error;
+    double segments_per_camera_path;
+    double candidates_per_pair; /* of a light path with a camera path */
+} ca_noise_times;
+
+/* Numbers of paths of an iteration, and what is expected of it. Variance x seconds is what a fixed time leaves of the variance. */
+typedef struct ca_noise_numbers {
+    uint32_t light_paths;
+    double camera_paths; /* per pixel, mean over pixels */
+    double variance;     /* what the objective says, W^2 sr^-2 m^-4; of `relative` without unit */
+    double seconds;      /* of one processor */
+} ca_noise_numbers;
+
+typedef struct ca_noise_recommendation {
+    ca_noise_numbers best;    /* with a map of camera paths */
+    ca_noise_numbers uniform; /* the best with one number of camera paths for all pixels */
+    ca_noise_numbers given;   /* those measured with */
+    double gain_over_given, gain_over_uniform; /* of `best`: their variance x seconds over its own */
+    uint32_t fewest_camera_paths, most_camera_paths; /* of the map */
+    bool light_paths_only;     /* one camera path per pixel: of ppm, and where no more were measured */
+    uint32_t most_light_paths; /* more are not recommended, since those of an iteration are kept in memory */
+    ca_noise_times times;
+} ca_noise_recommendation;
+
+/* The numbers of paths with the least noise after a given time, from a measurement (docs/papers/000.md, section D). Traces a few
+ * iterations with the scene and settings of the measurement but half and twice the light paths, and again with those that it
+ * recommends where they are far from that, to time them: a recommendation depends on the machine, and a little on chance. Timing
+ * takes about a quarter of the time of the measurement, or two seconds.
+ * objective: the variance of the "mean" pixel (NULL), the "relative" one (over squared luminance), or that of the "worst-decile".
+ * `image`, of the measurement, gets the map as layer Rays.Numbers and the light paths as attribute caustica.lightPaths, for
+ * ca_render_settings.rays; NULL: not wanted. CA_ERROR_ARGUMENT: another objective; settings that do not fit the measurement.
+ * CA_ERROR_UNSUPPORTED: a measurement of `bdpt`, `vcm` or `ovcm`, whose weights would change with the numbers. */
+CA_API ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const ca_render_settings *settings,
+                                    const char *objective, ca_image_layers *image, ca_noise_recommendation *recommendation,
+                                    ca_error *error);
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 

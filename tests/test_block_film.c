@@ -30,18 +30,20 @@ static ca_test_random random_source;
 
 static float between(float low, float high) { return low + (high - low) * ca_test_random_float(&random_source); }
 
-static ca_block_film_desc desc_with(bool gradients, float largest)
+static ca_block_film_desc desc_with(bool extras, float largest)
 {
     return (ca_block_film_desc){.full_width = FULL_WIDTH,
                                 .full_height = FULL_HEIGHT,
                                 .crop = {X0, Y0, X0 + WIDTH, Y0 + HEIGHT},
-                                .gradients = gradients,
+                                .gradients = extras,
+                                .error_bars = extras,
                                 .extent = largest};
 }
 
-static ca_block_film *create(bool gradients)
+/* With gradients and error bars, or without. */
+static ca_block_film *create(bool extras)
 {
-    const ca_block_film_desc desc = desc_with(gradients, extent);
+    const ca_block_film_desc desc = desc_with(extras, extent);
     ca_block_film *film;
     assert_int_equal(ca_block_film_create(&film, &desc, NULL), CA_OK);
     return film;
@@ -86,6 +88,7 @@ static ca_block_sample random_sample(void)
     s.albedo = (ca_rgb){paths * between(0, 1), paths * between(0, 1), paths * between(0, 1)};
     s.normal = random_vector(1.0f, paths);
     s.position = random_vector(extent, paths);
+    s.covariance = (ca_pair_covariance){(double)(scale * between(0, 1)), (double)between(-0.1f, 1), (double)scale, 2.0};
     return s;
 }
 
@@ -96,7 +99,11 @@ typedef struct block_sums {
 static void fill(block_sums *sums)
 {
     for (int b = 0; b < BLOCKS; b++)
-        for (int p = 0; p < PIXELS; p++) sums->samples[b][p] = random_sample();
+        for (int p = 0; p < PIXELS; p++) {
+            sums->samples[b][p] = random_sample();
+            sums->samples[b][p].visits_camera = (uint64_t)(b / 7); /* as in columns of 7: the first block is the first */
+            sums->samples[b][p].visits_light = (uint64_t)(b % 7);
+        }
 }
 
 static void add_block(ca_block_film *film, const block_sums *sums, int block)
@@ -169,7 +176,7 @@ static void test_values_are_means(void **state)
                      0.0722 * (double)layer_at(layers, "B", p);
     }
     assert_true(fabs(ca_block_film_mean_luminance(film) / (luminance / PIXELS) - 1.0) < 1e-6);
-    assert_int_equal(layers->channel_count, 17);
+    assert_int_equal(layers->channel_count, 20);
     assert_null(ca_layers_find(layers, "Variance.R"));
     assert_true(layers->width == WIDTH && layers->height == HEIGHT && layers->x0 == X0 && layers->y0 == Y0);
     assert_true(layers->full_width == FULL_WIDTH && layers->full_height == FULL_HEIGHT);
@@ -185,6 +192,7 @@ static void test_empty_and_without_gradients(void **state)
     ca_image_layers *layers = develop(film);
     assert_int_equal(layers->channel_count, 14);
     assert_null(ca_layers_find(layers, "IrradianceGradient.X"));
+    assert_null(ca_layers_find(layers, "ConfidenceLow.Y"));
     for (size_t c = 0; c < layers->channel_count; c++)
         for (uint32_t p = 0; p < PIXELS; p++) assert_true(layers->channels[c].data[p] == 0.0f);
     ca_layers_destroy(layers);
@@ -192,7 +200,7 @@ static void test_empty_and_without_gradients(void **state)
         .pairs = 1, .paths = 1, .irradiance_gradient = {NAN, 0, 0}}; /* nobody looks at it */
     assert_true(ca_block_film_add(film, X0, Y0, &sample));
     const ca_block_film_desc with = desc_with(true, extent), without = desc_with(false, extent);
-    assert_true(ca_block_film_bytes(&with) == 328.0 * PIXELS && ca_block_film_bytes(&without) == 208.0 * PIXELS);
+    assert_true(ca_block_film_bytes(&with) == 528.0 * PIXELS && ca_block_film_bytes(&without) == 208.0 * PIXELS);
     ca_block_film_destroy(film);
 }
 
@@ -240,14 +248,14 @@ static void test_bytes_bring_everything_back(void **state)
     static block_sums sums;
     random_source = ca_test_random_seed(3);
     fill(&sums);
-    for (int gradients = 0; gradients < 2; gradients++) {
-        ca_block_film *film = create(gradients), *copy = create(gradients);
+    for (int extras = 0; extras < 2; extras++) {
+        ca_block_film *film = create(extras), *copy = create(extras);
         const ca_block_film_desc *desc = ca_block_film_described(film);
         for (int b = 0; b < BLOCKS; b++) add_block(film, &sums, b);
         add_block(copy, &sums, 7); /* what was there before is replaced */
         const size_t row_bytes = ca_block_film_row_bytes(desc);
-        assert_int_equal(row_bytes, WIDTH * (gradients ? 328 : 208));
-        unsigned char row[WIDTH * 328];
+        assert_int_equal(row_bytes, WIDTH * (extras ? 528 : 208));
+        unsigned char row[WIDTH * 528];
         for (uint32_t y = 0; y < HEIGHT; y++) {
             ca_block_film_write_row(film, y, row);
             ca_block_film_read_row(copy, y, row);
@@ -347,6 +355,98 @@ static void test_positions_of_any_size(void **state)
     }
 }
 
+/* ---- Error bars
+ * ----------------------------------------------------------------------------------------------------- */
+
+/* Rows of 2 camera paths, columns of 2 light paths, each path one of three things; blocks of an L, as a render that ends within
+ * a shell leaves them. Going through all that may happen, the mean of the estimated variance is the variance of the value. */
+enum { KINDS = 3, SIDE = 2, L_BLOCKS = 3, PATHS = 2 * SIDE * 2 };
+static const double merged[KINDS][KINDS] = {{0, 2, 5}, {1, 0, 0.5}, {3, 0, 7}}, alone[KINDS] = {0, 4, 1};
+static const uint32_t l_shape[L_BLOCKS][2] = {{0, 0}, {1, 0}, {1, 1}}; /* row, column */
+static const uint64_t l_visits[L_BLOCKS][2] = {{0, 0}, {0, 1}, {1, 0}};
+
+static ca_block_sample l_block(ca_pair_covariances *c, const uint32_t *kinds, int block)
+{
+    const uint32_t *camera = kinds + 2 * l_shape[block][0], *light = kinds + 2 * SIDE + 2 * l_shape[block][1];
+    ca_block_sample sample = {.pairs = 4, .paths = 2, .visits_camera = l_visits[block][0], .visits_light = l_visits[block][1]};
+    ca_pair_covariances_begin(c, 2);
+    for (int j = 0; j < 2; j++) {
+        ca_pair_covariances_next_path(c);
+        ca_pair_covariances_add_alone(c, alone[camera[j]]);
+        for (uint32_t i = 0; i < 2; i++) {
+            ca_pair_covariances_add(c, i, merged[light[i]][camera[j]]);
+            sample.radiance.g += (float)(alone[camera[j]] + merged[light[i]][camera[j]]);
+        }
+    }
+    assert_true(ca_pair_covariances_finish(c, &sample.covariance));
+    return sample;
+}
+
+static void test_unfinished_rectangles_have_no_bias(void **state)
+{
+    (void)state;
+    const ca_block_film_desc desc = {.full_width = 1, .full_height = 1, .crop = {0, 0, 1, 1}, .error_bars = true, .extent = 1.0f};
+    ca_pair_covariances c;
+    double outcomes = 0.0, sum = 0.0, squares = 0.0, estimates = 0.0;
+    assert_int_equal(ca_pair_covariances_create(&c, NULL), CA_OK);
+    for (uint32_t outcome = 0; outcome < 6561; outcome++, outcomes++) { /* 3^8 */
+        uint32_t kinds[PATHS], rest = outcome;
+        for (int p = 0; p < PATHS; p++, rest /= KINDS) kinds[p] = rest % KINDS;
+        ca_block_film *film;
+        assert_int_equal(ca_block_film_create(&film, &desc, NULL), CA_OK);
+        for (int b = 0; b < L_BLOCKS; b++) {
+            const ca_block_sample sample = l_block(&c, kinds, b);
+            assert_true(ca_block_film_add(film, 0, 0, &sample));
+        }
+        ca_image_layers *layers = develop(film);
+        const double value = (double)layer_at(layers, "G", 0);
+        sum += value;
+        squares += value * value;
+        estimates += (double)layer_at(layers, "ValueVariance.Y", 0);
+        ca_layers_destroy(layers);
+        ca_block_film_destroy(film);
+    }
+    const double variance = squares / outcomes - pow(sum / outcomes, 2.0);
+    assert_true(variance > 0.5);
+    assert_true(fabs(estimates / outcomes / variance - 1.0) < 1e-5);
+    ca_pair_covariances_destroy(&c);
+}
+
+/* A pixel of which a sample was lost, one without the first block, one whose covariance no float holds; the others are not. */
+static void test_marked_pixels(void **state)
+{
+    (void)state;
+    ca_block_film *film = create(true);
+    for (uint32_t p = 0; p < PIXELS; p++)
+        for (uint64_t b = 0; b < 36; b++) {
+            ca_block_sample sample = {.radiance = {4000, 4000, 4000}, .pairs = 4000, .paths = 4};
+            sample.visits_camera = b % 6;
+            sample.visits_light = b / 6;
+            sample.covariance = (ca_pair_covariance){.camera = 0.1, .light = 0.2, .pair = 0.3, .merged = 1.0};
+            if (p == 0 && b == 5) sample.radiance.r = NAN;
+            if (p == 1 && b == 0) sample.visits_camera = 1;
+            if (p == 2 && b == 7) sample.covariance.light = 1e60;
+            if (p == 3 && b == 7) sample.covariance.camera = -100.0;
+            assert_true(ca_block_film_add(film, X0 + p % WIDTH, Y0 + p / WIDTH, &sample) == !(p == 0 && b == 5));
+        }
+    ca_image_layers *layers = develop(film);
+    const double variance = 0.1 / 24 + 0.2 / 6000 + 0.3 / (24 * 6000);
+    for (uint32_t p = 0; p < PIXELS; p++) {
+        const float low = layer_at(layers, "ConfidenceLow.Y", p), high = layer_at(layers, "ConfidenceHigh.Y", p);
+        const double got = (double)layer_at(layers, "ValueVariance.Y", p);
+        if (p < 4) {
+            assert_true(low == -INFINITY && high == INFINITY);
+            assert_true(p == 3 ? got < 0.0 : isnan(got) != 0);
+            continue;
+        }
+        /* 18 degrees of freedom: t = 2.101; a little less or more for the skewness. */
+        assert_true(fabs(got / variance - 1.0) < 1e-6);
+        assert_true(low < 1.0f && high > 1.0f && fabs(((double)high - (double)low) / sqrt(variance) / 2.0 / 2.101 - 1.0) < 0.03);
+    }
+    ca_layers_destroy(layers);
+    ca_block_film_destroy(film);
+}
+
 /* ---- Memory
  * --------------------------------------------------------------------------------------------------------- */
 
@@ -354,7 +454,7 @@ static void test_out_of_memory(void **state)
 {
     (void)state;
     const ca_block_film_desc desc = desc_with(true, extent);
-    for (long i = 0; i < 3; i++) {
+    for (long i = 0; i < 4; i++) {
         ca_block_film *film;
         ca_error error = {""};
         ca_memory_fail_after(i);
@@ -373,7 +473,7 @@ static void test_out_of_memory(void **state)
         assert_true(status == CA_OK || status == CA_ERROR_MEMORY);
         ca_layers_destroy(layers);
     }
-    assert_true(failures > 17);
+    assert_true(failures > 23);
     ca_block_film_destroy(film);
     ca_block_film_destroy(NULL);
 }
@@ -387,6 +487,8 @@ int main(void)
         cmocka_unit_test(test_bytes_bring_everything_back),
         cmocka_unit_test(test_gate),
         cmocka_unit_test(test_positions_of_any_size),
+        cmocka_unit_test(test_unfinished_rectangles_have_no_bias),
+        cmocka_unit_test(test_marked_pixels),
         cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -86,7 +86,7 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "-i", "pathh"}, "did you mean \"path\"?"},
     {{"render", "ball.xml", "--sampler", "hamilton"}, "halton"},
     /* What later versions may know must not be a silent no-op today. */
-    {{"render", "ball.xml", "--rays", "auto"}, "option --rays is not known"},
+    {{"render", "ball.xml", "--beams", "auto"}, "option --beams is not known"},
     {{"render", "ball.xml", "--serve"}, "option --serve is not known"},
     /* Parameters of integrators. */
     {{"render", "ball.xml", "--radius", "0"}, "--radius: \"0\""},

@@ -1,6 +1,7 @@
-/* `caustica noise` from outside: layers, averages and counts that fit together, predictions against other measurements, what it
- * refuses. */
+/* `caustica noise` from outside: layers, averages and counts that fit together, predictions against other measurements, recommended
+ * numbers, what it refuses. */
 #include "image/layers.h"
+#include "noise/ray_map.h"
 #include "support/program_test.h"
 
 #include <math.h>
@@ -116,6 +117,41 @@ static void assert_picture(const ca_image_layers *image, const ca_image_layers *
         }
 }
 
+/* The recommendation of --stats against the map of the .exr, and itself. */
+static void assert_recommendation(const json_t *root, const ca_image_layers *image, const char *objective)
+{
+    const json_t *r = json_object_get(root, "recommendation"), *best = json_object_get(r, "best"),
+                 *uniform = json_object_get(r, "uniform"), *given = json_object_get(r, "given");
+    const json_t *times = json_object_get(root, "times");
+    const float *map = layer(image, CA_RAY_MAP_LAYER);
+    double mean = 0.0, fewest = 1e9, most = 0.0;
+    for (int i = 0; i < PIXELS; i++) {
+        mean += (double)map[i] / PIXELS;
+        fewest = fmin(fewest, (double)map[i]);
+        most = fmax(most, (double)map[i]);
+    }
+    assert_string_equal(json_string_value(json_object_get(r, "objective")), objective);
+    assert_near("the mean of the map", json_number(best, "camera_paths"), mean, 1e-6 * mean);
+    assert_true(json_number(r, "fewest_camera_paths") == fewest && json_number(r, "most_camera_paths") == most && fewest >= 1.0);
+    const double cost = json_number(best, "variance") * json_number(best, "seconds");
+    const double gain = json_number(given, "variance") * json_number(given, "seconds") / cost;
+    assert_near("the gain", json_number(r, "gain_over_given"), gain, 1e-6 * gain);
+    const double uniform_gain = json_number(uniform, "variance") * json_number(uniform, "seconds") / cost;
+    assert_near("the gain over uniform numbers", json_number(r, "gain_over_uniform"), uniform_gain, 1e-6 * uniform_gain);
+    static const char *const names[] = {"light_path", "iteration_error", "light_path_error", "camera_path_error", "candidate_error",
+                                        "candidates_per_pair"};
+    for (int i = 0; i < 6; i++)
+        if (!(json_number(times, names[i]) > 0.0)) fail_msg("%s is %g", names[i], json_number(times, names[i]));
+    /* Of so few one kind may seem to cost nothing. */
+    assert_true(json_number(times, "camera_path") >= 0.0 && json_number(times, "candidate") >= 0.0);
+    char light_paths[32];
+    snprintf(light_paths, sizeof light_paths, "%.0f", json_number(best, "light_paths"));
+    const char *attribute = NULL;
+    for (size_t i = 0; i < image->attribute_count; i++)
+        if (strcmp(image->attributes[i].name, CA_RAY_MAP_LIGHT_PATHS) == 0) attribute = image->attributes[i].text;
+    assert_string_equal(attribute, light_paths);
+}
+
 static void test_what_comes_out(void **state)
 {
     ca_program_result r;
@@ -142,6 +178,12 @@ static void test_what_comes_out(void **state)
     assert_true(json_number(json_object_get(root, "per_iteration"), "light_paths") == 60 &&
                 json_number(json_object_get(root, "per_iteration"), "camera_paths") == 5);
     assert_int_equal(json_array_size(predict), 2);
+    assert_recommendation(root, image, "mean");
+    const json_t *given = json_object_get(json_object_get(root, "recommendation"), "given");
+    const double predicted = json_number(json_object_get(root, "image"), "predicted_variance");
+    assert_true(json_number(given, "light_paths") == 60 && json_number(given, "camera_paths") == 5);
+    /* What choosing makes of estimates below zero moves it a little. */
+    assert_near("the variance given", json_number(given, "variance"), predicted, 0.1 * predicted);
     const json_t *second = json_array_get(predict, 1);
     assert_true(json_number(second, "light_paths") == 60 && json_number(second, "camera_paths") == 50);
     /* Ten times the camera paths: a tenth of the pair and camera terms. */
@@ -166,7 +208,8 @@ static void test_threads_and_quiet(void **state)
     }
     assert_int_equal(images[0]->channel_count, images[1]->channel_count);
     for (size_t c = 0; c < images[0]->channel_count; c++)
-        assert_memory_equal(images[0]->channels[c].data, images[1]->channels[c].data, PIXELS * sizeof(float));
+        if (strcmp(images[0]->channels[c].name, CA_RAY_MAP_LAYER) != 0) /* that depends on times */
+            assert_memory_equal(images[0]->channels[c].data, images[1]->channels[c].data, PIXELS * sizeof(float));
     ca_image_release(images[0]);
     ca_image_release(images[1]);
 }
@@ -237,6 +280,46 @@ static void test_one_camera_path(void **state)
     assert_says(r.errors, "--predict: one camera path does not tell the noise of 2: measure with --camera-paths 2 or more");
 }
 
+/* ---- Recommended numbers ------------------------------------------------------------------------------------------ */
+
+static void test_recommendation(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "noise", ROOM, COUNTS(60, 5, 20), "--max-depth=3", "-Dpower=4, 1, 2", "--objective=relative", "-oa.exr", "--stats=a.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "microseconds of a processor, timed around ");
+    assert_says(r.output, "least mean relative variance after a given time");
+    assert_says(r.output, "\n  recommended ");
+    assert_says(r.output, "\nnext: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 --alpha 0 --rays a.exr\n");
+    assert_says(r.output, "\n  or: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 --alpha 0 --light-paths ");
+    ca_image_layers *image = read_image(state, "a.exr");
+    json_t *root = load_json(folder_of(state), "a.json");
+    assert_recommendation(root, image, "relative");
+    json_decref(root);
+    ca_image_release(image);
+    /* One camera path: a number of light paths is all there is to say. */
+    RUN(&r, "noise", ROOM, "--light-paths=60", "-ippm:max_depth=3", "--iterations=20", "--crop=2,0,9,8", "--objective=worst-decile");
+    assert_exit(&r, 0);
+    assert_says(r.output, "20 iterations of 60 light paths and 1 camera paths per pixel, 56 pixels");
+    assert_says(r.output, "least variance in the noisiest tenth of the pixels after");
+    assert_null(strstr(r.output, "\n  recommended "));
+    assert_says(r.output, "\nnext: caustica render room.xml -i ppm:max_depth=3 --radius 0.5 --alpha 0 --crop 2,0,9,8 --light-paths ");
+    assert_says(r.output, " --camera-paths 1\n");
+}
+
+/* Nothing but the scene. */
+static void test_default_numbers(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "noise", "room.xml", "--resolution=3x2");
+    assert_exit(&r, 0);
+    assert_says(r.output, "32 iterations of 30000 light paths and 4 camera paths per pixel, 6 pixels");
+    assert_says(r.output, "(with -o FILE.exr the recommended map is written, for render's --rays)");
+    RUN(&r, "noise", "room.xml", "--resolution=3x2", "-ibdpm:light_paths=50,camera_paths=3", "--iterations=2");
+    assert_exit(&r, 0);
+    assert_says(r.output, "2 iterations of 50 light paths and 3 camera paths per pixel, 6 pixels");
+}
+
 /* ---- Settings ----------------------------------------------------------------------------------------------------- */
 
 static void assert_integrator(void **state, const char *words)
@@ -289,9 +372,8 @@ static const struct refusal {
     const char *words[9]; /* ended by NULL, after `noise` */
     const char *says;
 } refusals[] = {
-    {2, {"room.xml", "--camera-paths=2", "--iterations=2"}, "option --light-paths is missing"},
-    {2, {"room.xml", "--light-paths=2", "--iterations=2"}, "option --camera-paths is missing"},
-    {2, {"room.xml", "--light-paths=2", "--camera-paths=2"}, "option --iterations is missing"},
+    {2, {"room.xml", COUNTS(20, 2, 3), "--objective=median"}, "--objective: the objective \"median\" is not known; there are mean,"},
+    {2, {"room.xml", "-ippm", "--predict=20,2"}, "--predict: one camera path does not tell the noise of 2: measure with"},
     {2, {COUNTS(20, 2, 3)}, "a scene file is missing"},
     {2, {"room.xml", "room.xml", COUNTS(20, 2, 3)}, "more than one scene file"},
     {2, {"room.xml", COUNTS(20, 2, 1)}, "--iterations: \"1\" is not a whole number of at least 2"},
@@ -303,7 +385,7 @@ static const struct refusal {
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=20"}, "--predict: \"20\" is not NF,NB"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=0,2"}, "--predict: \"0,2\" is not NF,NB"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=2,-1"}, "--predict: \"2,-1\" is not NF,NB"},
-    {2, {"room.xml", COUNTS(20, 2, 2), "-i", "ovcm"}, "the integrator must be bdpm or ppm, not ovcm"},
+    {2, {"room.xml", COUNTS(20, 2, 2), "-i", "path"}, "the integrator must be bdpm, ppm, bdpt, vcm or ovcm, not path"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdmp"}, "bdmp"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdpm:light_paths=30"}, "\"light_paths\" is 30 among"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--sampler=sobol"}, "option --sampler=sobol is not known"},
@@ -345,6 +427,7 @@ int main(void)
         ROOM_TEST(test_what_comes_out),  ROOM_TEST(test_threads_and_quiet),    ROOM_TEST(test_law_holds),
         ROOM_TEST(test_predictions),     ROOM_TEST(test_one_camera_path),      ROOM_TEST(test_integrator_and_alpha),
         ROOM_TEST(test_crop),            ROOM_TEST(test_refusals),             ROOM_TEST(test_help),
+        ROOM_TEST(test_recommendation),  ROOM_TEST(test_default_numbers),
     };
     return run_program_tests("the program: noise components", tests, sizeof tests / sizeof tests[0]);
 }

@@ -102,6 +102,7 @@ static void test_metrics_of_constant_pictures(void **state)
     assert_near(c.rmse, sqrt((0.25 + 0.0625) / 3.0), 1e-12);
     assert_near(c.mae, 0.75 / 3.0, 1e-12);
     assert_near(c.relmse, (0.25 / 1.01 + 0.0625 / 0.0725) / 3.0, 1e-12);
+    assert_near(c.smape, (0.5 / 2.51 + 0.25 / 0.26) / 3.0, 1e-12);
     assert_near(c.mean_luminance, 0.2126 * 1.5 + 0.7152 * 2.0, 1e-6);
     assert_near(c.reference_mean_luminance, 0.2126 + 0.7152 * 2.0 + 0.0722 * 0.25, 1e-6);
     const double expected = fabs(c.mean_luminance / c.reference_mean_luminance - 1.0);
@@ -121,7 +122,7 @@ static void test_equal_pictures(void **state)
     ca_test_random random = ca_test_random_seed(1);
     render_noise(image, &random, 4, 1.0, 0.1);
     const ca_comparison c = compare(image, image, NULL);
-    assert_true(c.rmse == 0.0 && c.mae == 0.0 && c.relmse == 0.0 && c.median_block_difference == 0.0);
+    assert_true(c.rmse == 0.0 && c.mae == 0.0 && c.relmse == 0.0 && c.smape == 0.0 && c.median_block_difference == 0.0);
     assert_int_equal(c.test.rejected, 0);
     assert_true(c.test.done && c.test.p_value == 1.0);
     ca_layers_destroy(image);

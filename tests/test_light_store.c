@@ -44,7 +44,7 @@ static void fill_path(void *user, uint32_t path, uint32_t worker)
 static void fill(ca_light_store *store, uint32_t paths, uint32_t pass, uint32_t workers)
 {
     filling f = {store, pass};
-    const ca_parallel parallel = {workers};
+    const ca_parallel parallel = {.workers = workers};
     ca_parallel_for(&parallel, paths, fill_path, &f);
 }
 

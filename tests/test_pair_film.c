@@ -67,6 +67,43 @@ static void test_sums(void **state)
     ca_pair_film_destroy(&film);
 }
 
+/* Connections' sums beside, and all products of quantities with theirs. */
+static void test_sums_of_connections(void **state)
+{
+    (void)state;
+    enum { ITERATIONS = 20 };
+    const uint32_t crop[4] = {5, 7, 8, 9};
+    ca_test_random random = ca_test_random_seed(4);
+    ca_pair_film film;
+    assert_int_equal(ca_pair_film_create(&film, crop, 30, 4, NULL), CA_OK);
+    assert_null(film.connections);
+    assert_int_equal(ca_pair_film_connect(&film, NULL), CA_OK);
+    double q[ITERATIONS][CA_PAIR_ALL_QUANTITIES];
+    for (int k = 0; k < ITERATIONS; k++) {
+        double *v = q[k];
+        for (int a = 0; a < CA_PAIR_ALL_QUANTITIES; a++) v[a] = (double)ca_test_random_float(&random) - 0.25;
+        const ca_pair_moments m = {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+        ca_pair_film_add(&film, 7, 7, &m);
+    }
+    const ca_pair_connections *c = &film.connections[2];
+    int next = 0;
+    for (int b = CA_PAIR_QUANTITIES; b < CA_PAIR_ALL_QUANTITIES; b++) {
+        double sum = 0.0;
+        for (int k = 0; k < ITERATIONS; k++) sum += q[k][b];
+        assert_true(fabs(c->sums[b - CA_PAIR_QUANTITIES] - sum) < 1e-12);
+        for (int a = 0; a <= b; a++, next++) {
+            double product = 0.0;
+            for (int k = 0; k < ITERATIONS; k++) product += q[k][a] * q[k][b];
+            assert_true(ca_pair_connected_product(a, b) == next && ca_pair_connected_product(b, a) == next);
+            assert_true(fabs(c->products[next] - product) < 1e-12);
+        }
+    }
+    assert_int_equal(next, sizeof c->products / sizeof c->products[0]);
+    assert_int_equal(film.pixels[2].iterations, ITERATIONS);
+    assert_true(film.connections[1].sums[0] == 0.0 && film.connections[3].sums[0] == 0.0);
+    ca_pair_film_destroy(&film);
+}
+
 static void test_film_out_of_memory(void **state)
 {
     (void)state;
@@ -76,6 +113,11 @@ static void test_film_out_of_memory(void **state)
     assert_int_equal(ca_pair_film_create(&film, (uint32_t[4]){0, 0, 9, 9}, 30, 4, &error), CA_ERROR_MEMORY);
     ca_memory_fail_after(-1);
     assert_non_null(strstr(error.message, "noise"));
+    ca_pair_film_destroy(&film);
+    assert_int_equal(ca_pair_film_create(&film, (uint32_t[4]){0, 0, 9, 9}, 30, 4, NULL), CA_OK);
+    ca_memory_fail_after(0);
+    assert_int_equal(ca_pair_film_connect(&film, &error), CA_ERROR_MEMORY);
+    ca_memory_fail_after(-1);
     ca_pair_film_destroy(&film);
 }
 
@@ -343,11 +385,8 @@ static void test_refusals(void **state)
         pair_render render;
         const char *says;
     } cases[] = {
-        {{"light:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "law is that of photon mapping"},
-        {{"bdpt:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "law is that of photon mapping"},
-        {{"bdpt:strategies=no-splat", 100, 2, 1, 1, 1, NULL, 0}, "law is that of photon mapping"},
-        {{"vcm:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "integrator \"vcm\""},
-        {{"ovcm:max_depth=3", 100, 2, 1, 1, 1, NULL, 0}, "integrator \"ovcm\""},
+        {{"bdpt:max_depth=3", 2, 3, 1, 1, 1, NULL, 0}, "a light path of its own"},
+        {{"vcm:max_depth=3", 100, 2, 1, 1, 1, "sobol", 0}, "integrator \"vcm\""},
         {{BDPM, 100, 2, 1, 1, 1, "halton", 0}, "sampler \"independent\""},
         {{BDPM, 100, 2, 1, 1, 1, "sobol", 0}, "sampler \"independent\""},
         {{BDPM, 1, 2, 1, 1, 1, NULL, 0}, "at least 2 light paths"},
@@ -404,7 +443,7 @@ static void test_allocation_failures(void **state)
         ca_image_release(image);
         if (!tells) break;
     }
-    assert_true(failed > 10 && incomplete >= 2);
+    assert_true(failed > 10 && incomplete >= 1);
 }
 
 int main(void)
@@ -412,6 +451,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_product_indices),
         cmocka_unit_test(test_sums),
+        cmocka_unit_test(test_sums_of_connections),
         cmocka_unit_test(test_film_out_of_memory),
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_values),

@@ -38,7 +38,14 @@ static int tear_down(void **state)
 typedef struct oracle_moments {
     double value, pair, camera, light;
     double value_size, pair_size, camera_size, light_size;
+    double connected, square, with_pair, with_camera, with_light;
+    double with_pair_size, with_camera_size, with_light_size;
 } oracle_moments;
+
+/* D of each camera path, and the light path that it connects to. */
+enum { MOST_CAMERA_PATHS = 16 };
+static double connected[MOST_CAMERA_PATHS];
+static uint32_t partners[MOST_CAMERA_PATHS];
 
 /* Product of the two halves' means along a row or column of the matrix. */
 static double halves_product(const double *elements, uint32_t count, uint32_t stride)
@@ -76,13 +83,67 @@ static oracle_moments oracle(const double *matrix, uint32_t light_paths, uint32_
     return o;
 }
 
+/* Section C of docs/papers/000.md as it is written. */
+static void add_connections(const double *matrix, uint32_t light_paths, uint32_t camera_paths, oracle_moments *o)
+{
+    for (uint32_t j = 0; j < camera_paths; j++) {
+        const double *row = matrix + (size_t)j * light_paths, d = connected[j] / camera_paths;
+        double others_of_camera = 0.0, others_of_light = 0.0, size_of_camera = 0.0, size_of_light = 0.0;
+        for (uint32_t i = 0; i < light_paths; i++) {
+            others_of_camera += i == partners[j] ? 0.0 : row[i] / (light_paths - 1.0);
+            size_of_camera += fabs(row[i]) / (light_paths - 1.0);
+        }
+        for (uint32_t k = 0; k < camera_paths; k++) {
+            const double c = matrix[(size_t)k * light_paths + partners[j]];
+            others_of_light += k == j ? 0.0 : c / (camera_paths - 1.0);
+            size_of_light += camera_paths == 1 ? 0.0 : fabs(c) / (camera_paths - 1.0);
+        }
+        o->connected += d;
+        o->square += d * connected[j];
+        o->with_pair += d * row[partners[j]];
+        o->with_camera += d * others_of_camera;
+        o->with_light += d * others_of_light;
+        o->with_pair_size += fabs(d) * (fabs(row[partners[j]]) + 1000.0);
+        o->with_camera_size += fabs(d) * size_of_camera;
+        o->with_light_size += fabs(d) * size_of_light;
+        o->value_size += fabs(d);
+    }
+    o->value += o->connected;
+}
+
 /* What a pixel is made of. */
 typedef struct pixel_case {
     uint32_t light_paths, camera_paths;
     double density; /* mean number of merges of a pair */
     double alone;   /* probability that a camera path finds something alone, up to twice in its course */
     bool negative;  /* some camera paths have a negative filter weight */
+    double own;     /* probability that a light path brings something alone, up to twice */
+    double connects; /* probability that a camera path brings something by connections, up to twice */
 } pixel_case;
+
+/* What light paths bring alone. */
+static void add_own_light(const pixel_case *c, double *matrix)
+{
+    for (uint32_t n = 0; n < 2 * c->light_paths; n++) {
+        if (uniform() >= c->own) continue;
+        const uint32_t path = n % 3 ? below(c->light_paths) : 0;
+        const double luminance = (c->negative && n % 5 == 1 ? -50.0 : 50.0) * uniform();
+        for (uint32_t j = 0; j < c->camera_paths; j++) matrix[(size_t)j * c->light_paths + path] += luminance;
+        ca_pair_sums_add_light_alone(sums, path, luminance);
+    }
+}
+
+static void connect_path(const pixel_case *c, uint32_t j, double sign)
+{
+    connected[j] = 0.0;
+    partners[j] = (j * 7 + 3) % c->light_paths; /* not all different where 7 divides them; that matters to expectations only */
+    for (int n = 0; n < 2; n++) {
+        if (uniform() >= c->connects) continue;
+        const double luminance = sign * (1.0 + 200.0 * uniform());
+        connected[j] += luminance;
+        ca_pair_sums_connect(sums, partners[j], luminance);
+    }
+}
 
 /* Adds one pixel's pairs to the sums and to the matrix. */
 static void add_pixel(const pixel_case *c, double *matrix)
@@ -104,10 +165,12 @@ static void add_pixel(const pixel_case *c, double *matrix)
             for (uint32_t i = 0; i < c->light_paths; i++) row[i] += alone;
             ca_pair_sums_add_alone(sums, alone);
         }
+        connect_path(c, j, sign);
         if (uniform() >= c->alone) continue;
         for (uint32_t i = 0; i < c->light_paths; i++) row[i] += sign * 7.0;
         ca_pair_sums_add_alone(sums, sign * 7.0);
     }
+    add_own_light(c, matrix);
 }
 
 static void expect(const pixel_case *c, const char *what, double got, double expected, double size)
@@ -122,7 +185,8 @@ static void check_pixel(const pixel_case *c)
     double *matrix = malloc((size_t)c->light_paths * c->camera_paths * sizeof *matrix);
     assert_non_null(matrix);
     add_pixel(c, matrix);
-    const oracle_moments o = oracle(matrix, c->light_paths, c->camera_paths);
+    oracle_moments o = oracle(matrix, c->light_paths, c->camera_paths);
+    add_connections(matrix, c->light_paths, c->camera_paths, &o);
     const ca_pair_moments m = ca_pair_sums_finish(sums);
     expect(c, "value", m.value, o.value, o.value_size);
     expect(c, "pair estimator", m.pair, o.pair, o.pair_size);
@@ -131,6 +195,14 @@ static void check_pixel(const pixel_case *c)
         expect(c, "light estimator", m.light, o.light, o.light_size);
     else
         assert_true(isnan(m.light));
+    expect(c, "connections' mean", m.connected, o.connected, fabs(o.connected));
+    expect(c, "connections' square", m.connected_square, o.square, o.square);
+    expect(c, "connections with pairs", m.connected_pair, o.with_pair, o.with_pair_size);
+    expect(c, "connections with camera paths", m.connected_camera, o.with_camera, o.with_camera_size);
+    if (c->camera_paths > 1)
+        expect(c, "connections with light paths", m.connected_light, o.with_light, o.with_light_size + o.with_pair_size);
+    else
+        assert_true(o.connected == 0.0 ? m.connected_light == 0.0 : isnan(m.connected_light));
     free(matrix);
 }
 
@@ -145,8 +217,40 @@ static void test_matrix(void **state)
             for (int f = 0; f < 6; f++)
                 for (int b = 0; b < 6; b++)
                     for (int a = 0; a < 3; a++)
-                        check_pixel(&(pixel_case){light_paths[f], camera_paths[b], densities[d], alone[a], round == 2});
+                        check_pixel(&(pixel_case){light_paths[f], camera_paths[b], densities[d], alone[a], round == 2,
+                                                  .own = 0.0, .connects = 0.0});
     assert_true(ca_pair_sums_complete(sums));
+}
+
+/* The same with light paths' own light, connections, or both. */
+static void test_matrix_of_connections(void **state)
+{
+    (void)state;
+    static const uint32_t light_paths[] = {2, 3, 64, 101, 1000}, camera_paths[] = {1, 2, 3, 7, 10};
+    static const double densities[] = {0.0, 0.05, 1.5}, part[] = {0.0, 0.4, 1.0};
+    for (int round = 0; round < 2; round++)
+        for (int d = 0; d < 3; d++)
+            for (int f = 0; f < 5; f++)
+                for (int b = 0; b < 5; b++)
+                    for (int a = 0; a < 9; a++)
+                        check_pixel(&(pixel_case){light_paths[f], camera_paths[b], densities[d], d == 1 ? 0.3 : 0.0, round == 1,
+                                                  .own = part[a / 3], .connects = part[a % 3]});
+}
+
+/* More camera paths than numbers that the table tells them apart by, over many pixels: it starts again in time. */
+static void test_many_pixels(void **state)
+{
+    (void)state;
+    for (uint32_t pixel = 0; pixel < 3000; pixel++) {
+        ca_pair_sums_begin(sums, 500);
+        for (uint32_t j = 0; j < 3000; j++) {
+            ca_pair_sums_next_path(sums);
+            if (j % 1001 == pixel % 900) ca_pair_sums_add(sums, pixel % 500, 3.0);
+        }
+        const ca_pair_moments m = ca_pair_sums_finish(sums);
+        assert_true(fabs(m.value - 9.0 / 1500000.0) < 1e-15 && fabs(m.pair - 27.0 / 1500000.0) < 1e-15);
+        assert_true(fabs(m.light - 18.0 / (500.0 * 1500.0 * 1500.0)) < 1e-15);
+    }
 }
 
 static void test_empty_pixel(void **state)
@@ -291,7 +395,7 @@ static void test_allocation_failures(void **state)
     (void)state;
     ca_pair_sums *made;
     ca_error error = {0};
-    for (long n = 0; n < 3; n++) {
+    for (long n = 0; n < 2; n++) {
         ca_memory_fail_after(n);
         assert_int_equal(ca_pair_sums_create(&made, &error), CA_ERROR_MEMORY);
         ca_memory_fail_after(-1);
@@ -312,6 +416,8 @@ int main(void)
     random_source = ca_test_random_seed(5);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_matrix),
+        cmocka_unit_test(test_matrix_of_connections),
+        cmocka_unit_test(test_many_pixels),
         cmocka_unit_test(test_empty_pixel),
         cmocka_unit_test(test_many_light_paths),
         cmocka_unit_test(test_means),

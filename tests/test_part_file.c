@@ -52,7 +52,8 @@ static char *copy_of(const char *text)
     return strcpy(copy, text);
 }
 
-static ca_part make_part(bool gradients)
+/* `extras`: 1 gradients, 2 error bars, or both. */
+static ca_part make_part(unsigned extras)
 {
     ca_test_random random = ca_test_random_seed(5);
     ca_part part = {.settings = copy_of(settings_text),
@@ -67,13 +68,16 @@ static ca_part make_part(bool gradients)
     const ca_block_film_desc desc = {.full_width = 20,
                                      .full_height = 30,
                                      .crop = {2, 3, 2 + WIDTH, 3 + HEIGHT},
-                                     .gradients = gradients,
+                                     .gradients = extras & 1,
+                                     .error_bars = extras & 2,
                                      .extent = 5.0f};
     assert_int_equal(ca_block_film_create(&part.film, &desc, NULL), CA_OK);
     for (uint32_t i = 0; i < 10 * WIDTH * HEIGHT; i++) {
         ca_block_sample sample = {.pairs = 4, .paths = 1, .position = {ca_test_random_float(&random), -1, 2}};
         sample.radiance.r = ldexpf(ca_test_random_float(&random) - 0.2f, (int)(i % 40));
         sample.irradiance_gradient.y = sample.radiance.r;
+        sample.covariance = (ca_pair_covariance){1.0, (double)sample.radiance.r, 0.5, 0.25};
+        sample.visits_camera = sample.visits_light = i / (WIDTH * HEIGHT);
         assert_true(ca_block_film_add(part.film, 2 + i % WIDTH, 3 + i / WIDTH % HEIGHT, &sample));
     }
     return part;
@@ -92,7 +96,7 @@ static uint64_t developed_hash(const ca_block_film *film)
  * ------------------------------------------------------------------------------------------------ */
 
 typedef struct file_bytes {
-    unsigned char data[20000];
+    unsigned char data[30000];
     size_t size;
 } file_bytes;
 
@@ -113,9 +117,9 @@ static void write_bytes(const file_bytes *bytes, size_t size)
     fclose(file);
 }
 
-static void write_part_bytes(file_bytes *bytes, bool gradients)
+static void write_part_bytes(file_bytes *bytes, unsigned extras)
 {
-    ca_part part = make_part(gradients);
+    ca_part part = make_part(extras);
     assert_int_equal(ca_part_write(&part, path, NULL), CA_OK);
     ca_part_destroy(&part);
     read_bytes(path, bytes);
@@ -138,8 +142,8 @@ static void expect_refused(ca_status expected, const char *words)
 static void test_everything_comes_back(void **state)
 {
     (void)state;
-    for (int gradients = 0; gradients < 2; gradients++) {
-        ca_part part = make_part(gradients), back;
+    for (unsigned extras = 0; extras < 4; extras++) {
+        ca_part part = make_part(extras), back;
         assert_int_equal(ca_part_write(&part, path, NULL), CA_OK);
         assert_int_equal(ca_part_read(path, &back, NULL), CA_OK);
         assert_string_equal(back.settings, settings_text);
@@ -176,7 +180,7 @@ static void test_cut_off(void **state)
 {
     (void)state;
     file_bytes bytes;
-    write_part_bytes(&bytes, true);
+    write_part_bytes(&bytes, 3);
     for (size_t size = 0; size < bytes.size; size += size < 2 * HEADER_BYTES ? 1 : 100) {
         write_bytes(&bytes, size);
         expect_refused(CA_ERROR_FORMAT, size == 0 ? "not a part file" : "cut off");
@@ -194,7 +198,7 @@ static void test_damaged(void **state)
 {
     (void)state;
     file_bytes bytes;
-    write_part_bytes(&bytes, false);
+    write_part_bytes(&bytes, 0);
     for (size_t i = 0; i < bytes.size; i += i < 2 * HEADER_BYTES ? 1 : 37) {
         const unsigned char bit = (unsigned char)(1u << i % 8);
         bytes.data[i] ^= bit;
@@ -219,7 +223,7 @@ static void set_field(file_bytes *bytes, size_t field, uint64_t value)
     ca_put_u64(bytes->data + bytes->size - 8, ca_hash_bytes(CA_HASH_START, bytes->data, bytes->size - 8));
 }
 
-/* Fields in their order: format, sizes of the file and of two texts, width, height, crop, gradients, extent, blocks,
+/* Fields in their order: format, sizes of the file and of two texts, width, height, crop, extras, extent, blocks,
  * seconds, samples, next samples and blocks, threads, counts. Nothing a header says may end in anything but a refusal
  * or a part. */
 static void test_lies_with_the_right_hash(void **state)
@@ -246,7 +250,7 @@ static void test_lies_with_the_right_hash(void **state)
                                     UINT64_MAX,
                                     UINT64_C(0x7ff8000000000000)};
     file_bytes original, bytes;
-    write_part_bytes(&original, true);
+    write_part_bytes(&original, 3);
     for (size_t field = 0; field < FIELDS; field++)
         for (size_t l = 0; l < sizeof lies / sizeof lies[0]; l++) {
             bytes = original;
@@ -286,7 +290,7 @@ static void test_lies_with_the_right_hash(void **state)
 static void test_failures_of_the_world(void **state)
 {
     (void)state;
-    ca_part part = make_part(false), back;
+    ca_part part = make_part(0), back;
     ca_error error = {""};
     unlink(other_path);
     assert_int_equal(ca_part_read(other_path, &back, &error), CA_ERROR_FILE);
@@ -324,7 +328,7 @@ static void test_failures_of_the_world(void **state)
 static void test_out_of_memory(void **state)
 {
     (void)state;
-    ca_part part = make_part(true), back;
+    ca_part part = make_part(3), back;
     long failures = 0;
     for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; failures++) {
         ca_memory_fail_after(failures);
@@ -340,7 +344,7 @@ static void test_out_of_memory(void **state)
         ca_memory_fail_after(-1);
         assert_true(status == CA_OK || (status == CA_ERROR_MEMORY && !back.film));
     }
-    assert_true(failures >= 7);
+    assert_true(failures >= 8);
     ca_part_destroy(&back);
     ca_part_destroy(&part);
 }

@@ -402,7 +402,7 @@ static void test_order_is_that_of_the_runs(void **state)
             first += count;
         }
         runs[run_count++] = (ca_photon_run){NULL, 0};
-        const ca_parallel parallel = {workers[k / 2]};
+        const ca_parallel parallel = {.workers = workers[k / 2]};
         assert_int_equal(ca_photon_grid_build(grid, runs, run_count, 0.05f, &parallel, NULL), CA_OK);
         uint32_t other_size;
         uint32_t *other = dump(grid, &other_size);
@@ -484,7 +484,7 @@ static void test_allocation_failures(void **state)
     for (;; failures++) {
         build_grid(grid, photons, 1000, 0.1f, 1);
         const ca_photon_run run = {photons, 20000};
-        const ca_parallel parallel = {2};
+        const ca_parallel parallel = {.workers = 2};
         ca_photon_grid *fresh = create_grid();
         ca_memory_fail_after(failures);
         const ca_status status = ca_photon_grid_build(grid, &run, 1, 0.1f, &parallel, &error);
@@ -528,7 +528,7 @@ static void test_too_many(void **state)
 {
     (void)state;
     const ca_photon_run runs[] = {{photons, 0x80000000u}, {photons, 0x7fffffffu}};
-    const ca_parallel parallel = {1};
+    const ca_parallel parallel = {.workers = 1};
     ca_photon_grid *grid = create_grid();
     ca_error error;
     assert_int_equal(ca_photon_grid_build(grid, runs, 2, 1.0f, &parallel, &error), CA_ERROR_UNSUPPORTED);

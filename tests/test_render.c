@@ -1,6 +1,7 @@
 /* The renderer around the integrator: the same bits for any number of threads, stopping by samples, time, noise and
  * request, crops, layers, attributes. */
 #include "image/layers.h"
+#include "render/noise_looks.h"
 #include "render/render.h"
 #include "sampling/sampler.h"
 #include "support/scene_text.h"
@@ -130,6 +131,35 @@ static void test_a_stopped_render_is_a_shorter_one(void **state)
     ca_scene_release(scene);
 }
 
+/* Looks at a noise that falls as it should, and at one that scatters: few, and the last one just beyond the target. */
+static void test_noise_looks(void **state)
+{
+    (void)state;
+    for (int scatter = 0; scatter < 2; scatter++)
+        for (double target = 0.3; target < 30.0; target *= 1.07) {
+            ca_noise_looks looks = ca_noise_looks_start(target, 8.0);
+            uint32_t passes = 0, count = 0;
+            double noise = 0.0;
+            do {
+                passes++;
+                if (!ca_noise_looks_due(&looks, passes)) continue;
+                noise = 100.0 / sqrt(passes) * (1.0 + scatter * 0.1 / sqrt(passes) * (passes % 3 - 1.0));
+                ca_noise_looks_take(&looks, passes, noise, 2.0 * passes, 2.0);
+                count++;
+                if (count == 1 && noise >= target)
+                    assert_true(fabs(looks.first_predicted_seconds / (2.0 * 8.0 * noise * noise / target / target) - 1.0) < 1e-9);
+            } while (!ca_noise_looks_reached(&looks));
+            const double needed = fmax(8.0, 100.0 / target * 100.0 / target);
+            assert_true(passes <= needed * 1.05 + 2.0 && passes >= needed * (scatter ? 0.95 : 1.0) - 1.0);
+            assert_true(count <= 2.0 + log2(needed / 8.0) + 2.0 * scatter);
+        }
+    ca_noise_looks looks = ca_noise_looks_start(0.0, 8.0);
+    ca_noise_looks_take(&looks, 8.0, 5.0, 1.0, 0.125);
+    assert_true(looks.next == 16.0 && looks.noise == 5.0 && looks.first_predicted_seconds == 0.0 && !ca_noise_looks_reached(&looks));
+    ca_noise_looks_take(&looks, 16.0, (double)NAN, 2.0, 0.125);
+    assert_true(looks.next == 32.0 && looks.noise < 0.0);
+}
+
 static void test_time_and_noise_stop_the_render(void **state)
 {
     (void)state;
@@ -146,7 +176,13 @@ static void test_time_and_noise_stop_the_render(void **state)
     settings.noise_percent = 20.0;
     assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
     assert_true(statistics.noise_percent < 20.0);
-    assert_true(statistics.iterations >= 8 && (statistics.iterations & (statistics.iterations - 1)) == 0);
+    /* not much further than needed: a pass in 32 */
+    const double ratio = statistics.noise_percent / 20.0, needed = (double)statistics.iterations * ratio * ratio;
+    print_message("    noise %.3f %% after %u passes, %.1f were needed; %.3g s, of which %.3g s were predicted\n",
+                  statistics.noise_percent, (unsigned)statistics.iterations, needed, statistics.seconds,
+                  statistics.first_predicted_seconds);
+    assert_true(statistics.iterations >= 8 && statistics.iterations <= needed * 1.1 + 2.0);
+    assert_true(statistics.first_predicted_seconds >= statistics.first_predicted_at && statistics.first_predicted_at > 0.0);
     /* the same figure, from the layers */
     double mean = 0.0;
     const float *samples = ca_image_channel(image, "Samples.Y");
@@ -448,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_seed_and_sampler_change_the_image),
         cmocka_unit_test(test_a_crop_is_a_part_of_the_picture),
         cmocka_unit_test(test_a_stopped_render_is_a_shorter_one),
+        cmocka_unit_test(test_noise_looks),
         cmocka_unit_test(test_time_and_noise_stop_the_render),
         cmocka_unit_test(test_noise_is_what_it_says),
         cmocka_unit_test(test_layers_and_attributes),

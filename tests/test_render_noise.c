@@ -14,19 +14,25 @@
 
 #include <cmocka.h>
 
-static const char *const floor_text =
-    "<scene version=\"3.0.0\">\n"
-    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"3\"/><float name=\"alpha\" value=\"0.5\"/>\n"
-    "    <integer name=\"light_paths\" value=\"40\"/><integer name=\"camera_paths\" value=\"3\"/></integrator>\n"
-    "  <sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>\n"
-    "    <transform name=\"to_world\"><lookat origin=\"0,3,3\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n"
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/>"
-    "<rfilter type=\"box\"/></film>\n"
-    "  </sensor>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"2\"/></transform>"
-    "</shape>\n"
-    "  <emitter type=\"point\"><point name=\"position\" value=\"0,2,0\"/><rgb name=\"intensity\" value=\"9\"/></emitter>\n"
-    "</scene>\n";
+#define FLOOR_AND(more) \
+    "<scene version=\"3.0.0\">\n" \
+    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"3\"/><float name=\"alpha\" value=\"0.5\"/>\n" \
+    "    <integer name=\"light_paths\" value=\"40\"/><integer name=\"camera_paths\" value=\"3\"/></integrator>\n" \
+    "  <sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>\n" \
+    "    <transform name=\"to_world\"><lookat origin=\"0,3,3\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n" \
+    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/>" \
+    "<rfilter type=\"box\"/></film>\n" \
+    "  </sensor>\n" \
+    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"2\"/></transform>" \
+    "</shape>\n" \
+    "  <emitter type=\"point\"><point name=\"position\" value=\"0,2,0\"/><rgb name=\"intensity\" value=\"9\"/></emitter>\n" \
+    more \
+    "</scene>\n"
+
+static const char *const floor_text = FLOOR_AND("");
+/* With a wall, so that light paths go on from where camera paths see them. */
+static const char *const corner_text =
+    FLOOR_AND("  <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"2\"/><translate z=\"-1\"/></transform></shape>\n");
 
 enum { PIXELS = 20 };
 
@@ -69,6 +75,36 @@ static void test_measurement(void **state)
     ca_noise_release(noise);
     ca_noise_release(NULL);
     ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* Paths that are connected have a fourth term, in the layers and averages; no numbers are recommended for them. */
+static void test_connections(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(corner_text);
+    static const char *const integrators[] = {"vcm:max_depth=4", "ovcm:max_depth=4", "bdpt:max_depth=4"};
+    for (int i = 0; i < 3; i++) {
+        ca_render_settings settings = settings_of(i < 2 ? 0.5 : 0.0);
+        settings.integrator = integrators[i];
+        ca_noise *noise = NULL;
+        ca_image_layers *image = NULL;
+        ca_error error = {""};
+        ca_noise_summary all, part;
+        ca_noise_recommendation recommendation;
+        assert_int_equal(ca_noise_measure(scene, &settings, 30, &noise, &image, NULL, &error), CA_OK);
+        assert_int_equal(ca_noise_average(noise, NULL, 40, 3, &all, &error), CA_OK);
+        assert_int_equal(ca_noise_average(noise, (const uint32_t[]){1, 2, 2, 3}, 40, 3, &part, &error), CA_OK);
+        assert_true((float)part.connect == ca_image_channel(image, "Noise.Connect")[2 * 5 + 1]);
+        assert_true(ca_image_channel(image, "Noise.Connect.StdErr")[2 * 5 + 1] > 0.0f && all.connect != 0.0);
+        assert_true(fabs(all.pair + all.camera + all.light + all.connect - all.predicted) < 1e-12 + 1e-9 * all.predicted);
+        assert_int_equal(ca_noise_average(noise, NULL, 3, 4, &all, &error), CA_ERROR_ARGUMENT);
+        assert_non_null(strstr(error.message, "not for 3, 4"));
+        assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, NULL, &recommendation, &error), CA_ERROR_UNSUPPORTED);
+        assert_non_null(strstr(error.message, "weights"));
+        ca_noise_release(noise);
+        ca_image_release(image);
+    }
     ca_scene_release(scene);
 }
 
@@ -141,7 +177,7 @@ static void test_refusals(void **state)
     REFUSE(part_path, "a.part", "without blocks");
     REFUSE(strategies_directory, "folder", "images of the strategies");
     REFUSE(sampler, "sobol", "the sampler must be \"independent\", not \"sobol\"");
-    REFUSE(integrator, "path", "must be bdpm or ppm, not path");
+    REFUSE(integrator, "path", "must be bdpm, ppm, bdpt, vcm or ovcm, not path");
     REFUSE(light_paths, 1, "at least 2 are needed, not 1");
     REFUSE(memory_mib, 0.003, "the film and the sums of pairs need");
 
@@ -239,8 +275,8 @@ static void test_memory_failures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_measurement), cmocka_unit_test(test_early_end),       cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_picture),     cmocka_unit_test(test_memory_failures),
+        cmocka_unit_test(test_measurement), cmocka_unit_test(test_connections), cmocka_unit_test(test_early_end),
+        cmocka_unit_test(test_refusals),    cmocka_unit_test(test_picture),     cmocka_unit_test(test_memory_failures),
     };
     return cmocka_run_group_tests_name("measuring noise", tests, NULL, NULL);
 }

@@ -66,7 +66,7 @@ static void destroy_lists(ca_splat_list *lists, int count)
 static void add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t count, const ca_filter *filter, float scale,
                 uint32_t workers)
 {
-    const ca_parallel parallel = {workers};
+    const ca_parallel parallel = {.workers = workers};
     assert_int_equal(ca_splat_buffer_add(buffer, lists, count, filter, scale, NULL, &parallel, NULL), CA_OK);
 }
 
@@ -296,7 +296,7 @@ static void test_allocation_failures(void **state)
     ca_memory_fail_after(-1);
 
     const ca_filter filter = prepared(CA_RFILTER_TENT, 1.0f);
-    const ca_parallel parallel = {2};
+    const ca_parallel parallel = {.workers = 2};
     ca_splat_list lists[LISTS];
     make_lists(lists, 500);
     uint32_t failures = 0;

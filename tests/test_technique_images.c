@@ -208,7 +208,7 @@ static void test_threads(void **state)
     (void)state;
     for (int repeat = 0; repeat < 10; repeat++) {
         meeting m = {.images = create()};
-        const ca_parallel parallel = {2};
+        const ca_parallel parallel = {.workers = 2};
         ca_parallel_for(&parallel, 2, add_row, &m);
         write_to(m.images, 1, "threads");
         assert_int_equal(files_in("threads"), 13 * 3);
@@ -230,7 +230,7 @@ static void splat_into(ca_splat_buffer *buffer, const ca_splat_list *lists, uint
     ca_filter filter = ca_filter_default(CA_RFILTER_MITCHELL);
     ca_filter_prepare(&filter);
     ca_technique_images *images = create();
-    const ca_parallel parallel = {workers};
+    const ca_parallel parallel = {.workers = workers};
     assert_int_equal(ca_splat_buffer_create(buffer, crop, NULL), CA_OK);
     assert_int_equal(ca_splat_buffer_add(buffer, lists, 3, &filter, 0.25f, images, &parallel, NULL), CA_OK);
     write_to(images, 1, folder);

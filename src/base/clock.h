@@ -1,8 +1,11 @@
-/* Time that only runs forward. */
+/* Time that only runs forward, in seconds. */
 #ifndef CA_BASE_CLOCK_H
 #define CA_BASE_CLOCK_H
 
-/* Seconds since some fixed moment. */
+/* Since some fixed moment. */
 double ca_clock_seconds(void);
+
+/* Of a processor, that this thread has used. Cost: about a fifth of a microsecond. */
+double ca_clock_thread_seconds(void);
 
 #endif

@@ -1,18 +1,25 @@
 /* caustica compare: how much images differ from a reference, and whether noise explains it. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/file.h"
 #include "base/memory.h"
 #include "cli/commands.h"
+#include "cli/compare_maps.h"
+#include "cli/compare_page.h"
 #include "cli/outputs.h"
-#include "cli/stats_json.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
+#include <unistd.h>
 
 typedef struct compare_options {
-    const char *reference, *stats;
+    const char *reference, *stats, *maps, *tone, *flip, *flip_tone, *html, *html_layers;
     uint32_t roi[4], block;
     bool has_roi, resample, help;
     ca_rect_list masks;
+    ca_metric_settings metrics;
+    bool flip_auto; /* which FLIP is computed depends on the files */
 } compare_options;
 
 #define AT(field) .offset = offsetof(compare_options, field)
@@ -24,11 +31,43 @@ static const ca_option options[] = {
      .given = offsetof(compare_options, has_roi), .help = "look at this part only: pixels, half open (default: all)"},
     {.name = "mask", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT_LIST, AT(masks),
      .help = "leave this part out; several times"},
+    {.name = "maps", .argument = "FILE.exr", .kind = CA_OPTION_TEXT, AT(maps),
+     .help = "write each metric as a layer; of several images into FILE-NAME.exr"},
+    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats), .help = "write the numbers as JSON"},
+    {.name = "html", .argument = "FILE.html", .kind = CA_OPTION_TEXT, AT(html),
+     .help = "write a page that shows the images beside the reference (docs/report.md)"},
+    {.name = "html-layers", .argument = "NAME,...", .kind = CA_OPTION_TEXT, AT(html_layers),
+     .help = "layers that the page has beside R G B, \"all\" for all (default: none)"},
     {.name = "block", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(block),
      .help = "side of the blocks that are tested (default: 16)"},
     {.name = "resample-reference", .kind = CA_OPTION_FLAG, AT(resample),
      .help = "average a reference that is a whole number of times larger"},
-    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats), .help = "write the numbers as JSON"},
+    {.name = "tone", .argument = "CURVE", .kind = CA_OPTION_TEXT, AT(tone),
+     .help = "of SSIM and FLIP LDR: srgb (default), aces, hable, reinhard, linear"},
+    {.name = "exposure", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(metrics.exposure),
+     .help = "of SSIM and FLIP LDR: pictures times 2^STOPS (default: 0)"},
+    {.name = "ssim-window", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(metrics.ssim.window),
+     .help = "side of SSIM's window, odd (default: 11)"},
+    {.name = "ssim-sigma", .argument = "PIXELS", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.sigma),
+     .help = "of its Gaussian (default: 1.5)"},
+    {.name = "ssim-range", .argument = "L", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.range),
+     .help = "dynamic range of the values under the tone curve (default: 1)"},
+    {.name = "ssim-k1", .argument = "K1", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.k1), .help = "(default: 0.01)"},
+    {.name = "ssim-k2", .argument = "K2", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.k2), .help = "(default: 0.03)"},
+    {.name = "flip", .argument = "KIND", .kind = CA_OPTION_TEXT, AT(flip),
+     .help = "ldr, hdr, both or none (default: both; ldr with 8 and 16 bit files)"},
+    {.name = "flip-ppd", .argument = "N", .kind = CA_OPTION_POSITIVE, AT(metrics.pixels_per_degree),
+     .help = "pixels per degree (default: 67.02: 3840 pixels on 0.7 m, seen from 0.7 m)"},
+    {.name = "flip-tone", .argument = "CURVE", .kind = CA_OPTION_TEXT, AT(flip_tone),
+     .help = "of FLIP HDR: aces (default), hable, reinhard, srgb"},
+    {.name = "flip-start", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(metrics.flip_exposures.start),
+     .help = "first exposure of FLIP HDR (default: from the reference's maximum)"},
+    {.name = "flip-stop", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(metrics.flip_exposures.stop),
+     .help = "last exposure (default: from the reference's median)"},
+    {.name = "flip-exposures", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(metrics.flip_exposures.count),
+     .help = "how many (default: one a stop, at least 2)"},
+    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(metrics.threads),
+     .help = "threads; the numbers do not depend on it (default: one per processor)"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
 };
 static const ca_option_table table = {"compare", options, sizeof options / sizeof options[0]};
@@ -38,18 +77,82 @@ static int print_help(void)
     printf("caustica compare IMAGE... --reference FILE [options]: measure how images differ from a reference\n\n");
     ca_options_print(&table, stdout);
     printf("\n"
-           "Prints RMSE, MAE and relMSE (denominator B^2 + 0.01) over R, G and B, the mean luminances, the median over\n"
-           "blocks of the relative difference of block means and, where the image has the layers Variance.* and\n"
-           "Samples.Y, how many blocks differ by more than noise explains (5 %% false alarms for the whole picture).\n"
+           "Prints RMSE, MAE, relMSE, SMAPE, SSIM and FLIP (docs/metrics.md), the mean luminances, the median over blocks\n"
+           "of the relative difference of block means and, where the image has the layers Variance.* and Samples.Y, how\n"
+           "many blocks differ by more than noise explains (5 %% false alarms for the whole picture).\n"
            "A difference is no failure: the exit status is 0 when the images could be compared.\n"
-           "Example: caustica compare a.exr b.exr --reference ref.exr --mask 100,0,156,20\n");
+           "Example: caustica compare a.exr b.exr --reference ref.exr --mask 100,0,156,20 --maps maps.exr\n");
     return CA_EXIT_DONE;
 }
 
-static ca_status check(const compare_options *o, const ca_text_list *images, ca_error *error)
+/* ---- Settings --------------------------------------------------------------------------------------------------- */
+
+static uint32_t processors(void)
+{
+    const long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return count > 0 ? (uint32_t)count : 1;
+}
+
+static compare_options defaults(void)
+{
+    compare_options o = {.metrics = ca_metric_defaults()};
+    o.metrics.threads = processors();
+    return o;
+}
+
+static ca_status find_flip_kind(compare_options *o, ca_error *error)
+{
+    static const struct {
+        const char *name;
+        bool ldr, hdr;
+    } kinds[] = {{"ldr", true, false}, {"hdr", false, true}, {"both", true, true}, {"none", false, false}};
+    o->flip_auto = !o->flip;
+    for (size_t i = 0; o->flip && i < sizeof kinds / sizeof kinds[0]; i++)
+        if (strcmp(o->flip, kinds[i].name) == 0) {
+            o->metrics.flip_ldr = kinds[i].ldr;
+            o->metrics.flip_hdr = kinds[i].hdr;
+            return CA_OK;
+        }
+    if (!o->flip) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip: \"%.100s\" is not one of ldr, hdr, both, none", o->flip);
+}
+
+static ca_status find_tones(compare_options *o, ca_error *error)
+{
+    ca_error reason = {""};
+    if (o->tone && ca_tone_find(o->tone, &o->metrics.tone, &reason) != CA_OK)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--tone: %.900s", reason.message);
+    if (o->flip_tone && ca_tone_find(o->flip_tone, &o->metrics.flip_tone, &reason) != CA_OK)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-tone: %.900s", reason.message);
+    if (o->metrics.flip_tone == CA_TONE_LINEAR)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-tone: no exposure can be chosen for linear; take srgb");
+    return CA_OK;
+}
+
+static ca_status check_numbers(const ca_metric_settings *m, ca_error *error)
+{
+    if (m->ssim.window % 2 == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--ssim-window: %u is not odd", m->ssim.window);
+    if (m->pixels_per_degree < CA_FLIP_MIN_PIXELS_PER_DEGREE || m->pixels_per_degree > CA_FLIP_MAX_PIXELS_PER_DEGREE)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-ppd: %g is not from %g to %g", m->pixels_per_degree,
+                       CA_FLIP_MIN_PIXELS_PER_DEGREE, CA_FLIP_MAX_PIXELS_PER_DEGREE);
+    if (m->flip_exposures.start > m->flip_exposures.stop)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-start %g is after --flip-stop %g", m->flip_exposures.start,
+                       m->flip_exposures.stop);
+    if (m->threads > 1024)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u threads are over the limit of 1024", m->threads);
+    return CA_OK;
+}
+
+static ca_status check(compare_options *o, const ca_text_list *images, ca_error *error)
 {
     if (!o->reference) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --reference is missing");
     if (images->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "an image to compare is missing");
+    CA_TRY(find_flip_kind(o, error));
+    CA_TRY(find_tones(o, error));
+    CA_TRY(check_numbers(&o->metrics, error));
+    if (o->html_layers && !o->html)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--html-layers needs --html: it says what the page shows");
     return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
 }
 
@@ -69,13 +172,29 @@ static void print_test(const ca_block_test *test)
     if (test->reference_exact) printf("  note                the reference tells no variance: taken as exact\n");
 }
 
-static void print_image(const ca_compared_image *image)
+static void print_perceived(const ca_metric_settings *settings, const ca_image_metrics *m)
+{
+    if (isnan(m->ssim))
+        printf("  SSIM                not done: no window fits into the picture around a pixel that counts\n");
+    else
+        printf("  SSIM                %.6g\n", m->ssim);
+    if (settings->flip_ldr) printf("  FLIP LDR            %.6g\n", m->flip_ldr);
+    if (settings->flip_hdr && m->exposures.count > 0)
+        printf("  FLIP HDR            %.6g (%u exposures from %.4g to %.4g stops)\n", m->flip_hdr, m->exposures.count,
+               m->exposures.start, m->exposures.stop);
+    else if (settings->flip_hdr)
+        printf("  FLIP HDR            not done: half of the reference is black; give --flip-start and --flip-stop\n");
+}
+
+static void print_image(const ca_metric_settings *settings, const ca_compared_image *image)
 {
     const ca_comparison *c = &image->comparison;
     printf("%s\n", image->path);
     printf("  RMSE                %.6g\n", c->rmse);
     printf("  MAE                 %.6g\n", c->mae);
     printf("  relMSE              %.6g\n", c->relmse);
+    printf("  SMAPE               %.6g\n", c->smape);
+    print_perceived(settings, &image->metrics);
     printf("  mean luminance      %.6g, of the reference %.6g (%+.3f %%)\n", c->mean_luminance,
            c->reference_mean_luminance, 100.0 * (c->mean_luminance / c->reference_mean_luminance - 1.0));
     if (c->blocks > 0)
@@ -97,55 +216,69 @@ static uint32_t size_ratio(const ca_image_layers *reference, const ca_image_laye
     return exact ? ratio : 0;
 }
 
-static ca_status compare_with(const compare_options *o, const ca_image_layers *image, const ca_image_layers *reference,
-                              ca_comparison *comparison, ca_error *error)
+/* What a comparison works with and for. */
+typedef struct comparing {
+    const compare_options *options;
+    const ca_image_layers *reference;
+    ca_metric_settings metrics; /* for this image */
+    const ca_compare_settings *region;
+    const char *map_path;       /* NULL: no maps */
+    ca_compare_page *page;      /* NULL: no page */
+} comparing;
+
+static ca_status compare_with(const comparing *c, const ca_image_layers *image, const ca_image_layers *reference,
+                              ca_compared_image *result, ca_image_layers **maps, ca_error *error)
 {
-    ca_pixel_rect *masks = ca_alloc(o->masks.count, sizeof *masks);
-    if (!masks) return ca_fail_memory(error, "the masks");
-    for (size_t i = 0; i < o->masks.count; i++) {
-        const uint32_t *m = o->masks.items[i];
-        masks[i] = (ca_pixel_rect){m[0], m[1], m[2], m[3]};
-    }
-    const ca_compare_settings settings = {
-        .has_roi = o->has_roi,
-        .roi = {o->roi[0], o->roi[1], o->roi[2], o->roi[3]},
-        .masks = masks,
-        .mask_count = o->masks.count,
-        .block_side = o->block,
-    };
-    const ca_status status = ca_compare(image, reference, &settings, comparison, error);
-    ca_free(masks);
-    return status;
+    CA_TRY(ca_compare(image, reference, c->region, &result->comparison, error));
+    CA_TRY(ca_measure_image(image, reference, c->region, &c->metrics, &result->metrics, maps, error));
+    return c->page ? ca_compare_page_add(c->page, result, image, reference, *maps, error) : CA_OK;
 }
 
-static ca_status compare_resampled(const compare_options *o, const ca_image_layers *image,
-                                   const ca_image_layers *reference, ca_comparison *comparison, ca_error *error)
+static ca_status compare_resampled(const comparing *c, const ca_image_layers *image, ca_compared_image *result,
+                                   ca_image_layers **maps, ca_error *error)
 {
-    const uint32_t ratio = o->resample ? size_ratio(reference, image) : 1;
-    if (ratio == 1) return compare_with(o, image, reference, comparison, error);
+    const ca_image_layers *reference = c->reference;
+    const uint32_t ratio = c->options->resample ? size_ratio(reference, image) : 1;
+    if (ratio == 1) return compare_with(c, image, reference, result, maps, error);
     if (ratio == 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "the reference's %u x %u pixels are no multiple of the image's %u x %u", reference->width,
                        reference->height, image->width, image->height);
     ca_image_layers *small = NULL;
     CA_TRY(ca_compare_downsample(reference, ratio, &small, error));
-    const ca_status status = compare_with(o, image, small, comparison, error);
+    const ca_status status = compare_with(c, image, small, result, maps, error);
     ca_layers_destroy(small);
     return status;
 }
 
-/* What is wrong with a picture is a failure, not wrong usage: the words were right. */
-static ca_status compare_file(const compare_options *o, const ca_image_layers *reference, ca_compared_image *image,
-                              ca_error *error)
+/* Files of whole numbers hold what a display shows, nothing brighter. */
+static bool is_display_file(const char *path)
 {
-    ca_image_layers *layers = NULL;
+    static const char *const extensions[] = {".png", ".jpg", ".jpeg", ".tga"};
+    for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++)
+        if (strcasecmp(ca_path_extension(path), extensions[i]) == 0) return true;
+    return false;
+}
+
+/* What is wrong with a picture is a failure, not wrong usage: the words were right. */
+static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *error)
+{
+    c->metrics = c->options->metrics;
+    if (c->options->flip_auto && (is_display_file(image->path) || is_display_file(c->options->reference)))
+        c->metrics.flip_hdr = false;
+    image->flip_is_hdr = c->metrics.flip_hdr;
+    ca_image_layers *layers = NULL, *maps = NULL;
     CA_TRY(ca_layers_read(image->path, &layers, error));
     ca_error reason = {""};
-    const ca_status status = compare_resampled(o, layers, reference, &image->comparison, &reason);
+    ca_status status = compare_resampled(c, layers, image, c->map_path || c->page ? &maps : NULL, &reason);
     ca_layers_destroy(layers);
-    if (status == CA_OK) return CA_OK;
-    return ca_fail(error, status == CA_ERROR_ARGUMENT ? CA_ERROR_UNSUPPORTED : status, NULL, "%s: %.900s", image->path,
-                   reason.message);
+    if (status != CA_OK) ca_layers_destroy(maps);
+    if (status != CA_OK)
+        return ca_fail(error, status == CA_ERROR_ARGUMENT ? CA_ERROR_UNSUPPORTED : status, NULL, "%s: %.900s", image->path,
+                       reason.message);
+    if (c->map_path) status = ca_compare_write_maps(c->map_path, c->options->reference, image, &c->metrics, maps, error);
+    ca_layers_destroy(maps);
+    return status;
 }
 
 static void warn(const ca_compared_image *image)
@@ -155,38 +288,79 @@ static void warn(const ca_compared_image *image)
             image->path, (unsigned long long)image->comparison.non_finite);
 }
 
-static ca_status compare_all(const compare_options *o, const ca_text_list *paths, ca_compared_image *images,
-                             ca_error *error)
+static ca_status compare_each(comparing *c, const ca_text_list *paths, char *const *map_names,
+                              ca_compared_image *images, ca_error *error)
 {
-    ca_image_layers *reference = NULL;
-    CA_TRY(ca_layers_read(o->reference, &reference, error));
-    ca_status status = CA_OK;
-    for (size_t i = 0; i < paths->count && status == CA_OK; i++) {
+    for (size_t i = 0; i < paths->count; i++) {
+        c->map_path = map_names ? map_names[i] : NULL;
         images[i] = (ca_compared_image){.path = paths->items[i]};
-        status = compare_file(o, reference, &images[i], error);
-        if (status != CA_OK) break;
-        print_image(&images[i]);
+        CA_TRY(compare_file(c, &images[i], error));
+        print_image(&c->metrics, &images[i]);
+        if (map_names) printf("  wrote               %s\n", map_names[i]);
         warn(&images[i]);
     }
+    return CA_OK;
+}
+
+static ca_status compare_all(const compare_options *o, const ca_compare_settings *region, const ca_text_list *paths,
+                             char *const *map_names, ca_compared_image *images, ca_error *error)
+{
+    ca_image_layers *reference = NULL;
+    ca_compare_page page = {0};
+    CA_TRY(ca_layers_read(o->reference, &reference, error));
+    comparing c = {.options = o, .reference = reference, .region = region, .page = o->html ? &page : NULL};
+    ca_status status = CA_OK;
+    if (o->html) status = ca_compare_page_create(&page, o->html, o->reference, region, o->html_layers, error);
+    if (status == CA_OK) status = compare_each(&c, paths, map_names, images, error);
+    if (status == CA_OK && o->html) status = ca_compare_page_finish(&page, error);
+    ca_compare_page_destroy(&page);
     ca_layers_destroy(reference);
     if (status != CA_OK || !o->stats) return status;
-    return ca_stats_write_compare(o->stats, o->reference, images, paths->count, error);
+    return ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, paths->count, error);
+}
+
+static ca_compare_settings region_of(const compare_options *o, ca_pixel_rect *masks)
+{
+    for (size_t i = 0; i < o->masks.count; i++) {
+        const uint32_t *m = o->masks.items[i];
+        masks[i] = (ca_pixel_rect){m[0], m[1], m[2], m[3]};
+    }
+    return (ca_compare_settings){
+        .has_roi = o->has_roi,
+        .roi = {o->roi[0], o->roi[1], o->roi[2], o->roi[3]},
+        .masks = masks,
+        .mask_count = o->masks.count,
+        .block_side = o->block,
+    };
+}
+
+/* What was asked for is possible: compares. */
+static ca_status compare_images(const compare_options *o, const ca_text_list *paths, ca_error *error)
+{
+    char **map_names = NULL;
+    ca_status status = o->maps ? ca_compare_map_names(o->maps, paths, o->reference, &map_names, error) : CA_OK;
+    ca_compared_image *images = ca_alloc_zeroed(paths->count, sizeof *images);
+    ca_pixel_rect *masks = ca_alloc(o->masks.count, sizeof *masks);
+    if (status == CA_OK && (!images || !masks)) status = ca_fail_memory(error, "the command line");
+    if (status == CA_OK) {
+        const ca_compare_settings region = region_of(o, masks);
+        status = compare_all(o, &region, paths, map_names, images, error);
+    }
+    ca_free(images);
+    ca_free(masks);
+    ca_compare_map_names_destroy(map_names, paths->count);
+    return status;
 }
 
 int ca_command_compare(int word_count, char *const words[])
 {
     if (ca_help_wanted(word_count, words)) return print_help();
-    compare_options o = {0};
+    compare_options o = defaults();
     ca_text_list paths = {0};
-    ca_compared_image *images = NULL;
     ca_error error = {""};
     ca_status status = ca_options_parse(&table, word_count, words, &o, &paths, &error);
     if (status == CA_OK) status = check(&o, &paths, &error);
-    if (status == CA_OK) {
-        images = ca_alloc_zeroed(paths.count, sizeof *images);
-        status = images ? compare_all(&o, &paths, images, &error) : ca_fail_memory(&error, "the command line");
-    }
-    ca_free(images);
+    if (status == CA_OK) status = compare_images(&o, &paths, &error);
     ca_rect_list_destroy(&o.masks);
     ca_text_list_destroy(&paths);
     return status == CA_OK ? CA_EXIT_DONE : ca_report("compare", status, &error);

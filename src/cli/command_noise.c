@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "cli/noise_print.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -17,23 +18,24 @@
 
 typedef struct noise_options {
     ca_text_list outputs, define_words, predict_words;
-    const char *scene, *stats;
+    const char *scene, *stats, *objective;
     ca_render_settings settings; /* options are read right into it */
     uint32_t iterations, resolution[2], roi[4];
-    bool has_light_paths, has_camera_paths, has_iterations, has_roi;
-    bool quiet, help;
+    bool has_roi, quiet, help;
 } noise_options;
 
 #define AT(field) .offset = offsetof(noise_options, field)
 #define GIVEN(field) .given = offsetof(noise_options, field)
 
 static const ca_option options[] = {
-    {.name = "light-paths", .argument = "NF", .kind = CA_OPTION_COUNT, .minimum = 2, AT(settings.light_paths), GIVEN(has_light_paths),
-     .help = "light paths of an iteration (needed), at least 2"},
+    {.name = "light-paths", .argument = "NF", .kind = CA_OPTION_COUNT, .minimum = 2, AT(settings.light_paths),
+     .help = "light paths of an iteration, at least 2 (default: the scene's, else 30000)"},
     {.name = "camera-paths", .argument = "NB", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.camera_paths),
-     GIVEN(has_camera_paths), .help = "camera paths per pixel of an iteration (needed); 2 or more to predict for others than 1"},
-    {.name = "iterations", .argument = "K", .kind = CA_OPTION_COUNT, .minimum = 2, AT(iterations), GIVEN(has_iterations),
-     .help = "independent iterations to estimate from (needed), at least 2"},
+     .help = "camera paths per pixel of an iteration; 2 or more to predict for others than 1 (default: the scene's, else 4; ppm 1)"},
+    {.name = "iterations", .argument = "K", .kind = CA_OPTION_COUNT, .minimum = 2, AT(iterations),
+     .help = "independent iterations to estimate from, at least 2 (default: 32)"},
+    {.name = "objective", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(objective),
+     .help = "variance that recommended numbers make small: mean, relative or worst-decile (default: mean)"},
     {.name = "predict", .argument = "NF,NB", .kind = CA_OPTION_TEXT_LIST, AT(predict_words),
      .help = "also say the noise with these numbers of paths, without rendering; several times"},
     {.name = "roi", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(roi), GIVEN(has_roi),
@@ -43,7 +45,7 @@ static const ca_option options[] = {
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
      .help = "write the averages, times and counts as JSON"},
     {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(settings.integrator),
-     .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm); depths set in the scene stay"},
+     .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm), or bdpt, vcm, ovcm; depths set in the scene stay"},
     {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
      .help = "value for a <default> of the scene; several times"},
     {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
@@ -69,7 +71,7 @@ static const ca_option_table table = {"noise", options, sizeof options / sizeof 
 
 static int print_help(void)
 {
-    printf("caustica noise SCENE --light-paths NF --camera-paths NB --iterations K [options]: where the noise comes from\n\n");
+    printf("caustica noise SCENE [options]: where the noise comes from, and which numbers of paths give less\n\n");
     ca_options_print(&table, stdout);
     printf("\n"
            "The variance of a pixel's luminance in one iteration of bdpm or ppm is a sum of three terms (Ershov et al. 2020):\n"
@@ -81,6 +83,12 @@ static int print_help(void)
            "In a .png red is the pair, green the camera, blue the light term. The law is one of independent paths, so random\n"
            "numbers are independent, whatever the scene's sampler; and one radius is kept for all iterations (alpha 0), so that\n"
            "they are distributed alike. With an alpha above 0 the numbers are averages over the radii.\n"
+           "Then a few iterations are timed, and the numbers recommended that have the least variance times processor time, that is\n"
+           "the least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for\n"
+           "render --rays), and the best uniform pair of numbers for those who do not want a map. Of ppm: NF, with one camera path.\n"
+           "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one is theirs, with\n"
+           "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction for other\n"
+           "numbers is of the weights measured with, and no numbers are recommended.\n"
            "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and use what there is; another one ends\n"
            "at once.\n"
            "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --iterations 64 --predict 300000,100 -o "
@@ -107,13 +115,23 @@ static ca_status parse_predictions(const noise_options *o, ca_noise_report *repo
     report->prediction_count = o->predict_words.count;
     report->predictions = ca_alloc_zeroed(report->prediction_count, sizeof *report->predictions);
     if (!report->predictions) return ca_fail_memory(error, "the command line");
-    for (size_t i = 0; i < report->prediction_count; i++) {
+    for (size_t i = 0; i < report->prediction_count; i++)
         CA_TRY(parse_prediction(o->predict_words.items[i], &report->predictions[i], error));
-        if (o->settings.camera_paths == 1 && report->predictions[i].camera_paths > 1)
+    return CA_OK;
+}
+
+static ca_status check_predictions(const ca_noise_report *report, ca_error *error)
+{
+    for (size_t i = 0; i < report->prediction_count; i++)
+        if (report->measured.camera_paths == 1 && report->predictions[i].camera_paths > 1)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                            "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
                            report->predictions[i].camera_paths);
-    }
+        else if (report->connects && report->predictions[i].camera_paths > report->predictions[i].light_paths)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "--predict: of connected paths noise is told for no more camera paths per pixel than light paths, not for "
+                           "%u,%u",
+                           report->predictions[i].light_paths, report->predictions[i].camera_paths);
     return CA_OK;
 }
 
@@ -133,73 +151,75 @@ static ca_status check_outputs(const noise_options *o, ca_error *error)
 static ca_status check(noise_options *o, const ca_text_list *operands, ca_noise_report *report, ca_error *error)
 {
     CA_TRY(ca_options_scene_operand(operands, &o->scene, error));
-    const char *missing = !o->has_light_paths    ? "light-paths"
-                          : !o->has_camera_paths ? "camera-paths"
-                          : !o->has_iterations   ? "iterations"
-                                                 : NULL;
-    if (missing) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s is missing", missing);
+    ca_ray_objective objective;
+    ca_error reason = {""};
+    if (ca_noise_find_objective(o->objective, &objective, &reason) != CA_OK)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--objective: %.900s", reason.message);
+    report->objective = o->objective;
     report->has_roi = o->has_roi;
     memcpy(report->roi, o->roi, sizeof report->roi);
-    report->measured = (ca_noise_prediction){.light_paths = o->settings.light_paths, .camera_paths = o->settings.camera_paths};
     CA_TRY(parse_predictions(o, report, error));
     return check_outputs(o, error);
 }
 
 /* ---- Printing ----------------------------------------------------------------------------------------------------- */
 
-static void print_row(const char *name, const ca_noise_report *report, double image, uint64_t image_negative, double roi,
-                      uint64_t roi_negative)
+/* A word of a command line that a shell takes for one. */
+static void print_word(const char *option, const char *word)
 {
-    printf("  %-18s%12.6g%10llu", name, image, (unsigned long long)image_negative);
-    if (report->has_roi) printf("%14.6g%10llu", roi, (unsigned long long)roi_negative);
-    printf("\n");
+    static const char *const plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
+    printf(" %s%s", option, option[0] ? " " : "");
+    if (word[0] && word[strspn(word, plain)] == '\0') {
+        printf("%s", word);
+        return;
+    }
+    printf("'");
+    for (const char *c = word; *c; c++) printf(*c == '\'' ? "'\\''" : "%c", *c);
+    printf("'");
 }
 
-#define ROW(name, field) print_row(name, report, i->field##_rms, i->negative_##field, r->field##_rms, r->negative_##field)
-
-static void print_table(const ca_noise_report *report)
+/* The words that noise and render share, as they were given. */
+static void print_shared_words(const noise_options *o, const ca_noise_setup *setup)
 {
-    const ca_noise_summary *i = &report->measured.image, *r = &report->measured.roi;
-    printf("  %-18s%12s%10s", "", "image", "negative");
-    if (report->has_roi) printf("%14s%10s", "roi", "negative");
-    printf("\n  %-18s%12.6g", "mean luminance", i->luminance);
-    if (report->has_roi) printf("%10s%14.6g", "", r->luminance);
-    printf("\n");
-    ROW("r.m.s. measured", measured);
-    ROW("r.m.s. predicted", predicted);
-    ROW("  camera term", camera);
-    ROW("  light term", light);
-    ROW("  pair term", pair);
+    const ca_render_settings *s = &o->settings;
+    print_word("", o->scene);
+    print_word("-i", s->integrator ? s->integrator : setup->integrator);
+    for (size_t i = 0; i < o->define_words.count; i++) print_word("-D", o->define_words.items[i]);
+    if (s->has_max_depth) printf(" --max-depth %d", s->max_depth);
+    if (s->radius > 0.0) printf(" --radius %.9g", s->radius);
+    printf(" --alpha %.9g", s->alpha); /* 0 unless given, whatever the scene says */
+    if (o->resolution[0]) printf(" --resolution %ux%u", o->resolution[0], o->resolution[1]);
+    if (s->has_crop) printf(" --crop %u,%u,%u,%u", s->crop[0], s->crop[1], s->crop[2], s->crop[3]);
 }
 
-static void print_prediction(const char *where, const ca_noise_summary *s)
+/* What to type next. */
+static void print_next(const noise_options *o, const ca_noise_setup *setup, const ca_noise_recommendation *r)
 {
-    printf("%s r.m.s. %.6g (camera %.4g, light %.4g, pair %.4g; negative %llu)", where, s->predicted_rms, s->camera_rms,
-           s->light_rms, s->pair_rms, (unsigned long long)s->negative_predicted);
-}
-
-static void print_report(const noise_options *o, const ca_noise_report *report, double scale)
-{
-    const ca_render_statistics *s = &report->statistics;
-    char time[32];
-    ca_format_seconds(s->seconds, time, sizeof time);
-    printf("%llu iterations of %u light paths and %u camera paths per pixel, %llu pixels, %s%s\n",
-           (unsigned long long)s->iterations, o->settings.light_paths, o->settings.camera_paths,
-           (unsigned long long)report->measured.image.pixels, time, s->interrupted ? " (ended early by a signal)" : "");
-    print_table(report);
-    for (size_t i = 0; i < report->prediction_count; i++) {
-        const ca_noise_prediction *p = &report->predictions[i];
-        printf("  with %u,%u:", p->light_paths, p->camera_paths);
-        print_prediction(" image", &p->image);
-        if (report->has_roi) print_prediction("; roi", &p->roi);
+    const char *map = NULL;
+    for (size_t i = 0; i < o->outputs.count; i++)
+        if (is_exr(o->outputs.items[i])) map = o->outputs.items[i];
+    if (map && !r->light_paths_only) {
+        printf("next: caustica render");
+        print_shared_words(o, setup);
+        print_word("--rays", map);
         printf("\n");
     }
+    printf(map && !r->light_paths_only ? "  or: caustica render" : "next: caustica render");
+    print_shared_words(o, setup);
+    printf(" --light-paths %u --camera-paths %.0f\n", r->uniform.light_paths, r->uniform.camera_paths);
+    if (!map && !r->light_paths_only) printf("  (with -o FILE.exr the recommended map is written, for render's --rays)\n");
+}
+
+static void print_report(const noise_options *o, const ca_noise_setup *setup, const ca_noise_report *report, double scale)
+{
+    ca_noise_print(report);
     for (size_t i = 0; i < o->outputs.count; i++) {
         printf("wrote %s", o->outputs.items[i]);
         if (is_png(o->outputs.items[i])) printf(" (full red, green or blue: a pair, camera or light term of r.m.s. %.4g)", scale);
         printf("\n");
     }
     if (o->stats) printf("wrote %s\n", o->stats);
+    if (!report->connects) print_next(o, setup, &report->recommendation);
 }
 
 /* What is used instead of what the scene says. */
@@ -217,13 +237,16 @@ static void print_replaced(const noise_options *o, const ca_scene *scene)
 /* ---- The work ----------------------------------------------------------------------------------------------------- */
 
 static ca_status check_settings(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
-                                ca_error *error)
+                                ca_noise_setup *setup, ca_noise_report *report, ca_error *error)
 {
-    uint32_t picture[4];
-    CA_TRY(ca_noise_check(scene, settings, o->iterations, picture, error));
+    CA_TRY(ca_noise_check(scene, settings, o->iterations, setup, error));
+    report->measured.light_paths = setup->light_paths;
+    report->measured.camera_paths = setup->camera_paths;
+    report->connects = setup->connects;
+    CA_TRY(check_predictions(report, error));
     if (!o->has_roi) return CA_OK;
     ca_error reason = {""};
-    if (ca_noise_check_region(o->roi, picture, &reason) == CA_OK) return CA_OK;
+    if (ca_noise_check_region(o->roi, setup->picture, &reason) == CA_OK) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--roi: %.900s", reason.message);
 }
 
@@ -261,6 +284,19 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
     return o->stats ? ca_stats_write_noise(o->stats, report, error) : CA_OK;
 }
 
+/* Renders, averages and chooses. */
+static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings, ca_noise_report *report,
+                      ca_image_layers **image, ca_error *error)
+{
+    ca_noise *noise = NULL;
+    CA_TRY(ca_noise_measure(scene, settings, o->iterations, &noise, image, &report->statistics, error));
+    ca_status status = average_all(noise, report, error);
+    if (status == CA_OK && !report->connects)
+        status = ca_noise_recommend(noise, scene, settings, o->objective, *image, &report->recommendation, error);
+    ca_noise_release(noise);
+    return status;
+}
+
 static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise_report *report, ca_error *error)
 {
     ca_progress_line line = ca_progress_start(!o->quiet);
@@ -269,22 +305,20 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     settings.height = o->resolution[1];
     settings.progress = ca_progress_report;
     settings.progress_user = &line;
+    ca_noise_setup setup;
     ca_image_layers *image = NULL;
-    ca_noise *noise = NULL;
     double scale = 1.0;
-    CA_TRY(check_settings(o, scene, &settings, error));
+    CA_TRY(check_settings(o, scene, &settings, &setup, report, error));
     if (!o->quiet) print_replaced(o, scene);
     ca_signals_catch(o->quiet);
-    ca_status status = ca_noise_measure(scene, &settings, o->iterations, &noise, &image, &report->statistics, error);
+    ca_status status = work(o, scene, &settings, report, &image, error);
     ca_progress_clear(&line);
-    if (status == CA_OK) status = average_all(noise, report, error);
     if (status == CA_OK) status = write_outputs(o, image, report, &scale, error);
     ca_signals_release();
     if (status == CA_OK) {
         ca_outputs_warn(&report->statistics);
-        if (!o->quiet) print_report(o, report, scale);
+        if (!o->quiet) print_report(o, &setup, report, scale);
     }
-    ca_noise_release(noise);
     ca_image_release(image);
     return status;
 }
@@ -301,7 +335,7 @@ static ca_status load_and_measure(const noise_options *o, ca_noise_report *repor
 int ca_command_noise(int word_count, char *const words[])
 {
     if (ca_help_wanted(word_count, words)) return print_help();
-    noise_options o = {0};
+    noise_options o = {.iterations = 32};
     ca_noise_report report = {0};
     ca_text_list operands = {0};
     ca_error error = {""};

@@ -44,6 +44,8 @@ static const ca_option options[] = {
      .help = "numbers of the paths, see below (default: the scene's, else independent; -i qmcppm: halton)"},
     {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
+    {.name = "replicates", .argument = "R", .kind = CA_OPTION_COUNT, .minimum = 2, AT(settings.replicates),
+     .help = "make the samples in R independent parts, for error bars; --spp must come to R equal ones (default: none)"},
     {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth),
      GIVEN(settings.has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
     {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(settings.radius),
@@ -54,6 +56,10 @@ static const ca_option options[] = {
      .help = "light paths of a pass (default: the scene's, else one per pixel)"},
     {.name = "camera-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.camera_paths),
      .help = "camera paths per pixel of a pass (default: the scene's, else 1)"},
+    {.name = "rays", .argument = "auto|FILE.exr", .kind = CA_OPTION_TEXT, AT(settings.rays),
+     .help = "of bdpm and ppm, light paths and camera paths of each pixel: chosen from a pilot, or those kept in an image"},
+    {.name = "objective", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(settings.rays_objective),
+     .help = "of --rays auto, variance of the mean pixel (mean), relative, or worst-decile (default: mean)"},
     {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
     {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
@@ -98,6 +104,9 @@ static int print_help(void)
     printf("\n"
            "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; they win\n"
            "over the scene and must not contradict -i NAME:param=value.\n"
+           "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The numbers depend\n"
+           "on measured times, so such an image is not the same again to the bit; one with --rays FILE.exr is, FILE.exr being such\n"
+           "an image or one of `caustica noise`, whose numbers it takes.\n"
            "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
            "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second one ends at\n"
            "once.\n"
@@ -179,6 +188,22 @@ static ca_status write_outputs(const render_options *o, const ca_image_layers *i
     return o->stats ? ca_stats_write_render(o->stats, statistics, error) : CA_OK;
 }
 
+static void print_rays(const ca_rays_statistics *rays)
+{
+    char time[32];
+    if (rays->light_paths == 0) return;
+    printf("%u light paths and %.4g camera paths per pixel in an iteration", rays->light_paths, rays->camera_paths);
+    if (rays->pilot_seconds > 0.0) {
+        ca_format_seconds(rays->pilot_seconds, time, sizeof time);
+        printf(rays->phases > 0 ? " in the end; pilot %s" : "; ended in its pilot, %s", time);
+    }
+    if (rays->predicted_gain > 0.0) printf(", predicted gain over its numbers %.3g", rays->predicted_gain);
+    printf("\n");
+    if (rays->light_path_seconds >= 0.0)
+        printf("a light path takes %.3g us of a processor, a camera path %.3g us, a photon tested %.3g ns\n",
+               1e6 * rays->light_path_seconds, 1e6 * rays->camera_path_seconds, 1e9 * rays->candidate_seconds);
+}
+
 static void print_summary(const render_options *o, const ca_image_layers *image, const ca_render_statistics *s)
 {
     char time[32];
@@ -189,7 +214,9 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     if (s->blocks[1] > 0)
         printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
+    if (s->has_confidence) printf(", no error bars for %.3g %% of the pixels", 100.0 * s->confidence_marked);
     printf("%s\n", s->interrupted ? " (ended early by a signal)" : "");
+    print_rays(&s->numbers_of_rays);
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
     if (o->settings.strategies_directory) printf("wrote %s/\n", o->settings.strategies_directory);
     if (o->stats) printf("wrote %s\n", o->stats);

@@ -29,14 +29,16 @@ void ca_format_seconds(double seconds, char *text, size_t size)
         snprintf(text, size, "%llu:%02llu:%02llu", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-/* How much of the work is done, in [0, 1]; the nearest of the ends that are set. Noise falls with the square root of
- * the number of passes. Negative: nothing is known. */
+/* How much of the work is done, in [0, 1]; the nearest of the ends that are set. Until it is known when the noise target
+ * will be reached: noise falls with the square root of the number of passes. Negative: nothing is known. */
 static double fraction_done(const ca_render_progress *p)
 {
     double fraction = -1.0;
     if (p->passes_total > 0) fraction = (double)p->passes_done / p->passes_total;
     if (p->seconds_total > 0.0) fraction = fmax(fraction, p->seconds / p->seconds_total);
-    if (p->noise_target > 0.0 && p->noise_percent > 0.0) {
+    if (p->seconds_predicted > 0.0) {
+        fraction = fmax(fraction, p->seconds / p->seconds_predicted);
+    } else if (p->noise_target > 0.0 && p->noise_percent > 0.0) {
         const double ratio = p->noise_target / p->noise_percent;
         fraction = fmax(fraction, ratio * ratio);
     }
@@ -91,6 +93,11 @@ static void compose(const ca_render_progress *p, size_t width, char line[LINE_LI
     ca_format_seconds(p->seconds, time, sizeof time);
     snprintf(part, sizeof part, "%s gone", time);
     append(line, width, part);
+    if (p->seconds_predicted > 0.0) {
+        ca_format_seconds(fmax(p->seconds_predicted, p->seconds), time, sizeof time);
+        snprintf(part, sizeof part, "of %s", time);
+        append(line, width, part);
+    }
     if (p->noise_percent >= 0.0) {
         snprintf(part, sizeof part, "noise %.3g %%", p->noise_percent);
         append(line, width, part);

@@ -59,6 +59,35 @@ static json_t *blocks_json(const ca_render_statistics *s)
     return NULL;
 }
 
+/* Numbers of rays chosen or read from a file; null of other renders. */
+static json_t *rays_json(const ca_rays_statistics *r)
+{
+    if (r->light_paths == 0) return json_null();
+    json_t *object = json_object();
+    const bool complete =
+        set(object, "light_paths", count(r->light_paths)) && set(object, "camera_paths", number(r->camera_paths)) &&
+        set(object, "phases", count(r->phases)) && set(object, "pilot_seconds", number(r->pilot_seconds)) &&
+        set(object, "predicted_gain", number(r->predicted_gain)) &&
+        set(object, "iteration_seconds", number(r->iteration_seconds)) &&
+        set(object, "light_path_seconds", number(r->light_path_seconds)) &&
+        set(object, "camera_path_seconds", number(r->camera_path_seconds)) &&
+        set(object, "candidate_seconds", number(r->candidate_seconds));
+    if (complete) return object;
+    json_decref(object);
+    return NULL;
+}
+
+/* What was said first of the time to the noise target, and when; null where nothing was. */
+static json_t *prediction_json(const ca_render_statistics *s)
+{
+    if (s->first_predicted_seconds <= 0.0) return json_null();
+    json_t *object = json_object();
+    if (set(object, "seconds", number(s->first_predicted_seconds)) && set(object, "at", number(s->first_predicted_at)))
+        return object;
+    json_decref(object);
+    return NULL;
+}
+
 static bool set_render(json_t *root, const ca_render_statistics *s)
 {
     return set(root, "seconds", number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
@@ -70,7 +99,9 @@ static bool set_render(json_t *root, const ca_render_statistics *s)
            set(root, "mean_luminance", number(s->mean_luminance)) &&
            set(root, "mean_standard_deviation", number(s->mean_standard_deviation)) &&
            set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : number(s->noise_percent)) &&
-           set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted));
+           set(root, "confidence_marked", s->has_confidence ? number(s->confidence_marked) : json_null()) &&
+           set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
+           set(root, "first_prediction", prediction_json(s)) && set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));
 }
 
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s, ca_error *error)
@@ -97,7 +128,8 @@ static json_t *negative_json(const ca_noise_summary *s, bool measured)
     return whole(object, set(object, "predicted", count(s->negative_predicted)) &&
                              (!measured || set(object, "measured", count(s->negative_measured))) &&
                              set(object, "camera", count(s->negative_camera)) &&
-                             set(object, "light", count(s->negative_light)) && set(object, "pair", count(s->negative_pair)));
+                             set(object, "light", count(s->negative_light)) && set(object, "pair", count(s->negative_pair)) &&
+                             set(object, "connect", count(s->negative_connect)));
 }
 
 /* `measured`: with the sample variance. */
@@ -107,10 +139,11 @@ static json_t *summary_json(const ca_noise_summary *s, bool measured)
     bool complete = set(object, "pixels", count(s->pixels)) && set(object, "mean_luminance", number(s->luminance)) &&
                     set(object, "predicted_rms", number(s->predicted_rms)) &&
                     set(object, "camera", number(s->camera_rms)) && set(object, "light", number(s->light_rms)) &&
-                    set(object, "pair", number(s->pair_rms)) &&
+                    set(object, "pair", number(s->pair_rms)) && set(object, "connect", number(s->connect_rms)) &&
                     set(object, "predicted_variance", number(s->predicted)) &&
                     set(object, "camera_variance", number(s->camera)) &&
                     set(object, "light_variance", number(s->light)) && set(object, "pair_variance", number(s->pair)) &&
+                    set(object, "connect_variance", number(s->connect)) &&
                     set(object, "negative", negative_json(s, measured));
     if (measured)
         complete = complete && set(object, "measured_rms", number(s->measured_rms)) &&
@@ -144,13 +177,52 @@ static json_t *predictions_json(const ca_noise_report *report)
     return whole(list, complete);
 }
 
+/* Seconds of one processor. */
+static json_t *times_json(const ca_noise_times *t)
+{
+    json_t *object = json_object();
+    return whole(object, set(object, "light_paths", count(t->light_paths)) && set(object, "iteration", number(t->iteration)) &&
+                             set(object, "iteration_error", number(t->iteration_error)) &&
+                             set(object, "light_path", number(t->light_path)) &&
+                             set(object, "light_path_error", number(t->light_path_error)) &&
+                             set(object, "camera_path", number(t->camera_path)) &&
+                             set(object, "camera_path_error", number(t->camera_path_error)) &&
+                             set(object, "candidate", number(t->candidate)) &&
+                             set(object, "candidate_error", number(t->candidate_error)) &&
+                             set(object, "segments_per_camera_path", number(t->segments_per_camera_path)) &&
+                             set(object, "candidates_per_pair", number(t->candidates_per_pair)));
+}
+
+static json_t *numbers_json(const ca_noise_numbers *n)
+{
+    json_t *object = json_object();
+    return whole(object, set(object, "light_paths", count(n->light_paths)) &&
+                             set(object, "camera_paths", number(n->camera_paths)) &&
+                             set(object, "variance", number(n->variance)) && set(object, "seconds", number(n->seconds)));
+}
+
+static json_t *recommendation_json(const ca_noise_report *report)
+{
+    const ca_noise_recommendation *r = &report->recommendation;
+    json_t *object = json_object();
+    return whole(object, set(object, "objective", json_string_nocheck(report->objective ? report->objective : "mean")) &&
+                             set(object, "best", numbers_json(&r->best)) && set(object, "uniform", numbers_json(&r->uniform)) &&
+                             set(object, "given", numbers_json(&r->given)) &&
+                             set(object, "gain_over_given", number(r->gain_over_given)) &&
+                             set(object, "gain_over_uniform", number(r->gain_over_uniform)) &&
+                             set(object, "fewest_camera_paths", count(r->fewest_camera_paths)) &&
+                             set(object, "most_camera_paths", count(r->most_camera_paths)));
+}
+
 ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error)
 {
     json_set_alloc_funcs(allocate, ca_free);
     json_t *root = json_object();
     const bool complete = set_render(root, &report->statistics) && set(root, "per_iteration", counts_json(&report->measured)) &&
                           set_averages(root, &report->measured, report->has_roi, true) &&
-                          set(root, "predict", predictions_json(report));
+                          set(root, "predict", predictions_json(report)) &&
+                          set(root, "times", report->connects ? json_null() : times_json(&report->recommendation.times)) &&
+                          set(root, "recommendation", report->connects ? json_null() : recommendation_json(report));
     return write_file(path, root, complete, error);
 }
 
@@ -170,31 +242,60 @@ static json_t *block_test_json(const ca_block_test *test)
     return NULL;
 }
 
+static json_t *exposures_json(const ca_flip_exposures *e)
+{
+    if (e->count == 0) return json_null();
+    json_t *object = json_object();
+    return whole(object, set(object, "start", number(e->start)) && set(object, "stop", number(e->stop)) &&
+                             set(object, "count", count(e->count)));
+}
+
+static bool set_metrics(json_t *object, const ca_compared_image *image)
+{
+    const ca_comparison *c = &image->comparison;
+    const ca_image_metrics *m = &image->metrics;
+    return set(object, "rmse", number(c->rmse)) && set(object, "mae", number(c->mae)) &&
+           set(object, "relmse", number(c->relmse)) && set(object, "smape", number(c->smape)) &&
+           set(object, "ssim", number(m->ssim)) &&
+           set(object, "flip", number(image->flip_is_hdr ? m->flip_hdr : m->flip_ldr)) &&
+           set(object, "flip_ldr", number(m->flip_ldr)) && set(object, "flip_hdr", number(m->flip_hdr)) &&
+           set(object, "flip_exposures", exposures_json(&m->exposures));
+}
+
 static json_t *image_json(const ca_compared_image *image)
 {
     const ca_comparison *c = &image->comparison;
     json_t *object = json_object();
-    const bool complete =
-        set(object, "path", json_string_nocheck(image->path)) && set(object, "rmse", number(c->rmse)) &&
-        set(object, "mae", number(c->mae)) && set(object, "relmse", number(c->relmse)) &&
-        set(object, "mean_luminance", number(c->mean_luminance)) &&
-        set(object, "reference_mean_luminance", number(c->reference_mean_luminance)) &&
-        set(object, "pixels", count(c->pixels)) && set(object, "masked", count(c->masked)) &&
-        set(object, "non_finite", count(c->non_finite)) && set(object, "blocks", count(c->blocks)) &&
-        set(object, "blocks_left_out", count(c->blocks_left_out)) &&
-        set(object, "median_block_difference", number(c->median_block_difference)) &&
-        set(object, "block_test", block_test_json(&c->test));
-    if (complete) return object;
-    json_decref(object);
-    return NULL;
+    return whole(object, set(object, "path", json_string_nocheck(image->path)) && set_metrics(object, image) &&
+                             set(object, "mean_luminance", number(c->mean_luminance)) &&
+                             set(object, "reference_mean_luminance", number(c->reference_mean_luminance)) &&
+                             set(object, "pixels", count(c->pixels)) && set(object, "masked", count(c->masked)) &&
+                             set(object, "non_finite", count(c->non_finite)) && set(object, "blocks", count(c->blocks)) &&
+                             set(object, "blocks_left_out", count(c->blocks_left_out)) &&
+                             set(object, "median_block_difference", number(c->median_block_difference)) &&
+                             set(object, "block_test", block_test_json(&c->test)));
 }
 
-ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_compared_image *images,
-                                 size_t image_count, ca_error *error)
+static json_t *metric_settings_json(const ca_metric_settings *s)
+{
+    json_t *object = json_object();
+    return whole(object, set(object, "tone", json_string(ca_tone_name(s->tone))) &&
+                             set(object, "exposure", number(s->exposure)) &&
+                             set(object, "ssim_window", count(s->ssim.window)) &&
+                             set(object, "ssim_sigma", number(s->ssim.sigma)) &&
+                             set(object, "ssim_range", number(s->ssim.range)) &&
+                             set(object, "ssim_k1", number(s->ssim.k1)) && set(object, "ssim_k2", number(s->ssim.k2)) &&
+                             set(object, "flip_ppd", number(s->pixels_per_degree)) &&
+                             set(object, "flip_tone", json_string(ca_tone_name(s->flip_tone))));
+}
+
+ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_metric_settings *settings,
+                                 const ca_compared_image *images, size_t image_count, ca_error *error)
 {
     json_set_alloc_funcs(allocate, ca_free);
     json_t *root = json_object(), *list = json_array();
-    bool complete = set(root, "reference", json_string_nocheck(reference)) && list;
+    bool complete = set(root, "reference", json_string_nocheck(reference)) &&
+                    set(root, "settings", metric_settings_json(settings)) && list;
     for (size_t i = 0; i < image_count && complete; i++)
         complete = json_array_append_new(list, image_json(&images[i])) == 0;
     complete = set(root, "images", list) && complete;

@@ -3,6 +3,7 @@
 #define CA_CLI_STATS_JSON_H
 
 #include "film/compare.h"
+#include "film/image_metrics.h"
 
 /* `non_finite` counts samples by technique; unknown numbers are null. */
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *statistics, ca_error *error);
@@ -11,6 +12,8 @@ ca_status ca_stats_write_render(const char *path, const ca_render_statistics *st
 typedef struct ca_compared_image {
     const char *path;
     ca_comparison comparison;
+    ca_image_metrics metrics;
+    bool flip_is_hdr; /* which FLIP is the one for this picture */
 } ca_compared_image;
 
 /* What the law of noise says for numbers of paths, averaged over the image and over a region of interest. */
@@ -26,12 +29,16 @@ typedef struct ca_noise_report {
     ca_noise_prediction measured;     /* for the numbers of paths that the iterations had */
     ca_noise_prediction *predictions; /* for others */
     size_t prediction_count;
+    bool connects; /* with a term of connections, and no recommendation */
+    const char *objective; /* NULL: mean */
+    ca_noise_recommendation recommendation;
 } ca_noise_report;
 
-/* What ca_stats_write_render writes, and the averages. */
+/* What ca_stats_write_render writes, the averages, times and recommended numbers. */
 ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error);
 
-ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_compared_image *images,
-                                 size_t count, ca_error *error);
+/* `images[]`, each with its metrics (`flip` is flip_hdr or flip_ldr), and the `settings` that the metrics were computed with. */
+ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_metric_settings *settings,
+                                 const ca_compared_image *images, size_t count, ca_error *error);
 
 #endif

@@ -3,6 +3,7 @@
 #include "base/little_endian.h"
 #include "base/memory.h"
 #include "film/exact_sum.h"
+#include "film/pair_interval.h"
 
 #include <assert.h>
 #include <math.h>
@@ -21,9 +22,28 @@ typedef struct block_gradient {
     ca_exact_sum sums[3];
 } block_gradient;
 
-enum { PIXEL_BYTES = 208, GRADIENT_BYTES = 120 };
-_Static_assert(sizeof(block_pixel) == PIXEL_BYTES && sizeof(block_gradient) == GRADIENT_BYTES,
-               "block_film.h promises 208 bytes a pixel, 328 with gradients");
+/* Sums over blocks. */
+enum { CAMERA, LIGHT, PAIR, MERGED, COVARIANCES };
+enum {
+    BAR_BLOCKS,
+    BAR_LOST,           /* of which a covariance or the sample itself was out of bounds */
+    BAR_FIRST,          /* that were the first of all */
+    BAR_CAMERA_SQUARES, /* of how many blocks each camera path has met: by so much a block makes them grow */
+    BAR_LIGHT_SQUARES,
+    BAR_COUNTS
+};
+
+/* The light's covariances are weighted by what their block adds to the squares: each block of light paths counts by the
+ * square of how often it was met, as it does in the variance, even where radii differ. */
+typedef struct block_bars {
+    ca_exact_sum covariances[COVARIANCES];
+    uint64_t counts[BAR_COUNTS];
+} block_bars;
+
+enum { PIXEL_BYTES = 208, GRADIENT_BYTES = 120, BARS_BYTES = 200 };
+_Static_assert(sizeof(block_pixel) == PIXEL_BYTES && sizeof(block_gradient) == GRADIENT_BYTES &&
+                   sizeof(block_bars) == BARS_BYTES,
+               "block_film.h promises 208 bytes a pixel, 120 more with gradients, 200 with error bars");
 
 struct ca_block_film {
     ca_block_film_desc desc;
@@ -31,6 +51,7 @@ struct ca_block_film {
     double position_unit;      /* a power of two */
     block_pixel *pixels;       /* owned, width * height, row by row */
     block_gradient *gradients; /* owned, likewise; NULL: not wanted */
+    block_bars *bars;          /* likewise */
 };
 
 /* ---- Life -------------------------------------------------------------------------------------------------------
@@ -54,7 +75,8 @@ ca_status ca_block_film_create(ca_block_film **film, const ca_block_film_desc *d
     const size_t count = (size_t)made->width * made->height;
     made->pixels = ca_alloc_zeroed(count, sizeof *made->pixels);
     if (desc->gradients) made->gradients = ca_alloc_zeroed(count, sizeof *made->gradients);
-    if (!made->pixels || (desc->gradients && !made->gradients)) {
+    if (desc->error_bars) made->bars = ca_alloc_zeroed(count, sizeof *made->bars);
+    if (!made->pixels || (desc->gradients && !made->gradients) || (desc->error_bars && !made->bars)) {
         ca_block_film_destroy(made);
         return ca_fail_memory(error, "the film");
     }
@@ -67,6 +89,7 @@ void ca_block_film_destroy(ca_block_film *film)
     if (!film) return;
     ca_free(film->pixels);
     ca_free(film->gradients);
+    ca_free(film->bars);
     ca_free(film);
 }
 
@@ -75,14 +98,14 @@ const ca_block_film_desc *ca_block_film_described(const ca_block_film *film) { r
 bool ca_block_film_desc_equal(const ca_block_film_desc *a, const ca_block_film_desc *b)
 {
     bool equal = a->full_width == b->full_width && a->full_height == b->full_height && a->gradients == b->gradients &&
-                 a->extent == b->extent;
+                 a->error_bars == b->error_bars && a->extent == b->extent;
     for (int i = 0; i < 4; i++) equal = equal && a->crop[i] == b->crop[i];
     return equal;
 }
 
 static size_t pixel_bytes(const ca_block_film_desc *desc)
 {
-    return desc->gradients ? PIXEL_BYTES + GRADIENT_BYTES : PIXEL_BYTES;
+    return (size_t)PIXEL_BYTES + (desc->gradients ? GRADIENT_BYTES : 0) + (desc->error_bars ? BARS_BYTES : 0);
 }
 
 double ca_block_film_bytes(const ca_block_film_desc *desc)
@@ -119,6 +142,24 @@ static void add_exactly(ca_exact_sum sums[3], float a, float b, float c)
     ca_exact_sum_add(&sums[2], c);
 }
 
+static void add_bars(block_bars *bars, const ca_block_sample *sample, bool in_bounds)
+{
+    const uint64_t grows_camera = 2 * sample->visits_camera + 1, grows_light = 2 * sample->visits_light + 1;
+    const ca_pair_covariance *c = &sample->covariance;
+    const float terms[COVARIANCES] = {[CAMERA] = (float)c->camera,
+                                      [LIGHT] = (float)(c->light * (double)grows_light),
+                                      [PAIR] = (float)c->pair,
+                                      [MERGED] = (float)c->merged};
+    bool kept = in_bounds;
+    for (int i = 0; i < COVARIANCES; i++) kept = kept && isfinite(terms[i]);
+    bars->counts[BAR_BLOCKS]++;
+    bars->counts[BAR_LOST] += !kept;
+    bars->counts[BAR_FIRST] += sample->visits_camera == 0 && sample->visits_light == 0;
+    bars->counts[BAR_CAMERA_SQUARES] += grows_camera;
+    bars->counts[BAR_LIGHT_SQUARES] += grows_light;
+    for (int i = 0; i < COVARIANCES && kept; i++) ca_exact_sum_add(&bars->covariances[i], terms[i]);
+}
+
 bool ca_block_film_add(ca_block_film *film, uint32_t x, uint32_t y, const ca_block_sample *sample)
 {
     const uint32_t *crop = film->desc.crop;
@@ -129,21 +170,33 @@ bool ca_block_film_add(ca_block_film *film, uint32_t x, uint32_t y, const ca_blo
     pixel->paths += sample->paths;
     uint64_t sums[PATH_SUMS];
     const ca_vec3 gradient = sample->irradiance_gradient;
-    if (!ca_rgb_is_finite(sample->radiance) || (film->gradients && !is_finite3(gradient)) ||
-        !quantise(film, sample, sums))
-        return false;
+    const bool in_bounds = ca_rgb_is_finite(sample->radiance) && (!film->gradients || is_finite3(gradient)) &&
+                           quantise(film, sample, sums);
+    if (film->bars) add_bars(&film->bars[index], sample, in_bounds);
+    if (!in_bounds) return false;
     add_exactly(pixel->radiance, sample->radiance.r, sample->radiance.g, sample->radiance.b);
     if (film->gradients) add_exactly(film->gradients[index].sums, gradient.x, gradient.y, gradient.z);
     for (int i = 0; i < PATH_SUMS; i++) pixel->path_sums[i] += sums[i];
     return true;
 }
 
+static void add_three(ca_exact_sum sums[3], const ca_exact_sum others[3])
+{
+    for (int c = 0; c < 3; c++) ca_exact_sum_add_sum(&sums[c], &others[c]);
+}
+
 static void add_pixel(block_pixel *pixel, const block_pixel *other)
 {
-    for (int c = 0; c < 3; c++) ca_exact_sum_add_sum(&pixel->radiance[c], &other->radiance[c]);
+    add_three(pixel->radiance, other->radiance);
     pixel->pairs += other->pairs;
     pixel->paths += other->paths;
     for (int i = 0; i < PATH_SUMS; i++) pixel->path_sums[i] += other->path_sums[i];
+}
+
+static void add_bars_of(block_bars *bars, const block_bars *other)
+{
+    for (int i = 0; i < COVARIANCES; i++) ca_exact_sum_add_sum(&bars->covariances[i], &other->covariances[i]);
+    for (int i = 0; i < BAR_COUNTS; i++) bars->counts[i] += other->counts[i];
 }
 
 void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other)
@@ -152,8 +205,9 @@ void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other)
     const size_t count = (size_t)film->width * film->height;
     for (size_t i = 0; i < count; i++) {
         add_pixel(&film->pixels[i], &other->pixels[i]);
-        for (int c = 0; c < 3 && film->gradients; c++)
-            ca_exact_sum_add_sum(&film->gradients[i].sums[c], &other->gradients[i].sums[c]);
+        if (film->gradients) add_three(film->gradients[i].sums, other->gradients[i].sums);
+        if (!film->bars) continue;
+        add_bars_of(&film->bars[i], &other->bars[i]);
     }
 }
 
@@ -165,18 +219,56 @@ static double mean_over_pairs(const block_pixel *pixel, const ca_exact_sum *sum)
     return pixel->pairs ? ca_exact_sum_value(sum) / (double)pixel->pairs : 0.0;
 }
 
-double ca_block_film_mean_luminance(const ca_block_film *film)
+static double pixel_luminance(const block_pixel *pixel)
 {
     static const double weights[3] = {0.2126, 0.7152, 0.0722};
+    double sum = 0.0;
+    for (int c = 0; c < 3; c++) sum += weights[c] * mean_over_pairs(pixel, &pixel->radiance[c]);
+    return sum;
+}
+
+double ca_block_film_mean_luminance(const ca_block_film *film)
+{
     const size_t count = (size_t)film->width * film->height;
     double sum = 0.0;
-    for (size_t i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++)
-            sum += weights[c] * mean_over_pairs(&film->pixels[i], &film->pixels[i].radiance[c]);
+    for (size_t i = 0; i < count; i++) sum += pixel_luminance(&film->pixels[i]);
     return sum / (double)count;
 }
 
-typedef enum block_quantity { RADIANCE, GRADIENT, PATH_MEAN, PATHS, PAIRS } block_quantity;
+/* What the pixel's blocks tell together; false: nothing. */
+static bool pixel_variances(const block_bars *bars, const block_pixel *pixel, ca_pair_design *design,
+                            ca_pair_variances *v)
+{
+    const uint64_t *counts = bars->counts;
+    if (counts[BAR_FIRST] != 1 || counts[BAR_LOST] > 0 || pixel->paths == 0) return false;
+    const double blocks = (double)counts[BAR_BLOCKS];
+    *design = (ca_pair_design){.camera_paths = (double)pixel->paths / blocks,
+                               .light_paths = (double)pixel->pairs / (double)pixel->paths,
+                               .blocks = blocks,
+                               .camera_squares = (double)counts[BAR_CAMERA_SQUARES],
+                               .light_squares = (double)counts[BAR_LIGHT_SQUARES]};
+    *v = (ca_pair_variances){.camera = ca_exact_sum_value(&bars->covariances[CAMERA]) / blocks,
+                             .light = ca_exact_sum_value(&bars->covariances[LIGHT]) / design->light_squares,
+                             .pair = ca_exact_sum_value(&bars->covariances[PAIR]) / blocks,
+                             .merged = ca_exact_sum_value(&bars->covariances[MERGED]) / blocks};
+    return true;
+}
+
+static double value_variance(const block_bars *bars, const block_pixel *pixel)
+{
+    ca_pair_design design;
+    ca_pair_variances v;
+    return pixel_variances(bars, pixel, &design, &v) ? ca_pair_value_variance(&design, &v) : (double)NAN;
+}
+
+typedef enum block_quantity {
+    RADIANCE,
+    GRADIENT,
+    PATH_MEAN,
+    PATHS,
+    PAIRS,
+    VALUE_VARIANCE
+} block_quantity;
 
 /* Which channel holds what, in the order in which they are added. */
 static const struct block_layer {
@@ -201,6 +293,7 @@ static const struct block_layer {
     {"IrradianceGradient.Z", GRADIENT, 2},
     {"Samples.Y", PATHS, 0},
     {"Pairs.Y", PAIRS, 0},
+    {"ValueVariance.Y", VALUE_VARIANCE, 0},
 };
 
 static double mean_over_paths(const ca_block_film *film, const block_pixel *pixel, int sum)
@@ -218,6 +311,7 @@ static double pixel_quantity(const ca_block_film *film, size_t index, const stru
     case PATH_MEAN: return mean_over_paths(film, pixel, layer->component);
     case PATHS: return (double)pixel->paths;
     case PAIRS: return (double)pixel->pairs;
+    case VALUE_VARIANCE: return value_variance(&film->bars[index], pixel);
     }
     return 0.0;
 }
@@ -227,11 +321,72 @@ static ca_status develop_layers(const ca_block_film *film, ca_image_layers *laye
     const size_t count = (size_t)film->width * film->height;
     for (size_t l = 0; l < sizeof block_layers / sizeof block_layers[0]; l++) {
         if (block_layers[l].quantity == GRADIENT && !film->gradients) continue;
+        if (block_layers[l].quantity == VALUE_VARIANCE && !film->bars) continue;
         float *data;
         CA_TRY(ca_layers_add(layers, block_layers[l].name, &data, error));
         for (size_t i = 0; i < count; i++) data[i] = (float)pixel_quantity(film, i, &block_layers[l]);
     }
     return CA_OK;
+}
+
+/* ---- Error bars -------------------------------------------------------------------------------------------------
+ */
+
+/* Of every pixel, while they are developed. */
+typedef struct bar_work {
+    ca_moments *moments;
+    double *degrees; /* of freedom */
+    bool *marked;    /* by those around; of a pixel that is marked by itself there are no degrees */
+} bar_work;
+
+static void find_errors(const ca_block_film *film, bar_work *work)
+{
+    for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
+        const double value = pixel_luminance(&film->pixels[i]);
+        ca_pair_design design;
+        ca_pair_variances v;
+        work->degrees[i] = 0.0;
+        work->moments[i] = (ca_moments){.mean = value};
+        if (!pixel_variances(&film->bars[i], &film->pixels[i], &design, &v)) continue;
+        if (!ca_pair_error(&design, &v, value, &work->moments[i], &work->degrees[i])) work->degrees[i] = 0.0;
+    }
+}
+
+/* What a float cannot hold does not make the interval smaller. */
+static float round_down(double value)
+{
+    return (double)(float)value > value ? nextafterf((float)value, -INFINITY) : (float)value;
+}
+
+static ca_status fill_bars(const ca_block_film *film, bar_work *work, ca_image_layers *layers, ca_error *error)
+{
+    float *low, *high;
+    CA_TRY(ca_layers_add(layers, "ConfidenceLow.Y", &low, error));
+    CA_TRY(ca_layers_add(layers, "ConfidenceHigh.Y", &high, error));
+    find_errors(film, work);
+    CA_TRY(ca_confidence_mark(work->moments, film->width, film->height, work->marked, error));
+    for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
+        ca_interval interval = {-(double)INFINITY, (double)INFINITY};
+        if (work->degrees[i] > 0.0 && !work->marked[i])
+            interval = ca_confidence_interval(&work->moments[i], ca_pair_student_quantile(work->degrees[i]));
+        low[i] = round_down(interval.low);
+        high[i] = -round_down(-interval.high);
+    }
+    return CA_OK;
+}
+
+static ca_status develop_bars(const ca_block_film *film, ca_image_layers *layers, ca_error *error)
+{
+    const size_t count = (size_t)film->width * film->height;
+    bar_work work = {.moments = ca_alloc(count, sizeof *work.moments),
+                     .degrees = ca_alloc(count, sizeof *work.degrees),
+                     .marked = ca_alloc(count, sizeof *work.marked)};
+    const bool room = work.moments && work.degrees && work.marked;
+    const ca_status status = room ? fill_bars(film, &work, layers, error) : ca_fail_memory(error, "the error bars");
+    ca_free(work.moments);
+    ca_free(work.degrees);
+    ca_free(work.marked);
+    return status;
 }
 
 ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **layers, ca_error *error)
@@ -241,7 +396,8 @@ ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **lay
     (*layers)->full_height = film->desc.full_height;
     (*layers)->x0 = (int32_t)film->desc.crop[0];
     (*layers)->y0 = (int32_t)film->desc.crop[1];
-    const ca_status status = develop_layers(film, *layers, error);
+    ca_status status = develop_layers(film, *layers, error);
+    if (status == CA_OK && film->bars) status = develop_bars(film, *layers, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*layers);
     *layers = NULL;
@@ -256,16 +412,16 @@ size_t ca_block_film_row_bytes(const ca_block_film_desc *desc)
     return (size_t)(desc->crop[2] - desc->crop[0]) * pixel_bytes(desc);
 }
 
-static unsigned char *write_sums(const ca_exact_sum sums[3], unsigned char *bytes)
+static unsigned char *write_sums(const ca_exact_sum *sums, int count, unsigned char *bytes)
 {
-    for (int c = 0; c < 3; c++) ca_exact_sum_write(&sums[c], bytes + c * CA_EXACT_SUM_BYTES);
-    return bytes + 3 * CA_EXACT_SUM_BYTES;
+    for (int i = 0; i < count; i++, bytes += CA_EXACT_SUM_BYTES) ca_exact_sum_write(&sums[i], bytes);
+    return bytes;
 }
 
-static const unsigned char *read_sums(ca_exact_sum sums[3], const unsigned char *bytes)
+static const unsigned char *read_sums(ca_exact_sum *sums, int count, const unsigned char *bytes)
 {
-    for (int c = 0; c < 3; c++) sums[c] = ca_exact_sum_read(bytes + c * CA_EXACT_SUM_BYTES);
-    return bytes + 3 * CA_EXACT_SUM_BYTES;
+    for (int i = 0; i < count; i++, bytes += CA_EXACT_SUM_BYTES) sums[i] = ca_exact_sum_read(bytes);
+    return bytes;
 }
 
 void ca_block_film_write_row(const ca_block_film *film, uint32_t row, unsigned char *bytes)
@@ -273,12 +429,15 @@ void ca_block_film_write_row(const ca_block_film *film, uint32_t row, unsigned c
     const size_t first = (size_t)row * film->width;
     for (size_t i = first; i < first + film->width; i++) {
         const block_pixel *pixel = &film->pixels[i];
-        bytes = write_sums(pixel->radiance, bytes);
+        bytes = write_sums(pixel->radiance, 3, bytes);
         ca_put_u64(bytes, pixel->pairs);
         ca_put_u64(bytes + 8, pixel->paths);
         bytes += 16;
         for (int s = 0; s < PATH_SUMS; s++, bytes += 8) ca_put_u64(bytes, pixel->path_sums[s]);
-        if (film->gradients) bytes = write_sums(film->gradients[i].sums, bytes);
+        if (film->gradients) bytes = write_sums(film->gradients[i].sums, 3, bytes);
+        if (!film->bars) continue;
+        bytes = write_sums(film->bars[i].covariances, COVARIANCES, bytes);
+        for (int c = 0; c < BAR_COUNTS; c++, bytes += 8) ca_put_u64(bytes, film->bars[i].counts[c]);
     }
 }
 
@@ -287,11 +446,14 @@ void ca_block_film_read_row(ca_block_film *film, uint32_t row, const unsigned ch
     const size_t first = (size_t)row * film->width;
     for (size_t i = first; i < first + film->width; i++) {
         block_pixel *pixel = &film->pixels[i];
-        bytes = read_sums(pixel->radiance, bytes);
+        bytes = read_sums(pixel->radiance, 3, bytes);
         pixel->pairs = ca_get_u64(bytes);
         pixel->paths = ca_get_u64(bytes + 8);
         bytes += 16;
         for (int s = 0; s < PATH_SUMS; s++, bytes += 8) pixel->path_sums[s] = ca_get_u64(bytes);
-        if (film->gradients) bytes = read_sums(film->gradients[i].sums, bytes);
+        if (film->gradients) bytes = read_sums(film->gradients[i].sums, 3, bytes);
+        if (!film->bars) continue;
+        bytes = read_sums(film->bars[i].covariances, COVARIANCES, bytes);
+        for (int c = 0; c < BAR_COUNTS; c++, bytes += 8) film->bars[i].counts[c] = ca_get_u64(bytes);
     }
 }

@@ -2,22 +2,28 @@
  * order, on any machine, and the image is the same to the bit.
  *
  * A pixel's value is the sum over all its pairs over their number (Keller, Grünschloß, Droske, "Quasi-Monte Carlo
- * Progressive Photon Mapping", section 4.2). Blocks share their paths, so they are no independent samples: there are
- * no variances here.
+ * Progressive Photon Mapping", section 4.2). Blocks share their paths, so they are no independent samples, and their
+ * scatter tells nothing. Error bars, where wanted, are made of what each block tells of its pairs (pair_covariances.h,
+ * pair_interval.h); the camera paths and light paths must then be independent random ones.
  *
  * Layers: R G B; Albedo.*, N.*, P.* of the primary hits, averaged; IrradianceGradient.X .Y .Z, W m^-3, of the luminance
  * of what arrives (where wanted); Samples.Y the number of camera paths (each block's counted); Pairs.Y that of pairs.
+ * With error bars: ConfidenceLow.Y and ConfidenceHigh.Y, the 95 % interval of the luminance, from minus to plus infinity
+ * where a pixel is marked; ValueVariance.Y, the estimated variance of the pixel's luminance, which may be negative. Both
+ * need all blocks from the first on: else all pixels are marked, with a variance that is not a number, as are pixels that
+ * had a sample out of bounds.
  *
  * Radiance and gradients are summed exactly (exact_sum.h). Of the other layers each block's sum is rounded, once, to
  * a fixed point: to multiples of 2^-28 for albedo and normals, for positions of 2^-28 times the power of two that
  * bounds the scene's coordinates; a sixteenth of what a float of that size resolves. They hold 2^31 camera paths a
  * pixel.
  *
- * State: 208 bytes per pixel, 328 with gradients. Threads: different pixels at once. */
+ * State: 208 bytes per pixel, 120 more with gradients, 200 more with error bars. Threads: different pixels at once. */
 #ifndef CA_FILM_BLOCK_FILM_H
 #define CA_FILM_BLOCK_FILM_H
 
 #include "base/status.h"
+#include "film/pair_covariances.h"
 #include "image/layers.h"
 #include "math/rgb.h"
 #include "math/vec.h"
@@ -33,13 +39,18 @@ typedef struct ca_block_sample {
     ca_rgb albedo;               /* over the pixel's camera paths in the block, likewise: */
     ca_vec3 normal, position;
     uint32_t paths;
+    bool out_of_memory; /* while it was made: worthless. The film does not look */
+    /* For error bars. How many blocks from the first on, before this one, had the same camera paths, and the same light
+     * paths: (0, 0) in the first block only. All of the pixel's blocks have as many paths and pairs as each other. */
+    ca_pair_covariance covariance; /* of luminance */
+    uint64_t visits_camera, visits_light;
 } ca_block_sample;
 
 typedef struct ca_block_film ca_block_film;
 
 typedef struct ca_block_film_desc {
     uint32_t full_width, full_height, crop[4];
-    bool gradients;
+    bool gradients, error_bars;
     float extent; /* > 0: no coordinate of the scene is larger; kept rounded up to a power of two */
 } ca_block_film_desc;
 
@@ -52,7 +63,7 @@ double ca_block_film_bytes(const ca_block_film_desc *desc);
 
 /* Adds to pixel (x, y) of the full film. The gate: values that are not finite, and albedos, normals and positions
  * over 16 times their bound (1, 1, extent) a path, add nothing but their pairs and paths; false is returned so that
- * the caller counts it. */
+ * the caller counts it. Covariances that are no finite floats only mark the pixel. */
 bool ca_block_film_add(ca_block_film *film, uint32_t x, uint32_t y, const ca_block_sample *sample);
 
 /* Adds another film of the same description. */

@@ -1,5 +1,6 @@
 #include "film/compare.h"
 
+#include "film/picture_pair.h"
 #include "film/significance.h"
 #include "math/rgb.h"
 
@@ -18,11 +19,9 @@ typedef struct picture {
 } picture;
 
 typedef struct comparison_job {
+    ca_picture_pair pair;
     picture image, reference;
-    uint32_t width;    /* of a row of pixels */
-    ca_pixel_rect roi; /* resolved */
-    uint32_t side;
-    const ca_compare_settings *settings;
+    uint32_t side; /* of a block */
 } comparison_job;
 
 static const char *const color_names[3] = {"R", "G", "B"};
@@ -37,85 +36,44 @@ static double stored_rounding(const ca_image_layers *layers, const char *name)
     return 0x1p-22; /* half a unit in the last place, and as much again for the sums before */
 }
 
-static ca_status open_picture(const ca_image_layers *layers, const char *what, picture *out, ca_error *error)
+static void open_picture(const ca_image_layers *layers, const float *const color[3], picture *out)
 {
     out->samples = ca_layers_find(layers, "Samples.Y");
     out->has_variance = out->samples != NULL;
     for (int c = 0; c < 3; c++) {
-        out->color[c] = ca_layers_find(layers, color_names[c]);
-        if (!out->color[c])
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the %s has no channel %s", what, color_names[c]);
+        out->color[c] = color[c];
         out->rounding[c] = stored_rounding(layers, color_names[c]);
         out->variance[c] = ca_layers_find(layers, variance_names[c]);
         out->has_variance = out->has_variance && out->variance[c];
     }
-    return CA_OK;
-}
-
-static ca_status check_sizes(const ca_image_layers *image, const ca_image_layers *reference, ca_error *error)
-{
-    if (image->width != reference->width || image->height != reference->height)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the image has %u x %u pixels, the reference %u x %u",
-                       image->width, image->height, reference->width, reference->height);
-    /* A file that keeps no crop (PNG, PFM) has a picture as large as its data; that is no contradiction. */
-    const bool same_film = image->full_width == reference->full_width && image->full_height == reference->full_height;
-    if (same_film && (image->x0 != reference->x0 || image->y0 != reference->y0))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the image and the reference are different parts of the picture: they start at (%d, %d) and "
-                       "(%d, %d)",
-                       image->x0, image->y0, reference->x0, reference->y0);
-    return CA_OK;
-}
-
-static ca_status resolve_roi(const ca_image_layers *image, const ca_compare_settings *settings, ca_pixel_rect *roi,
-                             ca_error *error)
-{
-    *roi = settings->has_roi ? settings->roi : (ca_pixel_rect){0, 0, image->width, image->height};
-    if (roi->x0 < roi->x1 && roi->y0 < roi->y1 && roi->x1 <= image->width && roi->y1 <= image->height) return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "the region %u,%u,%u,%u is empty or reaches out of the %u x %u pixels of the image", roi->x0,
-                   roi->y0, roi->x1, roi->y1, image->width, image->height);
-}
-
-static bool is_masked(const ca_compare_settings *settings, uint32_t x, uint32_t y)
-{
-    for (size_t i = 0; i < settings->mask_count; i++) {
-        const ca_pixel_rect *m = &settings->masks[i];
-        if (x >= m->x0 && x < m->x1 && y >= m->y0 && y < m->y1) return true;
-    }
-    return false;
 }
 
 static ca_rgb pixel_of(const picture *p, size_t at) { return (ca_rgb){p->color[0][at], p->color[1][at], p->color[2][at]}; }
-
-static bool is_finite_in_both(const comparison_job *job, size_t at)
-{
-    return ca_rgb_is_finite(pixel_of(&job->image, at)) && ca_rgb_is_finite(pixel_of(&job->reference, at));
-}
 
 /* ---- Metrics ---------------------------------------------------------------------------------------------------- */
 
 static void measure(const comparison_job *job, ca_comparison *result)
 {
-    double squares = 0.0, relative = 0.0, absolute = 0.0, luminance = 0.0, reference_luminance = 0.0;
-    for (uint32_t y = job->roi.y0; y < job->roi.y1; y++)
-        for (uint32_t x = job->roi.x0; x < job->roi.x1; x++) {
-            const size_t at = (size_t)y * job->width + x;
-            if (is_masked(job->settings, x, y)) {
+    double squares = 0.0, relative = 0.0, absolute = 0.0, symmetric = 0.0, luminance = 0.0, reference_luminance = 0.0;
+    for (uint32_t y = job->pair.roi.y0; y < job->pair.roi.y1; y++)
+        for (uint32_t x = job->pair.roi.x0; x < job->pair.roi.x1; x++) {
+            const size_t at = (size_t)y * job->pair.width + x;
+            if (ca_picture_pair_is_masked(&job->pair, x, y)) {
                 result->masked++;
                 continue;
             }
-            if (!is_finite_in_both(job, at)) {
+            if (!ca_picture_pair_is_finite(&job->pair, at)) {
                 result->non_finite++;
                 continue;
             }
             result->pixels++;
             for (int c = 0; c < 3; c++) {
                 const double b = (double)job->reference.color[c][at];
-                const double difference = (double)job->image.color[c][at] - b;
-                squares += difference * difference;
-                relative += difference * difference / (b * b + 0.01);
-                absolute += fabs(difference);
+                const double a = (double)job->image.color[c][at];
+                squares += (a - b) * (a - b);
+                absolute += fabs(a - b);
+                relative += ca_relative_square(a, b);
+                symmetric += ca_symmetric_error(a, b);
             }
             luminance += (double)ca_luminance(pixel_of(&job->image, at));
             reference_luminance += (double)ca_luminance(pixel_of(&job->reference, at));
@@ -124,6 +82,7 @@ static void measure(const comparison_job *job, ca_comparison *result)
     result->rmse = sqrt(squares / values);
     result->relmse = relative / values;
     result->mae = absolute / values;
+    result->smape = symmetric / values;
     result->mean_luminance = luminance / pixels;
     result->reference_mean_luminance = reference_luminance / pixels;
 }
@@ -180,10 +139,10 @@ static void divide_by_pixels(block_channel channels[3], uint32_t pixels)
 static block gather_block(const comparison_job *job, uint32_t x0, uint32_t y0)
 {
     block b = {.known_variance = job->image.has_variance};
-    for (uint32_t y = y0; y < job->roi.y1 && y - y0 < job->side; y++)
-        for (uint32_t x = x0; x < job->roi.x1 && x - x0 < job->side; x++) {
-            const size_t at = (size_t)y * job->width + x;
-            if (is_masked(job->settings, x, y) || !is_finite_in_both(job, at)) continue;
+    for (uint32_t y = y0; y < job->pair.roi.y1 && y - y0 < job->side; y++)
+        for (uint32_t x = x0; x < job->pair.roi.x1 && x - x0 < job->side; x++) {
+            const size_t at = (size_t)y * job->pair.width + x;
+            if (ca_picture_pair_is_masked(&job->pair, x, y) || !ca_picture_pair_is_finite(&job->pair, at)) continue;
             b.pixels++;
             if (!add_pixel(&job->image, at, b.image)) b.known_variance = false;
             if (!add_pixel(&job->reference, at, b.reference)) b.known_variance = false;
@@ -294,7 +253,7 @@ static uint32_t blocks_along(uint32_t pixels, uint32_t side) { return pixels / s
 
 static void compare_blocks(const comparison_job *job, block_record *records, double *differences, ca_comparison *result)
 {
-    const ca_pixel_rect *roi = &job->roi;
+    const ca_pixel_rect *roi = &job->pair.roi;
     const uint64_t block_width = roi->x1 - roi->x0 < job->side ? roi->x1 - roi->x0 : job->side;
     const uint64_t block_height = roi->y1 - roi->y0 < job->side ? roi->y1 - roi->y0 : job->side;
     uint32_t tested = 0;
@@ -321,21 +280,16 @@ ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *refere
                      ca_comparison *comparison, ca_error *error)
 {
     *comparison = (ca_comparison){0};
-    comparison_job job = {
-        .width = image->width,
-        .side = settings->block_side ? settings->block_side : DEFAULT_BLOCK_SIDE,
-        .settings = settings,
-    };
-    CA_TRY(check_sizes(image, reference, error));
-    CA_TRY(open_picture(image, "image", &job.image, error));
-    CA_TRY(open_picture(reference, "reference", &job.reference, error));
-    CA_TRY(resolve_roi(image, settings, &job.roi, error));
+    comparison_job job = {.side = settings->block_side ? settings->block_side : DEFAULT_BLOCK_SIDE};
+    CA_TRY(ca_picture_pair_open(image, reference, settings, &job.pair, error));
+    open_picture(image, job.pair.image, &job.image);
+    open_picture(reference, job.pair.reference, &job.reference);
     measure(&job, comparison);
     if (comparison->pixels == 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "nothing is left to compare: all pixels are masked or not finite");
 
-    const size_t blocks = (size_t)blocks_along(job.roi.x1 - job.roi.x0, job.side) *
-                          blocks_along(job.roi.y1 - job.roi.y0, job.side);
+    const size_t blocks = (size_t)blocks_along(job.pair.roi.x1 - job.pair.roi.x0, job.side) *
+                          blocks_along(job.pair.roi.y1 - job.pair.roi.y0, job.side);
     block_record *records = ca_alloc(blocks, sizeof *records);
     double *differences = ca_alloc(blocks, sizeof *differences);
     if (records && differences) compare_blocks(&job, records, differences, comparison);

@@ -4,6 +4,8 @@
  *     rmse    root of the mean of (A - B)^2
  *     mae     mean of |A - B|
  *     relmse  mean of (A - B)^2 / (B^2 + 0.01)
+ *     smape   mean of |A - B| / (|A| + |B| + 0.01), in [0, 1)
+ * (SSIM and FLIP, which look at neighbourhoods: image_metrics.h.)
  * A pixel that is not finite in one of the two is counted and left out.
  *
  * Block test: the region is cut into square blocks from its upper left corner. In each block and channel the
@@ -19,6 +21,8 @@
 #define CA_FILM_COMPARE_H
 
 #include "image/layers.h"
+
+#include <math.h>
 
 /* Half open, in pixels of the pictures' data: (0, 0) is the first pixel that the file holds. */
 typedef struct ca_pixel_rect {
@@ -47,7 +51,7 @@ typedef struct ca_block_test {
 } ca_block_test;
 
 typedef struct ca_comparison {
-    double rmse, mae, relmse;
+    double rmse, mae, relmse, smape;
     double mean_luminance, reference_mean_luminance;
     uint64_t pixels;            /* that were compared */
     uint64_t masked, non_finite; /* that were not */
@@ -56,6 +60,10 @@ typedef struct ca_comparison {
     double median_block_difference; /* median of |mean A - mean B| / mean B, luminance; NAN without blocks */
     ca_block_test test;
 } ca_comparison;
+
+/* What relmse and smape are means of. */
+static inline double ca_relative_square(double a, double b) { return (a - b) * (a - b) / (b * b + 0.01); }
+static inline double ca_symmetric_error(double a, double b) { return fabs(a - b) / (fabs(a) + fabs(b) + 0.01); }
 
 /* Errors: CA_ERROR_ARGUMENT (different sizes or places, no R G B, an empty region, nothing left to compare),
  * CA_ERROR_MEMORY. */

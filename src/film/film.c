@@ -1,11 +1,12 @@
 #include "film/film.h"
 
 #include "base/memory.h"
+#include "film/confidence.h"
 
 #include <math.h>
 #include <string.h>
 
-_Static_assert(sizeof(ca_film_pixel) == 96, "film.h promises 96 bytes per pixel");
+_Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_film_groups) == 56, "film.h promises so many bytes per pixel");
 
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error)
@@ -15,7 +16,8 @@ ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_heigh
                       .width = crop[2] - crop[0],
                       .height = crop[3] - crop[1],
                       .full_width = full_width,
-                      .full_height = full_height};
+                      .full_height = full_height,
+                      .replicate_samples = 1};
     film->pixels = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->pixels);
     return film->pixels ? CA_OK : ca_fail_memory(error, "the film");
 }
@@ -23,7 +25,23 @@ ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_heigh
 void ca_film_destroy(ca_film *film)
 {
     ca_free(film->pixels);
+    ca_free(film->groups);
     *film = (ca_film){0};
+}
+
+ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error)
+{
+    ca_free(film->groups);
+    film->groups = NULL;
+    film->replicate_samples = samples;
+    if (samples <= 1) return CA_OK;
+    film->groups = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->groups);
+    return film->groups ? CA_OK : ca_fail_memory(error, "the film");
+}
+
+double ca_film_pixel_bytes(uint32_t replicate_samples)
+{
+    return (double)(sizeof(ca_film_pixel) + (replicate_samples > 1 ? sizeof(ca_film_groups) : 0));
 }
 
 static void add3(float sum[3], float a, float b, float c)
@@ -36,25 +54,53 @@ static void add3(float sum[3], float a, float b, float c)
 /* Of a value and of a sum alike, in double precision: rounding one of them would be seen as variance. */
 static double luminance_of(const double rgb[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 
-bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
+/* The group that just became complete. */
+static void close_group(ca_film_pixel *pixel, ca_film_groups *groups, uint32_t samples)
 {
-    ca_film_pixel *pixel = &film->pixels[(size_t)y * film->width + x];
-    pixel->samples++;
+    double value[4];
+    for (int c = 0; c < 3; c++) {
+        value[c] = (pixel->sum[c] - groups->sum[c]) / samples;
+        groups->sum[c] = pixel->sum[c];
+    }
+    value[3] = luminance_of(value);
+    for (int c = 0; c < 4; c++) {
+        groups->sum_squares[c] += value[c] * value[c];
+        pixel->sum_cubes[c] += value[c] * value[c] * value[c];
+    }
+}
+
+static bool add_sample(ca_film *film, ca_film_pixel *pixel, const ca_film_sample *sample)
+{
     const ca_rgb r = sample->radiance;
     if (!(ca_rgb_is_finite(r) && r.r >= 0.0f && r.g >= 0.0f && r.b >= 0.0f && ca_rgb_is_finite(sample->splat)))
         return false;
     const ca_rgb value = ca_rgb_add(ca_rgb_scale(r, sample->filter_weight), sample->splat);
     const double rgb[3] = {(double)value.r, (double)value.g, (double)value.b};
+    const double luminance = luminance_of(rgb);
     for (int c = 0; c < 3; c++) {
         pixel->sum[c] += rgb[c];
         pixel->sum_squares[c] += rgb[c] * rgb[c];
     }
-    const double luminance = luminance_of(rgb);
     pixel->sum_squares_luminance += luminance * luminance;
+    if (film->replicate_samples == 1) {
+        for (int c = 0; c < 3; c++) pixel->sum_cubes[c] += rgb[c] * rgb[c] * rgb[c];
+        pixel->sum_cubes[3] += luminance * luminance * luminance;
+    }
     add3(pixel->albedo, sample->albedo.r, sample->albedo.g, sample->albedo.b);
     add3(pixel->normal, sample->normal.x, sample->normal.y, sample->normal.z);
     add3(pixel->position, sample->position.x, sample->position.y, sample->position.z);
     return true;
+}
+
+bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
+{
+    const size_t i = (size_t)y * film->width + x;
+    ca_film_pixel *pixel = &film->pixels[i];
+    pixel->samples++;
+    const bool good = add_sample(film, pixel, sample);
+    if (film->groups && pixel->samples % film->replicate_samples == 0)
+        close_group(pixel, &film->groups[i], film->replicate_samples);
+    return good;
 }
 
 /* Unbiased sample variance from sums; 0 under two samples. */
@@ -156,6 +202,91 @@ static ca_status develop_layer(const ca_film *film, const struct film_layer *lay
     return CA_OK;
 }
 
+/* ---- Error bars ------------------------------------------------------------------------------------------------- */
+
+/* Of channel c: R, G, B, Y. */
+static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
+{
+    const ca_film_pixel *pixel = &film->pixels[i];
+    const uint32_t samples = film->replicate_samples, replicates = pixel->samples / samples;
+    const double cubes = pixel->sum_cubes[c];
+    if (!film->groups) {
+        const double squares = c < 3 ? pixel->sum_squares[c] : pixel->sum_squares_luminance;
+        return ca_moments_of(c < 3 ? pixel->sum[c] : luminance_sum(pixel), squares, cubes, replicates);
+    }
+    const ca_film_groups *groups = &film->groups[i];
+    const double sum = c < 3 ? groups->sum[c] : luminance_of(groups->sum);
+    return ca_moments_of(sum / samples, groups->sum_squares[c], cubes, replicates);
+}
+
+/* What a float cannot hold is rounded outwards, so that the interval does not get smaller. */
+static float round_down(double value) { return (double)(float)value > value ? nextafterf((float)value, -INFINITY) : (float)value; }
+static float round_up(double value) { return -round_down(-value); }
+
+static void fill_intervals(const ca_moments *moments, const bool *marked, size_t count, float *low, float *high)
+{
+    uint32_t replicates = 0;
+    double quantile = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        low[i] = -INFINITY;
+        high[i] = INFINITY;
+        if (marked[i]) continue;
+        if (moments[i].replicates != replicates) {
+            replicates = moments[i].replicates;
+            quantile = ca_student_two_sided_quantile(0.05, replicates - 1.0);
+        }
+        const ca_interval interval = ca_confidence_interval(&moments[i], quantile);
+        low[i] = round_down(interval.low);
+        high[i] = round_up(interval.high);
+    }
+}
+
+/* `moments` and `marked`: room for every pixel. */
+static ca_status develop_confidence(const ca_film *film, ca_moments *moments, bool *marked, ca_image_layers *layers,
+                                    ca_error *error)
+{
+    static const char *const names[4][2] = {{"ConfidenceLow.R", "ConfidenceHigh.R"},
+                                            {"ConfidenceLow.G", "ConfidenceHigh.G"},
+                                            {"ConfidenceLow.B", "ConfidenceHigh.B"},
+                                            {"ConfidenceLow.Y", "ConfidenceHigh.Y"}};
+    const size_t count = (size_t)film->width * film->height;
+    for (int c = 0; c < 4; c++) {
+        float *low, *high;
+        CA_TRY(ca_layers_add(layers, names[c][0], &low, error));
+        CA_TRY(ca_layers_add(layers, names[c][1], &high, error));
+        for (size_t i = 0; i < count; i++) moments[i] = replicate_moments(film, i, c);
+        CA_TRY(ca_confidence_mark(moments, film->width, film->height, marked, error));
+        fill_intervals(moments, marked, count, low, high);
+    }
+    return CA_OK;
+}
+
+static ca_status add_confidence(const ca_film *film, ca_image_layers *layers, ca_error *error)
+{
+    if (film->replicate_samples == 0) return CA_OK;
+    const size_t count = (size_t)film->width * film->height;
+    ca_moments *moments = ca_alloc(count, sizeof *moments);
+    bool *marked = ca_alloc(count, sizeof *marked);
+    const ca_status status = moments && marked ? develop_confidence(film, moments, marked, layers, error)
+                                               : ca_fail_memory(error, "the error bars");
+    ca_free(moments);
+    ca_free(marked);
+    return status;
+}
+
+bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction)
+{
+    const float *low = ca_layers_find(layers, "ConfidenceLow.Y");
+    const size_t count = (size_t)layers->width * layers->height;
+    if (!low) return false;
+    size_t marked = 0;
+    for (size_t i = 0; i < count; i++) marked += isinf(low[i]) != 0;
+    *fraction = (double)marked / (double)count;
+    return true;
+}
+
+/* ---- All of it -------------------------------------------------------------------------------------------------- */
+
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
 {
     CA_TRY(ca_layers_create(layers, film->width, film->height, error));
@@ -163,12 +294,13 @@ ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_erro
     (*layers)->full_height = film->full_height;
     (*layers)->x0 = (int32_t)film->x0;
     (*layers)->y0 = (int32_t)film->y0;
-    for (size_t i = 0; i < sizeof film_layers / sizeof film_layers[0]; i++) {
-        const ca_status status = develop_layer(film, &film_layers[i], *layers, error);
-        if (status == CA_OK) continue;
+    ca_status status = CA_OK;
+    for (size_t i = 0; i < sizeof film_layers / sizeof film_layers[0] && status == CA_OK; i++)
+        status = develop_layer(film, &film_layers[i], *layers, error);
+    if (status == CA_OK) status = add_confidence(film, *layers, error);
+    if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;
-        return status;
     }
-    return CA_OK;
+    return status;
 }

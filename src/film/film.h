@@ -4,10 +4,12 @@
  * (or the mean of several), times its weight (filter.h), plus what light paths splatted.
  * Layers: R G B; Albedo.*, N.*, P.* of the primary hit, averaged; Variance.* the unbiased sample variance of *one*
  * sample (not of the mean: divide by Samples.Y for that); RelativeVariance.* = Variance / mean^2, 0 where the mean
- * is; StandardDeviation.Y the sample standard deviation of one sample's luminance; Samples.Y the number of samples.
+ * is; StandardDeviation.Y the sample standard deviation of one sample's luminance; Samples.Y the number of samples;
+ * ConfidenceLow.*, ConfidenceHigh.* of R, G, B and luminance Y: 95 % intervals for the expectations, from replicates that
+ * must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers.
  *
- * State: 96 bytes per pixel. A pixel is written by one thread at a time, in the order of its samples, so the sums do not
- * depend on the number of threads. The film sees no scene. */
+ * State: 128 bytes per pixel, 56 more where replicates are groups of samples. A pixel is written by one thread at a time,
+ * in the order of its samples, so the sums do not depend on the number of threads. The film sees no scene. */
 #ifndef CA_FILM_FILM_H
 #define CA_FILM_FILM_H
 
@@ -29,19 +31,32 @@ typedef struct ca_film_sample {
 typedef struct ca_film_pixel {
     double sum[3], sum_squares[3]; /* of R, G, B */
     double sum_squares_luminance;
+    double sum_cubes[4]; /* of R, G, B, Y of one replicate */
     float albedo[3], normal[3], position[3];
     uint32_t samples;
 } ca_film_pixel;
+
+/* Where replicates are groups of samples. */
+typedef struct ca_film_groups {
+    double sum[3];         /* of R, G, B, over the samples of all groups that are complete */
+    double sum_squares[4]; /* of R, G, B, Y of one group's mean */
+} ca_film_groups;
 
 typedef struct ca_film {
     uint32_t x0, y0, width, height;   /* the part that is rendered ... */
     uint32_t full_width, full_height; /* ... of this */
     ca_film_pixel *pixels;            /* owned, width * height, row by row */
+    uint32_t replicate_samples;       /* that are an independent replicate together; 0: they are not independent */
+    ca_film_groups *groups;           /* owned, likewise; NULL: replicate_samples <= 1 */
 } ca_film;
 
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error);
 void ca_film_destroy(ca_film *film);
+/* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so many that follow
+ * each other (the last ones may be left over), or 0: there are none. */
+ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error);
+double ca_film_pixel_bytes(uint32_t replicate_samples);
 
 /* Adds a sample to pixel (x, y) of the rendered part. The gate: a radiance that is not finite or is negative is a
  * defect, and so is a splat that is not finite (filters with negative lobes make negative ones); the sample is replaced by
@@ -58,5 +73,8 @@ typedef struct ca_film_summary {
 ca_film_summary ca_film_summarise(const ca_film *film);
 
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
+
+/* The fraction of pixels whose luminance is marked; false where a picture has no Confidence layers. */
+bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction);
 
 #endif

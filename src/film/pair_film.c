@@ -5,6 +5,7 @@
 #include <assert.h>
 
 _Static_assert(sizeof(ca_pair_pixel) == 136, "pair_film.h promises 136 bytes a pixel");
+_Static_assert(sizeof(ca_pair_connections) == 320, "pair_film.h promises 320 bytes a pixel");
 
 ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
                               ca_error *error)
@@ -19,20 +20,42 @@ ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32
     return film->pixels ? CA_OK : ca_fail_memory(error, "the noise components");
 }
 
+ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error)
+{
+    if (film->connections) return CA_OK;
+    film->connections = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->connections);
+    return film->connections ? CA_OK : ca_fail_memory(error, "the noise components");
+}
+
 void ca_pair_film_destroy(ca_pair_film *film)
 {
     ca_free(film->pixels);
+    ca_free(film->connections);
     *film = (ca_pair_film){0};
+}
+
+static void add_connections(ca_pair_connections *sums, const double quantities[CA_PAIR_ALL_QUANTITIES])
+{
+    for (int b = CA_PAIR_QUANTITIES; b < CA_PAIR_ALL_QUANTITIES; b++) {
+        sums->sums[b - CA_PAIR_QUANTITIES] += quantities[b];
+        for (int a = 0; a <= b; a++) sums->products[ca_pair_connected_product(a, b)] += quantities[a] * quantities[b];
+    }
 }
 
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
 {
     assert(x >= film->x0 && x - film->x0 < film->width && y >= film->y0 && y - film->y0 < film->height);
-    ca_pair_pixel *pixel = &film->pixels[(size_t)(y - film->y0) * film->width + (x - film->x0)];
-    const double quantities[CA_PAIR_QUANTITIES] = {[CA_PAIR_VALUE] = moments->value,
-                                                   [CA_PAIR_PAIR] = moments->pair,
-                                                   [CA_PAIR_CAMERA] = moments->camera,
-                                                   [CA_PAIR_LIGHT] = moments->light};
+    const size_t number = (size_t)(y - film->y0) * film->width + (x - film->x0);
+    ca_pair_pixel *pixel = &film->pixels[number];
+    const double quantities[CA_PAIR_ALL_QUANTITIES] = {[CA_PAIR_VALUE] = moments->value,
+                                                       [CA_PAIR_PAIR] = moments->pair,
+                                                       [CA_PAIR_CAMERA] = moments->camera,
+                                                       [CA_PAIR_LIGHT] = moments->light,
+                                                       [CA_PAIR_CONNECTED] = moments->connected,
+                                                       [CA_PAIR_CONNECTED_SQUARE] = moments->connected_square,
+                                                       [CA_PAIR_CONNECTED_PAIR] = moments->connected_pair,
+                                                       [CA_PAIR_CONNECTED_CAMERA] = moments->connected_camera,
+                                                       [CA_PAIR_CONNECTED_LIGHT] = moments->connected_light};
     const double square = moments->value * moments->value;
     for (int a = 0; a < CA_PAIR_QUANTITIES; a++) {
         pixel->sums[a] += quantities[a];
@@ -42,4 +65,5 @@ void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_
     pixel->cubes += square * moments->value;
     pixel->fourths += square * square;
     pixel->iterations++;
+    if (film->connections) add_connections(&film->connections[number], quantities);
 }

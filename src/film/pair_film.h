@@ -1,7 +1,8 @@
 /* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which noise/components.h makes
  * components, predictions and standard errors.
  *
- * State: 136 bytes a pixel. Threads: different pixels at once; a pixel's iterations come in order. */
+ * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths. Threads: different pixels at once; a pixel's
+ * iterations come in order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
 
@@ -18,15 +19,33 @@ typedef struct ca_pair_pixel {
     uint64_t iterations;
 } ca_pair_pixel;
 
+/* Of connections beside them; these quantities are numbered behind the others. */
+enum {
+    CA_PAIR_CONNECTED = CA_PAIR_QUANTITIES,
+    CA_PAIR_CONNECTED_SQUARE,
+    CA_PAIR_CONNECTED_PAIR,
+    CA_PAIR_CONNECTED_CAMERA,
+    CA_PAIR_CONNECTED_LIGHT,
+    CA_PAIR_ALL_QUANTITIES
+};
+
+typedef struct ca_pair_connections {
+    double sums[CA_PAIR_ALL_QUANTITIES - CA_PAIR_QUANTITIES];
+    double products[35]; /* of quantities a <= b, b one of these: 04 14 24 34 44 05 15 ... 88 */
+} ca_pair_connections;
+
 typedef struct ca_pair_film {
     uint32_t x0, y0, width, height; /* the rendered part of the film */
     uint32_t light_paths, camera_paths; /* N_F, N_B of every iteration */
     ca_pair_pixel *pixels;          /* owned */
+    ca_pair_connections *connections; /* owned; one a pixel; NULL: not wanted */
     bool incomplete;                /* atomic: a worker ran out of memory */
 } ca_pair_film;
 
 ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
                               ca_error *error);
+/* Before the first iteration: sums of connections too. */
+ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error);
 void ca_pair_film_destroy(ca_pair_film *film);
 
 /* An iteration's moments of pixel (x, y) of the full film. */
@@ -37,6 +56,13 @@ static inline int ca_pair_product(int a, int b)
 {
     const int low = a < b ? a : b, high = a < b ? b : a;
     return low * (2 * CA_PAIR_QUANTITIES - low - 1) / 2 + high;
+}
+
+/* Of two quantities, at least one of connections, in theirs. */
+static inline int ca_pair_connected_product(int a, int b)
+{
+    const int low = a < b ? a : b, high = a < b ? b : a;
+    return high * (high + 1) / 2 - CA_PAIR_QUANTITIES * (CA_PAIR_QUANTITIES + 1) / 2 + low;
 }
 
 #endif

@@ -21,7 +21,7 @@ enum {
     FIELD_FULL_WIDTH,
     FIELD_FULL_HEIGHT,
     FIELD_CROP,
-    FIELD_GRADIENTS = FIELD_CROP + 4,
+    FIELD_EXTRAS = FIELD_CROP + 4, /* what the film has beside the image */
     FIELD_EXTENT, /* bits of a double */
     FIELD_BLOCKS,
     FIELD_SECONDS = FIELD_BLOCKS + 2, /* bits of a double; likewise: */
@@ -33,6 +33,7 @@ enum {
     FIELD_COUNT = FIELD_COUNTS + CA_PART_COUNTS,
 };
 
+enum { EXTRA_GRADIENTS = 1, EXTRA_ERROR_BARS = 2, ALL_EXTRAS = 3 };
 enum { FORMAT = 1, HEADER_BYTES = 8 + 8 * FIELD_COUNT, HASH_BYTES = 8, MAX_TEXT_BYTES = 1 << 16 };
 
 static const size_t max_file_bytes = (size_t)1 << 40;
@@ -92,7 +93,7 @@ static void fill_header(const ca_part *part, unsigned char header[HEADER_BYTES])
         [FIELD_SCENE_PATH_BYTES] = scene_path_bytes,
         [FIELD_FULL_WIDTH] = film->full_width,
         [FIELD_FULL_HEIGHT] = film->full_height,
-        [FIELD_GRADIENTS] = film->gradients,
+        [FIELD_EXTRAS] = (film->gradients ? EXTRA_GRADIENTS : 0) | (film->error_bars ? EXTRA_ERROR_BARS : 0),
         [FIELD_EXTENT] = ca_double_bits((double)film->extent),
         [FIELD_BLOCKS] = part->blocks[0],
         [FIELD_BLOCKS + 1] = part->blocks[1],
@@ -188,13 +189,14 @@ static bool read_film_desc(part_reader *reader)
     const uint64_t *f = reader->fields, *c = f + FIELD_CROP, width = f[FIELD_FULL_WIDTH],
                    height = f[FIELD_FULL_HEIGHT];
     const double extent = ca_bits_double(f[FIELD_EXTENT]);
-    if (width > CA_IMAGE_MAX_SIDE || height > CA_IMAGE_MAX_SIDE || f[FIELD_GRADIENTS] > 1) return false;
+    if (width > CA_IMAGE_MAX_SIDE || height > CA_IMAGE_MAX_SIDE || f[FIELD_EXTRAS] > ALL_EXTRAS) return false;
     if (c[0] >= c[2] || c[1] >= c[3] || c[2] > width || c[3] > height) return false;
     if (!(extent >= 0x1p-149 && extent <= 0x1p127)) return false;
     reader->film = (ca_block_film_desc){.full_width = (uint32_t)width,
                                         .full_height = (uint32_t)height,
                                         .crop = {(uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2], (uint32_t)c[3]},
-                                        .gradients = f[FIELD_GRADIENTS] == 1,
+                                        .gradients = f[FIELD_EXTRAS] & EXTRA_GRADIENTS,
+                                        .error_bars = f[FIELD_EXTRAS] & EXTRA_ERROR_BARS,
                                         .extent = (float)extent};
     return true;
 }

@@ -19,7 +19,8 @@ typedef struct ca_splat {
     ca_vec2 film; /* position in pixels of the full film */
     ca_rgb value; /* weighted contribution to a pixel that sees only this point, not yet over the number of light paths */
     float weight; /* the MIS weight that is in value, > 0 */
-    uint32_t light_vertices; /* t of its technique, for technique images */
+    uint32_t light_vertices : 14; /* t of its technique, for technique images */
+    uint32_t light_path : 18;     /* number of its light path among those of the lists, for pairs (pair_splats.h) */
 } ca_splat;
 
 typedef struct ca_splat_list {

@@ -98,6 +98,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     ca_bidirectional *b = state;
     if (round == 0) {
         ca_splat_buffer_clear(&b->splats);
+        ca_pair_splats_clear(&b->pair_splats);
         set_radius(b, pass);
         if (wants_pilot(b) && !b->pilot) CA_TRY(make_pilot(b, parallel, workers, error));
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
@@ -110,7 +111,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
         const uint64_t number = b->input.first_light_path + (uint64_t)pass * b->light_paths + first;
         CA_TRY(ca_light_chunk_prepare(b, &b->chunks[i], number, count, parallel, workers, error));
     }
-    return CA_OK;
+    return b->input.pairs && b->rules.splat ? ca_pair_splats_sort(&b->pair_splats, error) : CA_OK;
 }
 
 ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
@@ -227,6 +228,7 @@ void ca_bidirectional_destroy(void *state)
     }
     ca_photon_grid_destroy(b->pilot);
     ca_splat_buffer_destroy(&b->splats);
+    ca_pair_splats_destroy(&b->pair_splats);
     ca_free(b->scratch);
     ca_free(b->blocks);
     ca_free(b->chunks);

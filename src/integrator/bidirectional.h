@@ -16,11 +16,12 @@
  * summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in memory at a time
  * (rounds, integrator.h).
  *
- * Pairs: where input.pairs wants them, hits and merges are also summed for every pair of a light and a camera path (pairs.c),
- * which reads what the image gets and changes nothing of it. */
+ * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a camera path
+ * (pairs.c), which reads what the image gets and changes nothing of it. */
 #ifndef CA_INTEGRATOR_BIDIRECTIONAL_H
 #define CA_INTEGRATOR_BIDIRECTIONAL_H
 
+#include "film/pair_splats.h"
 #include "film/splats.h"
 #include "integrator/integrator.h"
 #include "path/light_store.h"
@@ -65,10 +66,12 @@ typedef struct ca_merge_photon {
     ca_pdf_area pdf_forward;
     float to_previous, distance, sqrt_area, sqrt_omega;
     uint32_t first; /* number of its path's v[0] ... */
-    uint32_t index; /* ... and its own in the path */
+    uint32_t index : 14; /* ... and its own in the path */
+    uint32_t path : 18;  /* number of its path in the chunk, where pairs are wanted */
 } ca_merge_photon;
 
 _Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
+_Static_assert(CA_PATH_MAX_VERTICES <= 1 << 14 && CA_CHUNK_PATHS <= 1 << 18, "they fit a photon's record");
 
 typedef struct ca_light_chunk {
     uint32_t count; /* light paths */
@@ -93,6 +96,7 @@ typedef struct ca_bidirectional {
     uint64_t pairing_shift;         /* camera path i connects to light path (i + shift) mod N_F */
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
+    ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
     ca_photon_grid *pilot;          /* photons whose density the reuse rule asks for; else NULL, or not made yet */
     float pilot_scale;              /* N_F over the number of its light paths */
     ca_bidirectional_scratch *scratch; /* owned; [input.workers] */
@@ -208,8 +212,10 @@ ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error);
 /* integrator.h. */
 void ca_pairs_begin_pixel(const void *state, ca_worker *worker);
 void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
-/* The walk found light alone, or merged with a photon of a chunk: what the image gets for it before the filter's weight. */
+/* The walk found light alone, or by connecting to the paired light path, or merged with a photon of a chunk: what the image gets
+ * for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
+void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
                         float weight);
 

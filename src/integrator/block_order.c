@@ -57,6 +57,33 @@ ca_block_pair ca_block_pair_at(const ca_block_order *order, uint64_t number)
     return order->diagonal ? diagonal_pair(order, number) : rectangular_pair(order, number);
 }
 
+/* On a shell: along its first leg the blocks of one row or column follow each other, along its second those of the other; both have
+ * met, on the squares before, all of the other side. */
+static ca_block_pair visits_on_shell(uint64_t k, uint64_t step)
+{
+    const bool second = step > k;
+    const uint64_t along = second ? step - k : step, across = step == k ? 0 : k;
+    const bool along_camera = (k % 2 == 1) != second; /* odd shells begin with row k */
+    return along_camera ? (ca_block_pair){.camera = along, .light = across} : (ca_block_pair){.camera = across, .light = along};
+}
+
+static ca_block_pair rectangular_visits(const ca_block_order *order, uint64_t number)
+{
+    const uint64_t side = min_u64(order->camera_limit, order->light_limit);
+    const uint64_t k = integer_root(number);
+    if (k < side) return visits_on_shell(k, number - k * k);
+    const uint64_t line = side + (number - side * side) / side, step = (number - side * side) % side;
+    return order->camera_limit == side ? (ca_block_pair){.camera = line, .light = step}
+                                       : (ca_block_pair){.camera = step, .light = line};
+}
+
+ca_block_pair ca_block_visits(const ca_block_order *order, uint64_t number)
+{
+    if (!order->diagonal) return rectangular_visits(order, number);
+    const ca_block_pair pair = diagonal_pair(order, number);
+    return (ca_block_pair){.camera = pair.light, .light = pair.camera};
+}
+
 static uint64_t product(uint64_t a, uint64_t b) { return b != 0 && a > UINT64_MAX / b ? UINT64_MAX : a * b; }
 
 uint64_t ca_block_count(const ca_block_order *order) { return product(order->camera_limit, order->light_limit); }

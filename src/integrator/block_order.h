@@ -20,6 +20,9 @@ typedef struct ca_block_order {
  * Diagonal: i + j grows; both change from block to block. `number` must be below the number of pairs. */
 ca_block_pair ca_block_pair_at(const ca_block_order *order, uint64_t number);
 
+/* How many of the pairs before this one, from the first on, have the same i (in .camera), and the same j (in .light). */
+ca_block_pair ca_block_visits(const ca_block_order *order, uint64_t number);
+
 /* Pairs in all; UINT64_MAX: without end. */
 uint64_t ca_block_count(const ca_block_order *order);
 

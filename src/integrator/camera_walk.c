@@ -132,7 +132,8 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
     walk->worker->counters.shadow_rays++;
     if (!ca_walk_light_is_visible(scene->accel, &walk->surface, &direct)) return;
     const float weight = weighted ? next_event_weight(walk, light, choice, &direct, &value, cos_out) : 1.0f;
-    ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight);
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight) && walk->scratch->pairing)
+        ca_pairs_add_alone(walk, unweighted, weight);
 }
 
 /* ---- The walk ------------------------------------------------------------------------------------------------------- */

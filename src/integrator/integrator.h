@@ -54,7 +54,7 @@ typedef struct ca_integrator_input {
     double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
     ca_technique_images *technique_images; /* NULL: not wanted */
     /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not wanted. Its crop and
-     * N_F are those of this input; it tells itself when it is incomplete. Only ppm and bdpm fill it. */
+     * N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that connect fill it. */
     ca_pair_film *pairs;
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];

@@ -94,8 +94,10 @@ static void connect_to(ca_camera_walk *walk, const light_end *end)
     if (!ca_accel_visible(walk->b->input.scene->accel, surface->position, surface->position_error, surface->ng,
                           other->position, other->position_error, other->ng))
         return;
-    ca_camera_walk_add(walk, walk->connect_slot, CA_TECHNIQUE_CONNECT, walk->vertex + 1, end->index + 1, unweighted,
-                       connect_weight(walk, end, &e));
+    const float weight = connect_weight(walk, end, &e);
+    if (ca_camera_walk_add(walk, walk->connect_slot, CA_TECHNIQUE_CONNECT, walk->vertex + 1, end->index + 1, unweighted, weight) &&
+        walk->scratch->pairing)
+        ca_pairs_add_connection(walk, unweighted, weight);
 }
 
 void ca_join_connect(ca_camera_walk *walk)
@@ -193,7 +195,6 @@ static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *pl
         kept[kept_count++] = photon;
         const char *densities = (const char *)ca_light_density_at(&c->store, photon->first);
         for (uint32_t at = 0; at < photon->index * sizeof(ca_path_vertex); at += 64) __builtin_prefetch(densities + at);
-        if (walk->scratch->pairing) __builtin_prefetch(&ca_light_vertex_at(&c->store, photon->first)->first);
     }
     for (uint32_t i = 0; i < kept_count; i++) merge_with(walk, chunk, kept[i], normalisation);
 }

@@ -34,13 +34,15 @@ static ca_status trace_chunk(ca_bidirectional *b, ca_light_chunk *chunk, uint64_
     return ca_light_store_check(&chunk->store, error);
 }
 
-static ca_status add_splats(ca_bidirectional *b, uint32_t paths, const ca_parallel *parallel, ca_error *error)
+/* Of light paths that are numbered from `first` on within the pass. */
+static ca_status add_splats(ca_bidirectional *b, uint32_t first, uint32_t paths, const ca_parallel *parallel, ca_error *error)
 {
     ca_splat_list lists[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
     const uint32_t count = ca_light_block_count(paths);
     for (uint32_t i = 0; i < count; i++) lists[i] = b->blocks[i].splats;
-    return ca_splat_buffer_add(&b->splats, lists, count, b->input.filter, 1.0f / (float)b->light_paths,
-                               b->input.technique_images, parallel, error);
+    CA_TRY(ca_splat_buffer_add(&b->splats, lists, count, b->input.filter, 1.0f / (float)b->light_paths,
+                               b->input.technique_images, parallel, error));
+    return b->input.pairs ? ca_pair_splats_add(&b->pair_splats, lists, count, first, error) : CA_OK;
 }
 
 ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t number, uint32_t count,
@@ -48,7 +50,8 @@ ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uin
 {
     chunk->count = count;
     CA_TRY(trace_chunk(b, chunk, number, parallel, workers, error));
-    if (b->rules.splat) CA_TRY(add_splats(b, chunk->count, parallel, error));
+    const uint32_t first = (b->first_chunk + (uint32_t)(chunk - b->chunks)) * (uint32_t)CA_CHUNK_PATHS;
+    if (b->rules.splat) CA_TRY(add_splats(b, first, chunk->count, parallel, error));
     return ca_bidirectional_merges(b) ? ca_light_chunk_sort(b, chunk, parallel, error) : CA_OK;
 }
 

@@ -9,6 +9,7 @@ typedef struct light_walk {
     ca_worker *worker;
     ca_light_block *block;
     ca_stream stream;
+    uint32_t path;               /* its number in the chunk */
     uint32_t first;              /* number of v[0] in the store */
     ca_path_vertex *densities;   /* of the path, v[0] first */
     ca_light_vertex *vertices;
@@ -160,7 +161,8 @@ static bool splat(light_walk *walk)
     const ca_splat record = {.film = direct.film_position,
                              .value = ca_rgb_scale(unweighted, weight),
                              .weight = weight,
-                             .light_vertices = walk->vertex + 1};
+                             .light_vertices = (walk->vertex + 1) & 0x3fff,
+                             .light_path = walk->path & (CA_CHUNK_PATHS - 1)};
     if (!ca_rgb_is_finite(record.value)) {
         walk->worker->counters.non_finite[CA_TECHNIQUE_SPLAT]++;
         return true;
@@ -212,7 +214,7 @@ void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t pa
 {
     ca_light_path *record = &chunk->store.paths[path];
     *record = (ca_light_path){0};
-    light_walk walk = {.b = b, .worker = worker, .block = block};
+    light_walk walk = {.b = b, .worker = worker, .block = block, .path = path};
     if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices)) return;
     walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
     worker->counters.light_paths++;

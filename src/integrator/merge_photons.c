@@ -31,10 +31,26 @@ static ca_merge_photon merge_photon(const ca_light_store *store, uint32_t number
                              .index = v->index};
 }
 
+/* Numbers of light paths stand in their v[0], which lie all over the memory: only where they are wanted. */
+static void fill_paths(const ca_light_chunk *chunk, uint32_t begin, uint32_t end)
+{
+    for (uint32_t place = begin; place < end; place++) {
+        if (place + LOOK_AHEAD < end)
+            __builtin_prefetch(&ca_light_vertex_at(&chunk->store, chunk->photons[place + LOOK_AHEAD].first)->first);
+        chunk->photons[place].path = ca_light_vertex_at(&chunk->store, chunk->photons[place].first)->first & (CA_CHUNK_PATHS - 1);
+    }
+}
+
+typedef struct fill_task {
+    ca_light_chunk *chunk;
+    bool with_paths;
+} fill_task;
+
 static void fill_places(void *user, uint32_t task, uint32_t worker)
 {
     (void)worker;
-    ca_light_chunk *chunk = user;
+    const fill_task *fill = user;
+    ca_light_chunk *chunk = fill->chunk;
     const uint32_t count = (uint32_t)ca_photon_grid_count(chunk->grid);
     const uint32_t begin = task * TASK_PLACES, end = ca_min_u32(begin + TASK_PLACES, count);
     for (uint32_t place = begin; place < end; place++) {
@@ -48,6 +64,7 @@ static void fill_places(void *user, uint32_t task, uint32_t worker)
         chunk->photons[place] = merge_photon(&chunk->store, ca_photon_grid_vertex(chunk->grid, place));
         ca_photon_grid_answer_place(chunk->grid, place);
     }
+    if (fill->with_paths) fill_paths(chunk, begin, end);
 }
 
 /* Room for `needed` photons at the start of cache lines; their old values are of no use. */
@@ -69,6 +86,7 @@ ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, 
     CA_TRY(ca_light_blocks_sort(b, chunk->count, chunk->grid, b->radius, parallel, error));
     const uint32_t count = (uint32_t)ca_photon_grid_count(chunk->grid);
     if (!make_room(chunk, count)) return ca_fail_memory(error, "the photons");
-    ca_parallel_for(parallel, (count + TASK_PLACES - 1) / TASK_PLACES, fill_places, chunk);
+    fill_task fill = {chunk, b->input.pairs != NULL};
+    ca_parallel_for(parallel, (count + TASK_PLACES - 1) / TASK_PLACES, fill_places, &fill);
     return CA_OK;
 }

@@ -14,7 +14,8 @@
  *     blocks          equal | filled (as large as half of the memory each)
  *     total_light_paths   n, fixed in advance; 0: the radius shrinks as light paths come
  *     total_camera_paths  per pixel: there are only so many, and then only light paths go on; 0: no end
- *     transport       all | smooth | dirac: paths without Dirac events, and those with */
+ *     transport       all | smooth | dirac: paths without Dirac events, and those with
+ *     error_bars      layers Confidence*.Y and ValueVariance.Y; with the sampler independent only */
 #include "integrator/qmcppm.h"
 
 #include "base/memory.h"
@@ -26,7 +27,7 @@ enum { CONNECT_LIGHT_PATHS = 16, MAX_RADIUS_PHOTONS = 64 };
 enum {
     MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, HEURISTIC, LIGHT_PATHS, CAMERA_PATHS, RADIUS, RADIUS_PIXELS, ALPHA, RADIUS_PHOTONS,
     KERNEL, GRADIENTS, DIFFUSE_DEPTH, MERGES, DIRECT, JOIN, ORDER, BLOCKS, TOTAL_LIGHT_PATHS, TOTAL_CAMERA_PATHS, TRANSPORT,
-    PARAMETER_COUNT
+    ERROR_BARS, PARAMETER_COUNT
 };
 
 static const ca_parameter_spec parameters[] = {
@@ -51,6 +52,7 @@ static const ca_parameter_spec parameters[] = {
     [TOTAL_LIGHT_PATHS] = {"total_light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     [TOTAL_CAMERA_PATHS] = {"total_camera_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     [TRANSPORT] = {"transport", CA_SPEC_CHOICE, .choices = "all|smooth|dirac", .number = CA_TRANSPORT_ALL},
+    [ERROR_BARS] = {"error_bars", CA_SPEC_BOOLEAN, .number = 0},
     [PARAMETER_COUNT] = {.name = NULL},
 };
 
@@ -58,15 +60,25 @@ _Static_assert((int)PARAMETER_COUNT <= (int)CA_MAX_PARAMETERS, "an integrator ha
 
 /* ---- Settings --------------------------------------------------------------------------------------------------------- */
 
+typedef struct setting_rule {
+    bool wrong;
+    const char *reason;
+} setting_rule;
+
+static ca_status check_rules(const setting_rule *rules, size_t count, ca_error *error)
+{
+    for (size_t i = 0; i < count; i++)
+        if (rules[i].wrong)
+            return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "integrator \"qmcppm\": %s", rules[i].reason);
+    return CA_OK;
+}
+
 /* Settings that exclude each other, with the reason. */
 static ca_status check(const ca_integrator_input *input, ca_error *error)
 {
     const double *v = input->values;
     const bool connect = v[JOIN] != 0.0, filled = v[BLOCKS] != 0.0, several = v[DIFFUSE_DEPTH] > 0.0;
-    const struct {
-        bool wrong;
-        const char *reason;
-    } rules[] = {
+    const setting_rule rules[] = {
         {v[GRADIENTS] != 0.0 && v[KERNEL] == CA_KERNEL_DISK,
          "gradients need a smooth kernel (epanechnikov or sph): the disk has no derivative"},
         {v[RADIUS_PHOTONS] > 0.0 && several,
@@ -84,10 +96,23 @@ static ca_status check(const ca_integrator_input *input, ca_error *error)
         {filled && (v[LIGHT_PATHS] > 0.0 || v[CAMERA_PATHS] != 1.0),
          "blocks=filled chooses light_paths and camera_paths itself"},
     };
-    for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++)
-        if (rules[i].wrong)
-            return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "integrator \"qmcppm\": %s", rules[i].reason);
-    return CA_OK;
+    return check_rules(rules, sizeof rules / sizeof rules[0], error);
+}
+
+static ca_status check_error_bars(const ca_qmcppm *q, ca_error *error)
+{
+    const double *v = q->input.values;
+    const setting_rule rules[] = {
+        {q->input.sampler->kind != CA_SAMPLER_INDEPENDENT,
+         "error_bars need independent paths, by the sampler \"independent\"; of a sequence, replicates with different seeds tell the error"},
+        {v[CAMERA_PATHS] < 2.0, "error_bars need camera_paths of 2 or more: light's part of the noise shows only where two camera paths "
+                                "of a pixel meet the same light paths"},
+        {q->light_block < 2 || q->light_block > UINT32_MAX, "error_bars need light_paths from 2 to 4294967295"},
+        {q->connect, "error_bars need join=merge"},
+        {q->filled, "error_bars need blocks=equal, which give every pixel as many camera paths in each"},
+        {q->total_light % q->light_block != 0, "error_bars need total_light_paths in whole blocks of light_paths"},
+    };
+    return v[ERROR_BARS] != 0.0 ? check_rules(rules, sizeof rules / sizeof rules[0], error) : CA_OK;
 }
 
 static void read_settings(ca_qmcppm *q)
@@ -151,12 +176,23 @@ static ca_status create_engine(ca_qmcppm *q, ca_error *error)
 static void destroy(void *state)
 {
     ca_qmcppm *q = state;
+    for (uint32_t i = 0; q->pairs && i < q->input.workers; i++) ca_pair_covariances_destroy(&q->pairs[i]);
+    ca_free(q->pairs);
     if (q->engine) ca_bidirectional_destroy(q->engine);
     ca_photon_grid_destroy(q->pilot);
     ca_camera_records_destroy(&q->camera);
     ca_free(q->camera_starts.starts);
     ca_free(q->light_starts.starts);
     ca_free(q);
+}
+
+static ca_status create_pairs(ca_qmcppm *q, ca_error *error)
+{
+    if (q->input.values[ERROR_BARS] == 0.0) return CA_OK;
+    q->pairs = ca_alloc_zeroed(q->input.workers, sizeof *q->pairs);
+    if (!q->pairs) return ca_fail_memory(error, "the error bars");
+    for (uint32_t i = 0; i < q->input.workers; i++) CA_TRY(ca_pair_covariances_create(&q->pairs[i], error));
+    return CA_OK;
 }
 
 static ca_status create(const ca_integrator_input *input, void **state, ca_error *error)
@@ -166,7 +202,9 @@ static ca_status create(const ca_integrator_input *input, void **state, ca_error
     if (!q) return ca_fail_memory(error, "the integrator");
     q->input = *input;
     read_settings(q);
-    const ca_status status = create_engine(q, error);
+    ca_status status = check_error_bars(q, error);
+    if (status == CA_OK) status = create_engine(q, error);
+    if (status == CA_OK) status = create_pairs(q, error);
     if (status != CA_OK) {
         destroy(q);
         return status;
@@ -317,6 +355,7 @@ static ca_status begin_block(void *state, uint64_t block, const ca_parallel *par
     if (!same_camera) CA_TRY((q->filled ? trace_filled_camera : trace_equal_camera)(&job, pair.camera, error));
     CA_TRY(check_memory(q, error));
     q->now = pair;
+    q->visits = ca_block_visits(&q->order, block);
     q->ready = true;
     return CA_OK;
 }

@@ -14,12 +14,21 @@
  * up. Joined by shadow rays instead of merges (section 6), camera paths are not kept but traced for each block: what they take is
  * little beside joining each with all light paths of the block.
  *
+ * Error bars (error_bars=true): while a pixel's camera paths gather, what each pair contributes is summed for the pixel's noise
+ * (pair_covariances.h), which reads what the image gets and changes nothing of it. The law of all pairs asks for independent paths,
+ * so the sampler must be independent; for halves of either side in every block, so a block has two camera paths of a pixel or more; and
+ * for blocks of equal size. It is one for a single radius. Where the radius shrinks from column to column, light paths of
+ * different columns are still independent, and so are a column's pairs: only the camera's term asks for products of different columns,
+ * Cov(g_j, g_k), in whose place their mean square is used. It is no smaller, so that on a whole rectangle of blocks the variance, and
+ * with it the interval, is too large rather than too small: that of the expectation at these radii.
+ *
  * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted; of light paths as
  * light_store.h and photon_grid.h say. Threads: blocks are prepared in parallel and pixels gathered at once; all of it in orders that do
  * not depend on threads. */
 #ifndef CA_INTEGRATOR_QMCPPM_H
 #define CA_INTEGRATOR_QMCPPM_H
 
+#include "film/pair_covariances.h"
 #include "integrator/bidirectional.h"
 #include "integrator/block_order.h"
 #include "photon/kernel.h"
@@ -90,6 +99,7 @@ typedef struct ca_qmcppm {
     uint64_t camera_block, light_block; /* m_b and n_b of equal blocks */
     double reference;    /* N_ref: light paths for which the radius is radius0 */
     uint64_t total_light; /* n fixed in advance; 0: progressive */
+    ca_pair_covariances *pairs; /* owned, one a worker: for error bars; NULL: not wanted */
     double side_bytes;   /* memory of filled blocks, of either side */
     ca_block_starts camera_starts, light_starts; /* of filled blocks */
 
@@ -100,6 +110,7 @@ typedef struct ca_qmcppm {
     bool ready;               /* what follows is there */
     ca_block_pair now;
     ca_camera_records camera;
+    ca_block_pair visits;     /* how many blocks before had the same */
     uint64_t light_count;     /* light paths of the block */
     float shrink;             /* radius over radius0 */
 } ca_qmcppm;

@@ -9,6 +9,8 @@ typedef struct gather {
     const ca_qmcppm *q;
     const ca_gather_vertex *vertex;
     ca_camera_walk walk;
+    ca_pair_covariances *pairs; /* of the pixel; NULL: not wanted */
+    float filter_weight;
     bool made;
     float radius;
     ca_rgb sum;       /* over the block's light paths */
@@ -52,6 +54,15 @@ static void add_gradient(gather *g, const ca_merge_photon *photon, ca_vec3 offse
     g->gradient = ca_madd(g->gradient, ca_luminance(photon->throughput), gradient);
 }
 
+/* What the pair of the current camera path and the photon's light path gets, as the image does. */
+static void add_pair(gather *g, const ca_light_chunk *chunk, const ca_merge_photon *photon, ca_rgb contribution)
+{
+    const uint32_t number = (uint32_t)(chunk - g->q->engine->chunks);
+    const uint32_t path = ca_light_vertex_at(&chunk->store, photon->first)->first;
+    ca_pair_covariances_add(g->pairs, number * (uint32_t)CA_CHUNK_PATHS + path,
+                            (double)ca_luminance(contribution) * (double)g->filter_weight);
+}
+
 static void merge(gather *g, const ca_light_chunk *chunk, uint32_t place)
 {
     const ca_qmcppm *q = g->q;
@@ -74,10 +85,12 @@ static void merge(gather *g, const ca_light_chunk *chunk, uint32_t place)
         const ca_path_vertex *densities = ca_light_density_at(&chunk->store, photon->first);
         contribution = ca_rgb_scale(contribution, ca_join_merge_weight(&g->walk, densities, photon, &value));
     }
-    if (ca_rgb_is_finite(contribution) && contribution.r >= 0.0f && contribution.g >= 0.0f && contribution.b >= 0.0f)
-        g->sum = ca_rgb_add(g->sum, contribution);
-    else
+    if (!ca_rgb_is_finite(contribution) || contribution.r < 0.0f || contribution.g < 0.0f || contribution.b < 0.0f) {
         g->walk.worker->counters.non_finite[CA_TECHNIQUE_MERGE]++;
+        return;
+    }
+    g->sum = ca_rgb_add(g->sum, contribution);
+    if (g->pairs) add_pair(g, chunk, photon, contribution);
 }
 
 static void merge_chunk(gather *g, const ca_light_chunk *chunk)
@@ -103,6 +116,8 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
     g.walk.worker = worker;
     g.walk.scratch = &q->engine->scratch[worker->index];
     g.sum = (ca_rgb){0};
+    g.pairs = q->pairs ? &q->pairs[worker->index] : NULL;
+    g.filter_weight = record->sample.filter_weight;
     if (q->weighted && record->count > 0) {
         const uint32_t last = task->vertices[record->first + record->count - 1].vertex;
         memcpy(g.walk.scratch->camera, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
@@ -163,6 +178,22 @@ static void add_path(const ca_qmcppm *q, const ca_film_sample *sample, ca_rgb ow
     sum->pairs += q->light_count;
 }
 
+/* A kept camera path, with the covariances of the pixel if they are wanted. */
+static void add_record(const ca_qmcppm *q, uint64_t number, ca_block_sample *sum, ca_worker *worker)
+{
+    const ca_camera_record *record = &q->camera.records[number];
+    ca_pair_covariances *pairs = q->pairs ? &q->pairs[worker->index] : NULL;
+    const float weight = record->sample.filter_weight;
+    ca_vec3 gradient = {0};
+    if (pairs) {
+        ca_pair_covariances_next_path(pairs);
+        ca_pair_covariances_add_alone(pairs, (double)ca_luminance(record->own_light) * (double)weight);
+    }
+    const ca_rgb joined = gather_record(q, number, &gradient, worker);
+    add_path(q, &record->sample, record->own_light, joined, sum);
+    sum->irradiance_gradient = ca_madd(sum->irradiance_gradient, weight, gradient);
+}
+
 void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sum, ca_worker *worker)
 {
     const ca_qmcppm *q = state;
@@ -170,6 +201,7 @@ void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_s
     const uint64_t pixel = (uint64_t)(y - crop[1]) * (crop[2] - crop[0]) + (x - crop[0]);
     /* Numbers of the pixel's camera paths within the block. */
     const uint64_t first = (pixel + q->pixels - q->camera.first % q->pixels) % q->pixels;
+    if (q->pairs) ca_pair_covariances_begin(&q->pairs[worker->index], (uint32_t)q->light_count);
     for (uint64_t n = first; n < q->camera.count; n += q->pixels) {
         if (q->connect) {
             ca_film_sample sample = {0};
@@ -178,11 +210,11 @@ void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_s
             const ca_rgb joined = connect_path(q, x, y, index, &sample, &own_light, worker);
             add_path(q, &sample, own_light, joined, sum);
         } else {
-            ca_vec3 gradient = {0};
-            const ca_camera_record *record = &q->camera.records[n];
-            const ca_rgb joined = gather_record(q, n, &gradient, worker);
-            add_path(q, &record->sample, record->own_light, joined, sum);
-            sum->irradiance_gradient = ca_madd(sum->irradiance_gradient, record->sample.filter_weight, gradient);
+            add_record(q, n, sum, worker);
         }
     }
+    if (!q->pairs) return;
+    sum->out_of_memory = !ca_pair_covariances_finish(&q->pairs[worker->index], &sum->covariance);
+    sum->visits_camera = q->visits.camera;
+    sum->visits_light = q->visits.light;
 }

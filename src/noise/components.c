@@ -3,30 +3,46 @@
 #include <assert.h>
 #include <math.h>
 
-/* An estimate that is linear in the means of the iterations' quantities and in L^2. */
+/* What the iterations told about a pixel. */
+typedef struct pixel_sums {
+    const ca_pair_pixel *pixel;
+    const ca_pair_connections *connections; /* NULL: there are none */
+} pixel_sums;
+
+/* An estimate that is linear in the means of the iterations' quantities, and in L^2, L L_D and L_D^2; L_D is what connections bring. */
 typedef struct combination {
-    double means[CA_PAIR_QUANTITIES]; /* factors; what has the factor 0 may be unknown */
-    double luminance2;
+    double means[CA_PAIR_ALL_QUANTITIES]; /* factors; what has the factor 0 may be unknown */
+    double luminance2, cross, connected2;
 } combination;
 
-static double mean_of(const ca_pair_pixel *pixel, int quantity)
+static double sum_over_iterations(const pixel_sums *s, int quantity)
 {
-    return pixel->sums[quantity] / (double)pixel->iterations;
+    return quantity < CA_PAIR_QUANTITIES ? s->pixel->sums[quantity] : s->connections->sums[quantity - CA_PAIR_QUANTITIES];
 }
 
-/* Mean of l_j l_k over pairs of different iterations. */
-static double luminance2_of(const ca_pair_pixel *pixel)
+static double product_over_iterations(const pixel_sums *s, int a, int b)
 {
-    const double n = (double)pixel->iterations, sum = pixel->sums[CA_PAIR_VALUE];
-    const double squares = pixel->products[ca_pair_product(CA_PAIR_VALUE, CA_PAIR_VALUE)];
-    return (sum * sum - squares) / (n * (n - 1.0));
+    return a < CA_PAIR_QUANTITIES && b < CA_PAIR_QUANTITIES ? s->pixel->products[ca_pair_product(a, b)]
+                                                            : s->connections->products[ca_pair_connected_product(a, b)];
+}
+
+static double mean_of(const pixel_sums *s, int quantity)
+{
+    return sum_over_iterations(s, quantity) / (double)s->pixel->iterations;
+}
+
+/* Mean of a_j b_k over pairs of different iterations. */
+static double product_of_means(const pixel_sums *s, int a, int b)
+{
+    const double n = (double)s->pixel->iterations;
+    return (sum_over_iterations(s, a) * sum_over_iterations(s, b) - product_over_iterations(s, a, b)) / (n * (n - 1.0));
 }
 
 /* Unbiased covariance of two quantities of one iteration. */
-static double covariance(const ca_pair_pixel *pixel, int a, int b)
+static double covariance(const pixel_sums *s, int a, int b)
 {
-    const double n = (double)pixel->iterations;
-    return (pixel->products[ca_pair_product(a, b)] - pixel->sums[a] * pixel->sums[b] / n) / (n - 1.0);
+    const double n = (double)s->pixel->iterations;
+    return (product_over_iterations(s, a, b) - sum_over_iterations(s, a) * sum_over_iterations(s, b) / n) / (n - 1.0);
 }
 
 /* Of a sum of squares that rounding may have made slightly negative; what is unknown stays so. */
@@ -34,72 +50,121 @@ static double root(double variance) { return variance < 0.0 ? 0.0 : sqrt(varianc
 
 /* The delta method: to first order an iteration moves the estimate by `influence` times its quantities over the number of
  * iterations, and it moves L^2 by 2 L l. */
-static ca_noise_value estimate(const ca_pair_pixel *pixel, const combination *c)
+static ca_noise_value estimate(const pixel_sums *s, const combination *c)
 {
-    double value = c->luminance2 * luminance2_of(pixel), influence[CA_PAIR_QUANTITIES], variance = 0.0;
-    for (int q = 0; q < CA_PAIR_QUANTITIES; q++) {
+    const int count = s->connections ? CA_PAIR_ALL_QUANTITIES : CA_PAIR_QUANTITIES;
+    double value = c->luminance2 * product_of_means(s, CA_PAIR_VALUE, CA_PAIR_VALUE), variance = 0.0;
+    double influence[CA_PAIR_ALL_QUANTITIES];
+    for (int q = 0; q < count; q++) {
         influence[q] = c->means[q];
-        if (c->means[q] != 0.0) value += c->means[q] * mean_of(pixel, q);
+        if (c->means[q] != 0.0) value += c->means[q] * mean_of(s, q);
     }
-    influence[CA_PAIR_VALUE] += c->luminance2 * 2.0 * mean_of(pixel, CA_PAIR_VALUE);
-    for (int a = 0; a < CA_PAIR_QUANTITIES; a++)
-        for (int b = 0; b < CA_PAIR_QUANTITIES; b++)
-            if (influence[a] != 0.0 && influence[b] != 0.0) variance += influence[a] * influence[b] * covariance(pixel, a, b);
-    return (ca_noise_value){value, root(variance / (double)pixel->iterations)};
+    influence[CA_PAIR_VALUE] += c->luminance2 * 2.0 * mean_of(s, CA_PAIR_VALUE);
+    if (s->connections) {
+        value += c->cross * product_of_means(s, CA_PAIR_VALUE, CA_PAIR_CONNECTED);
+        value += c->connected2 * product_of_means(s, CA_PAIR_CONNECTED, CA_PAIR_CONNECTED);
+        influence[CA_PAIR_VALUE] += c->cross * mean_of(s, CA_PAIR_CONNECTED);
+        influence[CA_PAIR_CONNECTED] +=
+            c->cross * mean_of(s, CA_PAIR_VALUE) + c->connected2 * 2.0 * mean_of(s, CA_PAIR_CONNECTED);
+    }
+    for (int a = 0; a < count; a++)
+        for (int b = 0; b < count; b++)
+            if (influence[a] != 0.0 && influence[b] != 0.0) variance += influence[a] * influence[b] * covariance(s, a, b);
+    return (ca_noise_value){value, root(variance / (double)s->pixel->iterations)};
 }
 
 ca_noise_components ca_noise_components_of(const ca_pair_pixel *pixel)
 {
     assert(pixel->iterations >= 2);
+    const pixel_sums sums = {pixel, NULL};
     return (ca_noise_components){
-        .luminance = estimate(pixel, &(combination){.means[CA_PAIR_VALUE] = 1.0}),
-        .luminance2 = estimate(pixel, &(combination){.luminance2 = 1.0}),
-        .pair = estimate(pixel, &(combination){.means[CA_PAIR_PAIR] = 1.0}),
-        .camera = estimate(pixel, &(combination){.means[CA_PAIR_CAMERA] = 1.0}),
-        .light = estimate(pixel, &(combination){.means[CA_PAIR_LIGHT] = 1.0}),
+        .luminance = estimate(&sums, &(combination){.means[CA_PAIR_VALUE] = 1.0}),
+        .luminance2 = estimate(&sums, &(combination){.luminance2 = 1.0}),
+        .pair = estimate(&sums, &(combination){.means[CA_PAIR_PAIR] = 1.0}),
+        .camera = estimate(&sums, &(combination){.means[CA_PAIR_CAMERA] = 1.0}),
+        .light = estimate(&sums, &(combination){.means[CA_PAIR_LIGHT] = 1.0}),
     };
 }
 
 /* The unbiased sample variance s^2 of the value. The variance of s^2 is (m4 - s^4 (n - 3) / (n - 1)) / n with the fourth central
  * moment m4, which is made of raw moments here: of values whose scatter is below 1e-3 of their mean it begins to lose digits. */
-static ca_noise_value sample_variance(const ca_pair_pixel *pixel)
+static ca_noise_value sample_variance(const pixel_sums *s)
 {
-    const double n = (double)pixel->iterations, mean = mean_of(pixel, CA_PAIR_VALUE), mean2 = mean * mean;
-    const double squares = pixel->products[ca_pair_product(CA_PAIR_VALUE, CA_PAIR_VALUE)];
-    const double s2 = covariance(pixel, CA_PAIR_VALUE, CA_PAIR_VALUE);
-    const double m4 = (pixel->fourths - 4.0 * mean * pixel->cubes + 6.0 * mean2 * squares) / n - 3.0 * mean2 * mean2;
+    const double n = (double)s->pixel->iterations, mean = mean_of(s, CA_PAIR_VALUE), mean2 = mean * mean;
+    const double squares = product_over_iterations(s, CA_PAIR_VALUE, CA_PAIR_VALUE);
+    const double s2 = covariance(s, CA_PAIR_VALUE, CA_PAIR_VALUE);
+    const double m4 = (s->pixel->fourths - 4.0 * mean * s->pixel->cubes + 6.0 * mean2 * squares) / n - 3.0 * mean2 * mean2;
     return (ca_noise_value){s2, root((m4 - s2 * s2 * (n - 3.0) / (n - 1.0)) / n)};
 }
 
-/* A term of (6): its factor times a component without L^2. */
+/* ---- Terms ---------------------------------------------------------------------------------------------------------- */
+
+/* A term of (6): its factor times a component without L^2, which is (L - L_D)^2 where L has connections in it. */
 static combination term(int quantity, double factor)
 {
-    combination c = {.luminance2 = -factor};
+    combination c = {.luminance2 = -factor, .cross = 2.0 * factor, .connected2 = -factor};
+    c.means[quantity] = factor;
+    return c;
+}
+
+/* The same of products of C and D, of which (L - L_D) L_D is taken. */
+static combination connected_term(int quantity, double factor)
+{
+    combination c = {.cross = -factor, .connected2 = factor};
     c.means[quantity] = factor;
     return c;
 }
 
 static combination sum_of(const combination *a, const combination *b)
 {
-    combination sum = {.luminance2 = a->luminance2 + b->luminance2};
-    for (int q = 0; q < CA_PAIR_QUANTITIES; q++) sum.means[q] = a->means[q] + b->means[q];
+    combination sum = {.luminance2 = a->luminance2 + b->luminance2,
+                       .cross = a->cross + b->cross,
+                       .connected2 = a->connected2 + b->connected2};
+    for (int q = 0; q < CA_PAIR_ALL_QUANTITIES; q++) sum.means[q] = a->means[q] + b->means[q];
     return sum;
+}
+
+/* (C1) of docs/papers/000.md without the variance of C; each light path is connected once at most. */
+static combination connections_term(double light_paths, double camera_paths)
+{
+    const combination pair = connected_term(CA_PAIR_CONNECTED_PAIR, 2.0 / (light_paths * camera_paths));
+    const combination camera = connected_term(CA_PAIR_CONNECTED_CAMERA, 2.0 * (1.0 - 1.0 / light_paths) / camera_paths);
+    const combination light = connected_term(CA_PAIR_CONNECTED_LIGHT, 2.0 * (1.0 - 1.0 / camera_paths) / light_paths);
+    combination own = {.connected2 = -1.0 / camera_paths};
+    own.means[CA_PAIR_CONNECTED_SQUARE] = 1.0 / camera_paths;
+    const combination two = sum_of(&pair, &camera), three = sum_of(&two, &light);
+    return sum_of(&three, &own);
+}
+
+static ca_noise_terms terms_of(const pixel_sums *s, double light_paths, double camera_paths)
+{
+    assert(s->pixel->iterations >= 2 && light_paths >= 1.0 && camera_paths >= 1.0);
+    const combination pair = term(CA_PAIR_PAIR, 1.0 / (light_paths * camera_paths));
+    const combination camera = term(CA_PAIR_CAMERA, (1.0 - 1.0 / light_paths) / camera_paths);
+    const combination light = term(CA_PAIR_LIGHT, (1.0 - 1.0 / camera_paths) / light_paths);
+    const combination connect = connections_term(light_paths, camera_paths);
+    const combination two = sum_of(&pair, &camera), three = sum_of(&two, &light), all = sum_of(&three, &connect);
+    const ca_noise_value unknown = {(double)NAN, (double)NAN};
+    const bool connected_once = camera_paths <= light_paths;
+    return (ca_noise_terms){
+        .pair = estimate(s, &pair),
+        .camera = estimate(s, &camera),
+        .light = estimate(s, &light),
+        .predicted = !s->connections ? estimate(s, &three) : connected_once ? estimate(s, &all) : unknown,
+        .measured = sample_variance(s),
+        .connect = !s->connections ? (ca_noise_value){0} : connected_once ? estimate(s, &connect) : unknown,
+    };
 }
 
 ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths, double camera_paths)
 {
-    assert(pixel->iterations >= 2 && light_paths >= 1.0 && camera_paths >= 1.0);
-    const combination pair = term(CA_PAIR_PAIR, 1.0 / (light_paths * camera_paths));
-    const combination camera = term(CA_PAIR_CAMERA, (1.0 - 1.0 / light_paths) / camera_paths);
-    const combination light = term(CA_PAIR_LIGHT, (1.0 - 1.0 / camera_paths) / light_paths);
-    const combination two = sum_of(&pair, &camera), all = sum_of(&two, &light);
-    return (ca_noise_terms){
-        .pair = estimate(pixel, &pair),
-        .camera = estimate(pixel, &camera),
-        .light = estimate(pixel, &light),
-        .predicted = estimate(pixel, &all),
-        .measured = sample_variance(pixel),
-    };
+    return terms_of(&(pixel_sums){pixel, NULL}, light_paths, camera_paths);
+}
+
+ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths)
+{
+    const pixel_sums sums = {&film->pixels[pixel], film->connections ? &film->connections[pixel] : NULL};
+    return terms_of(&sums, light_paths, camera_paths);
 }
 
 /* ---- Averages ------------------------------------------------------------------------------------------------------ */
@@ -112,16 +177,17 @@ static void add_variance(double variance, double *sum, double *root_sum, uint64_
     if (variance < 0.0) ++*negative;
 }
 
-static void add_pixel(ca_noise_summary *s, const ca_pair_pixel *pixel, double light_paths, double camera_paths)
+static void add_pixel(ca_noise_summary *s, const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths)
 {
-    const ca_noise_terms t = ca_noise_terms_of(pixel, light_paths, camera_paths);
+    const ca_noise_terms t = ca_noise_terms_at(film, pixel, light_paths, camera_paths);
     s->pixels++;
-    s->luminance += mean_of(pixel, CA_PAIR_VALUE);
+    s->luminance += mean_of(&(pixel_sums){&film->pixels[pixel], NULL}, CA_PAIR_VALUE);
     add_variance(t.predicted.value, &s->predicted, &s->predicted_rms, &s->negative_predicted);
     add_variance(t.measured.value, &s->measured, &s->measured_rms, &s->negative_measured);
     add_variance(t.camera.value, &s->camera, &s->camera_rms, &s->negative_camera);
     add_variance(t.light.value, &s->light, &s->light_rms, &s->negative_light);
     add_variance(t.pair.value, &s->pair, &s->pair_rms, &s->negative_pair);
+    add_variance(t.connect.value, &s->connect, &s->connect_rms, &s->negative_connect);
 }
 
 ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths,
@@ -132,9 +198,10 @@ ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rec
     ca_noise_summary s = {0};
     for (uint32_t y = rect[1]; y < rect[3]; y++)
         for (uint32_t x = rect[0]; x < rect[2]; x++)
-            add_pixel(&s, &film->pixels[(size_t)(y - film->y0) * film->width + (x - film->x0)], light_paths, camera_paths);
-    double *const sums[] = {&s.luminance,    &s.predicted, &s.predicted_rms, &s.measured, &s.measured_rms, &s.camera,
-                            &s.camera_rms,   &s.light,     &s.light_rms,     &s.pair,     &s.pair_rms};
+            add_pixel(&s, film, (size_t)(y - film->y0) * film->width + (x - film->x0), light_paths, camera_paths);
+    double *const sums[] = {&s.luminance,    &s.predicted, &s.predicted_rms, &s.measured, &s.measured_rms,
+                            &s.camera,       &s.camera_rms, &s.light,        &s.light_rms, &s.pair,
+                            &s.pair_rms,     &s.connect,   &s.connect_rms};
     for (size_t i = 0; i < sizeof sums / sizeof sums[0]; i++) *sums[i] /= (double)s.pixels;
     return s;
 }

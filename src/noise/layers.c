@@ -4,23 +4,25 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { VALUES = 5, CHANNELS = 3 };
+/* The last one of connections only, where there are any. */
+enum { VALUES = 6, CHANNELS = 3 };
 static const char *const layer_names[VALUES][2] = {
     {"Noise.Camera", "Noise.Camera.StdErr"},       {"Noise.Light", "Noise.Light.StdErr"},
     {"Noise.Pair", "Noise.Pair.StdErr"},           {"Noise.Predicted", "Noise.Predicted.StdErr"},
-    {"Noise.Measured", "Noise.Measured.StdErr"},
+    {"Noise.Measured", "Noise.Measured.StdErr"}, {"Noise.Connect", "Noise.Connect.StdErr"},
 };
 
 ca_status ca_noise_add_layers(const ca_pair_film *film, ca_image_layers *image, ca_error *error)
 {
     float *data[VALUES][2];
     assert(image->width == film->width && image->height == film->height);
-    for (int v = 0; v < VALUES; v++)
+    const int count = film->connections ? VALUES : VALUES - 1;
+    for (int v = 0; v < count; v++)
         for (int i = 0; i < 2; i++) CA_TRY(ca_layers_add(image, layer_names[v][i], &data[v][i], error));
     for (size_t p = 0; p < (size_t)film->width * film->height; p++) {
-        const ca_noise_terms t = ca_noise_terms_of(&film->pixels[p], film->light_paths, film->camera_paths);
-        const ca_noise_value values[VALUES] = {t.camera, t.light, t.pair, t.predicted, t.measured};
-        for (int v = 0; v < VALUES; v++) {
+        const ca_noise_terms t = ca_noise_terms_at(film, p, film->light_paths, film->camera_paths);
+        const ca_noise_value values[VALUES] = {t.camera, t.light, t.pair, t.predicted, t.measured, t.connect};
+        for (int v = 0; v < count; v++) {
             data[v][0][p] = (float)values[v].value;
             data[v][1][p] = (float)values[v].error;
         }

@@ -1,9 +1,9 @@
 /* Noise components as layers of an image, and as a picture.
  *
- * Layers: Noise.Camera, Noise.Light, Noise.Pair (the terms of the law, components.h), Noise.Predicted (their sum), Noise.Measured (the
- * sample variance), each with its standard error as X.StdErr: variances of the luminance of one iteration, negative where their
- * estimates are. The picture is made like figure 3 of Ershov et al. 2020: the roots of the pair, camera and light term as red, green
- * and blue. */
+ * Layers: Noise.Camera, Noise.Light, Noise.Pair (the terms of the law, components.h), where paths are connected Noise.Connect,
+ * Noise.Predicted (their sum), Noise.Measured (the sample variance), each with its standard error as X.StdErr: variances of the
+ * luminance of one iteration, negative where their estimates are. The picture is made like figure 3 of Ershov et al. 2020: the roots
+ * of the pair, camera and light term as red, green and blue. */
 #ifndef CA_NOISE_LAYERS_H
 #define CA_NOISE_LAYERS_H
 

@@ -18,6 +18,7 @@ typedef struct block_render {
     ca_part part; /* part.blocks: those done */
     double start;
     bool interrupted;
+    bool out_of_memory; /* atomic: a worker, while it made a sample */
 } block_render;
 
 /* ---- Which blocks -----------------------------------------------------------------------------------------------
@@ -70,6 +71,7 @@ static void render_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
     const ca_render_plan *plan = r->plan;
     ca_block_sample sample = {0};
     plan->type->block_pixel(r->integrator, plan->crop[0] + x, plan->crop[1] + y, &sample, &r->workers.list[worker]);
+    if (sample.out_of_memory) __atomic_store_n(&r->out_of_memory, true, __ATOMIC_RELAXED);
     if (!ca_block_film_add(r->part.film, plan->crop[0] + x, plan->crop[1] + y, &sample))
         r->workers.film_rejects[worker]++;
 }
@@ -80,6 +82,7 @@ static ca_status render_block(block_render *r, ca_error *error)
     const ca_parallel *parallel = &r->workers.parallel;
     CA_TRY(plan->type->begin_block(r->integrator, r->part.blocks[1], parallel, r->workers.list, error));
     ca_for_each_pixel(parallel, plan->crop[2] - plan->crop[0], plan->crop[3] - plan->crop[1], render_pixel, r);
+    if (r->out_of_memory) return ca_fail_memory(error, "the pairs of light and camera paths");
     r->part.blocks[1]++;
     return CA_OK;
 }
@@ -166,6 +169,14 @@ void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statisti
     }
 }
 
+/* Of the error bars; NULL where none were asked for. */
+static const char *confidence_of(const ca_part *part)
+{
+    if (!ca_block_film_described(part->film)->error_bars) return NULL;
+    return part->blocks[0] == 0 ? "95 % for the expectation at the radii of this render, from the law of all pairs of independent paths"
+                                : "none: the first blocks are not there";
+}
+
 static ca_status attach_record(const ca_part *part, ca_image_layers *image, ca_error *error)
 {
     char version[64], integrator[1024], sampler[64], seed[32], filter[64];
@@ -188,6 +199,7 @@ static ca_status attach_record(const ca_part *part, ca_image_layers *image, ca_e
         .threads = part->threads,
         .by_blocks = true,
         .blocks = {part->blocks[0], part->blocks[1]},
+        .confidence = confidence_of(part),
     };
     return ca_render_record_attach(&record, image, error);
 }

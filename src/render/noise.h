@@ -6,18 +6,36 @@
 #define CA_RENDER_NOISE_H
 
 #include "noise/components.h"
+#include "noise/ray_numbers.h"
+#include "render/ray_times.h"
 #include "render/render.h"
 
 struct ca_noise {
     ca_pair_film film;
+    bool light_paths_only; /* one camera path per pixel is all that can be recommended */
 };
 
-/* All that can be wrong with the settings, before any work; `picture` is set to the part of the film that is measured. Errors as
- * of ca_render_plan_make. */
-ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations, uint32_t picture[4],
+/* What is measured. */
+typedef struct ca_noise_setup {
+    const char *integrator;
+    uint32_t picture[4];                /* the part of the film */
+    uint32_t light_paths, camera_paths; /* N_F, N_B */
+    bool connects;                      /* camera paths connect to light paths: no numbers are recommended */
+} ca_noise_setup;
+
+/* All that can be wrong with the settings, before any work. Errors as of ca_render_plan_make. */
+ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations, ca_noise_setup *setup,
                          ca_error *error);
 
 /* CA_ERROR_ARGUMENT where a region is empty or not within the picture. */
 ca_status ca_noise_check_region(const uint32_t region[4], const uint32_t picture[4], ca_error *error);
+
+/* "mean" (or NULL), "relative", "worst-decile"; else CA_ERROR_ARGUMENT. */
+ca_status ca_noise_find_objective(const char *name, ca_ray_objective *objective, ca_error *error);
+
+/* The numbers that ca_noise_recommend chooses, for times that are known: `times` says what its pixels' paths do, `costs` how long that
+ * takes. A pure function. numbers->given is what was measured. */
+ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
+                          ca_ray_numbers *numbers, ca_error *error);
 
 #endif

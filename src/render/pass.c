@@ -1,5 +1,6 @@
 #include "render/pass.h"
 
+#include "base/clock.h"
 #include "base/memory.h"
 
 _Static_assert(sizeof(ca_film_sample) == 64, "pass.h promises 64 bytes a camera path");
@@ -7,6 +8,7 @@ _Static_assert(sizeof(ca_film_sample) == 64, "pass.h promises 64 bytes a camera 
 typedef struct pass_task {
     ca_pass_runner *runner;
     uint32_t pass, round;
+    uint64_t light_paths; /* of the round; where times are measured */
 } pass_task;
 
 /* ---- Pixels ----------------------------------------------------------------------------------------------------- */
@@ -70,9 +72,9 @@ static uint32_t camera_paths_of(const ca_pass_runner *runner, uint32_t x, uint32
     return count;
 }
 
-static void run_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
+/* Gives back how many camera paths that were. */
+static uint32_t run_pixel(const pass_task *task, uint32_t x, uint32_t y, uint32_t worker)
 {
-    const pass_task *task = user;
     ca_pass_runner *runner = task->runner;
     const ca_integrator_type *type = runner->plan->type;
     ca_worker *own = &runner->workers.list[worker];
@@ -88,17 +90,80 @@ static void run_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
     if (runner->gathers_pairs) type->end_pixel(runner->integrator, film_x, film_y, own);
     if (task->round + 1 == runner->rounds)
         finish_pixel(runner, x, y, samples, count, &runner->workers.film_rejects[worker]);
+    return count;
+}
+
+/* ---- Tiles, and what they take --------------------------------------------------------------------------------------- */
+
+typedef struct camera_work {
+    uint64_t segments, candidates;
+} camera_work;
+
+static camera_work work_of(const ca_worker *worker)
+{
+    const ca_counters *counters = &worker->counters;
+    return (camera_work){counters->rays + counters->shadow_rays, counters->merges};
+}
+
+static camera_work since(camera_work before, const ca_worker *worker)
+{
+    const camera_work now = work_of(worker);
+    return (camera_work){now.segments - before.segments, now.candidates - before.candidates};
+}
+
+static void run_tile(void *user, const ca_tile *tile, uint32_t worker)
+{
+    const pass_task *task = user;
+    for (uint32_t y = tile->y0; y < tile->y1; y++)
+        for (uint32_t x = tile->x0; x < tile->x1; x++) run_pixel(task, x, y, worker);
+}
+
+static void time_tile(void *user, const ca_tile *tile, uint32_t worker)
+{
+    const pass_task *task = user;
+    ca_ray_times *times = task->runner->times;
+    const ca_worker *own = &task->runner->workers.list[worker];
+    const double start = ca_clock_thread_seconds();
+    const camera_work at_start = work_of(own);
+    for (uint32_t y = tile->y0; y < tile->y1; y++)
+        for (uint32_t x = tile->x0; x < tile->x1; x++) {
+            const camera_work before = work_of(own);
+            const uint32_t count = run_pixel(task, x, y, worker);
+            const camera_work work = since(before, own);
+            ca_ray_times_pixel(times, x, y, task->light_paths, count, work.segments, work.candidates);
+        }
+    const camera_work work = since(at_start, own);
+    ca_ray_times_tile(times, worker, task->runner->gathers_pairs, work.segments, work.candidates,
+                      ca_clock_thread_seconds() - start);
+}
+
+/* ---- Rounds ---------------------------------------------------------------------------------------------------------- */
+
+/* What it takes: what threads do in loops, and one thread between them, but not waiting for each other. */
+static ca_status run_light(pass_task *task, ca_error *error)
+{
+    ca_pass_runner *runner = task->runner;
+    const ca_integrator_type *type = runner->plan->type;
+    ca_parallel_seconds loops = {0};
+    ca_parallel parallel = runner->workers.parallel;
+    if (runner->times) parallel.seconds = &loops;
+    const double start = runner->times ? ca_clock_thread_seconds() : 0.0;
+    const uint64_t before = ca_workers_light_paths(&runner->workers);
+    CA_TRY(type->begin_round(runner->integrator, task->pass, task->round, &parallel, runner->workers.list, error));
+    task->light_paths = ca_workers_light_paths(&runner->workers) - before;
+    if (!runner->times) return CA_OK;
+    const double between_loops = ca_clock_thread_seconds() - start - loops.calling_thread;
+    ca_ray_times_light(runner->times, task->light_paths, between_loops + loops.tasks);
+    return CA_OK;
 }
 
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
 {
-    const ca_integrator_type *type = runner->plan->type;
-    const ca_parallel *parallel = &runner->workers.parallel;
     for (uint32_t round = 0; round < runner->rounds; round++) {
-        if (type->begin_round)
-            CA_TRY(type->begin_round(runner->integrator, pass, round, parallel, runner->workers.list, error));
         pass_task task = {.runner = runner, .pass = pass, .round = round};
-        ca_for_each_pixel(parallel, runner->film->width, runner->film->height, run_pixel, &task);
+        if (runner->plan->type->begin_round) CA_TRY(run_light(&task, error));
+        ca_for_each_tile(&runner->workers.parallel, runner->film->width, runner->film->height,
+                         runner->times ? time_tile : run_tile, &task);
     }
     return CA_OK;
 }

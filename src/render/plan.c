@@ -2,6 +2,7 @@
 #include "render/render.h"
 
 #include "base/text.h"
+#include "render/replicates.h"
 
 #include <float.h>
 #include <math.h>
@@ -125,6 +126,65 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
     return CA_OK;
 }
 
+/* ---- Numbers of rays --------------------------------------------------------------------------------------------- */
+
+static ca_status plan_objective(ca_render_plan *plan, ca_error *error)
+{
+    static const char *const names[] = {
+        [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
+    const char *wanted = plan->settings->rays_objective;
+    if (!wanted) return CA_OK; /* the first of them */
+    if (plan->rays != CA_RAYS_AUTO)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "an objective is for numbers of rays that are chosen: with rays \"auto\" only");
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(wanted, names[i]) != 0) continue;
+        plan->objective = (ca_ray_objective)i;
+        return CA_OK;
+    }
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the objective \"%.100s\" is not known; there are mean, relative, worst-decile",
+                   wanted);
+}
+
+/* The law that numbers are chosen by is one of independent paths and, as iterations are to be alike, of one radius. */
+static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    const char *overrides = settings->integrator ? strchr(settings->integrator, ':') : NULL;
+    const bool asked = settings->has_alpha || ca_render_overrides_mention(overrides ? overrides + 1 : NULL, "alpha");
+    const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
+    if (asked && ca_integrator_value(plan->type, &plan->input, "alpha", 0.0) > 0.0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "numbers of rays are chosen for iterations that are alike: with rays \"auto\" the radius cannot shrink, "
+                       "alpha must be 0");
+    if (settings->sampler && strcmp(settings->sampler, "independent") != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "numbers of rays are chosen by a law of independent paths: with rays \"auto\" the sampler must be "
+                       "\"independent\", not \"%.100s\"", settings->sampler);
+    plan->sampler.kind = CA_SAMPLER_INDEPENDENT;
+    return ca_integrator_set(plan->type, &one_radius, &plan->input, error);
+}
+
+static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    const char *name = plan->type->name;
+    if (settings->rays) plan->rays = strcmp(settings->rays, "auto") == 0 ? CA_RAYS_AUTO : CA_RAYS_OF_FILE;
+    CA_TRY(plan_objective(plan, error));
+    if (plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
+    if (strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "numbers of rays are chosen by the law of photon mapping: rays are for integrators bdpm and ppm, not for %s",
+                       name);
+    if (settings->strategies_directory)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
+    if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
+    if (settings->light_paths > 0 || settings->camera_paths > 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "light paths and camera paths are those of the file of rays: they cannot be set as well");
+    return CA_OK;
+}
+
 /* Technique images are one a technique, so there must be an end to their number. */
 static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
 {
@@ -211,6 +271,7 @@ static void plan_block_film(ca_render_plan *plan, uint32_t width, uint32_t heigh
         .full_width = width,
         .full_height = height,
         .gradients = ca_integrator_value(plan->type, &plan->input, "gradients", 0.0) != 0.0,
+        .error_bars = ca_integrator_value(plan->type, &plan->input, "error_bars", 0.0) != 0.0,
         .extent = largest_coordinate(plan->scene),
     };
     memcpy(plan->block_film.crop, plan->crop, sizeof plan->crop);
@@ -227,7 +288,13 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
         return CA_OK;
     }
     plan->samples_per_pass = samples_per_pass(plan, width, height);
-    plan->pass_limit = UINT32_MAX / plan->camera_paths; /* camera paths are numbered in 32 bits */
+    return ca_render_plan_count_passes(plan, plan->camera_paths, error);
+}
+
+ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    plan->pass_limit = UINT32_MAX / most;
     plan->open_ended = settings->samples_per_pixel == 0 && (settings->seconds > 0.0 || settings->noise_percent > 0.0);
     if (plan->open_ended) return CA_OK;
     const uint32_t samples =
@@ -248,7 +315,7 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
     const double film = ca_render_plan_by_blocks(plan)
                             ? ca_block_film_bytes(&plan->block_film)
                             : (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]) *
-                                  (double)sizeof(ca_film_pixel);
+                                  ca_film_pixel_bytes(ca_replicates_passes(plan));
     if (allowed <= 0.0) return CA_OK;
     if (film > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the film alone needs %.1f MiB, more than the %.1f MiB allowed",
@@ -265,8 +332,10 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     CA_TRY(plan_film(plan, &width, &height, error));
     CA_TRY(plan_integrator(plan, error));
     CA_TRY(plan_sampler(plan, error));
+    CA_TRY(plan_rays(plan, error));
     CA_TRY(check_strategies(plan, error));
     CA_TRY(plan_stopping(plan, width, height, error));
+    CA_TRY(ca_replicates_plan(plan, error));
     CA_TRY(plan_memory(plan, error));
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
     plan->threads = settings->threads ? settings->threads : processors > 0 ? (uint32_t)processors : 1;

@@ -13,6 +13,7 @@ ca_status ca_render_record_attach(const ca_render_record *record, ca_image_layer
     CA_TRY(ca_layers_set_text(layers, "caustica.filter", record->filter, error));
     CA_TRY(ca_layers_set_number(layers, "caustica.seconds", record->seconds, error));
     CA_TRY(ca_layers_set_number(layers, "caustica.threads", record->threads, error));
+    if (record->confidence) CA_TRY(ca_layers_set_text(layers, "caustica.confidence", record->confidence, error));
     if (!record->by_blocks) return CA_OK;
     char range[48];
     snprintf(range, sizeof range, "%llu:%llu", (unsigned long long)record->blocks[0],

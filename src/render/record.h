@@ -6,6 +6,7 @@
 
 typedef struct ca_render_record {
     const char *version, *scene, *integrator, *sampler, *filter;
+    const char *confidence; /* what the error bars are of, or why there are none; NULL: nothing is said */
     double seed, samples_per_pixel, seconds, threads;
     bool by_blocks;
     uint64_t blocks[2]; /* half open; where by_blocks is set */

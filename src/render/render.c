@@ -1,16 +1,19 @@
 #include "render/render.h"
 
 #include "base/clock.h"
+#include "render/auto_rays.h"
 #include "render/blocks.h"
+#include "render/noise_looks.h"
 #include "render/pass.h"
+#include "render/ray_file.h"
 #include "render/record.h"
+#include "render/replicates.h"
 
 #include <math.h>
 #include <string.h>
 #include <sys/resource.h>
 
-/* The noise is looked at after this many passes, and then whenever their number has doubled: looking more often would
- * make stopping at a moment of good luck likely. */
+/* The noise is looked at after this many passes, and then as noise_looks.h says. */
 enum { FIRST_NOISE_PASS = 8 };
 
 typedef struct render {
@@ -18,17 +21,12 @@ typedef struct render {
     void *integrator;
     ca_film film;
     ca_pass_runner runner;
+    ca_ray_file rays; /* of plans with CA_RAYS_OF_FILE */
     uint32_t passes;
     double start, seconds;
-    double noise_percent; /* negative: not known yet */
+    ca_noise_looks looks;
     bool interrupted;
 } render;
-
-/* Is `passes` one of 8, 16, 32, ...? */
-static bool is_noise_checkpoint(uint32_t passes)
-{
-    return passes >= FIRST_NOISE_PASS && (passes & (passes - 1)) == 0;
-}
 
 /* Tells the caller how far it is; false where the render should end. */
 static bool report_progress(const render *r)
@@ -40,7 +38,8 @@ static bool report_progress(const render *r)
         .passes_total = r->plan->open_ended ? 0 : r->plan->pass_limit,
         .seconds = r->seconds,
         .seconds_total = settings->seconds,
-        .noise_percent = r->noise_percent,
+        .seconds_predicted = r->looks.seconds_predicted,
+        .noise_percent = r->looks.noise,
         .noise_target = settings->noise_percent,
     };
     return settings->progress(&progress, settings->progress_user);
@@ -51,59 +50,71 @@ static bool should_stop(render *r)
     const ca_render_settings *settings = r->plan->settings;
     if (r->passes >= r->plan->pass_limit) return true;
     if (settings->seconds > 0.0 && r->seconds >= settings->seconds) return true;
-    return settings->noise_percent > 0.0 && is_noise_checkpoint(r->passes) &&
-           r->noise_percent >= 0.0 && r->noise_percent < settings->noise_percent;
+    return ca_noise_looks_reached(&r->looks);
 }
 
 static ca_status run_passes(render *r, ca_error *error)
 {
     r->start = ca_clock_seconds();
-    r->noise_percent = -1.0;
+    r->looks = ca_noise_looks_start(r->plan->settings->noise_percent, FIRST_NOISE_PASS);
     for (;;) {
-        CA_TRY(ca_pass_run(&r->runner, r->passes, error));
+        CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, r->passes), error));
         r->passes++;
-        if (is_noise_checkpoint(r->passes)) {
-            const double noise = ca_film_summarise(&r->film).noise;
-            r->noise_percent = isnan(noise) ? -1.0 : 100.0 * noise;
-        }
         r->seconds = ca_clock_seconds() - r->start;
+        if (ca_noise_looks_due(&r->looks, r->passes))
+            ca_noise_looks_take(&r->looks, r->passes, 100.0 * ca_film_summarise(&r->film).noise, r->seconds,
+                                r->seconds / r->passes);
         r->interrupted = !report_progress(r);
         if (r->interrupted || should_stop(r)) return CA_OK;
     }
 }
 
-static void fill_statistics(const render *r, ca_render_statistics *statistics)
+void ca_render_summarise(const ca_film *film, ca_render_statistics *statistics)
 {
-    const ca_film_summary summary = ca_film_summarise(&r->film);
+    const ca_film_summary summary = ca_film_summarise(film);
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
+    statistics->peak_memory_bytes = (uint64_t)usage.ru_maxrss * 1024;
+    statistics->mean_luminance = summary.mean_luminance;
+    statistics->mean_standard_deviation = summary.mean_standard_deviation;
+    statistics->noise_percent = isnan(summary.noise) ? -1.0 : 100.0 * summary.noise;
+}
+
+static void fill_statistics(const render *r, ca_render_statistics *statistics)
+{
     *statistics = (ca_render_statistics){
         .seconds = r->seconds,
         .iterations = r->passes,
         .samples_per_pixel = r->passes * r->plan->samples_per_pass,
-        .peak_memory_bytes = (uint64_t)usage.ru_maxrss * 1024,
-        .mean_luminance = summary.mean_luminance,
-        .mean_standard_deviation = summary.mean_standard_deviation,
-        .noise_percent = isnan(summary.noise) ? -1.0 : 100.0 * summary.noise,
         .interrupted = r->interrupted,
+        .first_predicted_seconds = r->looks.first_predicted_seconds,
+        .first_predicted_at = r->looks.first_predicted_at,
+        .numbers_of_rays = {.light_paths = r->rays.light_paths,
+                            .camera_paths = r->rays.mean,
+                            .predicted_gain = (double)NAN,
+                            .iteration_seconds = (double)NAN,
+                            .light_path_seconds = (double)NAN,
+                            .camera_path_seconds = (double)NAN,
+                            .candidate_seconds = (double)NAN},
     };
+    ca_render_summarise(&r->film, statistics);
     ca_workers_count(&r->runner.workers, statistics);
 }
 
-/* Settings and timings travel with the picture. */
-static ca_status attach_record(const render *r, const ca_render_statistics *statistics, ca_image_layers *layers,
-                               ca_error *error)
+ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics, ca_image_layers *layers,
+                                  ca_error *error)
 {
-    const ca_render_plan *plan = r->plan;
-    char integrator[1024];
+    char integrator[1024], confidence[256];
     ca_integrator_describe(plan->type, &plan->input, integrator, sizeof integrator);
+    ca_replicates_describe(plan, (uint32_t)statistics->iterations, confidence, sizeof confidence);
     const ca_render_record record = {
         .version = ca_version(),
         .scene = plan->scene->desc.path,
         .integrator = integrator,
         .sampler = ca_sampler_name(plan->sampler.kind),
         .filter = ca_filter_name(plan->filter.kind),
-        .seed = (double)plan->sampler.seed,
+        .confidence = confidence,
+        .seed = (double)plan->seed,
         .samples_per_pixel = statistics->samples_per_pixel,
         .seconds = statistics->seconds,
         .threads = plan->threads,
@@ -114,7 +125,8 @@ static ca_status attach_record(const render *r, const ca_render_statistics *stat
 static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
 {
     CA_TRY(ca_film_develop(&r->film, image, error));
-    const ca_status status = attach_record(r, statistics, *image, error);
+    ca_status status = ca_render_attach_record(r->plan, statistics, *image, error);
+    if (status == CA_OK && r->rays.light_paths > 0) status = ca_ray_file_add_layers(&r->rays, r->passes, *image, error);
     if (status != CA_OK) {
         ca_layers_destroy(*image);
         *image = NULL;
@@ -124,7 +136,8 @@ static ca_status develop(const render *r, const ca_render_statistics *statistics
 
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
-    CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, NULL, error));
+    const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
+    CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, counts, error));
     ca_status status = run_passes(r, error);
     if (status == CA_OK) fill_statistics(r, statistics);
     ca_pass_runner_destroy(&r->runner);
@@ -154,14 +167,14 @@ static ca_status create_integrator(render *r, ca_error *error)
     return plan->type->create(&plan->input, &r->integrator, error);
 }
 
-ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
-                             ca_error *error)
+static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     render r = {.plan = plan};
-    ca_render_statistics own_statistics;
-    if (!statistics) statistics = &own_statistics;
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
+    if (plan->rays == CA_RAYS_AUTO) return ca_auto_rays_render(plan, NULL, image, statistics, error);
+    if (plan->rays == CA_RAYS_OF_FILE) CA_TRY(ca_ray_file_read(&r.rays, plan, error));
     ca_status status = ca_film_create(&r.film, plan->camera.width, plan->camera.height, plan->crop, error);
+    if (status == CA_OK) status = ca_film_set_replicates(&r.film, ca_replicates_passes(plan), error);
     if (status == CA_OK && plan->settings->strategies_directory)
         status = ca_technique_images_create(&plan->input.technique_images, plan->crop, error);
     if (status == CA_OK) status = create_integrator(&r, error);
@@ -172,7 +185,18 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_technique_images_destroy(plan->input.technique_images);
     plan->input.technique_images = NULL;
     ca_film_destroy(&r.film);
+    ca_ray_file_destroy(&r.rays);
     return status;
+}
+
+ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                             ca_error *error)
+{
+    ca_render_statistics own_statistics;
+    if (!statistics) statistics = &own_statistics;
+    CA_TRY(run_plan(plan, image, statistics, error));
+    statistics->has_confidence = *image && ca_film_confidence_marked(*image, &statistics->confidence_marked);
+    return CA_OK;
 }
 
 ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,

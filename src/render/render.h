@@ -9,6 +9,10 @@
 
 #include "film/film.h"
 #include "integrator/integrator.h"
+#include "noise/ray_numbers.h"
+
+/* Where the numbers of light paths and camera paths come from. */
+typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE } ca_rays_source;
 
 /* Everything a render needs, resolved from scene and settings. */
 typedef struct ca_render_plan {
@@ -21,8 +25,12 @@ typedef struct ca_render_plan {
     ca_integrator_input input; /* points into this plan: a plan is not copied */
     uint32_t crop[4];          /* x0, y0, x1, y1 */
     uint32_t camera_paths;     /* of a pixel in a pass, N_B */
+    ca_rays_source rays;
+    ca_ray_objective objective; /* of CA_RAYS_AUTO */
     uint32_t pass_limit;
     bool open_ended; /* until time or noise say so; pass_limit is then as many as can be counted */
+    uint32_t passes_per_replicate; /* 0: no number of replicates was asked for */
+    uint64_t seed;                 /* as given; the sampler's changes from replicate to replicate */
     double samples_per_pass; /* what --spp counts: camera paths of a pixel; `light`: light paths per pixel of the film */
     uint32_t threads;
 
@@ -38,8 +46,19 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
+/* How many passes give the samples that are wanted, with plan->samples_per_pass in each: sets pass_limit and open_ended. `most`: the
+ * largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors: CA_ERROR_ARGUMENT. */
+ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
+
 /* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
 bool ca_render_overrides_mention(const char *overrides, const char *name);
+
+/* What a film says of the image: noise, luminance; and the memory of the process. */
+void ca_render_summarise(const ca_film *film, ca_render_statistics *statistics);
+
+/* Settings and timings travel with the picture. */
+ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics, ca_image_layers *layers,
+                                  ca_error *error);
 
 /* Renders a plan; ca_render is this after ca_render_plan_make. */
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,

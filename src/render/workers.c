@@ -50,8 +50,17 @@ void ca_workers_count(const ca_workers *workers, ca_render_statistics *statistic
     }
 }
 
+uint64_t ca_workers_light_paths(const ca_workers *workers)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < workers->parallel.workers; i++) sum += workers->list[i].counters.light_paths;
+    return sum;
+}
+
+/* ---- Tiles and pixels --------------------------------------------------------------------------------------------- */
+
 typedef struct tile_loop {
-    ca_pixel_task task;
+    ca_tile_task task;
     void *user;
     uint32_t width, height;
 } tile_loop;
@@ -62,18 +71,36 @@ static uint32_t tile_end(uint32_t begin, uint32_t side)
     return side - begin < TILE_SIDE ? side : begin + TILE_SIDE;
 }
 
-static void run_tile(void *user, uint32_t tile, uint32_t worker)
+static void run_tile(void *user, uint32_t number, uint32_t worker)
 {
     const tile_loop *loop = user;
     const uint32_t columns = tiles_along(loop->width);
-    const uint32_t x_begin = tile % columns * TILE_SIDE, y_begin = tile / columns * TILE_SIDE;
-    const uint32_t x_end = tile_end(x_begin, loop->width), y_end = tile_end(y_begin, loop->height);
-    for (uint32_t y = y_begin; y < y_end; y++)
-        for (uint32_t x = x_begin; x < x_end; x++) loop->task(loop->user, x, y, worker);
+    ca_tile tile = {.x0 = number % columns * TILE_SIDE, .y0 = number / columns * TILE_SIDE};
+    tile.x1 = tile_end(tile.x0, loop->width);
+    tile.y1 = tile_end(tile.y0, loop->height);
+    loop->task(loop->user, &tile, worker);
+}
+
+void ca_for_each_tile(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_tile_task task, void *user)
+{
+    tile_loop loop = {.task = task, .user = user, .width = width, .height = height};
+    ca_parallel_for(parallel, tiles_along(width) * tiles_along(height), run_tile, &loop);
+}
+
+typedef struct pixel_loop {
+    ca_pixel_task task;
+    void *user;
+} pixel_loop;
+
+static void run_pixels(void *user, const ca_tile *tile, uint32_t worker)
+{
+    const pixel_loop *loop = user;
+    for (uint32_t y = tile->y0; y < tile->y1; y++)
+        for (uint32_t x = tile->x0; x < tile->x1; x++) loop->task(loop->user, x, y, worker);
 }
 
 void ca_for_each_pixel(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_pixel_task task, void *user)
 {
-    tile_loop loop = {.task = task, .user = user, .width = width, .height = height};
-    ca_parallel_for(parallel, tiles_along(width) * tiles_along(height), run_tile, &loop);
+    pixel_loop loop = {.task = task, .user = user};
+    ca_for_each_tile(parallel, width, height, run_pixels, &loop);
 }

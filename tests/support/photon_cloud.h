@@ -30,7 +30,7 @@ static inline void build_grid(ca_photon_grid *grid, ca_photon *photons, uint32_t
 {
     for (uint32_t i = 0; i < count; i++) photons[i].vertex = i;
     const ca_photon_run run = {photons, count};
-    const ca_parallel parallel = {workers};
+    const ca_parallel parallel = {.workers = workers};
     assert_int_equal(ca_photon_grid_build(grid, &run, 1, radius, &parallel, NULL), CA_OK);
     assert_int_equal(ca_photon_grid_count(grid), count);
 }

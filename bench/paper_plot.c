@@ -1,5 +1,4 @@
-/* Plots of paper 004's figures: panels with two logarithmic axes, as SVG. */
-#include "paper_004.h"
+#include "paper_plot.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +10,7 @@ enum { COLOURS = sizeof colours / sizeof colours[0] };
 
 paper_series *paper_panel_add(paper_panel *panel, const char *name, int colour, bool dashed)
 {
-    if (panel->count == PAPER_SERIES) fputs("paper_004: too many series in a plot\n", stderr), exit(1);
+    if (panel->count == PAPER_SERIES) fputs("too many series in a plot\n", stderr), exit(1);
     paper_series *series = &panel->series[panel->count++];
     *series = (paper_series){.colour = colour, .dashed = dashed};
     snprintf(series->name, sizeof series->name, "%s", name);
@@ -20,7 +19,7 @@ paper_series *paper_panel_add(paper_panel *panel, const char *name, int colour, 
 
 void paper_series_add(paper_series *series, double x, double y)
 {
-    if (series->count == PAPER_POINTS) fputs("paper_004: too many points in a plot\n", stderr), exit(1);
+    if (series->count == PAPER_POINTS) fputs("too many points in a plot\n", stderr), exit(1);
     series->x[series->count] = x;
     series->y[series->count++] = y;
 }
@@ -147,5 +146,5 @@ void paper_plot(const paper_report *report, const char *name, const paper_panel 
     for (int i = 0; i < count; i++) draw_panel(out, &panels[i], (double)i * PANEL_WIDTH);
     fputs("</svg>\n", out);
     if (fclose(out) != 0) perror(path), exit(1);
-    fprintf(report->out, "![%s](../pictures/paper-004/%s)\n\n", panels[0].title, name);
+    fprintf(report->out, "![%s](%s/%s)\n\n", panels[0].title, report->link, name);
 }

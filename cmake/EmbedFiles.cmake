@@ -1,0 +1,20 @@
+# Makes a C file that holds other files: cmake -DOUTPUT=FILE.c -DINPUTS="a.js;b.css" -P EmbedFiles.cmake
+# The C file defines what src/report/page_files.h declares.
+set(text "/* Made by cmake/EmbedFiles.cmake. */\n#include \"report/page_files.h\"\n\n")
+set(table "const ca_page_file ca_page_files[] = {\n")
+set(number 0)
+foreach(input ${INPUTS})
+    get_filename_component(name ${input} NAME)
+    file(READ ${input} bytes HEX)
+    string(LENGTH "${bytes}" digits)
+    math(EXPR size "${digits} / 2")
+    file(SHA256 ${input} hash)
+    # Lines of 24 bytes: compilers need not accept longer ones than 4095 characters.
+    string(REGEX REPLACE "(................................................)" "\\1\n" bytes "${bytes}")
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," hash "${hash}")
+    string(APPEND text "static const unsigned char file_${number}[] = {\n${bytes}0x00};\n")
+    string(APPEND table "    {\"${name}\", file_${number}, ${size}, {${hash}}},\n")
+    math(EXPR number "${number} + 1")
+endforeach()
+file(WRITE ${OUTPUT} "${text}\n${table}};\nconst size_t ca_page_file_count = ${number};\n")

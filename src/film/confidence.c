@@ -1,0 +1,164 @@
+#include "film/confidence.h"
+
+#include "base/memory.h"
+#include "film/significance.h"
+
+#include <math.h>
+
+/* ---- Moments ---------------------------------------------------------------------------------------------------- */
+
+ca_moments ca_moments_of(double sum, double sum_squares, double sum_cubes, uint32_t replicates)
+{
+    const double n = replicates;
+    ca_moments m = {.replicates = replicates};
+    if (replicates == 0) return m;
+    m.mean = sum / n;
+    if (replicates < 3) {
+        m.variance = replicates < 2 ? 0.0 : fmax(0.0, (sum_squares - sum * m.mean) / (n - 1.0));
+        return m;
+    }
+    const double squares = sum_squares / n - m.mean * m.mean;
+    const double cubes = sum_cubes / n - 3.0 * m.mean * sum_squares / n + 2.0 * m.mean * m.mean * m.mean;
+    /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. */
+    const double rounding = n * 0x1p-50, size = fabs(m.mean);
+    if (squares > rounding * size * size) m.variance = squares * n / (n - 1.0);
+    if (m.variance > 0.0 && fabs(cubes) > rounding * size * size * size) m.third = cubes * n * n / ((n - 1.0) * (n - 2.0));
+    return m;
+}
+
+/* ---- Intervals -------------------------------------------------------------------------------------------------- */
+
+double ca_student_two_sided_quantile(double alpha, double degrees)
+{
+    double low = 0.0, high = 1.0;
+    while (ca_student_two_sided_p(high, degrees) > alpha && high < 1e300) high *= 2.0;
+    for (int i = 0; i < 200 && high - low > 1e-14 * high; i++) {
+        const double middle = 0.5 * (low + high);
+        if (ca_student_two_sided_p(middle, degrees) > alpha)
+            low = middle;
+        else
+            high = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/* With a = skewness / sqrt(n), the first term by which the distribution of T = sqrt(n) (mean - expectation) / deviation differs
+ * from the normal one is a (2 T^2 + 1) / 6 (its Edgeworth expansion): T + a T^2 / 3 + a / 6 has none of order a. One more term,
+ * of order a^2, completes the cube and makes it grow everywhere (Hall's transformation):
+ *     g(T) = T + a T^2 / 3 + a^2 T^3 / 27 + a / 6 = ((1 + a T / 3)^3 - 1) / a + a / 6.
+ * This is the inverse. */
+static double unskew(double quantile, double a)
+{
+    if (fabs(a) < 1e-6) return quantile - a * (quantile * quantile / 3.0 + 1.0 / 6.0);
+    return 3.0 / a * (cbrt(1.0 + a * (quantile - a / 6.0)) - 1.0);
+}
+
+ca_interval ca_confidence_interval(const ca_moments *m, double quantile)
+{
+    const double n = m->replicates, deviation = sqrt(m->variance);
+    const double standard_error = deviation / sqrt(n);
+    const double skewness = m->variance > 0.0 ? m->third / (m->variance * deviation) : 0.0;
+    const double a = skewness / sqrt(n), rounding = 0x1p-21 * fabs(m->mean);
+    const double low = m->mean - unskew(quantile, a) * standard_error;
+    const double high = m->mean - unskew(-quantile, a) * standard_error;
+    return (ca_interval){fmin(low, m->mean - rounding), fmax(high, m->mean + rounding)};
+}
+
+/* ---- Marks ------------------------------------------------------------------------------------------------------ */
+
+/* Sums over pixels, relative to each one's level; a black one has none and does not count. */
+typedef struct pool {
+    double variance, third;
+    double lone;              /* what lone contributions bring; over the far reach */
+    uint32_t pixels, varying; /* varying: of all, also black ones */
+} pool;
+
+_Static_assert(sizeof(pool) == 32, "confidence.h promises 32 bytes a pixel");
+
+static void pool_moments(pool *sum, const ca_moments *m)
+{
+    const double level = fabs(m->mean);
+    sum->varying += m->variance > 0.0;
+    if (level == 0.0) return;
+    sum->variance += m->variance / level / level;
+    sum->third += m->third / level / level / level;
+    sum->pixels++;
+}
+
+static void pool_add(pool *sum, const pool *other)
+{
+    sum->variance += other->variance;
+    sum->third += other->third;
+    sum->pixels += other->pixels;
+    sum->varying += other->varying;
+}
+
+/* With third / variance for a contribution's size h, its probability is variance / h^2. */
+static double contributions_of(double variance, double third, double replicates)
+{
+    const double inverse_size = variance / fabs(third);
+    return replicates * variance * inverse_size * inverse_size;
+}
+
+/* What a pixel owes to less than two contributions, relative to its level. */
+static double lone_share(const ca_moments *m)
+{
+    if (m->third == 0.0 || m->mean == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0) return 0.0;
+    return m->variance * (m->variance / fabs(m->third)) / fabs(m->mean);
+}
+
+/* First pixel within reach of `at`, and last one of `count`. */
+static uint32_t reach_from(uint32_t at, uint32_t reach) { return at > reach ? at - reach : 0; }
+static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count) { return at + reach < count ? at + reach : count - 1; }
+
+/* `far`: pixels within the far reach. */
+static bool is_marked(const ca_moments *m, const pool *near, double far)
+{
+    if (m->replicates < CA_CONFIDENCE_MIN_REPLICATES) return true;
+    if (m->variance == 0.0) return near->varying > 0;
+    if (m->mean == 0.0) return false;
+    const double harm = 0.5 * sqrt(m->variance / m->replicates) / fabs(m->mean);
+    if (near->lone / far > harm) return true;
+    if (near->third == 0.0) return false;
+    const double variance = near->variance / near->pixels, third = near->third / near->pixels;
+    return contributions_of(variance, third, m->replicates) < CA_CONFIDENCE_CONTRIBUTIONS &&
+           variance * (variance / fabs(third)) > harm;
+}
+
+/* Sums along each pixel's row; `lone`: room for a row. */
+static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *sums)
+{
+    for (uint32_t x = 0; x < width; x++) lone[x] = lone_share(&row[x]);
+    for (uint32_t x = 0; x < width; x++) {
+        sums[x] = (pool){0};
+        for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
+            pool_moments(&sums[x], &row[i]);
+        for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width); i++)
+            sums[x].lone += lone[i];
+    }
+}
+
+static bool judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+{
+    const uint32_t top = reach_from(y, CA_CONFIDENCE_FAR_REACH), bottom = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
+    const uint32_t columns = 1 + reach_to(x, CA_CONFIDENCE_FAR_REACH, width) - reach_from(x, CA_CONFIDENCE_FAR_REACH);
+    pool near = {0};
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)
+        pool_add(&near, &rows[(size_t)i * width + x]);
+    for (uint32_t i = top; i <= bottom; i++) near.lone += rows[(size_t)i * width + x].lone;
+    return is_marked(&moments[(size_t)y * width + x], &near, (double)columns * (1 + bottom - top));
+}
+
+ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked, ca_error *error)
+{
+    pool *rows = ca_alloc((size_t)width * height, sizeof *rows);
+    double *lone = ca_alloc(width, sizeof *lone);
+    const ca_status status = rows && lone ? CA_OK : ca_fail_memory(error, "the error bars");
+    for (uint32_t y = 0; y < height && status == CA_OK; y++)
+        pool_row(&moments[(size_t)y * width], width, lone, &rows[(size_t)y * width]);
+    for (uint32_t y = 0; y < height && status == CA_OK; y++)
+        for (uint32_t x = 0; x < width; x++) marked[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
+    ca_free(lone);
+    ca_free(rows);
+    return status;
+}

@@ -1,0 +1,30 @@
+#include "render/noise_looks.h"
+
+#include <math.h>
+
+static const double smallest_step = 1.0 / 32.0; /* of the passes so far: what may be rendered in vain, by and large */
+
+ca_noise_looks ca_noise_looks_start(double target, double first)
+{
+    return (ca_noise_looks){.target = target, .next = first, .noise = -1.0};
+}
+
+void ca_noise_looks_predict(ca_noise_looks *looks, double whole_seconds, double seconds)
+{
+    if (looks->target <= 0.0) return;
+    looks->seconds_predicted = whole_seconds;
+    if (looks->first_predicted_seconds > 0.0) return;
+    looks->first_predicted_seconds = whole_seconds;
+    looks->first_predicted_at = seconds;
+}
+
+void ca_noise_looks_take(ca_noise_looks *looks, double passes, double noise, double seconds, double seconds_per_pass)
+{
+    looks->next = 2.0 * passes;
+    looks->noise = isnan(noise) ? -1.0 : noise;
+    if (looks->target <= 0.0 || isnan(noise)) return;
+    const double ratio = noise / looks->target, needed = passes * ratio * ratio;
+    ca_noise_looks_predict(looks, seconds + fmax(0.0, needed - passes) * seconds_per_pass, seconds);
+    /* Where it is expected to be just below the target, not just at it. */
+    looks->next = fmin(looks->next, fmax(needed * (1.0 + 0.25 * smallest_step), passes * (1.0 + smallest_step)));
+}

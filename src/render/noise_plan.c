@@ -1,0 +1,145 @@
+#include "render/noise_plan.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { DEFAULT_LIGHT_PATHS = 30000, DEFAULT_CAMERA_PATHS = 4, NAME_SIZE = 64 };
+
+static bool is_photon_mapping(const char *integrator)
+{
+    return integrator && (strcmp(integrator, "bdpm") == 0 || strcmp(integrator, "ppm") == 0);
+}
+
+/* Camera paths connect to light paths, by weights that depend on the numbers of both. */
+static bool connects(const char *integrator)
+{
+    return strcmp(integrator, "bdpt") == 0 || strcmp(integrator, "vcm") == 0 || strcmp(integrator, "ovcm") == 0;
+}
+
+/* Of "name:parameter=value,..." or NULL. */
+static void name_of(const char *text, char name[NAME_SIZE])
+{
+    snprintf(name, NAME_SIZE, "%.*s", text ? (int)strcspn(text, ":") : 0, text ? text : "");
+}
+
+static const char *overrides_of(const char *text)
+{
+    const char *colon = text ? strchr(text, ':') : NULL;
+    return colon ? colon + 1 : NULL;
+}
+
+/* A name that no integrator has is left to the plan, which names them all. */
+static ca_status check_integrator(const char *text, ca_error *error)
+{
+    char name[NAME_SIZE];
+    const ca_integrator_type *type;
+    name_of(text, name);
+    if (is_photon_mapping(name) || connects(name) || ca_integrator_find(name, NULL, &type, NULL) != CA_OK) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "noise components are those of light and camera paths that meet: the integrator must be bdpm, ppm, bdpt, vcm or "
+                   "ovcm, not %s",
+                   name);
+}
+
+static ca_status check_settings(const ca_render_settings *s, uint32_t iterations, ca_error *error)
+{
+    if (iterations < 2)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "noise is measured in at least 2 iterations, not in %u", iterations);
+    if (s->samples_per_pixel > 0 || s->seconds != 0.0 || s->noise_percent != 0.0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "noise is measured in a number of iterations: samples per pixel, time or a noise target cannot end it");
+    if (s->rays || s->rays_objective)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "noise is measured with the same numbers of paths for all pixels: rays and their objective are for renders");
+    if (s->strategies_directory || s->has_blocks || s->part_path)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "noise is measured without blocks, part files and images of the strategies");
+    if (s->sampler && strcmp(s->sampler, "independent") != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the law of noise holds for independent paths: the sampler must be \"independent\", not \"%.100s\"",
+                       s->sampler);
+    return CA_OK;
+}
+
+/* Do the scene or what stands beside the integrator's name set a parameter? */
+static bool is_set(const ca_scene *scene, const char *integrator, const char *parameter)
+{
+    const ca_integrator_desc *desc = &scene->desc.integrator;
+    for (uint32_t i = 0; i < desc->parameters.count; i++)
+        if (strcmp(desc->parameters.items[i].name, parameter) == 0) return true;
+    return ca_render_overrides_mention(overrides_of(integrator), parameter);
+}
+
+/* Numbers that nobody has set. */
+static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
+{
+    ca_render_settings *s = &p->settings;
+    char name[NAME_SIZE];
+    name_of(s->integrator ? s->integrator : scene->desc.integrator.name, name);
+    if (s->light_paths == 0 && !is_set(scene, s->integrator, "light_paths")) s->light_paths = DEFAULT_LIGHT_PATHS;
+    if (s->camera_paths == 0 && !is_set(scene, s->integrator, "camera_paths"))
+        s->camera_paths = strcmp(name, "ppm") == 0 ? 1 : DEFAULT_CAMERA_PATHS;
+}
+
+static bool report_progress(const ca_render_progress *progress, void *user)
+{
+    ca_noise_plan *p = user;
+    const ca_render_settings *given = p->given;
+    if (given->progress && !given->progress(progress, given->progress_user)) p->ended = true;
+    return !p->ended || progress->passes_done < 2;
+}
+
+static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *error)
+{
+    ca_render_plan *plan = &p->plan;
+    const double light_paths = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0);
+    const double pixels = (double)plan->camera.width * (double)plan->camera.height; /* 0 light paths: one per pixel */
+    p->light_paths = (uint32_t)(light_paths > 0.0 ? light_paths : pixels);
+    if (p->light_paths < 2)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the noise components are estimated from two halves of the light paths: at least 2 are needed, not %u",
+                       p->light_paths);
+    const uint32_t most = UINT32_MAX / plan->camera_paths; /* camera paths are numbered in 32 bits */
+    if (iterations > most)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u iterations of %u camera paths are over the limit of %u",
+                       iterations, plan->camera_paths, most);
+    plan->pass_limit = iterations;
+    return CA_OK;
+}
+
+/* The pairs' sums take their part of the memory that is allowed. */
+static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
+{
+    const double sums = (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]) *
+                        (double)(sizeof(ca_pair_pixel) + (connects(plan->type->name) ? sizeof(ca_pair_connections) : 0));
+    if (plan->input.memory_bytes <= 0.0) return CA_OK;
+    if (sums >= plan->input.memory_bytes)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the film and the sums of pairs need %.1f MiB, more than the %.1f MiB allowed",
+                       plan->settings->memory_mib + (sums - plan->input.memory_bytes) / 0x1p20, plan->settings->memory_mib);
+    plan->input.memory_bytes -= sums;
+    return CA_OK;
+}
+
+ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_render_settings *given, uint32_t iterations,
+                             ca_error *error)
+{
+    CA_TRY(check_settings(given, iterations, error));
+    *p = (ca_noise_plan){.settings = *given, .given = given};
+    p->settings.sampler = "independent";
+    p->settings.samples_per_pixel = 1; /* until the iterations are known to be countable */
+    p->settings.progress = report_progress;
+    p->settings.progress_user = p;
+    if (!given->integrator && !is_photon_mapping(scene->desc.integrator.name)) p->settings.integrator = "bdpm";
+    CA_TRY(check_integrator(given->integrator, error));
+    complete_counts(p, scene);
+    CA_TRY(ca_render_plan_make(&p->plan, scene, &p->settings, error));
+    const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
+    p->connects = connects(p->plan.type->name);
+    if (!given->has_alpha && !ca_render_overrides_mention(overrides_of(given->integrator), "alpha") &&
+        !isnan(ca_integrator_value(p->plan.type, &p->plan.input, "alpha", (double)NAN)))
+        CA_TRY(ca_integrator_set(p->plan.type, &one_radius, &p->plan.input, error));
+    CA_TRY(plan_counts(p, iterations, error));
+    return plan_memory(&p->plan, error);
+}

@@ -1,0 +1,275 @@
+/* Which numbers of paths to render with (ca_noise_recommend): times are measured, then noise/ray_numbers.h chooses. */
+#include "base/memory.h"
+#include "noise/ray_map.h"
+#include "render/noise.h"
+#include "render/noise_plan.h"
+#include "render/pass.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Light paths of a pass stay in memory: more than so many are not recommended. */
+enum { MOST_LIGHT_PATHS = 1 << 22 };
+/* Estimates of single pixels are averaged over 3 x 3 of them. */
+enum { SMOOTHING = 1 };
+/* Passes that are timed, of N_F / LIGHT_STEP and of N_F LIGHT_STEP, with this many camera paths where there are as many. */
+enum { TIMED_PASSES = 3, LIGHT_STEP = 2, TIMED_CAMERA_PATHS = 4, TIMED_AGAIN_CAMERA_PATHS = 2, LEVELS = 3 };
+/* Numbers further apart than this factor do not have the same costs. */
+static const double near_numbers = 2.0;
+/* Timing may take this part of the time that was measured in, and two seconds in any case. */
+static const double timing_share = 0.25, timing_seconds = 2.0;
+/* What takes less is not measured but takes some time. */
+static const double shortest = 1e-9;
+
+/* ---- Objectives ----------------------------------------------------------------------------------------------------- */
+
+ca_status ca_noise_find_objective(const char *name, ca_ray_objective *objective, ca_error *error)
+{
+    static const char *const names[] = {
+        [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
+    *objective = CA_RAYS_MEAN;
+    if (!name) return CA_OK;
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(name, names[i]) != 0) continue;
+        *objective = (ca_ray_objective)i;
+        return CA_OK;
+    }
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the objective \"%.100s\" is not known; there are mean, relative, worst-decile",
+                   name);
+}
+
+/* ---- Choosing ------------------------------------------------------------------------------------------------------- */
+
+/* With a single camera path F is not known, and not needed for numbers with one. */
+static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel *to)
+{
+    const ca_noise_components c = ca_noise_components_of(&film->pixels[pixel]);
+    to->pair = c.pair.value;
+    to->camera = c.camera.value;
+    to->luminance2 = c.luminance2.value;
+    to->light = film->camera_paths > 1 ? c.light.value : c.luminance2.value;
+}
+
+ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
+                          ca_ray_numbers *numbers, ca_error *error)
+{
+    const ca_pair_film *film = &noise->film;
+    *numbers = (ca_ray_numbers){0};
+    ca_ray_pixel *pixels = ca_alloc((size_t)film->width * film->height, sizeof *pixels);
+    if (!pixels) return ca_fail_memory(error, "the numbers of paths");
+    for (uint32_t y = 0; y < film->height; y++)
+        for (uint32_t x = 0; x < film->width; x++) {
+            const size_t p = (size_t)y * film->width + x;
+            set_components(film, p, &pixels[p]);
+            ca_ray_times_of_pixel(times, costs, x, y, &pixels[p].camera_time, &pixels[p].merge_time);
+            pixels[p].camera_time = fmax(pixels[p].camera_time, shortest);
+        }
+    const ca_ray_image image = {.width = film->width,
+                                .height = film->height,
+                                .pixels = pixels,
+                                .fixed_time = costs->iteration,
+                                .light_time = fmax(costs->light_path, shortest)};
+    const ca_ray_settings settings = {.objective = objective,
+                                      .smoothing = SMOOTHING,
+                                      .min_light_paths = 1,
+                                      .max_light_paths = MOST_LIGHT_PATHS,
+                                      .max_camera_paths = noise->light_paths_only ? 1 : 0,
+                                      .given_light_paths = film->light_paths,
+                                      .given_camera_paths = film->camera_paths};
+    const ca_status status = ca_ray_numbers_choose(numbers, &image, &settings, error);
+    ca_free(pixels);
+    return status;
+}
+
+/* ---- Times ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct timing {
+    const ca_noise *noise;
+    ca_noise_plan p;
+    ca_ray_times *times; /* owned */
+    ca_film film;        /* owned; what is rendered there is not kept */
+    ca_ray_costs costs;  /* of about so many light paths: */
+    uint32_t light_paths;
+    ca_ray_numbers numbers; /* owned; chosen with these costs */
+} timing;
+
+static ca_status set_number(ca_render_plan *plan, const char *name, double value, ca_error *error)
+{
+    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
+    return ca_integrator_set(plan->type, &parameter, &plan->input, error);
+}
+
+/* The first light paths of all find no memory that was used before: they are not timed. */
+static ca_status warm_up(ca_pass_runner *runner, ca_error *error)
+{
+    const ca_integrator_type *type = runner->plan->type;
+    return type->begin_round(runner->integrator, 0, 0, &runner->workers.parallel, runner->workers.list, error);
+}
+
+static ca_status run_passes(timing *t, void *integrator, ca_error *error)
+{
+    ca_pass_runner runner;
+    CA_TRY(ca_pass_runner_create(&runner, &t->p.plan, integrator, &t->film, NULL, error));
+    runner.times = t->times;
+    ca_status status = warm_up(&runner, error);
+    for (uint32_t pass = 0; pass < TIMED_PASSES && status == CA_OK; pass++) status = ca_pass_run(&runner, pass, error);
+    ca_pass_runner_destroy(&runner);
+    return status;
+}
+
+/* Passes without pairs. */
+static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_paths, ca_error *error)
+{
+    ca_render_plan *plan = &t->p.plan;
+    void *integrator = NULL;
+    CA_TRY(set_number(plan, "light_paths", light_paths, error));
+    CA_TRY(set_number(plan, "camera_paths", camera_paths, error));
+    plan->camera_paths = camera_paths;
+    CA_TRY(plan->type->create(&plan->input, &integrator, error));
+    const ca_status status = run_passes(t, integrator, error);
+    plan->type->destroy(integrator);
+    return status;
+}
+
+/* Costs of about this number of light paths. Two numbers of them, one on each side, tell a segment from a candidate and an
+ * iteration from a light path; what is not linear in N_F is followed by its secant between them. */
+static ca_status time_level(timing *t, uint32_t light_paths, uint32_t camera_paths, ca_error *error)
+{
+    if (camera_paths > t->noise->film.camera_paths) camera_paths = t->noise->film.camera_paths;
+    ca_ray_times_restart(t->times);
+    CA_TRY(time_passes(t, light_paths > LIGHT_STEP ? light_paths / LIGHT_STEP : 1, camera_paths, error));
+    CA_TRY(time_passes(t, light_paths * LIGHT_STEP, camera_paths, error));
+    t->costs = ca_ray_times_costs(t->times);
+    t->light_paths = light_paths;
+    return CA_OK;
+}
+
+static double iteration_seconds(const timing *t, double light_paths, double camera_paths)
+{
+    const ca_ray_costs *c = &t->costs;
+    const double pixels = (double)t->film.width * t->film.height;
+    return c->iteration + light_paths * c->light_path + pixels * camera_paths * (c->camera_path + light_paths * c->merge);
+}
+
+/* The most light paths that may be timed; costs change little beyond them, compared with what is gained by knowing. */
+static uint32_t affordable(const timing *t)
+{
+    const ca_pair_film *film = &t->noise->film;
+    const double measured = iteration_seconds(t, film->light_paths, film->camera_paths) * (double)film->pixels[0].iterations;
+    const double seconds = fmax(timing_share * measured, timing_seconds) / TIMED_PASSES;
+    const double fixed = iteration_seconds(t, 0.0, 2.0 * TIMED_AGAIN_CAMERA_PATHS);
+    const double each = (iteration_seconds(t, 1.0, TIMED_AGAIN_CAMERA_PATHS) - iteration_seconds(t, 0.0, TIMED_AGAIN_CAMERA_PATHS)) *
+                        (LIGHT_STEP + 1.0 / LIGHT_STEP);
+    return (uint32_t)fmin(fmax((seconds - fixed) / each, film->light_paths), MOST_LIGHT_PATHS / LIGHT_STEP);
+}
+
+/* Costs depend on the numbers, the numbers on the costs. */
+static ca_status time_and_choose(timing *t, ca_ray_objective objective, ca_error *error)
+{
+    CA_TRY(time_level(t, t->noise->film.light_paths, TIMED_CAMERA_PATHS, error));
+    for (int level = 1;; level++) {
+        ca_ray_numbers_destroy(&t->numbers);
+        CA_TRY(ca_noise_choose(t->noise, t->times, &t->costs, objective, &t->numbers, error));
+        const double chosen = fmin(t->numbers.best.light_paths, affordable(t));
+        const double factor = chosen / t->light_paths;
+        if (level == LEVELS || (factor <= near_numbers && factor >= 1.0 / near_numbers)) return CA_OK;
+        CA_TRY(time_level(t, (uint32_t)chosen, TIMED_AGAIN_CAMERA_PATHS, error));
+    }
+}
+
+/* ---- The recommendation --------------------------------------------------------------------------------------------- */
+
+static ca_noise_numbers numbers_of(const ca_ray_choice *choice)
+{
+    return (ca_noise_numbers){.light_paths = (uint32_t)choice->light_paths,
+                              .camera_paths = choice->camera_paths,
+                              .variance = choice->variance,
+                              .seconds = choice->time};
+}
+
+/* A mean of equal numbers is rounded to them. */
+static ca_noise_numbers uniform_numbers_of(const ca_ray_choice *choice)
+{
+    ca_noise_numbers numbers = numbers_of(choice);
+    numbers.camera_paths = round(numbers.camera_paths);
+    return numbers;
+}
+
+static ca_noise_times times_of(const timing *t)
+{
+    const ca_ray_costs *c = &t->costs;
+    return (ca_noise_times){.light_paths = t->light_paths,
+                            .iteration = c->iteration,
+                            .light_path = c->light_path,
+                            .camera_path = c->camera_path,
+                            .candidate = c->candidate,
+                            .iteration_error = c->iteration_error,
+                            .light_path_error = c->light_path_error,
+                            .camera_path_error = c->camera_path_error,
+                            .candidate_error = c->candidate_error,
+                            .segments_per_camera_path = c->segments_per_camera_path,
+                            .candidates_per_pair = c->candidates_per_pair};
+}
+
+static void describe(const timing *t, ca_noise_recommendation *r)
+{
+    const ca_ray_numbers *n = &t->numbers;
+    *r = (ca_noise_recommendation){.best = numbers_of(&n->best),
+                                   .uniform = uniform_numbers_of(&n->uniform),
+                                   .given = uniform_numbers_of(&n->given),
+                                   .gain_over_given = n->gain_over_given,
+                                   .gain_over_uniform = n->gain_over_uniform,
+                                   .fewest_camera_paths = n->camera_paths[0],
+                                   .most_camera_paths = n->camera_paths[0],
+                                   .light_paths_only = t->noise->light_paths_only,
+                                   .most_light_paths = MOST_LIGHT_PATHS,
+                                   .times = times_of(t)};
+    for (size_t p = 0; p < (size_t)t->film.width * t->film.height; p++) {
+        if (n->camera_paths[p] < r->fewest_camera_paths) r->fewest_camera_paths = n->camera_paths[p];
+        if (n->camera_paths[p] > r->most_camera_paths) r->most_camera_paths = n->camera_paths[p];
+    }
+}
+
+static ca_status plan_timing(timing *t, const ca_scene *scene, const ca_render_settings *settings, ca_error *error)
+{
+    const ca_pair_film *film = &t->noise->film;
+    CA_TRY(ca_noise_plan_make(&t->p, scene, settings, 2, error));
+    const uint32_t *crop = t->p.plan.crop;
+    if (crop[0] == film->x0 && crop[1] == film->y0 && crop[2] - crop[0] == film->width && crop[3] - crop[1] == film->height &&
+        t->p.light_paths == film->light_paths && t->p.plan.camera_paths == film->camera_paths)
+        return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "paths are timed with the scene and the settings that the noise was measured with, not with others");
+}
+
+static ca_status prepare(timing *t, ca_error *error)
+{
+    const ca_render_plan *plan = &t->p.plan;
+    CA_TRY(ca_film_create(&t->film, plan->camera.width, plan->camera.height, plan->crop, error));
+    return ca_ray_times_create(&t->times, t->film.width, t->film.height, plan->threads, error);
+}
+
+ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const ca_render_settings *settings,
+                             const char *objective, ca_image_layers *image, ca_noise_recommendation *recommendation,
+                             ca_error *error)
+{
+    ca_render_settings defaults;
+    ca_ray_objective wanted;
+    timing t = {.noise = noise};
+    ca_render_settings_init(&defaults);
+    CA_TRY(ca_noise_find_objective(objective, &wanted, error));
+    if (noise->film.connections)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "numbers of paths are not recommended where paths are connected: the weights of what they bring change with "
+                       "the numbers");
+    CA_TRY(plan_timing(&t, scene, settings ? settings : &defaults, error));
+    ca_status status = prepare(&t, error);
+    if (status == CA_OK) status = time_and_choose(&t, wanted, error);
+    if (status == CA_OK && image)
+        status = ca_ray_map_add(image, (uint32_t)t.numbers.best.light_paths, t.numbers.camera_paths, error);
+    if (status == CA_OK) describe(&t, recommendation);
+    ca_ray_numbers_destroy(&t.numbers);
+    ca_ray_times_destroy(t.times);
+    ca_film_destroy(&t.film);
+    return status;
+}

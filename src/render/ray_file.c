@@ -1,0 +1,76 @@
+#include "render/ray_file.h"
+
+#include "base/memory.h"
+#include "image/layers.h"
+#include "noise/ray_map.h"
+
+#include <stdio.h>
+
+static size_t pixels_of(const ca_render_plan *plan)
+{
+    return (size_t)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+}
+
+static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_error *error)
+{
+    const char *path = plan->settings->rays;
+    const ca_ray_map_place place = {.full_width = plan->camera.width,
+                                    .full_height = plan->camera.height,
+                                    .crop = {plan->crop[0], plan->crop[1], plan->crop[2], plan->crop[3]}};
+    ca_image_layers *image;
+    CA_TRY(ca_layers_read(path, &image, error));
+    const ca_status status = ca_ray_map_of(image, path, &place, &file->light_paths, &file->camera_paths, error);
+    ca_layers_destroy(image);
+    return status;
+}
+
+/* The integrator's own number of camera paths is not asked where counts are given. */
+static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
+{
+    const ca_parameter light_paths = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = file->light_paths};
+    CA_TRY(ca_integrator_set(plan->type, &light_paths, &plan->input, error));
+    plan->camera_paths = file->counts.most;
+    plan->samples_per_pass = file->mean;
+    return ca_render_plan_count_passes(plan, file->counts.most, error);
+}
+
+ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error)
+{
+    double sum = 0.0;
+    uint32_t most = 1;
+    *file = (ca_ray_file){0};
+    CA_TRY(read_map(file, plan, error));
+    file->first = ca_alloc_zeroed(pixels_of(plan), sizeof *file->first);
+    if (!file->first) {
+        ca_ray_file_destroy(file);
+        return ca_fail_memory(error, "the numbers of rays");
+    }
+    for (size_t p = 0; p < pixels_of(plan); p++) {
+        sum += file->camera_paths[p];
+        if (file->camera_paths[p] > most) most = file->camera_paths[p];
+    }
+    file->mean = sum / (double)pixels_of(plan);
+    file->counts = (ca_pass_counts){.camera_paths = file->camera_paths, .first = file->first, .most = most};
+    const ca_status status = fit_plan(file, plan, error);
+    if (status != CA_OK) ca_ray_file_destroy(file);
+    return status;
+}
+
+void ca_ray_file_destroy(ca_ray_file *file)
+{
+    ca_free(file->camera_paths);
+    ca_free(file->first);
+    *file = (ca_ray_file){0};
+}
+
+ca_status ca_ray_file_add_layers(const ca_ray_file *file, uint32_t passes, ca_image_layers *image, ca_error *error)
+{
+    float *camera;
+    char text[128];
+    CA_TRY(ca_layers_add(image, "Rays.Camera", &camera, error));
+    for (size_t p = 0; p < (size_t)image->width * image->height; p++)
+        camera[p] = (float)((double)passes * file->camera_paths[p]);
+    CA_TRY(ca_ray_map_add(image, file->light_paths, file->camera_paths, error));
+    snprintf(text, sizeof text, "given: %u light paths and %.4g camera paths per pixel", file->light_paths, file->mean);
+    return ca_layers_set_text(image, "caustica.rays", text, error);
+}

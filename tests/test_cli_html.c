@@ -1,0 +1,47 @@
+/* `caustica compare --html` from outside: the page is there, and where it cannot be, nothing is. What is in it is for test_report.c
+ * and test_report_page.sh. */
+#include "support/program_test.h"
+
+static void render(void **state, const char *name, const char *seed)
+{
+    ca_program_result r;
+    RUN(&r, "render", "ball.xml", "--seed", seed, "-o", name, "--quiet");
+    assert_exit(&r, 0);
+}
+
+static void test_writes_a_page(void **state)
+{
+    ca_program_result r;
+    render(state, "a.exr", "1");
+    render(state, "b.exr", "2");
+    RUN(&r, "compare", "a.exr", "--reference", "b.exr", "--html", "page.html", "--html-layers", "Albedo,P.X", "--roi=2,3,10,12");
+    assert_exit(&r, 0);
+    assert_string_equal(r.errors, "");
+    assert_true(exists(folder_of(state), "page.html"));
+    RUN(&r, "compare", "a.exr", "--reference", "b.exr", "--html", "all.html", "--html-layers=all");
+    assert_exit(&r, 0);
+    assert_true(exists(folder_of(state), "all.html"));
+}
+
+static void test_refuses(void **state)
+{
+    ca_program_result r;
+    render(state, "a.exr", "1");
+    RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--html-layers=all");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "--html-layers needs --html");
+    RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--html=page.html", "--html-layers=Albedo,Albino");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "no picture has a layer \"Albino\"");
+    assert_false(exists(folder_of(state), "page.html"));
+    RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--html=missing/page.html");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "missing/page.html");
+    assert_string_equal(r.output, ""); /* found out before the work */
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {PROGRAM_TEST(test_writes_a_page), PROGRAM_TEST(test_refuses)};
+    return run_program_tests("cli_html", tests, sizeof tests / sizeof tests[0]);
+}
