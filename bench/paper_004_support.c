@@ -2,6 +2,8 @@
 #include "bench_support.h"
 #include "paper_004.h"
 
+#include "report/power_fit.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -120,22 +122,6 @@ paper_errors paper_repeats_errors(const paper_repeats *repeats, const double *tr
 
 paper_fit paper_fit_power(const double *x, const double *y, int count)
 {
-    double n = 0.0, mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, residual = 0.0;
-    for (int i = 0; i < count; i++)
-        if (y[i] > 0.0) n += 1.0, mean_x += log(x[i]), mean_y += log(y[i]);
-    mean_x /= n, mean_y /= n;
-    for (int i = 0; i < count; i++)
-        if (y[i] > 0.0) {
-            xx += (log(x[i]) - mean_x) * (log(x[i]) - mean_x);
-            xy += (log(x[i]) - mean_x) * (log(y[i]) - mean_y);
-        }
-    const paper_fit fit = {.exponent = xy / xx, .offset = mean_y - xy / xx * mean_x};
-    for (int i = 0; i < count; i++)
-        if (y[i] > 0.0) {
-            const double off = log(y[i]) - fit.offset - fit.exponent * log(x[i]);
-            residual += off * off;
-        }
-    return (paper_fit){.exponent = fit.exponent,
-                       .offset = fit.offset,
-                       .error = n > 2.0 ? sqrt(residual / (n - 2.0) / xx) : (double)NAN};
+    const ca_power_fit fit = ca_power_fit_of(x, y, (size_t)count);
+    return (paper_fit){.exponent = fit.exponent, .offset = fit.offset, .error = fit.error};
 }

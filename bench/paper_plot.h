@@ -1,4 +1,4 @@
-/* Plots of papers' figures: panels side by side with two logarithmic axes, as SVG. */
+/* Plots of papers' figures: panels side by side, as report/plot.h draws them, put together point by point. */
 #ifndef CA_BENCH_PAPER_PLOT_H
 #define CA_BENCH_PAPER_PLOT_H
 

@@ -5,6 +5,7 @@ find_package(OpenMP REQUIRED COMPONENTS C)
 find_package(PNG REQUIRED)
 find_package(EXPAT REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(Threads REQUIRED)
 
 # A library without a reliable CMake package: target `name` from one header and the first library name found.
 function(caustica_find_library name header)
@@ -30,10 +31,11 @@ endif()
 caustica_find_library(caustica-openexr openexr.h OpenEXRCore-3_1 OpenEXRCore)
 caustica_find_library(caustica-turbojpeg turbojpeg.h turbojpeg)
 caustica_find_library(caustica-jansson jansson.h jansson)
+caustica_find_library(caustica-microhttpd microhttpd.h microhttpd)
 find_path(stb_INCLUDE_DIR stb_image.h PATH_SUFFIXES stb REQUIRED)
 
 add_library(caustica-dependencies INTERFACE)
 target_include_directories(caustica-dependencies SYSTEM INTERFACE ${stb_INCLUDE_DIR})
 target_link_libraries(caustica-dependencies INTERFACE
     OpenMP::OpenMP_C caustica-embree caustica-openexr PNG::PNG EXPAT::EXPAT ZLIB::ZLIB caustica-turbojpeg
-    caustica-jansson m)
+    caustica-jansson caustica-microhttpd Threads::Threads m)

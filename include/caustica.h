@@ -81,6 +81,9 @@ CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 
 /* ---- Rendering ------------------------------------------------------------------------------------------------- */
 
+struct ca_image_layers;
+struct ca_render_statistics;
+
 typedef struct ca_render_progress {
     uint32_t passes_done, passes_total; /* total 0: not known */
     bool blocks;                        /* what is counted are blocks of pairs */
@@ -88,6 +91,11 @@ typedef struct ca_render_progress {
     double seconds_predicted;           /* > 0: of the whole render, to its noise target */
     double noise_percent;               /* relative standard error of the image so far; negative: not known yet */
     double noise_target;                /* 0: none */
+    /* Makes the picture so far, as the render would give it if it ended now. Only while the callback runs, and in its thread; NULL:
+     * there is no picture yet, or no whole one. Costs nothing where it is not called. */
+    ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
+                          struct ca_render_statistics *statistics, ca_error *error);
+    void *render; /* for `snapshot` */
 } ca_render_progress;
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
@@ -98,9 +106,10 @@ typedef struct ca_render_settings {
     double noise_percent;       /* > 0: stop when the relative standard error of the image is below this many percent */
     /* How many light paths, and camera paths of each pixel, of bdpm and ppm; NULL: light_paths and camera_paths. "auto": what is
      * estimated to give the least noise in the time (of ppm the light paths alone, with one camera path); the settings are then those
-     * of the pilot, samples_per_pixel is the mean over pixels, alpha must be 0 and the sampler is `independent`. Such an image depends
-     * on how fast the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
-     * Rays.Numbers), with which the image is the same to the bit whatever the threads. See docs/papers/000.md, section D. */
+     * of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and the sampler `independent`, whatever the scene says (other
+     * settings are refused). Such an image depends on how fast the machine is. Else the path of an .exr that such a render or `caustica
+     * noise` wrote: its numbers (layer Rays.Numbers) instead of light_paths and camera_paths, which must not be set beside it; the image
+     * is the same to the bit whatever the threads. See docs/papers/000.md, section D. */
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the "worst-decile" */
     const char *sampler;        /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
@@ -134,7 +143,8 @@ typedef struct ca_render_settings {
     bool has_blocks;
     uint64_t blocks[2];    /* render these only, half open, counted from 0; instead of samples_per_pixel */
     const char *part_path; /* also write the exact sums of the blocks to this file, for ca_merge_parts */
-    /* Called after each pass or block; false ends the render, the image made so far is returned. */
+    /* Called after each pass or block; false ends the render, the image made so far is returned. The time it takes is no
+     * rendering time. */
     bool (*progress)(const ca_render_progress *progress, void *user);
     void *progress_user;
 } ca_render_settings;
@@ -204,7 +214,7 @@ CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const ch
  *
  * with C, B, F, L that do not depend on N_F and N_B: the pair, camera and light terms. All are estimated without bias from independent
  * iterations, so that small ones may come out negative. */
-typedef struct ca_noise ca_noise; /* a measurement: 136 bytes a pixel */
+typedef struct ca_noise ca_noise; /* a measurement: 136 bytes a pixel, 456 where paths connect */
 
 /* Averages over pixels, of variances (W^2 sr^-2 m^-4 where the scene has units) and of their roots; roots of negative variances
  * count as 0. */
@@ -222,7 +232,7 @@ typedef struct ca_noise_summary {
  * scene name one of the two, it is bdpm; where neither sets them, there are 30,000 light paths and 4 camera paths, 1 of ppm; light_paths
  * must be 2 or more; the sampler is `independent`, as the law wants, whatever
  * the scene says; alpha is 0, whatever the scene says, unless they set it: with one radius all iterations are distributed alike.
- * What else ends a render (samples, seconds, noise), blocks and strategies are refused. The progress callback may end it early,
+ * What else ends a render (samples, seconds, noise), rays, replicates, blocks and strategies are refused. The progress callback may end it early,
  * but not before the second iteration.
  * Where they name it, the integrator may also be `bdpt`, `vcm` or `ovcm`, with no more camera paths per pixel than light paths: pair,
  * camera and light term are then those of all that is not connected, and a fourth one, `connect`, may be negative. Their weights
@@ -267,7 +277,7 @@ typedef struct ca_noise_recommendation {
     double gain_over_given, gain_over_uniform; /* of `best`: their variance x seconds over its own */
     uint32_t fewest_camera_paths, most_camera_paths; /* of the map */
     bool light_paths_only;     /* one camera path per pixel: of ppm, and where no more were measured */
-    uint32_t most_light_paths; /* more are not recommended, since those of an iteration are kept in memory */
+    uint32_t most_light_paths; /* more are not recommended: 128 times those measured, and what fits a memory (2^22) */
     ca_noise_times times;
 } ca_noise_recommendation;
 

@@ -13,7 +13,7 @@ cd "$(dirname "$0")/.."
 awk '
 BEGIN {
     count = split("base math sampling image geometry material light camera scene path photon film report import" \
-                  " integrator noise render cli", order, " ")
+                  " integrator noise render live cli", order, " ")
     for (i = 1; i <= count; i++) level[order[i]] = i
     # library: the files that may include it; tests make their own sample files
     owner["embree"]    = "^src/geometry/accel[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
@@ -23,6 +23,7 @@ BEGIN {
     owner["stb"]       = "^src/image/[a-z0-9_]*stb[a-z0-9_]*\\.[ch]$|^tests/"
     owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$|^tests/"
     owner["jansson"]   = "^src/[a-z]+/[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
+    owner["microhttpd"] = "^src/live/server\\.c$"
     owner["zlib"]      = "^src/import/[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$|^src/report/plane\\.c$|^tests/"
 }
 
@@ -33,7 +34,7 @@ function foreign_library(header)
     if (header ~ /^embree[0-9]*\//) return "embree"
     if (header ~ /^(OpenEXR\/)?openexr[a-z_]*\.h$/) return "openexr"
     if (header ~ /^stb/) return "stb"
-    if (header ~ /^(png|turbojpeg|expat|jansson|zlib)\.h$/) return substr(header, 1, length(header) - 2)
+    if (header ~ /^(png|turbojpeg|expat|jansson|zlib|microhttpd)\.h$/) return substr(header, 1, length(header) - 2)
     return ""
 }
 

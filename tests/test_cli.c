@@ -16,8 +16,8 @@ static void test_help_and_version(void **state)
     RUN(&r, "--help");
     assert_exit(&r, 0);
     assert_says(r.output, "Example");
-    static const char *const commands[] = {"render", "noise", "compare", "merge", "info"};
-    for (int i = 0; i < 5; i++) {
+    static const char *const commands[] = {"render", "noise", "compare", "converge", "merge", "study", "info"};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
         assert_says(r.output, commands[i]);
         ca_program_result own;
         RUN(&own, commands[i], "--help");
@@ -87,7 +87,7 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--sampler", "hamilton"}, "halton"},
     /* What later versions may know must not be a silent no-op today. */
     {{"render", "ball.xml", "--beams", "auto"}, "option --beams is not known"},
-    {{"render", "ball.xml", "--serve"}, "option --serve is not known"},
+    {{"render", "ball.xml", "--observe"}, "option --observe is not known"},
     /* Parameters of integrators. */
     {{"render", "ball.xml", "--radius", "0"}, "--radius: \"0\""},
     {{"render", "ball.xml", "--radius", "1"}, "integrator \"path\" has no merge radius"},

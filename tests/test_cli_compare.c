@@ -230,6 +230,10 @@ static void test_refusals(void **state)
         {"--ssim-sigma=0", NULL, "--ssim-sigma"},
         {"--flip-ppd=0.5", NULL, "--flip-ppd: 0.5 is not from 1 to 10000"},
         {"--flip-start=3", "--flip-stop=2", "--flip-start 3 is after --flip-stop 2"},
+        {"--flip-start=-1e300", NULL, "--flip-start: -1e+300 is not from -300 to 300"},
+        {"--exposure=301", NULL, "--exposure: 301 is not from -300 to 300"},
+        {"--stats=./ref.exr", NULL, "--stats would overwrite ./ref.exr, which is to be compared"},
+        {"--html=a.exr", NULL, "--html would overwrite a.exr, which is to be compared"},
         {"--threads=2000", NULL, "2000 threads are over the limit"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -17,6 +17,7 @@ static void test_writes_a_page(void **state)
     RUN(&r, "compare", "a.exr", "--reference", "b.exr", "--html", "page.html", "--html-layers", "Albedo,P.X", "--roi=2,3,10,12");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
+    assert_says(r.output, "\nwrote page.html\n");
     assert_true(exists(folder_of(state), "page.html"));
     RUN(&r, "compare", "a.exr", "--reference", "b.exr", "--html", "all.html", "--html-layers=all");
     assert_exit(&r, 0);
@@ -38,6 +39,10 @@ static void test_refuses(void **state)
     assert_exit(&r, 1);
     assert_says(r.errors, "missing/page.html");
     assert_string_equal(r.output, ""); /* found out before the work */
+    RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--html=.");
+    assert_exit(&r, 1);
+    assert_says(r.errors, ".: cannot write: this is not a regular file");
+    assert_string_equal(r.output, "");
 }
 
 int main(void)

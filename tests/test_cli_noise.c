@@ -305,6 +305,13 @@ static void test_recommendation(void **state)
     assert_null(strstr(r.output, "\n  recommended "));
     assert_says(r.output, "\nnext: caustica render room.xml -i ppm:max_depth=3 --radius 0.5 --alpha 0 --crop 2,0,9,8 --light-paths ");
     assert_says(r.output, " --camera-paths 1\n");
+    /* Of the integrator's own parameters those stay that are not recommended anew: each is said once. */
+    RUN(&r, "noise", "room.xml", "-ibdpm:light_paths=60,radius=0.5,camera_paths=3,alpha=0.25", "--iterations=4");
+    assert_exit(&r, 0);
+    assert_says(r.output, "\nnext: caustica render room.xml -i bdpm:radius=0.5,alpha=0.25 --light-paths ");
+    RUN(&r, "noise", ROOM, "-ippm:light_paths=60", "--iterations=4");
+    assert_exit(&r, 0);
+    assert_says(r.output, "\nnext: caustica render room.xml -i ppm --radius 0.5 --alpha 0 --light-paths ");
 }
 
 /* Nothing but the scene. */

@@ -116,12 +116,12 @@ static void test_second_signal_kills(void **state)
 }
 
 /* Everything the program writes to a terminal of this width. */
-static size_t read_terminal(void **state, unsigned short columns, char *text, size_t size)
+static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text, size_t size)
 {
     int slave;
     const int master = open_terminal(columns, &slave);
     const pid_t process = ca_program_start(
-        *state, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--time", "1", NULL}, slave);
+        *state, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--threads=1", end, value, NULL}, slave);
     close(slave);
     const size_t length = read_until(master, NULL, text, size);
     close(master);
@@ -136,7 +136,7 @@ static void test_progress_line(void **state)
     static char text[1 << 16];
     static const unsigned short widths[] = {100, 40, 12, 3};
     for (size_t i = 0; i < sizeof widths / sizeof widths[0]; i++) {
-        const size_t length = read_terminal(state, widths[i], text, sizeof text);
+        const size_t length = read_terminal(state, widths[i], "--time", "1", text, sizeof text);
         assert_true(length > 0);
         assert_null(strchr(text, '\n'));
         size_t longest = 0;
@@ -159,7 +159,33 @@ static void test_progress_line(void **state)
         }
         /* Gone at the end. */
         assert_true(length >= 4 && strcmp(text + length - 4, "\r\033[K") == 0);
+        assert_null(strstr(text, "gone  of ")); /* no noise target: nothing is predicted */
     }
+}
+
+/* To a noise target: how long the whole will take, once that is known. */
+static void test_predicted_time(void **state)
+{
+    static char text[1 << 16];
+    read_terminal(state, 120, "--noise", "0.7", text, sizeof text);
+    const char *predicted = strstr(text, " s gone  of ");
+    double seconds = -1.0;
+    if (!predicted) fail_msg("no time is predicted in:\n%s", text);
+    assert_int_equal(sscanf(predicted, " s gone  of %lf s  noise ", &seconds), 1);
+    assert_true(seconds > 0.0 && seconds < 60.0);
+}
+
+/* By passes: how many of how many, on all but the narrowest terminals; what does not fit is left out whole. */
+static void test_counts_passes(void **state)
+{
+    static char text[1 << 16];
+    read_terminal(state, 100, "--spp", "3000", text, sizeof text);
+    assert_says(text, "/3000  ");
+    assert_says(text, " left  ");
+    read_terminal(state, 22, "--spp", "3000", text, sizeof text);
+    assert_says(text, " %  pass ");
+    assert_null(strstr(text, "left"));
+    assert_null(strstr(text, "[="));
 }
 
 int main(void)
@@ -169,6 +195,8 @@ int main(void)
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
         PROGRAM_TEST(test_progress_line),
+        PROGRAM_TEST(test_predicted_time),
+        PROGRAM_TEST(test_counts_passes),
     };
     return run_program_tests("command line on a terminal", tests, sizeof tests / sizeof tests[0]);
 }

@@ -110,6 +110,29 @@ static void a_commit_that_fails(void **unused)
     }
 }
 
+static void a_scratch_has_no_name(void **unused)
+{
+    (void)unused;
+    char path[256], text[8] = "";
+    snprintf(path, sizeof path, "%s", path_to("alone/scratch"));
+    assert_int_equal(mkdir(path_to("alone"), 0700), 0);
+    FILE *stream;
+    ca_error error = {{0}};
+    assert_int_equal(ca_file_open_scratch(&stream, path, &error), CA_OK);
+    assert_int_equal(rmdir(path_to("alone")), 0); /* it is empty */
+    fputs("words", stream);
+    assert_int_equal(fseek(stream, 0, SEEK_SET), 0);
+    assert_int_equal(fread(text, 1, sizeof text, stream), 5);
+    assert_string_equal(text, "words");
+    fclose(stream);
+    assert_int_equal(ca_file_open_scratch(&stream, path, &error), CA_ERROR_FILE);
+    assert_non_null(strstr(error.message, "/alone/scratch: cannot write: No such file or directory"));
+    assert_null(stream);
+    ca_memory_fail_after(0);
+    assert_int_equal(ca_file_open_scratch(&stream, path, &error), CA_ERROR_MEMORY);
+    ca_memory_fail_after(-1);
+}
+
 static void paths(void **unused)
 {
     (void)unused;
@@ -132,7 +155,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(whole_files_up_to_the_limit), cmocka_unit_test(what_is_no_regular_file),
         cmocka_unit_test(a_write_is_seen_at_its_commit), cmocka_unit_test(a_commit_that_fails),
-        cmocka_unit_test(paths),
+        cmocka_unit_test(a_scratch_has_no_name),       cmocka_unit_test(paths),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

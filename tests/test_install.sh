@@ -29,7 +29,7 @@ if [ -n "$(cached CA_SANITIZE)" ]; then
     exit 0
 fi
 
-echo "1..6"
+echo "1..7"
 check "installs" cmake --install "$build" --prefix "$folder/prefix"
 PKG_CONFIG_PATH=$(dirname "$(find "$folder/prefix" -name caustica.pc)")
 export PKG_CONFIG_PATH
@@ -76,3 +76,10 @@ exports_agree() {
     diff "$folder/declared" "$folder/exported"
 }
 check "the shared library exports what the header declares" exports_agree
+
+manuals_are_there() {
+    for file in man/man1/caustica.1 man/man1/caustica-render.1 bash-completion/completions/caustica zsh/site-functions/_caustica; do
+        test -s "$folder/prefix/share/$file" || return 1
+    done
+}
+check "man pages and completion are installed" manuals_are_there

@@ -2,6 +2,7 @@
  * estimators' means against the known components of models; failures of memory. */
 #include "base/memory.h"
 #include "film/pair_sums.h"
+#include "support/sample_mean.h"
 #include "support/test_random.h"
 
 #include <math.h>
@@ -320,19 +321,9 @@ static ca_pair_moments draw_moments(const factor_model *model)
     return ca_pair_sums_finish(sums);
 }
 
-typedef struct sample_mean {
-    double sum, squares;
-} sample_mean;
-
-static void add_sample(sample_mean *m, double value)
-{
-    m->sum += value;
-    m->squares += value * value;
-}
-
 static void expect_mean(const sample_mean *m, uint32_t count, double expected, const char *what)
 {
-    const double got = m->sum / count, error = sqrt((m->squares / count - got * got) / (count - 1.0));
+    const double got = m->sum / count, error = error_of(m, count);
     if (!(fabs(got - expected) <= 3.5 * error))
         fail_msg("mean of the %s: %.9g +- %.2g, not %.9g", what, got, error, expected);
 }

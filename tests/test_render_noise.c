@@ -173,6 +173,10 @@ static void test_refusals(void **state)
     REFUSE(samples_per_pixel, 4, "cannot end it");
     REFUSE(seconds, 1.0, "cannot end it");
     REFUSE(noise_percent, 5.0, "cannot end it");
+    REFUSE(rays, "auto", "the same numbers of paths for all pixels");
+    REFUSE(rays, "x.exr", "the same numbers of paths for all pixels");
+    REFUSE(rays_objective, "mean", "rays and their objective are for renders");
+    REFUSE(replicates, 2, "replicates are for renders");
     REFUSE(has_blocks, true, "without blocks");
     REFUSE(part_path, "a.part", "without blocks");
     REFUSE(strategies_directory, "folder", "images of the strategies");

@@ -135,6 +135,20 @@ void ca_file_abandon(ca_file_writer *writer)
     writer_free(writer);
 }
 
+ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *error)
+{
+    *stream = NULL;
+    char *name = concatenate(beside, strlen(beside), ".XXXXXX");
+    if (!name) return ca_fail_memory(error, beside);
+    const int descriptor = mkstemp(name);
+    if (descriptor >= 0) *stream = fdopen(descriptor, "w+b");
+    const ca_status status = *stream ? CA_OK : fail_errno(error, beside, "cannot write");
+    if (descriptor >= 0) unlink(name);
+    if (descriptor >= 0 && !*stream) close(descriptor);
+    ca_free(name);
+    return status;
+}
+
 char *ca_path_resolve(const char *base_file, const char *path)
 {
     const char *slash = path[0] == '/' || !base_file ? NULL : strrchr(base_file, '/');

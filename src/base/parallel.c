@@ -1,8 +1,16 @@
+#define _POSIX_C_SOURCE 200809L
 #include "base/parallel.h"
 
 #include "base/clock.h"
 
 #include <omp.h>
+#include <unistd.h>
+
+uint32_t ca_parallel_default_workers(void)
+{
+    const long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return count > 0 ? (uint32_t)count : 1;
+}
 
 /* The threads' clocks are read before they wait for each other. */
 static void run_timed(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user)

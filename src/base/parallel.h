@@ -18,6 +18,9 @@ typedef struct ca_parallel {
     ca_parallel_seconds *seconds; /* loops add theirs; NULL: not wanted */
 } ca_parallel;
 
+/* As many as there are processors; at least 1. */
+uint32_t ca_parallel_default_workers(void);
+
 typedef void (*ca_parallel_task)(void *user, uint32_t task, uint32_t worker);
 
 /* Runs task(user, i, worker) once for each i in [0, count), as workers come free; returns when all are done. */

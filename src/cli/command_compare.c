@@ -5,13 +5,11 @@
 #include "cli/commands.h"
 #include "cli/compare_maps.h"
 #include "cli/compare_page.h"
-#include "cli/outputs.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
-#include <unistd.h>
 
 typedef struct compare_options {
     const char *reference, *stats, *maps, *tone, *flip, *flip_tone, *html, *html_layers;
@@ -87,16 +85,10 @@ static int print_help(void)
 
 /* ---- Settings --------------------------------------------------------------------------------------------------- */
 
-static uint32_t processors(void)
-{
-    const long count = sysconf(_SC_NPROCESSORS_ONLN);
-    return count > 0 ? (uint32_t)count : 1;
-}
-
 static compare_options defaults(void)
 {
     compare_options o = {.metrics = ca_metric_defaults()};
-    o.metrics.threads = processors();
+    o.metrics.threads = ca_parallel_default_workers();
     return o;
 }
 
@@ -129,6 +121,14 @@ static ca_status find_tones(compare_options *o, ca_error *error)
     return CA_OK;
 }
 
+/* Beyond, any float is shown black or white. NAN: not given. */
+static ca_status check_stops(const char *option, double stops, ca_error *error)
+{
+    const double most = 300.0;
+    if (isnan(stops) || fabs(stops) <= most) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: %g is not from %g to %g", option, stops, -most, most);
+}
+
 static ca_status check_numbers(const ca_metric_settings *m, ca_error *error)
 {
     if (m->ssim.window % 2 == 0)
@@ -136,6 +136,9 @@ static ca_status check_numbers(const ca_metric_settings *m, ca_error *error)
     if (m->pixels_per_degree < CA_FLIP_MIN_PIXELS_PER_DEGREE || m->pixels_per_degree > CA_FLIP_MAX_PIXELS_PER_DEGREE)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-ppd: %g is not from %g to %g", m->pixels_per_degree,
                        CA_FLIP_MIN_PIXELS_PER_DEGREE, CA_FLIP_MAX_PIXELS_PER_DEGREE);
+    CA_TRY(check_stops("--exposure", m->exposure, error));
+    CA_TRY(check_stops("--flip-start", m->flip_exposures.start, error));
+    CA_TRY(check_stops("--flip-stop", m->flip_exposures.stop, error));
     if (m->flip_exposures.start > m->flip_exposures.stop)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-start %g is after --flip-stop %g", m->flip_exposures.start,
                        m->flip_exposures.stop);
@@ -153,7 +156,8 @@ static ca_status check(compare_options *o, const ca_text_list *images, ca_error 
     CA_TRY(check_numbers(&o->metrics, error));
     if (o->html_layers && !o->html)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--html-layers needs --html: it says what the page shows");
-    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+    if (o->html) CA_TRY(ca_compare_check_output("--html", o->html, images, o->reference, error));
+    return o->stats ? ca_compare_check_output("--stats", o->stats, images, o->reference, error) : CA_OK;
 }
 
 /* ---- Printing --------------------------------------------------------------------------------------------------- */
@@ -315,8 +319,11 @@ static ca_status compare_all(const compare_options *o, const ca_compare_settings
     if (status == CA_OK && o->html) status = ca_compare_page_finish(&page, error);
     ca_compare_page_destroy(&page);
     ca_layers_destroy(reference);
-    if (status != CA_OK || !o->stats) return status;
-    return ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, paths->count, error);
+    if (status == CA_OK && o->stats)
+        status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, paths->count, error);
+    if (status == CA_OK && o->html) printf("wrote %s\n", o->html);
+    if (status == CA_OK && o->stats) printf("wrote %s\n", o->stats);
+    return status;
 }
 
 static ca_compare_settings region_of(const compare_options *o, ca_pixel_rect *masks)

@@ -153,7 +153,7 @@ static ca_status check(noise_options *o, const ca_text_list *operands, ca_noise_
     CA_TRY(ca_options_scene_operand(operands, &o->scene, error));
     ca_ray_objective objective;
     ca_error reason = {""};
-    if (ca_noise_find_objective(o->objective, &objective, &reason) != CA_OK)
+    if (ca_ray_objective_find(o->objective, &objective, &reason) != CA_OK)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--objective: %.900s", reason.message);
     report->objective = o->objective;
     report->has_roi = o->has_roi;
@@ -178,16 +178,38 @@ static void print_word(const char *option, const char *word)
     printf("'");
 }
 
+/* Does a parameter, "name=value", choose a number of paths? */
+static bool is_number_of_paths(const char *parameter)
+{
+    return strncmp(parameter, "light_paths=", 12) == 0 || strncmp(parameter, "camera_paths=", 13) == 0;
+}
+
+/* "name:parameter=value,..." without numbers of paths, which are recommended instead. What an integrator has understood needs no
+ * quotes. */
+static void print_integrator(const char *text)
+{
+    const size_t name = strcspn(text, ":");
+    char before = ':';
+    printf(" -i %.*s", (int)name, text);
+    for (const char *c = text[name] ? text + name + 1 : NULL; c; c = strchr(c, ',') ? strchr(c, ',') + 1 : NULL) {
+        if (is_number_of_paths(c)) continue;
+        printf("%c%.*s", before, (int)strcspn(c, ","), c);
+        before = ',';
+    }
+}
+
 /* The words that noise and render share, as they were given. */
 static void print_shared_words(const noise_options *o, const ca_noise_setup *setup)
 {
     const ca_render_settings *s = &o->settings;
     print_word("", o->scene);
-    print_word("-i", s->integrator ? s->integrator : setup->integrator);
+    const char *integrator = s->integrator ? s->integrator : setup->integrator, *parameters = strchr(integrator, ':');
+    print_integrator(integrator);
     for (size_t i = 0; i < o->define_words.count; i++) print_word("-D", o->define_words.items[i]);
     if (s->has_max_depth) printf(" --max-depth %d", s->max_depth);
     if (s->radius > 0.0) printf(" --radius %.9g", s->radius);
-    printf(" --alpha %.9g", s->alpha); /* 0 unless given, whatever the scene says */
+    if (!ca_render_overrides_mention(parameters ? parameters + 1 : NULL, "alpha"))
+        printf(" --alpha %.9g", s->alpha); /* 0 unless given, whatever the scene says */
     if (o->resolution[0]) printf(" --resolution %ux%u", o->resolution[0], o->resolution[1]);
     if (s->has_crop) printf(" --crop %u,%u,%u,%u", s->crop[0], s->crop[1], s->crop[2], s->crop[3]);
 }

@@ -1,6 +1,7 @@
 /* caustica render: from a scene file to image files. */
 #include "base/memory.h"
 #include "cli/commands.h"
+#include "cli/live_view.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -9,6 +10,7 @@
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -18,6 +20,9 @@ typedef struct render_options {
     ca_render_settings settings; /* options are read right into it */
     uint32_t resolution[2];
     double exposure;
+    const char *serve_address, *tev;
+    uint32_t port;
+    bool serves;
     bool has_spp, has_seconds, has_noise;
     bool quiet, help;
 } render_options;
@@ -72,6 +77,12 @@ static const ca_option options[] = {
      .help = "limit for film and paths; the image does not depend on it, but for blocks=filled (default: none)"},
     {.name = "dump-strategies", .argument = "DIR", .kind = CA_OPTION_TEXT, AT(settings.strategies_directory),
      .help = "write an image of what each technique found; needs --max-depth 13 or less"},
+    {.name = "serve", .argument = "[PORT]", .kind = CA_OPTION_PORT, AT(port), GIVEN(serves),
+     .help = "show the picture as it converges in a browser, at the address that is printed (default: a free port)"},
+    {.name = "serve-address", .argument = "ADDRESS", .kind = CA_OPTION_TEXT, AT(serve_address),
+     .help = "let others than this machine look too: listen on this address, 0.0.0.0 for all (default: 127.0.0.1)"},
+    {.name = "tev", .argument = "HOST:PORT", .kind = CA_OPTION_TEXT, AT(tev),
+     .help = "show the picture as it converges in the viewer tev, which listens on port 14158"},
     {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
      .help = "write times, counts and noise as JSON"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
@@ -104,13 +115,17 @@ static int print_help(void)
     printf("\n"
            "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; they win\n"
            "over the scene and must not contradict -i NAME:param=value.\n"
-           "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The numbers depend\n"
+           "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. Whatever the scene\n"
+           "says, random numbers are independent and the radius does not shrink (alpha 0), as the law of noise wants. The numbers depend\n"
            "on measured times, so such an image is not the same again to the bit; one with --rays FILE.exr is, FILE.exr being such\n"
            "an image or one of `caustica noise`, whose numbers it takes.\n"
            "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
            "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second one ends at\n"
            "once.\n"
-           "Example: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n");
+           "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs at most 3 %% of\n"
+           "the processor time.\n"
+           "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
+           "          caustica render scene.xml --time 600 --serve 8080\n");
     return CA_EXIT_DONE;
 }
 
@@ -122,6 +137,16 @@ static ca_status check_ends(const render_options *o, ca_error *error)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--blocks cannot be combined with --spp or --noise");
     if (o->has_spp + o->has_seconds + o->has_noise <= 1) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one of --spp, --time and --noise can be given");
+}
+
+static ca_status check_live(const render_options *o, ca_error *error)
+{
+    if (o->serve_address && !o->serves) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--serve-address needs --serve");
+    if ((o->serves || o->tev) && o->settings.has_blocks && o->settings.blocks[0] > 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: an image needs all blocks from 0; with --blocks %llu:%llu there is none to show",
+                       o->serves ? "--serve" : "--tev", (unsigned long long)o->settings.blocks[0],
+                       (unsigned long long)o->settings.blocks[1]);
+    return CA_OK;
 }
 
 static ca_status check_integrator(const char *text, ca_error *error)
@@ -173,6 +198,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
 {
     CA_TRY(ca_options_scene_operand(operands, &o->scene, error));
     CA_TRY(check_ends(o, error));
+    CA_TRY(check_live(o, error));
     CA_TRY(check_integrator(o->settings.integrator, error));
     CA_TRY(check_sampler(o->settings.sampler, error));
     CA_TRY(complete_outputs(o, made, error));
@@ -199,9 +225,11 @@ static void print_rays(const ca_rays_statistics *rays)
     }
     if (rays->predicted_gain > 0.0) printf(", predicted gain over its numbers %.3g", rays->predicted_gain);
     printf("\n");
-    if (rays->light_path_seconds >= 0.0)
-        printf("a light path takes %.3g us of a processor, a camera path %.3g us, a photon tested %.3g ns\n",
-               1e6 * rays->light_path_seconds, 1e6 * rays->camera_path_seconds, 1e9 * rays->candidate_seconds);
+    if (isnan(rays->light_path_seconds)) return;
+    printf("a light path takes %.3g us of a processor, a camera path %.3g us", 1e6 * rays->light_path_seconds,
+           1e6 * rays->camera_path_seconds);
+    if (!isnan(rays->candidate_seconds)) printf(", a merge candidate %.3g ns", 1e9 * rays->candidate_seconds);
+    printf("\n");
 }
 
 static void print_summary(const render_options *o, const ca_image_layers *image, const ca_render_statistics *s)
@@ -215,33 +243,58 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
         printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     if (s->has_confidence) printf(", no error bars for %.3g %% of the pixels", 100.0 * s->confidence_marked);
-    printf("%s\n", s->interrupted ? " (ended early by a signal)" : "");
+    printf("%s\n", s->interrupted ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)" : "");
     print_rays(&s->numbers_of_rays);
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
     if (o->settings.strategies_directory) printf("wrote %s/\n", o->settings.strategies_directory);
     if (o->stats) printf("wrote %s\n", o->stats);
 }
 
-static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
+static ca_status start_live_view(const render_options *o, ca_live_view *view, ca_error *error)
 {
-    ca_progress_line line = ca_progress_start(!o->quiet);
+    const ca_live_view_settings settings = {
+        .serves = o->serves,
+        .address = o->serve_address,
+        .port = o->port,
+        .tev = o->tev,
+        .scene = o->scene,
+        .threads = o->settings.threads,
+        .outputs = o->outputs.items,
+        .output_count = o->outputs.count,
+        .exposure = o->exposure,
+        .stats = o->stats,
+    };
+    return ca_live_view_start(view, &settings, !o->quiet, error);
+}
+
+static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view, ca_image_layers **image,
+                              ca_render_statistics *statistics, ca_error *error)
+{
     ca_render_settings settings = o->settings;
     settings.width = o->resolution[0];
     settings.height = o->resolution[1];
-    settings.progress = ca_progress_report;
-    settings.progress_user = &line;
+    settings.progress = ca_live_view_report;
+    settings.progress_user = view;
+    ca_status status = ca_render(scene, &settings, image, statistics, error);
+    ca_progress_clear(&view->line);
+    if (status == CA_OK) status = write_outputs(o, *image, statistics, error);
+    return status;
+}
+
+static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
+{
+    ca_live_view view;
     ca_render_statistics statistics = {0};
     ca_image_layers *image = NULL;
+    CA_TRY(start_live_view(o, &view, error));
     ca_signals_catch(o->quiet);
-    ca_status status = ca_render(scene, &settings, &image, &statistics, error);
-    ca_progress_clear(&line);
-    if (status == CA_OK) status = write_outputs(o, image, &statistics, error);
-    ca_signals_release();
+    const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
     if (status == CA_OK) {
         ca_outputs_warn(&statistics);
         if (!o->quiet) print_summary(o, image, &statistics);
     }
-    ca_image_release(image);
+    ca_live_view_end(&view, image, &statistics);
+    ca_signals_release();
     return status;
 }
 

@@ -10,7 +10,9 @@ enum { CA_EXIT_DONE = 0, CA_EXIT_FAILED = 1, CA_EXIT_USAGE = 2 };
 int ca_command_render(int word_count, char *const words[]);
 int ca_command_compare(int word_count, char *const words[]);
 int ca_command_noise(int word_count, char *const words[]);
+int ca_command_converge(int word_count, char *const words[]);
 int ca_command_merge(int word_count, char *const words[]);
+int ca_command_study(int word_count, char *const words[]);
 int ca_command_info(int word_count, char *const words[]);
 
 /* Prints "caustica: message" to standard error, and for wrong usage where help is; gives back the exit status.

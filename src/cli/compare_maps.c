@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "cli/compare_maps.h"
 
 #include "base/file.h"
@@ -8,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 /* ---- Names -------------------------------------------------------------------------------------------------------- */
 
@@ -52,14 +54,20 @@ static char *make_name(const char *pattern, const char *image, size_t number, bo
     return name;
 }
 
-/* A map must not take the place of what is still to be read. */
-static ca_status check_name(const char *name, const ca_text_list *images, const char *reference, ca_error *error)
+static bool is_same_file(const char *a, const char *b)
 {
-    bool taken = strcmp(name, reference) == 0;
-    for (size_t i = 0; i < images->count; i++) taken = taken || strcmp(name, images->items[i]) == 0;
+    struct stat of_a, of_b;
+    return stat(a, &of_a) == 0 && stat(b, &of_b) == 0 && of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
+}
+
+ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images, const char *reference,
+                                  ca_error *error)
+{
+    bool taken = is_same_file(path, reference);
+    for (size_t i = 0; i < images->count; i++) taken = taken || is_same_file(path, images->items[i]);
     if (taken)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--maps would overwrite %s, which is to be compared", name);
-    return ca_output_check_place(name, error);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s would overwrite %s, which is to be compared", option, path);
+    return ca_output_check_place(path, error);
 }
 
 ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, const char *reference, char ***names,
@@ -73,7 +81,7 @@ ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, 
     for (size_t i = 0; i < images->count; i++) {
         (*names)[i] = make_name(pattern, images->items[i], i + 1, images->count > 1, numbered);
         if (!(*names)[i]) return ca_fail_memory(error, "the command line");
-        CA_TRY(check_name((*names)[i], images, reference, error));
+        CA_TRY(ca_compare_check_output("--maps", (*names)[i], images, reference, error));
     }
     return CA_OK;
 }

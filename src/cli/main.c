@@ -16,7 +16,9 @@ static const command commands[] = {
     {"render", "make an image of a scene", ca_command_render},
     {"noise", "say where noise comes from, and what other numbers of paths would give", ca_command_noise},
     {"compare", "measure how images differ from a reference", ca_command_compare},
+    {"converge", "see how fast the error of integrators falls", ca_command_converge},
     {"merge", "add up parts of a render", ca_command_merge},
+    {"study", "make a perceptual study of how images are seen, or analyse its answers", ca_command_study},
     {"info", "say what was understood of a scene", ca_command_info},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

@@ -106,7 +106,7 @@ static void print_recommendation(const ca_noise_report *report)
                r->best.camera_paths);
     }
     if (r->best.light_paths == r->most_light_paths)
-        printf("  %u light paths are the most that are recommended, since those of an iteration are kept in memory\n",
+        printf("  %u light paths are the most that are recommended: 128 times those measured, and what fits a memory\n",
                r->most_light_paths);
 }
 

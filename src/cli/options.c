@@ -79,6 +79,7 @@ static ca_status read_value(const ca_option *option, const char *text, void *tar
     case CA_OPTION_RANGE: return ca_value_range(text, target, error);
     case CA_OPTION_RECT: return ca_value_rect(text, target, error);
     case CA_OPTION_RECT_LIST: return append_rect(target, text, error);
+    case CA_OPTION_PORT: return ca_value_port(text, target, error);
     }
     return CA_OK;
 }
@@ -132,8 +133,9 @@ static ca_status parse_option(const ca_option_table *table, word_reader *reader,
     *seen_this = true;
     if (option->kind == CA_OPTION_FLAG && value)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s takes no value", option->name);
+    const char *next = reader->next < reader->count ? reader->words[reader->next] : NULL;
+    if (option->kind == CA_OPTION_PORT && !value && !(next && ca_value_is_digits(next))) value = "0";
     if (option->kind != CA_OPTION_FLAG && !value) {
-        const char *next = reader->next < reader->count ? reader->words[reader->next] : NULL;
         if (!next || strncmp(next, "--", 2) == 0)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --%s needs a value: %s", option->name,
                            option->argument);

@@ -30,6 +30,7 @@ typedef enum ca_option_kind {
     CA_OPTION_RANGE,     /* uint64_t[2]: A:B with A < B */
     CA_OPTION_RECT,      /* uint32_t[4]: x0,y0,x1,y1 with x0 < x1 and y0 < y1 */
     CA_OPTION_RECT_LIST, /* ca_rect_list; may be given several times */
+    CA_OPTION_PORT,      /* uint32_t up to 65535; may lack its value, which is then 0: a next word that is no number is not its value */
 } ca_option_kind;
 
 typedef struct ca_text_list {

@@ -2,6 +2,7 @@
 #include "cli/progress.h"
 
 #include "cli/signals.h"
+#include "render/progress.h"
 
 #include <math.h>
 #include <string.h>
@@ -27,22 +28,6 @@ void ca_format_seconds(double seconds, char *text, size_t size)
         snprintf(text, size, "%llu:%02llu", whole / 60, whole % 60);
     else
         snprintf(text, size, "%llu:%02llu:%02llu", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
-/* How much of the work is done, in [0, 1]; the nearest of the ends that are set. Until it is known when the noise target
- * will be reached: noise falls with the square root of the number of passes. Negative: nothing is known. */
-static double fraction_done(const ca_render_progress *p)
-{
-    double fraction = -1.0;
-    if (p->passes_total > 0) fraction = (double)p->passes_done / p->passes_total;
-    if (p->seconds_total > 0.0) fraction = fmax(fraction, p->seconds / p->seconds_total);
-    if (p->seconds_predicted > 0.0) {
-        fraction = fmax(fraction, p->seconds / p->seconds_predicted);
-    } else if (p->noise_target > 0.0 && p->noise_percent > 0.0) {
-        const double ratio = p->noise_target / p->noise_percent;
-        fraction = fmax(fraction, ratio * ratio);
-    }
-    return fmin(fraction, 1.0);
 }
 
 /* Appends a part if the line stays within `width` columns. */
@@ -73,7 +58,7 @@ static void append_bar(char *line, size_t width, double fraction)
 static void compose(const ca_render_progress *p, size_t width, char line[LINE_LIMIT])
 {
     char part[64], time[32];
-    const double fraction = fraction_done(p);
+    const double fraction = ca_progress_fraction(p);
     line[0] = '\0';
     if (fraction >= 0.0) {
         snprintf(part, sizeof part, "%3.0f %%", floor(100.0 * fraction));
@@ -86,7 +71,7 @@ static void compose(const ca_render_progress *p, size_t width, char line[LINE_LI
         snprintf(part, sizeof part, "%s %u", what, p->passes_done);
     append(line, width, part);
     if (fraction > 0.0) {
-        ca_format_seconds(p->seconds * (1.0 - fraction) / fraction, time, sizeof time);
+        ca_format_seconds(ca_progress_seconds_left(p), time, sizeof time);
         snprintf(part, sizeof part, "%s left", time);
         append(line, width, part);
     }

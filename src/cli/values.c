@@ -27,6 +27,23 @@ ca_status ca_value_count(const char *text, int minimum, uint32_t *value, ca_erro
     return CA_OK;
 }
 
+bool ca_value_is_digits(const char *text)
+{
+    size_t length = 0;
+    while (is_digit(text[length])) length++;
+    return length > 0 && text[length] == 0;
+}
+
+ca_status ca_value_port(const char *text, uint32_t *value, ca_error *error)
+{
+    const char *rest = text;
+    uint64_t number = 0;
+    if (!read_digits(&rest, 65535, &number) || *rest != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a port, 0 to 65535", text);
+    *value = (uint32_t)number;
+    return CA_OK;
+}
+
 ca_status ca_value_seed(const char *text, uint64_t *value, ca_error *error)
 {
     const char *rest = text;

@@ -12,6 +12,8 @@ ca_status ca_value_real(const char *text, double *value, ca_error *error);     /
 ca_status ca_value_positive(const char *text, double *value, ca_error *error); /* > 0 */
 ca_status ca_value_size(const char *text, uint32_t value[2], ca_error *error); /* 640x480 */
 ca_status ca_value_range(const char *text, uint64_t value[2], ca_error *error); /* A:B, half open */
+ca_status ca_value_port(const char *text, uint32_t *value, ca_error *error); /* of TCP; 0: any */
+bool ca_value_is_digits(const char *text);
 ca_status ca_value_rect(const char *text, uint32_t value[4], ca_error *error); /* x0,y0,x1,y1, half open */
 
 #endif

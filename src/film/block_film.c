@@ -329,8 +329,7 @@ static ca_status develop_layers(const ca_block_film *film, ca_image_layers *laye
     return CA_OK;
 }
 
-/* ---- Error bars -------------------------------------------------------------------------------------------------
- */
+/* ---- Error bars ------------------------------------------------------------------------------------------------- */
 
 /* Of every pixel, while they are developed. */
 typedef struct bar_work {
@@ -352,12 +351,6 @@ static void find_errors(const ca_block_film *film, bar_work *work)
     }
 }
 
-/* What a float cannot hold does not make the interval smaller. */
-static float round_down(double value)
-{
-    return (double)(float)value > value ? nextafterf((float)value, -INFINITY) : (float)value;
-}
-
 static ca_status fill_bars(const ca_block_film *film, bar_work *work, ca_image_layers *layers, ca_error *error)
 {
     float *low, *high;
@@ -369,8 +362,7 @@ static ca_status fill_bars(const ca_block_film *film, bar_work *work, ca_image_l
         ca_interval interval = {-(double)INFINITY, (double)INFINITY};
         if (work->degrees[i] > 0.0 && !work->marked[i])
             interval = ca_confidence_interval(&work->moments[i], ca_pair_student_quantile(work->degrees[i]));
-        low[i] = round_down(interval.low);
-        high[i] = -round_down(-interval.high);
+        ca_interval_round(interval, &low[i], &high[i]);
     }
     return CA_OK;
 }

@@ -64,6 +64,17 @@ ca_interval ca_confidence_interval(const ca_moments *m, double quantile)
     return (ca_interval){fmin(low, m->mean - rounding), fmax(high, m->mean + rounding)};
 }
 
+static float round_down(double value)
+{
+    return (double)(float)value > value ? nextafterf((float)value, -INFINITY) : (float)value;
+}
+
+void ca_interval_round(ca_interval interval, float *low, float *high)
+{
+    *low = round_down(interval.low);
+    *high = -round_down(-interval.high);
+}
+
 /* ---- Marks ------------------------------------------------------------------------------------------------------ */
 
 /* Sums over pixels, relative to each one's level; a black one has none and does not count. */

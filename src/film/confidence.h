@@ -44,6 +44,9 @@ double ca_student_two_sided_quantile(double alpha, double degrees);
  * these. It reaches 2^-21 of the mean to either side at least, which is what rounding in the samples may amount to. */
 ca_interval ca_confidence_interval(const ca_moments *moments, double quantile);
 
+/* As floats, rounded outwards: what a float cannot hold does not make the interval smaller. */
+void ca_interval_round(ca_interval interval, float *low, float *high);
+
 /* Says which pixels of width x height are marked. Memory: 32 bytes a pixel while it runs.
  *
  * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n / skewness^2, and

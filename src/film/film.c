@@ -219,10 +219,6 @@ static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
     return ca_moments_of(sum / samples, groups->sum_squares[c], cubes, replicates);
 }
 
-/* What a float cannot hold is rounded outwards, so that the interval does not get smaller. */
-static float round_down(double value) { return (double)(float)value > value ? nextafterf((float)value, -INFINITY) : (float)value; }
-static float round_up(double value) { return -round_down(-value); }
-
 static void fill_intervals(const ca_moments *moments, const bool *marked, size_t count, float *low, float *high)
 {
     uint32_t replicates = 0;
@@ -235,9 +231,7 @@ static void fill_intervals(const ca_moments *moments, const bool *marked, size_t
             replicates = moments[i].replicates;
             quantile = ca_student_two_sided_quantile(0.05, replicates - 1.0);
         }
-        const ca_interval interval = ca_confidence_interval(&moments[i], quantile);
-        low[i] = round_down(interval.low);
-        high[i] = round_up(interval.high);
+        ca_interval_round(ca_confidence_interval(&moments[i], quantile), &low[i], &high[i]);
     }
 }
 

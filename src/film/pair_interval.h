@@ -10,12 +10,13 @@
  * for a whole rectangle law (6) with N_B = m rows and N_F = n columns, and the same law for every shape in which a render may end.
  * docs/papers/000.md, "All pairs".
  *
- * The interval is that of confidence.h, with this variance, Student's t, and a skewness: that of rare contributions, all alike, with the
- * light's part of the variance and the mean that light paths bring, and with the camera's part and the value. The degrees of freedom are those of a chi-square variable with the
- * scatter of the estimated V (Satterthwaite's rule), for normal g and h; the light's part has twice the scatter (four times the variance) of the
- * squares of as many contributions. A pixel is marked, not given an interval, where confidence.h says so; where V is not positive, or too small for
- * floats; where V has fewer than CA_PAIR_MIN_DEGREES of freedom; and where fewer than CA_PAIR_MIN_CAMERA camera paths, counted as all
- * alike and the others zero, would have the camera's variance. What no path has brought yet, no interval knows of.
+ * The interval is that of confidence.h, with this variance, Student's t, and a skewness: that of rare contributions, all alike,
+ * with the light's part of the variance and the mean that light paths bring, and with the camera's part and the value. The
+ * degrees of freedom are those of a chi-square variable with the scatter of the estimated V (Satterthwaite's rule), for normal g
+ * and h; the light's part has twice the scatter (four times the variance) of the squares of as many contributions. A pixel is
+ * marked, not given an interval, where confidence.h says so; where V is not positive, or too small for floats; where V has fewer
+ * than CA_PAIR_MIN_DEGREES of freedom; and where fewer than CA_PAIR_MIN_CAMERA camera paths, counted as all alike and the others
+ * zero, would have the camera's variance. What no path has brought yet, no interval knows of.
  *
  * All functions are pure. */
 #ifndef CA_FILM_PAIR_INTERVAL_H

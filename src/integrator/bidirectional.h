@@ -71,7 +71,7 @@ typedef struct ca_merge_photon {
 } ca_merge_photon;
 
 _Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
-_Static_assert(CA_PATH_MAX_VERTICES <= 1 << 14 && CA_CHUNK_PATHS <= 1 << 18, "they fit a photon's record");
+_Static_assert(CA_PATH_MAX_VERTICES < 1 << 14 && CA_CHUNK_PATHS <= 1 << 18, "they fit the records of photons and splats");
 
 typedef struct ca_light_chunk {
     uint32_t count; /* light paths */

@@ -4,6 +4,7 @@
 #include "noise/ray_search.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { DEFAULT_MAX_LIGHT_PATHS = 1 << 30, DEFAULT_MAX_CAMERA_PATHS = 4096, LARGEST_BOX = 2, DECILE_STEPS = 80 };
 
@@ -376,6 +377,23 @@ static void choose(chooser *c, ca_ray_numbers *numbers)
     if (s->given_light_paths == 0 || s->given_camera_paths == 0) return;
     numbers->given = judge(c, s->given_light_paths, NULL, s->given_camera_paths);
     numbers->gain_over_given = gain(&numbers->given, &numbers->best);
+}
+
+/* ---- Names ---------------------------------------------------------------------------------------------------------- */
+
+ca_status ca_ray_objective_find(const char *name, ca_ray_objective *objective, ca_error *error)
+{
+    static const char *const names[] = {
+        [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
+    *objective = CA_RAYS_MEAN;
+    if (!name) return CA_OK;
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (strcmp(name, names[i]) != 0) continue;
+        *objective = (ca_ray_objective)i;
+        return CA_OK;
+    }
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the objective \"%.100s\" is not known; there are mean, relative, worst-decile",
+                   name);
 }
 
 /* ---- Interface ------------------------------------------------------------------------------------------------------ */

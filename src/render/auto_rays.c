@@ -22,13 +22,24 @@ double ca_auto_work_end(const ca_auto_rays *a)
 
 bool ca_auto_is_over(const ca_auto_rays *a)
 {
-    return a->interrupted || ca_noise_looks_reached(&a->looks) || a->numbered + a->most > (double)UINT32_MAX;
+    const double seconds = a->plan->settings->seconds; /* beside a number of samples, too */
+    return a->interrupted || (seconds > 0.0 && a->seconds >= seconds) || ca_noise_looks_reached(&a->looks) ||
+           a->numbered + a->most > (double)UINT32_MAX;
+}
+
+static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
+
+/* ca_render_progress.snapshot */
+static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
+                               ca_error *error)
+{
+    return join_image(progress->render, true, image, statistics, error);
 }
 
 void ca_auto_report(ca_auto_rays *a)
 {
     const ca_render_settings *settings = a->plan->settings;
-    if (!settings->progress || a->interrupted) return;
+    if (a->interrupted) return;
     ca_render_progress progress = {
         .passes_done = a->iterations,
         .seconds = a->seconds,
@@ -36,12 +47,15 @@ void ca_auto_report(ca_auto_rays *a)
         .seconds_predicted = a->looks.seconds_predicted,
         .noise_percent = a->looks.noise,
         .noise_target = settings->noise_percent,
+        .render = a,
     };
+    /* In the pilot and in a phase's first iteration variances are not known, and the image cannot be joined. */
+    if (a->render_iterations > 0 && a->phase.pixels[0].samples >= 2) progress.snapshot = take_snapshot;
     if (ca_auto_by_samples(a)) {
         const double left = (ca_auto_work_end(a) - a->camera_paths) / a->mean_numbers;
         progress.passes_total = a->iterations + (left > 0.0 ? (uint32_t)ceil(left) : 0);
     }
-    a->interrupted = !settings->progress(&progress, settings->progress_user);
+    a->interrupted = !ca_render_tell(a->plan, &progress, &a->start);
 }
 
 /* ---- Joining ------------------------------------------------------------------------------------------------------------- */
@@ -148,12 +162,19 @@ static void fill_statistics(const ca_auto_rays *a, ca_render_statistics *statist
     };
 }
 
-static ca_status add_layers(const ca_auto_rays *a, const ca_render_statistics *statistics, ca_image_layers *image, ca_error *error)
+/* Camera paths of a pixel so far. Those of a phase at work are not in first[] yet. */
+static double camera_paths_of(const ca_auto_rays *a, size_t pixel, bool at_work)
+{
+    return a->first[pixel] + (at_work ? (double)a->phase.pixels[pixel].samples * a->numbers[pixel] : 0.0);
+}
+
+static ca_status add_layers(const ca_auto_rays *a, bool at_work, const ca_render_statistics *statistics, ca_image_layers *image,
+                            ca_error *error)
 {
     char text[160];
     float *camera;
     CA_TRY(ca_layers_add(image, "Rays.Camera", &camera, error));
-    for (size_t p = 0; p < (size_t)image->width * image->height; p++) camera[p] = (float)a->first[p];
+    for (size_t p = 0; p < (size_t)image->width * image->height; p++) camera[p] = (float)camera_paths_of(a, p, at_work);
     CA_TRY(ca_render_attach_record(a->plan, statistics, image, error));
     CA_TRY(ca_ray_map_add(image, a->light_paths, a->numbers, error));
     snprintf(text, sizeof text, "auto: %u light paths and %.4g camera paths per pixel in the end; pilot %.3g s of %.3g s",
@@ -161,17 +182,22 @@ static ca_status add_layers(const ca_auto_rays *a, const ca_render_statistics *s
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }
 
-static ca_status make_image(ca_auto_rays *a, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
-    show_parts(a);
     ca_auto_join(a);
     fill_statistics(a, statistics);
     CA_TRY(ca_film_develop(&a->image, image, error));
-    const ca_status status = add_layers(a, statistics, *image, error);
+    const ca_status status = add_layers(a, at_work, statistics, *image, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*image);
     *image = NULL;
     return status;
+}
+
+static ca_status make_image(ca_auto_rays *a, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    show_parts(a);
+    return join_image(a, false, image, statistics, error);
 }
 
 /* ---- Life ------------------------------------------------------------------------------------------------------------------ */

@@ -119,14 +119,14 @@ static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, phase_run 
         phase->paired++;
     else
         phase->plain_seconds += seconds;
+    /* One that is ended early has the share of what it did. The clock may not have moved. */
+    a->phase_share = fmax(fmin(phase->end, ca_auto_work(a)) - phase->begin, 1e-9);
     return CA_OK;
 }
 
 /* Before its second iteration a phase does not know its noise. */
 static bool phase_is_over(ca_auto_rays *a, const phase_run *phase)
 {
-    /* One that is ended early has the share of what it did. The clock may not have moved. */
-    a->phase_share = fmax(fmin(phase->end, ca_auto_work(a)) - phase->begin, 1e-9);
     if (phase->iterations < LEAST_ITERATIONS) return false;
     look(a);
     return ca_auto_work(a) >= phase->end || ca_auto_is_over(a);

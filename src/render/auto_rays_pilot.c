@@ -1,5 +1,5 @@
 /* The pilot: iterations of two halves in turns, with numbers that settings and the clock decide on alone. */
-#include "base/memory.h"
+#include "noise/ray_map.h"
 #include "render/auto_rays_state.h"
 
 #include <math.h>
@@ -37,6 +37,9 @@ static ca_status plan_camera_paths(const ca_auto_rays *a, uint32_t *camera_paths
                        "with rays \"auto\" ppm has one camera path per pixel and chooses its light paths alone, not with %u",
                        *camera_paths);
     }
+    if (*camera_paths > CA_RAY_MAP_MOST_CAMERA_PATHS)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a pilot can have at most %d camera paths per pixel, not %u",
+                       CA_RAY_MAP_MOST_CAMERA_PATHS, *camera_paths);
     if (*camera_paths >= 2) return CA_OK;
     if (asked)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -45,17 +48,25 @@ static ca_status plan_camera_paths(const ca_auto_rays *a, uint32_t *camera_paths
     return CA_OK;
 }
 
-ca_status ca_auto_pilot_plan(ca_auto_rays *a, ca_error *error)
+static ca_status plan_light_paths(const ca_auto_rays *a, uint32_t *light_paths, ca_error *error)
 {
     const ca_render_plan *plan = a->plan;
-    ca_auto_group *cheap = &a->groups[CA_AUTO_CHEAP], *ordinary = &a->groups[CA_AUTO_ORDINARY];
-    const double light_paths = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0);
+    const double given = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0);
     const double pixels = (double)plan->camera.width * (double)plan->camera.height; /* 0 light paths: one per pixel */
+    const double number = given > 0.0 ? given : fmin(fmax(pixels, LEAST_LIGHT_PATHS), CA_RAY_MAP_MOST_LIGHT_PATHS);
+    if (number < LEAST_LIGHT_PATHS)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "a pilot estimates from two halves of the light paths: it needs at least %d, not %.0f", LEAST_LIGHT_PATHS, number);
+    *light_paths = (uint32_t)number;
+    return CA_OK;
+}
+
+/* Numbers that the image's own map can hold. */
+ca_status ca_auto_pilot_plan(ca_auto_rays *a, ca_error *error)
+{
+    ca_auto_group *cheap = &a->groups[CA_AUTO_CHEAP], *ordinary = &a->groups[CA_AUTO_ORDINARY];
     CA_TRY(plan_camera_paths(a, &ordinary->camera_paths, error));
-    ordinary->light_paths = (uint32_t)(light_paths > 0.0 ? light_paths : fmax(pixels, LEAST_LIGHT_PATHS));
-    if (ordinary->light_paths < LEAST_LIGHT_PATHS)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a pilot estimates from two halves of the light paths: it needs at least %d, not %u",
-                       LEAST_LIGHT_PATHS, ordinary->light_paths);
+    CA_TRY(plan_light_paths(a, &ordinary->light_paths, error));
     cheap->camera_paths = 1;
     cheap->light_paths = ordinary->light_paths / CHEAP_LIGHT_DIVISOR;
     if (cheap->light_paths < LEAST_LIGHT_PATHS) cheap->light_paths = LEAST_LIGHT_PATHS;
@@ -86,7 +97,7 @@ static void scale_to_time(ca_auto_rays *a, double cheap_seconds)
         g->light_paths = few > LEAST_LIGHT_PATHS ? (uint32_t)few : LEAST_LIGHT_PATHS;
     } else if (more > 1.0) {
         const double limited = fmin(sqrt(more), MOST_CAMERA_PATHS / 2);
-        g->light_paths = (uint32_t)(limited * g->light_paths);
+        g->light_paths = (uint32_t)fmin(limited * g->light_paths, CA_RAY_MAP_MOST_LIGHT_PATHS);
         if (!is_ppm(a)) g->camera_paths = (uint32_t)(limited * g->camera_paths);
     }
 }

@@ -58,7 +58,8 @@ typedef struct ca_auto_rays {
  * target). */
 double ca_auto_work(const ca_auto_rays *a);
 double ca_auto_work_end(const ca_auto_rays *a);
-/* Is there a reason to end the render before that: the caller's wish, noise that is low enough, no numbers left for camera paths? */
+/* Is there a reason to end the render before that: the caller's wish, a limit of time, noise that is low enough, no numbers left for
+ * camera paths? */
 bool ca_auto_is_over(const ca_auto_rays *a);
 static inline bool ca_auto_by_samples(const ca_auto_rays *a) { return !a->plan->open_ended; }
 

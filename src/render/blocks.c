@@ -87,11 +87,22 @@ static ca_status render_block(block_render *r, ca_error *error)
     return CA_OK;
 }
 
+static void count_what_is_done(block_render *r);
+
+/* ca_render_progress.snapshot */
+static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
+                               ca_error *error)
+{
+    block_render *r = progress->render;
+    count_what_is_done(r);
+    ca_part_fill_statistics(&r->part, statistics);
+    return ca_part_develop(&r->part, image, error);
+}
+
 /* Tells the caller how far it is; false where the render should end. */
-static bool report_progress(const block_render *r, uint64_t limit)
+static bool report_progress(block_render *r, uint64_t limit)
 {
     const ca_render_settings *settings = r->plan->settings;
-    if (!settings->progress) return true;
     const uint64_t done = r->part.blocks[1] - r->part.blocks[0], total = limit - r->part.blocks[0];
     const ca_render_progress progress = {
         .blocks = true,
@@ -100,8 +111,11 @@ static bool report_progress(const block_render *r, uint64_t limit)
         .seconds = r->part.seconds,
         .seconds_total = settings->seconds,
         .noise_percent = -1.0,
+        /* An image needs all blocks from 0. */
+        .snapshot = r->part.blocks[0] == 0 ? take_snapshot : NULL,
+        .render = r,
     };
-    return settings->progress(&progress, settings->progress_user);
+    return ca_render_tell(r->plan, &progress, &r->start);
 }
 
 static ca_status run_blocks(block_render *r, ca_error *error)
@@ -220,6 +234,8 @@ static void keep_samples(block_render *r)
     ca_part *part = &r->part;
     const uint32_t samples = samples_after(r, part->blocks[1]);
     part->samples_per_pixel = samples;
+    part->next_blocks = 0;
+    part->next_samples = 0;
     if (samples == UINT32_MAX) return;
     const uint64_t next = r->plan->type->blocks_needed(r->integrator, samples + 1);
     if (next == UINT64_MAX || next <= part->blocks[1]) return;
@@ -227,11 +243,16 @@ static void keep_samples(block_render *r)
     part->next_samples = samples_after(r, next);
 }
 
+static void count_what_is_done(block_render *r)
+{
+    keep_samples(r);
+    keep_counts(&r->workers, r->part.counts);
+}
+
 static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     const ca_render_settings *settings = r->plan->settings;
-    keep_samples(r);
-    keep_counts(&r->workers, r->part.counts);
+    count_what_is_done(r);
     if (settings->part_path) CA_TRY(ca_part_write(&r->part, settings->part_path, error));
     ca_part_fill_statistics(&r->part, statistics);
     statistics->interrupted = r->interrupted;

@@ -30,9 +30,6 @@ ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settin
 /* CA_ERROR_ARGUMENT where a region is empty or not within the picture. */
 ca_status ca_noise_check_region(const uint32_t region[4], const uint32_t picture[4], ca_error *error);
 
-/* "mean" (or NULL), "relative", "worst-decile"; else CA_ERROR_ARGUMENT. */
-ca_status ca_noise_find_objective(const char *name, ca_ray_objective *objective, ca_error *error);
-
 /* The numbers that ca_noise_recommend chooses, for times that are known: `times` says what its pixels' paths do, `costs` how long that
  * takes. A pure function. numbers->given is what was measured. */
 ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,

@@ -9,9 +9,8 @@ ca_noise_looks ca_noise_looks_start(double target, double first)
     return (ca_noise_looks){.target = target, .next = first, .noise = -1.0};
 }
 
-void ca_noise_looks_predict(ca_noise_looks *looks, double whole_seconds, double seconds)
+static void predict(ca_noise_looks *looks, double whole_seconds, double seconds)
 {
-    if (looks->target <= 0.0) return;
     looks->seconds_predicted = whole_seconds;
     if (looks->first_predicted_seconds > 0.0) return;
     looks->first_predicted_seconds = whole_seconds;
@@ -24,7 +23,7 @@ void ca_noise_looks_take(ca_noise_looks *looks, double passes, double noise, dou
     looks->noise = isnan(noise) ? -1.0 : noise;
     if (looks->target <= 0.0 || isnan(noise)) return;
     const double ratio = noise / looks->target, needed = passes * ratio * ratio;
-    ca_noise_looks_predict(looks, seconds + fmax(0.0, needed - passes) * seconds_per_pass, seconds);
+    predict(looks, seconds + fmax(0.0, needed - passes) * seconds_per_pass, seconds);
     /* Where it is expected to be just below the target, not just at it. */
     looks->next = fmin(looks->next, fmax(needed * (1.0 + 0.25 * smallest_step), passes * (1.0 + smallest_step)));
 }

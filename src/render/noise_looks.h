@@ -30,9 +30,6 @@ static inline bool ca_noise_looks_due(const ca_noise_looks *looks, double passes
  * NAN: not known. */
 void ca_noise_looks_take(ca_noise_looks *looks, double passes, double noise, double seconds, double seconds_per_pass);
 
-/* A prediction of the whole render's time from elsewhere. */
-void ca_noise_looks_predict(ca_noise_looks *looks, double whole_seconds, double seconds);
-
 /* Was the target reached at the last look? */
 static inline bool ca_noise_looks_reached(const ca_noise_looks *looks)
 {

@@ -52,6 +52,9 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     if (s->rays || s->rays_objective)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "noise is measured with the same numbers of paths for all pixels: rays and their objective are for renders");
+    if (s->replicates > 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "noise is measured in single iterations, which are independent already: replicates are for renders");
     if (s->strategies_directory || s->has_blocks || s->part_path)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "noise is measured without blocks, part files and images of the strategies");

@@ -6,10 +6,15 @@
 #include "render/pass.h"
 
 #include <math.h>
-#include <string.h>
 
-/* Light paths of a pass stay in memory: more than so many are not recommended. */
-enum { MOST_LIGHT_PATHS = 1 << 22 };
+/* Light paths of a pass stay in memory; and far from the numbers that were measured the smallest terms decide, which are the least
+ * certain ones. */
+enum { MOST_LIGHT_PATHS = 1 << 22, MOST_TIMES_MEASURED = 128 };
+
+static uint32_t most_light_paths(const ca_pair_film *film)
+{
+    return film->light_paths < MOST_LIGHT_PATHS / MOST_TIMES_MEASURED ? film->light_paths * MOST_TIMES_MEASURED : MOST_LIGHT_PATHS;
+}
 /* Estimates of single pixels are averaged over 3 x 3 of them. */
 enum { SMOOTHING = 1 };
 /* Passes that are timed, of N_F / LIGHT_STEP and of N_F LIGHT_STEP, with this many camera paths where there are as many. */
@@ -20,23 +25,6 @@ static const double near_numbers = 2.0;
 static const double timing_share = 0.25, timing_seconds = 2.0;
 /* What takes less is not measured but takes some time. */
 static const double shortest = 1e-9;
-
-/* ---- Objectives ----------------------------------------------------------------------------------------------------- */
-
-ca_status ca_noise_find_objective(const char *name, ca_ray_objective *objective, ca_error *error)
-{
-    static const char *const names[] = {
-        [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
-    *objective = CA_RAYS_MEAN;
-    if (!name) return CA_OK;
-    for (int i = 0; i < 3; i++) {
-        if (strcmp(name, names[i]) != 0) continue;
-        *objective = (ca_ray_objective)i;
-        return CA_OK;
-    }
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the objective \"%.100s\" is not known; there are mean, relative, worst-decile",
-                   name);
-}
 
 /* ---- Choosing ------------------------------------------------------------------------------------------------------- */
 
@@ -72,7 +60,7 @@ ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, cons
     const ca_ray_settings settings = {.objective = objective,
                                       .smoothing = SMOOTHING,
                                       .min_light_paths = 1,
-                                      .max_light_paths = MOST_LIGHT_PATHS,
+                                      .max_light_paths = most_light_paths(film),
                                       .max_camera_paths = noise->light_paths_only ? 1 : 0,
                                       .given_light_paths = film->light_paths,
                                       .given_camera_paths = film->camera_paths};
@@ -222,7 +210,7 @@ static void describe(const timing *t, ca_noise_recommendation *r)
                                    .fewest_camera_paths = n->camera_paths[0],
                                    .most_camera_paths = n->camera_paths[0],
                                    .light_paths_only = t->noise->light_paths_only,
-                                   .most_light_paths = MOST_LIGHT_PATHS,
+                                   .most_light_paths = most_light_paths(&t->noise->film),
                                    .times = times_of(t)};
     for (size_t p = 0; p < (size_t)t->film.width * t->film.height; p++) {
         if (n->camera_paths[p] < r->fewest_camera_paths) r->fewest_camera_paths = n->camera_paths[p];
@@ -257,7 +245,7 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
     ca_ray_objective wanted;
     timing t = {.noise = noise};
     ca_render_settings_init(&defaults);
-    CA_TRY(ca_noise_find_objective(objective, &wanted, error));
+    CA_TRY(ca_ray_objective_find(objective, &wanted, error));
     if (noise->film.connections)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                        "numbers of paths are not recommended where paths are connected: the weights of what they bring change with "

@@ -1,6 +1,7 @@
 /* From a scene and settings to a plan: what the settings leave open, the scene says. */
 #include "render/render.h"
 
+#include "base/parallel.h"
 #include "base/text.h"
 #include "render/replicates.h"
 
@@ -9,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static uint32_t scale_edge(uint32_t edge, uint32_t from, uint32_t to)
 {
@@ -130,27 +130,24 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
 
 static ca_status plan_objective(ca_render_plan *plan, ca_error *error)
 {
-    static const char *const names[] = {
-        [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
     const char *wanted = plan->settings->rays_objective;
-    if (!wanted) return CA_OK; /* the first of them */
-    if (plan->rays != CA_RAYS_AUTO)
+    if (wanted && plan->rays != CA_RAYS_AUTO)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "an objective is for numbers of rays that are chosen: with rays \"auto\" only");
-    for (int i = 0; i < 3; i++) {
-        if (strcmp(wanted, names[i]) != 0) continue;
-        plan->objective = (ca_ray_objective)i;
-        return CA_OK;
-    }
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the objective \"%.100s\" is not known; there are mean, relative, worst-decile",
-                   wanted);
+    return ca_ray_objective_find(wanted, &plan->objective, error);
+}
+
+/* Do the words behind the integrator's name, "bdpm:a=1,b=2", set a parameter? */
+static bool is_asked(const ca_render_plan *plan, const char *parameter)
+{
+    const char *integrator = plan->settings->integrator, *overrides = integrator ? strchr(integrator, ':') : NULL;
+    return ca_render_overrides_mention(overrides ? overrides + 1 : NULL, parameter);
 }
 
 /* The law that numbers are chosen by is one of independent paths and, as iterations are to be alike, of one radius. */
 static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
-    const char *overrides = settings->integrator ? strchr(settings->integrator, ':') : NULL;
-    const bool asked = settings->has_alpha || ca_render_overrides_mention(overrides ? overrides + 1 : NULL, "alpha");
+    const bool asked = settings->has_alpha || is_asked(plan, "alpha");
     const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
     if (asked && ca_integrator_value(plan->type, &plan->input, "alpha", 0.0) > 0.0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -179,7 +176,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
     if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
-    if (settings->light_paths > 0 || settings->camera_paths > 0)
+    if (settings->light_paths > 0 || settings->camera_paths > 0 || is_asked(plan, "light_paths") || is_asked(plan, "camera_paths"))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "light paths and camera paths are those of the file of rays: they cannot be set as well");
     return CA_OK;
@@ -337,8 +334,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     CA_TRY(plan_stopping(plan, width, height, error));
     CA_TRY(ca_replicates_plan(plan, error));
     CA_TRY(plan_memory(plan, error));
-    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    plan->threads = settings->threads ? settings->threads : processors > 0 ? (uint32_t)processors : 1;
+    plan->threads = settings->threads ? settings->threads : ca_parallel_default_workers();
     if (plan->threads > 1024)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u threads are over the limit of 1024", plan->threads);
     ca_sampler_prepare(&plan->sampler, width, height);

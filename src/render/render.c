@@ -28,11 +28,32 @@ typedef struct render {
     bool interrupted;
 } render;
 
+bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start)
+{
+    const ca_render_settings *settings = plan->settings;
+    if (!settings->progress) return true;
+    const double before = ca_clock_seconds();
+    const bool goes_on = settings->progress(progress, settings->progress_user);
+    *start += ca_clock_seconds() - before;
+    return goes_on;
+}
+
+static void fill_statistics(const render *r, ca_render_statistics *statistics);
+static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image, ca_error *error);
+
+/* ca_render_progress.snapshot */
+static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
+                               ca_error *error)
+{
+    const render *r = progress->render;
+    fill_statistics(r, statistics);
+    return develop(r, statistics, image, error);
+}
+
 /* Tells the caller how far it is; false where the render should end. */
-static bool report_progress(const render *r)
+static bool report_progress(render *r)
 {
     const ca_render_settings *settings = r->plan->settings;
-    if (!settings->progress) return true;
     const ca_render_progress progress = {
         .passes_done = r->passes,
         .passes_total = r->plan->open_ended ? 0 : r->plan->pass_limit,
@@ -41,8 +62,10 @@ static bool report_progress(const render *r)
         .seconds_predicted = r->looks.seconds_predicted,
         .noise_percent = r->looks.noise,
         .noise_target = settings->noise_percent,
+        .snapshot = take_snapshot,
+        .render = r,
     };
-    return settings->progress(&progress, settings->progress_user);
+    return ca_render_tell(r->plan, &progress, &r->start);
 }
 
 static bool should_stop(render *r)

@@ -60,6 +60,10 @@ void ca_render_summarise(const ca_film *film, ca_render_statistics *statistics);
 ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics, ca_image_layers *layers,
                                   ca_error *error);
 
+/* Calls the progress callback, if there is one; false where the render should end. What it takes is no rendering time: *start, when
+ * the render began, moves on by it. */
+bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start);
+
 /* Renders a plan; ca_render is this after ca_render_plan_make. */
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error);

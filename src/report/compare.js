@@ -4,6 +4,8 @@
 (() => {
     const { PlaneStore, Panes, Picture, toneCurves, toneTable, paintColor, colorMaps, colorTable, paintScalar, placeIn,
         drawScale, contextOf, cssColor, format, digitsOf } = Caustica;
+    const { PageImage, referenceOf, asked, channels, colorNames, previewNames, layersOf, hasLayer, scalarOf, shownRange, outside,
+        colorAt, isKnown, errorText } = CausticaLayers;
     const element = (id) => document.getElementById(id);
     const make = (parent, tag, name, text) => {
         const made = document.createElement(tag);
@@ -24,32 +26,7 @@
 
     /* ---- Images and their channels ---------------------------------------------------------------------------------- */
 
-    class PageImage {
-        constructor(record) {
-            Object.assign(this, record); /* name, reference, width, height, metrics */
-            this.planes = new Map(record.planes.map((plane, i) => [`${plane.kind}:${plane.name}`,
-                { id: `${record.number}-${i}`, bits: plane.bits, half: plane.half, values: null, reading: null }]));
-            this.picture = null;
-            this.painted = "";          /* what the picture shows */
-            this.scalar = { layer: "", values: null };
-        }
-        has(name) { return this.planes.has(name); }
-        /* Colours and errors are kept, as every pixel under the pointer asks for them; other channels by their layer only. */
-        async values(name) {
-            const plane = this.planes.get(name);
-            const kept = /^preview:/.test(name) || asked.test(name);
-            if (plane.values) return plane.values;
-            const [width, height] = name.startsWith("preview:") ? this.preview : [this.width, this.height];
-            if (!plane.reading) plane.reading = store.read(plane.id, plane.half, width * height, kept);
-            const values = await plane.reading;
-            plane.reading = null;
-            if (kept) plane.values = values;
-            return values;
-        }
-        ready(name) { const plane = this.planes.get(name); return plane ? plane.values : null; }
-    }
-
-    const reference = () => state.images.find((image) => image.reference);
+    const reference = () => referenceOf(state.images);
     const others = () => state.images.filter((image) => !image.reference);
     /* As keys and table number them: 1, 2, ... and the reference as 0, at the end. */
     const order = () => [...others(), ...(reference() ? [reference()] : [])];
@@ -57,113 +34,8 @@
 
     /* ---- Layers ----------------------------------------------------------------------------------------------------- */
 
-    /* Channels that every pixel under the pointer asks for. */
-    const asked = /^(color|error|below|above):|:Confidence/;
-    const channels = ["R", "G", "B"], colorNames = channels.map((c) => `color:${c}`), errorNames = channels.map((c) => `error:${c}`);
-    const previewNames = channels.map((c) => `preview:${c}`);
-    const mean3 = (a, b, c) => (a + b + c) / 3;
-
-    /* A value a pixel made of channels of the image (a) and of the reference (b). */
-    const derived = [
-        { key: "luminance", label: "luminance", a: colorNames, at: (a) => 0.2126 * a[0] + 0.7152 * a[1] + 0.0722 * a[2],
-            what: "0.2126 R + 0.7152 G + 0.0722 B" },
-        { key: "signed", label: "difference of luminance", a: colorNames, b: colorNames, signed: true,
-            at: (a, b) => 0.2126 * (a[0] - b[0]) + 0.7152 * (a[1] - b[1]) + 0.0722 * (a[2] - b[2]),
-            what: "luminance of the image less that of the reference" },
-        { key: "absolute", label: "absolute difference", a: colorNames, b: colorNames,
-            at: (a, b) => mean3(Math.abs(a[0] - b[0]), Math.abs(a[1] - b[1]), Math.abs(a[2] - b[2])),
-            what: "|A − B|, mean of R G B" },
-        { key: "relative", label: "relative squared difference", a: colorNames, b: colorNames,
-            at: (a, b) => mean3(...[0, 1, 2].map((c) => (a[c] - b[c]) ** 2 / (b[c] ** 2 + 0.01))),
-            what: "(A − B)² / (B² + 0.01), mean of R G B" },
-        { key: "error", label: "standard error", a: errorNames, at: (a) => mean3(a[0], a[1], a[2]),
-            what: "standard error of the pixel, mean of R G B" },
-        { key: "deviation", label: "difference / standard error", a: [...colorNames, ...errorNames], b: colorNames,
-            b2: errorNames, at: (a, b) => Math.sqrt(mean3(...[0, 1, 2].map((c) =>
-                (a[c] - b[c]) ** 2 / (a[3 + c] ** 2 + (b.length > 3 ? b[3 + c] ** 2 : 0))))),
-            what: "difference over its standard error, r.m.s. of R G B: about 1 where only noise differs" },
-    ];
-
-    /* Of "Albedo.R", "Albedo.G", "Albedo.B" also the colour "Albedo". */
-    function colorGroups(names) {
-        const groups = new Set(names.filter((name) => name.endsWith(".R")).map((name) => name.slice(0, -2)));
-        return [...groups].filter((group) => channels.every((c) => names.includes(`${group}.${c}`)));
-    }
-
-    /* All layers that some image has, maps before channels. */
-    function layers() {
-        const found = (kind) => [...new Set(state.images.flatMap((image) => [...image.planes.keys()]))]
-            .filter((name) => name.startsWith(kind)).map((name) => name.slice(kind.length));
-        const has = (names, images) => images.some((image) => names.every((name) => image.has(name)));
-        const list = [{ key: "color", label: "R G B", planes: colorNames, color: true, what: "linear Rec. 709 radiance" }];
-        for (const entry of derived)
-            if (has(entry.a, state.images) && (!entry.b || reference())) list.push({ ...entry, bits: entry.key === "error" ? 8 : 20 });
-        for (const name of found("map:"))
-            list.push({ key: `map:${name}`, label: name, a: [`map:${name}`], at: (a) => a[0], bits: 12,
-                fixed: /FLIP|SSIM/i.test(name) ? [0, 1] : null, what: `${name}, of the image against the reference` });
-        const names = found("layer:");
-        for (const group of colorGroups(names))
-            list.push({ key: `group:${group}`, label: `${group} (R G B)`, planes: channels.map((c) => `layer:${group}.${c}`),
-                color: true, what: `layers ${group}.R, .G, .B as colour` });
-        for (const name of names)
-            list.push({ key: `layer:${name}`, label: name, a: [`layer:${name}`], at: (a) => a[0], bits: 16, what: `layer ${name}` });
-        return list;
-    }
     let layerList = [];
     const layer = () => layerList.find((entry) => entry.key === state.layer) || layerList[0];
-
-    const hasLayer = (image, entry) => (entry.planes || entry.a).every((name) => image.has(name)) && !(entry.b && image.reference);
-
-    /* The layer's value of every pixel, or null where the image does not have what it needs. */
-    async function scalarOf(image, entry) {
-        if (image.scalar.layer === entry.key) return image.scalar.values;
-        const base = reference();
-        if (!hasLayer(image, entry)) return null;
-        const a = await Promise.all(entry.a.map((name) => image.values(name)));
-        let b = entry.b ? await Promise.all(entry.b.map((name) => base.values(name))) : [];
-        if (entry.b2 && entry.b2.every((name) => base.has(name)))
-            b = [...b, ...await Promise.all(entry.b2.map((name) => base.values(name)))];
-        let values = a[0];
-        if (entry.a.length > 1) {
-            values = new Float32Array(image.width * image.height);
-            const at = new Array(a.length), bt = new Array(b.length);
-            for (let i = 0; i < values.length; i++) {
-                for (let k = 0; k < a.length; k++) at[k] = a[k][i];
-                for (let k = 0; k < b.length; k++) bt[k] = b[k][i];
-                values[i] = entry.at(at, bt);
-            }
-        }
-        image.scalar = { layer: entry.key, values };
-        return values;
-    }
-
-    /* The range of 98 of 100 finite values of all images, from every so many of them. */
-    function findRange(entry) {
-        if (entry.fixed) return { low: entry.fixed[0], high: entry.fixed[1] };
-        const sample = [];
-        for (const image of state.images) {
-            if (image.scalar.layer !== entry.key) continue;
-            const values = image.scalar.values, step = Math.max(1, Math.floor(values.length / 9973));
-            for (let i = 0; i < values.length; i += step) if (Number.isFinite(values[i])) sample.push(values[i]);
-        }
-        if (!sample.length) return { low: 0, high: 1 };
-        sample.sort((x, y) => x - y);
-        const at = (t) => sample[Math.round(t * (sample.length - 1))];
-        if (entry.signed) {
-            const size = Math.max(-at(0.01), at(0.99)) || 1;
-            return { low: -size, high: size };
-        }
-        const low = at(0) >= 0 ? 0 : at(0.01), high = at(0.99) > low ? at(0.99) : at(1);
-        return high > low ? { low, high } : { low: low - 0.5, high: low + 0.5 };
-    }
-
-    /* A logarithmic scale needs a positive end: else four decades below the upper one. */
-    function shownRange(entry) {
-        const range = state.range || findRange(entry);
-        if (!state.log || entry.signed) return { ...range, log: false };
-        const high = range.high > 0 ? range.high : 1;
-        return { low: range.low > 0 && range.low < high ? range.low : high * 1e-4, high, log: true };
-    }
 
     /* ---- Painting --------------------------------------------------------------------------------------------------- */
 
@@ -206,7 +78,7 @@
         }
         const key = `${entry.key} ${mapName(entry)} ${range.low} ${range.high} ${range.log}`;
         if (image.painted === key) return;
-        const values = await scalarOf(image, entry);
+        const values = await scalarOf(image, entry, reference());
         if (!values) return blank(image);
         paint(image, key, (pixels) => paintScalar(values, colorTable(mapName(entry)), range, pixels));
     }
@@ -234,12 +106,12 @@
         if (!entry.color) {
             for (const image of state.images) {
                 if (image.scalar.layer === entry.key || !received.has(image)) continue;
-                await scalarOf(image, entry);
+                await scalarOf(image, entry, reference());
                 await pause();
                 if (mine !== generation) return;
             }
-            range = lastRange = shownRange(entry);
-            beyond = outside(entry, range);
+            range = lastRange = shownRange(state.images, entry, state.range, state.log);
+            beyond = outside(state.images, entry, range);
         }
         showPanes();
         drawLegend();
@@ -255,18 +127,6 @@
         }
         if (complete && received.size === state.images.length) mark("all-images");
         showValues();
-    }
-
-    function outside(entry, range) {
-        let below = false, above = false;
-        for (const image of state.images) {
-            if (image.scalar.layer !== entry.key) continue;
-            for (const value of image.scalar.values) {
-                if (value < range.low) below = true;
-                if (value > range.high) above = true;
-            }
-        }
-        return [below, above];
     }
 
     function mark(name) {
@@ -336,7 +196,7 @@
             }, false, true);
             return;
         }
-        const range = lastRange || shownRange(entry), colors = colorTable(mapName(entry)), place = placeIn(range);
+        const range = lastRange || shownRange(state.images, entry, state.range, state.log), colors = colorTable(mapName(entry)), place = placeIn(range);
         drawScale(canvas, range, (v) => cssColor(colors[Math.max(0, Math.min(1023, Math.round(place(v) * 1023)))]), ...beyond);
         for (const [id, value] of [["low", range.low], ["high", range.high]])
             if (document.activeElement !== element(id)) element(id).value = format(value, 4);
@@ -350,23 +210,6 @@
 
     /* ---- Values ----------------------------------------------------------------------------------------------------- */
 
-    /* Of one channel, or of luminance: value, standard error, 95 % interval; null for what is not known. */
-    function colorAt(image, c, at) {
-        const values = c === "Y" ? null : image.ready(`color:${c}`), errors = image.ready(`error:${c}`);
-        const low = image.ready(`layer:ConfidenceLow.${c}`), high = image.ready(`layer:ConfidenceHigh.${c}`);
-        const below = image.ready(`below:${c}`), above = image.ready(`above:${c}`);
-        const rgb = colorNames.map((name) => image.ready(name));
-        if (!rgb[0]) return null;
-        const value = values ? values[at] : 0.2126 * rgb[0][at] + 0.7152 * rgb[1][at] + 0.0722 * rgb[2][at];
-        const error = errors && Number.isFinite(errors[at]) ? errors[at] : null;
-        const interval = below && above ? [value - below[at], value + above[at]] : low && high ? [low[at], high[at]]
-            : error !== null ? [value - 1.959964 * error, value + 1.959964 * error] : null;
-        return { value, error, interval };
-    }
-    /* An interval from -inf to inf is the renderer's word for a pixel whose samples cannot tell. */
-    const isKnown = (interval) => interval.every(Number.isFinite);
-    const errorText = (found) => (found.error !== null ? `±${format(found.error, 2)}` : !found.interval ? ""
-        : isKnown(found.interval) ? `${format(found.interval[0], 4)}…${format(found.interval[1], 4)}` : "unknown");
     /* Luminance only where its interval is known. */
     const shownChannels = () => (state.images.some((image) => image.has("below:Y")) ? [...channels, "Y"] : channels);
 
@@ -611,12 +454,12 @@
     let complete = false;       /* are all images known? */
     const received = new Set(); /* those whose colours are there */
     function addImage(record) {
-        const image = new PageImage({ ...JSON.parse(record.textContent), number: record.dataset.image });
+        const image = new PageImage({ ...JSON.parse(record.textContent), number: record.dataset.image }, store);
         if (!state.images.length) panes.setSize(image.width, image.height);
         const kept = order()[state.current];
         state.images.push(image);
         if (kept) state.current = kept.reference && others().length === 1 ? 0 : order().indexOf(kept);
-        layerList = layers();
+        layerList = layersOf(state.images);
         const select = element("layer");
         select.textContent = "";
         for (const entry of layerList) make(select, "option", "", entry.label).value = entry.key;

@@ -1,5 +1,6 @@
 /* The page's file: its head and sources, a record of each picture and a mark that these were all, then the channels: small
- * previews, colours, the others. Those wait in files of their own until the last picture is there. */
+ * previews, colours, the others. Each part waits in a nameless file of its own until the last picture is there: a kill before leaves
+ * nothing behind. */
 #include "report/page.h"
 
 #include "base/file.h"
@@ -13,11 +14,12 @@
 enum { LAYER_BITS = 16, MAP_BITS = 12, ERROR_BITS = 8, PREVIEW_BITS = 8, PREVIEW_SIDE = 160 };
 
 /* In the order in which a browser gets them. */
-typedef enum page_part { PART_PREVIEWS, PART_COLORS, PART_OTHERS, PARTS } page_part;
+typedef enum page_part { PART_RECORDS, PART_PREVIEWS, PART_COLORS, PART_OTHERS, PARTS } page_part;
 
 struct ca_page {
     const ca_page_settings *settings;
-    ca_file_writer file, parts[PARTS]; /* the parts are never committed */
+    const char *path;          /* borrowed */
+    FILE *parts[PARTS];        /* owned; nameless */
     uint32_t width, height;    /* of the first picture */
     uint32_t image_count;
     bool *wanted_found;        /* one for each name in settings->layers */
@@ -85,11 +87,11 @@ static void put_values(plane_list *list, page_part part, const char *kind, const
     ca_page *page = list->page;
     const ca_plane plane = {values,           count, bits, ca_plane_fits_half(values, count, bits), page->image_count,
                             list->count};
-    FILE *stream = page->file.stream;
+    FILE *stream = page->parts[PART_RECORDS];
     fprintf(stream, "%s{\"kind\":\"%s\",\"name\":", list->count++ ? ",\n" : "", kind);
     ca_page_put_json(stream, name);
     fprintf(stream, ",\"bits\":%d,\"half\":%s}", bits, plane.half ? "true" : "false");
-    list->status = ca_plane_write(&plane, page->parts[part].stream, list->error);
+    list->status = ca_plane_write(&plane, page->parts[part], list->error);
 }
 
 static void put_plane(plane_list *list, page_part part, const char *kind, const char *name, const float *values, int bits)
@@ -159,7 +161,7 @@ static ca_status check_image(ca_page *page, const ca_page_image *image, ca_error
 {
     const ca_image_layers *layers = image->layers;
     if (!ca_layers_find(layers, "R") || !ca_layers_find(layers, "G") || !ca_layers_find(layers, "B"))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.600s: the picture has no channels R, G and B", image->name);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the picture has no channels R, G and B");
     if (page->width == 0) {
         page->width = layers->width;
         page->height = layers->height;
@@ -171,8 +173,8 @@ static ca_status check_image(ca_page *page, const ca_page_image *image, ca_error
         maps->height == page->height)
         return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "%.600s: the picture has %u x %u pixels, those before it %u x %u; a page shows pictures of one size",
-                   image->name, layers->width, layers->height, page->width, page->height);
+                   "the picture has %u x %u pixels, those before it %u x %u; a page shows pictures of one size",
+                   layers->width, layers->height, page->width, page->height);
 }
 
 static void put_metrics(FILE *stream, const ca_page_image *image)
@@ -233,7 +235,7 @@ static void put_colors(plane_list *list, const ca_image_layers *layers)
 ca_status ca_page_add(ca_page *page, const ca_page_image *image, ca_error *error)
 {
     CA_TRY(check_image(page, image, error));
-    FILE *stream = page->file.stream;
+    FILE *stream = page->parts[PART_RECORDS];
     plane_list list = {.page = page, .status = CA_OK, .error = error};
     const uint32_t factor = preview_factor(page);
     fprintf(stream, "<script type=\"application/json\" data-image=\"%u\">{\"name\":", page->image_count);
@@ -250,21 +252,19 @@ ca_status ca_page_add(ca_page *page, const ca_page_image *image, ca_error *error
     return list.status;
 }
 
-static ca_status append_file(const ca_file_writer *from, FILE *to, ca_error *error)
+static ca_status append_part(const ca_page *page, page_part part, FILE *to, ca_error *error)
 {
     enum { BUFFER_BYTES = 1 << 18 };
     char *buffer = ca_alloc(BUFFER_BYTES, 1);
     if (!buffer) return ca_fail_memory(error, "the page");
-    const bool flushed = fflush(from->stream) == 0 && !ferror(from->stream);
-    FILE *stream = flushed ? fopen(from->temporary_path, "rb") : NULL;
-    bool good = stream != NULL;
+    FILE *from = page->parts[part];
+    bool good = fflush(from) == 0 && !ferror(from) && fseek(from, 0, SEEK_SET) == 0;
     for (size_t size = 1; good && size > 0;) {
-        size = fread(buffer, 1, BUFFER_BYTES, stream);
-        good = fwrite(buffer, 1, size, to) == size && !ferror(stream);
+        size = fread(buffer, 1, BUFFER_BYTES, from);
+        good = fwrite(buffer, 1, size, to) == size && !ferror(from);
     }
-    if (stream) fclose(stream);
     ca_free(buffer);
-    return good ? CA_OK : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page", from->path);
+    return good ? CA_OK : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page; is the disk full?", page->path);
 }
 
 /* ---- The page around them ----------------------------------------------------------------------------------------- */
@@ -318,24 +318,39 @@ static void put_settings(FILE *stream, const ca_page_settings *settings)
     fputs("]}</script>\n", stream);
 }
 
+static void put_data(FILE *stream, const ca_page_settings *settings)
+{
+    if (!settings->put_data) return;
+    fputs("<script type=\"application/json\" id=\"data\">", stream);
+    settings->put_data(stream, settings->data);
+    fputs("</script>\n", stream);
+}
+
 static void put_head(FILE *stream, const ca_page_settings *settings)
 {
+    char body[64], script[64];
+    const char *program = settings->program ? settings->program : "compare";
+    snprintf(body, sizeof body, "%s.html", program);
+    snprintf(script, sizeof script, "%s.js", program);
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
           "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; base-uri 'none'; form-action "
           "'none'; style-src", stream);
     put_hash(stream, "style.css");
     fputs("; script-src", stream);
     put_hash(stream, "viewer.js");
-    put_hash(stream, "compare.js");
+    put_hash(stream, "layers.js");
+    put_hash(stream, script);
     fputs("\">\n<title>", stream);
     ca_page_put_html(stream, settings->title);
     fputs("</title>\n", stream);
     put_file(stream, "style", "style.css");
     fputs("</head>\n<body>\n", stream);
-    fwrite(page_file("compare.html")->data, 1, page_file("compare.html")->size, stream);
+    fwrite(page_file(body)->data, 1, page_file(body)->size, stream);
     put_settings(stream, settings);
+    put_data(stream, settings);
     put_file(stream, "script", "viewer.js");
-    put_file(stream, "script", "compare.js");
+    put_file(stream, "script", "layers.js");
+    put_file(stream, "script", script);
 }
 
 ca_status ca_page_create(ca_page **page, const char *path, const ca_page_settings *settings, ca_error *error)
@@ -343,11 +358,12 @@ ca_status ca_page_create(ca_page **page, const char *path, const ca_page_setting
     ca_page *made = *page = ca_alloc_zeroed(1, sizeof *made);
     if (!made) return ca_fail_memory(error, "the page");
     made->settings = settings;
+    made->path = path;
     made->wanted_found = ca_alloc_zeroed(count_names(settings->layers), sizeof *made->wanted_found);
-    ca_status status = made->wanted_found ? ca_file_create(&made->file, path, error) : ca_fail_memory(error, "the page");
-    for (int part = 0; part < PARTS && status == CA_OK; part++) status = ca_file_create(&made->parts[part], path, error);
+    ca_status status = made->wanted_found ? CA_OK : ca_fail_memory(error, "the page");
+    for (int part = 0; part < PARTS && status == CA_OK; part++) status = ca_file_open_scratch(&made->parts[part], path, error);
     if (status == CA_OK) {
-        put_head(made->file.stream, settings);
+        put_head(made->parts[PART_RECORDS], settings);
         return CA_OK;
     }
     ca_page_destroy(made);
@@ -368,17 +384,22 @@ static ca_status check_wanted(const ca_page *page, ca_error *error)
 ca_status ca_page_finish(ca_page *page, ca_error *error)
 {
     CA_TRY(check_wanted(page, error));
-    fputs("<script type=\"text/plain\" id=\"all-images\"></script>\n", page->file.stream);
-    for (int part = 0; part < PARTS; part++) CA_TRY(append_file(&page->parts[part], page->file.stream, error));
-    fputs("</body>\n</html>\n", page->file.stream);
-    return ca_file_commit(&page->file, error);
+    fputs("<script type=\"text/plain\" id=\"all-images\"></script>\n", page->parts[PART_RECORDS]);
+    ca_file_writer file;
+    CA_TRY(ca_file_create(&file, page->path, error));
+    ca_status status = CA_OK;
+    for (int part = 0; part < PARTS && status == CA_OK; part++) status = append_part(page, (page_part)part, file.stream, error);
+    fputs("</body>\n</html>\n", file.stream);
+    if (status == CA_OK) return ca_file_commit(&file, error);
+    ca_file_abandon(&file);
+    return status;
 }
 
 void ca_page_destroy(ca_page *page)
 {
     if (!page) return;
-    ca_file_abandon(&page->file);
-    for (int part = 0; part < PARTS; part++) ca_file_abandon(&page->parts[part]);
+    for (int part = 0; part < PARTS; part++)
+        if (page->parts[part]) fclose(page->parts[part]);
     ca_free(page->wanted_found);
     ca_free(page->values);
     ca_free(page);

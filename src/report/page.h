@@ -15,11 +15,13 @@
  * ConfidenceLow.Y and ConfidenceHigh.Y, to 8. Other channels are kept where the settings name them.
  *
  * Texts may be any bytes: they are escaped, and the page refuses scripts and styles that are not its own. Same input, same
- * bytes. The file appears complete or not at all. */
+ * bytes. The file appears complete or not at all, and a kill before ca_page_finish leaves nothing on the disk. */
 #ifndef CA_REPORT_PAGE_H
 #define CA_REPORT_PAGE_H
 
 #include "film/compare.h"
+
+#include <stdio.h>
 
 /* Which of two values of a metric is better. */
 typedef enum ca_page_better { CA_PAGE_NEITHER, CA_PAGE_LOWER, CA_PAGE_HIGHER } ca_page_better;
@@ -43,6 +45,9 @@ typedef struct ca_page_image {
 
 typedef struct ca_page_settings {
     const char *title;
+    const char *program;        /* which page: its body is PROGRAM.html, run by PROGRAM.js (page_files.h); NULL: compare */
+    void (*put_data)(FILE *stream, const void *data); /* writes the JSON in the page's element "data"; NULL: there is none */
+    const void *data;
     const char *layers;         /* channels to keep beside the above, "Albedo,N.X" (whole names or groups), or "all";
                                    NULL: none. A name that no picture has is an error when finishing. */
     const char *maps;           /* which of the pictures' maps to keep, names with commas; NULL: all */
@@ -53,9 +58,9 @@ typedef struct ca_page_settings {
 
 typedef struct ca_page ca_page;
 
-/* Errors: CA_ERROR_FILE, CA_ERROR_MEMORY. The settings are borrowed until the page is destroyed. */
+/* Errors: CA_ERROR_FILE, CA_ERROR_MEMORY. Path and settings are borrowed until the page is destroyed. */
 ca_status ca_page_create(ca_page **page, const char *path, const ca_page_settings *settings, ca_error *error);
-/* Errors: CA_ERROR_ARGUMENT (no R G B, another size), CA_ERROR_FILE, CA_ERROR_MEMORY. */
+/* Errors: CA_ERROR_ARGUMENT (no R G B, another size; the message does not name the picture), CA_ERROR_MEMORY. */
 ca_status ca_page_add(ca_page *page, const ca_page_image *image, ca_error *error);
 /* Completes the file. The page is still to be destroyed. Errors: CA_ERROR_ARGUMENT (a layer that is nowhere),
  * CA_ERROR_FILE. */

@@ -3,7 +3,6 @@
 import base64
 import json
 import re
-import shutil
 import subprocess
 import tempfile
 import time
@@ -13,14 +12,6 @@ import urllib.request
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 KEYS = {"Space": " ", "Escape": "\ue00c", "ArrowLeft": "\ue012", "ArrowUp": "\ue013", "ArrowRight": "\ue014",
         "ArrowDown": "\ue015", "Shift": "\ue008", "Control": "\ue009", "Alt": "\ue00a"}
-
-
-def missing():
-    """What this machine lacks, or None."""
-    for program in ("chromium", "chromedriver"):
-        if not shutil.which(program):
-            return program
-    return None
 
 
 class Browser:

@@ -1,0 +1,156 @@
+#!/bin/sh
+# Completion for bash and zsh from what the program says of itself, so that it cannot go stale: commands from `caustica --help`,
+# options from `caustica COMMAND --help`, names of integrators and samplers from that of render.
+#
+#   scripts/help-to-completion.sh CAUSTICA BASH-FILE ZSH-FILE
+#
+# What an option's value is, its argument says: FILE is a file, FOLDER and DIR are folders. Values of --integrator and --sampler are
+# names. Words that are no options are files.
+set -eu
+program=$1 bash_file=$2 zsh_file=$3
+
+# One line for each: "command NAME SUMMARY", "option COMMAND LETTER LONG ARGUMENT HELP", "integrator NAME", "sampler NAME"; with tabs;
+# "-" where there is none.
+describe() {
+    "$program" --help | awk '/^  [a-z]/ && $1 != "caustica" {
+        name = $1
+        sub(/^ *[a-z-]+ */, "")
+        print "command\t" name "\t" $0
+    }'
+    for command in $("$program" --help | awk '/^  [a-z]/ && $1 != "caustica" { print $1 }'); do
+        "$program" "$command" --help | awk -v command="$command" '
+        function flush() { if (head != "") print head "\t" (help == "" ? "-" : help); head = "" }
+        /^  (-.,|   ) --[a-z]/ {
+            flush()
+            letter = $1 ~ /^-.,$/ ? substr($1, 2, 1) : "-"
+            match($0, /--[a-z0-9-]+/)
+            long = substr($0, RSTART + 2, RLENGTH - 2)
+            rest = substr($0, RSTART + RLENGTH)
+            argument = "-"
+            if (match(rest, /^ [^ ]+/)) {
+                argument = substr(rest, 2, RLENGTH - 1)
+                rest = substr(rest, RLENGTH + 1)
+            }
+            sub(/^ +/, "", rest)
+            head = "option\t" command "\t" letter "\t" long "\t" argument
+            help = rest
+            next
+        }
+        head != "" && /^                    / { sub(/^ +/, ""); help = help (help == "" ? "" : " ") $0; next }
+        { flush() }
+        /^Integrators / { integrators = 1; next }
+        integrators && /^  [a-z]/ { sub(/:.*/, "", $1); if (command == "render") print "integrator\t" $1 }
+        /^$/ { integrators = 0 }
+        /^Samplers: / && command == "render" {
+            sub(/^Samplers: /, "")
+            count = split($0, names, ", ")
+            for (i = 1; i <= count; i++) print "sampler\t" names[i]
+        }
+        END { flush() }'
+    done
+}
+
+# What both scripts below begin with.
+common='
+function kind_of(long, argument)
+{
+    if (long == "integrator") return "integrators"
+    if (long == "sampler") return "samplers"
+    if (argument ~ /FILE/) return "files"
+    if (argument ~ /^(DIR|FOLDER)$/) return "folders"
+    return argument == "-" ? "flag" : "other"
+}
+BEGIN { FS = "\t" }
+$1 == "command" { command[++commands] = $2; summary[$2] = $3 }
+$1 == "option" { n = ++options[$2]; letter[$2, n] = $3; long[$2, n] = $4; argument[$2, n] = $5; help[$2, n] = $6 }
+$1 == "integrator" { integrators = integrators (integrators == "" ? "" : " ") $2 }
+$1 == "sampler" { samplers = samplers (samplers == "" ? "" : " ") $2 }
+'
+
+for_bash='
+END {
+    print "# Completion of caustica for bash; made by scripts/help-to-completion.sh."
+    print "_caustica()\n{"
+    print "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} options= kind="
+    print "    if [ \"$word\" = = ]; then"
+    print "        word="
+    print "    elif [ \"$before\" = = ]; then"
+    print "        before=${COMP_WORDS[COMP_CWORD-2]}"
+    print "    fi"
+    printf "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n        COMPREPLY=($(compgen -W \""
+    for (i = 1; i <= commands; i++) printf "%s ", command[i]
+    print "--help --version\" -- \"$word\"))\n        return\n    fi"
+    print "    case ${COMP_WORDS[1]} in"
+    for (i = 1; i <= commands; i++) {
+        c = command[i]
+        printf "    %s) options=\"", c
+        for (k = 1; k <= options[c]; k++) printf "%s--%s", (k > 1 ? " " : ""), long[c, k]
+        print "\" ;;"
+    }
+    print "    esac\n    case \"${COMP_WORDS[1]} $before\" in"
+    for (i = 1; i <= commands; i++) {
+        c = command[i]
+        for (k = 1; k <= options[c]; k++) {
+            kind = kind_of(long[c, k], argument[c, k])
+            if (kind == "flag") continue
+            printf "    \"%s --%s\"", c, long[c, k]
+            if (letter[c, k] != "-") printf " | \"%s -%s\"", c, letter[c, k]
+            print ") kind=" kind " ;;"
+        }
+    }
+    print "    esac\n    COMPREPLY=()\n    case $kind in"
+    print "    integrators) COMPREPLY=($(compgen -W \"" integrators "\" -- \"$word\")) ;;"
+    print "    samplers) COMPREPLY=($(compgen -W \"" samplers "\" -- \"$word\")) ;;"
+    print "    files) compopt -o default 2>/dev/null ;;"
+    print "    folders) compopt -o dirnames 2>/dev/null ;;"
+    print "    other) ;;"
+    print "    *)"
+    print "        case $word in"
+    print "        -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;"
+    print "        *) compopt -o default 2>/dev/null ;;"
+    print "        esac"
+    print "        ;;"
+    print "    esac\n}\ncomplete -F _caustica caustica"
+}'
+
+for_zsh='
+function quoted(text)
+{
+    gsub(/\\/, "\\\\", text)
+    gsub(/:/, "\\:", text)
+    gsub(/\[/, "\\[", text)
+    gsub(/\]/, "\\]", text)
+    gsub(/\047/, "\047\\\047\047", text)
+    return text
+}
+function action(kind)
+{
+    if (kind == "integrators" || kind == "samplers") return "(" (kind == "samplers" ? samplers : integrators) ")"
+    return kind == "files" ? "_files" : kind == "folders" ? "_files -/" : " "
+}
+END {
+    print "#compdef caustica\n# Completion of caustica for zsh; made by scripts/help-to-completion.sh."
+    print "_caustica() {\n    local -a commands\n    local command=$words[2]\n    commands=("
+    for (i = 1; i <= commands; i++) print "        \047" command[i] ":" quoted(summary[command[i]]) "\047"
+    print "    )\n    if (( CURRENT == 2 )); then\n        _describe command commands\n        _arguments --help --version\n        return\n    fi"
+    print "    shift words\n    (( CURRENT-- ))\n    case $command in"
+    for (i = 1; i <= commands; i++) {
+        c = command[i]
+        print "    " c ")\n        _arguments \\"
+        for (k = 1; k <= options[c]; k++) {
+            kind = kind_of(long[c, k], argument[c, k])
+            text = help[c, k]
+            names = "--" long[c, k] (kind == "flag" ? "" : "=")
+            if (letter[c, k] != "-") names = "{-" letter[c, k] (kind == "flag" ? "" : "+") "," names "}"
+            else names = "\047" names "\047"
+            value = kind == "flag" ? "" : ":" quoted(argument[c, k]) ":" action(kind)
+            print "            " (text ~ /several times/ ? "\047*\047" : "") names "\047[" quoted(text) "]" value "\047 \\"
+        }
+        print "            \047*:file:_files\047\n        ;;"
+    }
+    print "    esac\n}\n_caustica \"$@\""
+}'
+
+mkdir -p "$(dirname "$bash_file")" "$(dirname "$zsh_file")"
+describe | awk "$common$for_bash" >"$bash_file"
+describe | awk "$common$for_zsh" >"$zsh_file"

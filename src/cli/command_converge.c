@@ -1,0 +1,130 @@
+/* caustica converge: how fast the error of several integrators falls, with samples and with time. */
+#include "cli/commands.h"
+#include "cli/converge.h"
+#include "sampling/sampler.h"
+
+#include <stdio.h>
+
+#define AT(field) .offset = offsetof(ca_converge_options, field)
+#define GIVEN(field) .given = offsetof(ca_converge_options, field)
+
+static const ca_option options[] = {
+    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT_LIST, AT(integrators),
+     .help = "method, as of render; several times, or several with ';' between them (needed)"},
+    {.name = "spp", .argument = "STEPS", .kind = CA_OPTION_TEXT, AT(spp),
+     .help = "samples per pixel of the renders: 1,4,16 or 1:64 (1,2,4,...,64) or 1:1000:10 (1,10,100,1000)"},
+    {.name = "time", .argument = "STEPS", .kind = CA_OPTION_TEXT, AT(time),
+     .help = "instead: seconds of the renders, written likewise"},
+    {.name = "reference", .letter = 'r', .argument = "FILE", .kind = CA_OPTION_TEXT, AT(reference),
+     .help = "what is right (needed)"},
+    {.name = "output", .letter = 'o', .argument = "FOLDER", .kind = CA_OPTION_TEXT, AT(folder),
+     .help = "for renders and results; what is there is not rendered again (needed)"},
+    {.name = "repeats", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(repeats),
+     .help = "renders of each step with other random numbers, for error bars (default: 1)"},
+    {.name = "roi", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(roi), GIVEN(has_roi),
+     .help = "measure this part only: pixels, half open (default: all)"},
+    {.name = "mask", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT_LIST, AT(masks),
+     .help = "leave this part out; several times"},
+    {.name = "closeup", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT_LIST, AT(closeups),
+     .help = "show this part enlarged; several times (default: a square where the error is largest)"},
+    {.name = "exposure", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(exposure), GIVEN(has_exposure),
+     .help = "of the pictures, by powers of two (default: 95 of 100 pixels of the reference below 0.8)"},
+    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(defines),
+     .help = "value for a <default> of the scene; several times"},
+    {.name = "sampler", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(settings.sampler),
+     .help = "numbers of the paths, as of render"},
+    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
+     .help = "other random numbers (default: the scene's, else 0)"},
+    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth),
+     GIVEN(settings.has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+    {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
+     .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
+    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
+     .help = "render this part only: pixels of the full film, half open (default: the scene's)"},
+    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.threads),
+     .help = "threads (default: one per processor)"},
+    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(settings.memory_mib),
+     .help = "limit for film and paths of a render (default: none)"},
+    {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
+    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+};
+static const ca_option_table table = {"converge", options, sizeof options / sizeof options[0]};
+
+static int print_help(void)
+{
+    printf("caustica converge SCENE -i LIST --spp STEPS | --time STEPS --reference FILE -o FOLDER [options]:\n"
+           "render with several integrators, and see how fast their error falls (docs/converge.md)\n\n");
+    ca_options_print(&table, stdout);
+    printf("\nSamplers: %s\n", ca_sampler_names());
+    printf("\n"
+           "FOLDER/index.html shows the results: error against time and against samples with fitted slopes, pictures in equal\n"
+           "time, standard deviations; images.html compares the images; renders.csv and converge.json have the numbers.\n"
+           "The same command again renders only what is missing; whoever adds steps, integrators or repeats keeps the rest.\n"
+           "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, exit status 1;\n"
+           "the same command goes on from there. A second one ends at once.\n"
+           "Example: caustica converge scene.xml -i \"path;bdpt;ovcm:max_depth=8\" --spp 1:256 --repeats 4 -r ref.exr -o results\n");
+    return CA_EXIT_DONE;
+}
+
+static ca_status write_results(ca_converge *c, ca_error *error)
+{
+    CA_TRY(ca_converge_write_pictures(c, error));
+    CA_TRY(ca_converge_write_images_page(c, error));
+    CA_TRY(ca_converge_write(c, "error-time.svg", ca_converge_put_time_plot, error));
+    CA_TRY(ca_converge_write(c, "error-samples.svg", ca_converge_put_samples_plot, error));
+    CA_TRY(ca_converge_write(c, "renders.csv", ca_converge_put_csv, error));
+    CA_TRY(ca_converge_write(c, "converge.json", ca_converge_put_json, error));
+    return ca_converge_write(c, "index.html", ca_converge_put_page, error);
+}
+
+static void print_summary(const ca_converge *c)
+{
+    printf("\nslopes of relMSE over time and over samples (95 %% intervals)\n");
+    for (size_t i = 0; i < c->integrator_count; i++) {
+        char over_time[64], over_samples[64];
+        const ca_power_fit seconds = ca_converge_fit(c, i, CA_CONVERGE_RELMSE, true);
+        const ca_power_fit samples = ca_converge_fit(c, i, CA_CONVERGE_RELMSE, false);
+        ca_converge_fit_text(&seconds, over_time, sizeof over_time);
+        ca_converge_fit_text(&samples, over_samples, sizeof over_samples);
+        printf("  %s: %s, %s\n", c->integrators[i].text, over_time[0] ? over_time : "-", over_samples[0] ? over_samples : "-");
+    }
+    printf("wrote %s/index.html\n", c->options->folder);
+}
+
+/* *complete: no signal came in between. */
+static ca_status run(const ca_converge_options *o, bool *complete, ca_error *error)
+{
+    ca_converge c;
+    ca_status status = ca_converge_open(&c, o, error);
+    if (status == CA_OK) status = ca_converge_render_all(&c, error);
+    if (status == CA_OK && c.steps_done > 0) status = write_results(&c, error);
+    if (status == CA_OK && c.steps_done > 0 && !o->quiet) print_summary(&c);
+    *complete = c.renders_done == c.render_count;
+    if (status == CA_OK && !*complete) {
+        fflush(stdout);
+        fprintf(stderr, "caustica: ended by a signal after %zu of %zu renders; the same command goes on from there\n",
+                c.renders_done, c.render_count);
+    }
+    ca_converge_destroy(&c);
+    return status;
+}
+
+int ca_command_converge(int word_count, char *const words[])
+{
+    if (ca_help_wanted(word_count, words)) return print_help();
+    ca_converge_options o = {.repeats = 1};
+    ca_text_list operands = {0};
+    ca_error error = {""};
+    bool complete = true;
+    ca_render_settings_init(&o.settings);
+    ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
+    if (status == CA_OK) status = ca_options_scene_operand(&operands, &o.scene, &error);
+    if (status == CA_OK) status = run(&o, &complete, &error);
+    ca_text_list_destroy(&o.integrators);
+    ca_text_list_destroy(&o.defines);
+    ca_text_list_destroy(&operands);
+    ca_rect_list_destroy(&o.masks);
+    ca_rect_list_destroy(&o.closeups);
+    if (status != CA_OK) return ca_report("converge", status, &error);
+    return complete ? CA_EXIT_DONE : CA_EXIT_FAILED;
+}

@@ -1,0 +1,88 @@
+#include "cli/live_view.h"
+
+#include "base/parallel.h"
+#include "cli/outputs.h"
+#include "cli/signals.h"
+#include "cli/stats_json.h"
+#include "film/part_file.h"
+
+#include <string.h>
+
+/* Appends ", words" as far as there is room. */
+static void append(char *message, size_t size, const char *separator, const char *words)
+{
+    const size_t used = strlen(message);
+    snprintf(message + used, size - used, "%s%s", separator, words);
+}
+
+/* Part files hold what no picture does: they are written at the end only. */
+static ca_status save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message, size_t size,
+                      ca_error *error)
+{
+    const ca_live_view_settings *s = &((const ca_live_view *)user)->settings;
+    const char *separator = " ";
+    char samples[64];
+    CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, s->exposure, error));
+    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, statistics, error));
+    snprintf(message, size, "saved");
+    for (size_t i = 0; i < s->output_count; i++) {
+        if (ca_part_is_path(s->outputs[i])) continue;
+        append(message, size, separator, s->outputs[i]);
+        separator = ", ";
+    }
+    if (separator[0] == ' ')
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there is no image to save: part files are written at the end");
+    if (s->stats) append(message, size, separator, s->stats);
+    snprintf(samples, sizeof samples, " with %.4g samples per pixel", statistics->samples_per_pixel);
+    append(message, size, "", samples);
+    return CA_OK;
+}
+
+static ca_status start_live(ca_live_view *view, ca_error *error)
+{
+    const ca_live_view_settings *s = &view->settings;
+    const ca_live_settings settings = {
+        .serves = s->serves,
+        .address = s->address,
+        .port = s->port,
+        .tev = s->tev,
+        .title = view->title,
+        .threads = s->threads ? s->threads : ca_parallel_default_workers(),
+        .save = save,
+        .is_interrupted = ca_signals_arrived,
+        .user = view,
+    };
+    CA_TRY(ca_live_create(&view->live, &settings, error));
+    if (!s->serves) return CA_OK;
+    printf("live view: %s\n", ca_live_url(view->live));
+    fflush(stdout);
+    return CA_OK;
+}
+
+ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error)
+{
+    const char *slash = strrchr(settings->scene, '/');
+    *view = (ca_live_view){.settings = *settings, .line = ca_progress_start(draws)};
+    snprintf(view->title, sizeof view->title, "caustica: %s", slash ? slash + 1 : settings->scene);
+    return settings->serves || settings->tev ? start_live(view, error) : CA_OK;
+}
+
+bool ca_live_view_report(const ca_render_progress *progress, void *user)
+{
+    ca_live_view *view = user;
+    ca_progress_draw(&view->line, progress);
+    const bool goes_on = !view->live || ca_live_report(view->live, progress);
+    return goes_on && !ca_signals_arrived();
+}
+
+void ca_live_view_end(ca_live_view *view, ca_image_layers *image, const ca_render_statistics *statistics)
+{
+    if (view->live && image) {
+        fflush(stdout); /* the summary is not to wait for those who look */
+        ca_live_finish(view->live, image, statistics);
+    } else {
+        ca_image_release(image);
+    }
+    ca_live_destroy(view->live);
+    view->live = NULL;
+}

@@ -1,0 +1,37 @@
+/* What the progress callback of `caustica render` does: the progress line, signals, and those who look (--serve, --tev). */
+#ifndef CA_CLI_LIVE_VIEW_H
+#define CA_CLI_LIVE_VIEW_H
+
+#include "cli/progress.h"
+#include "live/live.h"
+
+typedef struct ca_live_view_settings {
+    bool serves;
+    const char *address; /* NULL: this machine only */
+    uint32_t port;
+    const char *tev;     /* NULL: none */
+    const char *scene;
+    uint32_t threads;    /* 0: one per processor */
+    const char *const *outputs; /* what "save" writes */
+    size_t output_count;
+    double exposure;
+    const char *stats; /* NULL: none */
+} ca_live_view_settings;
+
+typedef struct ca_live_view {
+    ca_live_view_settings settings;
+    ca_progress_line line;
+    ca_live *live; /* NULL: nobody looks */
+    char title[256];
+} ca_live_view;
+
+/* Prints where the page is. `draws`: a progress line? */
+ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error);
+
+/* For ca_render_settings.progress, with the view as its user; false once a signal has arrived (signals.h) or somebody who looks says so. */
+bool ca_live_view_report(const ca_render_progress *progress, void *view);
+
+/* Shows the last picture (NULL: there is none), which it takes over, and says good-bye. */
+void ca_live_view_end(ca_live_view *view, ca_image_layers *image, const ca_render_statistics *statistics);
+
+#endif

@@ -1,0 +1,120 @@
+#define _POSIX_C_SOURCE 200809L
+#include "live/state.h"
+
+#include "render/progress.h"
+#include "report/page_text.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+ca_status ca_live_state_init(ca_live_state *state, ca_error *error)
+{
+    *state = (ca_live_state){.budget = ca_live_budget_open(), .news = 1, .progress.noise_percent = -1.0};
+    state->wake_descriptor = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (state->wake_descriptor < 0)
+        return ca_fail(error, CA_ERROR_FILE, NULL, "the live view cannot begin: %s", strerror(errno));
+    pthread_condattr_t attributes;
+    pthread_condattr_init(&attributes);
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    pthread_cond_init(&state->asked, &attributes);
+    pthread_condattr_destroy(&attributes);
+    pthread_mutex_init(&state->lock, NULL);
+    return CA_OK;
+}
+
+void ca_live_state_clear(ca_live_state *state)
+{
+    ca_live_snapshot_release(state->snapshot);
+    pthread_cond_destroy(&state->asked);
+    pthread_mutex_destroy(&state->lock);
+    close(state->wake_descriptor);
+}
+
+void ca_live_state_tell(ca_live_state *state)
+{
+    state->news++;
+    /* A full counter is a wake-up that is already there. */
+    if (eventfd_write(state->wake_descriptor, 1) != 0) return;
+}
+
+ca_live_snapshot *ca_live_state_picture(ca_live_state *state)
+{
+    pthread_mutex_lock(&state->lock);
+    ca_live_snapshot *snapshot = ca_live_snapshot_hold(state->snapshot);
+    pthread_mutex_unlock(&state->lock);
+    return snapshot;
+}
+
+bool ca_live_state_may_serve(const ca_live_state *state)
+{
+    if (state->quits || state->phase == CA_LIVE_PAUSED || state->phase == CA_LIVE_DONE) return true;
+    return ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
+}
+
+/* ---- As JSON ------------------------------------------------------------------------------------------------------- */
+
+static void put(FILE *stream, const char *name, double value)
+{
+    fprintf(stream, ",\"%s\":", name);
+    ca_page_put_number(stream, value);
+}
+
+/* Of the image so far: the render looks at it rarely, each picture tells it. */
+static double noise_percent(const ca_live_state *state)
+{
+    const ca_live_snapshot *picture = state->snapshot;
+    const double noise = picture ? picture->statistics.noise_percent : -1.0;
+    return noise >= 0.0 ? noise : state->progress.noise_percent;
+}
+
+static void put_picture(FILE *stream, const ca_live_snapshot *picture)
+{
+    const ca_image_layers *image = picture->image;
+    fprintf(stream, ",\"picture\":{\"version\":%u,\"passes\":%u,\"width\":%u,\"height\":%u,\"x0\":%d,\"y0\":%d,\"channels\":%zu",
+            picture->version, picture->passes, image->width, image->height, image->x0, image->y0, image->channel_count);
+    put(stream, "samples", picture->statistics.samples_per_pixel);
+    put(stream, "light_paths", picture->statistics.numbers_of_rays.light_paths);
+    put(stream, "camera_paths", picture->statistics.numbers_of_rays.camera_paths);
+    fputc('}', stream);
+}
+
+/* Noise falls with the square root of the passes. */
+static void put_progress(FILE *stream, const ca_live_state *state)
+{
+    const ca_render_progress *p = &state->progress;
+    const double fraction = ca_progress_fraction(p), noise = noise_percent(state);
+    const double unknown = (double)NAN;
+    fprintf(stream, ",\"blocks\":%s", p->blocks ? "true" : "false");
+    put(stream, "passes", p->passes_done);
+    put(stream, "total", p->passes_total > 0 ? p->passes_total : unknown);
+    put(stream, "seconds", p->seconds);
+    put(stream, "left", fraction > 0.0 ? ca_progress_seconds_left(p) : unknown);
+    put(stream, "fraction", fraction >= 0.0 ? fraction : unknown);
+    put(stream, "noise", noise >= 0.0 ? noise : unknown);
+    put(stream, "target", p->noise_target > 0.0 ? p->noise_target : unknown);
+    put(stream, "predicted", noise >= 0.0 && fraction > 0.0 ? noise * sqrt(fraction) : unknown);
+}
+
+size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE], uint64_t *news)
+{
+    static const char *const phases[] = {"waiting", "rendering", "paused", "stopping", "done"};
+    text[0] = '\0';
+    FILE *stream = fmemopen(text, CA_LIVE_EVENT_SIZE, "w");
+    if (!stream) return 0;
+    pthread_mutex_lock(&state->lock);
+    *news = state->news;
+    fprintf(stream, "{\"phase\":\"%s\"", phases[state->phase]);
+    put_progress(stream, state);
+    if (state->snapshot) put_picture(stream, state->snapshot);
+    fputs(",\"message\":", stream);
+    ca_page_put_json(stream, state->message);
+    pthread_mutex_unlock(&state->lock);
+    fputc('}', stream);
+    const bool whole = fflush(stream) == 0;
+    const long length = ftell(stream);
+    fclose(stream);
+    return whole && length > 0 && length < CA_LIVE_EVENT_SIZE ? (size_t)length : 0;
+}

@@ -1,0 +1,24 @@
+#include "render/progress.h"
+
+#include <math.h>
+
+/* Until it is known when the noise target will be reached: noise falls with the square root of the number of passes. */
+double ca_progress_fraction(const ca_render_progress *p)
+{
+    double fraction = -1.0;
+    if (p->passes_total > 0) fraction = (double)p->passes_done / p->passes_total;
+    if (p->seconds_total > 0.0) fraction = fmax(fraction, p->seconds / p->seconds_total);
+    if (p->seconds_predicted > 0.0) {
+        fraction = fmax(fraction, p->seconds / p->seconds_predicted);
+    } else if (p->noise_target > 0.0 && p->noise_percent > 0.0) {
+        const double ratio = p->noise_target / p->noise_percent;
+        fraction = fmax(fraction, ratio * ratio);
+    }
+    return fmin(fraction, 1.0);
+}
+
+double ca_progress_seconds_left(const ca_render_progress *p)
+{
+    const double fraction = ca_progress_fraction(p);
+    return fraction > 0.0 ? p->seconds * (1.0 - fraction) / fraction : -1.0;
+}

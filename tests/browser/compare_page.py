@@ -1,0 +1,90 @@
+"""What a person does on the page of `caustica compare --html`, and what is seen there."""
+
+import os
+import re
+
+import exr
+
+
+class Page:
+    """page.html in a folder; files: its images by their number there, 0 the reference. maps-a.exr: the maps of image 1."""
+
+    def __init__(self, browser, folder, files):
+        self.browser = browser
+        self.files = files
+        pictures = {number: exr.read(os.path.join(folder, name)) for number, name in files.items()}
+        self.width, self.height = pictures[0][:2]
+        self.layers = {number: layers for number, (_, _, layers) in pictures.items()}
+        self.maps = exr.read(os.path.join(folder, "maps-a.exr"))[2]
+        browser.open("file://" + os.path.join(folder, "page.html"))
+        browser.wait("return performance.getEntriesByName('all-errors').length")
+        self.settle()
+
+    def settle(self):
+        """Until the page has nothing more to paint."""
+        self.browser.run("return new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 60))")
+
+    def press(self, *keys, holding=()):
+        self.browser.keys(*keys, holding=holding)
+        self.settle()
+
+    def reset(self):
+        """Image 1 alone, all of it, as on opening."""
+        self.browser.pointer(("move", 5, 5))
+        self.press("Escape", "r", "f", "1", "a")
+        self.choose("layer", "color")
+        self.choose("curve", "sRGB")
+        self.choose("map", "magma")
+
+    def choose(self, select, value):
+        self.browser.run("const s = document.getElementById(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))",
+                         select, value)
+        self.settle()
+
+    def box(self, pane=0):
+        return self.browser.run("const b = document.querySelectorAll('.pane canvas')[arguments[0]].getBoundingClientRect();"
+                                "return [b.left, b.top, b.width, b.height]", pane)
+
+    def scale(self):
+        return float(re.search(r"([\d.]+) %", self.status()).group(1)) / 100
+
+    def status(self):
+        return self.browser.run("return document.getElementById('status').textContent")
+
+    def pixel(self):
+        """Whose values are shown."""
+        found = re.search(r"x +(\d+) +y +(\d+)", self.status())
+        return found and (int(found.group(1)), int(found.group(2)))
+
+    def place(self, x, y, pane=0):
+        """Where the middle of an image pixel is on the screen, when all of the image is shown."""
+        left, top, width, height = self.box(pane)
+        return (left + width / 2 + (x + 0.5 - self.width / 2) * self.scale(), top + height / 2 + (y + 0.5 - self.height / 2) * self.scale())
+
+    def color(self, screen_x, screen_y, pane=0):
+        left, top, _, _ = self.box(pane)
+        return self.browser.run(
+            "return [...document.querySelectorAll('.pane canvas')[arguments[0]].getContext('2d')"
+            ".getImageData(arguments[1], arguments[2], 1, 1).data].slice(0, 3)", pane, round(screen_x - left), round(screen_y - top))
+
+    def hover(self, x, y, pane=0):
+        self.browser.pointer(("move", *self.place(x, y, pane)))
+        self.settle()
+
+    def captions(self):
+        return self.browser.run("return [...document.querySelectorAll('.caption')].map((c) => c.querySelector('b').textContent + ' ' + c.querySelector('span').textContent)")
+
+    def values(self):
+        """Texts of the table's last cell, by the image's number."""
+        return dict(self.browser.run(
+            "return [...document.querySelectorAll('#table tbody tr')].map((r) => [Number(r.cells[0].textContent),"
+            "[...r.querySelectorAll('.values span')].map((s) => s.textContent.trim())])"))
+
+    def rgb(self, number, x, y):
+        return [self.layers[number][c][y * self.width + x] for c in "RGB"]
+
+    def expected_color(self, number, x, y, exposure=0.0):
+        def level(v):
+            v = min(max(v * 2 ** exposure, 0.0), 1.0)
+            return 255 * (12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055)
+        return [level(v) for v in self.rgb(number, x, y)]
