@@ -148,7 +148,7 @@ static void print_row(FILE *out, const char *scene, const method *m, const calib
 
 static void print_head(const paper_report *report, int renders)
 {
-    fprintf(report->out, "### Error bars\n\n"
+    fprintf(report->out, "### Figure 5: error bars\n\n"
             "Pixels whose 95 %% interval (`ConfidenceLow.Y`, `ConfidenceHigh.Y`) holds the expectation, of those that are neither marked "
             "nor without noise: %d x %d pixels, %d renders of each, each one's intervals against the mean of the others. ",
             SIDE, SIDE, renders);

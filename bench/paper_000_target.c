@@ -11,7 +11,7 @@ void paper_000_target(paper_report *report)
 {
     const double target = report->quick ? 8.0 : 2.0;
     int near = 0;
-    fprintf(report->out, "### Time to a noise target\n\n`render --rays auto --noise %g`, %d x %d pixels; seconds of the clock.\n\n", target,
+    fprintf(report->out, "### Figure 6: time to a noise target\n\n`render --rays auto --noise %g`, %d x %d pixels; seconds of the clock.\n\n", target,
             FILM_SIDE, FILM_SIDE);
     fprintf(report->out, "| scene | predicted | at | took | predicted / took | noise reached |\n|---|---|---|---|---|---|\n");
     for (int i = 0; i < PAPER_000_SCENES; i++) {
@@ -36,5 +36,5 @@ void paper_000_target(paper_report *report)
         ca_scene_release(scene);
     }
     fprintf(report->out, "\n");
-    paper_expect(report, near >= 3, near, ">= 3", "scenes whose time to the target was predicted within 20 %%");
+    paper_expect(report, near >= 3, near, ">= 3", "figure 6: scenes whose time to the target was predicted within 20 %%");
 }
