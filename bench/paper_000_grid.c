@@ -3,6 +3,7 @@
  * What is compared is variance x time of an iteration: the mean over pixels of the sample variance of an iteration's luminance, times the
  * processor seconds of an iteration. Every setting is measured in repeats with random numbers of their own, which are made in
  * turns, so that what the machine does in the meantime meets all of them; intervals are bootstrapped over repeats. */
+#define _POSIX_C_SOURCE 200809L
 #include "paper_000.h"
 
 #include "bench_support.h"
