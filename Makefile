@@ -60,11 +60,11 @@ bench: dependencies
 
 paper-000: dependencies
 	@$(call build_targets,release,all paper_000,build)
-	@scripts/paper-000.sh build $(if $(QUICK),--quick)
+	@scripts/paper-figures.sh 000 build $(if $(QUICK),--quick)
 
 paper-002: dependencies
 	@$(call build_targets,release,all paper_002,build)
-	@scripts/paper-002.sh build $(if $(QUICK),--quick)
+	@scripts/paper-figures.sh 002 build $(if $(QUICK),--quick)
 
 paper-004: dependencies
 	@$(call build_targets,release,all paper_004,build)

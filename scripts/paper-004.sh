@@ -59,10 +59,5 @@ awk -v builds="$folder/builds" '
     { print }
 ' "$table" >"$table.all"
 cat "$table.all"
-awk -v table="$table.all" '
-    /<!-- paper-004: end/ { inside = 0 }
-    !inside { print }
-    /<!-- paper-004: begin/ { inside = 1; while ((getline line < table) > 0) print line }
-' "$document" >"$folder/document"
-cat "$folder/document" >"$document"
+scripts/put-tables.sh "$document" paper-004 "$table.all"
 exit $status

@@ -1,6 +1,7 @@
 /* The program from outside: exit statuses, messages, files. */
 #include "image/layers.h"
 #include "support/program_test.h"
+#include "support/scene_text.h"
 
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -258,10 +259,7 @@ static void test_options_of_integrators(void **state)
     snprintf(path, sizeof path, "%s/a.exr", folder_of(state));
     ca_image_layers *image = NULL;
     assert_int_equal(ca_layers_read(path, &image, NULL), CA_OK);
-    const char *integrator = NULL;
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, "caustica.integrator") == 0) integrator = image->attributes[i].text;
-    assert_non_null(integrator);
+    const char *integrator = attribute_text(image, "caustica.integrator");
     assert_says(integrator, "ovcm:max_depth=4,");
     assert_says(integrator, "light_paths=50,camera_paths=3,radius=0.125,alpha=0.25,");
     ca_image_release(image);

@@ -3,6 +3,7 @@
 #include "image/layers.h"
 #include "noise/ray_map.h"
 #include "support/program_test.h"
+#include "support/scene_text.h"
 
 #include <math.h>
 
@@ -146,10 +147,7 @@ static void assert_recommendation(const json_t *root, const ca_image_layers *ima
     assert_true(json_number(times, "camera_path") >= 0.0 && json_number(times, "candidate") >= 0.0);
     char light_paths[32];
     snprintf(light_paths, sizeof light_paths, "%.0f", json_number(best, "light_paths"));
-    const char *attribute = NULL;
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, CA_RAY_MAP_LIGHT_PATHS) == 0) attribute = image->attributes[i].text;
-    assert_string_equal(attribute, light_paths);
+    assert_string_equal(attribute_text(image, CA_RAY_MAP_LIGHT_PATHS), light_paths);
 }
 
 static void test_what_comes_out(void **state)
@@ -332,8 +330,7 @@ static void test_default_numbers(void **state)
 static void assert_integrator(void **state, const char *words)
 {
     ca_image_layers *image = read_image(state, "a.exr");
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, "caustica.integrator") == 0) assert_says(image->attributes[i].text, words);
+    assert_says(attribute_text(image, "caustica.integrator"), words);
     ca_image_release(image);
 }
 

@@ -2,6 +2,7 @@
 #include "image/layers.h"
 #include "noise/ray_map.h"
 #include "support/program_test.h"
+#include "support/scene_text.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -58,14 +59,6 @@ static const float *layer(const ca_image_layers *image, const char *name)
     return data;
 }
 
-static const char *attribute(const ca_image_layers *image, const char *name)
-{
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, name) == 0) return image->attributes[i].text;
-    fail_msg("no attribute %s", name);
-    return "";
-}
-
 /* ---- Numbers that are chosen -------------------------------------------------------------------------------------- */
 
 /* The map, the counts and the numbers of --stats say the same. */
@@ -82,7 +75,7 @@ static void assert_chosen(const ca_image_layers *image, const json_t *root)
     assert_true(fabs(json_number(rays, "camera_paths") - mean) < 1e-6 * mean);
     assert_true(json_number(root, "camera_paths") == paths);
     assert_true(fabs(json_number(root, "samples_per_pixel") - paths / PIXELS) < 1e-6 && paths >= 64.0 * PIXELS);
-    assert_true(atof(attribute(image, CA_RAY_MAP_LIGHT_PATHS)) == json_number(rays, "light_paths"));
+    assert_true(atof(attribute_text(image, CA_RAY_MAP_LIGHT_PATHS)) == json_number(rays, "light_paths"));
     assert_true(json_number(rays, "phases") >= 1.0 && json_number(rays, "pilot_seconds") > 0.0);
     /* Of so few one kind of path may seem to cost nothing. */
     assert_true(json_number(rays, "light_path_seconds") >= 0.0 && json_number(rays, "predicted_gain") > 0.0);
@@ -105,8 +98,8 @@ static void test_auto(void **state)
         ca_image_layers *image = read_image(state, "a.exr");
         json_t *root = load_json(folder_of(state), "a.json");
         assert_chosen(image, root);
-        assert_int_equal(strncmp(attribute(image, "caustica.rays"), "auto: ", 6), 0);
-        assert_string_equal(attribute(image, "caustica.sampler"), "independent");
+        assert_int_equal(strncmp(attribute_text(image, "caustica.rays"), "auto: ", 6), 0);
+        assert_string_equal(attribute_text(image, "caustica.sampler"), "independent");
         json_decref(root);
         ca_image_release(image);
     }
@@ -124,7 +117,7 @@ static void test_auto_and_again(void **state)
     for (int p = 0; p < PIXELS; p++) assert_true(layer(image, "Rays.Numbers")[p] == 1.0f);
     char says[64];
     snprintf(says, sizeof says, "\n%s light paths and 1 camera paths per pixel in an iteration\n",
-             attribute(image, CA_RAY_MAP_LIGHT_PATHS));
+             attribute_text(image, CA_RAY_MAP_LIGHT_PATHS));
     ca_image_release(image);
     RUN(&r, "render", "room.xml", "-ippm", "--rays", "a.exr", "--spp=1", "-o", "a.exr"); /* read before it is written */
     assert_exit(&r, 0);
@@ -160,7 +153,7 @@ static void test_file(void **state)
                         (double)layer(images[i], "Rays.Numbers")[p] == camera_paths_at(p));
         json_decref(root);
     }
-    assert_string_equal(attribute(images[0], "caustica.sampler"), "sobol"); /* the scene's: nothing is chosen by a law here */
+    assert_string_equal(attribute_text(images[0], "caustica.sampler"), "sobol"); /* the scene's: nothing is chosen by a law here */
     assert_int_equal(images[0]->channel_count, images[1]->channel_count);
     for (size_t c = 0; c < images[0]->channel_count; c++)
         assert_memory_equal(images[0]->channels[c].data, images[1]->channels[c].data, PIXELS * sizeof(float));

@@ -140,14 +140,6 @@ static void test_what_replicates_are(void **state)
     ca_scene_release(scene);
 }
 
-static const char *confidence_record(const ca_image_layers *image)
-{
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, "caustica.confidence") == 0) return image->attributes[i].text;
-    fail_msg("no record");
-    return NULL;
-}
-
 static void test_record(void **state)
 {
     (void)state;
@@ -166,7 +158,7 @@ static void test_record(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ca_render_settings settings = settings_of(&cases[i].render, 1);
         ca_image_layers *image = render_scene(scene, &settings);
-        assert_string_equal(confidence_record(image), cases[i].says);
+        assert_string_equal(attribute_text(image, "caustica.confidence"), cases[i].says);
         ca_image_release(image);
     }
     ca_scene_release(scene);

@@ -1,14 +1,3 @@
 #!/bin/bash
-# The page of `caustica render --serve` in a headless Chromium: tests/browser/live_page.py, which speaks TAP. CA_BUILD_DIR: the build
-# folder, where its screenshots stay, in tests/live-page/.
-set -u
-build=${CA_BUILD_DIR:?the build folder}
-for program in python3 chromium chromedriver; do
-    if ! command -v "$program" >/dev/null; then
-        echo "1..1"
-        echo "ok 1 - the live view in a browser # SKIP $program is not installed (scripts/install-dependencies.sh check)"
-        exit 0
-    fi
-done
-rm -rf "$build/tests/live-page"
-python3 -B tests/browser/live_page.py "$build/caustica" "$build/tests/live-page"
+# The page of `caustica render --serve`.
+exec tests/browser/run.sh live "the live view"

@@ -232,14 +232,6 @@ static void test_noise_is_what_it_says(void **state)
     ca_scene_release(scene);
 }
 
-static const char *attribute_text(const ca_image_layers *image, const char *name)
-{
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, name) == 0) return image->attributes[i].text;
-    fail_msg("no attribute %s", name);
-    return NULL;
-}
-
 static void test_layers_and_attributes(void **state)
 {
     (void)state;

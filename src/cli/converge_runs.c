@@ -24,16 +24,9 @@ const ca_converge_metric_text ca_converge_metric_texts[CA_CONVERGE_METRICS] = {
 
 /* ---- Attributes --------------------------------------------------------------------------------------------------- */
 
-static const ca_attribute *find_attribute(const ca_image_layers *image, const char *name)
-{
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, name) == 0) return &image->attributes[i];
-    return NULL;
-}
-
 static double number_of(const ca_image_layers *image, const char *name)
 {
-    const ca_attribute *attribute = find_attribute(image, name);
+    const ca_attribute *attribute = ca_layers_attribute(image, name);
     return attribute && !attribute->text ? attribute->number : (double)NAN;
 }
 
@@ -74,7 +67,7 @@ static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca
         if (!c->options->quiet) printf("%s: rendered anew\n", reason.message);
         return CA_OK;
     }
-    const ca_attribute *key = find_attribute(*image, key_attribute);
+    const ca_attribute *key = ca_layers_attribute(*image, key_attribute);
     if (key && key->text && strcmp(key->text, r->key) == 0) return CA_OK;
     say_changed(c, r, key ? key->text : NULL);
     ca_layers_destroy(*image);

@@ -61,12 +61,9 @@ static void describe(const ca_study_work *work, const ca_scene *scene, const ca_
 static bool is_done(const char *path, const char *settings)
 {
     ca_image_layers *layers;
-    bool same = false;
     if (access(path, F_OK) != 0 || ca_layers_read(path, &layers, NULL) != CA_OK) return false;
-    for (size_t i = 0; i < layers->attribute_count && !same; i++) {
-        const ca_attribute *a = &layers->attributes[i];
-        same = strcmp(a->name, settings_attribute) == 0 && a->text && strcmp(a->text, settings) == 0;
-    }
+    const ca_attribute *its = ca_layers_attribute(layers, settings_attribute);
+    const bool same = its && its->text && strcmp(its->text, settings) == 0;
     ca_layers_destroy(layers);
     return same;
 }

@@ -49,11 +49,20 @@ const float *ca_layers_find(const ca_image_layers *layers, const char *name)
     return NULL;
 }
 
-/* The attribute of that name, a new one where there is none; NULL when out of memory. */
-static ca_attribute *attribute_at(ca_image_layers *layers, const char *name)
+static ca_attribute *find_attribute(const ca_image_layers *layers, const char *name)
 {
     for (size_t i = 0; i < layers->attribute_count; ++i)
         if (strcmp(layers->attributes[i].name, name) == 0) return &layers->attributes[i];
+    return NULL;
+}
+
+const ca_attribute *ca_layers_attribute(const ca_image_layers *layers, const char *name) { return find_attribute(layers, name); }
+
+/* The attribute of that name, a new one where there is none; NULL when out of memory. */
+static ca_attribute *attribute_at(ca_image_layers *layers, const char *name)
+{
+    ca_attribute *there = find_attribute(layers, name);
+    if (there) return there;
     void *attributes = layers->attributes;
     const bool reserved = ca_array_reserve(&attributes, &layers->attribute_capacity, layers->attribute_count + 1,
                                            sizeof *layers->attributes);

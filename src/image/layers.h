@@ -38,6 +38,8 @@ void ca_layers_destroy(ca_image_layers *layers);
 ca_status ca_layers_add(ca_image_layers *layers, const char *name, float **data, ca_error *error);
 /* NULL where there is none of that name. */
 const float *ca_layers_find(const ca_image_layers *layers, const char *name);
+/* The attribute of that name; NULL where there is none. */
+const ca_attribute *ca_layers_attribute(const ca_image_layers *layers, const char *name);
 ca_status ca_layers_set_text(ca_image_layers *layers, const char *name, const char *text, ca_error *error);
 ca_status ca_layers_set_number(ca_image_layers *layers, const char *name, double number, ca_error *error);
 

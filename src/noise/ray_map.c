@@ -44,17 +44,15 @@ static uint32_t count_of(const char *text, uint32_t most)
 
 static ca_status light_paths_of(const ca_image_layers *image, const char *path, uint32_t *light_paths, ca_error *error)
 {
-    for (size_t i = 0; i < image->attribute_count; i++) {
-        const ca_attribute *attribute = &image->attributes[i];
-        if (strcmp(attribute->name, CA_RAY_MAP_LIGHT_PATHS) != 0) continue;
-        *light_paths = attribute->text ? count_of(attribute->text, CA_RAY_MAP_MOST_LIGHT_PATHS) : 0;
-        if (*light_paths > 0) return CA_OK;
-        return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: the attribute \"%s\" is no number of 1 to %d light paths", path,
-                       CA_RAY_MAP_LIGHT_PATHS, CA_RAY_MAP_MOST_LIGHT_PATHS);
-    }
-    return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                   "%s: there is no attribute \"%s\": numbers of rays come from `caustica noise -o x.exr` or from a render with --rays",
-                   path, CA_RAY_MAP_LIGHT_PATHS);
+    const ca_attribute *attribute = ca_layers_attribute(image, CA_RAY_MAP_LIGHT_PATHS);
+    if (!attribute)
+        return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                       "%s: there is no attribute \"%s\": numbers of rays come from `caustica noise -o x.exr` or from a render with --rays",
+                       path, CA_RAY_MAP_LIGHT_PATHS);
+    *light_paths = attribute->text ? count_of(attribute->text, CA_RAY_MAP_MOST_LIGHT_PATHS) : 0;
+    if (*light_paths > 0) return CA_OK;
+    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: the attribute \"%s\" is no number of 1 to %d light paths", path,
+                   CA_RAY_MAP_LIGHT_PATHS, CA_RAY_MAP_MOST_LIGHT_PATHS);
 }
 
 static ca_status camera_paths_of(const ca_image_layers *image, const char *path, const float *data, uint32_t *counts,

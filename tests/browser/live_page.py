@@ -9,35 +9,14 @@ import signal
 import subprocess
 import sys
 import time
-import traceback
 
 import exr
 from browser import Browser
+from harness import attempt, ball_scene, expect, name_of
 
 CAUSTICA, FOLDER = sys.argv[1:3]
-SCENE = """<scene version="3.0.0">
-  <integrator type="path"><integer name="max_depth" value="4"/></integrator>
-  <sensor type="perspective">
-    <float name="fov" value="30"/>
-    <transform name="to_world"><lookat origin="0,2,8" target="0,0.8,0" up="0,1,0"/></transform>
-    <sampler type="independent"><integer name="sample_count" value="4"/></sampler>
-    <film type="hdrfilm"><integer name="width" value="96"/><integer name="height" value="64"/></film>
-  </sensor>
-  <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="9"/></transform>
-    <bsdf type="diffuse"><rgb name="reflectance" value="0.6,0.5,0.4"/></bsdf></shape>
-  <shape type="sphere"><point name="center" value="0,1,0"/><float name="radius" value="1"/>
-    <bsdf type="diffuse"><rgb name="reflectance" value="0.2,0.4,0.7"/></bsdf></shape>
-  <shape type="sphere"><point name="center" value="2,5,2"/><float name="radius" value="1"/>
-    <emitter type="area"><rgb name="radiance" value="6"/></emitter></shape>
-  <emitter type="constant"><rgb name="radiance" value="0.1,0.1,0.15"/></emitter>
-</scene>
-"""
+SCENE = ball_scene(96, 64)
 PIXEL = (40, 30)
-
-
-def expect(good, *what):
-    if not good:
-        raise AssertionError(" ".join(map(str, what)))
 
 
 class Render:
@@ -253,14 +232,8 @@ def main():
     print(f"1..{len(TESTS)}", flush=True)
     with Browser() as browser:
         for number, test in enumerate(TESTS, 1):
-            name = test.__name__[5:].replace("_", " ")
-            try:
-                test(browser)
-                print(f"ok {number} - {name}", flush=True)
-            except Exception:  # a test's failure, whatever it is
+            if not attempt(number, name_of(test), lambda: test(browser)):
                 good = False
-                print(f"not ok {number} - {name}")
-                print("".join(f"# {line}\n" for line in traceback.format_exc().splitlines()[-6:]), end="", flush=True)
                 browser.screenshot(os.path.join(FOLDER, f"failed-{number}.png"))
     return 0 if good else 1
 

@@ -6,40 +6,21 @@ import json
 import math
 import os
 import struct
-import subprocess
 import sys
 import time
-import traceback
 
 from browser import Browser
 from compare_page import Page
+from harness import attempt, ball_scene, expect, name_of, run_program
 
 CAUSTICA, FOLDER = sys.argv[1:3]
 WIDTH, HEIGHT = 96, 64
 NASTY = "b<i>&amp;\"'</script><script>fail()<.exr"
-SCENE = """<scene version="3.0.0">
-  <integrator type="path"><integer name="max_depth" value="4"/></integrator>
-  <sensor type="perspective">
-    <float name="fov" value="30"/>
-    <transform name="to_world"><lookat origin="0,2,8" target="0,0.8,0" up="0,1,0"/></transform>
-    <sampler type="independent"><integer name="sample_count" value="4"/></sampler>
-    <film type="hdrfilm"><integer name="width" value="96"/><integer name="height" value="64"/></film>
-  </sensor>
-  <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="9"/></transform>
-    <bsdf type="diffuse"><rgb name="reflectance" value="0.6,0.5,0.4"/></bsdf></shape>
-  <shape type="sphere"><point name="center" value="0,1,0"/><float name="radius" value="1"/>
-    <bsdf type="diffuse"><rgb name="reflectance" value="0.2,0.4,0.7"/></bsdf></shape>
-  <shape type="sphere"><point name="center" value="2,5,2"/><float name="radius" value="1"/>
-    <emitter type="area"><rgb name="radiance" value="6"/></emitter></shape>
-  <emitter type="constant"><rgb name="radiance" value="0.1,0.1,0.15"/></emitter>
-</scene>
-"""
+SCENE = ball_scene(WIDTH, HEIGHT)
 
 
 def caustica(*words):
-    done = subprocess.run([CAUSTICA, *words], cwd=FOLDER, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return run_program(CAUSTICA, FOLDER, *words)
 
 
 def float32(x):
@@ -48,11 +29,6 @@ def float32(x):
 
 def near(found, expected, tolerance=1.01):
     return all(abs(a - b) <= tolerance for a, b in zip(found, expected, strict=True))
-
-
-def expect(condition, *what):
-    if not condition:
-        raise AssertionError(" ".join(str(each) for each in what))
 
 
 SPOTS = [(3, 3), (48, 32), (50, 20), (95, 63), (0, 40), (70, 50)]
@@ -406,17 +382,6 @@ def prepare():
 PAGE_TESTS = [value for name, value in list(globals().items()) if name.startswith("test_") and name != "test_first_paint"]
 
 
-def attempt(number, name, action):
-    try:
-        action()
-        print(f"ok {number} - {name}", flush=True)
-        return True
-    except Exception as problem:  # a test's failure, whatever it is
-        print(f"not ok {number} - {name}")
-        print("".join(f"# {line}\n" for line in traceback.format_exc().splitlines()[-6:]), end="", flush=True)
-        return False
-
-
 def main():
     prepare()
     good = True
@@ -427,7 +392,7 @@ def main():
             def action(test=test):
                 page.reset()
                 test(page)
-            good &= attempt(number, test.__name__[5:].replace("_", " "), action)
+            good &= attempt(number, name_of(test), action)
         good &= attempt(len(PAGE_TESTS) + 1, "no complaint on the console", lambda: expect(not (found := complaints(browser)), found))
         good &= attempt(len(PAGE_TESTS) + 2, "first paint", lambda: test_first_paint(browser))
     return 0 if good else 1

@@ -5,35 +5,17 @@ study_page.py CAUSTICA FOLDER: the program, and where screenshots and inputs go.
 import glob
 import json
 import os
-import subprocess
 import sys
 import time
-import traceback
 
 import exr
 from browser import Browser
+from harness import attempt, ball_scene, expect, name_of, run_program
 
 CAUSTICA, FOLDER = sys.argv[1:3]
 NAMES = ["visible-a", "occluded-a", "visible-b", "occluded-b"]
 QUESTION = "Was there a noticeable difference <b>between</b> the two images? </script>"
-SCENE = """<scene version="3.0.0">
-  <default name="light" value="6"/>
-  <integrator type="path"><integer name="max_depth" value="3"/></integrator>
-  <sensor type="perspective">
-    <float name="fov" value="30"/>
-    <transform name="to_world"><lookat origin="0,2,8" target="0,0.8,0" up="0,1,0"/></transform>
-    <sampler type="independent"><integer name="sample_count" value="4"/></sampler>
-    <film type="hdrfilm"><integer name="width" value="60"/><integer name="height" value="40"/></film>
-  </sensor>
-  <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="9"/></transform>
-    <bsdf type="diffuse"><rgb name="reflectance" value="0.6,0.5,0.4"/></bsdf></shape>
-  <shape type="sphere"><point name="center" value="0,1,0"/><float name="radius" value="1"/>
-    <bsdf type="diffuse"><rgb name="reflectance" value="0.2,0.4,0.7"/></bsdf></shape>
-  <shape type="sphere"><point name="center" value="2,5,2"/><float name="radius" value="1"/>
-    <emitter type="area"><rgb name="radiance" value="$light"/></emitter></shape>
-  <emitter type="constant"><rgb name="radiance" value="0.1,0.1,0.15"/></emitter>
-</scene>
-"""
+SCENE = ball_scene(60, 40, max_depth=3, radiance="$light", defaults='<default name="light" value="6"/>')
 # What the subjects see a difference in.
 SEEN = {"anna": {"occluded-a", "occluded-b"}, "b 2": {"occluded-a", "visible-b"}}
 # Every frame's time and whether the images can be seen in it, noted independently of the page's own clock.
@@ -47,14 +29,7 @@ requestAnimationFrame(look);"""
 
 
 def caustica(*words):
-    done = subprocess.run([CAUSTICA, *words], cwd=FOLDER, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-def expect(condition, *what):
-    if not condition:
-        raise AssertionError(" ".join(str(each) for each in what))
+    return run_program(CAUSTICA, FOLDER, *words)
 
 
 def config(name, seconds, screens):
@@ -315,17 +290,6 @@ def prepare():
 TESTS = [value for name, value in list(globals().items()) if name.startswith("test_")]
 
 
-def attempt(number, name, action):
-    try:
-        action()
-        print(f"ok {number} - {name}", flush=True)
-        return True
-    except Exception:  # a test's failure, whatever it is
-        print(f"not ok {number} - {name}")
-        print("".join(f"# {line}\n" for line in traceback.format_exc().splitlines()[-6:]), end="", flush=True)
-        return False
-
-
 def complaints(browser):
     return [entry["message"] for entry in browser.log() if "favicon" not in entry["message"]]
 
@@ -336,7 +300,7 @@ def main():
     print(f"1..{len(TESTS) + 1}", flush=True)
     with Browser() as browser:
         for number, test in enumerate(TESTS, 1):
-            good &= attempt(number, test.__name__[5:].replace("_", " "), lambda: test(browser))
+            good &= attempt(number, name_of(test), lambda: test(browser))
         good &= attempt(len(TESTS) + 1, "no complaint on the console", lambda: expect(not (found := complaints(browser)), found))
     return 0 if good else 1
 

@@ -193,10 +193,9 @@ const char *ca_block_render_part(const char *name, uint64_t begin, uint64_t end,
 
 const ca_attribute *ca_block_attribute(const ca_image_layers *image, const char *name)
 {
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strcmp(image->attributes[i].name, name) == 0) return &image->attributes[i];
-    fail_msg("there is no attribute %s", name);
-    return NULL;
+    const ca_attribute *attribute = ca_layers_attribute(image, name);
+    if (!attribute) fail_msg("there is no attribute %s", name);
+    return attribute;
 }
 
 bool ca_block_watch(const ca_render_progress *progress, void *user)

@@ -79,3 +79,10 @@ const char *reference_scenes(void)
     print_message("SKIPPED, reference scenes are missing: set CAUSTICA_SCENES to their folder (looked in %s)\n", folder);
     return NULL;
 }
+
+const char *attribute_text(const ca_image_layers *image, const char *name)
+{
+    const ca_attribute *attribute = ca_layers_attribute(image, name);
+    if (!attribute || !attribute->text) fail_msg("no attribute %s", name);
+    return attribute->text;
+}

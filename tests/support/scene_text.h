@@ -19,5 +19,7 @@ uint64_t image_hash(const ca_image_layers *image);
 /* The folder of the shared reference scenes: $CAUSTICA_SCENES or ../shared/scenes; NULL, with a loud message, where
  * neither exists. Borrowed. */
 const char *reference_scenes(void);
+/* Of the attribute of that name, which must be there and be a text. */
+const char *attribute_text(const ca_image_layers *image, const char *name);
 
 #endif

@@ -1,0 +1,23 @@
+#!/bin/sh
+# The figures of a paper: runs its program (bench/paper_NUMBER.c), and writes the tables into docs/papers/NUMBER.md (between the two
+# markers there) and pictures to docs/pictures/paper-NUMBER/.
+#
+#   scripts/paper-figures.sh NUMBER BUILD_FOLDER [the program's options: --quick, --only ...]
+#
+# With options it only prints, and leaves the document alone.
+set -eu
+paper=$1
+build=$(cd "$2" && pwd)
+shift 2
+cd "$(dirname "$0")/.."
+if [ $# -gt 0 ]; then exec "$build/paper_$paper" "$@"; fi
+
+table=$(mktemp)
+trap 'rm -f "$table"' EXIT
+mkdir -p "docs/pictures/paper-$paper"
+status=0
+"$build/paper_$paper" --table "$table" --pictures "docs/pictures/paper-$paper" || status=$?
+cat "$table"
+grep -q 'What it should show' "$table" # complete, whatever it shows
+scripts/put-tables.sh "docs/papers/$paper.md" "paper-$paper" "$table"
+exit $status
