@@ -277,14 +277,18 @@ typedef struct ca_noise_recommendation {
     double gain_over_given, gain_over_uniform; /* of `best`: their variance x seconds over its own */
     uint32_t fewest_camera_paths, most_camera_paths; /* of the map */
     bool light_paths_only;     /* one camera path per pixel: of ppm, and where no more were measured */
-    uint32_t most_light_paths; /* more are not recommended: 128 times those measured, and what fits a memory (2^22) */
+    /* More are not recommended: 128 times those measured, 2^22, and where memory is limited what fits it at once */
+    uint32_t most_light_paths;
     ca_noise_times times;
+    bool interrupted; /* by the progress callback */
 } ca_noise_recommendation;
 
 /* The numbers of paths with the least noise after a given time, from a measurement (docs/papers/000.md, section D). Traces a few
  * iterations with the scene and settings of the measurement but half and twice the light paths, and again with those that it
  * recommends where they are far from that, to time them: a recommendation depends on the machine, and a little on chance. Timing
- * takes about a quarter of the time of the measurement, or two seconds.
+ * takes about a quarter of the time of the measurement, or two seconds. The progress callback is asked before and while paths are timed;
+ * false ends that soon. Then, and where no noise was found (a black image), nothing is recommended: CA_OK, but best.light_paths and all else is
+ * 0, and there is no map.
  * objective: the variance of the "mean" pixel (NULL), the "relative" one (over squared luminance), or that of the "worst-decile".
  * `image`, of the measurement, gets the map as layer Rays.Numbers and the light paths as attribute caustica.lightPaths, for
  * ca_render_settings.rays; NULL: not wanted. CA_ERROR_ARGUMENT: another objective; settings that do not fit the measurement.

@@ -54,10 +54,7 @@ static uint64_t hash_of(const ca_scene *scene, const char *integrator, const cha
     settings.sampler = sampler;
     settings.samples_per_pixel = 3;
     settings.threads = threads;
-    ca_image_layers *image = render_scene(scene, &settings);
-    const uint64_t hash = image_hash(image);
-    ca_image_release(image);
-    return hash;
+    return rendered_hash(scene, &settings);
 }
 
 static void test_threads_do_not_change_a_bit(void **state)

@@ -174,6 +174,36 @@ static void test_rays_of_a_file(void **state)
     ca_scene_release(scene);
 }
 
+/* The components in an image of rays "auto" are those of an iteration with its numbers: their sum is the variance that such iterations
+ * have. */
+static void test_components(void **state)
+{
+    (void)state;
+    ca_scene *scene = auto_bias_scene();
+    char path[64];
+    snprintf(path, sizeof path, "/tmp/caustica-rays-%ld.exr", (long)getpid());
+    ca_render_settings settings = settings_auto(2000);
+    ca_image_layers *image = render_scene(scene, &settings);
+    assert_int_equal(ca_image_save(image, path, 0.0f, NULL), CA_OK);
+    settings.rays = path;
+    settings.has_alpha = true; /* 0: as in the render that chose */
+    settings.samples_per_pixel = 20000;
+    ca_image_layers *again = render_scene(scene, &settings);
+    double expected = 0.0, measured = 0.0;
+    for (int p = 0; p < PIXELS; p++) {
+        const double deviation = (double)ca_image_channel(again, "StandardDeviation.Y")[p];
+        measured += deviation * deviation;
+        expected += (double)(ca_image_channel(image, "Noise.Camera")[p] + ca_image_channel(image, "Noise.Light")[p] +
+                             ca_image_channel(image, "Noise.Pair")[p]);
+    }
+    print_message("    components over the variance measured afterwards: %.3f\n", expected / measured);
+    assert_true(fabs(expected / measured - 1.0) < 0.25);
+    ca_image_release(image);
+    ca_image_release(again);
+    unlink(path);
+    ca_scene_release(scene);
+}
+
 /* ---- What is refused ---------------------------------------------------------------------------------------------------------- */
 
 static void assert_refused(const ca_scene *scene, const ca_render_settings *settings, const char *says)
@@ -265,6 +295,7 @@ static void render_and_check(const ca_scene *scene, const ca_render_settings *se
         assert_true(ca_image_channel(image, "Variance.G")[p] >= 0.0f);
         camera_paths += (double)ca_image_channel(image, "Rays.Camera")[p];
     }
+    assert_true((ca_image_channel(image, "Noise.Camera") != NULL) == (statistics->numbers_of_rays.phases > 0));
     assert_true(camera_paths == (double)statistics->camera_paths);
     assert_near(statistics->samples_per_pixel, camera_paths / PIXELS, 1e-6);
     assert_int_equal(statistics->non_finite, 0);
@@ -322,7 +353,7 @@ static void test_interrupts(void **state)
     ca_scene_release(scene);
 }
 
-static void test_time_and_noise(void **state)
+static void test_time(void **state)
 {
     (void)state;
     ca_scene *scene = auto_bias_scene();
@@ -331,12 +362,28 @@ static void test_time_and_noise(void **state)
     settings.seconds = 0.4;
     render_and_check(scene, &settings, &statistics);
     assert_true(statistics.seconds >= 0.4 && statistics.first_predicted_seconds == 0.0);
-    settings.seconds = 0.0;
-    settings.noise_percent = 15.0;
+    ca_scene_release(scene);
+}
+
+/* A target that the pilot reaches ends it; one that it does not is foretold. */
+static void test_noise(void **state)
+{
+    (void)state;
+    ca_scene *scene = auto_bias_scene();
+    ca_render_settings settings = settings_auto(0);
+    ca_render_statistics statistics;
+    settings.noise_percent = 25.0;
     render_and_check(scene, &settings, &statistics);
+    assert_true(statistics.noise_percent < 25.0 && statistics.noise_percent > 10.0);
+    assert_true(statistics.first_predicted_seconds == 0.0 && statistics.numbers_of_rays.phases == 0);
+    /* The faster the machine the less is left to foretell. */
+    for (settings.noise_percent = 2.0; statistics.first_predicted_seconds == 0.0 && settings.noise_percent > 0.2;
+         settings.noise_percent *= 0.7)
+        render_and_check(scene, &settings, &statistics);
+    settings.noise_percent /= 0.7;
     print_message("    noise %.3g %% after %.3g s; %.3g s were predicted after %.3g s\n", statistics.noise_percent,
                   statistics.seconds, statistics.first_predicted_seconds, statistics.first_predicted_at);
-    assert_true(statistics.noise_percent < 15.0 && statistics.noise_percent > 10.0);
+    assert_true(statistics.noise_percent < settings.noise_percent && statistics.noise_percent > 0.8 * settings.noise_percent);
     assert_true(statistics.first_predicted_seconds > statistics.first_predicted_at && statistics.first_predicted_at > 0.0);
     ca_scene_release(scene);
 }
@@ -366,6 +413,41 @@ static void test_variance_is_what_it_says(void **state)
     for (int p = 0; p < PIXELS; p++) measured += (squares[p] - sum[p] * sum[p] / RENDERS) / (RENDERS - 1);
     print_message("    variance promised over measured: %.3f\n", promised / measured);
     assert_true(fabs(promised / measured - 1.0) < 0.2);
+    ca_scene_release(scene);
+}
+
+/* Of intervals that are not marked about 95 % hold the expectation, which is the mean of the other renders. */
+static void test_error_bars(void **state)
+{
+    (void)state;
+    enum { RENDERS = 50 };
+    static double value[RENDERS][PIXELS], low[RENDERS][PIXELS], high[RENDERS][PIXELS], sum[PIXELS];
+    ca_scene *scene = auto_bias_scene();
+    double told = 0.0, held = 0.0;
+    for (uint32_t k = 0; k < RENDERS; k++) {
+        ca_render_settings settings = settings_auto(600);
+        settings.has_seed = true;
+        settings.seed = 1234 + k;
+        ca_image_layers *image = render_scene(scene, &settings);
+        for (int p = 0; p < PIXELS; p++) {
+            value[k][p] = (double)ca_image_channel(image, "G")[p];
+            low[k][p] = (double)ca_image_channel(image, "ConfidenceLow.G")[p];
+            high[k][p] = (double)ca_image_channel(image, "ConfidenceHigh.G")[p];
+            sum[p] += value[k][p];
+        }
+        ca_image_release(image);
+    }
+    for (int k = 0; k < RENDERS; k++)
+        for (int p = 0; p < PIXELS; p++) {
+            const double others = (sum[p] - value[k][p]) / (RENDERS - 1);
+            if (isinf(low[k][p])) continue;
+            told++;
+            held += low[k][p] <= others && others <= high[k][p];
+        }
+    print_message("    %.1f %% of the unmarked pixels hold the expectation, %.0f %% are marked\n", 100.0 * held / told,
+                  100.0 - 100.0 * told / (RENDERS * PIXELS));
+    assert_true(told > 0.2 * RENDERS * PIXELS);
+    assert_true(held > 0.92 * told && held < 0.98 * told);
     ca_scene_release(scene);
 }
 
@@ -424,11 +506,14 @@ int main(void)
         cmocka_unit_test(test_joined_film),
         cmocka_unit_test(test_ray_map),
         cmocka_unit_test(test_rays_of_a_file),
+        cmocka_unit_test(test_components),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_joining),
         cmocka_unit_test(test_interrupts),
-        cmocka_unit_test(test_time_and_noise),
+        cmocka_unit_test(test_time),
+        cmocka_unit_test(test_noise),
         cmocka_unit_test(test_variance_is_what_it_says),
+        cmocka_unit_test(test_error_bars),
         cmocka_unit_test(test_no_bias),
         cmocka_unit_test(test_memory_limit),
         cmocka_unit_test(test_memory_failures),

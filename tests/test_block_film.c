@@ -2,6 +2,7 @@
  * gate, what its fixed point resolves, windows of a crop, bytes, failures of memory. */
 #include "base/memory.h"
 #include "film/block_film.h"
+#include "support/named_layer.h"
 #include "support/scene_text.h"
 #include "support/test_random.h"
 
@@ -62,13 +63,6 @@ static uint64_t developed_hash(const ca_block_film *film)
     const uint64_t hash = image_hash(layers);
     ca_layers_destroy(layers);
     return hash;
-}
-
-static float layer_at(const ca_image_layers *layers, const char *name, uint32_t pixel)
-{
-    const float *data = ca_layers_find(layers, name);
-    if (!data) fail_msg("no layer %s", name);
-    return data[pixel];
 }
 
 static ca_vec3 random_vector(float size, float paths)

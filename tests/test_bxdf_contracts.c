@@ -11,22 +11,6 @@
 
 #include <cmocka.h>
 
-static ca_bxdf_cases list;
-
-static int set_up(void **state)
-{
-    (void)state;
-    list = ca_bxdf_cases_create();
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    ca_bxdf_cases_destroy(&list);
-    return 0;
-}
-
 static ca_vec3 random_direction(ca_test_random *random)
 {
     const float z = 2.0f * ca_test_random_float(random) - 1.0f;
@@ -124,8 +108,8 @@ static void test_samples_agree_with_evaluation(void **state)
 {
     (void)state;
     ca_test_random random = ca_test_random_seed(11);
-    for (uint32_t i = 0; i < list.count; ++i) {
-        const ca_bxdf_case *entry = &list.cases[i];
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[i];
         uint32_t accepted = 0;
         for (uint32_t k = 0; k < 4000; ++k) {
             ca_vec3 wi = random_direction(&random);
@@ -169,8 +153,8 @@ static void test_reverse_adjoint_and_reciprocal(void **state)
 {
     (void)state;
     ca_test_random random = ca_test_random_seed(12);
-    for (uint32_t i = 0; i < list.count; ++i) {
-        const ca_bxdf_case *entry = &list.cases[i];
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[i];
         if ((ca_bxdf_scatter(&entry->bxdf) & CA_SCATTER_SMOOTH) == 0) continue;
         const float tolerance = tolerance_for(&entry->bxdf);
         uint32_t non_zero = 0;
@@ -232,8 +216,8 @@ static void test_one_sided_models_are_black_below(void **state)
 {
     (void)state;
     ca_test_random random = ca_test_random_seed(13);
-    for (uint32_t i = 0; i < list.count; ++i) {
-        const ca_bxdf_case *entry = &list.cases[i];
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[i];
         if (entry->two_sided) continue;
         for (uint32_t k = 0; k < 500; ++k) {
             const ca_vec3 wi = random_direction(&random), wo = random_direction(&random);
@@ -296,20 +280,20 @@ static void test_corners_are_finite(void **state)
 {
     (void)state;
     static const float edge[5] = {0.0f, 0x1p-24f, 0.5f, 1.0f - 0x1p-10f, CA_ONE_MINUS_EPSILON};
-    for (uint32_t i = 0; i < list.count; ++i) {
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
         for (uint32_t c = 0; c < 3 * CORNER_COSINES; ++c) {
             const ca_vec3 wi =
                 ca_test_direction(corner_cosine(c % CORNER_COSINES), (float)(c / CORNER_COSINES) * 1.3f);
             for (uint32_t k = 0; k < 125; ++k) {
                 const ca_vec2 u = {edge[k % 5], edge[k / 5 % 5]};
-                expect_good_sample(&list.cases[i], wi, edge[k / 25], u, k & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
+                expect_good_sample(&ca_test_bxdfs.cases[i], wi, edge[k / 25], u, k & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
             }
             for (uint32_t d = 0; d < 4 * CORNER_COSINES; ++d) {
                 const float azimuth = (float)(c / CORNER_COSINES) * 1.3f + (float)(d / CORNER_COSINES) * 0.5f * CA_PI;
                 const ca_vec3 wo = ca_test_direction(corner_cosine(d % CORNER_COSINES), azimuth);
-                expect_good_value(&list.cases[i], wi, wo, d & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
+                expect_good_value(&ca_test_bxdfs.cases[i], wi, wo, d & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
             }
-            expect_good_value(&list.cases[i], wi, ca_neg(wi), CA_FROM_CAMERA);
+            expect_good_value(&ca_test_bxdfs.cases[i], wi, ca_neg(wi), CA_FROM_CAMERA);
         }
     }
 }
@@ -319,7 +303,7 @@ static void test_random_inputs_are_finite(void **state)
     (void)state;
     ca_test_random random = ca_test_random_seed(14);
     for (uint32_t k = 0; k < 1000000; ++k) {
-        const ca_bxdf_case *entry = &list.cases[k % list.count];
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[k % ca_test_bxdfs.count];
         ca_vec3 wi = random_direction(&random), wo = random_direction(&random);
         if (k % 7 == 0) wi = ca_test_direction(wi.z * wi.z * wi.z * 1e-3f, 6.0f * wi.x); /* grazing */
         const float u_lobe = ca_test_random_float(&random);
@@ -339,5 +323,5 @@ int main(void)
         cmocka_unit_test(test_corners_are_finite),
         cmocka_unit_test(test_random_inputs_are_finite),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, ca_test_bxdfs_make, ca_test_bxdfs_free);
 }

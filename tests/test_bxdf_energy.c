@@ -15,22 +15,6 @@
 
 #include <cmocka.h>
 
-static ca_bxdf_cases list;
-
-static int set_up(void **state)
-{
-    (void)state;
-    list = ca_bxdf_cases_create();
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    ca_bxdf_cases_destroy(&list);
-    return 0;
-}
-
 /* The mean weight of `root`^3 samples, one in each cell of the unit cube, and its standard error (bounded by that of
  * unstratified samples). The components differ only in colour: all three are kept. */
 typedef struct furnace {
@@ -89,8 +73,8 @@ static void test_lossless_models_give_all_back(void **state)
     (void)state;
     uint32_t tested = 0;
     double worst = 0.0;
-    for (uint32_t i = 0; i < list.count; ++i) {
-        const ca_bxdf_case *entry = &list.cases[i];
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[i];
         if (!entry->lossless) continue;
         for (uint32_t k = 0; k < 2 * CA_TEST_INCIDENCE_COUNT; ++k) {
             const bool below = k >= CA_TEST_INCIDENCE_COUNT;
@@ -113,8 +97,8 @@ static void test_no_physical_model_makes_light(void **state)
 {
     (void)state;
     double most = 0.0;
-    for (uint32_t i = 0; i < list.count; ++i) {
-        const ca_bxdf_case *entry = &list.cases[i];
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[i];
         if (!entry->is_physical) continue;
         for (uint32_t k = 0; k < 2 * CA_TEST_INCIDENCE_COUNT; ++k) {
             const ca_vec3 wi = ca_test_incidence(k % CA_TEST_INCIDENCE_COUNT, k >= CA_TEST_INCIDENCE_COUNT);
@@ -134,8 +118,8 @@ static void test_no_physical_model_makes_light(void **state)
 static void test_sampled_albedo_is_the_integral_of_the_value(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < list.count; ++i) {
-        const ca_bxdf *bxdf = &list.cases[i].bxdf;
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf *bxdf = &ca_test_bxdfs.cases[i].bxdf;
         float alpha = 1.0f;
         if (bxdf->kind == CA_BXDF_ROUGH_CONDUCTOR) alpha = bxdf->as.rough_conductor.facets.alpha_x;
         if (bxdf->kind == CA_BXDF_ROUGH_DIELECTRIC) alpha = bxdf->as.rough_dielectric.facets.alpha_x;
@@ -148,7 +132,7 @@ static void test_sampled_albedo_is_the_integral_of_the_value(void **state)
             const furnace f = sampled_albedo(bxdf, wi, 30, 200 + k, CA_SCATTER_SMOOTH);
             const double integral = quadrature_albedo(bxdf, wi);
             if (fabs(f.mean[0] - integral) > 0.003 + 4.0 * f.error)
-                fail_msg("%s, cos %.2f: sampled albedo %.5f +- %.5f, integral %.5f", list.cases[i].name, (double)wi.z,
+                fail_msg("%s, cos %.2f: sampled albedo %.5f +- %.5f, integral %.5f", ca_test_bxdfs.cases[i].name, (double)wi.z,
                          f.mean[0], f.error, integral);
         }
     }
@@ -247,5 +231,5 @@ int main(void)
         cmocka_unit_test(test_rough_transmittance_matches_rough_dielectric),
         cmocka_unit_test(test_table_reports_lack_of_memory),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, ca_test_bxdfs_make, ca_test_bxdfs_free);
 }

@@ -1,4 +1,5 @@
 /* `caustica compare` from outside: metrics, their settings, JSON, files of maps, and what it refuses. */
+#include "support/named_layer.h"
 #include "support/program_test.h"
 
 #include <math.h>
@@ -28,8 +29,7 @@ static void assert_null_number(const json_t *object, const char *key)
 /* The mean of a layer, but `margin` pixels at the border. */
 static double mean_of(const ca_image_layers *maps, const char *name, uint32_t margin)
 {
-    const float *map = ca_layers_find(maps, name);
-    if (!map) fail_msg("no layer %s", name);
+    const float *map = named_layer(maps, name);
     double sum = 0.0, count = 0.0;
     for (uint32_t y = margin; y < maps->height - margin; y++)
         for (uint32_t x = margin; x < maps->width - margin; x++, count++) sum += (double)map[y * maps->width + x];
@@ -198,6 +198,21 @@ static void test_region_and_masks(void **state)
     json_decref(root);
 }
 
+/* File names may be any bytes, JSON not: what is no UTF-8 is replaced. */
+static void test_names_that_are_no_utf8(void **state)
+{
+    ca_program_result r;
+    RUN(&r, BALL, "-o", "M\xfcller \xc3\xa4.exr");
+    assert_exit(&r, 0);
+    RUN(&r, "compare", "M\xfcller \xc3\xa4.exr", "--reference=M\xfcller \xc3\xa4.exr", "--stats=s.json", "--flip=none");
+    assert_exit(&r, 0);
+    json_t *root = load_json(folder_of(state), "s.json");
+    const char *expected = "M\xef\xbf\xbdller \xc3\xa4.exr";
+    assert_string_equal(json_string_value(json_object_get(root, "reference")), expected);
+    assert_string_equal(json_string_value(json_object_get(image_of(root, 0), "path")), expected);
+    json_decref(root);
+}
+
 /* A reference that is mostly black has no exposure that shows its median. */
 static void test_a_dark_reference(void **state)
 {
@@ -254,7 +269,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         IMAGES_TEST(test_numbers_and_maps),  IMAGES_TEST(test_names_of_maps),
         IMAGES_TEST(test_options_reach_their_metrics), IMAGES_TEST(test_kinds_of_flip),
-        IMAGES_TEST(test_region_and_masks),  IMAGES_TEST(test_a_dark_reference),
+        IMAGES_TEST(test_region_and_masks),  IMAGES_TEST(test_names_that_are_no_utf8),
+        IMAGES_TEST(test_a_dark_reference),
         IMAGES_TEST(test_refusals),
     };
     return run_program_tests("compare", tests, sizeof tests / sizeof tests[0]);

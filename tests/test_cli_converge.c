@@ -246,6 +246,28 @@ static void test_renders_what_changed(void **state)
     assert_int_equal(count_words(r.output, "rendered anew"), 2);
 }
 
+/* However much of a file was written when the machine went down. */
+static void test_half_written_files(void **state)
+{
+    ca_program_result r;
+    char path[256], copy[300];
+    struct stat info;
+    RUN(&r, CONVERGE, "-ipath", "--spp=1,4");
+    assert_exit(&r, 0);
+    snprintf(path, sizeof path, "%s/out/renders/path-4spp-1.exr", folder_of(state));
+    snprintf(copy, sizeof copy, "%s.Half42", path); /* as it is called while it is written */
+    assert_int_equal(stat(path, &info), 0);
+    for (int part = 0; part <= 4; part++) {
+        assert_int_equal(part < 4 ? truncate(path, info.st_size * part / 4 - (part == 3)) : rename(path, copy), 0);
+        RUN(&r, CONVERGE, "-ipath", "--spp=1,4");
+        assert_exit(&r, 0);
+        assert_int_equal(count_words(r.output, " (kept)\n"), 1);
+        assert_int_equal(count_words(r.output, "rendered anew"), part < 4);
+        RUN(&r, CONVERGE, "-ipath", "--spp=1,4");
+        assert_int_equal(count_words(r.output, " (kept)\n"), 2);
+    }
+}
+
 /* ---- Ending early ------------------------------------------------------------------------------------------------- */
 
 static void wait_for_render(void **state, const char *letters)
@@ -348,7 +370,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         REFERENCE_TEST(test_writes_results),        REFERENCE_TEST(test_numbers), REFERENCE_TEST(test_slopes),
-        REFERENCE_TEST(test_resumes),               REFERENCE_TEST(test_renders_what_changed),
+        REFERENCE_TEST(test_resumes),               REFERENCE_TEST(test_half_written_files), REFERENCE_TEST(test_renders_what_changed),
         REFERENCE_TEST(test_ends_early_and_goes_on), REFERENCE_TEST(test_refuses),
     };
     return run_program_tests("cli_converge", tests, sizeof tests / sizeof tests[0]);

@@ -24,6 +24,18 @@ static void test_writes_a_page(void **state)
     assert_true(exists(folder_of(state), "all.html"));
 }
 
+/* A layer that only one of the images has, be it the last one. */
+static void test_layer_of_one_image(void **state)
+{
+    ca_program_result r;
+    render(state, "a.exr", "1");
+    RUN(&r, "render", "ball.xml", "--quiet", "-i", "bdpt", "-o", "plain.pfm");
+    assert_exit(&r, 0);
+    RUN(&r, "compare", "plain.pfm", "a.exr", "--reference=plain.pfm", "--html=page.html", "--html-layers=Albedo");
+    assert_exit(&r, 0);
+    assert_true(exists(folder_of(state), "page.html"));
+}
+
 static void test_refuses(void **state)
 {
     ca_program_result r;
@@ -34,6 +46,7 @@ static void test_refuses(void **state)
     RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--html=page.html", "--html-layers=Albedo,Albino");
     assert_exit(&r, 2);
     assert_says(r.errors, "no picture has a layer \"Albino\"");
+    assert_string_equal(r.output, ""); /* found out before the work */
     assert_false(exists(folder_of(state), "page.html"));
     RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--html=missing/page.html");
     assert_exit(&r, 1);
@@ -47,6 +60,7 @@ static void test_refuses(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {PROGRAM_TEST(test_writes_a_page), PROGRAM_TEST(test_refuses)};
+    const struct CMUnitTest tests[] = {PROGRAM_TEST(test_writes_a_page), PROGRAM_TEST(test_layer_of_one_image),
+                                      PROGRAM_TEST(test_refuses)};
     return run_program_tests("cli_html", tests, sizeof tests / sizeof tests[0]);
 }

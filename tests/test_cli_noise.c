@@ -1,34 +1,23 @@
 /* `caustica noise` from outside: layers, averages and counts that fit together, predictions against other measurements, recommended
  * numbers, what it refuses. */
+#define _GNU_SOURCE
 #include "image/layers.h"
 #include "noise/ray_map.h"
-#include "support/program_test.h"
+#include "support/named_layer.h"
+#include "support/program_room.h"
 #include "support/scene_text.h"
 
 #include <math.h>
+#include <pty.h>
+#include <signal.h>
 
-/* A floor and a wall under a small lamp. Its integrator and sampler are not what the law wants. */
-static const char *const room_text =
-    "<scene version=\"3.0.0\">\n"
-    "  <default name=\"power\" value=\"40\"/>\n"
-    "  <default name=\"integrator\" value=\"path\"/>\n"
-    "  <default name=\"sampler\" value=\"sobol\"/>\n"
-    "  <integrator type=\"$integrator\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n"
-    "  <sensor type=\"perspective\">\n"
-    "    <float name=\"fov\" value=\"40\"/>\n"
-    "    <transform name=\"to_world\"><lookat origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform>\n"
-    "    <sampler type=\"$sampler\"><integer name=\"sample_count\" value=\"3\"/></sampler>\n"
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"12\"/><integer name=\"height\" value=\"8\"/>"
-    "<rfilter type=\"box\"/></film>\n"
-    "  </sensor>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"3\"/></transform>"
-    "</shape>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate z=\"-2\"/></transform></shape>\n"
-    "  <emitter type=\"point\"><point name=\"position\" value=\"0.5,2.5,0.5\"/><rgb name=\"intensity\" value=\"$power\"/>"
-    "</emitter>\n"
-    "</scene>\n";
+/* Its integrator and sampler are not what the law wants. */
+static const char *const room_text = ROOM_TEXT("  <default name=\"power\" value=\"40\"/>\n"
+                                               "  <default name=\"integrator\" value=\"path\"/>\n"
+                                               "  <default name=\"sampler\" value=\"sobol\"/>\n"
+                                               "  <integrator type=\"$integrator\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n",
+                                               "$sampler", "3", "$power");
 
-enum { WIDTH = 12, HEIGHT = 8, PIXELS = WIDTH * HEIGHT };
 #define COUNTS(light, camera, iterations) "--light-paths=" #light, "--camera-paths=" #camera, "--iterations=" #iterations
 #define ROOM "room.xml", "--radius=0.5", "--threads=2"
 
@@ -37,13 +26,6 @@ static int set_up_room(void **state)
     const int status = set_up(state);
     if (status == 0) write_text(folder_of(state), "room.xml", room_text);
     return status;
-}
-
-static const float *layer(const ca_image_layers *image, const char *name)
-{
-    const float *data = ca_layers_find(image, name);
-    if (!data) fail_msg("no layer %s", name);
-    return data;
 }
 
 static void assert_near(const char *what, double value, double expected, double tolerance)
@@ -69,7 +51,7 @@ static void assert_averages(const json_t *averages, const ca_image_layers *image
     const double count = (region[2] - region[0]) * (region[3] - region[1]);
     assert_true(json_number(averages, "pixels") == count);
     for (size_t t = 0; t < sizeof terms / sizeof terms[0]; t++) {
-        const float *data = layer(image, terms[t].layer);
+        const float *data = named_layer(image, terms[t].layer);
         double sum = 0.0, roots = 0.0, negative = 0.0;
         for (uint32_t y = region[1]; y < region[3]; y++)
             for (uint32_t x = region[0]; x < region[2]; x++) {
@@ -86,9 +68,9 @@ static void assert_averages(const json_t *averages, const ca_image_layers *image
 
 static void assert_layers(const ca_image_layers *image)
 {
-    const float *camera = layer(image, "Noise.Camera"), *light = layer(image, "Noise.Light"),
-                *pair = layer(image, "Noise.Pair"), *predicted = layer(image, "Noise.Predicted"),
-                *measured = layer(image, "Noise.Measured"), *deviation = layer(image, "StandardDeviation.Y");
+    const float *camera = named_layer(image, "Noise.Camera"), *light = named_layer(image, "Noise.Light"),
+                *pair = named_layer(image, "Noise.Pair"), *predicted = named_layer(image, "Noise.Predicted"),
+                *measured = named_layer(image, "Noise.Measured"), *deviation = named_layer(image, "StandardDeviation.Y");
     double most_negative = 0.0;
     for (int i = 0; i < PIXELS; i++) {
         const double sum = (double)camera[i] + (double)light[i] + (double)pair[i];
@@ -102,7 +84,7 @@ static void assert_layers(const ca_image_layers *image)
     for (size_t t = 0; t < sizeof terms / sizeof terms[0]; t++) {
         char name[64];
         snprintf(name, sizeof name, "%s.StdErr", terms[t].layer);
-        const float *error = layer(image, name);
+        const float *error = named_layer(image, name);
         for (int i = 0; i < PIXELS; i++) assert_true(isfinite(error[i]) && error[i] > 0.0f);
     }
 }
@@ -113,8 +95,8 @@ static void assert_picture(const ca_image_layers *image, const ca_image_layers *
     static const char *const channels[] = {"R", "G", "B"}, *const layers[] = {"Noise.Pair", "Noise.Camera", "Noise.Light"};
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < PIXELS; i++) {
-            const double root = sqrt(fmax(0.0, (double)layer(image, layers[c])[i])) / scale;
-            assert_near(channels[c], (double)layer(picture, channels[c])[i], fmin(1.0, root), 0.01);
+            const double root = sqrt(fmax(0.0, (double)named_layer(image, layers[c])[i])) / scale;
+            assert_near(channels[c], (double)named_layer(picture, channels[c])[i], fmin(1.0, root), 0.01);
         }
 }
 
@@ -124,7 +106,7 @@ static void assert_recommendation(const json_t *root, const ca_image_layers *ima
     const json_t *r = json_object_get(root, "recommendation"), *best = json_object_get(r, "best"),
                  *uniform = json_object_get(r, "uniform"), *given = json_object_get(r, "given");
     const json_t *times = json_object_get(root, "times");
-    const float *map = layer(image, CA_RAY_MAP_LAYER);
+    const float *map = named_layer(image, CA_RAY_MAP_LAYER);
     double mean = 0.0, fewest = 1e9, most = 0.0;
     for (int i = 0; i < PIXELS; i++) {
         mean += (double)map[i] / PIXELS;
@@ -221,8 +203,8 @@ static void assert_law_holds(void **state, const char *integrator)
     RUN(&r, "noise", ROOM, COUNTS(400, 4, 400), "-i", integrator, "--quiet", "-o", "a.exr", "--stats=a.json");
     assert_exit(&r, 0);
     ca_image_layers *image = read_image(state, "a.exr");
-    const float *predicted = layer(image, "Noise.Predicted"), *measured = layer(image, "Noise.Measured");
-    const float *error = layer(image, "Noise.Predicted.StdErr"), *error2 = layer(image, "Noise.Measured.StdErr");
+    const float *predicted = named_layer(image, "Noise.Predicted"), *measured = named_layer(image, "Noise.Measured");
+    const float *error = named_layer(image, "Noise.Predicted.StdErr"), *error2 = named_layer(image, "Noise.Measured.StdErr");
     for (int i = 0; i < PIXELS; i++)
         assert_near(integrator, (double)predicted[i], (double)measured[i], 4.5 * hypot((double)error[i], (double)error2[i]));
     ca_image_release(image);
@@ -269,8 +251,8 @@ static void test_one_camera_path(void **state)
     assert_exit(&r, 0);
     ca_image_layers *image = read_image(state, "a.exr");
     for (int i = 0; i < PIXELS; i++) {
-        assert_true(layer(image, "Noise.Light")[i] == 0.0f && layer(image, "Noise.Light.StdErr")[i] == 0.0f);
-        assert_true(layer(image, "Noise.Predicted")[i] > 0.0f);
+        assert_true(named_layer(image, "Noise.Light")[i] == 0.0f && named_layer(image, "Noise.Light.StdErr")[i] == 0.0f);
+        assert_true(named_layer(image, "Noise.Predicted")[i] > 0.0f);
     }
     ca_image_release(image);
     RUN(&r, "noise", ROOM, COUNTS(100, 1, 20), "--predict=50,2");
@@ -325,6 +307,112 @@ static void test_default_numbers(void **state)
     assert_says(r.output, "2 iterations of 50 light paths and 3 camera paths per pixel, 6 pixels");
 }
 
+/* ---- Signals ------------------------------------------------------------------------------------------------------ */
+
+/* Waits until the program has drawn `words` to its terminal; false: it ended before. */
+static bool has_drawn(int master, const char *words)
+{
+    char text[1 << 14] = "";
+    size_t length = 0;
+    while (!strstr(text, words)) {
+        if (length > sizeof text / 2) { /* what came last may be the beginning of the words */
+            memmove(text, text + length - 64, 65);
+            length = 64;
+        }
+        const ssize_t got = read(master, text + length, sizeof text - 1 - length);
+        if (got <= 0) return false;
+        length += (size_t)got;
+        text[length] = '\0';
+    }
+    return true;
+}
+
+/* Of a terminal that nobody looks at any more the program must not wait for. */
+static void read_to_end(int master)
+{
+    char text[4096];
+    while (read(master, text, sizeof text) > 0) continue;
+}
+
+/* While iterations go on ("pass 1/9") and while paths are timed ("pass 0", of a number that is not known): what was measured is
+ * written, with no recommendation beside it. */
+static void assert_signal_ends(void **state, const char *iterations, const char *wait_for, int number, double least_iterations)
+{
+    ca_program_result r;
+    int master, slave;
+    if (openpty(&master, &slave, NULL, NULL, &(const struct winsize){.ws_row = 24, .ws_col = 80}) != 0) {
+        print_message("SKIPPED: this machine gives out no pseudo-terminal (is /dev/pts mounted?)\n");
+        skip();
+    }
+    const pid_t process = ca_program_start(
+        *state, (const char *const[]){"noise", ROOM, "--light-paths=1000", "--camera-paths=4", iterations, "--resolution=240x160",
+                                      "--predict=600,5", "-oa.exr", "-oa.png", "--stats=a.json", NULL}, slave);
+    close(slave);
+    assert_true(has_drawn(master, wait_for));
+    kill(process, number);
+    read_to_end(master);
+    ca_program_finish(*state, process, &r);
+    close(master);
+    assert_exit(&r, 0);
+    assert_says(r.output, "  with 600,5: image r.m.s. ");
+    assert_says(r.output, "no numbers are recommended: a signal interrupted the timing of paths\nwrote a.exr\nwrote a.png");
+    assert_null(strstr(r.output, "next: "));
+    ca_image_layers *image = read_image(state, "a.exr");
+    named_layer(image, "Noise.Predicted");
+    assert_null(ca_layers_find(image, CA_RAY_MAP_LAYER));
+    ca_image_release(image);
+    json_t *root = load_json(folder_of(state), "a.json");
+    assert_true(json_is_true(json_object_get(root, "interrupted")));
+    assert_true(json_is_null(json_object_get(root, "times")) && json_is_null(json_object_get(root, "recommendation")));
+    assert_true(json_number(root, "iterations") >= least_iterations && json_number(root, "iterations") < 100000.0);
+    assert_int_equal(json_array_size(json_object_get(root, "predict")), 1);
+    json_decref(root);
+}
+
+static void test_signals(void **state)
+{
+    assert_signal_ends(state, "--iterations=2", "pass 0 ", SIGINT, 2.0);
+    assert_signal_ends(state, "--iterations=100000", "pass 1/", SIGTERM, 2.0);
+}
+
+/* Without light there is nothing to recommend. */
+static void test_black_image(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "noise", ROOM, COUNTS(20, 2, 3), "-Dpower=0", "-oa.exr", "-oa.png", "--stats=a.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "no numbers are recommended: no noise was found, all are as good\nwrote a.exr\n");
+    assert_null(strstr(r.output, "-nan"));
+    assert_null(strstr(r.output, "next: "));
+    ca_image_layers *image = read_image(state, "a.exr");
+    assert_null(ca_layers_find(image, CA_RAY_MAP_LAYER));
+    ca_image_release(image);
+    json_t *root = load_json(folder_of(state), "a.json");
+    assert_true(json_is_false(json_object_get(root, "interrupted")) && json_is_null(json_object_get(root, "recommendation")));
+    json_decref(root);
+}
+
+/* What was allowed to the measurement is not exceeded by timing more light paths than fit, nor by what is recommended. */
+static void test_memory_limit(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "noise", ROOM, COUNTS(2000, 2, 4), "--memory=1.5", "-oa.exr", "--stats=a.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, " --memory 1.5 --rays a.exr\n");
+    json_t *root = load_json(folder_of(state), "a.json");
+    const json_t *recommendation = json_object_get(root, "recommendation");
+    /* About 7,500 fit a MiB beside the film. */
+    assert_true(json_number(json_object_get(recommendation, "best"), "light_paths") < 20000.0);
+    assert_true(json_number(json_object_get(root, "times"), "light_paths") < 20000.0);
+    json_decref(root);
+    RUN(&r, "render", ROOM, "-ibdpm", "--alpha=0", "--memory=1.5", "--rays=a.exr", "--spp=2", "-ob.exr");
+    assert_exit(&r, 0);
+    RUN(&r, "noise", ROOM, COUNTS(2000, 2, 4), "--memory=0.1", "-oc.exr");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "2000 light paths need about");
+    assert_false(exists(folder_of(state), "c.exr"));
+}
+
 /* ---- Settings ----------------------------------------------------------------------------------------------------- */
 
 static void assert_integrator(void **state, const char *words)
@@ -365,7 +453,7 @@ static void test_crop(void **state)
     json_t *root = load_json(folder_of(state), "a.json");
     double sum = 0.0;
     for (int i = 0; i < 18; i++)
-        if (i % 6 > 0) sum += (double)layer(image, "Noise.Predicted")[i] / 15;
+        if (i % 6 > 0) sum += (double)named_layer(image, "Noise.Predicted")[i] / 15;
     assert_near("predicted", json_number(json_object_get(root, "roi"), "predicted_variance"), sum, 1e-6 * fabs(sum));
     json_decref(root);
     ca_image_release(image);
@@ -431,7 +519,8 @@ int main(void)
         ROOM_TEST(test_what_comes_out),  ROOM_TEST(test_threads_and_quiet),    ROOM_TEST(test_law_holds),
         ROOM_TEST(test_predictions),     ROOM_TEST(test_one_camera_path),      ROOM_TEST(test_integrator_and_alpha),
         ROOM_TEST(test_crop),            ROOM_TEST(test_refusals),             ROOM_TEST(test_help),
-        ROOM_TEST(test_recommendation),  ROOM_TEST(test_default_numbers),
+        ROOM_TEST(test_recommendation),  ROOM_TEST(test_default_numbers),      ROOM_TEST(test_signals),
+        ROOM_TEST(test_black_image),     ROOM_TEST(test_memory_limit),
     };
     return run_program_tests("the program: noise components", tests, sizeof tests / sizeof tests[0]);
 }

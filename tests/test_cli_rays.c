@@ -1,31 +1,20 @@
 /* `caustica render --rays` from outside: numbers that are chosen, numbers of a file, what is printed, what is refused. */
 #include "image/layers.h"
 #include "noise/ray_map.h"
-#include "support/program_test.h"
+#include "support/named_layer.h"
+#include "support/program_room.h"
 #include "support/scene_text.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* A floor and a wall under a small lamp. Its sampler and its shrinking radius are not what rays "auto" wants. */
+/* Its sampler and its shrinking radius are not what rays "auto" wants. */
 static const char *const room_text =
-    "<scene version=\"3.0.0\">\n"
-    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"4\"/><float name=\"radius\" value=\"0.5\"/>"
-    "<float name=\"alpha\" value=\"0.5\"/></integrator>\n"
-    "  <sensor type=\"perspective\">\n"
-    "    <float name=\"fov\" value=\"40\"/>\n"
-    "    <transform name=\"to_world\"><lookat origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform>\n"
-    "    <sampler type=\"sobol\"><integer name=\"sample_count\" value=\"12\"/></sampler>\n"
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"12\"/><integer name=\"height\" value=\"8\"/>"
-    "<rfilter type=\"box\"/></film>\n"
-    "  </sensor>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"3\"/></transform>"
-    "</shape>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate z=\"-2\"/></transform></shape>\n"
-    "  <emitter type=\"point\"><point name=\"position\" value=\"0.5,2.5,0.5\"/><rgb name=\"intensity\" value=\"40\"/></emitter>\n"
-    "</scene>\n";
+    ROOM_TEXT("  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"4\"/><float name=\"radius\" value=\"0.5\"/>"
+              "<float name=\"alpha\" value=\"0.5\"/></integrator>\n",
+              "sobol", "12", "40");
 
-enum { WIDTH = 12, HEIGHT = 8, PIXELS = WIDTH * HEIGHT, LIGHT_PATHS = 7 };
+enum { LIGHT_PATHS = 7 };
 
 static uint32_t camera_paths_at(int pixel) { return 1 + (uint32_t)pixel % 5; }
 
@@ -52,20 +41,13 @@ static int set_up_room(void **state)
     return 0;
 }
 
-static const float *layer(const ca_image_layers *image, const char *name)
-{
-    const float *data = ca_layers_find(image, name);
-    if (!data) fail_msg("no layer %s", name);
-    return data;
-}
-
 /* ---- Numbers that are chosen -------------------------------------------------------------------------------------- */
 
 /* The map, the counts and the numbers of --stats say the same. */
 static void assert_chosen(const ca_image_layers *image, const json_t *root)
 {
     const json_t *rays = json_object_get(root, "numbers_of_rays");
-    const float *map = layer(image, "Rays.Numbers"), *made = layer(image, "Rays.Camera");
+    const float *map = named_layer(image, "Rays.Numbers"), *made = named_layer(image, "Rays.Camera");
     double mean = 0.0, paths = 0.0;
     for (int p = 0; p < PIXELS; p++) {
         assert_true(map[p] >= 1.0f && map[p] == floorf(map[p]));
@@ -114,7 +96,7 @@ static void test_auto_and_again(void **state)
     assert_string_equal(r.output, "");
     assert_string_equal(r.errors, "");
     ca_image_layers *image = read_image(state, "a.exr");
-    for (int p = 0; p < PIXELS; p++) assert_true(layer(image, "Rays.Numbers")[p] == 1.0f);
+    for (int p = 0; p < PIXELS; p++) assert_true(named_layer(image, "Rays.Numbers")[p] == 1.0f);
     char says[64];
     snprintf(says, sizeof says, "\n%s light paths and 1 camera paths per pixel in an iteration\n",
              attribute_text(image, CA_RAY_MAP_LIGHT_PATHS));
@@ -149,8 +131,8 @@ static void test_file(void **state)
         assert_true(json_number(json_object_get(root, "numbers_of_rays"), "phases") == 0.0);
         assert_true(json_is_null(json_object_get(json_object_get(root, "numbers_of_rays"), "predicted_gain")));
         for (int p = 0; p < PIXELS; p++)
-            assert_true((double)layer(images[i], "Rays.Camera")[p] == iterations * camera_paths_at(p) &&
-                        (double)layer(images[i], "Rays.Numbers")[p] == camera_paths_at(p));
+            assert_true((double)named_layer(images[i], "Rays.Camera")[p] == iterations * camera_paths_at(p) &&
+                        (double)named_layer(images[i], "Rays.Numbers")[p] == camera_paths_at(p));
         json_decref(root);
     }
     assert_string_equal(attribute_text(images[0], "caustica.sampler"), "sobol"); /* the scene's: nothing is chosen by a law here */

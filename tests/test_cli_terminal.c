@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "support/program_test.h"
 
+#include <math.h>
 #include <pty.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -35,17 +36,23 @@ static size_t read_until(int master, const char *words, char *text, size_t size)
     return length;
 }
 
+/* Starts the program with its errors on a terminal, which is the caller's to close. */
+static pid_t start_on_terminal(void **state, unsigned short columns, const char *const words[], int *master)
+{
+    int slave;
+    *master = open_terminal(columns, &slave);
+    const pid_t process = ca_program_start(*state, words, slave);
+    close(slave);
+    return process;
+}
+
 /* Starts a render that goes on for minutes, and waits until it is on its way. */
 static pid_t start_long_render(void **state, int *master)
 {
+    static const char *const words[] = {"render",     "ball.xml", "-o", "a.pfm", "--time=300", "--resolution=900x600",
+                                        "--stats=a.json", NULL};
     char text[4096];
-    int slave;
-    *master = open_terminal(80, &slave);
-    const pid_t process = ca_program_start(*state,
-                                           (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--time=300",
-                                                                 "--resolution=900x600", "--stats=a.json", NULL},
-                                           slave);
-    close(slave);
+    const pid_t process = start_on_terminal(state, 80, words, master);
     read_until(*master, "pass", text, sizeof text);
     return process;
 }
@@ -75,12 +82,10 @@ static void test_signal_ends_with_a_part(void **state)
 {
     ca_program_result r;
     char text[4096];
-    int slave;
-    const int master = open_terminal(80, &slave);
-    const pid_t process = ca_program_start(
-        *state, (const char *const[]){"render", "ball.xml", "-iqmcppm:max_depth=3", "--blocks=0:1000000", "-oa.part", "-oa.pfm",
-                                      "--stats=a.json", NULL}, slave);
-    close(slave);
+    int master;
+    static const char *const words[] = {"render", "ball.xml", "-iqmcppm:max_depth=3", "--blocks=0:1000000", "-oa.part", "-oa.pfm",
+                                        "--stats=a.json", NULL};
+    const pid_t process = start_on_terminal(state, 80, words, &master);
     read_until(master, "block 1", text, sizeof text);
     kill(process, SIGINT);
     read_until(master, NULL, text, sizeof text);
@@ -118,11 +123,9 @@ static void test_second_signal_kills(void **state)
 /* Everything the program writes to a terminal of this width. */
 static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text, size_t size)
 {
-    int slave;
-    const int master = open_terminal(columns, &slave);
-    const pid_t process = ca_program_start(
-        *state, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--threads=1", end, value, NULL}, slave);
-    close(slave);
+    int master;
+    const char *const words[] = {"render", "ball.xml", "-o", "a.pfm", "--threads=1", end, value, NULL};
+    const pid_t process = start_on_terminal(state, columns, words, &master);
     const size_t length = read_until(master, NULL, text, size);
     close(master);
     ca_program_result r;
@@ -154,7 +157,7 @@ static void test_progress_line(void **state)
             assert_says(text, "pass");
         }
         if (widths[i] == 100) {
-            assert_says(text, "[");
+            assert_says(text, "  [="); /* a bar that has begun to fill */
             assert_says(text, "noise");
         }
         /* Gone at the end. */
@@ -163,24 +166,70 @@ static void test_progress_line(void **state)
     }
 }
 
-/* To a noise target: how long the whole will take, once that is known. */
+/* The last line of `text` that holds `words`. */
+static const char *last_line(const char *text, const char *words)
+{
+    const char *found = strstr(text, words);
+    if (!found) fail_msg("\"%s\" is not said in:\n%s", words, text);
+    for (const char *next; (next = strstr(found + 1, words)) != NULL;) found = next;
+    while (found > text && found[-1] != '\r') found--;
+    return found;
+}
+
+/* What is no terminal, or a dumb one, gets a line now and then, and no control characters. */
+static void test_plain_lines(void **state)
+{
+    ca_program_result r;
+    char text[4096], *end;
+    int slave;
+    RUN(&r, "render", "ball.xml", "-o", "a.pfm", "--threads=1", "--time=0.3");
+    assert_exit(&r, 0);
+    assert_null(strstr(r.errors, "pass")); /* a short one: none */
+    const int master = open_terminal(80, &slave);
+    setenv("TERM", "dumb", 1);
+    const pid_t process = ca_program_start(
+        *state, (const char *const[]){"render", "ball.xml", "-o", "a.pfm", "--threads=1", "--time=5.5", NULL}, slave);
+    unsetenv("TERM");
+    close(slave);
+    read_until(master, NULL, text, sizeof text);
+    close(master);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 0);
+    unsigned percent, pass;
+    double left, gone;
+    if (sscanf(text, "caustica: %u %%  pass %u  %lf s left  %lf s gone", &percent, &pass, &left, &gone) != 4)
+        fail_msg("this is no line of progress: %s", text);
+    assert_true(percent >= 90 && percent < 100 && pass > 0 && left < 0.6 && gone >= 5.0 && gone <= 5.5);
+    assert_non_null(end = strchr(text, '\n'));
+    assert_string_equal(end, "\n"); /* one line; the terminal adds the carriage return before its end */
+    *(end[-1] == '\r' ? end - 1 : end) = '\0';
+    assert_null(strpbrk(text, "\r\033[="));
+}
+
+/* To a noise target: how long the whole will take, once that is known; in the end that is about what it took. */
 static void test_predicted_time(void **state)
 {
     static char text[1 << 16];
     read_terminal(state, 120, "--noise", "0.7", text, sizeof text);
-    const char *predicted = strstr(text, " s gone  of ");
-    double seconds = -1.0;
-    if (!predicted) fail_msg("no time is predicted in:\n%s", text);
-    assert_int_equal(sscanf(predicted, " s gone  of %lf s  noise ", &seconds), 1);
-    assert_true(seconds > 0.0 && seconds < 60.0);
+    const char *line = last_line(text, " s gone  of ");
+    double percent, left, gone, whole;
+    unsigned passes;
+    if (sscanf(line, " %lf %% pass %u %lf s left %lf s gone of %lf s noise ", &percent, &passes, &left, &gone, &whole) != 5)
+        fail_msg("not of its form: %.100s", line);
+    assert_true(whole >= gone && whole <= 5.0 * gone + 0.1);
+    /* Each is rounded to a tenth. */
+    if (!(fabs(left + gone - whole) < 0.16)) fail_msg("%.100s", line);
+    if (!(fabs(percent - 100.0 * gone / whole) < 1.0 + 10.0 / whole)) fail_msg("%.100s", line);
 }
 
 /* By passes: how many of how many, on all but the narrowest terminals; what does not fit is left out whole. */
 static void test_counts_passes(void **state)
 {
     static char text[1 << 16];
+    unsigned percent, passes;
     read_terminal(state, 100, "--spp", "3000", text, sizeof text);
-    assert_says(text, "/3000  ");
+    assert_int_equal(sscanf(last_line(text, "/3000  "), " %u %% pass %u/3000 ", &percent, &passes), 2);
+    assert_true(fabs(percent + 0.5 - passes / 30.0) <= 0.5 + 1e-9); /* rounded down */
     assert_says(text, " left  ");
     read_terminal(state, 22, "--spp", "3000", text, sizeof text);
     assert_says(text, " %  pass ");
@@ -195,6 +244,7 @@ int main(void)
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
         PROGRAM_TEST(test_progress_line),
+        PROGRAM_TEST(test_plain_lines),
         PROGRAM_TEST(test_predicted_time),
         PROGRAM_TEST(test_counts_passes),
     };

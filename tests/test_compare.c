@@ -1,6 +1,7 @@
 /* Comparing pictures: metrics against closed forms, and a block test that rejects as often as it says. */
 #include "film/compare.h"
 #include "film/significance.h"
+#include "support/named_layer.h"
 #include "support/test_random.h"
 
 #include <math.h>
@@ -31,17 +32,9 @@ static ca_image_layers *make_picture(uint32_t width, uint32_t height, bool varia
     return layers;
 }
 
-static float *layer(ca_image_layers *layers, const char *name)
-{
-    for (size_t i = 0; i < layers->channel_count; i++)
-        if (strcmp(layers->channels[i].name, name) == 0) return layers->channels[i].data;
-    fail_msg("no layer %s", name);
-    return NULL;
-}
-
 static void fill(ca_image_layers *layers, const char *name, float value)
 {
-    float *data = layer(layers, name);
+    float *data = named_layer(layers, name);
     for (size_t i = 0; i < (size_t)layers->width * layers->height; i++) data[i] = value;
 }
 
@@ -75,7 +68,7 @@ static void render_noise(ca_image_layers *layers, ca_test_random *random, uint32
 {
     fill(layers, "Samples.Y", (float)samples);
     for (int c = 0; c < 3; c++) {
-        float *color = layer(layers, layer_names[c]), *variance = layer(layers, layer_names[3 + c]);
+        float *color = named_layer(layers, layer_names[c]), *variance = named_layer(layers, layer_names[3 + c]);
         for (size_t i = 0; i < (size_t)layers->width * layers->height; i++) {
             const double mean = scale * (1.0 + 0.5 * sin(0.1 * (double)i + c));
             double sum = 0.0, squares = 0.0;
@@ -134,8 +127,8 @@ static void test_region_and_masks(void **state)
     ca_image_layers *image = make_picture(64, 64, false), *reference = make_picture(64, 64, false);
     fill_colors(image, 1.0f, 1.0f, 1.0f);
     fill_colors(reference, 1.0f, 1.0f, 1.0f);
-    layer(image, "R")[5 * 64 + 5] = 100.0f;
-    layer(image, "G")[40 * 64 + 20] = NAN;
+    named_layer(image, "R")[5 * 64 + 5] = 100.0f;
+    named_layer(image, "G")[40 * 64 + 20] = NAN;
     ca_compare_settings settings = {.masks = &(ca_pixel_rect){5, 5, 6, 6}, .mask_count = 1};
     ca_comparison c = compare(image, reference, &settings);
     assert_true(c.rmse == 0.0);
@@ -148,7 +141,12 @@ static void test_region_and_masks(void **state)
     assert_near(c.mae, 99.0 / (3.0 * 8.0), 1e-12);
     assert_int_equal(c.pixels, 8);
     assert_int_equal(c.blocks, 1);
+    assert_int_equal(c.blocks_left_out, 0);
     assert_int_equal(c.non_finite, 0);
+    settings.roi = (ca_pixel_rect){16, 16, 48, 64};
+    c = compare(image, reference, &settings);
+    assert_int_equal(c.blocks, 6);
+    assert_int_equal(c.blocks_left_out, 0);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
 }
@@ -310,14 +308,22 @@ static void test_exact_reference_and_unknown_variance(void **state)
     ca_image_layers *a = make_picture(32, 16, true), *b = make_picture(32, 16, false);
     ca_test_random random = ca_test_random_seed(9);
     render_noise(a, &random, 8, 1.0, 0.1);
-    for (int c = 0; c < 3; c++) memcpy(layer(b, layer_names[c]), layer(a, layer_names[c]), sizeof(float) * 32 * 16);
+    for (int c = 0; c < 3; c++) memcpy(named_layer(b, layer_names[c]), named_layer(a, layer_names[c]), sizeof(float) * 32 * 16);
     ca_comparison c = compare(a, b, NULL);
     assert_true(c.test.done && c.test.reference_exact);
     assert_int_equal(c.test.blocks, 2);
-    layer(a, "Samples.Y")[3] = 1.0f;
+    named_layer(a, "Samples.Y")[3] = 1.0f;
     c = compare(a, b, NULL);
     assert_int_equal(c.test.blocks, 1);
     assert_int_equal(c.test.blocks_untested, 1);
+    static const float unknown[] = {-1e-6f, INFINITY, NAN};
+    float *variance = named_layer(a, "Variance.G");
+    const float known = variance[20];
+    for (int i = 0; i < 3; i++) {
+        variance[20] = unknown[i];
+        assert_int_equal(compare(a, b, NULL).test.blocks_untested, 2); /* of the other block */
+    }
+    variance[20] = known;
     c = compare(b, a, NULL); /* the image's own noise is not known */
     assert_false(c.test.done);
 
@@ -340,9 +346,9 @@ static void test_downsampling_keeps_means_and_their_variance(void **state)
     (void)state;
     ca_image_layers *large = make_picture(6, 4, true), *small = NULL;
     for (size_t i = 0; i < 24; i++) {
-        layer(large, "R")[i] = (float)i;
-        layer(large, "Variance.R")[i] = (float)(i + 1);
-        layer(large, "Samples.Y")[i] = i % 2 ? 2.0f : 4.0f;
+        named_layer(large, "R")[i] = (float)i;
+        named_layer(large, "Variance.R")[i] = (float)(i + 1);
+        named_layer(large, "Samples.Y")[i] = i % 2 ? 2.0f : 4.0f;
     }
     assert_int_equal(ca_compare_downsample(large, 2, &small, NULL), CA_OK);
     assert_int_equal(small->width, 3);

@@ -135,7 +135,8 @@ static void test_symmetric_interval_is_students(void **state)
     expect_near(interval.high, 5.0 + 2.03 * 0.5, 1e-12);
 }
 
-/* At the limits the transformed statistic is the quantile, and the interval leans to where the missing ones are. */
+/* At the limit of the short tail's side the transformed statistic is the quantile, and the interval leans to where the missing ones
+ * are. */
 static void test_interval_inverts_the_transformation(void **state)
 {
     (void)state;
@@ -143,12 +144,35 @@ static void test_interval_inverts_the_transformation(void **state)
     for (int i = 0; i < 7; i++) {
         const ca_moments m = {.mean = 3.0, .variance = 4.0, .third = thirds[i], .replicates = 25};
         const ca_interval interval = ca_confidence_interval(&m, 2.0);
-        const double a = thirds[i] / 8.0 / 5.0, limits[2] = {interval.low, interval.high};
-        for (int side = 0; side < 2; side++) {
-            const double t = (m.mean - limits[side]) / (2.0 / 5.0);
-            expect_near(t + a * t * t / 3.0 + a * a * t * t * t / 27.0 + a / 6.0, side == 0 ? 2.0 : -2.0, 1e-6);
-        }
-        assert_true((interval.high - m.mean > m.mean - interval.low) == (thirds[i] > 0.0));
+        const bool right = thirds[i] > 0.0;
+        const double a = thirds[i] / 8.0 / 5.0, t = (m.mean - (right ? interval.low : interval.high)) / (2.0 / 5.0);
+        expect_near(t + a * t * t / 3.0 + a * a * t * t * t / 27.0 + a / 6.0, right ? 2.0 : -2.0, 1e-6);
+        assert_true((interval.high - m.mean > m.mean - interval.low) == right);
+    }
+}
+
+/* The probability of at most k where `expectation` are expected. */
+static double poisson_cumulative(int k, double expectation)
+{
+    double term = exp(-expectation), sum = term;
+    for (int i = 1; i <= k; i++) sum += term *= expectation / i;
+    return sum;
+}
+
+/* k contributions of one size: beyond the limit as few as k would come with a probability of less than 2.5 %. */
+static void test_long_tail_is_poissons(void **state)
+{
+    (void)state;
+    const double size = 3.0, quantile = 1.9599639845400545;
+    const uint32_t n = 1000000;
+    for (int k = 1; k <= 400; k = k < 20 ? k + 1 : 2 * k) {
+        const double p = (double)k / n;
+        ca_moments m = {.mean = size * p, .variance = size * size * p, .third = size * size * size * p, .replicates = n};
+        const double high = ca_confidence_interval(&m, quantile).high * n / size;
+        const double beyond = poisson_cumulative(k, high);
+        if (!(beyond > 0.0245 && beyond < 0.0255)) fail_msg("%d contributions, at most %g expected: %.5f", k, high, beyond);
+        m.third = -m.third; /* as many dark ones: the same downwards */
+        expect_near(2.0 * m.mean - ca_confidence_interval(&m, quantile).low, high * size / n, 1e-12);
     }
 }
 
@@ -257,6 +281,22 @@ static void test_fireflies_that_most_pixels_miss(void **state)
     ca_film_destroy(&film);
 }
 
+/* Where all others are black, a pixel has no one but itself to be judged by. */
+static void test_lonely_pixel(void **state)
+{
+    (void)state;
+    ca_moments moments[81] = {{0}};
+    bool marked[81];
+    for (int i = 0; i < 81; i++) moments[i].replicates = 64;
+    for (int rare = 0; rare < 2; rare++) {
+        moments[40] = (ca_moments){.mean = 1.0, .variance = 1.0, .third = rare ? 7.0 : 1.0, .replicates = 64};
+        assert_int_equal(ca_confidence_mark(moments, 9, 9, marked, NULL), CA_OK);
+        assert_true(marked[40] == (rare == 1));
+        assert_int_equal(ca_confidence_mark(&moments[40], 1, 1, marked, NULL), CA_OK);
+        assert_true(marked[0] == (rare == 1));
+    }
+}
+
 /* Any moments against the rule, written once more. */
 static bool should_be_marked(const ca_moments *moments, int width, int height, int x, int y)
 {
@@ -265,7 +305,7 @@ static bool should_be_marked(const ca_moments *moments, int width, int height, i
     bool varies = false;
     for (int v = y - 2; v <= y + 2; v++)
         for (int u = x - 2; u <= x + 2; u++) {
-            if (u < 0 || v < 0 || u >= width || v >= height) continue;
+            if (u < 0 || v < 0 || u >= width || v >= height || (u == x && v == y)) continue;
             const ca_moments *m = &moments[v * width + u];
             varies |= m->variance > 0.0;
             if (m->mean == 0.0) continue;
@@ -285,6 +325,11 @@ static bool should_be_marked(const ca_moments *moments, int width, int height, i
     if (own->replicates < 8) return true;
     if (own->variance == 0.0) return varies;
     if (own->mean == 0.0) return false;
+    if (count == 0.0) { /* nobody else can tell */
+        variance = own->variance / pow(own->mean, 2.0);
+        third = own->third / pow(fabs(own->mean), 3.0);
+        count = 1.0;
+    }
     const double half_error = 0.5 * sqrt(own->variance / own->replicates) / fabs(own->mean);
     variance /= count;
     third /= count;
@@ -323,6 +368,7 @@ static double draw_exponential(void) { return -log(uniform()); }
 static double draw_log_normal(void) { return exp(normal()); }
 static double draw_two_values(void) { return uniform() < 0.3 ? 1.0 : 0.0; }
 static double draw_mostly_one(void) { return uniform() < 0.9 ? 1.0 : 0.0; }
+static double draw_few_contributions(void) { return uniform() < 9.0 / 512.0 ? 2.0 : 0.0; } /* 9 a pixel */
 static double draw_fireflies(void) { return 1.0 + 0.3 * normal() + (uniform() < 0.1 ? 30.0 : 0.0); }
 
 static const struct distribution {
@@ -340,6 +386,7 @@ static const struct distribution {
     {"log-normal", draw_log_normal, 1.6487212707001282, 256, 0.2},
     {"two values", draw_two_values, 0.3, 64, 0.0},
     {"mostly one", draw_mostly_one, 0.9, 256, 0.02},
+    {"nine contributions", draw_few_contributions, 18.0 / 512.0, 512, 0.5},
     {"frequent fireflies", draw_fireflies, 4.0, 256, 0.02},
 };
 
@@ -405,11 +452,14 @@ static void test_groups(void **state)
     for (uint32_t i = 0; i < 64; i++)
         for (int k = 0; k < 3; k++) add(&grouped, i, 1000.0);
     ca_image_layers *a = develop(&grouped), *b = develop(&single);
+    int compared = 0;
     for (size_t c = 0; c < b->channel_count; c++) {
         const char *name = b->channels[c].name;
         if (strncmp(name, "Confidence", 10) != 0) continue;
+        compared++;
         for (uint32_t i = 0; i < 64; i++) expect_near((double)ca_layers_find(a, name)[i], (double)b->channels[c].data[i], 1e-6);
     }
+    assert_int_equal(compared, 8); /* low and high of R, G, B, Y */
     ca_layers_destroy(a);
     ca_layers_destroy(b);
     ca_film_destroy(&grouped);
@@ -455,10 +505,12 @@ int main(void)
         cmocka_unit_test(test_moments_of_rounding),
         cmocka_unit_test(test_symmetric_interval_is_students),
         cmocka_unit_test(test_interval_inverts_the_transformation),
+        cmocka_unit_test(test_long_tail_is_poissons),
         cmocka_unit_test(test_interval_without_scatter),
         cmocka_unit_test(test_too_few_replicates),
         cmocka_unit_test(test_constant_pixels),
         cmocka_unit_test(test_fireflies_that_most_pixels_miss),
+        cmocka_unit_test(test_lonely_pixel),
         cmocka_unit_test(test_rule),
         cmocka_unit_test(test_calibration),
         cmocka_unit_test(test_calibration_of_groups),

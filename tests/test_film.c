@@ -2,6 +2,7 @@
  * windows of a crop; failures of memory. */
 #include "base/memory.h"
 #include "film/film.h"
+#include "support/named_layer.h"
 #include "support/test_random.h"
 
 #include <math.h>
@@ -31,13 +32,6 @@ static ca_image_layers *develop(const ca_film *film)
     ca_image_layers *layers;
     assert_int_equal(ca_film_develop(film, &layers, NULL), CA_OK);
     return layers;
-}
-
-static float layer_at(const ca_image_layers *layers, const char *name, uint32_t pixel)
-{
-    const float *data = ca_layers_find(layers, name);
-    if (!data) fail_msg("no layer %s", name);
-    return data[pixel];
 }
 
 static void expect(const ca_image_layers *layers, const char *name, uint32_t pixel, double value)

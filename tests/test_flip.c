@@ -1,5 +1,6 @@
 /* FLIP against numbers of an independent implementation, closed forms, and the choice of exposures; tone curves. */
 #include "support/metric_pictures.h"
+#include "support/named_layer.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -34,8 +35,8 @@ static void test_recorded_pairs(void **state)
         assert_exposures(&metrics.exposures, &recorded->exposures);
         for (int i = 0; i < SPOTS; i++) {
             const size_t at = pair_spots[i][1] * PAIR_WIDTH + pair_spots[i][0];
-            assert_near("FLIP.LDR", (double)metric_layer(maps, "FLIP.LDR")[at], recorded->flip_ldr_at[i], 2e-5);
-            assert_near("FLIP.HDR", (double)metric_layer(maps, "FLIP.HDR")[at], recorded->flip_hdr_at[i], 2e-5);
+            assert_near("FLIP.LDR", (double)named_layer(maps, "FLIP.LDR")[at], recorded->flip_ldr_at[i], 2e-5);
+            assert_near("FLIP.HDR", (double)named_layer(maps, "FLIP.HDR")[at], recorded->flip_hdr_at[i], 2e-5);
         }
         ca_layers_destroy(maps);
         ca_layers_destroy(image);
@@ -93,7 +94,7 @@ static double ldr_of_constants(const float image_rgb[3], const float reference_r
     ca_metric_settings settings = ca_metric_defaults();
     settings.flip_hdr = false;
     const double flip = measure_pair(image, reference, &settings, &maps).flip_ldr;
-    for (int i = 0; i < 63; i++) assert_near("the map", (double)metric_layer(maps, "FLIP.LDR")[i], flip, 1e-6);
+    for (int i = 0; i < 63; i++) assert_near("the map", (double)named_layer(maps, "FLIP.LDR")[i], flip, 1e-6);
     ca_layers_destroy(maps);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
@@ -151,9 +152,9 @@ static void test_hdr_is_the_largest_ldr(void **state)
     for (int i = 0; i < PAIR_PIXELS; i++) {
         int largest = 0;
         for (int e = 1; e < EXPOSURES; e++)
-            if (metric_layer(ldr[e], "FLIP.LDR")[i] > metric_layer(ldr[largest], "FLIP.LDR")[i]) largest = e;
-        assert_true(metric_layer(hdr, "FLIP.HDR")[i] == metric_layer(ldr[largest], "FLIP.LDR")[i]);
-        assert_true(metric_layer(hdr, "FLIP.Exposure")[i] == (float)(-2.0 + 1.5 * largest));
+            if (named_layer(ldr[e], "FLIP.LDR")[i] > named_layer(ldr[largest], "FLIP.LDR")[i]) largest = e;
+        assert_true(named_layer(hdr, "FLIP.HDR")[i] == named_layer(ldr[largest], "FLIP.LDR")[i]);
+        assert_true(named_layer(hdr, "FLIP.Exposure")[i] == (float)(-2.0 + 1.5 * largest));
     }
     for (int e = 0; e < EXPOSURES; e++) ca_layers_destroy(ldr[e]);
     ca_layers_destroy(hdr);

@@ -1,5 +1,4 @@
 /* Readers of images: the values of hand-made files of every format, and every way a file can be wrong. */
-#include "base/memory.h"
 #include "image/image.h"
 #include "image/layers.h"
 #include "support/sample_files.h"
@@ -309,23 +308,7 @@ static void truncated_files_are_refused(void **unused)
 static void every_allocation_may_fail(void **unused)
 {
     (void)unused;
-    sample_file *files;
-    const size_t count = sample_files_make(&files);
-    for (size_t i = 0; i < count; ++i) {
-        if (files[i].is_mesh) continue;
-        const char *path = path_to(files[i].name);
-        sample_write(path, files[i].bytes.data, files[i].bytes.size);
-        long n = 0;
-        for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; ++n) {
-            ca_error error = {{0}};
-            ca_memory_fail_after(n);
-            status = sample_read(path, false, &error);
-            ca_memory_fail_after(-1);
-            if (status != CA_OK && status != CA_ERROR_MEMORY) fail_msg("allocation %ld: %s", n, error.message);
-        }
-        assert_true(n > 4);
-    }
-    sample_files_free(files, count);
+    check_sample_allocations(false, 5);
 }
 
 int main(void)

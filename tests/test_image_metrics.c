@@ -1,6 +1,7 @@
 /* All metrics as maps, and their averages over regions: what counts, what does not, and that threads change nothing. */
 #include "base/memory.h"
 #include "support/metric_pictures.h"
+#include "support/named_layer.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -27,7 +28,7 @@ static ca_image_metrics measure(const ca_image_layers *image, const ca_image_lay
 /* Mean of the map, or of its squares, over [x0, x1) x [y0, y1) without the pixel (5, 30). */
 static double mean_of(const ca_image_layers *maps, const char *name, const uint32_t rect[4], bool squares)
 {
-    const float *map = metric_layer(maps, name);
+    const float *map = named_layer(maps, name);
     double sum = 0.0, count = 0.0;
     for (uint32_t y = rect[1]; y < rect[3]; y++)
         for (uint32_t x = rect[0]; x < rect[2]; x++) {
@@ -67,15 +68,19 @@ static void test_numbers_are_means_of_maps(void **state)
     assert_numbers(&comparison, &metrics, whole_maps, (uint32_t[]){0, 0, PAIR_WIDTH, PAIR_HEIGHT},
                    (uint32_t[]){5, 5, PAIR_WIDTH - 5, PAIR_HEIGHT - 5});
 
+    /* To the lower border, and not to it. */
+    static const uint32_t bottoms[2][2] = {{PAIR_HEIGHT, PAIR_HEIGHT - 5}, {PAIR_HEIGHT - 9, PAIR_HEIGHT - 9}};
     region.has_roi = true;
-    region.roi = (ca_pixel_rect){2, 9, 31, PAIR_HEIGHT};
-    metrics = measure(image, reference, &region, &maps);
-    assert_int_equal(ca_compare(image, reference, &region, &comparison, NULL), CA_OK);
-    assert_numbers(&comparison, &metrics, maps, (uint32_t[]){2, 9, 31, PAIR_HEIGHT}, (uint32_t[]){5, 9, 31, PAIR_HEIGHT - 5});
-    /* The filters look beyond the region and under the mask: the maps are the same. */
-    for (int i = 0; i < MAPS; i++)
-        assert_memory_equal(metric_layer(maps, map_names[i]), metric_layer(whole_maps, map_names[i]), sizeof(float) * PAIR_PIXELS);
-    ca_layers_destroy(maps);
+    for (int b = 0; b < 2; b++) {
+        region.roi = (ca_pixel_rect){2, 9, 31, bottoms[b][0]};
+        metrics = measure(image, reference, &region, &maps);
+        assert_int_equal(ca_compare(image, reference, &region, &comparison, NULL), CA_OK);
+        assert_numbers(&comparison, &metrics, maps, (uint32_t[]){2, 9, 31, bottoms[b][0]}, (uint32_t[]){5, 9, 31, bottoms[b][1]});
+        /* The filters look beyond the region and under the mask: the maps are the same. */
+        for (int i = 0; i < MAPS; i++)
+            assert_memory_equal(named_layer(maps, map_names[i]), named_layer(whole_maps, map_names[i]), sizeof(float) * PAIR_PIXELS);
+        ca_layers_destroy(maps);
+    }
     ca_layers_destroy(whole_maps);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
@@ -92,12 +97,12 @@ static void test_values_of_error_maps(void **state)
     const ca_compare_settings whole = {0};
     const ca_image_metrics metrics = measure(image, reference, &whole, &maps);
     assert_true(isnan(metrics.ssim)); /* no window fits */
-    assert_near("RMSE", (double)metric_layer(maps, "Error.RMSE")[1], sqrt((0.25 + 16.0 + 0.0625) / 3.0), 1e-6);
-    assert_near("MAE", (double)metric_layer(maps, "Error.MAE")[1], (0.5 + 4.0 + 0.25) / 3.0, 1e-6);
-    assert_near("relMSE", (double)metric_layer(maps, "Error.relMSE")[1], (0.25 / 1.01 + 16.0 / 4.01 + 0.0625 / 0.0725) / 3.0, 1e-6);
-    assert_near("SMAPE", (double)metric_layer(maps, "Error.SMAPE")[1], (0.5 / 2.51 + 4.0 / 4.01 + 0.25 / 0.26) / 3.0, 1e-6);
-    assert_true(metric_layer(maps, "Difference.R")[1] == 0.5f && metric_layer(maps, "Difference.G")[1] == -4.0f &&
-                metric_layer(maps, "Difference.B")[1] == -0.25f);
+    assert_near("RMSE", (double)named_layer(maps, "Error.RMSE")[1], sqrt((0.25 + 16.0 + 0.0625) / 3.0), 1e-6);
+    assert_near("MAE", (double)named_layer(maps, "Error.MAE")[1], (0.5 + 4.0 + 0.25) / 3.0, 1e-6);
+    assert_near("relMSE", (double)named_layer(maps, "Error.relMSE")[1], (0.25 / 1.01 + 16.0 / 4.01 + 0.0625 / 0.0725) / 3.0, 1e-6);
+    assert_near("SMAPE", (double)named_layer(maps, "Error.SMAPE")[1], (0.5 / 2.51 + 4.0 / 4.01 + 0.25 / 0.26) / 3.0, 1e-6);
+    assert_true(named_layer(maps, "Difference.R")[1] == 0.5f && named_layer(maps, "Difference.G")[1] == -4.0f &&
+                named_layer(maps, "Difference.B")[1] == -0.25f);
     assert_true(maps->x0 == 3 && maps->full_width == 7 && maps->width == 2 && maps->full_height == 1);
     ca_layers_destroy(maps);
     ca_layers_destroy(image);
@@ -127,11 +132,11 @@ static void test_pixels_that_are_not_finite(void **state)
     assert_true(m.ssim == n.ssim && m.flip_ldr == n.flip_ldr && m.flip_hdr == n.flip_hdr);
     for (int i = 0; i < MAPS; i++)
         for (size_t at = 0; at < PAIR_PIXELS; at++) {
-            const float value = metric_layer(maps, map_names[i])[at];
+            const float value = named_layer(maps, map_names[i])[at];
             if (at == broken || at == unknown || at == both)
                 assert_true(isnan(value));
             else
-                assert_true(value == metric_layer(expected, map_names[i])[at]);
+                assert_true(value == named_layer(expected, map_names[i])[at]);
         }
     ca_layers_destroy(maps);
     ca_layers_destroy(expected);
@@ -165,18 +170,24 @@ static void test_what_is_not_computed(void **state)
     ca_layers_destroy(reference);
 }
 
+/* Large enough for the workers to be at work at the same time. */
 static void test_threads_change_nothing(void **state)
 {
     (void)state;
-    ca_image_layers *image, *reference, *one, *several;
-    make_pair(PAIR_BRIGHT, &image, &reference);
+    enum { WIDTH = 500, HEIGHT = 400 };
+    ca_image_layers *image = metric_picture(WIDTH, HEIGHT), *reference = metric_picture(WIDTH, HEIGHT), *one, *several;
+    for (size_t c = 0; c < 3; c++)
+        for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) {
+            reference->channels[c].data[i] = (float)(i * (c + 3) % 251) / 200.0f;
+            image->channels[c].data[i] = reference->channels[c].data[i] + (float)(i * 7 % 31) / 100.0f;
+        }
     ca_metric_settings settings = ca_metric_defaults();
     const ca_image_metrics m = measure_pair(image, reference, &settings, &one);
     settings.threads = 5;
     const ca_image_metrics n = measure_pair(image, reference, &settings, &several);
     assert_true(m.ssim == n.ssim && m.flip_ldr == n.flip_ldr && m.flip_hdr == n.flip_hdr);
     for (int i = 0; i < MAPS; i++)
-        assert_memory_equal(metric_layer(one, map_names[i]), metric_layer(several, map_names[i]), sizeof(float) * PAIR_PIXELS);
+        assert_memory_equal(named_layer(one, map_names[i]), named_layer(several, map_names[i]), sizeof(float) * WIDTH * HEIGHT);
     ca_layers_destroy(one);
     ca_layers_destroy(several);
     ca_layers_destroy(image);
@@ -186,15 +197,26 @@ static void test_threads_change_nothing(void **state)
 static void test_refusals(void **state)
 {
     (void)state;
-    ca_image_layers *image, *reference, *maps, *small = metric_picture(3, 3);
+    ca_image_layers *image, *reference, *maps;
+    ca_image_layers *const others[] = {metric_picture(3, 3), metric_picture(PAIR_WIDTH, 3), metric_picture(3, PAIR_HEIGHT)};
+    static const char *const sizes[] = {"the reference 3 x 3", "the reference 64 x 3", "the reference 3 x 48"};
     make_pair(PAIR_NOISE, &image, &reference);
     ca_metric_settings settings = ca_metric_defaults();
     ca_image_metrics metrics;
     ca_error error = {""};
     const ca_compare_settings whole = {0};
-    assert_int_equal(ca_measure_image(image, small, &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "the reference 3 x 3"));
-    assert_null(maps);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(ca_measure_image(image, others[i], &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+        assert_non_null(strstr(error.message, sizes[i]));
+        assert_null(maps);
+        ca_layers_destroy(others[i]);
+    }
+    static const ca_pixel_rect regions[] = {{3, 4, 3, 9}, {3, 4, 9, 4}, {9, 4, 3, 9}, {0, 0, PAIR_WIDTH + 1, 9}, {0, 0, 9, PAIR_HEIGHT + 1}};
+    for (size_t i = 0; i < sizeof regions / sizeof regions[0]; i++) {
+        const ca_compare_settings wrong = {.has_roi = true, .roi = regions[i]};
+        assert_int_equal(ca_measure_image(image, reference, &wrong, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+        assert_non_null(strstr(error.message, "is empty or reaches out of the 64 x 48 pixels"));
+    }
     const ca_compare_settings nothing = {.masks = &(ca_pixel_rect){0, 0, 99, 99}, .mask_count = 1};
     assert_int_equal(ca_measure_image(image, reference, &nothing, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "nothing is left"));
@@ -205,7 +227,14 @@ static void test_refusals(void **state)
     assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "start at 50 stops"));
     assert_null(maps);
-    ca_layers_destroy(small);
+    /* Of all pixels one is finite: that counts; then none. */
+    settings = ca_metric_defaults();
+    for (size_t i = 0; i < PAIR_PIXELS; i++) image->channels[1].data[i] = i == 29 * PAIR_WIDTH + 41 ? 0.5f : NAN;
+    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, NULL, &error), CA_OK);
+    assert_true(isfinite(metrics.flip_ldr));
+    image->channels[1].data[29 * PAIR_WIDTH + 41] = NAN;
+    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "nothing is left"));
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
 }

@@ -220,18 +220,11 @@ static void nested_bsdfs(void **state)
     done();
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    import_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dielectrics), cmocka_unit_test(conductors), cmocka_unit_test(conductor_table_is_sound),
         cmocka_unit_test(plastics),    cmocka_unit_test(principled), cmocka_unit_test(nested_bsdfs),
     };
-    return cmocka_run_group_tests(tests, NULL, remove_folder);
+    return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

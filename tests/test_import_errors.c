@@ -232,18 +232,11 @@ static void wrong_files(void **state)
     import_expect_error(SCENE("<path value=\"no\"/>"), expected);
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    import_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(wrong_names),   cmocka_unit_test(wrong_values), cmocka_unit_test(wrong_structure),
         cmocka_unit_test(wrong_sensors), cmocka_unit_test(wrong_files),
     };
-    return cmocka_run_group_tests(tests, NULL, remove_folder);
+    return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

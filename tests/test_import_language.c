@@ -321,13 +321,6 @@ static void long_chain_of_references_is_refused(void **state)
     free(text);
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    import_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -343,5 +336,5 @@ int main(void)
         cmocka_unit_test(growing_values_are_refused),
         cmocka_unit_test(long_chain_of_references_is_refused),
     };
-    return cmocka_run_group_tests(tests, NULL, remove_folder);
+    return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

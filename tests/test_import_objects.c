@@ -476,13 +476,6 @@ static void colors(void **state)
     done();
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    import_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -502,5 +495,5 @@ int main(void)
         cmocka_unit_test(textures),
         cmocka_unit_test(colors),
     };
-    return cmocka_run_group_tests(tests, NULL, remove_folder);
+    return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

@@ -141,13 +141,6 @@ static void water_caustic(void **state)
     ca_scene_desc_destroy(&desc);
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    import_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -157,5 +150,5 @@ int main(void)
         cmocka_unit_test(veach_bidir),
         cmocka_unit_test(water_caustic),
     };
-    return cmocka_run_group_tests(tests, NULL, remove_folder);
+    return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

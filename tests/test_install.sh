@@ -3,6 +3,7 @@
 # through pkg-config with the shared and the static library, and the shared one exports the documented names only.
 # Speaks TAP. CA_BUILD_DIR: the build folder to install from.
 set -u
+. tests/support/tap.sh
 build=${CA_BUILD_DIR:?the build folder to install from}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -10,22 +11,9 @@ trap 'rm -rf "$folder"' EXIT
 cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
 compiler=$(cached CMAKE_C_COMPILER)
 
-number=0
-check() { # check NAME COMMAND...
-    local name=$1 output
-    shift
-    number=$((number + 1))
-    if output=$("$@" 2>&1); then
-        echo "ok $number - $name"
-    else
-        echo "not ok $number - $name"
-        printf '%s\n' "$output" | sed 's/^/# /'
-    fi
-}
-
 if [ -n "$(cached CA_SANITIZE)" ]; then
     echo "1..1"
-    echo "ok 1 - installation # SKIP a library with sanitizers is not for other programs"
+    left_out "installation" "a library with sanitizers is not for other programs"
     exit 0
 fi
 
@@ -41,7 +29,10 @@ cat >"$folder/user.c" <<'END'
 
 int main(void)
 {
-    return strcmp(ca_status_name(CA_OK), "ok") == 0 && ca_version()[0] != 0 ? 0 : 1;
+    ca_scene *scene = NULL;
+    ca_error error;
+    if (strcmp(ca_status_name(CA_OK), "ok") != 0 || ca_version()[0] == 0) return 1;
+    return ca_scene_load("missing.xml", NULL, 0, &scene, &error) != CA_OK && strstr(error.message, "missing.xml") ? 0 : 2;
 }
 END
 cp "$folder/user.c" "$folder/user.cpp"
@@ -61,9 +52,11 @@ shared_program() {
 }
 check "a C++ program runs with the shared library" shared_program
 
+# With all of the library, whatever this program wants of it: every library behind it must be named.
 static_program() {
     # shellcheck disable=SC2046
-    "$compiler" "$folder/c.o" $(pkg-config --static --libs caustica | sed 's/-lcaustica/-l:libcaustica.a/') \
+    "$compiler" "$folder/c.o" \
+        $(pkg-config --static --libs caustica | sed 's/-lcaustica/-Wl,--whole-archive -l:libcaustica.a -Wl,--no-whole-archive/') \
         -o "$folder/static" && "$folder/static"
 }
 check "a C program runs with the static library" static_program

@@ -2,25 +2,13 @@
 # Man pages and completion: each command and each option that the program knows stands in them, the pages are good for groff, and
 # bash completes with them. Speaks TAP. CA_BUILD_DIR: the build folder.
 set -u
+. tests/support/tap.sh
 build=${CA_BUILD_DIR:?the build folder}
 program=$build/caustica
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-number=0
-check() { # check NAME COMMAND...
-    local name=$1 output
-    shift
-    number=$((number + 1))
-    if output=$("$@" 2>&1); then
-        echo "ok $number - $name"
-    else
-        echo "not ok $number - $name"
-        printf '%s\n' "$output" | sed 's/^/# /'
-    fi
-}
-
-echo "1..9"
+echo "1..11"
 make_all() {
     sh scripts/help-to-man.sh "$program" "$folder/man" &&
         sh scripts/help-to-completion.sh "$program" "$folder/bash" "$folder/zsh"
@@ -30,18 +18,35 @@ check "are made" make_all
 commands=$("$program" --help | sed -n 's/^  \([a-z][a-z]*\)  .*/\1/p')
 # Lines of a help that begin with an option, whatever follows.
 options_of() { "$program" "$1" --help | sed -n 's/^  \(-.,\|   \) --\([a-z0-9-]*\).*/\2/p'; }
+# Those of them that take a value.
+valued_options_of() { "$program" "$1" --help | sed -n 's/^  \(-.,\|   \) --\([a-z0-9-]*\) [^ ].*/\2/p'; }
 
 help_is_good() {
     for command in $commands; do
         "$program" "$command" --help >"$folder/help" || return 1
         grep -Eq "^Examples?: caustica $command " "$folder/help" || { echo "$command: no example"; return 1; }
         [ "$(head -c $((10 + ${#command})) "$folder/help")" = "caustica $command " ] || { echo "$command: first line"; return 1; }
-        [ "$(wc -l <"$folder/help")" -le 80 ] || { echo "$command: long"; return 1; }
+        [ "$(wc -l <"$folder/help")" -le 110 ] || { echo "$command: long"; return 1; }
         [ "$(options_of "$command" | wc -l)" -ge 2 ] || { echo "$command: no options"; return 1; }
     done
     [ "$(printf '%s\n' "$commands" | wc -l)" -ge 6 ]
 }
 check "each command has a help with an example" help_is_good
+
+# No line of a help is wider than 100 columns (of noise: of its options), and what an option's help goes on with below stands under its
+# beginning.
+lines_are_short() {
+    for command in $commands; do
+        "$program" "$command" --help >"$folder/help" || return 1
+        awk -v command="$command" '
+            /^  (-.,|   ) --[a-z]/ { options = 1 }
+            length($0) > 100 && (options || command != "noise") { print command ": " $0; bad = 1 }
+            /^$/ { options = 0 }
+            options && !/^  (-.,|   ) --[a-z]/ && !/^                              [^ ]/ { print command ": not under its option: " $0; bad = 1 }
+            END { exit bad }' "$folder/help" || return 1
+    done
+}
+check "lines of helps are short" lines_are_short
 
 pages_are_complete() {
     for command in $commands; do
@@ -59,6 +64,23 @@ pages_are_complete() {
 }
 check "a page for each command, with each option" pages_are_complete
 
+# Each line of a help, without the words that say where in the page it belongs.
+pages_say_all() {
+    for command in $commands; do
+        sed -e '/^\.SH/d' -e 's/^\.[A-Z]* *//' -e 's/\\-/-/g' -e "s/\\\\(aq/'/g" -e 's/\\&//g' -e 's/\\e/\\/g' \
+            -e 's/^caustica[a-z-]* - //' -e 's/^ *//' \
+            "$folder/man/caustica-$command.1" >"$folder/page"
+        "$program" "$command" --help | sed -e '1s/^[^:]*:\( \|$\)//' \
+            -e 's/^  \(-.,\|   \) --[a-z0-9-]*\( [^ ][^ ]*\)\{0,1\}//' -e 's/^Examples\{0,1\}: //' -e 's/^ *//' -e '/^$/d' >"$folder/help"
+        [ "$(wc -l <"$folder/help")" -ge 3 ] || { echo "$command: hardly a help"; return 1; }
+        if grep -Fxv -f "$folder/page" "$folder/help"; then
+            echo "$command: not in its page"
+            return 1
+        fi
+    done
+}
+check "pages say all that helps say" pages_say_all
+
 if command -v groff >/dev/null; then
     pages_are_well_formed() {
         for page in "$folder"/man/*.1; do groff -man -Tascii -ww -z "$page"; done >"$folder/groff" 2>&1
@@ -67,12 +89,12 @@ if command -v groff >/dev/null; then
     }
     check "groff has no complaint" pages_are_well_formed
 else
-    number=$((number + 1))
-    echo "ok $number - groff has no complaint # SKIP groff is not installed"
+    left_out "groff has no complaint" "groff is not installed"
 fi
 
 # complete WORD...: what bash offers for the last word.
 complete_words() (
+    compopt() { COMPREPLY=("$*"); } # bash's own, which looks for files, works only while it completes
     . "$folder/bash"
     COMP_WORDS=(caustica "$@")
     COMP_CWORD=$#
@@ -89,7 +111,9 @@ bash_completes() {
     completes "render" re && completes "render" render && completes "--sampler" render --sam &&
         completes "--sampler" render a.xml --quiet --sam && completes "bdpt bdpm" render -i bd &&
         completes "bdpt bdpm" render --integrator bd && completes "halton halton-plain" render --sampler = ha &&
-        completes "" render --spp 1 && completes "" info --s && completes "" nothing --s
+        completes "" render --spp 1 && completes "" info --s && completes "" nothing --s &&
+        completes "-o default" render sc && completes "-o default" render --stats "" && completes "-o default" render -o "" &&
+        completes "-o dirnames" render --dump-strategies ""
 }
 check "bash completes commands, options and names" bash_completes
 
@@ -112,13 +136,18 @@ names_agree() {
 }
 check "bash knows integrators and samplers" names_agree
 
+# What stands in brackets and between colons for _arguments has none of its own.
+zsh_spec="^ +('\*')?(\{-.\+?,--[a-z0-9-]+=?\}|'--[a-z0-9-]+=?')'\[([^]:\\[]|\\\\.)*\](:([^]:\\[]|\\\\.)*:[^:]*)?' \\\\$"
 zsh_knows_all() {
-    local command option
+    local command option valued
     for command in $commands; do
         sed -n "/^    $command)/,/;;/p" "$folder/zsh" >"$folder/part"
+        valued=" $(valued_options_of "$command" | tr '\n' ' ')"
         for option in $(options_of "$command"); do
-            grep -Eq -- "--$option=?['}]" "$folder/part" || { echo "$command --$option"; return 1; }
+            [[ $valued == *" $option "* ]] && option=$option=
+            grep -Eq -- "--$option['}]" "$folder/part" || { echo "$command --$option"; return 1; }
         done
+        if grep -e ' .*--[a-z]' "$folder/part" | grep -Ev "$zsh_spec"; then return 1; fi
     done
 }
 check "zsh knows all options of all commands" zsh_knows_all
@@ -126,6 +155,5 @@ check "zsh knows all options of all commands" zsh_knows_all
 if command -v zsh >/dev/null; then
     check "zsh reads it" zsh -n "$folder/zsh"
 else
-    number=$((number + 1))
-    echo "ok $number - zsh reads it # SKIP zsh is not installed"
+    left_out "zsh reads it" "zsh is not installed"
 fi

@@ -1,5 +1,5 @@
 /* Readers of OBJ, PLY and serialized meshes: values, every way a file can be wrong, and what a user is told. */
-#include "base/memory.h"
+#define _POSIX_C_SOURCE 200809L
 #include "image/image.h"
 #include "import/import.h"
 #include "support/sample_files.h"
@@ -179,12 +179,13 @@ static void obj_errors_name_the_place(void **unused)
 
 /* ---- PLY --------------------------------------------------------------------------------------------------------- */
 
-static void check_ply(sample_ply_format format)
+/* Of a file that sample_ply made, of whatever format. */
+static void check_ply(sample_bytes ply)
 {
     static const uint32_t indices[9] = {0, 1, 2, 0, 2, 3, 1, 4, 2};
     static const float weights[3] = {10, 10, 11};
     ca_mesh mesh;
-    import_sample("a.ply", sample_ply(format), &mesh);
+    import_sample("a.ply", ply, &mesh);
     assert_int_equal(mesh.vertex_count, 5);
     assert_indices(&mesh, indices, 9);
     assert_floats(mesh.positions, square_positions, 15, 0.0);
@@ -212,9 +213,9 @@ static void check_ply(sample_ply_format format)
     ca_mesh_destroy(&mesh);
 }
 
-static void ply_ascii(void **unused) { (void)unused; check_ply(SAMPLE_PLY_ASCII); }
-static void ply_little_endian(void **unused) { (void)unused; check_ply(SAMPLE_PLY_LITTLE_ENDIAN); }
-static void ply_big_endian(void **unused) { (void)unused; check_ply(SAMPLE_PLY_BIG_ENDIAN); }
+static void ply_ascii(void **unused) { (void)unused; check_ply(sample_ply(SAMPLE_PLY_ASCII)); }
+static void ply_little_endian(void **unused) { (void)unused; check_ply(sample_ply(SAMPLE_PLY_LITTLE_ENDIAN)); }
+static void ply_big_endian(void **unused) { (void)unused; check_ply(sample_ply(SAMPLE_PLY_BIG_ENDIAN)); }
 
 #define PLY_HEADER(vertex, face)                                                                                    \
     "ply\nformat ascii 1.0\nelement vertex " vertex "\nproperty float x\nproperty float y\nproperty float z\n"       \
@@ -390,7 +391,8 @@ static void truncated_files_are_refused(void **unused)
     (void)unused;
     sample_file *files;
     const size_t count = sample_files_make(&files);
-    for (size_t i = 0; i < count && files[i].is_mesh; ++i) {
+    for (size_t i = 0; i < count; ++i) {
+        if (!files[i].is_mesh) continue;
         size_t read = 0;
         for (size_t size = 0; size < files[i].bytes.size; ++size) {
             ca_error error = {{0}};
@@ -410,34 +412,51 @@ static void truncated_files_are_refused(void **unused)
 static void every_allocation_may_fail(void **unused)
 {
     (void)unused;
-    sample_file *files;
-    const size_t count = sample_files_make(&files);
-    for (size_t i = 0; i < count && files[i].is_mesh; ++i) {
-        const char *path = path_to(files[i].name);
-        sample_write(path, files[i].bytes.data, files[i].bytes.size);
-        long n = 0;
-        for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; ++n) {
-            ca_error error = {{0}};
-            ca_memory_fail_after(n);
-            status = sample_read(path, true, &error);
-            ca_memory_fail_after(-1);
-            if (status != CA_OK) assert_int_equal(status, CA_ERROR_MEMORY);
-        }
-        assert_true(n > 5);
-    }
-    sample_files_free(files, count);
+    check_sample_allocations(true, 6);
+}
+
+/* A locale that writes 1,5: one that is there, else one of our own; false: this system has none and makes none. */
+static bool set_comma(void)
+{
+    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
+    static const char definition[] = "LC_NUMERIC\ndecimal_point \"<U002C>\"\nthousands_sep \"<U002E>\"\ngrouping 3;3\nEND LC_NUMERIC\n";
+    char command[512];
+    for (size_t i = 0; i < 4; ++i)
+        if (setlocale(LC_ALL, names[i])) return true;
+    sample_write(path_to("comma.txt"), definition, strlen(definition));
+    snprintf(command, sizeof command, "localedef -c -i '%s' '%s/comma' >/dev/null 2>&1", path_to("comma.txt"), folder);
+    if (system(command) < 0) return false; /* it complains of all that such a locale lacks */
+    setenv("LOCPATH", folder, 1);
+    const bool set = setlocale(LC_NUMERIC, "comma") != NULL;
+    unsetenv("LOCPATH");
+    snprintf(command, sizeof command, "rm -rf '%s/comma'", folder);
+    return system(command) == 0 && set;
 }
 
 static void numbers_do_not_depend_on_the_locale(void **unused)
 {
     (void)unused;
-    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
-    bool set = false;
-    for (size_t i = 0; i < 4 && !set; ++i) set = setlocale(LC_ALL, names[i]) != NULL;
-    if (!set) skip();
+    sample_bytes ply = sample_ply(SAMPLE_PLY_ASCII); /* that would write commas, too */
+    if (!set_comma()) {
+        sample_free(&ply);
+        skip();
+    }
+    assert_string_equal(localeconv()->decimal_point, ",");
     obj_values(NULL);
-    check_ply(SAMPLE_PLY_ASCII);
-    setlocale(LC_ALL, "C");
+    check_ply(ply);
+    /* One with so many digits that it goes another way. */
+    static const char text[] = "v 0.12345678901234567890123 -2.50000000000000000000001e-1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    ca_mesh mesh;
+    ca_error error = {{0}};
+    if (import_bytes("l.obj", text, sizeof text - 1, &mesh, &error) != CA_OK) fail_msg("%s", error.message);
+    assert_true(mesh.positions[0] == 0.12345679f && mesh.positions[1] == -0.25f);
+    ca_mesh_destroy(&mesh);
+}
+
+static int restore_locale(void **unused)
+{
+    (void)unused;
+    return setlocale(LC_ALL, "C") ? 0 : -1;
 }
 
 /* Short, long, and awkward numbers, against strtof in the C locale. */
@@ -480,7 +499,7 @@ int main(void)
         cmocka_unit_test(serialized_flags_and_errors),
         cmocka_unit_test(truncated_files_are_refused),
         cmocka_unit_test(every_allocation_may_fail),
-        cmocka_unit_test(numbers_do_not_depend_on_the_locale),
+        cmocka_unit_test_teardown(numbers_do_not_depend_on_the_locale, restore_locale),
         cmocka_unit_test(numbers_are_rounded_as_strtof_does),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -247,6 +247,88 @@ static void test_recommendation(void **state)
     ca_scene_release(scene);
 }
 
+/* ---- Interrupted, and with little memory ---------------------------------------------------------------------------- */
+
+typedef struct caller {
+    uint32_t asked, patience; /* so often it says "go on" */
+    uint32_t most_passes;
+    double most_seconds;
+} caller;
+
+static bool ask_caller(const ca_render_progress *progress, void *user)
+{
+    caller *c = user;
+    if (progress->passes_done > c->most_passes) c->most_passes = progress->passes_done;
+    c->most_seconds = fmax(c->most_seconds, progress->seconds);
+    return c->asked++ < c->patience;
+}
+
+/* Ended before anything is timed, and in the middle: no numbers, no map, and nobody is asked again. */
+static void test_interrupted(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(room_text);
+    ca_render_settings settings = settings_with(NULL, CAMERA_PATHS, 1);
+    ca_image_layers *image = NULL;
+    settings.width = 80;
+    settings.height = 64;
+    ca_noise *noise = measure(scene, &settings, 2, &image);
+    const size_t layers = image->channel_count;
+    settings.progress = ask_caller;
+    for (uint32_t patience = 0; patience < 3; patience++) {
+        caller c = {.patience = patience};
+        ca_noise_recommendation r = {.best.light_paths = 7};
+        ca_error error = {""};
+        settings.progress_user = &c;
+        if (ca_noise_recommend(noise, scene, &settings, NULL, image, &r, &error) != CA_OK) fail_msg("%s", error.message);
+        assert_true(r.interrupted && r.best.light_paths == 0 && r.times.light_paths == 0);
+        assert_int_equal(c.asked, patience + 1);
+        assert_int_equal(image->channel_count, layers);
+    }
+    caller c = {.patience = UINT32_MAX};
+    ca_noise_recommendation r;
+    settings.progress_user = &c;
+    assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, image, &r, NULL), CA_OK);
+    assert_true(!r.interrupted && r.best.light_paths > 0 && image->channel_count == layers + 1);
+    assert_true(c.asked > 3 && c.most_passes >= 3 && c.most_seconds > 0.0);
+    ca_noise_release(noise);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* A memory that holds so many light paths at once, and their half, but not 128 times them. */
+static void test_limited_memory(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(room_text);
+    ca_noise_recommendation free_choice, r;
+    ca_error error = {""};
+    ca_render_settings settings = settings_with(NULL, CAMERA_PATHS, 1);
+    settings.light_paths = 3000;
+    ca_noise *noise = measure(scene, &settings, 4, NULL);
+    assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, NULL, &free_choice, &error), CA_OK);
+    assert_int_equal(free_choice.most_light_paths, 128 * 3000);
+    double last = 0.0;
+    for (settings.memory_mib = 0.25; settings.memory_mib < 20.0; settings.memory_mib *= 4.0) {
+        ca_noise_setup setup;
+        if (ca_noise_check(scene, &settings, 4, &setup, &error) != CA_OK) fail_msg("%s", error.message);
+        ca_noise *limited = NULL;
+        const ca_status status = ca_noise_measure(scene, &settings, 4, &limited, NULL, NULL, &error);
+        if (status != CA_OK) continue; /* not even those measured fit */
+        if (ca_noise_recommend(limited, scene, &settings, NULL, NULL, &r, &error) != CA_OK) fail_msg("%s", error.message);
+        assert_true(r.most_light_paths >= 3000 && r.most_light_paths <= 128 * 3000 && r.most_light_paths >= last);
+        /* A light path takes more than 100 bytes. */
+        assert_true(r.most_light_paths == 3000 || r.most_light_paths < settings.memory_mib * 0x1p20 / 100.0);
+        assert_true(r.best.light_paths <= r.most_light_paths && r.uniform.light_paths <= r.most_light_paths);
+        assert_true(r.times.light_paths <= r.most_light_paths);
+        last = r.most_light_paths;
+        ca_noise_release(limited);
+    }
+    assert_true(last > 3000.0);
+    ca_noise_release(noise);
+    ca_scene_release(scene);
+}
+
 /* ---- What is refused, defaults, memory ------------------------------------------------------------------------------ */
 
 static void test_refusals(void **state)
@@ -325,7 +407,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_against_a_grid), cmocka_unit_test(test_light_paths_only), cmocka_unit_test(test_threads),
         cmocka_unit_test(test_recommendation), cmocka_unit_test(test_refusals),         cmocka_unit_test(test_default_numbers),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_memory),         cmocka_unit_test(test_interrupted),      cmocka_unit_test(test_limited_memory),
     };
     return cmocka_run_group_tests_name("recommended numbers of paths", tests, NULL, NULL);
 }

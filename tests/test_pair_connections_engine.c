@@ -1,9 +1,8 @@
 /* What the bidirectional engine measures where camera paths connect to light paths of their own, and light paths splat: it changes
  * nothing of the image, tells its value, and the law of noise (docs/papers/000.md, sections B and C) holds against the variance there
  * is. Of the estimators alone: test_pair_connections.c. */
-#include "base/memory.h"
 #include "noise/components.h"
-#include "render/render.h"
+#include "support/pair_render.h"
 #include "support/sample_mean.h"
 #include "support/scene_text.h"
 
@@ -22,7 +21,8 @@
 #define ROOM(ball, more)                                                                                                             \
     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"              \
     "<lookat origin='0,0,0.95' target='0,-0.1,0' up='0,1,0'/></transform><film type='hdrfilm'>"                                \
-    "<integer name='width' value='9'/><integer name='height' value='8'/><rfilter type='mitchell'/></film></sensor>"            \
+    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/>"                   \
+    "<rfilter type='mitchell'/></film></sensor>"                                                                               \
     "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.8,0.7,0.5'/></bsdf></bsdf>" \
     "</shape>"                                                                                                                 \
     "<shape type='sphere'><float name='radius' value='0.3'/><point name='center' x='0.4' y='-0.6' z='-0.3'/>"                  \
@@ -37,13 +37,12 @@
     "<shape type='sphere'><float name='radius' value='0.5'/><point name='center' x='9' y='0' z='0'/>"                          \
     "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf></bsdf></shape>"
 
-enum { CROP_X = 1, CROP_Y = 2, WIDTH = 7, HEIGHT = 6, PIXELS = WIDTH * HEIGHT };
-static ca_scene *scene, *matt, *hidden; /* scene: what is rendered */
+static ca_scene *glass, *matt, *hidden;
 
 static int load_scenes(void **state)
 {
     (void)state;
-    scene = scene_from_text(ROOM("dielectric", ""));
+    glass = scene_from_text(ROOM("dielectric", ""));
     matt = scene_from_text(ROOM("diffuse", ""));
     hidden = scene_from_text(ROOM("diffuse", HIDDEN_LAMP));
     return 0;
@@ -52,58 +51,10 @@ static int load_scenes(void **state)
 static int release_scenes(void **state)
 {
     (void)state;
-    ca_scene_release(scene);
+    ca_scene_release(glass);
     ca_scene_release(matt);
     ca_scene_release(hidden);
     return 0;
-}
-
-static void swap_scenes(ca_scene **a, ca_scene **b)
-{
-    ca_scene *other = *a;
-    *a = *b;
-    *b = other;
-}
-
-typedef struct pair_render {
-    const char *integrator; /* without numbers of paths */
-    uint32_t light_paths, camera_paths, passes, threads;
-    uint64_t seed;
-} pair_render;
-
-static ca_status try_render(const pair_render *r, ca_pair_film *film, ca_image_layers **image, ca_error *error)
-{
-    char integrator[128];
-    snprintf(integrator, sizeof integrator, "%s,light_paths=%u,camera_paths=%u", r->integrator, r->light_paths, r->camera_paths);
-    const ca_render_settings settings = {.integrator = integrator,
-                                         .samples_per_pixel = r->passes * r->camera_paths,
-                                         .threads = r->threads,
-                                         .has_seed = true,
-                                         .seed = r->seed,
-                                         .has_crop = true,
-                                         .crop = {CROP_X, CROP_Y, CROP_X + WIDTH, CROP_Y + HEIGHT}};
-    ca_render_plan plan;
-    ca_render_statistics statistics;
-    *image = NULL;
-    CA_TRY(ca_render_plan_make(&plan, scene, &settings, error));
-    if (film) CA_TRY(ca_pair_film_create(film, plan.crop, r->light_paths, r->camera_paths, error));
-    plan.input.pairs = film;
-    const ca_status status = ca_render_plan_run(&plan, image, &statistics, error);
-    if (status != CA_OK && film) ca_pair_film_destroy(film);
-    if (status == CA_OK) assert_int_equal(statistics.non_finite, 0);
-    return status;
-}
-
-static void render(const pair_render *r, ca_pair_film *film, ca_image_layers **image)
-{
-    ca_image_layers *made;
-    ca_error error;
-    if (try_render(r, film, &made, &error) != CA_OK) fail_msg("%s", error.message);
-    if (film) assert_false(film->incomplete);
-    if (image)
-        *image = made;
-    else
-        ca_image_release(made);
 }
 
 #define ROOM_DEPTHS "max_depth=5,rr_depth=6"
@@ -115,68 +66,31 @@ static const char *const integrators[] = {
 };
 enum { INTEGRATORS = sizeof integrators / sizeof integrators[0] };
 
-/* The image has the same bits with and without; what is said of pairs has the same for any threads. */
 static void test_same_bits(void **state)
 {
     (void)state;
-    for (int i = 0; i < INTEGRATORS; i++) {
-        ca_pair_film first = {0};
-        for (uint32_t threads = 1; threads <= 3; threads += 2) {
-            const pair_render r = {integrators[i], 600, 3, 3, threads, 1};
-            ca_pair_film film;
-            ca_image_layers *with, *without;
-            render(&r, &film, &with);
-            render(&r, NULL, &without);
-            assert_true(image_hash(with) == image_hash(without));
-            if (threads == 1) {
-                first = film;
-            } else {
-                assert_memory_equal(film.pixels, first.pixels, PIXELS * sizeof *film.pixels);
-                assert_memory_equal(film.connections, first.connections, PIXELS * sizeof *film.connections);
-                ca_pair_film_destroy(&film);
-            }
-            ca_image_release(with);
-            ca_image_release(without);
-        }
-        ca_pair_film_destroy(&first);
-    }
+    for (int i = 0; i < INTEGRATORS; i++) check_pair_bits(glass, integrators[i], 600, 3);
 }
 
-/* The pixels' values are the image's luminance: nothing is forgotten or counted twice. */
 static void test_values(void **state)
 {
     (void)state;
-    for (int i = 0; i < INTEGRATORS; i++) {
-        const pair_render r = {integrators[i], 300, 4, 4, 2, 5};
-        ca_pair_film film;
-        ca_image_layers *image;
-        render(&r, &film, &image);
-        const float *red = ca_image_channel(image, "R"), *green = ca_image_channel(image, "G"),
-                    *blue = ca_image_channel(image, "B");
-        for (int p = 0; p < PIXELS; p++) {
-            const double luminance = (double)ca_luminance((ca_rgb){red[p], green[p], blue[p]});
-            const double value = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
-            if (!(fabs(value - luminance) <= 1e-5 * fabs(luminance) + 1e-6))
-                fail_msg("%s, pixel %d: the pairs' value is %.9g, the image has %.9g", integrators[i], p, value, luminance);
-        }
-        ca_pair_film_destroy(&film);
-        ca_image_release(image);
-    }
+    for (int i = 0; i < INTEGRATORS; i++) check_pair_values(glass, &(pair_render){integrators[i], 300, 4, 4, 2, 5, NULL, 0});
 }
 
 /* ---- The law -------------------------------------------------------------------------------------------------------- */
 
-enum { RENDERS = 25 };
+enum { RENDERS = 20 };
 
 /* Sums over pixels of what one render tells, each over the pixel's squared luminance, so that all count. */
 typedef struct told {
     double predicted, measured, connect;
 } told;
 
-static told told_by(const ca_pair_film *film, const double luminance[PIXELS])
+static told told_by(const ca_pair_film *film, const double luminance[CROP_PIXELS])
 {
     told t = {0};
-    for (size_t p = 0; p < PIXELS; p++) {
+    for (size_t p = 0; p < CROP_PIXELS; p++) {
         const ca_noise_terms terms = ca_noise_terms_at(film, p, film->light_paths, film->camera_paths);
         const double weight = 1.0 / (luminance[p] * luminance[p]);
         t.predicted += weight * terms.predicted.value;
@@ -187,27 +101,27 @@ static told told_by(const ca_pair_film *film, const double luminance[PIXELS])
 }
 
 /* Of a long render with other numbers. */
-static void find_luminances(const pair_render *r, double luminance[PIXELS])
+static void find_luminances(const ca_scene *scene, const pair_render *r, double luminance[CROP_PIXELS])
 {
-    const pair_render longer = {r->integrator, 4 * r->light_paths, r->camera_paths, 50, 2, 999};
+    const pair_render longer = {r->integrator, 4 * r->light_paths, r->camera_paths, 50, 2, 999, NULL, 0};
     ca_pair_film film;
-    render(&longer, &film, NULL);
-    for (int p = 0; p < PIXELS; p++) luminance[p] = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
+    ca_image_release(render_pairs(scene, &longer, &film));
+    for (int p = 0; p < CROP_PIXELS; p++) luminance[p] = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
     ca_pair_film_destroy(&film);
 }
 
 /* The prediction against the variance of the same iterations: errors that the two share cancel. */
-static void check_law(const pair_render *r, double most_error)
+static void check_law(const ca_scene *scene, const pair_render *r, double most_error)
 {
-    double luminance[PIXELS], measured = 0.0, connect = 0.0;
+    double luminance[CROP_PIXELS], measured = 0.0, connect = 0.0;
     sample_mean difference = {0};
     told all[RENDERS];
-    find_luminances(r, luminance);
+    find_luminances(scene, r, luminance);
     for (int k = 0; k < RENDERS; k++) {
         pair_render one = *r;
         ca_pair_film film;
         one.seed = (uint64_t)k;
-        render(&one, &film, NULL);
+        ca_image_release(render_pairs(scene, &one, &film));
         all[k] = told_by(&film, luminance);
         measured += all[k].measured / RENDERS;
         connect += all[k].connect / RENDERS;
@@ -225,16 +139,12 @@ static void check_law(const pair_render *r, double most_error)
 static void test_law(void **state)
 {
     (void)state;
-    swap_scenes(&scene, &matt);
-    check_law(&(pair_render){integrators[0], 60, 4, 100, 2, 0}, 0.006);
-    check_law(&(pair_render){integrators[1], 60, 4, 100, 2, 0}, 0.006);
-    check_law(&(pair_render){integrators[2], 12, 12, 100, 2, 0}, 0.006);
-    check_law(&(pair_render){integrators[3], 60, 4, 100, 2, 0}, 0.006);
-    swap_scenes(&scene, &matt);
+    check_law(matt, &(pair_render){integrators[0], 60, 4, 100, 2, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[1], 60, 4, 100, 2, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[2], 12, 12, 100, 2, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[3], 60, 4, 100, 2, 0, NULL, 0}, 0.006);
     /* Where it matters which light path a camera path is connected to. */
-    swap_scenes(&scene, &hidden);
-    check_law(&(pair_render){integrators[0], 12, 12, 100, 2, 0}, 0.02);
-    swap_scenes(&scene, &hidden);
+    check_law(hidden, &(pair_render){integrators[0], 12, 12, 100, 2, 0, NULL, 0}, 0.02);
 }
 
 /* ---- Refusals and failures ------------------------------------------------------------------------------------------ */
@@ -245,36 +155,15 @@ static void test_refusals(void **state)
     ca_pair_film film;
     ca_image_layers *image;
     ca_error error = {0};
-    const pair_render r = {integrators[0], 3, 4, 2, 1, 0};
-    assert_int_equal(try_render(&r, &film, &image, &error), CA_ERROR_UNSUPPORTED);
+    const pair_render r = {integrators[0], 3, 4, 2, 1, 0, NULL, 0};
+    assert_int_equal(try_pair_render(glass, &r, &film, &image, &error), CA_ERROR_UNSUPPORTED);
     assert_non_null(strstr(error.message, "a light path of its own"));
 }
 
-/* Every allocation fails once: the render does, or the film says that it is incomplete. */
 static void test_allocation_failures(void **state)
 {
     (void)state;
-    const pair_render r = {integrators[0], 300, 4, 1, 1, 1};
-    uint32_t failed = 0, incomplete = 0;
-    for (long n = 0;; n++) {
-        ca_pair_film film = {0};
-        ca_image_layers *image;
-        ca_error error;
-        ca_memory_fail_after(n);
-        const ca_status status = try_render(&r, &film, &image, &error);
-        ca_memory_fail_after(-1);
-        if (status == CA_ERROR_MEMORY) {
-            failed++;
-            continue;
-        }
-        assert_int_equal(status, CA_OK);
-        const bool tells = film.incomplete;
-        incomplete += tells;
-        ca_pair_film_destroy(&film);
-        ca_image_release(image);
-        if (!tells) break;
-    }
-    assert_true(failed > 10 && incomplete >= 2);
+    check_pair_allocations(glass, &(pair_render){integrators[0], 300, 4, 1, 1, 1, NULL, 0}, 2);
 }
 
 int main(void)

@@ -2,8 +2,8 @@
  * estimators against the variance there is, the image that it leaves as it was, the same bits for any number of threads, what it
  * refuses. */
 #include "base/memory.h"
-#include "film/pair_film.h"
-#include "render/render.h"
+#include "support/pair_render.h"
+#include "support/sample_mean.h"
 #include "support/scene_text.h"
 #include "support/test_random.h"
 
@@ -125,10 +125,10 @@ static void test_film_out_of_memory(void **state)
 
 /* A corner with a glass ball under a lamp that is in view, so that camera paths find light with and without photons; the filter
  * has negative lobes. */
-static const char *const scene_xml =
+static const char *const corner_xml =
     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='50'/><transform name='to_world'>"
     "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
-    "<integer name='width' value='10'/><integer name='height' value='9'/><rfilter type='mitchell'/></film></sensor>"
+    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/><rfilter type='mitchell'/></film></sensor>"
     "<bsdf type='diffuse' id='grey'><rgb name='reflectance' value='0.7,0.6,0.5'/></bsdf>"
     "<shape type='rectangle'><transform name='to_world'><scale value='2'/><translate z='-1.5'/></transform>"
     "<ref id='grey'/></shape>"
@@ -144,27 +144,17 @@ static const char *const scene_xml =
 static const char *const box_xml =
     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='80'/><transform name='to_world'>"
     "<lookat origin='0,0,0.9' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
-    "<integer name='width' value='10'/><integer name='height' value='9'/><rfilter type='box'/></film></sensor>"
+    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/><rfilter type='box'/></film></sensor>"
     "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.9'/></bsdf></bsdf></shape>"
     "<emitter type='point'><point name='position' x='0.2' y='0.7' z='0'/><rgb name='intensity' value='1'/></emitter>"
     "</scene>";
 
-enum { CROP_X = 1, CROP_Y = 2, WIDTH = 8, HEIGHT = 7, PIXELS = WIDTH * HEIGHT };
-
-typedef struct pair_render {
-    const char *integrator; /* without numbers of paths */
-    uint32_t light_paths, camera_paths, passes, threads;
-    uint64_t seed;
-    const char *sampler;
-    double memory_mib;
-} pair_render;
-
-static ca_scene *scene, *box; /* scene: what is rendered */
+static ca_scene *corner, *box;
 
 static int load_scenes(void **state)
 {
     (void)state;
-    scene = scene_from_text(scene_xml);
+    corner = scene_from_text(corner_xml);
     box = scene_from_text(box_xml);
     return 0;
 }
@@ -172,108 +162,26 @@ static int load_scenes(void **state)
 static int release_scenes(void **state)
 {
     (void)state;
-    ca_scene_release(scene);
+    ca_scene_release(corner);
     ca_scene_release(box);
     return 0;
 }
 
-static void swap_scenes(void)
-{
-    ca_scene *other = box;
-    box = scene;
-    scene = other;
-}
-
-/* `film` NULL: pairs are not wanted; else it is made, and stays the caller's after success only. */
-static ca_status try_render(const pair_render *r, ca_pair_film *film, ca_image_layers **image, ca_error *error)
-{
-    char integrator[128];
-    snprintf(integrator, sizeof integrator, "%s,light_paths=%u,camera_paths=%u", r->integrator, r->light_paths, r->camera_paths);
-    const ca_render_settings settings = {.integrator = integrator,
-                                         .samples_per_pixel = r->passes * r->camera_paths,
-                                         .threads = r->threads,
-                                         .has_seed = true,
-                                         .seed = r->seed,
-                                         .sampler = r->sampler,
-                                         .memory_mib = r->memory_mib,
-                                         .has_crop = true,
-                                         .crop = {CROP_X, CROP_Y, CROP_X + WIDTH, CROP_Y + HEIGHT}};
-    ca_render_plan plan;
-    ca_render_statistics statistics;
-    *image = NULL;
-    CA_TRY(ca_render_plan_make(&plan, scene, &settings, error));
-    if (film) CA_TRY(ca_pair_film_create(film, plan.crop, r->light_paths, r->camera_paths, error));
-    plan.input.pairs = film;
-    const ca_status status = ca_render_plan_run(&plan, image, &statistics, error);
-    if (status != CA_OK && film) ca_pair_film_destroy(film);
-    if (status == CA_OK) assert_int_equal(statistics.non_finite, 0);
-    return status;
-}
-
-static ca_image_layers *render(const pair_render *r, ca_pair_film *film)
-{
-    ca_image_layers *image;
-    ca_error error;
-    if (try_render(r, film, &image, &error) != CA_OK) fail_msg("%s", error.message);
-    if (film) assert_false(film->incomplete);
-    return image;
-}
-
 #define BDPM "bdpm:max_depth=5,camera_diffuse_depth=1,radius=0.35,alpha=0"
-
-/* The image and its bits, with and without; and what is said of pairs. */
-static void check_same_bits(const char *integrator, uint32_t camera_paths)
-{
-    uint64_t hash = 0;
-    ca_pair_film first;
-    for (uint32_t threads = 1; threads <= 3; threads++) {
-        const pair_render r = {integrator, 5000, camera_paths, 4, threads, 1, NULL, 0};
-        ca_pair_film film;
-        ca_image_layers *without = render(&r, NULL), *with = render(&r, &film);
-        if (threads == 1) hash = image_hash(without);
-        assert_true(image_hash(without) == hash && image_hash(with) == hash);
-        if (threads == 1)
-            first = film;
-        else
-            for (int p = 0; p < PIXELS; p++) {
-                const ca_pair_pixel *a = &first.pixels[p], *b = &film.pixels[p];
-                assert_memory_equal(a, b, sizeof *a);
-            }
-        if (threads > 1) ca_pair_film_destroy(&film);
-        ca_image_release(without);
-        ca_image_release(with);
-    }
-    ca_pair_film_destroy(&first);
-}
 
 static void test_same_bits(void **state)
 {
     (void)state;
-    check_same_bits(BDPM, 4);
-    check_same_bits(BDPM, 1);
-    check_same_bits("ppm:radius=0.2", 3);
+    check_pair_bits(corner, BDPM, 5000, 4);
+    check_pair_bits(corner, BDPM, 5000, 1);
+    check_pair_bits(corner, "ppm:radius=0.2", 5000, 3);
 }
 
-/* The pixels' values are the image's luminance. */
 static void test_values(void **state)
 {
     (void)state;
-    for (uint32_t camera_paths = 1; camera_paths <= 4; camera_paths += 3) {
-        const pair_render r = {BDPM, 1000, camera_paths, 5, 2, 7, NULL, 0};
-        ca_pair_film film;
-        ca_image_layers *image = render(&r, &film);
-        const float *red = ca_image_channel(image, "R"), *green = ca_image_channel(image, "G"),
-                    *blue = ca_image_channel(image, "B");
-        for (int p = 0; p < PIXELS; p++) {
-            const double luminance = (double)ca_luminance((ca_rgb){red[p], green[p], blue[p]});
-            const double value = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
-            assert_int_equal(film.pixels[p].iterations, 5);
-            if (!(fabs(value - luminance) <= 1e-5 * fabs(luminance) + 1e-6))
-                fail_msg("pixel %d: the pairs' value is %.9g, the image has %.9g", p, value, luminance);
-        }
-        ca_pair_film_destroy(&film);
-        ca_image_release(image);
-    }
+    check_pair_values(corner, &(pair_render){BDPM, 1000, 1, 5, 2, 7, NULL, 0});
+    check_pair_values(corner, &(pair_render){BDPM, 1000, 4, 5, 2, 7, NULL, 0});
 }
 
 /* ---- The law of noise ----------------------------------------------------------------------------------------------- */
@@ -293,42 +201,27 @@ static double measured_variance(const ca_pair_pixel *p)
     return (p->products[0] - sum * sum / n) / (n - 1.0);
 }
 
-typedef struct sample_mean {
-    double sum, squares;
-} sample_mean;
-
-static void add_sample(sample_mean *m, double value)
-{
-    m->sum += value;
-    m->squares += value * value;
-}
-
-static double error_of(const sample_mean *m, double count)
-{
-    return sqrt(fmax(0.0, m->squares / count - m->sum / count * (m->sum / count)) / (count - 1.0));
-}
-
 enum { RENDERS = 50 };
 
 /* The prediction made with one pair of numbers for another, against the variance there, by independent renders of each: in all
  * pixels, and summed over the image, relative to luminances, which tells a smaller error. (Not to the measured variances: what
  * is large by chance in them would count for less, which is a bias.) */
-static void check_law(const pair_render *estimated, const pair_render *measured, double most_error)
+static void check_law(const ca_scene *scene, const pair_render *estimated, const pair_render *measured, double most_error)
 {
-    sample_mean differences[PIXELS] = {{0}}, average = {0};
-    double values[RENDERS][PIXELS], variances[PIXELS] = {0}, luminances[PIXELS] = {0}, variance = 0.0;
+    sample_mean differences[CROP_PIXELS] = {{0}}, average = {0};
+    double values[RENDERS][CROP_PIXELS], variances[CROP_PIXELS] = {0}, luminances[CROP_PIXELS] = {0}, variance = 0.0;
     const bool same = estimated->light_paths == measured->light_paths && estimated->camera_paths == measured->camera_paths;
     for (int k = 0; k < RENDERS; k++) {
         pair_render a = *estimated, b = *measured;
         ca_pair_film film_a, film_b;
         a.seed = (uint64_t)k;
         b.seed = (uint64_t)k + 1000;
-        ca_image_release(render(&a, &film_a));
+        ca_image_release(render_pairs(scene, &a, &film_a));
         if (same)
             film_b = film_a; /* errors that the two share cancel */
         else
-            ca_image_release(render(&b, &film_b));
-        for (int p = 0; p < PIXELS; p++) {
+            ca_image_release(render_pairs(scene, &b, &film_b));
+        for (int p = 0; p < CROP_PIXELS; p++) {
             const double here = measured_variance(&film_b.pixels[p]);
             values[k][p] = predicted_variance(&film_a.pixels[p], b.light_paths, b.camera_paths) - here;
             add_sample(&differences[p], values[k][p]);
@@ -338,10 +231,10 @@ static void check_law(const pair_render *estimated, const pair_render *measured,
         ca_pair_film_destroy(&film_a);
         if (!same) ca_pair_film_destroy(&film_b);
     }
-    for (int p = 0; p < PIXELS; p++) variance += variances[p] / (luminances[p] * luminances[p]);
+    for (int p = 0; p < CROP_PIXELS; p++) variance += variances[p] / (luminances[p] * luminances[p]);
     for (int k = 0; k < RENDERS; k++) {
         double sum = 0.0;
-        for (int p = 0; p < PIXELS; p++) sum += values[k][p] / (luminances[p] * luminances[p]);
+        for (int p = 0; p < CROP_PIXELS; p++) sum += values[k][p] / (luminances[p] * luminances[p]);
         add_sample(&average, sum / variance);
     }
     const double off = average.sum / RENDERS, error = error_of(&average, RENDERS);
@@ -349,7 +242,7 @@ static void check_law(const pair_render *estimated, const pair_render *measured,
                   estimated->camera_paths, measured->light_paths, measured->camera_paths, 100.0 * off, 100.0 * error);
     assert_true(error <= most_error);
     assert_true(fabs(off) <= 3.5 * error);
-    for (int p = 0; p < PIXELS; p++)
+    for (int p = 0; p < CROP_PIXELS; p++)
         if (!(fabs(differences[p].sum / RENDERS) <= 4.8 * error_of(&differences[p], RENDERS)))
             fail_msg("pixel %d: the predicted variance is off by %g +- %g", p, differences[p].sum / RENDERS,
                      error_of(&differences[p], RENDERS));
@@ -359,7 +252,7 @@ static void test_law(void **state)
 {
     (void)state;
     const pair_render r = {BDPM, 200, 4, 60, 2, 0, NULL, 0};
-    check_law(&r, &r, 0.02);
+    check_law(corner, &r, &r, 0.02);
 }
 
 /* In the box, and each term of the law by numbers that make it the largest. */
@@ -369,11 +262,9 @@ static void test_law_elsewhere(void **state)
     const char *const integrator = "bdpm:max_depth=7,rr_depth=8,camera_diffuse_depth=1,radius=0.5,alpha=0";
     const pair_render few = {integrator, 20, 2, 100, 2, 0, NULL, 0}, camera = {integrator, 200, 2, 100, 2, 0, NULL, 0},
                       light = {integrator, 20, 16, 100, 2, 0, NULL, 0};
-    swap_scenes();
-    check_law(&few, &few, 0.02);
-    check_law(&few, &light, 0.02);
-    check_law(&few, &camera, 0.03);
-    swap_scenes();
+    check_law(box, &few, &few, 0.02);
+    check_law(box, &few, &light, 0.02);
+    check_law(box, &few, &camera, 0.03);
 }
 
 /* ---- Refusals and failures ------------------------------------------------------------------------------------------ */
@@ -396,7 +287,7 @@ static void test_refusals(void **state)
         ca_pair_film film;
         ca_image_layers *image;
         ca_error error = {0};
-        const ca_status status = try_render(&cases[i].render, &film, &image, &error);
+        const ca_status status = try_pair_render(corner, &cases[i].render, &film, &image, &error);
         if (status != CA_ERROR_UNSUPPORTED || !strstr(error.message, cases[i].says))
             fail_msg("case %zu: status %d, %s", i, (int)status, error.message);
     }
@@ -411,7 +302,7 @@ static void test_qmcppm_is_refused(void **state)
     ca_pair_film film;
     ca_image_layers *image;
     ca_error error;
-    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_render_plan_make(&plan, corner, &settings, NULL), CA_OK);
     assert_int_equal(ca_pair_film_create(&film, crop, 90, 1, NULL), CA_OK);
     plan.input.pairs = &film;
     assert_int_equal(ca_render_plan_run(&plan, &image, NULL, &error), CA_ERROR_UNSUPPORTED);
@@ -419,31 +310,10 @@ static void test_qmcppm_is_refused(void **state)
     ca_pair_film_destroy(&film);
 }
 
-/* Every allocation fails once: the render does, or the film says that it is incomplete. */
 static void test_allocation_failures(void **state)
 {
     (void)state;
-    const pair_render r = {BDPM, 2000, 2, 1, 1, 1, NULL, 0};
-    uint32_t failed = 0, incomplete = 0;
-    for (long n = 0;; n++) {
-        ca_pair_film film = {0};
-        ca_image_layers *image;
-        ca_error error;
-        ca_memory_fail_after(n);
-        const ca_status status = try_render(&r, &film, &image, &error);
-        ca_memory_fail_after(-1);
-        if (status == CA_ERROR_MEMORY) {
-            failed++;
-            continue;
-        }
-        assert_int_equal(status, CA_OK);
-        const bool tells = film.incomplete;
-        incomplete += tells;
-        ca_pair_film_destroy(&film);
-        ca_image_release(image);
-        if (!tells) break;
-    }
-    assert_true(failed > 10 && incomplete >= 1);
+    check_pair_allocations(corner, &(pair_render){BDPM, 2000, 2, 1, 1, 1, NULL, 0}, 1);
 }
 
 int main(void)

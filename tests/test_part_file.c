@@ -229,7 +229,7 @@ static void set_field(file_bytes *bytes, size_t field, uint64_t value)
 static void test_lies_with_the_right_hash(void **state)
 {
     (void)state;
-    enum { FIRST_COUNT = 19, FIELDS = 35 };
+    enum { FIRST_AMOUNT = 14, LAST_AMOUNT = 16, FIRST_COUNT = 19, FIELDS = 35 };
     static const uint64_t lies[] = {0,
                                     1,
                                     2,
@@ -248,6 +248,7 @@ static void test_lies_with_the_right_hash(void **state)
                                     UINT64_C(1) << 63,
                                     UINT64_MAX - 7,
                                     UINT64_MAX,
+                                    UINT64_C(0x7ff0000000000000), /* infinity */
                                     UINT64_C(0x7ff8000000000000)};
     file_bytes original, bytes;
     write_part_bytes(&original, 3);
@@ -264,6 +265,9 @@ static void test_lies_with_the_right_hash(void **state)
             if (about_size && !(field == 4 && lies[l] >= 9 && lies[l] <= 65536) &&
                 !(field == 5 && lies[l] >= 8 && lies[l] <= 65536))
                 assert_int_equal(status, CA_ERROR_FORMAT);
+            const double amount = ca_bits_double(lies[l]);
+            if (field >= FIRST_AMOUNT && field <= LAST_AMOUNT)
+                assert_int_equal(status, isfinite(amount) && amount >= 0.0 ? CA_OK : CA_ERROR_FORMAT);
             if (field >= FIRST_COUNT) assert_int_equal(status, CA_OK);
             ca_part_destroy(&part);
         }

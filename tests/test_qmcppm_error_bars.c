@@ -6,6 +6,7 @@
 #include "image/layers.h"
 #include "integrator/qmcppm.h"
 #include "render/render.h"
+#include "support/named_layer.h"
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -66,13 +67,6 @@ static ca_image_layers *rendered(const ca_scene *scene, const bar_job *job)
     return image;
 }
 
-static const float *layer(const ca_image_layers *image, const char *name)
-{
-    const float *data = ca_layers_find(image, name);
-    if (!data) fail_msg("no layer %s", name);
-    return data;
-}
-
 /* ---- The order of blocks ---------------------------------------------------------------------------------------------- */
 
 static void test_visits(void **state)
@@ -107,7 +101,7 @@ static void test_the_image_stays(void **state)
     assert_int_equal(with->channel_count, without->channel_count + 3);
     assert_null(ca_layers_find(without, "ConfidenceLow.Y"));
     for (size_t c = 0; c < without->channel_count; c++)
-        assert_memory_equal(layer(with, without->channels[c].name), without->channels[c].data, PIXELS * sizeof(float));
+        assert_memory_equal(named_layer(with, without->channels[c].name), without->channels[c].data, PIXELS * sizeof(float));
     ca_image_release(with);
     ca_image_release(without);
     ca_scene_release(scene);
@@ -117,7 +111,7 @@ static void expect_same(const ca_image_layers *a, const ca_image_layers *b)
 {
     assert_int_equal(a->channel_count, b->channel_count);
     for (size_t c = 0; c < a->channel_count; c++)
-        assert_memory_equal(a->channels[c].data, layer(b, a->channels[c].name), PIXELS * sizeof(float));
+        assert_memory_equal(a->channels[c].data, named_layer(b, a->channels[c].name), PIXELS * sizeof(float));
 }
 
 static void test_threads_and_parts(void **state)
@@ -151,7 +145,7 @@ static void test_threads_and_parts(void **state)
         ca_image_release(merged);
     }
     size_t finite = 0; /* that there was something to compare */
-    for (int i = 0; i < PIXELS; i++) finite += isfinite(layer(whole, "ConfidenceLow.Y")[i]) != 0;
+    for (int i = 0; i < PIXELS; i++) finite += isfinite(named_layer(whole, "ConfidenceLow.Y")[i]) != 0;
     assert_true(finite > PIXELS / 2);
     for (int p = 0; p < PARTS; p++) unlink(paths[p]);
     assert_int_equal(rmdir(folder), 0);
@@ -166,8 +160,8 @@ static void test_a_range_from_the_middle_is_marked(void **state)
     ca_scene *scene = scene_from_text(room_text);
     ca_image_layers *image = rendered(scene, &(bar_job){.integrator = with_bars, .blocks = {1, 9}});
     for (int i = 0; i < PIXELS; i++) {
-        assert_true(layer(image, "ConfidenceLow.Y")[i] == -INFINITY && layer(image, "ConfidenceHigh.Y")[i] == INFINITY);
-        assert_true(isnan(layer(image, "ValueVariance.Y")[i]));
+        assert_true(named_layer(image, "ConfidenceLow.Y")[i] == -INFINITY && named_layer(image, "ConfidenceHigh.Y")[i] == INFINITY);
+        assert_true(isnan(named_layer(image, "ValueVariance.Y")[i]));
     }
     ca_image_release(image);
     ca_scene_release(scene);
@@ -235,12 +229,12 @@ static void render_replicates(const char *integrator, uint64_t blocks, int count
     for (int r = 0; r < count; r++) {
         ca_image_layers *image =
             rendered(scene, &(bar_job){.integrator = integrator, .blocks = {0, blocks}, .seed = 100 + (uint64_t)r});
-        const float *red = layer(image, "R"), *green = layer(image, "G"), *blue = layer(image, "B");
+        const float *red = named_layer(image, "R"), *green = named_layer(image, "G"), *blue = named_layer(image, "B");
         for (int i = 0; i < PIXELS; i++) {
             replicates[r].value[i] = 0.2126 * (double)red[i] + 0.7152 * (double)green[i] + 0.0722 * (double)blue[i];
-            replicates[r].variance[i] = (double)layer(image, "ValueVariance.Y")[i];
-            replicates[r].low[i] = (double)layer(image, "ConfidenceLow.Y")[i];
-            replicates[r].high[i] = (double)layer(image, "ConfidenceHigh.Y")[i];
+            replicates[r].variance[i] = (double)named_layer(image, "ValueVariance.Y")[i];
+            replicates[r].low[i] = (double)named_layer(image, "ConfidenceLow.Y")[i];
+            replicates[r].high[i] = (double)named_layer(image, "ConfidenceHigh.Y")[i];
         }
         ca_image_release(image);
     }

@@ -425,6 +425,30 @@ static void test_noisy_estimates(void **state)
     check_noisy(2, 2.0, 0.10);
 }
 
+/* Averages over neighbours are cut at every border alike: the image turned round has the map turned round. */
+static void test_smoothing_at_borders(void **state)
+{
+    (void)state;
+    enum { WIDTH = 7, HEIGHT = 5, COUNT = WIDTH * HEIGHT };
+    problem p, turned;
+    make_problem(&p, WIDTH, HEIGHT, 5);
+    p.image.fixed_time = 1e4; /* large numbers: where one pixel more is in an average, they differ */
+    turned = p;
+    turned.image.pixels = turned.pixels;
+    for (int i = 0; i < COUNT; i++) turned.pixels[i] = p.pixels[COUNT - 1 - i];
+    for (uint32_t smoothing = 1; smoothing <= 3; smoothing++) {
+        ca_ray_numbers a = choose(&p, &(ca_ray_settings){.smoothing = smoothing});
+        ca_ray_numbers b = choose(&turned, &(ca_ray_settings){.smoothing = smoothing});
+        assert_close(a.best.light_paths, b.best.light_paths, 1e-9);
+        for (int i = 0; i < COUNT; i++) {
+            assert_true(a.camera_paths[i] > 10);
+            assert_int_equal(a.camera_paths[i], b.camera_paths[COUNT - 1 - i]);
+        }
+        ca_ray_numbers_destroy(&a);
+        ca_ray_numbers_destroy(&b);
+    }
+}
+
 /* A negative estimate takes its neighbours' average, and the sum over the image stays. */
 static void test_negative_estimate(void **state)
 {
@@ -508,6 +532,9 @@ static void test_refusals(void **state)
     CHECK(image.light_time = 0.0, "more than 0");
     CHECK(image.fixed_time = -1.0, "at least 0");
     CHECK(pixels[4].pair = (double)NAN, "(1, 1)");
+    CHECK(pixels[4].camera = (double)INFINITY, "(1, 1)");
+    CHECK(pixels[4].light = (double)NAN, "(1, 1)");
+    CHECK(pixels[4].luminance2 = (double)INFINITY, "(1, 1)");
     CHECK(pixels[2].luminance2 = HUGE_VAL, "(2, 0)");
     CHECK(pixels[3].camera_time = 0.0, "(0, 1)");
     CHECK(pixels[3].merge_time = -1.0, "(0, 1)");
@@ -542,7 +569,7 @@ int main(void)
         cmocka_unit_test(test_real_numbers),      cmocka_unit_test(test_integers),
         cmocka_unit_test(test_worst_decile_of_many), cmocka_unit_test(test_light_paths_alone),
         cmocka_unit_test(test_units_do_not_matter), cmocka_unit_test(test_roots),
-        cmocka_unit_test(test_monotone),          cmocka_unit_test(test_noisy_estimates),
+        cmocka_unit_test(test_monotone),          cmocka_unit_test(test_noisy_estimates), cmocka_unit_test(test_smoothing_at_borders),
         cmocka_unit_test(test_negative_estimate), cmocka_unit_test(test_degenerate),
         cmocka_unit_test(test_refusals),          cmocka_unit_test(test_allocation_failures),
     };

@@ -113,6 +113,17 @@ static void test_one_kind_of_work(void **state)
         zeros += fit.cost[1] == 0.0;
     }
     assert_in_range(zeros, 3, 17);
+    /* And the other way round. */
+    zeros = 0;
+    for (int set = 0; set < 20; set++) {
+        make_samples(samples, &random, 100.0, 0.0);
+        for (int i = 0; i < SAMPLES; i++) samples[i].seconds = samples[i].units[1] * candidate_cost * (1.0 + 0.1 * scatter(&random));
+        fit = ca_fit_costs(samples, SAMPLES, guess, scratch);
+        assert_within("a candidate", fit.cost[1], candidate_cost, 4.0 * fit.error[1] + 0.01 * candidate_cost);
+        assert_true(fit.cost[0] >= 0.0 && fit.cost[0] < 0.01 * segment_cost + 4.0 * fit.error[0]);
+        zeros += fit.cost[0] == 0.0;
+    }
+    assert_in_range(zeros, 3, 17);
     for (int i = 0; i < SAMPLES; i++) samples[i].seconds = samples[i].units[1] * candidate_cost;
     fit = ca_fit_costs(samples, SAMPLES, guess, scratch);
     assert_within("a candidate", fit.cost[1], candidate_cost, 1e-3 * candidate_cost);

@@ -52,14 +52,6 @@ static ca_render_settings settings_of(const char *integrator)
     return settings;
 }
 
-static uint64_t rendered_hash(const ca_scene *scene, const ca_render_settings *settings)
-{
-    ca_image_layers *image = render_scene(scene, settings);
-    const uint64_t hash = image_hash(image);
-    ca_image_release(image);
-    return hash;
-}
-
 static void test_threads_do_not_change_a_bit(void **state)
 {
     (void)state;

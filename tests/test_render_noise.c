@@ -183,7 +183,7 @@ static void test_refusals(void **state)
     REFUSE(sampler, "sobol", "the sampler must be \"independent\", not \"sobol\"");
     REFUSE(integrator, "path", "must be bdpm, ppm, bdpt, vcm or ovcm, not path");
     REFUSE(light_paths, 1, "at least 2 are needed, not 1");
-    REFUSE(memory_mib, 0.003, "the film and the sums of pairs need");
+    REFUSE(memory_mib, 0.003, "the film, the sums of pairs and what chooses numbers need");
 
     ca_noise *noise = NULL;
     ca_noise_summary summary;

@@ -1,5 +1,6 @@
 /* SSIM against numbers of an independent implementation, closed forms and its own definition without separable filters. */
 #include "support/metric_pictures.h"
+#include "support/named_layer.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -31,7 +32,7 @@ static void test_recorded_pairs(void **state)
         make_pair((pair_kind)kind, &image, &reference);
         const ca_image_metrics metrics = measure_pair(image, reference, &settings, &maps);
         assert_near(recorded->name, metrics.ssim, recorded->ssim, 1e-6);
-        const float *map = metric_layer(maps, "SSIM");
+        const float *map = named_layer(maps, "SSIM");
         for (int i = 0; i < SPOTS; i++)
             assert_near("the map", (double)map[pair_spots[i][1] * PAIR_WIDTH + pair_spots[i][0]], recorded->ssim_at[i], 2e-6);
         ca_layers_destroy(maps);
@@ -86,7 +87,7 @@ static void test_equal_pictures(void **state)
     make_pair(PAIR_BRIGHT, &image, &reference);
     const ca_metric_settings settings = without_flip();
     assert_true(measure_pair(image, image, &settings, &maps).ssim == 1.0);
-    for (int i = 0; i < PAIR_PIXELS; i++) assert_true(metric_layer(maps, "SSIM")[i] == 1.0f);
+    for (int i = 0; i < PAIR_PIXELS; i++) assert_true(named_layer(maps, "SSIM")[i] == 1.0f);
     ca_layers_destroy(maps);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);

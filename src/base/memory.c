@@ -50,6 +50,18 @@ void *ca_alloc_large(size_t count, size_t size)
 
 void ca_free(void *memory) { free(memory); }
 
+void *ca_alloc_for_library(void *user, unsigned count, unsigned size)
+{
+    (void)user;
+    return ca_alloc(count, size);
+}
+
+void ca_free_for_library(void *user, void *memory)
+{
+    (void)user;
+    ca_free(memory);
+}
+
 bool ca_array_reserve(void **array, size_t *capacity, size_t needed, size_t size)
 {
     if (needed <= *capacity) return true;

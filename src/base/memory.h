@@ -21,6 +21,11 @@ void *ca_alloc_zeroed(size_t count, size_t size);
 void *ca_alloc_large(size_t count, size_t size);
 void ca_free(void *memory);
 
+/* The same for libraries that are told what to call and pass a pointer of their user along, which is not looked at: zlib's zalloc and
+ * zfree. */
+void *ca_alloc_for_library(void *user, unsigned count, unsigned size);
+void ca_free_for_library(void *user, void *memory);
+
 /* Makes room for `needed` elements in a growing array (capacity at least doubles). false when out of memory; the
  * old array is then still valid. `*array` may start as NULL with capacity 0. */
 bool ca_array_reserve(void **array, size_t *capacity, size_t needed, size_t size);

@@ -74,12 +74,14 @@ static int print_help(void)
 {
     printf("caustica compare IMAGE... --reference FILE [options]: measure how images differ from a reference\n\n");
     ca_options_print(&table, stdout);
-    printf("\n"
-           "Prints RMSE, MAE, relMSE, SMAPE, SSIM and FLIP (docs/metrics.md), the mean luminances, the median over blocks\n"
-           "of the relative difference of block means and, where the image has the layers Variance.* and Samples.Y, how\n"
-           "many blocks differ by more than noise explains (5 %% false alarms for the whole picture).\n"
-           "A difference is no failure: the exit status is 0 when the images could be compared.\n"
-           "Example: caustica compare a.exr b.exr --reference ref.exr --mask 100,0,156,20 --maps maps.exr\n");
+    printf("\n");
+    ca_options_print_prose("Prints RMSE, MAE, relMSE, SMAPE, SSIM and FLIP (docs/metrics.md), the mean luminances, the median "
+                           "over blocks of the relative difference of block means and, where the image has the layers Variance.*"
+                           " and Samples.Y, how many blocks differ by more than noise explains (5 % false alarms for the whole "
+                           "picture).\n"
+                           "A difference is no failure: the exit status is 0 when the images could be compared.\n"
+                           "Example: caustica compare a.exr b.exr --reference ref.exr --mask 100,0,156,20 --maps maps.exr\n",
+                           stdout);
     return CA_EXIT_DONE;
 }
 
@@ -315,6 +317,7 @@ static ca_status compare_all(const compare_options *o, const ca_compare_settings
     comparing c = {.options = o, .reference = reference, .region = region, .page = o->html ? &page : NULL};
     ca_status status = CA_OK;
     if (o->html) status = ca_compare_page_create(&page, o->html, o->reference, region, o->html_layers, error);
+    if (status == CA_OK && o->html) status = ca_compare_page_check_layers(&page, paths, reference, error);
     if (status == CA_OK) status = compare_each(&c, paths, map_names, images, error);
     if (status == CA_OK && o->html) status = ca_compare_page_finish(&page, error);
     ca_compare_page_destroy(&page);

@@ -56,13 +56,16 @@ static int print_help(void)
            "render with several integrators, and see how fast their error falls (docs/converge.md)\n\n");
     ca_options_print(&table, stdout);
     printf("\nSamplers: %s\n", ca_sampler_names());
-    printf("\n"
-           "FOLDER/index.html shows the results: error against time and against samples with fitted slopes, pictures in equal\n"
-           "time, standard deviations; images.html compares the images; renders.csv and converge.json have the numbers.\n"
-           "The same command again renders only what is missing; whoever adds steps, integrators or repeats keeps the rest.\n"
-           "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, exit status 1;\n"
-           "the same command goes on from there. A second one ends at once.\n"
-           "Example: caustica converge scene.xml -i \"path;bdpt;ovcm:max_depth=8\" --spp 1:256 --repeats 4 -r ref.exr -o results\n");
+    printf("\n");
+    ca_options_print_prose("FOLDER/index.html shows the results: error against time and against samples with fitted slopes, "
+                           "pictures in equal time, standard deviations; images.html compares the images; renders.csv and "
+                           "converge.json have the numbers.\n"
+                           "The same command again renders only what is missing; whoever adds steps, integrators or repeats "
+                           "keeps the rest.\n"
+                           "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, "
+                           "exit status 1; the same command goes on from there. A second one ends at once.\n"
+                           "Example: caustica converge scene.xml -i \"path;ovcm:max_depth=8\" --spp 1:256 -r ref.exr -o results\n",
+                           stdout);
     return CA_EXIT_DONE;
 }
 

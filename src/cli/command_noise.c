@@ -89,8 +89,8 @@ static int print_help(void)
            "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one is theirs, with\n"
            "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction for other\n"
            "numbers is of the weights measured with, and no numbers are recommended.\n"
-           "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and use what there is; another one ends\n"
-           "at once.\n"
+           "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; paths are then\n"
+           "not timed (any longer), and no numbers recommended. Another signal ends at once.\n"
            "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --iterations 64 --predict 300000,100 -o "
            "noise.png\n");
     return CA_EXIT_DONE;
@@ -212,6 +212,7 @@ static void print_shared_words(const noise_options *o, const ca_noise_setup *set
         printf(" --alpha %.9g", s->alpha); /* 0 unless given, whatever the scene says */
     if (o->resolution[0]) printf(" --resolution %ux%u", o->resolution[0], o->resolution[1]);
     if (s->has_crop) printf(" --crop %u,%u,%u,%u", s->crop[0], s->crop[1], s->crop[2], s->crop[3]);
+    if (s->memory_mib > 0.0) printf(" --memory %.9g", s->memory_mib);
 }
 
 /* What to type next. */
@@ -241,7 +242,7 @@ static void print_report(const noise_options *o, const ca_noise_setup *setup, co
         printf("\n");
     }
     if (o->stats) printf("wrote %s\n", o->stats);
-    if (!report->connects) print_next(o, setup, &report->recommendation);
+    if (ca_noise_recommends(report)) print_next(o, setup, &report->recommendation);
 }
 
 /* What is used instead of what the scene says. */
@@ -306,13 +307,14 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
     return o->stats ? ca_stats_write_noise(o->stats, report, error) : CA_OK;
 }
 
-/* Renders, averages and chooses. */
-static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings, ca_noise_report *report,
-                      ca_image_layers **image, ca_error *error)
+/* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */
+static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings, ca_progress_line *line,
+                      ca_noise_report *report, ca_image_layers **image, ca_error *error)
 {
     ca_noise *noise = NULL;
     CA_TRY(ca_noise_measure(scene, settings, o->iterations, &noise, image, &report->statistics, error));
     ca_status status = average_all(noise, report, error);
+    line->last_drawn = -1.0;
     if (status == CA_OK && !report->connects)
         status = ca_noise_recommend(noise, scene, settings, o->objective, *image, &report->recommendation, error);
     ca_noise_release(noise);
@@ -333,7 +335,7 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     CA_TRY(check_settings(o, scene, &settings, &setup, report, error));
     if (!o->quiet) print_replaced(o, scene);
     ca_signals_catch(o->quiet);
-    ca_status status = work(o, scene, &settings, report, &image, error);
+    ca_status status = work(o, scene, &settings, &line, report, &image, error);
     ca_progress_clear(&line);
     if (status == CA_OK) status = write_outputs(o, image, report, &scale, error);
     ca_signals_release();

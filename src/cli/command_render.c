@@ -90,19 +90,30 @@ static const ca_option options[] = {
 };
 static const ca_option_table table = {"render", options, sizeof options / sizeof options[0]};
 
+/* "name:a=1,b=2,..." in lines of 100 columns; those after the first are deeper than a name. */
+static void print_integrator(const char *text)
+{
+    for (int used = printf("  "), first = 1; *text; first = 0) {
+        const int length = (int)strcspn(text, ",") + (strchr(text, ',') != NULL);
+        if (!first && used + length > 100) used = printf("\n      ") - 1;
+        used += printf("%.*s", length, text);
+        text += length;
+    }
+    printf("\n");
+}
+
 /* Every integrator with its parameters and their defaults. */
 static void print_integrators(void)
 {
     const ca_integrator_desc nothing_set = {.name = NULL};
     const ca_integrator_type *type;
-    printf("\nIntegrators with their parameters and defaults (light_paths 0: one per pixel; radius 0: from a pixel's\n"
-           "footprint):\n");
+    printf("\nIntegrators with their parameters and defaults (light_paths 0: one per pixel; radius 0: a pixel's):\n");
     for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++) {
         ca_integrator_input input = {0};
         char text[1024];
         if (ca_integrator_configure(type, &nothing_set, false, NULL, &input, NULL) != CA_OK) continue;
         ca_integrator_describe(type, &input, text, sizeof text);
-        printf("  %s\n", text);
+        print_integrator(text);
     }
 }
 
@@ -112,20 +123,22 @@ static int print_help(void)
     ca_options_print(&table, stdout);
     print_integrators();
     printf("\nSamplers: %s\n", ca_sampler_names());
-    printf("\n"
-           "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; they win\n"
-           "over the scene and must not contradict -i NAME:param=value.\n"
-           "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. Whatever the scene\n"
-           "says, random numbers are independent and the radius does not shrink (alpha 0), as the law of noise wants. The numbers depend\n"
-           "on measured times, so such an image is not the same again to the bit; one with --rays FILE.exr is, FILE.exr being such\n"
-           "an image or one of `caustica noise`, whose numbers it takes.\n"
-           "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
-           "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second one ends at\n"
-           "once.\n"
-           "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs at most 3 %% of\n"
-           "the processor time.\n"
-           "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
-           "          caustica render scene.xml --time 600 --serve 8080\n");
+    printf("\n");
+    ca_options_print_prose("--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
+                           "they win over the scene and must not contradict -i NAME:param=value.\n"
+                           "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels."
+                           " Whatever the scene says, random numbers are independent and the radius does not shrink (alpha 0), "
+                           "as the law of noise wants. The numbers depend on measured times, so such an image is not the same "
+                           "again to the bit; one with --rays FILE.exr is, FILE.exr being such an image or one of `caustica "
+                           "noise`, whose numbers it takes.\n"
+                           "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
+                           "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second "
+                           "one ends at once.\n"
+                           "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs"
+                           " at most 3 % of the processor time.\n"
+                           "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
+                           "          caustica render scene.xml --time 600 --serve 8080\n",
+                           stdout);
     return CA_EXIT_DONE;
 }
 

@@ -30,14 +30,17 @@ static int print_help(void)
 {
     printf("caustica study CONFIG.json -o FOLDER [options]: make a perceptual study, or analyse its answers\n\n");
     ca_options_print(&table, stdout);
-    printf("\n"
-           "Renders an image and a reference of each scenario in CONFIG.json (docs/study.md), and writes FOLDER/index.html: a page\n"
-           "that shows both for some seconds, asks whether there was a difference, keeps the answers and exports them. Images\n"
-           "that are there and were rendered with the same settings are not rendered again.\n"
-           "With --analyse the files are such answers, of one study: printed are the ratio of subjects who saw a difference in\n"
-           "each scenario, with its 95 %% interval, and whether occluded lights make it be seen more often.\n"
-           "Examples: caustica study scenes/perceptual-study/study.json -o study\n"
-           "          caustica study --analyse answers-1.json answers-2.json\n");
+    printf("\n");
+    ca_options_print_prose("Renders an image and a reference of each scenario in CONFIG.json (docs/study.md), and writes "
+                           "FOLDER/index.html: a page that shows both for some seconds, asks whether there was a difference, "
+                           "keeps the answers and exports them. Images that are there and were rendered with the same settings "
+                           "are not rendered again.\n"
+                           "With --analyse the files are such answers, of one study: printed are the ratio of subjects who saw a"
+                           " difference in each scenario, with its 95 % interval, and whether occluded lights make it be seen "
+                           "more often.\n"
+                           "Examples: caustica study scenes/perceptual-study/study.json -o study\n"
+                           "          caustica study --analyse answers-1.json answers-2.json\n",
+                           stdout);
     return CA_EXIT_DONE;
 }
 

@@ -1,5 +1,7 @@
 #include "cli/compare_page.h"
 
+#include "image/layers.h"
+
 #include <math.h>
 
 enum { METRICS = 10 };
@@ -17,6 +19,19 @@ ca_status ca_compare_page_create(ca_compare_page *page, const char *path, const 
         .reference = reference,
     };
     return ca_page_create(&page->page, path, &page->settings, error);
+}
+
+ca_status ca_compare_page_check_layers(ca_compare_page *page, const ca_text_list *images, const ca_image_layers *reference,
+                                       ca_error *error)
+{
+    bool all = ca_page_expect(page->page, reference);
+    for (size_t i = 0; i < images->count && !all; i++) {
+        ca_image_layers *layers = NULL;
+        CA_TRY(ca_layers_read(images->items[i], &layers, error));
+        all = ca_page_expect(page->page, layers);
+        ca_layers_destroy(layers);
+    }
+    return all ? CA_OK : ca_page_check(page->page, error);
 }
 
 static ca_status add_reference(ca_compare_page *page, const ca_image_layers *layers, ca_error *error)

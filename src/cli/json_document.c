@@ -4,8 +4,8 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/json_values.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,11 +18,9 @@ struct ca_json {
     json_t *root;
 };
 
-static void *allocate(size_t size) { return ca_alloc(size, 1); }
-
 ca_status ca_json_read(const char *path, const char *what, ca_json **document, ca_error *error)
 {
-    json_set_alloc_funcs(allocate, ca_free);
+    ca_json_begin();
     ca_json *made = *document = ca_alloc_zeroed(1, sizeof *made);
     if (!made) return ca_fail_memory(error, path);
     made->path = path;

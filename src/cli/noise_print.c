@@ -106,7 +106,7 @@ static void print_recommendation(const ca_noise_report *report)
                r->best.camera_paths);
     }
     if (r->best.light_paths == r->most_light_paths)
-        printf("  %u light paths are the most that are recommended: 128 times those measured, and what fits a memory\n",
+        printf("  %u light paths are the most that are recommended: 128 times those measured, and what fits the memory\n",
                r->most_light_paths);
 }
 
@@ -116,6 +116,11 @@ void ca_noise_print(const ca_noise_report *report)
     if (report->connects) {
         printf("weights of connected paths depend on the numbers of paths: predictions for other numbers are of the weights measured\n"
                "with, and no numbers are recommended\n");
+        return;
+    }
+    if (!ca_noise_recommends(report)) {
+        printf("no numbers are recommended: %s\n", report->recommendation.interrupted ? "a signal interrupted the timing of paths"
+                                                                                       : "no noise was found, all are as good");
         return;
     }
     print_times(&report->recommendation.times);

@@ -217,18 +217,50 @@ ca_status ca_options_load_scene(const char *path, const ca_text_list *define_wor
 
 /* ---- Help ------------------------------------------------------------------------------------------------------- */
 
+enum { HELP_COLUMN = 30, HELP_WIDTH = 100 };
+
+/* Words from column `used` on; further lines begin at `indent`. */
+static void put_words(FILE *stream, const char *text, size_t length, size_t used, size_t indent)
+{
+    for (size_t at = 0, word; at < length; at += word + (text[at + word] == ' ')) {
+        word = strcspn(text + at, " \n");
+        if (at > 0 && used + 1 + word > HELP_WIDTH) {
+            fprintf(stream, "\n%*s", (int)indent, "");
+            used = indent;
+        } else if (at > 0) {
+            fputc(' ', stream);
+            used++;
+        }
+        fwrite(text + at, 1, word, stream);
+        used += word;
+    }
+    fputc('\n', stream);
+}
+
 void ca_options_print(const ca_option_table *table, FILE *stream)
 {
-    enum { COLUMN = 30 };
     for (size_t i = 0; i < table->count; i++) {
         const ca_option *option = &table->options[i];
         int used = option->letter ? fprintf(stream, "  -%c, --%s", option->letter, option->name)
                                   : fprintf(stream, "      --%s", option->name);
         if (option->argument) used += fprintf(stream, " %s", option->argument);
-        if (used > COLUMN - 2) {
+        if (used > HELP_COLUMN - 2) {
             fprintf(stream, "\n");
             used = 0;
         }
-        fprintf(stream, "%*s%s\n", COLUMN - used, "", option->help);
+        fprintf(stream, "%*s", HELP_COLUMN - used, "");
+        put_words(stream, option->help, strlen(option->help), HELP_COLUMN, HELP_COLUMN);
+    }
+}
+
+void ca_options_print_prose(const char *text, FILE *stream)
+{
+    while (*text) {
+        const size_t length = strcspn(text, "\n");
+        if (text[0] == ' ' || strncmp(text, "Example", 7) == 0)
+            fprintf(stream, "%.*s\n", (int)length, text);
+        else
+            put_words(stream, text, length, 0, 0);
+        text += length + (text[length] == '\n');
     }
 }

@@ -73,7 +73,10 @@ ca_status ca_options_scene_operand(const ca_text_list *operands, const char **pa
 /* Loads the scene with the "NAME=VALUE" words of --define. */
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error);
 
-/* One line per option, aligned. */
+/* The options, aligned; help that is longer than a line of 100 columns goes on below itself. */
 void ca_options_print(const ca_option_table *table, FILE *stream);
+/* What a command's help says beside, a paragraph a line of `text`, broken into lines of 100 columns; examples and lines that begin
+ * with a space stay as they are. */
+void ca_options_print_prose(const char *text, FILE *stream);
 
 #endif

@@ -5,6 +5,7 @@
 #include "render/progress.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -13,8 +14,9 @@ enum { LINE_LIMIT = 160, WIDEST_BAR = 40, NARROWEST_BAR = 8, USUAL_WIDTH = 80 };
 
 ca_progress_line ca_progress_start(bool wanted)
 {
-    const bool visible = wanted && isatty(STDERR_FILENO);
-    return (ca_progress_line){.stream = visible ? stderr : NULL, .last_drawn = -1.0};
+    const char *kind = getenv("TERM");
+    const bool plain = !isatty(STDERR_FILENO) || (kind && strcmp(kind, "dumb") == 0);
+    return (ca_progress_line){.stream = wanted ? stderr : NULL, .plain = plain, .last_drawn = -1.0};
 }
 
 void ca_format_seconds(double seconds, char *text, size_t size)
@@ -55,7 +57,7 @@ static void append_bar(char *line, size_t width, double fraction)
 }
 
 /* The most wanted part first: on a narrow terminal the last ones do not fit. */
-static void compose(const ca_render_progress *p, size_t width, char line[LINE_LIMIT])
+static void compose(const ca_render_progress *p, size_t width, bool with_bar, char line[LINE_LIMIT])
 {
     char part[64], time[32];
     const double fraction = ca_progress_fraction(p);
@@ -87,7 +89,7 @@ static void compose(const ca_render_progress *p, size_t width, char line[LINE_LI
         snprintf(part, sizeof part, "noise %.3g %%", p->noise_percent);
         append(line, width, part);
     }
-    if (fraction >= 0.0) append_bar(line, width, fraction);
+    if (fraction >= 0.0 && with_bar) append_bar(line, width, fraction);
 }
 
 static size_t terminal_width(void)
@@ -97,18 +99,38 @@ static size_t terminal_width(void)
     return size.ws_col;
 }
 
-void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress)
+/* Soon after the last line in the beginning, later rarely: whoever reads a log wants to know that the work goes on. */
+static void write_plain(ca_progress_line *line, const ca_render_progress *progress)
+{
+    const double first = 5.0, most = 60.0, last = line->last_drawn;
+    char text[LINE_LIMIT];
+    if (progress->seconds < (last < 0.0 ? first : last + fmin(last, most))) return;
+    compose(progress, LINE_LIMIT, false, text);
+    fprintf(line->stream, "caustica: %s\n", text + strspn(text, " "));
+    fflush(line->stream);
+    line->last_drawn = progress->seconds;
+}
+
+static void draw_over(ca_progress_line *line, const ca_render_progress *progress)
 {
     const double redraw_seconds = 0.1;
-    if (!line->stream) return;
-    if (line->last_drawn >= 0.0 && progress->seconds - line->last_drawn < redraw_seconds) return;
     char text[LINE_LIMIT];
+    if (line->last_drawn >= 0.0 && progress->seconds - line->last_drawn < redraw_seconds) return;
     /* Some terminals wrap when the last column is written. */
-    compose(progress, terminal_width() - 1, text);
+    compose(progress, terminal_width() - 1, true, text);
     fprintf(line->stream, "\r%s\033[K", text);
     fflush(line->stream);
     line->shown = true;
     line->last_drawn = progress->seconds;
+}
+
+void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress)
+{
+    if (!line->stream) return;
+    if (line->plain)
+        write_plain(line, progress);
+    else
+        draw_over(line, progress);
 }
 
 void ca_progress_clear(ca_progress_line *line)

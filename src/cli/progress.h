@@ -1,5 +1,7 @@
-/* The progress line on standard error: bar, passes, time gone and left, noise so far. One line that is drawn over
- * itself, never wider than the terminal, and gone at the end; nothing at all where standard error is no terminal. */
+/* Progress on standard error: passes, time gone and left, noise so far. On a terminal one line with a bar that is drawn over
+ * itself, never wider than the terminal, and gone at the end. Where standard error is no terminal, or one that says it is dumb
+ * (TERM), a line of its own now and then: after 5 seconds of rendering, after twice the time again and again, and at least once
+ * a minute. */
 #ifndef CA_CLI_PROGRESS_H
 #define CA_CLI_PROGRESS_H
 
@@ -9,8 +11,9 @@
 
 typedef struct ca_progress_line {
     FILE *stream;
-    bool shown;        /* is anything drawn? */
-    double last_drawn; /* seconds of rendering */
+    bool plain;        /* lines, one after the other */
+    bool shown;        /* is anything drawn that is to be wiped? */
+    double last_drawn; /* seconds of rendering; negative: nothing yet */
 } ca_progress_line;
 
 /* `wanted`: false keeps it silent. */

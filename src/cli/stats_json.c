@@ -1,38 +1,12 @@
 #include "cli/stats_json.h"
 
-#include "base/file.h"
-#include "base/memory.h"
+#include "cli/json_values.h"
 #include "path/technique.h"
 
-#include <jansson.h>
-#include <math.h>
-
-static void *allocate(size_t size) { return ca_alloc(size, 1); }
-
-/* JSON knows neither infinity nor "not a number". */
-static json_t *number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 static json_t *count(uint64_t value) { return json_integer((json_int_t)value); }
 
 /* Steals the reference, as jansson's own *_new calls do; a NULL value or object counts as a failure. */
 static bool set(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value) == 0; }
-
-/* Takes `root` over; NULL or `complete` false: it could not be put together. */
-static ca_status write_file(const char *path, json_t *root, bool complete, ca_error *error)
-{
-    ca_file_writer writer;
-    ca_status status = root && complete ? CA_OK : ca_fail_memory(error, path);
-    if (status == CA_OK) status = ca_file_create(&writer, path, error);
-    if (status == CA_OK) {
-        if (json_dumpf(root, writer.stream, JSON_INDENT(2)) == 0 && fputc('\n', writer.stream) != EOF) {
-            status = ca_file_commit(&writer, error);
-        } else {
-            ca_file_abandon(&writer);
-            status = ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write the statistics", path);
-        }
-    }
-    json_decref(root);
-    return status;
-}
 
 /* By technique; "film": noticed by nobody else. */
 static json_t *non_finite_json(const ca_render_statistics *s)
@@ -65,13 +39,13 @@ static json_t *rays_json(const ca_rays_statistics *r)
     if (r->light_paths == 0) return json_null();
     json_t *object = json_object();
     const bool complete =
-        set(object, "light_paths", count(r->light_paths)) && set(object, "camera_paths", number(r->camera_paths)) &&
-        set(object, "phases", count(r->phases)) && set(object, "pilot_seconds", number(r->pilot_seconds)) &&
-        set(object, "predicted_gain", number(r->predicted_gain)) &&
-        set(object, "iteration_seconds", number(r->iteration_seconds)) &&
-        set(object, "light_path_seconds", number(r->light_path_seconds)) &&
-        set(object, "camera_path_seconds", number(r->camera_path_seconds)) &&
-        set(object, "candidate_seconds", number(r->candidate_seconds));
+        set(object, "light_paths", count(r->light_paths)) && set(object, "camera_paths", ca_json_number(r->camera_paths)) &&
+        set(object, "phases", count(r->phases)) && set(object, "pilot_seconds", ca_json_number(r->pilot_seconds)) &&
+        set(object, "predicted_gain", ca_json_number(r->predicted_gain)) &&
+        set(object, "iteration_seconds", ca_json_number(r->iteration_seconds)) &&
+        set(object, "light_path_seconds", ca_json_number(r->light_path_seconds)) &&
+        set(object, "camera_path_seconds", ca_json_number(r->camera_path_seconds)) &&
+        set(object, "candidate_seconds", ca_json_number(r->candidate_seconds));
     if (complete) return object;
     json_decref(object);
     return NULL;
@@ -82,7 +56,8 @@ static json_t *prediction_json(const ca_render_statistics *s)
 {
     if (s->first_predicted_seconds <= 0.0) return json_null();
     json_t *object = json_object();
-    if (set(object, "seconds", number(s->first_predicted_seconds)) && set(object, "at", number(s->first_predicted_at)))
+    if (set(object, "seconds", ca_json_number(s->first_predicted_seconds)) &&
+        set(object, "at", ca_json_number(s->first_predicted_at)))
         return object;
     json_decref(object);
     return NULL;
@@ -90,26 +65,26 @@ static json_t *prediction_json(const ca_render_statistics *s)
 
 static bool set_render(json_t *root, const ca_render_statistics *s)
 {
-    return set(root, "seconds", number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
-           set(root, "blocks", blocks_json(s)) && set(root, "samples_per_pixel", number(s->samples_per_pixel)) &&
+    return set(root, "seconds", ca_json_number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
+           set(root, "blocks", blocks_json(s)) && set(root, "samples_per_pixel", ca_json_number(s->samples_per_pixel)) &&
            set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
            set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&
            set(root, "photons", count(s->photons)) && set(root, "photons_tested", count(s->photons_tested)) &&
            set(root, "merges", count(s->merges)) && set(root, "peak_memory_bytes", count(s->peak_memory_bytes)) &&
-           set(root, "mean_luminance", number(s->mean_luminance)) &&
-           set(root, "mean_standard_deviation", number(s->mean_standard_deviation)) &&
-           set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : number(s->noise_percent)) &&
-           set(root, "confidence_marked", s->has_confidence ? number(s->confidence_marked) : json_null()) &&
+           set(root, "mean_luminance", ca_json_number(s->mean_luminance)) &&
+           set(root, "mean_standard_deviation", ca_json_number(s->mean_standard_deviation)) &&
+           set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : ca_json_number(s->noise_percent)) &&
+           set(root, "confidence_marked", s->has_confidence ? ca_json_number(s->confidence_marked) : json_null()) &&
            set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
            set(root, "first_prediction", prediction_json(s)) && set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));
 }
 
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s, ca_error *error)
 {
-    json_set_alloc_funcs(allocate, ca_free);
+    ca_json_begin();
     json_t *root = json_object();
     const bool complete = set_render(root, s);
-    return write_file(path, root, complete, error);
+    return ca_json_write(path, root, complete, error);
 }
 
 /* ---- Noise -------------------------------------------------------------------------------------------------------- */
@@ -136,18 +111,19 @@ static json_t *negative_json(const ca_noise_summary *s, bool measured)
 static json_t *summary_json(const ca_noise_summary *s, bool measured)
 {
     json_t *object = json_object();
-    bool complete = set(object, "pixels", count(s->pixels)) && set(object, "mean_luminance", number(s->luminance)) &&
-                    set(object, "predicted_rms", number(s->predicted_rms)) &&
-                    set(object, "camera", number(s->camera_rms)) && set(object, "light", number(s->light_rms)) &&
-                    set(object, "pair", number(s->pair_rms)) && set(object, "connect", number(s->connect_rms)) &&
-                    set(object, "predicted_variance", number(s->predicted)) &&
-                    set(object, "camera_variance", number(s->camera)) &&
-                    set(object, "light_variance", number(s->light)) && set(object, "pair_variance", number(s->pair)) &&
-                    set(object, "connect_variance", number(s->connect)) &&
+    bool complete = set(object, "pixels", count(s->pixels)) && set(object, "mean_luminance", ca_json_number(s->luminance)) &&
+                    set(object, "predicted_rms", ca_json_number(s->predicted_rms)) &&
+                    set(object, "camera", ca_json_number(s->camera_rms)) && set(object, "light", ca_json_number(s->light_rms)) &&
+                    set(object, "pair", ca_json_number(s->pair_rms)) && set(object, "connect", ca_json_number(s->connect_rms)) &&
+                    set(object, "predicted_variance", ca_json_number(s->predicted)) &&
+                    set(object, "camera_variance", ca_json_number(s->camera)) &&
+                    set(object, "light_variance", ca_json_number(s->light)) &&
+                    set(object, "pair_variance", ca_json_number(s->pair)) &&
+                    set(object, "connect_variance", ca_json_number(s->connect)) &&
                     set(object, "negative", negative_json(s, measured));
     if (measured)
-        complete = complete && set(object, "measured_rms", number(s->measured_rms)) &&
-                   set(object, "measured_variance", number(s->measured));
+        complete = complete && set(object, "measured_rms", ca_json_number(s->measured_rms)) &&
+                   set(object, "measured_variance", ca_json_number(s->measured));
     return whole(object, complete);
 }
 
@@ -181,24 +157,26 @@ static json_t *predictions_json(const ca_noise_report *report)
 static json_t *times_json(const ca_noise_times *t)
 {
     json_t *object = json_object();
-    return whole(object, set(object, "light_paths", count(t->light_paths)) && set(object, "iteration", number(t->iteration)) &&
-                             set(object, "iteration_error", number(t->iteration_error)) &&
-                             set(object, "light_path", number(t->light_path)) &&
-                             set(object, "light_path_error", number(t->light_path_error)) &&
-                             set(object, "camera_path", number(t->camera_path)) &&
-                             set(object, "camera_path_error", number(t->camera_path_error)) &&
-                             set(object, "candidate", number(t->candidate)) &&
-                             set(object, "candidate_error", number(t->candidate_error)) &&
-                             set(object, "segments_per_camera_path", number(t->segments_per_camera_path)) &&
-                             set(object, "candidates_per_pair", number(t->candidates_per_pair)));
+    return whole(object, set(object, "light_paths", count(t->light_paths)) &&
+                             set(object, "iteration", ca_json_number(t->iteration)) &&
+                             set(object, "iteration_error", ca_json_number(t->iteration_error)) &&
+                             set(object, "light_path", ca_json_number(t->light_path)) &&
+                             set(object, "light_path_error", ca_json_number(t->light_path_error)) &&
+                             set(object, "camera_path", ca_json_number(t->camera_path)) &&
+                             set(object, "camera_path_error", ca_json_number(t->camera_path_error)) &&
+                             set(object, "candidate", ca_json_number(t->candidate)) &&
+                             set(object, "candidate_error", ca_json_number(t->candidate_error)) &&
+                             set(object, "segments_per_camera_path", ca_json_number(t->segments_per_camera_path)) &&
+                             set(object, "candidates_per_pair", ca_json_number(t->candidates_per_pair)));
 }
 
 static json_t *numbers_json(const ca_noise_numbers *n)
 {
     json_t *object = json_object();
     return whole(object, set(object, "light_paths", count(n->light_paths)) &&
-                             set(object, "camera_paths", number(n->camera_paths)) &&
-                             set(object, "variance", number(n->variance)) && set(object, "seconds", number(n->seconds)));
+                             set(object, "camera_paths", ca_json_number(n->camera_paths)) &&
+                             set(object, "variance", ca_json_number(n->variance)) &&
+                             set(object, "seconds", ca_json_number(n->seconds)));
 }
 
 static json_t *recommendation_json(const ca_noise_report *report)
@@ -208,22 +186,25 @@ static json_t *recommendation_json(const ca_noise_report *report)
     return whole(object, set(object, "objective", json_string_nocheck(report->objective ? report->objective : "mean")) &&
                              set(object, "best", numbers_json(&r->best)) && set(object, "uniform", numbers_json(&r->uniform)) &&
                              set(object, "given", numbers_json(&r->given)) &&
-                             set(object, "gain_over_given", number(r->gain_over_given)) &&
-                             set(object, "gain_over_uniform", number(r->gain_over_uniform)) &&
+                             set(object, "gain_over_given", ca_json_number(r->gain_over_given)) &&
+                             set(object, "gain_over_uniform", ca_json_number(r->gain_over_uniform)) &&
                              set(object, "fewest_camera_paths", count(r->fewest_camera_paths)) &&
                              set(object, "most_camera_paths", count(r->most_camera_paths)));
 }
 
 ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error)
 {
-    json_set_alloc_funcs(allocate, ca_free);
+    ca_json_begin();
     json_t *root = json_object();
-    const bool complete = set_render(root, &report->statistics) && set(root, "per_iteration", counts_json(&report->measured)) &&
+    const bool recommends = ca_noise_recommends(report);
+    ca_render_statistics statistics = report->statistics;
+    statistics.interrupted = statistics.interrupted || report->recommendation.interrupted;
+    const bool complete = set_render(root, &statistics) && set(root, "per_iteration", counts_json(&report->measured)) &&
                           set_averages(root, &report->measured, report->has_roi, true) &&
                           set(root, "predict", predictions_json(report)) &&
-                          set(root, "times", report->connects ? json_null() : times_json(&report->recommendation.times)) &&
-                          set(root, "recommendation", report->connects ? json_null() : recommendation_json(report));
-    return write_file(path, root, complete, error);
+                          set(root, "times", recommends ? times_json(&report->recommendation.times) : json_null()) &&
+                          set(root, "recommendation", recommends ? recommendation_json(report) : json_null());
+    return ca_json_write(path, root, complete, error);
 }
 
 /* ---- Comparisons -------------------------------------------------------------------------------------------------- */
@@ -234,8 +215,8 @@ static json_t *block_test_json(const ca_block_test *test)
     json_t *object = json_object();
     const bool complete = set(object, "blocks", count(test->blocks)) && set(object, "rejected", count(test->rejected)) &&
                           set(object, "blocks_untested", count(test->blocks_untested)) &&
-                          set(object, "p_value", number(test->p_value)) &&
-                          set(object, "detectable_bias", number(test->detectable_bias)) &&
+                          set(object, "p_value", ca_json_number(test->p_value)) &&
+                          set(object, "detectable_bias", ca_json_number(test->detectable_bias)) &&
                           set(object, "reference_exact", json_boolean(test->reference_exact));
     if (complete) return object;
     json_decref(object);
@@ -246,7 +227,7 @@ static json_t *exposures_json(const ca_flip_exposures *e)
 {
     if (e->count == 0) return json_null();
     json_t *object = json_object();
-    return whole(object, set(object, "start", number(e->start)) && set(object, "stop", number(e->stop)) &&
+    return whole(object, set(object, "start", ca_json_number(e->start)) && set(object, "stop", ca_json_number(e->stop)) &&
                              set(object, "count", count(e->count)));
 }
 
@@ -254,11 +235,11 @@ static bool set_metrics(json_t *object, const ca_compared_image *image)
 {
     const ca_comparison *c = &image->comparison;
     const ca_image_metrics *m = &image->metrics;
-    return set(object, "rmse", number(c->rmse)) && set(object, "mae", number(c->mae)) &&
-           set(object, "relmse", number(c->relmse)) && set(object, "smape", number(c->smape)) &&
-           set(object, "ssim", number(m->ssim)) &&
-           set(object, "flip", number(image->flip_is_hdr ? m->flip_hdr : m->flip_ldr)) &&
-           set(object, "flip_ldr", number(m->flip_ldr)) && set(object, "flip_hdr", number(m->flip_hdr)) &&
+    return set(object, "rmse", ca_json_number(c->rmse)) && set(object, "mae", ca_json_number(c->mae)) &&
+           set(object, "relmse", ca_json_number(c->relmse)) && set(object, "smape", ca_json_number(c->smape)) &&
+           set(object, "ssim", ca_json_number(m->ssim)) &&
+           set(object, "flip", ca_json_number(image->flip_is_hdr ? m->flip_hdr : m->flip_ldr)) &&
+           set(object, "flip_ldr", ca_json_number(m->flip_ldr)) && set(object, "flip_hdr", ca_json_number(m->flip_hdr)) &&
            set(object, "flip_exposures", exposures_json(&m->exposures));
 }
 
@@ -266,13 +247,13 @@ static json_t *image_json(const ca_compared_image *image)
 {
     const ca_comparison *c = &image->comparison;
     json_t *object = json_object();
-    return whole(object, set(object, "path", json_string_nocheck(image->path)) && set_metrics(object, image) &&
-                             set(object, "mean_luminance", number(c->mean_luminance)) &&
-                             set(object, "reference_mean_luminance", number(c->reference_mean_luminance)) &&
+    return whole(object, set(object, "path", ca_json_text(image->path)) && set_metrics(object, image) &&
+                             set(object, "mean_luminance", ca_json_number(c->mean_luminance)) &&
+                             set(object, "reference_mean_luminance", ca_json_number(c->reference_mean_luminance)) &&
                              set(object, "pixels", count(c->pixels)) && set(object, "masked", count(c->masked)) &&
                              set(object, "non_finite", count(c->non_finite)) && set(object, "blocks", count(c->blocks)) &&
                              set(object, "blocks_left_out", count(c->blocks_left_out)) &&
-                             set(object, "median_block_difference", number(c->median_block_difference)) &&
+                             set(object, "median_block_difference", ca_json_number(c->median_block_difference)) &&
                              set(object, "block_test", block_test_json(&c->test)));
 }
 
@@ -280,24 +261,25 @@ static json_t *metric_settings_json(const ca_metric_settings *s)
 {
     json_t *object = json_object();
     return whole(object, set(object, "tone", json_string(ca_tone_name(s->tone))) &&
-                             set(object, "exposure", number(s->exposure)) &&
+                             set(object, "exposure", ca_json_number(s->exposure)) &&
                              set(object, "ssim_window", count(s->ssim.window)) &&
-                             set(object, "ssim_sigma", number(s->ssim.sigma)) &&
-                             set(object, "ssim_range", number(s->ssim.range)) &&
-                             set(object, "ssim_k1", number(s->ssim.k1)) && set(object, "ssim_k2", number(s->ssim.k2)) &&
-                             set(object, "flip_ppd", number(s->pixels_per_degree)) &&
+                             set(object, "ssim_sigma", ca_json_number(s->ssim.sigma)) &&
+                             set(object, "ssim_range", ca_json_number(s->ssim.range)) &&
+                             set(object, "ssim_k1", ca_json_number(s->ssim.k1)) &&
+                             set(object, "ssim_k2", ca_json_number(s->ssim.k2)) &&
+                             set(object, "flip_ppd", ca_json_number(s->pixels_per_degree)) &&
                              set(object, "flip_tone", json_string(ca_tone_name(s->flip_tone))));
 }
 
 ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_metric_settings *settings,
                                  const ca_compared_image *images, size_t image_count, ca_error *error)
 {
-    json_set_alloc_funcs(allocate, ca_free);
+    ca_json_begin();
     json_t *root = json_object(), *list = json_array();
-    bool complete = set(root, "reference", json_string_nocheck(reference)) &&
+    bool complete = set(root, "reference", ca_json_text(reference)) &&
                     set(root, "settings", metric_settings_json(settings)) && list;
     for (size_t i = 0; i < image_count && complete; i++)
         complete = json_array_append_new(list, image_json(&images[i])) == 0;
     complete = set(root, "images", list) && complete;
-    return write_file(path, root, complete, error);
+    return ca_json_write(path, root, complete, error);
 }

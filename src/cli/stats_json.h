@@ -31,10 +31,17 @@ typedef struct ca_noise_report {
     size_t prediction_count;
     bool connects; /* with a term of connections, and no recommendation */
     const char *objective; /* NULL: mean */
-    ca_noise_recommendation recommendation;
+    ca_noise_recommendation recommendation; /* none where it was interrupted or there is no noise */
 } ca_noise_report;
 
-/* What ca_stats_write_render writes, the averages, times and recommended numbers. */
+/* Is there a recommendation? */
+static inline bool ca_noise_recommends(const ca_noise_report *report)
+{
+    return !report->connects && report->recommendation.best.light_paths > 0;
+}
+
+/* What ca_stats_write_render writes (`interrupted`: the measurement or the timing of paths), the averages, times and recommended
+ * numbers; null where there are none. */
 ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error);
 
 /* `images[]`, each with its metrics (`flip` is flip_hdr or flip_ldr), and the `settings` that the metrics were computed with. */

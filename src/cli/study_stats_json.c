@@ -1,14 +1,5 @@
-#include "base/file.h"
-#include "base/memory.h"
+#include "cli/json_values.h"
 #include "cli/study_analyse.h"
-
-#include <jansson.h>
-#include <math.h>
-
-static void *allocate(size_t size) { return ca_alloc(size, 1); }
-
-/* JSON knows no "not a number". */
-static json_t *number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 
 static bool add(json_t *list, json_t *object) { return object && json_array_append_new(list, object) == 0; }
 
@@ -16,7 +7,7 @@ static json_t *scenario_json(const ca_study_asked *asked, const ca_study_ratio *
 {
     return json_pack("{s:s, s:s, s:s, s:i, s:i, s:i, s:o, s:f, s:f, s:f}", "name", asked->name, "light", asked->light_name, "pair",
                      asked->pair, "yes", (int)r->yes, "answers", (int)r->total, "left_out", (int)r->left_out, "ratio",
-                     number(r->ratio), "low", r->low, "high", r->high, "flip", asked->flip);
+                     ca_json_number(r->ratio), "low", r->low, "high", r->high, "flip", asked->flip);
 }
 
 static json_t *pair_json(const ca_study_answers *answers, const ca_study_pair *p)
@@ -49,18 +40,6 @@ static json_t *analysis_json(const ca_study_analysis *a)
 
 ca_status ca_study_write_json(const char *path, const ca_study_analysis *analysis, ca_error *error)
 {
-    json_set_alloc_funcs(allocate, ca_free);
-    json_t *root = analysis_json(analysis);
-    ca_file_writer writer;
-    ca_status status = root ? ca_file_create(&writer, path, error) : ca_fail_memory(error, path);
-    if (status == CA_OK) {
-        if (json_dumpf(root, writer.stream, JSON_INDENT(2)) == 0 && fputc('\n', writer.stream) != EOF) {
-            status = ca_file_commit(&writer, error);
-        } else {
-            ca_file_abandon(&writer);
-            status = ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write the analysis", path);
-        }
-    }
-    json_decref(root);
-    return status;
+    ca_json_begin();
+    return ca_json_write(path, analysis_json(analysis), true, error);
 }

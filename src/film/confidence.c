@@ -53,14 +53,25 @@ static double unskew(double quantile, double a)
     return 3.0 / a * (cbrt(1.0 + a * (quantile - a / 6.0)) - 1.0);
 }
 
+/* In standard errors, from the mean to the limit on the long tail's side, where g is of no use: its slope there falls to 0, and with
+ * four contributions the limit is past that. k = 1 / a^2 equal rare contributions, whose number is Poisson distributed, have this
+ * skewness; their expectation's exact limit is the gamma quantile of shape k + 1, by Wilson and Hilferty's cube
+ *     (k + 1) (1 + u)^3,  u = quantile / (3 sqrt(k + 1)) - 1 / (9 (k + 1)),
+ * of which k is taken, and which is divided by sqrt(k); written so that nothing cancels where a is small. a >= 0. */
+static double tail_reach(double quantile, double a)
+{
+    const double m = 1.0 + a * a, slope = quantile / (3.0 * sqrt(m)) - a / (9.0 * m), u = a * slope;
+    return a + m * slope * (3.0 + u * (3.0 + u));
+}
+
 ca_interval ca_confidence_interval(const ca_moments *m, double quantile)
 {
     const double n = m->replicates, deviation = sqrt(m->variance);
     const double standard_error = deviation / sqrt(n);
     const double skewness = m->variance > 0.0 ? m->third / (m->variance * deviation) : 0.0;
-    const double a = skewness / sqrt(n), rounding = 0x1p-21 * fabs(m->mean);
-    const double low = m->mean - unskew(quantile, a) * standard_error;
-    const double high = m->mean - unskew(-quantile, a) * standard_error;
+    const double a = fabs(skewness) / sqrt(n), rounding = 0x1p-21 * fabs(m->mean);
+    const double tail = tail_reach(quantile, a) * standard_error, other = unskew(quantile, a) * standard_error;
+    const double low = m->mean - (skewness < 0.0 ? tail : other), high = m->mean + (skewness < 0.0 ? other : tail);
     return (ca_interval){fmin(low, m->mean - rounding), fmax(high, m->mean + rounding)};
 }
 
@@ -149,15 +160,26 @@ static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *
     }
 }
 
+/* Of the pixels near one that are not this one. */
+static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+{
+    pool near = {0};
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)
+        if (i != y) pool_add(&near, &rows[(size_t)i * width + x]);
+    for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
+        if (i != x) pool_moments(&near, &moments[(size_t)y * width + i]);
+    return near;
+}
+
 static bool judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
 {
     const uint32_t top = reach_from(y, CA_CONFIDENCE_FAR_REACH), bottom = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
     const uint32_t columns = 1 + reach_to(x, CA_CONFIDENCE_FAR_REACH, width) - reach_from(x, CA_CONFIDENCE_FAR_REACH);
-    pool near = {0};
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)
-        pool_add(&near, &rows[(size_t)i * width + x]);
+    const ca_moments *own = &moments[(size_t)y * width + x];
+    pool near = pool_neighbours(moments, rows, width, height, x, y);
+    if (near.pixels == 0) pool_moments(&near, own);
     for (uint32_t i = top; i <= bottom; i++) near.lone += rows[(size_t)i * width + x].lone;
-    return is_marked(&moments[(size_t)y * width + x], &near, (double)columns * (1 + bottom - top));
+    return is_marked(own, &near, (double)columns * (1 + bottom - top));
 }
 
 ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked, ca_error *error)

@@ -1,7 +1,8 @@
 /* Confidence intervals for the expectations of pixels, from independent replicates (docs/decisions/011).
  *
  * A channel of a pixel comes as the moments of its n replicates: single samples, or means of several. Its 95 % interval
- * is Student's with n - 1 degrees of freedom, corrected for skewness by Hall's transformation. Where the replicates are
+ * is Student's with n - 1 degrees of freedom, corrected for skewness: on the short tail's side by Hall's transformation, on
+ * the long tail's by the exact limit of as many equal Poisson contributions as have this skewness. Where the replicates are
  * too skewed for any such interval to be trusted, and the judgement pools a pixel's neighbourhood since the samples of
  * one pixel do not know what they have missed, the pixel is marked: its interval is everything, from -infinity to
  * infinity. An interval holds its expectation in 95 of 100 pixels that are not marked; it says nothing of light that
@@ -18,7 +19,7 @@
 
 enum {
     CA_CONFIDENCE_MIN_REPLICATES = 8, /* with fewer, skewness cannot be estimated: all is marked */
-    CA_CONFIDENCE_REACH = 2,          /* pixels to each side that are pooled: 5 x 5 */
+    CA_CONFIDENCE_REACH = 2,          /* pixels to each side that are pooled: 5 x 5 without the one in the middle */
     CA_CONFIDENCE_FAR_REACH = 7,      /* and that are searched for lone contributions: 15 x 15 */
     CA_CONFIDENCE_CONTRIBUTIONS = 4,  /* so many rare contributions to a pixel are enough */
 };
@@ -54,7 +55,8 @@ void ca_interval_round(ca_interval interval, float *low, float *high);
  * - it has fewer than CA_CONFIDENCE_MIN_REPLICATES replicates;
  * - its replicates are all equal but those of a pixel near it are not;
  * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half of its standard
- *   error: by variances and third moments averaged over them, relative to powers of each one's mean; or
+ *   error: by variances and third moments averaged over them, relative to powers of each one's mean; the pixel itself counts
+ *   only where all others are black; or
  * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there, and again
  *   relative to the mean. */
 ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked, ca_error *error);

@@ -1,12 +1,15 @@
 #include "film/joined_film.h"
 
 #include "base/memory.h"
+#include "film/confidence.h"
+#include "film/pair_interval.h"
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-_Static_assert(sizeof(ca_joined_pixel) == 96, "joined_film.h promises 96 bytes per pixel");
+_Static_assert(sizeof(ca_joined_pixel) == 160, "joined_film.h promises 160 bytes per pixel");
 
 ca_status ca_joined_film_create(ca_joined_film *joined, const ca_film *like, ca_error *error)
 {
@@ -33,8 +36,25 @@ void ca_joined_film_copy(ca_joined_film *joined, const ca_joined_film *from)
 
 static double luminance_of(const double rgb[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 
-/* Squared deviations from the mean, summed; rounding may make the difference slightly negative. */
-static double deviations(double sum, double sum_squares, double n) { return fmax(0.0, sum_squares - sum * sum / n); }
+static double channel_sum(const ca_film_pixel *part, int c) { return c < 3 ? part->sum[c] : luminance_of(part->sum); }
+static double channel_squares(const ca_film_pixel *part, int c)
+{
+    return c < 3 ? part->sum_squares[c] : part->sum_squares_luminance;
+}
+
+static double *channel_variance(ca_joined_pixel *pixel, int c)
+{
+    return c < 3 ? &pixel->variance[c] : &pixel->luminance_variance;
+}
+
+/* Channel c of samples with these moments, whose weighted mean has `variance` times their variance and `third` times their third moment. */
+static void add_moments(ca_joined_pixel *to, int c, const ca_moments *m, double variance, double third)
+{
+    const double added = variance * m->variance;
+    *channel_variance(to, c) += added;
+    to->third[c] += third * m->third;
+    to->scatter[c] += added * added / (m->replicates - 1.0);
+}
 
 static void add_features(ca_joined_pixel *to, const ca_film_pixel *part, double weight)
 {
@@ -49,36 +69,41 @@ static void add_features(ca_joined_pixel *to, const ca_film_pixel *part, double 
 static void add_means(ca_joined_pixel *to, const ca_film_pixel *part, double weight)
 {
     for (int c = 0; c < 3; c++) to->mean[c] += weight * part->sum[c] / part->samples;
+    to->samples += part->samples;
     add_features(to, part, weight);
 }
 
 void ca_joined_film_add(ca_joined_film *joined, const ca_film *part, double weight)
 {
+    assert(part->replicate_samples == 1);
     for (size_t i = 0; i < joined->count; i++) {
         const ca_film_pixel *p = &part->pixels[i];
-        ca_joined_pixel *to = &joined->pixels[i];
-        const double n = p->samples, scale = weight * weight / (n * (n - 1.0));
+        const double scale = weight / p->samples;
         assert(p->samples >= 2);
-        add_means(to, p, weight);
-        for (int c = 0; c < 3; c++) to->variance[c] += scale * deviations(p->sum[c], p->sum_squares[c], n);
-        to->luminance_variance += scale * deviations(luminance_of(p->sum), p->sum_squares_luminance, n);
+        add_means(&joined->pixels[i], p, weight);
+        for (int c = 0; c < 4; c++) {
+            const ca_moments m = ca_moments_of(channel_sum(p, c), channel_squares(p, c), p->sum_cubes[c], p->samples);
+            add_moments(&joined->pixels[i], c, &m, weight * scale, weight * scale * scale);
+        }
     }
 }
 
 void ca_joined_film_add_two(ca_joined_film *joined, const ca_film *a, double weight_a, const ca_film *b, double weight_b)
 {
+    assert(a->replicate_samples == 1 && b->replicate_samples == 1);
     for (size_t i = 0; i < joined->count; i++) {
         const ca_film_pixel *p = &a->pixels[i], *q = &b->pixels[i];
-        ca_joined_pixel *to = &joined->pixels[i];
-        const double n_a = p->samples, n_b = q->samples, n = n_a + n_b;
+        const double scale_a = weight_a / p->samples, scale_b = weight_b / q->samples;
         assert(p->samples >= 1 && q->samples >= 1);
-        const double scale = (weight_a * weight_a / n_a + weight_b * weight_b / n_b) / (n - 1.0);
-        add_means(to, p, weight_a);
-        add_means(to, q, weight_b);
-        for (int c = 0; c < 3; c++)
-            to->variance[c] += scale * deviations(p->sum[c] + q->sum[c], p->sum_squares[c] + q->sum_squares[c], n);
-        to->luminance_variance += scale * deviations(luminance_of(p->sum) + luminance_of(q->sum),
-                                                     p->sum_squares_luminance + q->sum_squares_luminance, n);
+        add_means(&joined->pixels[i], p, weight_a);
+        add_means(&joined->pixels[i], q, weight_b);
+        for (int c = 0; c < 4; c++) {
+            const ca_moments m =
+                ca_moments_of(channel_sum(p, c) + channel_sum(q, c), channel_squares(p, c) + channel_squares(q, c),
+                              p->sum_cubes[c] + q->sum_cubes[c], p->samples + q->samples);
+            add_moments(&joined->pixels[i], c, &m, weight_a * scale_a + weight_b * scale_b,
+                        weight_a * scale_a * scale_a + weight_b * scale_b * scale_b);
+        }
     }
 }
 
@@ -88,12 +113,15 @@ void ca_joined_film_scale(ca_joined_film *joined, double factor)
         ca_joined_pixel *pixel = &joined->pixels[i];
         for (int c = 0; c < 3; c++) {
             pixel->mean[c] *= factor;
-            pixel->variance[c] *= factor * factor;
             pixel->albedo[c] *= (float)factor;
             pixel->normal[c] *= (float)factor;
             pixel->position[c] *= (float)factor;
         }
-        pixel->luminance_variance *= factor * factor;
+        for (int c = 0; c < 4; c++) {
+            *channel_variance(pixel, c) *= factor * factor;
+            pixel->third[c] *= factor * factor * factor;
+            pixel->scatter[c] *= factor * factor * (factor * factor);
+        }
     }
 }
 
@@ -106,7 +134,7 @@ void ca_joined_film_to_film(const ca_joined_film *joined, uint32_t samples, ca_f
 {
     const double n = samples;
     assert(samples >= 2 && joined->count == (size_t)film->width * film->height);
-    film->replicate_samples = 0; /* of what was joined no skewness is known, so there are no error bars */
+    film->replicate_samples = 0; /* the error bars are those of ca_joined_film_add_confidence */
     for (size_t i = 0; i < joined->count; i++) {
         const ca_joined_pixel *from = &joined->pixels[i];
         ca_film_pixel *to = &film->pixels[i];
@@ -120,4 +148,52 @@ void ca_joined_film_to_film(const ca_joined_film *joined, uint32_t samples, ca_f
         to->sum_squares_luminance = squares_of(luminance_of(to->sum), from->luminance_variance, n);
         to->samples = samples;
     }
+}
+
+/* ---- Error bars ----------------------------------------------------------------------------------------------------- */
+
+/* As if the value were the mean of CA_CONFIDENCE_MIN_REPLICATES replicates: any number will do that is enough, and the same for
+ * all pixels, since marks compare them. None where there are too few degrees of freedom. */
+static ca_moments value_moments(const ca_joined_pixel *pixel, int c, double *degrees)
+{
+    const double n = CA_CONFIDENCE_MIN_REPLICATES, variance = c < 3 ? pixel->variance[c] : pixel->luminance_variance;
+    *degrees = variance > 0.0 ? variance * variance / pixel->scatter[c] : pixel->samples - 1.0;
+    return (ca_moments){.mean = c < 3 ? pixel->mean[c] : luminance_of(pixel->mean),
+                        .variance = n * variance,
+                        .third = n * n * pixel->third[c],
+                        .replicates = *degrees > n - 1.001 ? CA_CONFIDENCE_MIN_REPLICATES : 0};
+}
+
+/* Channel c; `moments` and `marked`: room for every pixel. */
+static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *moments, bool *marked, ca_image_layers *layers,
+                               ca_error *error)
+{
+    char name[32];
+    float *low, *high;
+    double degrees;
+    snprintf(name, sizeof name, "ConfidenceLow.%c", "RGBY"[c]);
+    CA_TRY(ca_layers_add(layers, name, &low, error));
+    snprintf(name, sizeof name, "ConfidenceHigh.%c", "RGBY"[c]);
+    CA_TRY(ca_layers_add(layers, name, &high, error));
+    for (size_t i = 0; i < joined->count; i++) moments[i] = value_moments(&joined->pixels[i], c, &degrees);
+    CA_TRY(ca_confidence_mark(moments, layers->width, layers->height, marked, error));
+    for (size_t i = 0; i < joined->count; i++) {
+        ca_interval interval = {-HUGE_VAL, HUGE_VAL};
+        (void)value_moments(&joined->pixels[i], c, &degrees);
+        if (!marked[i]) interval = ca_confidence_interval(&moments[i], ca_pair_student_quantile(degrees));
+        ca_interval_round(interval, &low[i], &high[i]);
+    }
+    return CA_OK;
+}
+
+ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, ca_image_layers *layers, ca_error *error)
+{
+    assert(joined->count == (size_t)layers->width * layers->height);
+    ca_moments *moments = ca_alloc(joined->count, sizeof *moments);
+    bool *marked = ca_alloc(joined->count, sizeof *marked);
+    ca_status status = moments && marked ? CA_OK : ca_fail_memory(error, "the error bars");
+    for (int c = 0; c < 4 && status == CA_OK; c++) status = add_intervals(joined, c, moments, marked, layers, error);
+    ca_free(moments);
+    ca_free(marked);
+    return status;
 }

@@ -29,18 +29,6 @@ typedef struct mesh_stream {
     size_t source_bytes;
 } mesh_stream;
 
-static voidpf allocate(voidpf user, uInt count, uInt size)
-{
-    (void)user;
-    return ca_alloc(count, size);
-}
-
-static void release(voidpf user, voidpf memory)
-{
-    (void)user;
-    ca_free(memory);
-}
-
 static ca_status fail_stream(const mesh_stream *stream, const char *what, ca_error *error)
 {
     const ca_location where = {.file = stream->path};
@@ -222,7 +210,7 @@ static ca_status read_file(const char *path, const ca_bytes *bytes, uint32_t sha
     CA_TRY(check_header(path, bytes, 0, &version, error));
     CA_TRY(find_mesh(path, bytes, version, shape_index, &offset, error));
     CA_TRY(check_header(path, bytes, offset, &version, error));
-    mesh_stream stream = {.path = path, .zlib = {.zalloc = allocate, .zfree = release}};
+    mesh_stream stream = {.path = path, .zlib = {.zalloc = ca_alloc_for_library, .zfree = ca_free_for_library}};
     stream.source = bytes->data + offset + HEADER_BYTES;
     stream.source_bytes = bytes->size - offset - HEADER_BYTES;
     if (inflateInit(&stream.zlib) != Z_OK) return ca_fail_memory(error, path);

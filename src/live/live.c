@@ -81,7 +81,7 @@ static bool settle(ca_live *live, double cost)
 {
     ca_live_state *state = &live->state;
     pthread_mutex_lock(&state->lock);
-    if (state->phase != CA_LIVE_PAUSED && state->phase != CA_LIVE_DONE) state->budget.spent += cost;
+    if (state->phase != CA_LIVE_PAUSED) state->budget.spent += cost;
     while (!ca_live_state_may_serve(state)) {
         struct timespec time = {.tv_nsec = NAP_MILLISECONDS * 1000000};
         pthread_mutex_unlock(&state->lock);
@@ -192,7 +192,7 @@ static void say(ca_live_state *state, const char *message)
 }
 
 /* Makes it the newest picture; takes it over. */
-static void show(ca_live *live, ca_live_snapshot *picture, double cost)
+static void show(ca_live *live, ca_live_snapshot *picture)
 {
     ca_live_state *state = &live->state;
     picture->version = ++live->versions;
@@ -201,13 +201,17 @@ static void show(ca_live *live, ca_live_snapshot *picture, double cost)
     state->snapshot = picture;
     state->wants_picture = false;
     state->tev_is_behind = live->tev != NULL; /* until the thread says otherwise */
-    if (cost > 0.0) {
-        state->budget.spent += cost;
-        state->budget.picture_cost = cost;
-    }
     ca_live_state_tell(state);
     pthread_mutex_unlock(&state->lock);
     ca_live_snapshot_release(old);
+}
+
+static void charge_picture(ca_live *live, double cost)
+{
+    pthread_mutex_lock(&live->state.lock);
+    live->state.budget.spent += cost;
+    live->state.budget.picture_cost = cost;
+    pthread_mutex_unlock(&live->state.lock);
 }
 
 /* The other threads of the render wait meanwhile. `counts`: is it for those who look? */
@@ -221,7 +225,8 @@ static ca_status take_picture(ca_live *live, const ca_render_progress *progress,
     CA_TRY(ca_live_snapshot_create(&picture, image, &statistics, error));
     picture->passes = progress->passes_done;
     live->last_picture = ca_clock_seconds();
-    show(live, picture, counts ? (ca_clock_thread_seconds() - before) * live->settings.threads : 0.0);
+    show(live, picture);
+    if (counts) charge_picture(live, (ca_clock_thread_seconds() - before) * live->settings.threads);
     return CA_OK;
 }
 
@@ -306,18 +311,25 @@ bool ca_live_report(ca_live *live, const ca_render_progress *progress)
     return !stops;
 }
 
+/* With the lock held: somebody has not got the last picture yet, and there is something left of what that may cost. */
+static bool farewell_goes_on(const ca_live_state *state)
+{
+    return (state->watchers > 0 || state->tev_is_behind) && ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
+}
+
 void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_statistics *statistics)
 {
     ca_live_state *state = &live->state;
     ca_live_snapshot *picture;
-    const double start = ca_clock_seconds();
+    const double start = ca_clock_seconds(), bytes = (double)image->width * image->height * (double)image->channel_count * sizeof(float);
     if (ca_live_snapshot_create(&picture, image, statistics, NULL) == CA_OK) {
         picture->passes = (uint32_t)statistics->iterations;
-        show(live, picture, 0.0);
+        show(live, picture);
     }
     pthread_mutex_lock(&state->lock);
+    ca_live_budget_end(&state->budget, ca_live_process_seconds(), bytes);
     set_phase(state, CA_LIVE_DONE);
-    while ((state->watchers > 0 || state->tev_is_behind) && !live->settings.is_interrupted() && ca_clock_seconds() - start < farewell_seconds)
+    while (farewell_goes_on(state) && !live->settings.is_interrupted() && ca_clock_seconds() - start < farewell_seconds)
         nap(state, NAP_MILLISECONDS);
     pthread_mutex_unlock(&state->lock);
 }

@@ -4,7 +4,8 @@
  * for one, at most every 250 ms, and waits itself while it is paused. Both together may cost 3 % of the process's processor time
  * (budget.h): beyond, answers come later, whoever asks for how much. Nobody who looks can make the render wait.
  *
- * Memory: pictures of all layers, about 120 bytes a pixel each: usually two of them. */
+ * Memory: pictures of all layers, about 120 bytes a pixel each: usually two of them, and one more for each of at most 8 clients that are
+ * slow to fetch theirs. */
 #ifndef CA_LIVE_LIVE_H
 #define CA_LIVE_LIVE_H
 
@@ -36,7 +37,8 @@ const char *ca_live_url(const ca_live *live);
 /* To be called from the render's progress callback; false: somebody wants the render to end here. */
 bool ca_live_report(ca_live *live, const ca_render_progress *progress);
 
-/* The render is over: shows its picture, which it takes over, and waits until all who look have it, 5 seconds at most. */
+/* The render is over: shows its picture, which it takes over, and waits until all who look have it, 5 seconds at most, and no longer
+ * than what looking may cost allows. */
 void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_statistics *statistics);
 
 #endif

@@ -239,16 +239,18 @@ static enum MHD_Result answer_picture(ca_live_server *server, struct MHD_Connect
     ca_live_snapshot *picture = ca_live_state_picture(server->state);
     size_t pixel = 0;
     enum MHD_Result result;
-    if (!picture)
+    if (!picture) {
+        want_picture(server);
         result = answer_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "there is no picture yet\n");
-    else if (resource == CA_LIVE_PLANES)
+    } else if (resource == CA_LIVE_PLANES) {
         result = answer_planes(server, connection, picture);
-    else if (resource == CA_LIVE_LAYERS)
+    } else if (resource == CA_LIVE_LAYERS) {
         result = answer_written(server, connection, "application/json", write_layers, picture, 0);
-    else if (find_pixel(connection, picture->image, &pixel))
+    } else if (find_pixel(connection, picture->image, &pixel)) {
         result = answer_written(server, connection, "application/json", write_pixel, picture, pixel);
-    else
+    } else {
         result = answer_text(connection, MHD_HTTP_NOT_FOUND, "the picture has no such pixel\n");
+    }
     ca_live_snapshot_release(picture);
     return result;
 }

@@ -50,7 +50,7 @@ ca_live_snapshot *ca_live_state_picture(ca_live_state *state)
 
 bool ca_live_state_may_serve(const ca_live_state *state)
 {
-    if (state->quits || state->phase == CA_LIVE_PAUSED || state->phase == CA_LIVE_DONE) return true;
+    if (state->quits || state->phase == CA_LIVE_PAUSED) return true;
     return ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
 }
 

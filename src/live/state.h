@@ -40,7 +40,7 @@ void ca_live_state_tell(ca_live_state *state);
 /* The newest picture, held for the caller; NULL: none yet. Takes the lock. */
 ca_live_snapshot *ca_live_state_picture(ca_live_state *state);
 
-/* May the serving thread go on? Without a render at work it costs nobody anything. With the lock held. */
+/* May the serving thread go on? While the render is paused it costs nobody anything. With the lock held. */
 bool ca_live_state_may_serve(const ca_live_state *state);
 
 enum { CA_LIVE_EVENT_SIZE = 16384 };

@@ -7,8 +7,9 @@
  *     update (6):  int32 channels; their names; int32 x, y, width, height; for each channel int64 offset of its first value; for each
  *                  channel int64 stride; the values, float32
  *
- * Source: Tom94/tev, src/python/ipc.py. No call waits for the viewer: a picture is sent piece by piece as it takes it, a newer one
- * begins when the last is through. A viewer that is gone stays so. Threads: one. */
+ * Value i of a channel is number offset + i stride of all, counted in floats. Source: Tom94/tev, src/Ipc.cpp (interpretAsCreateImage,
+ * interpretAsUpdateImage), include/tev/Ipc.h and src/python/ipc.py. No call waits for the viewer: a picture is sent piece by piece as
+ * it takes it, a newer one begins when the last is through. A viewer that is gone stays so. Threads: one. */
 #ifndef CA_LIVE_TEV_H
 #define CA_LIVE_TEV_H
 

@@ -60,22 +60,24 @@ void ca_auto_report(ca_auto_rays *a)
 
 /* ---- Joining ------------------------------------------------------------------------------------------------------------- */
 
-/* By the geometric mean of how much the variance could differ, light paths and camera paths: neither samples nor clocks are asked. */
-static double worth_of_cheap(const ca_auto_rays *a)
+/* By the geometric mean of how much the variance could differ, light paths and camera paths: neither samples nor clocks are asked. The
+ * plain mean of n iterations has the n^2-th part of the sum of their variances. */
+static double ramp_in_ordinary_iterations(const ca_auto_rays *a)
 {
-    const ca_auto_group *c = &a->groups[CA_AUTO_CHEAP], *o = &a->groups[CA_AUTO_ORDINARY];
-    return sqrt((double)c->light_paths / o->light_paths * ((double)c->camera_paths / o->camera_paths));
+    const ca_auto_group *ramp = &a->groups[CA_AUTO_RAMP], *ordinary = &a->groups[CA_AUTO_ORDINARY];
+    const double one = 1.0 / sqrt((double)ordinary->light_paths * ordinary->camera_paths);
+    return ramp->iterations > 0 ? one * ramp->iterations * ramp->iterations / ramp->variances : 0.0;
 }
 
 double ca_auto_pilot_iterations(const ca_auto_rays *a)
 {
-    return worth_of_cheap(a) * a->groups[CA_AUTO_CHEAP].iterations + a->groups[CA_AUTO_ORDINARY].iterations;
+    return ramp_in_ordinary_iterations(a) + a->groups[CA_AUTO_ORDINARY].iterations;
 }
 
 double ca_auto_group_share(const ca_auto_rays *a, int group)
 {
-    const double cheap = worth_of_cheap(a) * a->groups[CA_AUTO_CHEAP].iterations / ca_auto_pilot_iterations(a);
-    return group == CA_AUTO_CHEAP ? cheap : 1.0 - cheap;
+    const double ramp = ramp_in_ordinary_iterations(a) / ca_auto_pilot_iterations(a);
+    return group == CA_AUTO_RAMP ? ramp : 1.0 - ramp;
 }
 
 /* How long the render is with the numbers that this half would have chosen: those in use, and so the seconds of a render to a number
@@ -119,6 +121,12 @@ void ca_auto_join(ca_auto_rays *a)
                                share * (1.0 - weights[0]));
     }
     ca_joined_film_to_film(&a->joined, a->iterations, &a->image);
+}
+
+double ca_auto_noise(ca_auto_rays *a)
+{
+    ca_auto_join(a);
+    return 100.0 * ca_film_summarise(&a->image).noise;
 }
 
 static void show_parts(ca_auto_rays *a)
@@ -173,10 +181,12 @@ static ca_status add_layers(const ca_auto_rays *a, bool at_work, const ca_render
 {
     char text[160];
     float *camera;
+    CA_TRY(ca_joined_film_add_confidence(&a->joined, image, error));
     CA_TRY(ca_layers_add(image, "Rays.Camera", &camera, error));
     for (size_t p = 0; p < (size_t)image->width * image->height; p++) camera[p] = (float)camera_paths_of(a, p, at_work);
     CA_TRY(ca_render_attach_record(a->plan, statistics, image, error));
     CA_TRY(ca_ray_map_add(image, a->light_paths, a->numbers, error));
+    CA_TRY(ca_auto_add_terms(a, image, error));
     snprintf(text, sizeof text, "auto: %u light paths and %.4g camera paths per pixel in the end; pilot %.3g s of %.3g s",
              a->light_paths, a->mean_numbers, a->pilot_seconds, a->seconds);
     return ca_layers_set_text(image, "caustica.rays", text, error);
@@ -223,7 +233,8 @@ static ca_status create(ca_auto_rays *a, ca_error *error)
     const size_t count = (size_t)a->phase.width * a->phase.height;
     a->numbers = ca_alloc_zeroed(count, sizeof *a->numbers);
     a->first = ca_alloc_zeroed(count, sizeof *a->first);
-    return a->numbers && a->first ? CA_OK : ca_fail_memory(error, "the numbers of rays");
+    a->known = ca_alloc_zeroed(count, sizeof *a->known);
+    return a->numbers && a->first && a->known ? CA_OK : ca_fail_memory(error, "the numbers of rays");
 }
 
 static void destroy(ca_auto_rays *a)
@@ -239,6 +250,7 @@ static void destroy(ca_auto_rays *a)
     ca_joined_film_destroy(&a->joined);
     ca_free(a->numbers);
     ca_free(a->first);
+    ca_free(a->known);
 }
 
 /* What it takes beside the one film that the plan has counted: films, pairs, joined films, times, numbers; and while it chooses an
@@ -249,9 +261,9 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
         BYTES_OF_CHOICE = 108,
         BYTES_OF_TIMES = 24,
         BYTES_OF_A_PIXEL = 5 * sizeof(ca_film_pixel) + 2 * sizeof(ca_pair_pixel) + 2 * sizeof(ca_joined_pixel) +
-                           2 * BYTES_OF_TIMES + 2 * sizeof(uint32_t) + sizeof(ca_ray_pixel) + BYTES_OF_CHOICE
+                           2 * BYTES_OF_TIMES + 2 * sizeof(uint32_t) + sizeof(ca_auto_known) + sizeof(ca_ray_pixel) + BYTES_OF_CHOICE
     };
-    _Static_assert(BYTES_OF_A_PIXEL == 1316, "auto_rays.h tells the bytes of a pixel");
+    _Static_assert(BYTES_OF_A_PIXEL == 1492, "auto_rays.h tells the bytes of a pixel");
     const double bytes = (double)BYTES_OF_A_PIXEL * (plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (bytes >= plan->input.memory_bytes)
@@ -269,6 +281,8 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
                       .observer = observer,
                       .start = ca_clock_seconds(),
                       .predicted_gain = (double)NAN,
+                      .share_of_work = 1.0,
+                      .surprise = 1.0,
                       .looks = ca_noise_looks_start(plan->settings->noise_percent, 0.0)};
     a.costs = (ca_ray_costs){.iteration = (double)NAN,
                              .light_path = (double)NAN,

@@ -6,24 +6,54 @@
 #include <math.h>
 #include <string.h>
 
-/* An iteration may take an eighth of what is left of the render: shorter ones are little worse, and a few long ones would neither
- * tell their noise nor end when they should. */
-enum { LEAST_ITERATIONS = 8, LIMIT_STEPS = 40 };
+enum { LIMIT_STEPS = 40 };
 enum { MOST_LIGHT_PATHS = 1 << 22, MOST_LIGHT_PATHS_EVER = 1 << 30, MOST_CAMERA_PATHS = 4096 };
 
 static bool one_camera_path(const ca_auto_rays *a) { return strcmp(a->plan->type->name, "ppm") == 0; }
 
-/* ---- The image of estimates ------------------------------------------------------------------------------------------ */
+/* ---- What is known --------------------------------------------------------------------------------------------------- */
 
 /* With one camera path F is not known, nor needed: its factor is 0. */
-static void set_components(const ca_auto_rays *a, const ca_pair_pixel *pixel, ca_ray_pixel *to)
+static ca_auto_known known_of(const ca_auto_rays *a, const ca_pair_film *pairs, size_t p, double light_paths, double camera_paths)
 {
+    const ca_pair_pixel *pixel = &pairs->pixels[p];
     const ca_noise_components c = ca_noise_components_of(pixel);
-    to->pair = c.pair.value;
-    to->camera = c.camera.value;
-    to->luminance2 = c.luminance2.value;
-    to->light = one_camera_path(a) ? to->luminance2 : c.light.value;
+    const double n = (double)pixel->iterations;
+    return (ca_auto_known){.value = pixel->sums[CA_PAIR_VALUE] / n,
+                           .pair = c.pair.value,
+                           .camera = c.camera.value,
+                           .light = one_camera_path(a) ? c.luminance2.value : c.light.value,
+                           .luminance2 = c.luminance2.value,
+                           .weight = n * light_paths * camera_paths};
 }
+
+void ca_auto_know(ca_auto_rays *a, const ca_pair_film *pairs)
+{
+    const ca_auto_group *g = &a->groups[CA_AUTO_ORDINARY];
+    for (size_t p = 0; p < (size_t)pairs->width * pairs->height; p++)
+        a->known[p] = known_of(a, pairs, p, g->light_paths, g->camera_paths);
+}
+
+static double mixed(double x, double y, double share) { return x + share * (y - x); }
+
+void ca_auto_know_more(ca_auto_rays *a, const ca_pair_film *pairs)
+{
+    if (pairs->pixels[0].iterations < 2) return;
+    for (size_t p = 0; p < (size_t)pairs->width * pairs->height; p++) {
+        if (a->numbers[p] == 1 && !one_camera_path(a)) continue;
+        ca_auto_known *all = &a->known[p];
+        const ca_auto_known more = known_of(a, pairs, p, a->light_paths, a->numbers[p]);
+        const double weight = all->weight + more.weight, share = more.weight / weight;
+        *all = (ca_auto_known){.value = mixed(all->value, more.value, share),
+                               .pair = mixed(all->pair, more.pair, share),
+                               .camera = mixed(all->camera, more.camera, share),
+                               .light = mixed(all->light, more.light, share),
+                               .luminance2 = mixed(all->luminance2, more.luminance2, share),
+                               .weight = weight};
+    }
+}
+
+/* ---- The image of estimates ------------------------------------------------------------------------------------------ */
 
 /* Means over the halves that may be used. */
 static void set_times(const ca_auto_rays *a, unsigned halves, const ca_ray_costs *costs, uint32_t x, uint32_t y, ca_ray_pixel *to)
@@ -53,43 +83,70 @@ static ca_ray_costs mean_costs(const ca_ray_costs *costs, unsigned halves)
     return mean;
 }
 
-static ca_ray_costs fill_image(const ca_auto_rays *a, const ca_pair_film *pairs, unsigned halves, ca_ray_pixel *pixels,
-                               ca_ray_image *image)
+static ca_ray_costs fill_image(const ca_auto_rays *a, unsigned halves, ca_ray_pixel *pixels, ca_ray_image *image)
 {
     static const double shortest = 1e-10;
+    const uint32_t width = a->phase.width, height = a->phase.height;
     ca_ray_costs costs[CA_AUTO_HALVES];
     for (unsigned h = 0; h < CA_AUTO_HALVES; h++)
         if (halves >> h & 1u) costs[h] = ca_ray_times_costs(a->halves[h].times);
-    for (uint32_t y = 0; y < pairs->height; y++)
-        for (uint32_t x = 0; x < pairs->width; x++) {
-            ca_ray_pixel *pixel = &pixels[(size_t)y * pairs->width + x];
-            set_components(a, &pairs->pixels[(size_t)y * pairs->width + x], pixel);
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            const ca_auto_known *known = &a->known[(size_t)y * width + x];
+            ca_ray_pixel *pixel = &pixels[(size_t)y * width + x];
+            *pixel = (ca_ray_pixel){
+                .pair = known->pair, .camera = known->camera, .light = known->light, .luminance2 = known->luminance2};
             set_times(a, halves, costs, x, y, pixel);
             pixel->camera_time = at_least(pixel->camera_time, shortest);
             pixel->merge_time = at_least(pixel->merge_time, 0.0);
         }
     const ca_ray_costs mean = mean_costs(costs, halves);
-    *image = (ca_ray_image){.width = pairs->width,
-                            .height = pairs->height,
+    *image = (ca_ray_image){.width = width,
+                            .height = height,
                             .pixels = pixels,
                             .fixed_time = at_least(mean.iteration, 0.0),
                             .light_time = at_least(mean.light_path, shortest)};
     return mean;
 }
 
-/* Without smoothing and without regard to signs: the sum over pixels has no bias. */
-static double relative_variance(const ca_ray_image *image, const ca_pair_film *pairs, const ca_ray_numbers *numbers)
+/* The law's terms for an iteration (noise/components.h). */
+typedef struct noise_terms {
+    double camera, light, pair;
+} noise_terms;
+
+static noise_terms terms_of(const ca_auto_known *known, double light_paths, double camera_paths)
 {
-    const size_t count = (size_t)image->width * image->height;
-    const double light_paths = numbers->best.light_paths;
+    const double mean2 = known->luminance2;
+    return (noise_terms){.camera = (1.0 - 1.0 / light_paths) * (known->camera - mean2) / camera_paths,
+                         .light = (1.0 - 1.0 / camera_paths) * (known->light - mean2) / light_paths,
+                         .pair = (known->pair - mean2) / (light_paths * camera_paths)};
+}
+
+ca_status ca_auto_add_terms(const ca_auto_rays *a, ca_image_layers *image, ca_error *error)
+{
+    float *camera, *light, *pair;
+    if (!(a->known[0].weight > 0.0)) return CA_OK;
+    CA_TRY(ca_layers_add(image, "Noise.Camera", &camera, error));
+    CA_TRY(ca_layers_add(image, "Noise.Light", &light, error));
+    CA_TRY(ca_layers_add(image, "Noise.Pair", &pair, error));
+    for (size_t p = 0; p < (size_t)a->phase.width * a->phase.height; p++) {
+        const noise_terms terms = terms_of(&a->known[p], a->light_paths, a->numbers[p]);
+        camera[p] = (float)terms.camera;
+        light[p] = (float)terms.light;
+        pair[p] = (float)terms.pair;
+    }
+    return CA_OK;
+}
+
+/* Without smoothing and without regard to signs: the sum over pixels has no bias. */
+static double relative_variance(const ca_auto_rays *a, const ca_ray_numbers *numbers)
+{
+    const size_t count = (size_t)a->phase.width * a->phase.height;
     double variance = 0.0, luminance = 0.0;
     for (size_t p = 0; p < count; p++) {
-        const ca_ray_pixel *q = &image->pixels[p];
-        const double camera_paths = numbers->camera_paths[p], mean2 = q->luminance2;
-        variance += (q->pair - mean2) / (light_paths * camera_paths) +
-                    (1.0 - 1.0 / light_paths) * (q->camera - mean2) / camera_paths +
-                    (1.0 - 1.0 / camera_paths) * (q->light - mean2) / light_paths;
-        luminance += pairs->pixels[p].sums[CA_PAIR_VALUE] / (double)pairs->pixels[p].iterations;
+        const noise_terms terms = terms_of(&a->known[p], numbers->best.light_paths, numbers->camera_paths[p]);
+        variance += terms.camera + terms.light + terms.pair;
+        luminance += a->known[p].value;
     }
     return luminance > 0.0 ? variance * (double)count / (luminance * luminance) : (double)NAN;
 }
@@ -97,7 +154,7 @@ static double relative_variance(const ca_ray_image *image, const ca_pair_film *p
 /* ---- Choosing -------------------------------------------------------------------------------------------------------- */
 
 /* How many iterations with these numbers there would be until the end. A half's choice must not look at the noise of both. */
-static double iterations_left(const ca_auto_rays *a, const ca_auto_choice *choice, unsigned halves)
+static double iterations_left(const ca_auto_rays *a, const ca_auto_choice *choice, bool of_all)
 {
     const ca_ray_choice *best = &choice->numbers.best;
     const double one = best->time * a->speed, work_left = ca_auto_work_end(a) - ca_auto_work(a);
@@ -107,7 +164,7 @@ static double iterations_left(const ca_auto_rays *a, const ca_auto_choice *choic
     double left = one > a->seconds ? 0.0 : (double)INFINITY;
     if (ca_auto_by_samples(a)) return fmin(left, work_left / best->camera_paths);
     const double target = 0.01 * a->looks.target, noise = 0.01 * a->looks.noise;
-    if (halves == 3u && target > 0.0 && noise > target && choice->relative_variance > 0.0)
+    if (of_all && target > 0.0 && noise > target && choice->relative_variance > 0.0)
         left = fmin(left, (1.0 / (target * target) - 1.0 / (noise * noise)) * choice->relative_variance);
     return left;
 }
@@ -131,7 +188,7 @@ static bool lower_limits(ca_ray_settings *settings, const ca_ray_numbers *number
     return true;
 }
 
-static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image, const ca_pair_film *pairs, unsigned halves,
+static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image, bool of_all, uint32_t iterations,
                                       ca_ray_settings *settings, ca_auto_choice *choice, ca_error *error)
 {
     const size_t count = (size_t)image->width * image->height;
@@ -139,8 +196,8 @@ static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image
         bool fits = true;
         ca_ray_numbers_destroy(&choice->numbers);
         CA_TRY(ca_ray_numbers_choose(&choice->numbers, image, settings, error));
-        choice->relative_variance = relative_variance(image, pairs, &choice->numbers);
-        const bool too_long = iterations_left(a, choice, halves) < LEAST_ITERATIONS;
+        choice->relative_variance = relative_variance(a, &choice->numbers);
+        const bool too_long = iterations_left(a, choice, of_all) < iterations;
         if (!too_long) CA_TRY(ca_auto_fits(a, (uint32_t)choice->numbers.best.light_paths, &fits, error));
         if (!too_long && fits) break;
         if (!lower_limits(settings, &choice->numbers, count, !too_long)) break;
@@ -148,40 +205,55 @@ static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image
     return CA_OK;
 }
 
-/* What an ordinary iteration of the pilot took by the clock, over what its paths cost: how parallel it ran, and what else it did. */
-static double speed_of_pilot(const ca_auto_rays *a, const ca_ray_image *image, unsigned halves)
+/* By the costs. */
+static double iteration_time(const ca_ray_image *image, uint32_t light_paths, const uint32_t *numbers, uint32_t uniform)
+{
+    double time = image->fixed_time + light_paths * image->light_time;
+    for (size_t p = 0; p < (size_t)image->width * image->height; p++)
+        time += (numbers ? numbers[p] : uniform) * (image->pixels[p].camera_time + light_paths * image->pixels[p].merge_time);
+    return time;
+}
+
+/* What an iteration took by the clock, over what its paths cost: how parallel it ran, and what else it did. Of the last phase that
+ * knows, else of the pilot. */
+static double speed_of(const ca_auto_rays *a, const ca_ray_image *image, unsigned halves)
 {
     const ca_auto_group *pilot = &a->groups[CA_AUTO_ORDINARY];
-    double seconds = 0.0, count = 0.0, costs = image->fixed_time + pilot->light_paths * image->light_time;
+    double seconds = 0.0, count = 0.0;
+    if (a->plain_seconds > 0.0) return a->plain_seconds / iteration_time(image, a->light_paths, a->numbers, 0);
     for (unsigned h = 0; h < CA_AUTO_HALVES; h++) {
         if (!(halves >> h & 1u)) continue;
         seconds += a->halves[h].plain_seconds;
         count += a->halves[h].plain_count;
     }
-    for (size_t p = 0; p < (size_t)image->width * image->height; p++)
-        costs += pilot->camera_paths * (image->pixels[p].camera_time + pilot->light_paths * image->pixels[p].merge_time);
-    return seconds / (count * costs);
+    return seconds / (count * iteration_time(image, pilot->light_paths, NULL, pilot->camera_paths));
 }
 
-ca_status ca_auto_choose(ca_auto_rays *a, const ca_pair_film *pairs, unsigned halves, uint32_t smoothing, ca_auto_choice *choice,
-                         ca_error *error)
+static uint32_t most_light_paths(const ca_auto_rays *a, uint32_t reach)
+{
+    const uint32_t most = a->plan->input.memory_bytes > 0.0 ? MOST_LIGHT_PATHS_EVER : MOST_LIGHT_PATHS;
+    return a->timed_light_paths < most / reach ? a->timed_light_paths * reach : most;
+}
+
+ca_status ca_auto_choose(ca_auto_rays *a, const ca_auto_question *question, ca_auto_choice *choice, ca_error *error)
 {
     const ca_auto_group *pilot = &a->groups[CA_AUTO_ORDINARY];
-    const bool limited = a->plan->input.memory_bytes > 0.0;
+    const unsigned halves = question->halves;
+    const bool of_all = halves == 3u || a->render_iterations > 0;
     ca_ray_settings settings = {.objective = a->plan->objective,
-                                .smoothing = smoothing,
+                                .smoothing = question->smoothing,
                                 .min_light_paths = 2,
-                                .max_light_paths = limited ? MOST_LIGHT_PATHS_EVER : MOST_LIGHT_PATHS,
+                                .max_light_paths = most_light_paths(a, question->reach),
                                 .max_camera_paths = one_camera_path(a) ? 1 : MOST_CAMERA_PATHS,
                                 .given_light_paths = pilot->light_paths,
                                 .given_camera_paths = pilot->camera_paths};
-    ca_ray_pixel *pixels = ca_alloc((size_t)pairs->width * pairs->height, sizeof *pixels);
+    ca_ray_pixel *pixels = ca_alloc((size_t)a->phase.width * a->phase.height, sizeof *pixels);
     ca_ray_image image;
     *choice = (ca_auto_choice){0};
     if (!pixels) return ca_fail_memory(error, "the numbers of rays");
-    a->costs = fill_image(a, pairs, halves, pixels, &image);
-    if (a->render_iterations == 0) a->speed = speed_of_pilot(a, &image, halves);
-    const ca_status status = choose_within_limits(a, &image, pairs, halves, &settings, choice, error);
+    a->costs = fill_image(a, halves, pixels, &image);
+    a->speed = speed_of(a, &image, halves);
+    const ca_status status = choose_within_limits(a, &image, of_all, question->iterations, &settings, choice, error);
     ca_free(pixels);
     if (status != CA_OK) ca_ray_numbers_destroy(&choice->numbers);
     return status;

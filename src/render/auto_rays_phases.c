@@ -1,10 +1,18 @@
-/* The phases of the render proper: each with numbers chosen from all that was seen before it. */
+/* The render after its pilot: trials, a proof and phases, each with numbers chosen from all that was seen before it. */
 #include "render/auto_rays_state.h"
 
 #include <math.h>
-#include <string.h>
 
-enum { MOST_PHASES = 3, PAIRS_EVERY = 4, MOST_PAIRS = 8, LEAST_ITERATIONS = 2, ITERATIONS_OF_A_PHASE = 4 };
+enum { MOST_PHASES = 3, ITERATIONS_OF_A_PHASE = 4 };
+/* An iteration may take an eighth of what is left of the render: shorter ones are little worse, and a few long ones would neither
+ * tell their noise nor end when they should. Trials are to be short. */
+enum { ITERATIONS_TO_COME = 8, ITERATIONS_BEYOND_A_TRIAL = 64, MOST_TRIALS = 3, TRIAL_ITERATIONS = 3 };
+/* What many light paths cost is not known from few, as photons outgrow the caches and candidates come by the dozen; nor is their noise.
+ * So N_F is at most so many times the one that was measured, in a trial and in what is not. */
+enum { REACH_OF_A_TRIAL = 16, REACH = 4 };
+/* A noise target is foretold from so much of the render itself. */
+enum { PROOF_ITERATIONS = 6 };
+static const double proof_seconds = 4.0;
 /* Averaging over neighbours: the wider the less has been seen. */
 enum { PILOT_SMOOTHING = 2, LATER_SMOOTHING = 1 };
 
@@ -27,48 +35,43 @@ static void add_pixel(ca_pair_pixel *sum, const ca_pair_pixel *more)
 /* Once the halves have told their weights they are one. */
 static void pool_halves(ca_auto_rays *a)
 {
-    const size_t count = (size_t)a->phase.width * a->phase.height;
-    for (size_t p = 0; p < count; p++) add_pixel(&a->halves[0].pairs.pixels[p], &a->halves[1].pairs.pixels[p]);
-}
-
-/* The second half's film is used for what phases gather. A pixel of one camera path did not tell F: it is left as it was, unless none
- * of them asks for F. */
-static void pool_phase(ca_auto_rays *a)
-{
-    const size_t count = (size_t)a->phase.width * a->phase.height;
-    const bool all = a->groups[CA_AUTO_ORDINARY].camera_paths == 1;
-    for (size_t p = 0; p < count; p++)
-        if (all || a->numbers[p] > 1) add_pixel(&a->halves[0].pairs.pixels[p], &a->halves[1].pairs.pixels[p]);
+    ca_pair_film *all = &a->halves[0].pairs;
+    for (size_t p = 0; p < (size_t)all->width * all->height; p++) add_pixel(&all->pixels[p], &a->halves[1].pairs.pixels[p]);
+    ca_auto_know(a, all);
 }
 
 /* A's weight from A, B's from B: before they are pooled. */
-static ca_status choose_first(ca_auto_rays *a, ca_auto_choice *choice, ca_error *error)
+static ca_status weigh_halves(ca_auto_rays *a, ca_error *error)
 {
     for (unsigned h = 0; h < CA_AUTO_HALVES; h++) {
         ca_auto_choice own;
-        CA_TRY(ca_auto_choose(a, &a->halves[h].pairs, 1u << h, PILOT_SMOOTHING, &own, error));
+        ca_auto_know(a, &a->halves[h].pairs);
+        CA_TRY(ca_auto_choose(a, &(ca_auto_question){1u << h, PILOT_SMOOTHING, ITERATIONS_TO_COME, REACH_OF_A_TRIAL}, &own, error));
         a->halves[h].gain = own.numbers.gain_over_given;
         a->halves[h].seconds_per_sample = own.numbers.best.time * a->speed / own.numbers.best.camera_paths;
         ca_ray_numbers_destroy(&own.numbers);
     }
-    pool_halves(a);
-    return ca_auto_choose(a, &a->halves[0].pairs, 3u, PILOT_SMOOTHING, choice, error);
+    return CA_OK;
+}
+
+/* From all so far. Phases measure times anew, which are kept in the first half's, as their pairs are. */
+static ca_status choose(ca_auto_rays *a, uint32_t iterations, uint32_t reach, ca_auto_choice *choice, ca_error *error)
+{
+    const ca_auto_question question = {.halves = a->phases == 0 ? 3u : 1u,
+                                       .smoothing = a->phases == 0 ? PILOT_SMOOTHING : LATER_SMOOTHING,
+                                       .iterations = iterations,
+                                       .reach = reach};
+    return ca_auto_choose(a, &question, choice, error);
 }
 
 /* ---- When it will end ---------------------------------------------------------------------------------------------------- */
 
-/* How many iterations of the render the pilot's precision is worth: those of its law's variance that have its noise. */
-static double worth_of_pilot(const ca_auto_rays *a, double relative_variance)
+/* How many iterations with numbers of this variance all precision so far is worth: those of its law's variance that have its noise. */
+static double worth_so_far(const ca_auto_rays *a, double relative_variance)
 {
     const double noise = 0.01 * a->looks.noise;
     if (noise > 0.0 && relative_variance > 0.0) return relative_variance / (noise * noise);
-    return ca_auto_pilot_iterations(a);
-}
-
-static double noise_now(ca_auto_rays *a)
-{
-    ca_auto_join(a);
-    return 100.0 * ca_film_summarise(&a->image).noise;
+    return ca_auto_pilot_iterations(a) + a->render_iterations;
 }
 
 /* Shares 1 : 2 : 4. To a noise target the whole is what the pilot predicts, which may be far too long: then the first phases end
@@ -90,110 +93,142 @@ static phase_plan plan_phases(const ca_auto_rays *a, double iteration_work)
     return plan;
 }
 
-/* ---- One phase ------------------------------------------------------------------------------------------------------------ */
+/* ---- Trials --------------------------------------------------------------------------------------------------------------- */
 
-typedef struct phase_run {
-    double begin, end; /* of work */
-    bool revise;       /* pairs are gathered for the numbers of the next one */
-    double time;       /* of an iteration, of the processors by the costs */
-    uint32_t iterations, paired;
-    double plain_seconds;
-} phase_run;
+/* By how many doublings N_F differs from where times were measured. */
+static double distance(const ca_auto_rays *a, double light_paths) { return fabs(log2(light_paths / a->timed_light_paths)); }
 
-static void look(ca_auto_rays *a)
+/* A trial has worth x its work over all that was left before it, which is settled before its samples are seen; the rest of the render shares
+ * out what remains, however many trials are still to come. */
+static void give_to_the_rest(ca_auto_rays *a, const ca_auto_phase *trial)
 {
-    const double passes = a->pilot_worth + a->render_iterations;
-    if (ca_noise_looks_due(&a->looks, passes))
-        ca_noise_looks_take(&a->looks, passes, noise_now(a), a->seconds, a->render_seconds / a->render_iterations);
+    const double left = ca_auto_work_end(a) - trial->begin, work = ca_auto_work(a) - trial->begin;
+    if (isfinite(left) && work < left) a->share_of_work *= (left - trial->worth * work) / (left - work);
 }
 
-static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, phase_run *phase, ca_error *error)
+/* Where the numbers that seem best are far from those that the pilot had, three iterations with numbers on the way tell what paths cost
+ * there, and more of the noise. They have a share like any phase, but a smaller one for the same work where the pilot already knows that they
+ * are worse than what follows. */
+static ca_status run_trials(ca_auto_rays *a, ca_auto_choice *choice, ca_error *error)
 {
-    double seconds;
-    const bool pairs = phase->revise && phase->iterations % PAIRS_EVERY == 1 && phase->paired < MOST_PAIRS;
-    CA_TRY(ca_auto_batch_run(a, batch, &a->phase, pairs ? &a->halves[1].pairs : NULL, NULL, &seconds, error));
-    phase->iterations++;
-    a->render_iterations++;
-    a->render_seconds += seconds;
-    if (pairs)
-        phase->paired++;
-    else
-        phase->plain_seconds += seconds;
-    /* One that is ended early has the share of what it did. The clock may not have moved. */
-    a->phase_share = fmax(fmin(phase->end, ca_auto_work(a)) - phase->begin, 1e-9);
-    return CA_OK;
-}
-
-/* Before its second iteration a phase does not know its noise. */
-static bool phase_is_over(ca_auto_rays *a, const phase_run *phase)
-{
-    if (phase->iterations < LEAST_ITERATIONS) return false;
-    look(a);
-    return ca_auto_work(a) >= phase->end || ca_auto_is_over(a);
-}
-
-static ca_status run_phase(ca_auto_rays *a, phase_run *phase, ca_error *error)
-{
-    ca_auto_batch batch;
-    bool over = false;
-    const size_t pixels = (size_t)a->phase.width * a->phase.height;
-    memset(a->phase.pixels, 0, pixels * sizeof *a->phase.pixels);
-    memset(a->halves[1].pairs.pixels, 0, pixels * sizeof *a->halves[1].pairs.pixels);
-    ca_status status = ca_auto_batch_begin(a, &batch, error);
-    while (status == CA_OK && !over) {
-        status = run_iteration(a, &batch, phase, error);
-        if (status == CA_OK) {
-            ca_auto_report(a);
-            over = phase_is_over(a, phase);
+    for (int k = 0; k < MOST_TRIALS && distance(a, choice->numbers.best.light_paths) > 1.0; k++) {
+        ca_auto_choice trial;
+        CA_TRY(choose(a, ITERATIONS_BEYOND_A_TRIAL, REACH_OF_A_TRIAL, &trial, error));
+        const ca_ray_choice *wanted = &choice->numbers.best, *tried = &trial.numbers.best;
+        const double worth = fmin(wanted->variance * wanted->time / (tried->variance * tried->time), 1.0);
+        if (fabs(log2(wanted->light_paths / tried->light_paths)) > distance(a, wanted->light_paths) - 1.0) {
+            ca_ray_numbers_destroy(&trial.numbers);
+            break; /* there is no time to go there */
         }
+        ca_ray_numbers_destroy(&choice->numbers);
+        ca_auto_phase phase = {.begin = ca_auto_work(a),
+                           .end = (double)INFINITY,
+                           .worth = worth,
+                           .expected = trial.relative_variance,
+                           .least = TRIAL_ITERATIONS,
+                           .most = TRIAL_ITERATIONS,
+                           .revise = true};
+        ca_auto_use(a, &trial);
+        CA_TRY(ca_auto_phase_run(a, &phase, error));
+        if (ca_auto_is_over(a)) return CA_OK;
+        ca_auto_phase_keep(a);
+        give_to_the_rest(a, &phase);
+        CA_TRY(choose(a, ITERATIONS_TO_COME, REACH_OF_A_TRIAL, choice, error));
     }
-    ca_auto_batch_end(a, &batch);
-    if (phase->iterations > phase->paired)
-        a->speed = phase->plain_seconds / ((phase->iterations - phase->paired) * phase->time);
-    a->phases++;
-    return status;
+    ca_ray_numbers_destroy(&choice->numbers);
+    return choose(a, ITERATIONS_TO_COME, REACH, choice, error);
 }
 
 /* ---- All ------------------------------------------------------------------------------------------------------------------ */
 
-/* A phase that is done becomes a part of R, with its share. */
-static void keep_phase(ca_auto_rays *a)
+/* Foretells the time to a noise target from all so far and iterations to come, of which each has the relative variance. */
+static void predict(ca_auto_rays *a, double relative_variance, double seconds)
 {
-    ca_joined_film_add(&a->render, &a->phase, a->phase_share);
-    a->shares += a->phase_share;
-    a->phase_share = 0.0;
+    const double noise = ca_auto_noise(a);
+    a->looks.noise = noise >= 0.0 ? noise : -1.0;
+    a->worth_before = worth_so_far(a, relative_variance);
+    ca_noise_looks_take(&a->looks, a->worth_before, a->looks.noise >= 0.0 ? noise : (double)NAN, a->seconds, seconds);
+}
+
+/* The law's word for numbers that were chosen by it is too good: where estimates err, the choice goes where they err to the good side.
+ * The phase before has shown by how much. Where they say nothing at all, new numbers are taken to be as good as those before. */
+static void predict_by_law(ca_auto_rays *a, const ca_auto_choice *choice)
+{
+    const double seconds = choice->numbers.best.time * a->speed, by_law = a->surprise * choice->relative_variance;
+    predict(a, by_law > 0.0 ? by_law : a->measured / seconds, seconds);
+}
+
+/* Some seconds of the render itself, with its numbers, before its end is foretold where that is a noise target: neither the law's
+ * estimates nor costs of other numbers are in what they say. */
+static ca_status run_proof(ca_auto_rays *a, ca_auto_choice *choice, ca_error *error)
+{
+    ca_auto_phase phase = {.begin = ca_auto_work(a),
+                       .end = ca_auto_work(a) + proof_seconds,
+                       .worth = 1.0,
+                       .expected = choice->relative_variance,
+                       .least = PROOF_ITERATIONS,
+                       .revise = true};
+    ca_auto_use(a, choice);
+    CA_TRY(ca_auto_phase_run(a, &phase, error));
+    if (ca_auto_is_over(a)) return CA_OK;
+    const double measured = ca_auto_phase_variance(a);
+    ca_auto_phase_keep(a);
+    predict(a, measured, a->plain_seconds);
+    return CA_OK;
 }
 
 static ca_status run_planned(ca_auto_rays *a, const phase_plan *plan, ca_auto_choice *choice, ca_error *error)
 {
-    for (uint32_t k = 0; k < plan->count; k++) {
+    for (uint32_t k = 0; k < plan->count && !ca_auto_is_over(a); k++) {
         if (k > 0) {
-            keep_phase(a);
-            pool_phase(a);
-            CA_TRY(ca_auto_choose(a, &a->halves[0].pairs, 3u, LATER_SMOOTHING, choice, error));
+            ca_auto_phase_keep(a);
+            CA_TRY(choose(a, ITERATIONS_TO_COME, REACH, choice, error));
+            predict_by_law(a, choice);
+            if (ca_auto_is_over(a)) break;
         }
-        phase_run phase = {.begin = k > 0 ? plan->ends[k - 1] : plan->begin,
+        ca_auto_phase phase = {.begin = k > 0 ? plan->ends[k - 1] : plan->begin,
                            .end = plan->ends[k],
+                           .worth = 1.0,
+                           .expected = choice->relative_variance,
                            .revise = k + 1 < plan->count,
-                           .time = choice->numbers.best.time};
-        ca_auto_use(a, choice);
-        CA_TRY(run_phase(a, &phase, error));
-        if (ca_auto_is_over(a)) break;
+                           .looks = true};
+        if (choice->numbers.camera_paths) ca_auto_use(a, choice); /* else those of the proof */
+        CA_TRY(ca_auto_phase_run(a, &phase, error));
     }
     return CA_OK;
+}
+
+/* What an iteration adds to ca_auto_work. */
+static double iteration_work(const ca_auto_rays *a, const ca_auto_choice *choice)
+{
+    return ca_auto_by_samples(a) ? choice->numbers.best.camera_paths : choice->numbers.best.time * a->speed;
+}
+
+static ca_status run_with(ca_auto_rays *a, ca_auto_choice *choice, ca_error *error)
+{
+    const bool to_a_target = !ca_auto_by_samples(a) && !isfinite(ca_auto_work_end(a));
+    CA_TRY(run_trials(a, choice, error));
+    if (ca_auto_is_over(a)) return CA_OK;
+    const double work = iteration_work(a, choice);
+    if (to_a_target)
+        CA_TRY(run_proof(a, choice, error));
+    else
+        predict_by_law(a, choice);
+    if (ca_auto_is_over(a)) return CA_OK;
+    const phase_plan plan = plan_phases(a, to_a_target ? a->plain_seconds : work);
+    return run_planned(a, &plan, choice, error);
 }
 
 ca_status ca_auto_phases_run(ca_auto_rays *a, ca_error *error)
 {
     ca_auto_choice choice;
-    a->looks.noise = noise_now(a);
-    if (!(a->looks.noise >= 0.0)) a->looks.noise = -1.0;
+    const double noise = ca_auto_noise(a);
+    a->looks.noise = noise >= 0.0 ? noise : -1.0;
     if (ca_auto_work(a) >= ca_auto_work_end(a) || ca_auto_is_over(a)) return CA_OK;
-    CA_TRY(choose_first(a, &choice, error));
-    a->pilot_worth = worth_of_pilot(a, choice.relative_variance);
-    const double iteration_seconds = choice.numbers.best.time * a->speed;
-    ca_noise_looks_take(&a->looks, a->pilot_worth, a->looks.noise >= 0.0 ? a->looks.noise : (double)NAN, a->seconds, iteration_seconds);
-    const phase_plan plan =
-        plan_phases(a, ca_auto_by_samples(a) ? choice.numbers.best.camera_paths : iteration_seconds);
-    return run_planned(a, &plan, &choice, error);
+    CA_TRY(weigh_halves(a, error));
+    pool_halves(a);
+    CA_TRY(choose(a, ITERATIONS_TO_COME, REACH_OF_A_TRIAL, &choice, error));
+    const ca_status status = run_with(a, &choice, error);
+    ca_ray_numbers_destroy(&choice.numbers);
+    return status;
 }

@@ -1,5 +1,5 @@
 /* What the pieces of a render with rays "auto" share: auto_rays.c (life, image), auto_rays_pilot.c, auto_rays_phases.c,
- * auto_rays_choice.c (from estimates to numbers), auto_rays_batch.c (iterations). */
+ * auto_rays_phase.c (one of these), auto_rays_choice.c (from estimates to numbers), auto_rays_batch.c (iterations). */
 #ifndef CA_RENDER_AUTO_RAYS_STATE_H
 #define CA_RENDER_AUTO_RAYS_STATE_H
 
@@ -7,7 +7,7 @@
 #include "render/noise_looks.h"
 #include "render/pass.h"
 
-enum { CA_AUTO_CHEAP, CA_AUTO_ORDINARY }; /* groups */
+enum { CA_AUTO_RAMP, CA_AUTO_ORDINARY }; /* groups */
 
 /* One of the pilot's two halves: everything that is made of its samples. */
 typedef struct ca_auto_half {
@@ -20,9 +20,18 @@ typedef struct ca_auto_half {
     double seconds_per_sample; /* of a render with these numbers, by its estimates: per camera path of every pixel */
 } ca_auto_half;
 
-/* Iterations of the pilot with the same numbers, half of them of each half. */
+/* What is known of a pixel's noise (noise/components.h): means over iterations, each of which counts for its pairs of paths, since
+ * the more pairs the more one tells. */
+typedef struct ca_auto_known {
+    double value, pair, camera, light, luminance2;
+    double weight;
+} ca_auto_known;
+
+/* Iterations of the pilot, half of them of each half: of the ordinary ones all have the same numbers, of the ramp only two. */
 typedef struct ca_auto_group {
-    uint32_t light_paths, camera_paths, iterations;
+    uint32_t light_paths, camera_paths; /* of those at work, or of the last ones */
+    uint32_t iterations;
+    double variances; /* sum over iterations of 1 / sqrt(N_F N_B): what their variances are taken for */
 } ca_auto_group;
 
 typedef struct ca_auto_rays {
@@ -30,10 +39,13 @@ typedef struct ca_auto_rays {
     const ca_auto_observer *observer;
     ca_auto_half halves[CA_AUTO_HALVES];
     ca_auto_group groups[CA_AUTO_GROUPS];
+    bool given; /* are the pilot's numbers somebody's wish? */
     ca_film phase, image;          /* samples of the phase at work; what the image is developed from */
     ca_joined_film render, joined; /* the phases before, times their shares; all */
     double shares, phase_share;    /* sum of the shares in `render`; of the phase at work, 0: none */
-    ca_pair_film gathered;         /* what an integrator fills: borrows its pixels from the half or phase whose turn it is */
+    double share_of_work;          /* of a unit of work in a phase that is worth its work */
+    ca_pair_film gathered;         /* what an integrator fills: borrows its pixels from the half whose turn it is; in phases the first */
+    ca_auto_known *known;          /* owned; of each pixel */
 
     /* Of the iterations at work: */
     uint32_t light_paths, *numbers, *first; /* N_F; N_B(p) and the number of the next camera path, owned */
@@ -44,10 +56,14 @@ typedef struct ca_auto_rays {
     uint32_t iterations, render_iterations, phases;
     double camera_paths; /* of a pixel on average, so far */
     double numbered;     /* the largest number that a camera path can have, so far */
-    double start, seconds, pilot_seconds, pilot_work, render_seconds;
+    double start, seconds, pilot_seconds, pilot_work;
+    uint32_t timed_light_paths; /* N_F at which times were measured last */
+    double plain_seconds;  /* of the clock, of an iteration without pairs with the numbers in use; 0: not known */
     double speed;          /* seconds of the clock for one of the processors' by the costs */
     double predicted_gain; /* over the pilot's numbers */
-    double pilot_worth;    /* the pilot's precision, in iterations of the render */
+    double surprise;       /* relative variance that the last phase had, over what the law had said of it */
+    double measured;       /* relative variance x seconds of an iteration of the last phase, by its samples; 0: not known */
+    double worth_before;   /* precision of all before the phase at work, in its iterations */
     ca_ray_costs costs;
     ca_noise_looks looks;
     ca_render_statistics counts; /* of workers that are gone */
@@ -90,12 +106,50 @@ typedef struct ca_auto_choice {
     double relative_variance; /* of an iteration's pixel, mean over pixels, over the image's squared mean: by the estimates, maybe negative */
 } ca_auto_choice;
 
-/* From `pairs`, and the times of the halves of which bits are set. `smoothing` as of ca_ray_settings. Numbers of which
- * the rest of the render would have few iterations are not chosen. */
-ca_status ca_auto_choose(ca_auto_rays *a, const ca_pair_film *pairs, unsigned halves, uint32_t smoothing, ca_auto_choice *choice,
-                         ca_error *error);
+/* Sets a->known from pairs of the pilot's ordinary iterations. */
+void ca_auto_know(ca_auto_rays *a, const ca_pair_film *pairs);
+/* Adds what iterations with the numbers in use tell: of pixels with more than one camera path, since one tells nothing of F, unless none asks
+ * for it; a film of a single iteration tells nothing. */
+void ca_auto_know_more(ca_auto_rays *a, const ca_pair_film *pairs);
+
+/* What to choose from, and how far to go. */
+typedef struct ca_auto_question {
+    unsigned halves;     /* a bit for each half whose times count */
+    uint32_t smoothing;  /* as of ca_ray_settings */
+    uint32_t iterations; /* of numbers of which the rest of the render would have fewer iterations than this, none are chosen */
+    uint32_t reach;      /* N_F is at most so many times the one at which times were measured last */
+} ca_auto_question;
+
+/* From what is known. */
+ca_status ca_auto_choose(ca_auto_rays *a, const ca_auto_question *question, ca_auto_choice *choice, ca_error *error);
+/* Layers Noise.Camera, Noise.Light, Noise.Pair: what is known, as variances of an iteration with the numbers in use (noise/layers.h); none
+ * where nothing is known. */
+ca_status ca_auto_add_terms(const ca_auto_rays *a, ca_image_layers *image, ca_error *error);
 /* Renders with them from now on; takes the map over. */
 void ca_auto_use(ca_auto_rays *a, ca_auto_choice *choice);
+
+/* ---- A phase -------------------------------------------------------------------------------------------------------- */
+
+/* Iterations of R with the same numbers; what is 0 is not wanted. */
+typedef struct ca_auto_phase {
+    double begin, end;   /* of work */
+    double worth;        /* of its work in the image, over that of other phases */
+    double expected;     /* of an iteration's relative variance, by the law; 0: nothing */
+    uint32_t least, most; /* iterations to end after at the earliest, 2 where 0, and at the latest, 0: not by number */
+    uint32_t iterations; /* so far */
+    bool revise;         /* are pairs and times wanted for the numbers of the next one? */
+    bool looks;          /* is it looked at the noise? Else, to a target, only where it may be reached already: */
+    uint32_t next_glance;
+    uint32_t paired, plain;
+    double seconds, plain_seconds;
+} ca_auto_phase;
+
+/* Runs it with the numbers in use; it has two iterations at least, since before its second one it does not know its noise. */
+ca_status ca_auto_phase_run(ca_auto_rays *a, ca_auto_phase *phase, ca_error *error);
+/* Relative variance of an iteration of the phase that ran last, by its samples; NAN: not known. */
+double ca_auto_phase_variance(const ca_auto_rays *a);
+/* A phase that is done becomes a part of R, with its share; what its pairs tell joins what is known. */
+void ca_auto_phase_keep(ca_auto_rays *a);
 
 /* ---- The stages ------------------------------------------------------------------------------------------------------ */
 
@@ -111,5 +165,7 @@ void ca_auto_join(ca_auto_rays *a);
 double ca_auto_group_share(const ca_auto_rays *a, int group);
 /* The pilot's precision in ordinary iterations. */
 double ca_auto_pilot_iterations(const ca_auto_rays *a);
+/* Relative standard error of the image so far, percent; NAN: not known. */
+double ca_auto_noise(ca_auto_rays *a);
 
 #endif

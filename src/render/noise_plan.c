@@ -1,5 +1,7 @@
 #include "render/noise_plan.h"
 
+#include "noise/ray_numbers.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -111,17 +113,29 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
     return CA_OK;
 }
 
-/* The pairs' sums take their part of the memory that is allowed. */
+/* Bytes of a pixel beside the film: sums of pairs; where numbers are recommended, what its paths do and its number. `choice`: what
+ * choosing takes beside them, when light paths are gone. */
+static double pixel_bytes(const char *integrator, double *choice)
+{
+    enum { BYTES_OF_TIMES = 24, BYTES_OF_CHOICE = 108 };
+    *choice = 0.0;
+    if (connects(integrator)) return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_connections));
+    *choice = (double)(sizeof(ca_ray_pixel) + BYTES_OF_CHOICE);
+    return (double)(sizeof(ca_pair_pixel) + BYTES_OF_TIMES + sizeof(uint32_t));
+}
+
+/* They take their part of the memory that is allowed. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
-    const double sums = (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]) *
-                        (double)(sizeof(ca_pair_pixel) + (connects(plan->type->name) ? sizeof(ca_pair_connections) : 0));
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
+    double choice;
+    const double bytes = pixels * pixel_bytes(plan->type->name, &choice), most = bytes + pixels * choice;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
-    if (sums >= plan->input.memory_bytes)
+    if (most >= plan->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the film and the sums of pairs need %.1f MiB, more than the %.1f MiB allowed",
-                       plan->settings->memory_mib + (sums - plan->input.memory_bytes) / 0x1p20, plan->settings->memory_mib);
-    plan->input.memory_bytes -= sums;
+                       "the film, the sums of pairs and what chooses numbers need %.4g MiB, more than the %.4g MiB allowed",
+                       plan->settings->memory_mib + (most - plan->input.memory_bytes) / 0x1p20, plan->settings->memory_mib);
+    plan->input.memory_bytes -= bytes;
     return CA_OK;
 }
 

@@ -1,4 +1,5 @@
 /* Which numbers of paths to render with (ca_noise_recommend): times are measured, then noise/ray_numbers.h chooses. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "noise/ray_map.h"
 #include "render/noise.h"
@@ -11,6 +12,7 @@
  * certain ones. */
 enum { MOST_LIGHT_PATHS = 1 << 22, MOST_TIMES_MEASURED = 128 };
 
+/* Where memory is not limited. */
 static uint32_t most_light_paths(const ca_pair_film *film)
 {
     return film->light_paths < MOST_LIGHT_PATHS / MOST_TIMES_MEASURED ? film->light_paths * MOST_TIMES_MEASURED : MOST_LIGHT_PATHS;
@@ -25,6 +27,10 @@ static const double near_numbers = 2.0;
 static const double timing_share = 0.25, timing_seconds = 2.0;
 /* What takes less is not measured but takes some time. */
 static const double shortest = 1e-9;
+/* How often the caller is asked while paths are timed. */
+static const double asking_seconds = 0.03;
+/* The most light paths that fit a memory are found to this factor. */
+static const double fitting_step = 1.02;
 
 /* ---- Choosing ------------------------------------------------------------------------------------------------------- */
 
@@ -38,8 +44,8 @@ static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel 
     to->light = film->camera_paths > 1 ? c.light.value : c.luminance2.value;
 }
 
-ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
-                          ca_ray_numbers *numbers, ca_error *error)
+static ca_status choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
+                        uint32_t most, ca_ray_numbers *numbers, ca_error *error)
 {
     const ca_pair_film *film = &noise->film;
     *numbers = (ca_ray_numbers){0};
@@ -60,13 +66,19 @@ ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, cons
     const ca_ray_settings settings = {.objective = objective,
                                       .smoothing = SMOOTHING,
                                       .min_light_paths = 1,
-                                      .max_light_paths = most_light_paths(film),
+                                      .max_light_paths = most,
                                       .max_camera_paths = noise->light_paths_only ? 1 : 0,
                                       .given_light_paths = film->light_paths,
                                       .given_camera_paths = film->camera_paths};
     const ca_status status = ca_ray_numbers_choose(numbers, &image, &settings, error);
     ca_free(pixels);
     return status;
+}
+
+ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
+                          ca_ray_numbers *numbers, ca_error *error)
+{
+    return choose(noise, times, costs, objective, most_light_paths(&noise->film), numbers, error);
 }
 
 /* ---- Times ---------------------------------------------------------------------------------------------------------- */
@@ -78,8 +90,24 @@ typedef struct timing {
     ca_film film;        /* owned; what is rendered there is not kept */
     ca_ray_costs costs;  /* of about so many light paths: */
     uint32_t light_paths;
-    ca_ray_numbers numbers; /* owned; chosen with these costs */
+    uint32_t most_light_paths; /* that may be timed and recommended */
+    ca_ray_numbers numbers;    /* owned; chosen with these costs */
+    double start, asked;       /* by the clock: the timing, and when the caller was asked last whether to go on */
+    uint32_t passes;           /* that were timed */
+    bool interrupted;          /* by the caller */
 } timing;
+
+static bool goes_on(void *user)
+{
+    timing *t = user;
+    const ca_render_settings *given = t->p.given;
+    const double now = ca_clock_seconds();
+    if (!given->progress || t->interrupted || now - t->asked < asking_seconds) return !t->interrupted;
+    const ca_render_progress progress = {.passes_done = t->passes, .seconds = now - t->start, .noise_percent = -1.0};
+    t->interrupted = !given->progress(&progress, given->progress_user);
+    t->asked = now;
+    return !t->interrupted;
+}
 
 static ca_status set_number(ca_render_plan *plan, const char *name, double value, ca_error *error)
 {
@@ -87,22 +115,40 @@ static ca_status set_number(ca_render_plan *plan, const char *name, double value
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
-/* The first light paths of all find no memory that was used before: they are not timed. */
-static ca_status warm_up(ca_pass_runner *runner, ca_error *error)
+/* The first use of memory, and the first steps in a new integrator, take longer than all later ones and are not timed: all light
+ * paths, and a camera path of every pixel (all of them where they are kept from round to round). */
+static ca_status warm_up(timing *t, ca_pass_runner *runner, ca_error *error)
 {
-    const ca_integrator_type *type = runner->plan->type;
-    return type->begin_round(runner->integrator, 0, 0, &runner->workers.parallel, runner->workers.list, error);
+    const uint32_t camera_paths = t->p.plan.camera_paths;
+    if (runner->rounds == 1) t->p.plan.camera_paths = 1;
+    const ca_status status = ca_pass_run(runner, 0, error);
+    t->p.plan.camera_paths = camera_paths;
+    return status;
 }
 
 static ca_status run_passes(timing *t, void *integrator, ca_error *error)
 {
     ca_pass_runner runner;
     CA_TRY(ca_pass_runner_create(&runner, &t->p.plan, integrator, &t->film, NULL, error));
+    runner.goes_on = goes_on;
+    runner.goes_on_user = t;
+    ca_status status = warm_up(t, &runner, error);
     runner.times = t->times;
-    ca_status status = warm_up(&runner, error);
-    for (uint32_t pass = 0; pass < TIMED_PASSES && status == CA_OK; pass++) status = ca_pass_run(&runner, pass, error);
+    for (uint32_t pass = 0; pass < TIMED_PASSES && status == CA_OK && goes_on(t); pass++, t->passes++)
+        status = ca_pass_run(&runner, pass, error);
     ca_pass_runner_destroy(&runner);
     return status;
+}
+
+/* Where light paths come in several rounds, the samples between them are a part of the memory, as in a render. */
+static ca_status create_integrator(const ca_render_plan *plan, void **integrator, ca_error *error)
+{
+    ca_integrator_input input = plan->input;
+    CA_TRY(plan->type->create(&input, integrator, error));
+    if (input.memory_bytes <= 0.0 || plan->type->rounds(*integrator) == 1) return CA_OK;
+    plan->type->destroy(*integrator);
+    input.memory_bytes = fmax(1.0, input.memory_bytes - ca_pass_buffer_bytes(plan));
+    return plan->type->create(&input, integrator, error);
 }
 
 /* Passes without pairs. */
@@ -113,10 +159,40 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
     CA_TRY(set_number(plan, "light_paths", light_paths, error));
     CA_TRY(set_number(plan, "camera_paths", camera_paths, error));
     plan->camera_paths = camera_paths;
-    CA_TRY(plan->type->create(&plan->input, &integrator, error));
+    CA_TRY(create_integrator(plan, &integrator, error));
     const ca_status status = run_passes(t, integrator, error);
     plan->type->destroy(integrator);
     return status;
+}
+
+/* Do so many light paths fit the memory at once? */
+static ca_status fits(timing *t, uint32_t light_paths, bool *yes, ca_error *error)
+{
+    const ca_render_plan *plan = &t->p.plan;
+    void *integrator;
+    CA_TRY(set_number(&t->p.plan, "light_paths", light_paths, error));
+    const ca_status status = plan->type->create(&plan->input, &integrator, error);
+    *yes = false;
+    if (status != CA_OK) return status == CA_ERROR_ARGUMENT ? CA_OK : status; /* not even a part of them */
+    *yes = plan->type->rounds(integrator) == 1;
+    plan->type->destroy(integrator);
+    return CA_OK;
+}
+
+/* The most light paths that may be timed and recommended: those measured, and more where they fit the memory at once. */
+static ca_status limit_light_paths(timing *t, ca_error *error)
+{
+    double low = t->noise->film.light_paths, high = most_light_paths(&t->noise->film);
+    bool yes = t->p.plan.input.memory_bytes <= 0.0;
+    if (!yes) CA_TRY(fits(t, (uint32_t)high, &yes, error));
+    while (!yes && high > low * fitting_step && high > low + 1.0) {
+        const double middle = floor(sqrt(low * high));
+        bool middle_fits;
+        CA_TRY(fits(t, (uint32_t)middle, &middle_fits, error));
+        *(middle_fits ? &low : &high) = middle;
+    }
+    t->most_light_paths = (uint32_t)(yes ? high : low);
+    return CA_OK;
 }
 
 /* Costs of about this number of light paths. Two numbers of them, one on each side, tell a segment from a candidate and an
@@ -124,9 +200,10 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
 static ca_status time_level(timing *t, uint32_t light_paths, uint32_t camera_paths, ca_error *error)
 {
     if (camera_paths > t->noise->film.camera_paths) camera_paths = t->noise->film.camera_paths;
+    const uint32_t more = light_paths < t->most_light_paths / LIGHT_STEP ? light_paths * LIGHT_STEP : t->most_light_paths;
     ca_ray_times_restart(t->times);
     CA_TRY(time_passes(t, light_paths > LIGHT_STEP ? light_paths / LIGHT_STEP : 1, camera_paths, error));
-    CA_TRY(time_passes(t, light_paths * LIGHT_STEP, camera_paths, error));
+    if (goes_on(t)) CA_TRY(time_passes(t, more, camera_paths, error));
     t->costs = ca_ray_times_costs(t->times);
     t->light_paths = light_paths;
     return CA_OK;
@@ -144,20 +221,23 @@ static uint32_t affordable(const timing *t)
 {
     const ca_pair_film *film = &t->noise->film;
     const double measured = iteration_seconds(t, film->light_paths, film->camera_paths) * (double)film->pixels[0].iterations;
-    const double seconds = fmax(timing_share * measured, timing_seconds) / TIMED_PASSES;
+    const double seconds = fmax(timing_share * measured, timing_seconds) / (TIMED_PASSES + 1);
     const double fixed = iteration_seconds(t, 0.0, 2.0 * TIMED_AGAIN_CAMERA_PATHS);
     const double each = (iteration_seconds(t, 1.0, TIMED_AGAIN_CAMERA_PATHS) - iteration_seconds(t, 0.0, TIMED_AGAIN_CAMERA_PATHS)) *
                         (LIGHT_STEP + 1.0 / LIGHT_STEP);
     return (uint32_t)fmin(fmax((seconds - fixed) / each, film->light_paths), MOST_LIGHT_PATHS / LIGHT_STEP);
 }
 
-/* Costs depend on the numbers, the numbers on the costs. */
+/* Costs depend on the numbers, the numbers on the costs. Without numbers where it was interrupted. */
 static ca_status time_and_choose(timing *t, ca_ray_objective objective, ca_error *error)
 {
+    if (!goes_on(t)) return CA_OK;
+    CA_TRY(limit_light_paths(t, error));
     CA_TRY(time_level(t, t->noise->film.light_paths, TIMED_CAMERA_PATHS, error));
     for (int level = 1;; level++) {
         ca_ray_numbers_destroy(&t->numbers);
-        CA_TRY(ca_noise_choose(t->noise, t->times, &t->costs, objective, &t->numbers, error));
+        if (!goes_on(t)) return CA_OK;
+        CA_TRY(choose(t->noise, t->times, &t->costs, objective, t->most_light_paths, &t->numbers, error));
         const double chosen = fmin(t->numbers.best.light_paths, affordable(t));
         const double factor = chosen / t->light_paths;
         if (level == LEVELS || (factor <= near_numbers && factor >= 1.0 / near_numbers)) return CA_OK;
@@ -199,8 +279,13 @@ static ca_noise_times times_of(const timing *t)
                             .candidates_per_pair = c->candidates_per_pair};
 }
 
+/* Where no noise was found all numbers are as good. */
+static bool has_numbers(const timing *t) { return !t->interrupted && t->numbers.given.variance > 0.0; }
+
 static void describe(const timing *t, ca_noise_recommendation *r)
 {
+    *r = (ca_noise_recommendation){.interrupted = t->interrupted};
+    if (!has_numbers(t)) return;
     const ca_ray_numbers *n = &t->numbers;
     *r = (ca_noise_recommendation){.best = numbers_of(&n->best),
                                    .uniform = uniform_numbers_of(&n->uniform),
@@ -210,7 +295,7 @@ static void describe(const timing *t, ca_noise_recommendation *r)
                                    .fewest_camera_paths = n->camera_paths[0],
                                    .most_camera_paths = n->camera_paths[0],
                                    .light_paths_only = t->noise->light_paths_only,
-                                   .most_light_paths = most_light_paths(&t->noise->film),
+                                   .most_light_paths = t->most_light_paths,
                                    .times = times_of(t)};
     for (size_t p = 0; p < (size_t)t->film.width * t->film.height; p++) {
         if (n->camera_paths[p] < r->fewest_camera_paths) r->fewest_camera_paths = n->camera_paths[p];
@@ -243,7 +328,7 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
 {
     ca_render_settings defaults;
     ca_ray_objective wanted;
-    timing t = {.noise = noise};
+    timing t = {.noise = noise, .start = ca_clock_seconds(), .asked = -(double)INFINITY};
     ca_render_settings_init(&defaults);
     CA_TRY(ca_ray_objective_find(objective, &wanted, error));
     if (noise->film.connections)
@@ -253,7 +338,7 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
     CA_TRY(plan_timing(&t, scene, settings ? settings : &defaults, error));
     ca_status status = prepare(&t, error);
     if (status == CA_OK) status = time_and_choose(&t, wanted, error);
-    if (status == CA_OK && image)
+    if (status == CA_OK && image && has_numbers(&t))
         status = ca_ray_map_add(image, (uint32_t)t.numbers.best.light_paths, t.numbers.camera_paths, error);
     if (status == CA_OK) describe(&t, recommendation);
     ca_ray_numbers_destroy(&t.numbers);

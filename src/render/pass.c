@@ -105,36 +105,57 @@ static camera_work work_of(const ca_worker *worker)
     return (camera_work){counters->rays + counters->shadow_rays, counters->merges};
 }
 
-static camera_work since(camera_work before, const ca_worker *worker)
+static camera_work between(camera_work before, camera_work now)
 {
-    const camera_work now = work_of(worker);
     return (camera_work){now.segments - before.segments, now.candidates - before.candidates};
+}
+
+/* Worker 0 is the thread that runs the pass. What it does when asked is no part of a tile. */
+static bool is_ended(ca_pass_runner *runner, uint32_t worker)
+{
+    if (!runner->goes_on) return false;
+    if (worker == 0) {
+        if (!runner->goes_on(runner->goes_on_user)) runner->ended = true;
+        runner->clocks[0].runs = false;
+    }
+    return runner->ended;
 }
 
 static void run_tile(void *user, const ca_tile *tile, uint32_t worker)
 {
     const pass_task *task = user;
+    if (is_ended(task->runner, worker)) return;
     for (uint32_t y = tile->y0; y < tile->y1; y++)
         for (uint32_t x = tile->x0; x < tile->x1; x++) run_pixel(task, x, y, worker);
+}
+
+/* What two tiles have between them, some hundredths of a percent, counts for the second one. */
+static double seconds_of_tile(ca_tile_clock *clock, double start)
+{
+    clock->seconds = ca_clock_thread_seconds();
+    clock->runs = true;
+    return clock->seconds - start;
 }
 
 static void time_tile(void *user, const ca_tile *tile, uint32_t worker)
 {
     const pass_task *task = user;
-    ca_ray_times *times = task->runner->times;
-    const ca_worker *own = &task->runner->workers.list[worker];
-    const double start = ca_clock_thread_seconds();
+    ca_pass_runner *runner = task->runner;
+    if (is_ended(runner, worker)) return;
+    const ca_worker *own = &runner->workers.list[worker];
+    ca_tile_clock *clock = &runner->clocks[worker];
+    const double start = clock->runs ? clock->seconds : ca_clock_thread_seconds();
     const camera_work at_start = work_of(own);
+    camera_work before = at_start;
     for (uint32_t y = tile->y0; y < tile->y1; y++)
         for (uint32_t x = tile->x0; x < tile->x1; x++) {
-            const camera_work before = work_of(own);
             const uint32_t count = run_pixel(task, x, y, worker);
-            const camera_work work = since(before, own);
-            ca_ray_times_pixel(times, x, y, task->light_paths, count, work.segments, work.candidates);
+            const camera_work now = work_of(own), work = between(before, now);
+            ca_ray_times_pixel(runner->times, x, y, task->light_paths, count, work.segments, work.candidates);
+            before = now;
         }
-    const camera_work work = since(at_start, own);
-    ca_ray_times_tile(times, worker, task->runner->gathers_pairs, work.segments, work.candidates,
-                      ca_clock_thread_seconds() - start);
+    const camera_work work = between(at_start, before);
+    ca_ray_times_tile(runner->times, worker, runner->gathers_pairs, work.segments, work.candidates, seconds_of_tile(clock, start));
 }
 
 /* ---- Rounds ---------------------------------------------------------------------------------------------------------- */
@@ -159,7 +180,8 @@ static ca_status run_light(pass_task *task, ca_error *error)
 
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
 {
-    for (uint32_t round = 0; round < runner->rounds; round++) {
+    for (uint32_t round = 0; round < runner->rounds && !runner->ended; round++) {
+        for (uint32_t w = 0; w < runner->workers.parallel.workers; w++) runner->clocks[w].runs = false;
         pass_task task = {.runner = runner, .pass = pass, .round = round};
         if (runner->plan->type->begin_round) CA_TRY(run_light(&task, error));
         ca_for_each_tile(&runner->workers.parallel, runner->film->width, runner->film->height,
@@ -189,7 +211,8 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
     ca_status status = ca_workers_create(&runner->workers, plan->threads, error);
     if (status == CA_OK) {
         runner->samples = ca_alloc_zeroed(rows, most_camera_paths(runner) * sizeof *runner->samples);
-        if (!runner->samples) status = ca_fail_memory(error, "the render");
+        runner->clocks = ca_alloc_zeroed(plan->threads, sizeof *runner->clocks);
+        if (!runner->samples || !runner->clocks) status = ca_fail_memory(error, "the render");
     }
     if (status != CA_OK) ca_pass_runner_destroy(runner);
     return status;
@@ -198,6 +221,7 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
 void ca_pass_runner_destroy(ca_pass_runner *runner)
 {
     ca_free(runner->samples);
+    ca_free(runner->clocks);
     ca_workers_destroy(&runner->workers);
     *runner = (ca_pass_runner){0};
 }

@@ -13,6 +13,8 @@
 #include "render/render.h"
 #include "render/workers.h"
 
+#include <stdatomic.h>
+
 /* Camera paths of each pixel where they are not the same for all, and where their counting begins; arrays of the film's pixels, row by
  * row. */
 typedef struct ca_pass_counts {
@@ -21,6 +23,14 @@ typedef struct ca_pass_counts {
     uint32_t most;                /* the largest N_B(p) */
 } ca_pass_counts;
 
+/* A worker's clock when it had finished its last tile of the round, where times are measured: the next one begins there, so that
+ * one look at the clock does for a tile. In a cache line of its own, nearly. */
+typedef struct ca_tile_clock {
+    double seconds;
+    bool runs;
+    char apart[112];
+} ca_tile_clock;
+
 typedef struct ca_pass_runner {
     const ca_render_plan *plan;
     void *integrator; /* borrowed */
@@ -28,8 +38,14 @@ typedef struct ca_pass_runner {
     const ca_pass_counts *counts; /* borrowed; NULL: plan->camera_paths for every pixel, counted from 0 */
     ca_ray_times *times;          /* borrowed; NULL: times are not measured. May change between passes; likewise: */
     bool gathers_pairs;           /* does the pass fill the integrator's pair film? */
+    /* Asked between tiles, by the thread that runs the pass: false ends the pass (and those after it) soon, and the film is worth
+     * nothing. NULL: passes are finished. */
+    bool (*goes_on)(void *user);
+    void *goes_on_user;
+    atomic_bool ended; /* by that */
     uint32_t rounds;
     ca_film_sample *samples; /* owned; camera paths of a pixel next to each other */
+    ca_tile_clock *clocks;   /* owned; one a worker */
     ca_workers workers;      /* owned */
 } ca_pass_runner;
 
@@ -38,7 +54,7 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
                                 const ca_pass_counts *counts, ca_error *error);
 void ca_pass_runner_destroy(ca_pass_runner *runner);
 
-/* Runs the pass-th pass. After an error the film is worth nothing. */
+/* Runs the pass-th pass. After an error the film is worth nothing; an end by goes_on is none. */
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error);
 
 /* Bytes of the buffer that passes of several rounds need. */

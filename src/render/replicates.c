@@ -57,7 +57,8 @@ void ca_replicates_describe(const ca_render_plan *plan, uint32_t passes, char *t
     const bool merges = !isnan(ca_integrator_value(plan->type, &plan->input, "radius", (double)NAN));
     const char *where = merges ? " at the merge radii of its passes" : "";
     if (plan->rays == CA_RAYS_AUTO)
-        snprintf(text, size, "none: parts with different numbers of rays are joined, whose skewness is not known");
+        snprintf(text, size, "95 %% for the expectation%s, from %u independent iterations in parts with different numbers of rays", where,
+                 passes);
     else if (each == 0)
         snprintf(text, size, "none: the samples of one sequence (%s) are not independent of each other; replicates are",
                  ca_sampler_name(plan->sampler.kind));

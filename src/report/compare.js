@@ -2,18 +2,10 @@
 "use strict";
 
 (() => {
-    const { PlaneStore, Panes, Picture, toneCurves, toneTable, paintColor, colorMaps, colorTable, paintScalar, placeIn,
-        drawScale, contextOf, cssColor, format, digitsOf } = Caustica;
-    const { PageImage, referenceOf, asked, channels, colorNames, previewNames, layersOf, hasLayer, scalarOf, shownRange, outside,
-        colorAt, isKnown, errorText } = CausticaLayers;
-    const element = (id) => document.getElementById(id);
-    const make = (parent, tag, name, text) => {
-        const made = document.createElement(tag);
-        if (name) made.className = name;
-        if (text !== undefined) made.textContent = text;
-        parent.append(made);
-        return made;
-    };
+    const { Panes, Picture, toneTable, paintColor, colorTable, paintScalar, outside, contextOf, format, digitsOf, element, make,
+        displayControls } = Caustica;
+    const { PlaneStore, PageImage, referenceOf, asked, channels, colorNames, previewNames, layersOf, hasLayer, scalarOf, scalarsOf,
+        shownRange, colorAt, isKnown, errorText } = CausticaLayers;
     const pause = () => new Promise((resolve) => setTimeout(resolve));
 
     const settings = JSON.parse(element("settings").textContent);
@@ -35,7 +27,11 @@
     /* ---- Layers ----------------------------------------------------------------------------------------------------- */
 
     let layerList = [];
-    const layer = () => layerList.find((entry) => entry.key === state.layer) || layerList[0];
+    const display = displayControls(state, () => layerList, () => {
+        lastRange = null;
+        refresh().then(later);
+    }, () => refresh());
+    const { layer } = display;
 
     /* ---- Painting --------------------------------------------------------------------------------------------------- */
 
@@ -111,7 +107,7 @@
                 if (mine !== generation) return;
             }
             range = lastRange = shownRange(state.images, entry, state.range, state.log);
-            beyond = outside(state.images, entry, range);
+            beyond = outside(scalarsOf(state.images, entry), range);
         }
         showPanes();
         drawLegend();
@@ -181,25 +177,8 @@
     }
 
     function drawLegend() {
-        const entry = layer(), canvas = element("scale");
-        for (const part of document.querySelectorAll(".for-color")) part.hidden = !entry.color;
-        for (const part of document.querySelectorAll(".for-scalar")) part.hidden = entry.color;
-        element("what").textContent = entry.what;
-        if (entry.color) {
-            const table = toneNow(), word = new Uint32Array(1), value = new Float32Array(word.buffer);
-            const high = toneCurves[state.curve].white / 2 ** state.exposure;
-            const log = state.curve.startsWith("log");
-            drawScale(canvas, { low: log ? high / 1024 : 0, high, log }, (v) => {
-                value[0] = v;
-                const level = table[word[0] >>> 14];
-                return `rgb(${level} ${level} ${level})`;
-            }, false, true);
-            return;
-        }
-        const range = lastRange || shownRange(state.images, entry, state.range, state.log), colors = colorTable(mapName(entry)), place = placeIn(range);
-        drawScale(canvas, range, (v) => cssColor(colors[Math.max(0, Math.min(1023, Math.round(place(v) * 1023)))]), ...beyond);
-        for (const [id, value] of [["low", range.low], ["high", range.high]])
-            if (document.activeElement !== element(id)) element(id).value = format(value, 4);
+        const entry = layer(), range = entry.color ? null : lastRange || shownRange(state.images, entry, state.range, state.log);
+        Caustica.drawLegend(entry, state, toneNow(), mapName(entry), range, beyond);
     }
 
     function showStatus() {
@@ -241,7 +220,7 @@
     }
     function bestOf(name) {
         const list = state.images.flatMap((image) => image.metrics).filter((m) => m.name === name && m.value !== null);
-        if (list.length < 2 || list[0].better === "neither") return null;
+        if (!list.some((m) => m.value !== list[0].value) || list[0].better === "neither") return null;
         return (list[0].better === "lower" ? Math.min : Math.max)(...list.map((m) => m.value));
     }
     const metricText = (value) => (value === null ? "–" : Number.isInteger(value) && Math.abs(value) < 1e6 ? String(value) : format(value, 5));
@@ -354,30 +333,6 @@
         if (mode === "split" && state.second === state.current) state.second = 0;
         refresh();
     }
-    function setLayer(key) {
-        Object.assign(state, { layer: key, range: null });
-        element("layer").value = key;
-        lastRange = null;
-        refresh().then(later);
-    }
-    function step(list, value, by) { return list[(list.indexOf(value) + by + list.length) % list.length]; }
-    function setExposure(stops) {
-        state.exposure = Math.max(-30, Math.min(30, stops));
-        element("exposure").value = String(Number(state.exposure.toFixed(3)));
-        refresh();
-    }
-    function setCurve(curve) { state.curve = element("curve").value = curve; refresh(); }
-    function setMap(map) { state.map = element("map").value = map; refresh(); }
-    function setLog(log) { state.log = element("log").checked = log; refresh(); }
-    function automatic() {
-        state.range = null;
-        if (layer().color) setExposure(0); else refresh();
-    }
-    function setRange() {
-        const low = Number(element("low").value), high = Number(element("high").value);
-        if (element("low").value.trim() && Number.isFinite(low) && Number.isFinite(high) && high > low) state.range = { low, high };
-        refresh();
-    }
     function showTable() {
         element("table").hidden = !element("table").hidden;
     }
@@ -398,12 +353,7 @@
         "[": () => panes.setSplit(panes.split - 0.01), "]": () => panes.setSplit(panes.split + 0.01),
         "+": () => zoomKey(2), "=": () => zoomKey(2), "-": () => zoomKey(0.5), a: () => panes.fit(), z: () => zoomTo(1),
         Escape: () => { state.pinned = false; state.pixel = null; later(); },
-        l: () => setLayer(step(layerList.map((e) => e.key), state.layer, 1)),
-        k: () => setLayer(step(layerList.map((e) => e.key), state.layer, -1)),
-        e: () => setExposure(state.exposure + 0.5), d: () => setExposure(state.exposure - 0.5),
-        t: () => setCurve(step(Object.keys(toneCurves), state.curve, 1)),
-        c: () => setMap(step(Object.keys(colorMaps), state.map, 1)), o: () => setLog(!state.log), r: automatic, m: showTable,
-        "?": () => element("help").showModal(),
+        m: showTable, ...display.keys, "?": () => element("help").showModal(),
         ArrowLeft: () => choose((state.current + order().length - 1) % order().length),
         ArrowRight: () => choose((state.current + 1) % order().length),
     };
@@ -435,18 +385,7 @@
     });
     for (const button of document.querySelectorAll("[data-mode]"))
         button.addEventListener("click", () => { button.blur(); setMode(button.dataset.mode); });
-    const onChange = (id, action) => element(id).addEventListener("change", () => { element(id).blur(); action(element(id)); });
-    onChange("layer", (select) => setLayer(select.value));
-    onChange("curve", (select) => setCurve(select.value));
-    onChange("map", (select) => setMap(select.value));
-    onChange("log", (box) => setLog(box.checked));
-    onChange("exposure", (input) => setExposure(Number(input.value) || 0));
-    onChange("low", setRange);
-    onChange("high", setRange);
-    element("auto").addEventListener("click", () => { element("auto").blur(); automatic(); });
     element("help-button").addEventListener("click", () => { element("help-button").blur(); element("help").showModal(); });
-    for (const name of Object.keys(toneCurves)) make(element("curve"), "option", "", name);
-    for (const name of Object.keys(colorMaps)) make(element("map"), "option", "", name);
     new ResizeObserver(() => { if (layerList.length) drawLegend(); }).observe(element("scale"));
 
     /* ---- Reading the page ------------------------------------------------------------------------------------------- */

@@ -1,9 +1,102 @@
-/* The images of a page and their layers: channels as they are in the files, and what is made of them, of one image or of it and the
- * reference. Ranges are of all images together. Nothing here is drawn. */
+/* The images of a page and their layers: channels out of the page's text, as they are in the files, and what is made of them, of one
+ * image or of it and the reference. Ranges are of all images together. Nothing here is drawn. */
 "use strict";
 
 const CausticaLayers = (() => {
-    const { format } = Caustica;
+    const { format, findRange, logRange } = Caustica;
+
+    /* ---- Channels: the counterpart of src/report/plane.h ------------------------------------------------------------ */
+
+    const bytesOf = Uint8Array.fromBase64 ? (text) => Uint8Array.fromBase64(text)
+        : (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+
+    /* Inflates a zlib stream that comes in pieces of base64 to exactly `size` bytes. */
+    async function inflate(texts, size) {
+        const stream = new DecompressionStream("deflate"), result = new Uint8Array(size);
+        const write = async () => {
+            const writer = stream.writable.getWriter();
+            for (const text of texts) await writer.write(bytesOf(text));
+            await writer.close();
+        };
+        const read = async () => {
+            let at = 0;
+            for (const reader = stream.readable.getReader();;) {
+                const { done, value } = await reader.read();
+                if (done) break;
+                result.set(value, at);
+                at += value.length;
+            }
+            if (at !== size) throw new Error(`${at} bytes instead of ${size}`);
+        };
+        await Promise.all([write(), read()]);
+        return result;
+    }
+
+    let halves = null; /* the value of each 16 bit float */
+    function halfTable() {
+        if (halves) return halves;
+        halves = new Float32Array(65536);
+        for (let i = 0; i < 65536; i++) {
+            const exponent = i >> 10 & 31, mantissa = i & 1023;
+            const size = exponent === 31 ? (mantissa ? NaN : Infinity)
+                : exponent === 0 ? mantissa * 2 ** -24 : (1024 + mantissa) * 2 ** (exponent - 25);
+            halves[i] = i & 0x8000 ? -size : size;
+        }
+        return halves;
+    }
+
+    /* Bytes sorted by significance back to floats. */
+    function valuesOf(bytes, half, count) {
+        if (half) {
+            const table = halfTable(), values = new Float32Array(count);
+            for (let i = 0; i < count; i++) values[i] = table[bytes[i] | bytes[count + i] << 8];
+            return values;
+        }
+        const words = new Uint32Array(count), b = count, c = 2 * count, d = 3 * count;
+        for (let i = 0; i < count; i++)
+            words[i] = bytes[i] | bytes[b + i] << 8 | bytes[c + i] << 16 | bytes[d + i] << 24;
+        return new Float32Array(words.buffer);
+    }
+
+    /* Channels that stand in the page behind the element `start`, which may still be arriving. */
+    class PlaneStore {
+        constructor(start, onRecord) {
+            this.last = start;         /* the last element that was seen whole */
+            this.onRecord = onRecord;  /* called with each element that is no piece of a channel */
+            this.planes = new Map();
+            this.observer = new MutationObserver(() => this.scan());
+            this.observer.observe(start.parentNode, { childList: true });
+            document.addEventListener("DOMContentLoaded", () => { this.scan(); this.observer.disconnect(); });
+        }
+        entry(name) {
+            if (!this.planes.has(name)) {
+                const entry = { pieces: [] };
+                entry.complete = new Promise((resolve) => { entry.resolve = resolve; });
+                this.planes.set(name, entry);
+            }
+            return this.planes.get(name);
+        }
+        /* An element is whole once something follows it. */
+        scan() {
+            const loaded = document.readyState !== "loading";
+            for (let next; (next = this.last.nextElementSibling) && (next.nextSibling || loaded); this.last = next) {
+                if (!("plane" in next.dataset)) { this.onRecord(next); continue; }
+                const entry = this.entry(next.dataset.plane);
+                entry.pieces.push(next);
+                if ("end" in next.dataset) entry.resolve();
+            }
+        }
+        /* The channel's values, once they have arrived. With `once` its text is let go: half of the memory. */
+        async read(name, half, count, once) {
+            const entry = this.entry(name);
+            await entry.complete;
+            const bytes = await inflate(entry.pieces.map((piece) => piece.textContent), count * (half ? 2 : 4));
+            if (once) for (const piece of entry.pieces) piece.textContent = "";
+            return valuesOf(bytes, half, count);
+        }
+    }
+
+    /* ---- Images ----------------------------------------------------------------------------------------------------- */
 
     /* Channels that every pixel under the pointer asks for. */
     const asked = /^(color|error|below|above):|:Confidence/;
@@ -113,45 +206,14 @@ const CausticaLayers = (() => {
 
     /* ---- Ranges ----------------------------------------------------------------------------------------------------- */
 
-    /* The range of 98 of 100 finite values of all images, from every so many of them. */
-    function findRange(images, entry) {
-        if (entry.fixed) return { low: entry.fixed[0], high: entry.fixed[1] };
-        const sample = [];
-        for (const image of images) {
-            if (image.scalar.layer !== entry.key) continue;
-            const values = image.scalar.values, step = Math.max(1, Math.floor(values.length / 9973));
-            for (let i = 0; i < values.length; i += step) if (Number.isFinite(values[i])) sample.push(values[i]);
-        }
-        if (!sample.length) return { low: 0, high: 1 };
-        sample.sort((x, y) => x - y);
-        const at = (t) => sample[Math.round(t * (sample.length - 1))];
-        if (entry.signed) {
-            const size = Math.max(-at(0.01), at(0.99)) || 1;
-            return { low: -size, high: size };
-        }
-        const low = at(0) >= 0 ? 0 : at(0.01), high = at(0.99) > low ? at(0.99) : at(1);
-        return high > low ? { low, high } : { low: low - 0.5, high: low + 0.5 };
-    }
+    /* What there is of the layer so far. */
+    const scalarsOf = (images, entry) => images.filter((image) => image.scalar.layer === entry.key).map((image) => image.scalar.values);
 
-    /* `fixed` or what is found. A logarithmic scale needs a positive end: else four decades below the upper one. */
+    /* `fixed` or what is found. */
     function shownRange(images, entry, fixed, logarithmic) {
-        const range = fixed || findRange(images, entry);
-        if (!logarithmic || entry.signed) return { ...range, log: false };
-        const high = range.high > 0 ? range.high : 1;
-        return { low: range.low > 0 && range.low < high ? range.low : high * 1e-4, high, log: true };
-    }
-
-    /* Are there values below and above the range? */
-    function outside(images, entry, range) {
-        let below = false, above = false;
-        for (const image of images) {
-            if (image.scalar.layer !== entry.key) continue;
-            for (const value of image.scalar.values) {
-                if (value < range.low) below = true;
-                if (value > range.high) above = true;
-            }
-        }
-        return [below, above];
+        const range = fixed || (entry.fixed ? { low: entry.fixed[0], high: entry.fixed[1] }
+            : findRange(scalarsOf(images, entry), entry.signed));
+        return logarithmic && !entry.signed ? logRange(range) : { ...range, log: false };
     }
 
     /* ---- Values and their errors ------------------------------------------------------------------------------------ */
@@ -174,6 +236,6 @@ const CausticaLayers = (() => {
     const errorText = (found) => (found.error !== null ? `±${format(found.error, 2)}` : !found.interval ? ""
         : isKnown(found.interval) ? `${format(found.interval[0], 4)}…${format(found.interval[1], 4)}` : "unknown");
 
-    return { PageImage, referenceOf, asked, channels, colorNames, previewNames, layersOf, hasLayer, scalarOf, shownRange, outside,
-        colorAt, isKnown, errorText };
+    return { PlaneStore, PageImage, referenceOf, asked, channels, colorNames, previewNames, layersOf, hasLayer, scalarOf, scalarsOf,
+        shownRange, colorAt, isKnown, errorText };
 })();

@@ -3,16 +3,8 @@
 "use strict";
 
 (() => {
-    const { Panes, Picture, toneCurves, toneTable, paintColor, colorMaps, colorTable, paintScalar, placeIn, drawScale, cssColor,
-        format } = Caustica;
-    const element = (id) => document.getElementById(id);
-    const make = (parent, tag, name, text) => {
-        const made = document.createElement(tag);
-        if (name) made.className = name;
-        if (text !== undefined) made.textContent = text;
-        parent.append(made);
-        return made;
-    };
+    const { Panes, Picture, toneTable, paintColor, colorTable, paintScalar, findRange, logRange, outside, format, element, make,
+        displayControls } = Caustica;
     const wait = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
     const state = {
@@ -37,7 +29,7 @@
             at: (deviation, samples) => deviation / Math.sqrt(samples), what: "standard error of the pixel's luminance so far" },
         { key: "relative-noise", label: "noise, relative", needs: ["StandardDeviation.Y", "Samples.Y", ...colors],
             at: (deviation, samples, r, g, b) => deviation / Math.sqrt(samples) / luminance(r, g, b),
-            what: "standard error over luminance, of each pixel so far" },
+            what: "standard error over luminance, of each pixel so far (magenta: black, it has none)" },
     ];
 
     function layers() {
@@ -55,7 +47,7 @@
         return list;
     }
     let layerList = layers();
-    const layer = () => layerList.find((entry) => entry.key === state.layer) || layerList[0];
+    const display = displayControls(state, () => layerList, () => update(), () => paint()), { layer } = display;
 
     function showLayers() {
         layerList = layers();
@@ -145,23 +137,6 @@
 
     let picture = null, scalar = null, lastRange = null, beyond = [false, false];
 
-    /* 98 of 100 finite values. */
-    function findRange(values) {
-        const sample = [], step = Math.max(1, Math.floor(values.length / 9973));
-        for (let i = 0; i < values.length; i += step) if (Number.isFinite(values[i])) sample.push(values[i]);
-        if (!sample.length) return { low: 0, high: 1 };
-        sample.sort((x, y) => x - y);
-        const at = (t) => sample[Math.round(t * (sample.length - 1))];
-        const low = at(0) >= 0 ? 0 : at(0.01), high = at(0.99) > low ? at(0.99) : at(1);
-        return high > low ? { low, high } : { low: low - 0.5, high: low + 0.5 };
-    }
-    function shownRange(values) {
-        const range = state.range || findRange(values);
-        if (!state.log) return { ...range, log: false };
-        const high = range.high > 0 ? range.high : 1;
-        return { low: range.low > 0 && range.low < high ? range.low : high * 1e-4, high, log: true };
-    }
-
     function scalarOf(entry) {
         const needed = entry.needs.map((name) => state.planes.get(name));
         if (needed.length === 1) return needed[0];
@@ -184,8 +159,9 @@
             picture.update((pixels) => paintColor(entry.needs.map((name) => state.planes.get(name)), table, pixels));
         } else {
             scalar = scalarOf(entry);
-            lastRange = shownRange(scalar);
-            beyond = [scalar.some((v) => v < lastRange.low), scalar.some((v) => v > lastRange.high)];
+            const range = state.range || findRange([scalar]);
+            lastRange = state.log ? logRange(range) : { ...range, log: false };
+            beyond = outside([scalar], lastRange);
             picture.update((pixels) => paintScalar(scalar, colorTable(state.map), lastRange, pixels));
         }
         element("message").hidden = true;
@@ -194,25 +170,8 @@
     }
 
     function drawLegend() {
-        const entry = layer(), canvas = element("scale");
-        for (const part of document.querySelectorAll(".for-color")) part.hidden = !entry.color;
-        for (const part of document.querySelectorAll(".for-scalar")) part.hidden = Boolean(entry.color);
-        element("what").textContent = entry.what;
-        if (entry.color) {
-            const table = toneTable(state.exposure, state.curve), word = new Uint32Array(1), value = new Float32Array(word.buffer);
-            const high = toneCurves[state.curve].white / 2 ** state.exposure, log = state.curve.startsWith("log");
-            drawScale(canvas, { low: log ? high / 1024 : 0, high, log }, (v) => {
-                value[0] = v;
-                const level = table[word[0] >>> 14];
-                return `rgb(${level} ${level} ${level})`;
-            }, false, true);
-            return;
-        }
-        if (!lastRange) return;
-        const table = colorTable(state.map), place = placeIn(lastRange);
-        drawScale(canvas, lastRange, (v) => cssColor(table[Math.max(0, Math.min(1023, Math.round(place(v) * 1023)))]), ...beyond);
-        for (const [id, value] of [["low", lastRange.low], ["high", lastRange.high]])
-            if (document.activeElement !== element(id)) element(id).value = format(value, 4);
+        const entry = layer();
+        Caustica.drawLegend(entry, state, entry.color ? toneTable(state.exposure, state.curve) : null, state.map, lastRange, beyond);
     }
 
     /* ---- How far the render is ---------------------------------------------------------------------------------------- */
@@ -234,7 +193,7 @@
         parts.push(`${time(t.seconds)} gone`);
         if (t.left !== null && t.phase !== "done") parts.push(`${time(t.left)} left`);
         if (t.noise !== null) parts.push(`noise ${format(t.noise, 3)} %${t.target ? ` of ${format(t.target, 3)} %` : ""}`);
-        if (t.predicted !== null && t.phase !== "done") parts.push(`at the end ${format(t.predicted, 3)} %`);
+        if (t.predicted !== null && t.phase !== "done") parts.push(`about ${format(t.predicted, 3)} % at the end`);
         if (t.picture && t.picture.light_paths) parts.push(`${t.picture.light_paths} light paths, ${format(t.picture.camera_paths, 3)} camera paths`);
         return parts.join("  ");
     }
@@ -321,7 +280,9 @@
         const { pixel } = state, body = element("values");
         element("table").hidden = !state.names.length; /* also without a pixel: images do not jump */
         if (!state.names.length) return;
-        const at = pixel ? pixel.y * state.width + pixel.x : -1, columns = 4, rows = Math.ceil(state.names.length / columns);
+        const at = pixel ? pixel.y * state.width + pixel.x : -1;
+        /* The longest name with its value takes 34 letters. */
+        const columns = Math.max(1, Math.min(4, Math.floor(element("table").clientWidth / 290))), rows = Math.ceil(state.names.length / columns);
         body.textContent = "";
         for (let i = 0; i < rows; i++) {
             const row = make(body, "tr");
@@ -336,45 +297,19 @@
     function showValues() {
         const { pixel } = state, { scale } = panes.view;
         const place = pixel ? `x ${String(pixel.x + state.x0).padStart(4)}  y ${String(pixel.y + state.y0).padStart(4)}${state.pinned ? " kept" : "     "}` : "";
-        element("place").textContent = `${place}   ${(100 * scale).toFixed(scale < 1 ? 1 : 0).padStart(6)} %`;
+        element("place").textContent = `${place}   zoom ${(100 * scale).toFixed(scale < 1 ? 1 : 0).padStart(4)} %`;
         showTable();
         if (pixel && state.width) askPixel();
     }
 
     /* ---- Being told what to do ---------------------------------------------------------------------------------------- */
 
-    function setLayer(key) {
-        Object.assign(state, { layer: key, range: null });
-        element("layer").value = key;
-        update();
-    }
-    const step = (list, value, by) => list[(list.indexOf(value) + by + list.length) % list.length];
-    function setExposure(stops) {
-        state.exposure = Math.max(-30, Math.min(30, stops));
-        element("exposure").value = String(Number(state.exposure.toFixed(3)));
-        paint();
-    }
-    function setCurve(curve) { state.curve = element("curve").value = curve; paint(); }
-    function setMap(map) { state.map = element("map").value = map; paint(); }
-    function setLog(log) { state.log = element("log").checked = log; paint(); }
-    function automatic() {
-        state.range = null;
-        if (layer().color) setExposure(0); else paint();
-    }
-    function setRange() {
-        const low = Number(element("low").value), high = Number(element("high").value);
-        if (element("low").value.trim() && Number.isFinite(low) && Number.isFinite(high) && high > low) state.range = { low, high };
-        paint();
-    }
-    const stepLayer = (by) => setLayer(step(layerList.map((entry) => entry.key), layer().key, by));
     const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const keys = {
         "+": () => panes.zoom(2), "=": () => panes.zoom(2), "-": () => panes.zoom(0.5), a: () => panes.fit(),
         z: () => panes.setScale(1 / (window.devicePixelRatio || 1)),
         Escape: () => { state.pinned = false; state.pixel = null; later(); },
-        l: () => stepLayer(1), k: () => stepLayer(-1), e: () => setExposure(state.exposure + 0.5), d: () => setExposure(state.exposure - 0.5),
-        t: () => setCurve(step(Object.keys(toneCurves), state.curve, 1)), c: () => setMap(step(Object.keys(colorMaps), state.map, 1)),
-        o: () => setLog(!state.log), r: automatic, p: pause,
+        p: pause, ...display.keys,
     };
     document.addEventListener("keydown", (event) => {
         if (event.target.matches("input[type=text], select") || !state.width || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -386,17 +321,6 @@
             return;
         event.preventDefault();
     });
-    const onChange = (id, action) => element(id).addEventListener("change", () => { element(id).blur(); action(element(id)); });
-    onChange("layer", (select) => setLayer(select.value));
-    onChange("curve", (select) => setCurve(select.value));
-    onChange("map", (select) => setMap(select.value));
-    onChange("log", (box) => setLog(box.checked));
-    onChange("exposure", (input) => setExposure(Number(input.value) || 0));
-    onChange("low", setRange);
-    onChange("high", setRange);
-    element("auto").addEventListener("click", () => { element("auto").blur(); automatic(); });
-    for (const name of Object.keys(toneCurves)) make(element("curve"), "option", "", name);
-    for (const name of Object.keys(colorMaps)) make(element("map"), "option", "", name);
     showLayers();
     drawLegend();
     new ResizeObserver(drawLegend).observe(element("scale"));

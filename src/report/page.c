@@ -371,7 +371,16 @@ ca_status ca_page_create(ca_page **page, const char *path, const ca_page_setting
     return status;
 }
 
-static ca_status check_wanted(const ca_page *page, ca_error *error)
+bool ca_page_expect(ca_page *page, const ca_image_layers *layers)
+{
+    const size_t count = count_names(page->settings->layers);
+    for (size_t i = 0; i < layers->channel_count; i++) (void)is_wanted(page, layers->channels[i].name);
+    for (size_t i = 0; i < count; i++)
+        if (!page->wanted_found[i]) return false;
+    return true;
+}
+
+ca_status ca_page_check(const ca_page *page, ca_error *error)
 {
     const char *list = page->settings->layers, *name;
     size_t length, number = 0;
@@ -383,7 +392,7 @@ static ca_status check_wanted(const ca_page *page, ca_error *error)
 
 ca_status ca_page_finish(ca_page *page, ca_error *error)
 {
-    CA_TRY(check_wanted(page, error));
+    CA_TRY(ca_page_check(page, error));
     fputs("<script type=\"text/plain\" id=\"all-images\"></script>\n", page->parts[PART_RECORDS]);
     ca_file_writer file;
     CA_TRY(ca_file_create(&file, page->path, error));

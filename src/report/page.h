@@ -60,6 +60,10 @@ typedef struct ca_page ca_page;
 
 /* Errors: CA_ERROR_FILE, CA_ERROR_MEMORY. Path and settings are borrowed until the page is destroyed. */
 ca_status ca_page_create(ca_page **page, const char *path, const ca_page_settings *settings, ca_error *error);
+/* Looks which of the settings' layers a picture that will be added has, so that a wrong name is found before the work: true once all
+ * names are found. ca_page_check: CA_ERROR_ARGUMENT with the first one that is not. */
+bool ca_page_expect(ca_page *page, const ca_image_layers *layers);
+ca_status ca_page_check(const ca_page *page, ca_error *error);
 /* Errors: CA_ERROR_ARGUMENT (no R G B, another size; the message does not name the picture), CA_ERROR_MEMORY. */
 ca_status ca_page_add(ca_page *page, const ca_page_image *image, ca_error *error);
 /* Completes the file. The page is still to be destroyed. Errors: CA_ERROR_ARGUMENT (a layer that is nowhere),

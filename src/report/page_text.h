@@ -1,8 +1,12 @@
-/* Texts and numbers inside of a page. Any bytes are allowed; what is no UTF-8 the browser shows as replacement characters. */
+/* Texts and numbers inside of a page or of another file in UTF-8. Any bytes are allowed: each that is no UTF-8 becomes the
+ * replacement character U+FFFD. */
 #ifndef CA_REPORT_PAGE_TEXT_H
 #define CA_REPORT_PAGE_TEXT_H
 
 #include <stdio.h>
+
+/* How many bytes the UTF-8 sequence has that the text begins with, 1 for a zero byte too; 0: there is none. */
+size_t ca_page_sequence(const char *text);
 
 /* As the content of an element or of an attribute in double quotes. */
 void ca_page_put_html(FILE *stream, const char *text);

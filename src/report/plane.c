@@ -109,23 +109,11 @@ static void write_piece(const ca_plane *plane, piece_buffers *buffers, size_t si
     fputs("</script>\n", stream);
 }
 
-static voidpf allocate(voidpf user, uInt count, uInt size)
-{
-    (void)user;
-    return ca_alloc(count, size);
-}
-
-static void release(voidpf user, voidpf memory)
-{
-    (void)user;
-    ca_free(memory);
-}
-
 /* zlib counts in 32 bits; a plane of at most 2^28 pixels of 4 bytes fits. */
 static ca_status write_deflated(const ca_plane *plane, unsigned char *bytes, piece_buffers *buffers, FILE *stream,
                                 ca_error *error)
 {
-    z_stream zlib = {.zalloc = allocate, .zfree = release};
+    z_stream zlib = {.zalloc = ca_alloc_for_library, .zfree = ca_free_for_library};
     if (deflateInit(&zlib, COMPRESSION_LEVEL) != Z_OK) return ca_fail_memory(error, "the page's pictures");
     zlib.next_in = bytes;
     zlib.avail_in = (uInt)(plane->count * (plane->half ? 2 : 4));

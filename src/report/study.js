@@ -2,8 +2,7 @@
 "use strict";
 
 (() => {
-    const { PlaneStore, Picture, toneTable, paintColor } = Caustica;
-    const element = (id) => document.getElementById(id);
+    const { Picture, toneTable, paintColor, element } = Caustica, { PlaneStore } = CausticaLayers;
     const study = JSON.parse(element("data").textContent);
     const two = study.screens === 2;
     const toleranceMs = 50; /* as CA_STUDY_TOLERANCE_MS of src/cli/study_answers.h */
@@ -256,8 +255,9 @@
     /* ---- The start ---------------------------------------------------------------------------------------------------------- */
 
     tell("title", study.title);
-    tell("plan", `${study.scenarios.length} pairs of a reference and an image of ${study.image.spp} samples per pixel, each shown for ` +
-        `${study.seconds} s ${two ? "on two monitors" : "side by side"}, in random order. A pixel of an image is ` +
+    const samples = study.image.spp;
+    tell("plan", `${study.scenarios.length} pairs of a reference and an image of ${samples} sample${samples === 1 ? "" : "s"} per pixel, ` +
+        `each shown for ${study.seconds} s ${two ? "on two monitors" : "side by side"}, in random order. A pixel of an image is ` +
         `${study.magnify} x ${study.magnify} of the screen.`);
     tell("question", study.question);
     tell("yes", study.yes);

@@ -1,99 +1,8 @@
-/* What all pages share: channels out of the page's text, tone curves and colour maps, panes with one zoom and place, a
- * scale bar, numbers. Knows nothing of what the images are. */
+/* What all pages share: tone curves and colour maps, a scale bar, panes with one zoom and place, the controls of how values are
+ * displayed, numbers. Knows nothing of what the images are. */
 "use strict";
 
 const Caustica = (() => {
-    /* ---- Channels: the counterpart of src/report/plane.h ------------------------------------------------------------ */
-
-    const bytesOf = Uint8Array.fromBase64 ? (text) => Uint8Array.fromBase64(text)
-        : (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-
-    /* Inflates a zlib stream that comes in pieces of base64 to exactly `size` bytes. */
-    async function inflate(texts, size) {
-        const stream = new DecompressionStream("deflate"), result = new Uint8Array(size);
-        const write = async () => {
-            const writer = stream.writable.getWriter();
-            for (const text of texts) await writer.write(bytesOf(text));
-            await writer.close();
-        };
-        const read = async () => {
-            let at = 0;
-            for (const reader = stream.readable.getReader();;) {
-                const { done, value } = await reader.read();
-                if (done) break;
-                result.set(value, at);
-                at += value.length;
-            }
-            if (at !== size) throw new Error(`${at} bytes instead of ${size}`);
-        };
-        await Promise.all([write(), read()]);
-        return result;
-    }
-
-    let halves = null; /* the value of each 16 bit float */
-    function halfTable() {
-        if (halves) return halves;
-        halves = new Float32Array(65536);
-        for (let i = 0; i < 65536; i++) {
-            const exponent = i >> 10 & 31, mantissa = i & 1023;
-            const size = exponent === 31 ? (mantissa ? NaN : Infinity)
-                : exponent === 0 ? mantissa * 2 ** -24 : (1024 + mantissa) * 2 ** (exponent - 25);
-            halves[i] = i & 0x8000 ? -size : size;
-        }
-        return halves;
-    }
-
-    /* Bytes sorted by significance back to floats. */
-    function valuesOf(bytes, half, count) {
-        if (half) {
-            const table = halfTable(), values = new Float32Array(count);
-            for (let i = 0; i < count; i++) values[i] = table[bytes[i] | bytes[count + i] << 8];
-            return values;
-        }
-        const words = new Uint32Array(count), b = count, c = 2 * count, d = 3 * count;
-        for (let i = 0; i < count; i++)
-            words[i] = bytes[i] | bytes[b + i] << 8 | bytes[c + i] << 16 | bytes[d + i] << 24;
-        return new Float32Array(words.buffer);
-    }
-
-    /* Channels that stand in the page behind the element `start`, which may still be arriving. */
-    class PlaneStore {
-        constructor(start, onRecord) {
-            this.last = start;         /* the last element that was seen whole */
-            this.onRecord = onRecord;  /* called with each element that is no piece of a channel */
-            this.planes = new Map();
-            this.observer = new MutationObserver(() => this.scan());
-            this.observer.observe(start.parentNode, { childList: true });
-            document.addEventListener("DOMContentLoaded", () => { this.scan(); this.observer.disconnect(); });
-        }
-        entry(name) {
-            if (!this.planes.has(name)) {
-                const entry = { pieces: [] };
-                entry.complete = new Promise((resolve) => { entry.resolve = resolve; });
-                this.planes.set(name, entry);
-            }
-            return this.planes.get(name);
-        }
-        /* An element is whole once something follows it. */
-        scan() {
-            const loaded = document.readyState !== "loading";
-            for (let next; (next = this.last.nextElementSibling) && (next.nextSibling || loaded); this.last = next) {
-                if (!("plane" in next.dataset)) { this.onRecord(next); continue; }
-                const entry = this.entry(next.dataset.plane);
-                entry.pieces.push(next);
-                if ("end" in next.dataset) entry.resolve();
-            }
-        }
-        /* The channel's values, once they have arrived. With `once` its text is let go: half of the memory. */
-        async read(name, half, count, once) {
-            const entry = this.entry(name);
-            await entry.complete;
-            const bytes = await inflate(entry.pieces.map((piece) => piece.textContent), count * (half ? 2 : 4));
-            if (once) for (const piece of entry.pieces) piece.textContent = "";
-            return valuesOf(bytes, half, count);
-        }
-    }
-
     /* ---- Tone curves and colour maps -------------------------------------------------------------------------------- */
 
     const srgb = (x) => (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055); /* IEC 61966-2-1 */
@@ -238,6 +147,36 @@ const Caustica = (() => {
     }
 
     const cssColor = (word) => `rgb(${word & 255} ${word >>> 8 & 255} ${word >>> 16 & 255})`;
+
+    /* ---- Ranges ----------------------------------------------------------------------------------------------------- */
+
+    /* The range of 98 of 100 finite values of all these arrays, from every so many of them; about 0 for a layer with a sign. */
+    function findRange(arrays, signed) {
+        const sample = [];
+        for (const values of arrays) {
+            const step = Math.max(1, Math.floor(values.length / 9973));
+            for (let i = 0; i < values.length; i += step) if (Number.isFinite(values[i])) sample.push(values[i]);
+        }
+        if (!sample.length) return { low: 0, high: 1 };
+        sample.sort((x, y) => x - y);
+        const at = (t) => sample[Math.round(t * (sample.length - 1))];
+        if (signed) {
+            const size = Math.max(-at(0.01), at(0.99)) || 1;
+            return { low: -size, high: size };
+        }
+        const low = at(0) >= 0 ? 0 : at(0.01), high = at(0.99) > low ? at(0.99) : at(1);
+        return high > low ? { low, high } : { low: low - 0.5, high: low + 0.5 };
+    }
+
+    /* A logarithmic scale needs a positive end: else four decades below the upper one. */
+    function logRange(range) {
+        const high = range.high > 0 ? range.high : 1;
+        return { low: range.low > 0 && range.low < high ? range.low : high * 1e-4, high, log: true };
+    }
+
+    /* Are there values below and above the range? */
+    const outside = (arrays, { low, high }) => [arrays.some((values) => values.some((v) => v < low)),
+        arrays.some((values) => values.some((v) => v > high))];
 
     /* ---- Panes ------------------------------------------------------------------------------------------------------ */
 
@@ -477,6 +416,78 @@ const Caustica = (() => {
         }
     }
 
-    return { PlaneStore, Panes, Picture, toneCurves, toneTable, paintColor, colorMaps, colorTable, paintScalar, placeIn,
-        drawScale, contextOf, cssColor, format, digitsOf };
+    /* ---- Controls of the display ------------------------------------------------------------------------------------ */
+
+    const element = (id) => document.getElementById(id);
+    const make = (parent, tag, name = "", text = "") =>
+        parent.appendChild(Object.assign(document.createElement(tag), { className: name, textContent: text }));
+
+    /* The bar over the images: which layer, exposure and curve of colours, map and range of other layers. state: has them, as
+     * { layer, exposure, curve, map, range, log }; list(): the layers; layerChanged(), changed(): afterwards. Result: keys and what
+     * they do, and `layer()`, the one that is shown. */
+    function displayControls(state, list, layerChanged, changed) {
+        const layer = () => list().find((entry) => entry.key === state.layer) || list()[0];
+        const step = (all, value, by) => all[(all.indexOf(value) + by + all.length) % all.length];
+        function setLayer(key) {
+            Object.assign(state, { layer: key, range: null });
+            element("layer").value = key;
+            layerChanged();
+        }
+        const stepLayer = (by) => setLayer(step(list().map((entry) => entry.key), layer().key, by));
+        function set(values) {
+            Object.assign(state, values);
+            for (const id of ["curve", "map"]) element(id).value = state[id];
+            element("log").checked = state.log;
+            element("exposure").value = String(Number(state.exposure.toFixed(3)));
+            changed();
+        }
+        const setExposure = (stops) => set({ exposure: Math.max(-30, Math.min(30, stops)) });
+        const automatic = () => set(layer().color ? { range: null, exposure: 0 } : { range: null });
+        function setRange() {
+            const [low, high] = ["low", "high"].map((id) => (element(id).value.trim() ? Number(element(id).value) : NaN));
+            set(Number.isFinite(low) && Number.isFinite(high) && high > low ? { range: { low, high } } : {});
+        }
+        const onChange = (id, action) => element(id).addEventListener("change", () => { element(id).blur(); action(element(id)); });
+        onChange("layer", (select) => setLayer(select.value));
+        for (const id of ["curve", "map"]) onChange(id, (select) => set({ [id]: select.value }));
+        onChange("log", (box) => set({ log: box.checked }));
+        onChange("exposure", (input) => setExposure(Number(input.value) || 0));
+        for (const id of ["low", "high"]) onChange(id, setRange);
+        element("auto").addEventListener("click", () => { element("auto").blur(); automatic(); });
+        for (const name of Object.keys(toneCurves)) make(element("curve"), "option", "", name);
+        for (const name of Object.keys(colorMaps)) make(element("map"), "option", "", name);
+        const keys = {
+            l: () => stepLayer(1), k: () => stepLayer(-1), e: () => setExposure(state.exposure + 0.5),
+            d: () => setExposure(state.exposure - 0.5), t: () => set({ curve: step(Object.keys(toneCurves), state.curve, 1) }),
+            c: () => set({ map: step(Object.keys(colorMaps), state.map, 1) }), o: () => set({ log: !state.log }), r: automatic,
+        };
+        return { layer, keys };
+    }
+
+    /* What is displayed how: which controls count, the scale of the layer `entry` and its ends. tone: the table of colours; map,
+     * range, beyond: of other layers. */
+    function drawLegend(entry, state, tone, map, range, beyond) {
+        const canvas = element("scale");
+        for (const part of document.querySelectorAll(".for-color")) part.hidden = !entry.color;
+        for (const part of document.querySelectorAll(".for-scalar")) part.hidden = Boolean(entry.color);
+        element("what").textContent = entry.what;
+        if (entry.color) {
+            const word = new Uint32Array(1), value = new Float32Array(word.buffer);
+            const high = toneCurves[state.curve].white / 2 ** state.exposure, log = state.curve.startsWith("log");
+            drawScale(canvas, { low: log ? high / 1024 : 0, high, log }, (v) => {
+                value[0] = v;
+                const level = tone[word[0] >>> 14];
+                return `rgb(${level} ${level} ${level})`;
+            }, false, true);
+            return;
+        }
+        if (!range) return;
+        const colors = colorTable(map), place = placeIn(range);
+        drawScale(canvas, range, (v) => cssColor(colors[Math.max(0, Math.min(1023, Math.round(place(v) * 1023)))]), ...beyond);
+        for (const [id, value] of [["low", range.low], ["high", range.high]])
+            if (document.activeElement !== element(id)) element(id).value = format(value, 4);
+    }
+
+    return { Panes, Picture, toneTable, paintColor, colorTable, paintScalar, findRange, logRange, outside, contextOf, format, digitsOf,
+        element, make, displayControls, drawLegend };
 })();

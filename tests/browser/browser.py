@@ -2,7 +2,9 @@
 
 import base64
 import json
+import os
 import re
+import signal
 import subprocess
 import tempfile
 import time
@@ -16,9 +18,12 @@ KEYS = {"Space": " ", "Escape": "\ue00c", "ArrowLeft": "\ue012", "ArrowUp": "\ue
 
 class Browser:
     def __init__(self, width=1280, height=860):
-        # A profile of its own, removed at the end: nothing is left of a session that crashed.
-        self.folder = tempfile.TemporaryDirectory(prefix="caustica-browser-")
-        self.driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        # A profile of its own, removed at the end: nothing is left of a session that crashed. (Processes of a browser that was killed
+        # may still write for a moment.)
+        self.folder = tempfile.TemporaryDirectory(prefix="caustica-browser-", ignore_cleanup_errors=True)
+        # In a session of its own: whatever becomes of the driver, its browser ends with us.
+        self.driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                                       start_new_session=True)
         self.base = None
         try:
             self._start(width, height)
@@ -62,7 +67,10 @@ class Browser:
             if self.base:
                 self._call("DELETE", self.base)
         finally:
-            self.driver.terminate()
+            try:
+                os.killpg(self.driver.pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
             self.driver.wait()
             self.folder.cleanup()
 

@@ -2,22 +2,44 @@
 
 import os
 import re
+import struct
 
 import exr
 
 
-class Page:
-    """page.html in a folder; files: its images by their number there, 0 the reference. maps-a.exr: the maps of image 1."""
+def float32(x):
+    return struct.unpack("<f", struct.pack("<f", x))[0]
 
-    def __init__(self, browser, folder, files):
+
+def near(found, expected, tolerance=1.01):
+    return all(abs(a - b) <= tolerance for a, b in zip(found, expected, strict=True))
+
+
+def complaints(browser):
+    # That canvases are read often is these tests' doing.
+    return [entry["message"] for entry in browser.log()
+            if entry["level"] in ("SEVERE", "WARNING") and "willReadFrequently" not in entry["message"]]
+
+
+def open_page(browser, path):
+    """Until all is there. Seconds until all images were shown coarsely, the first one and all of them with all of their pixels."""
+    browser.open("file://" + path)
+    browser.wait("return performance.getEntriesByName('all-errors').length", seconds=120)
+    return [browser.run("return performance.getEntriesByName(arguments[0])[0].startTime", name) / 1000
+            for name in ("previews", "first-image", "all-images")]
+
+
+class Page:
+    """A page in a folder; files: its images by their number there, 0 the reference; maps: file with the maps of image 1."""
+
+    def __init__(self, browser, folder, name, files, maps):
         self.browser = browser
         self.files = files
-        pictures = {number: exr.read(os.path.join(folder, name)) for number, name in files.items()}
+        pictures = {number: exr.read(os.path.join(folder, file)) for number, file in files.items()}
         self.width, self.height = pictures[0][:2]
         self.layers = {number: layers for number, (_, _, layers) in pictures.items()}
-        self.maps = exr.read(os.path.join(folder, "maps-a.exr"))[2]
-        browser.open("file://" + os.path.join(folder, "page.html"))
-        browser.wait("return performance.getEntriesByName('all-errors').length")
+        self.maps = exr.read(os.path.join(folder, maps))[2]
+        open_page(browser, os.path.join(folder, name))
         self.settle()
 
     def settle(self):
@@ -79,6 +101,12 @@ class Page:
         return dict(self.browser.run(
             "return [...document.querySelectorAll('#table tbody tr')].map((r) => [Number(r.cells[0].textContent),"
             "[...r.querySelectorAll('.values span')].map((s) => s.textContent.trim())])"))
+
+    def layer_value(self, number, x, y):
+        """What the table shows of a layer that has one value."""
+        self.hover(x, y)
+        text = self.values()[number][0]
+        return float(text) if text else None
 
     def rgb(self, number, x, y):
         return [self.layers[number][c][y * self.width + x] for c in "RGB"]

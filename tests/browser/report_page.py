@@ -5,12 +5,10 @@ report_page.py CAUSTICA FOLDER: the program, and where screenshots and inputs go
 import json
 import math
 import os
-import struct
 import sys
-import time
 
 from browser import Browser
-from compare_page import Page
+from compare_page import Page, complaints, float32, near, open_page
 from harness import attempt, ball_scene, expect, name_of, run_program
 
 CAUSTICA, FOLDER = sys.argv[1:3]
@@ -21,14 +19,6 @@ SCENE = ball_scene(WIDTH, HEIGHT)
 
 def caustica(*words):
     return run_program(CAUSTICA, FOLDER, *words)
-
-
-def float32(x):
-    return struct.unpack("<f", struct.pack("<f", x))[0]
-
-
-def near(found, expected, tolerance=1.01):
-    return all(abs(a - b) <= tolerance for a, b in zip(found, expected, strict=True))
 
 
 SPOTS = [(3, 3), (48, 32), (50, 20), (95, 63), (0, 40), (70, 50)]
@@ -226,12 +216,6 @@ def test_split_slider(page):
     page.browser.screenshot(os.path.join(FOLDER, "split.png"))
 
 
-def layer_value(page, number, x, y):
-    page.hover(x, y)
-    text = page.values()[number][0]
-    return float(text) if text else None
-
-
 def test_differences(page):
     for x, y in SPOTS:
         a, b = page.rgb(1, x, y), page.rgb(0, x, y)
@@ -239,14 +223,14 @@ def test_differences(page):
                               ("relative", sum((p - q) ** 2 / (q * q + 0.01) for p, q in zip(a, b)) / 3),
                               ("signed", sum(w * (p - q) for w, p, q in zip((0.2126, 0.7152, 0.0722), a, b)))):
             page.choose("layer", key)
-            found = layer_value(page, 1, x, y)
+            found = page.layer_value(1, x, y)
             expect(abs(found - expected) <= 2e-5 * abs(expected) + 1e-9, key, x, y, found, expected)
     page.choose("layer", "deviation")
     at = 32 * WIDTH + 48
     a, b = page.layers[1], page.layers[0]
     expected = math.sqrt(sum((a[c][at] - b[c][at]) ** 2 / sum(i[f"Variance.{c}"][at] / i["Samples.Y"][at] for i in (a, b))
                              for c in "RGB") / 3)
-    found = layer_value(page, 1, 48, 32)
+    found = page.layer_value(1, 48, 32)
     expect(abs(found - expected) <= 0.01 * expected, found, expected)
 
 
@@ -254,7 +238,7 @@ def test_maps_are_those_of_the_metrics(page):
     for name in ("FLIP.LDR", "FLIP.HDR", "SSIM"):
         page.choose("layer", f"map:{name}")
         for x, y in SPOTS:
-            found, expected = layer_value(page, 1, x, y), page.maps[name][y * WIDTH + x]
+            found, expected = page.layer_value(1, x, y), page.maps[name][y * WIDTH + x]
             expect(abs(found - expected) <= 6e-4 * abs(expected), name, x, y, found, expected)
     expect(page.values()[0][0] == "", "the reference has no map")
     page.choose("layer", "map:FLIP.HDR")
@@ -264,7 +248,7 @@ def test_maps_are_those_of_the_metrics(page):
 def test_layers_of_the_file(page):
     page.choose("layer", "layer:N.Y")
     for x, y in SPOTS:
-        found, expected = layer_value(page, 1, x, y), page.layers[1]["N.Y"][y * WIDTH + x]
+        found, expected = page.layer_value(1, x, y), page.layers[1]["N.Y"][y * WIDTH + x]
         expect(abs(found - expected) <= 6e-5 * abs(expected), x, y, found, expected)
     page.choose("layer", "group:Albedo")
     expected = [page.layers[1][f"Albedo.{c}"][32 * WIDTH + 48] for c in "RGB"]
@@ -338,19 +322,10 @@ def test_small_window(page):
         page.settle()
 
 
-def complaints(browser):
-    # That canvases are read often is these tests' doing.
-    return [entry["message"] for entry in browser.log()
-            if entry["level"] in ("SEVERE", "WARNING") and "willReadFrequently" not in entry["message"]]
-
-
 def test_first_paint(browser):
     """Eight images of 1024 x 1024, seven and their reference. A machine that is busy with other things makes it late: the best of three."""
     for _ in range(3):
-        browser.open("file://" + os.path.join(FOLDER, "large.html"))
-        browser.wait("return performance.getEntriesByName('all-images').length", seconds=120)
-        previews, first, all_images = (browser.run("return performance.getEntriesByName(arguments[0])[0].startTime", name) / 1000
-                                       for name in ("previews", "first-image", "all-images"))
+        previews, first, all_images = open_page(browser, os.path.join(FOLDER, "large.html"))
         if previews < 2:
             break
     print(f"# 8 images of 1024 x 1024: all shown coarsely after {previews:.2f} s, the first one with all of its pixels after "
@@ -387,7 +362,7 @@ def main():
     good = True
     print(f"1..{len(PAGE_TESTS) + 2}", flush=True)
     with Browser() as browser:
-        page = Page(browser, FOLDER, {1: "a.exr", 2: NASTY, 0: "ref.exr"})
+        page = Page(browser, FOLDER, "page.html", {1: "a.exr", 2: NASTY, 0: "ref.exr"}, "maps-a.exr")
         for number, test in enumerate(PAGE_TESTS, 1):
             def action(test=test):
                 page.reset()

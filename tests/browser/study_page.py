@@ -125,6 +125,35 @@ def test_starts_only_when_all_is_said(browser):
     browser.screenshot(os.path.join(FOLDER, "setup.png"))
 
 
+def test_order_is_random(browser):
+    """Of 240 sessions: each scenario is as often at each place; 5 standard deviations of a binomial are allowed."""
+    open_page(browser, "short")
+    orders = browser.run(
+        "for (let i = 0; i < 240; i++) { document.getElementById('subject').value = `s${i}`; document.getElementById('start').click(); }"
+        "const kept = Object.values(localStorage).flatMap((text) => JSON.parse(text)); return kept.map((session) => session.order)")
+    expect(len(orders) == 240 and all(sorted(order) == sorted(NAMES) for order in orders), len(orders))
+    deviation = (240 / 4 * 3 / 4) ** 0.5
+    for place in range(4):
+        for name in NAMES:
+            count = sum(order[place] == name for order in orders)
+            expect(abs(count - 60) <= 5 * deviation, name, "is", count, "of 240 times number", place + 1)
+    browser.run("localStorage.clear()")
+
+
+def test_sides_are_drawn(browser):
+    """The reference is on the right for one half of the random numbers, on the left for the other."""
+    open_page(browser, "short")
+    begin(browser, "sides")
+    for number, side in ((0, "right"), (2 ** 31 - 1, "right"), (2 ** 31, "left"), (2 ** 32 - 1, "left")):
+        browser.run("crypto.getRandomValues = (numbers) => numbers.fill(arguments[0])", number)
+        click(browser, "show")
+        browser.wait("return document.getElementById('asking').getClientRects().length")
+        click(browser, "yes")
+        trial = current(browser, "sides")["trials"][-1]
+        expect(trial["reference_side"] == side, number, trial)
+    browser.run("localStorage.clear()")
+
+
 def check_times(session, times, wanted):
     """False where the machine was too busy to keep the time, and the page has said so."""
     own = [trial["shown_ms"] for trial in session["trials"]]

@@ -180,6 +180,22 @@ void ca_bxdf_cases_destroy(ca_bxdf_cases *list)
     *list = (ca_bxdf_cases){.count = 0};
 }
 
+ca_bxdf_cases ca_test_bxdfs;
+
+int ca_test_bxdfs_make(void **state)
+{
+    (void)state;
+    ca_test_bxdfs = ca_bxdf_cases_create();
+    return 0;
+}
+
+int ca_test_bxdfs_free(void **state)
+{
+    (void)state;
+    ca_bxdf_cases_destroy(&ca_test_bxdfs);
+    return 0;
+}
+
 ca_vec3 ca_test_direction(float cosine, float azimuth)
 {
     const double c = (double)cosine, sine = sqrt(fmax(0.0, 1.0 - c * c));

@@ -25,6 +25,11 @@ typedef struct ca_bxdf_cases {
 ca_bxdf_cases ca_bxdf_cases_create(void);
 void ca_bxdf_cases_destroy(ca_bxdf_cases *list);
 
+/* One list for all tests of a group, with the group's setup and teardown. */
+extern ca_bxdf_cases ca_test_bxdfs;
+int ca_test_bxdfs_make(void **state);
+int ca_test_bxdfs_free(void **state);
+
 /* A unit direction from its cosine (negative: below) and azimuth. */
 ca_vec3 ca_test_direction(float cosine, float azimuth);
 

@@ -18,10 +18,11 @@ const char *import_folder(void)
     return folder;
 }
 
-void import_remove_folder(void)
+int import_remove_folder(void **state)
 {
+    (void)state;
     DIR *stream = folder[0] ? opendir(folder) : NULL;
-    if (!stream) return;
+    if (!stream) return 0;
     for (const struct dirent *entry; (entry = readdir(stream)) != NULL;) {
         char path[sizeof folder + sizeof entry->d_name + 1];
         snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
@@ -30,6 +31,7 @@ void import_remove_folder(void)
     closedir(stream);
     (void)rmdir(folder);
     folder[0] = '\0';
+    return 0;
 }
 
 const char *import_write(const char *name, const void *data, size_t size)

@@ -14,9 +14,9 @@
 /* A scene with a sensor; the body begins at line 2, column 1. */
 #define SCENE(body) "<scene version=\"3.0.0\"><sensor type=\"perspective\"/>\n" body "\n</scene>\n"
 
-/* The folder of the running test program, removed by import_remove_folder. */
+/* The folder of the running test program, removed by import_remove_folder: its group's teardown. */
 const char *import_folder(void);
-void import_remove_folder(void);
+int import_remove_folder(void **state);
 /* Writes a file into it and returns its path, which lives until the next 16 calls. */
 const char *import_write(const char *name, const void *data, size_t size);
 const char *import_write_text(const char *name, const char *text);

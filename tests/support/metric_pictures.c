@@ -87,14 +87,6 @@ void make_pair(pair_kind kind, ca_image_layers **image, ca_image_layers **refere
         }
 }
 
-float *metric_layer(const ca_image_layers *layers, const char *name)
-{
-    for (size_t i = 0; i < layers->channel_count; i++)
-        if (strcmp(layers->channels[i].name, name) == 0) return layers->channels[i].data;
-    fail_msg("no layer %s", name);
-    return NULL;
-}
-
 void fill_metric_picture(ca_image_layers *picture, float r, float g, float b)
 {
     const float values[3] = {r, g, b};

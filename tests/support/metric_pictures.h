@@ -35,8 +35,6 @@ extern const recorded_pair recorded_pairs[PAIR_KINDS];
 ca_image_layers *metric_picture(uint32_t width, uint32_t height);
 void make_pair(pair_kind kind, ca_image_layers **image, ca_image_layers **reference);
 
-/* A channel that may be written to; fails the test where there is none. */
-float *metric_layer(const ca_image_layers *layers, const char *name);
 void fill_metric_picture(ca_image_layers *picture, float r, float g, float b);
 
 /* ca_measure_image of the whole picture, with all maps; fails the test on errors. */

@@ -1,8 +1,15 @@
 #include "support/sample_folder.h"
 
+#include "base/memory.h"
 #include "support/sample_files.h"
 
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
+
+#include <cmocka.h>
 
 char folder[64];
 
@@ -25,4 +32,28 @@ const char *path_to(const char *name)
     static char path[256];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     return path;
+}
+
+void check_sample_allocations(bool meshes, long least)
+{
+    sample_file *files;
+    const size_t count = sample_files_make(&files);
+    size_t checked = 0;
+    for (size_t i = 0; i < count; ++i) {
+        if (files[i].is_mesh != meshes) continue;
+        const char *path = path_to(files[i].name);
+        sample_write(path, files[i].bytes.data, files[i].bytes.size);
+        long n = 0;
+        for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; ++n) {
+            ca_error error = {{0}};
+            ca_memory_fail_after(n);
+            status = sample_read(path, meshes, &error);
+            ca_memory_fail_after(-1);
+            if (status != CA_OK && status != CA_ERROR_MEMORY) fail_msg("%s, allocation %ld: %s", files[i].name, n, error.message);
+        }
+        if (n < least) fail_msg("%s: only %ld allocations", files[i].name, n);
+        checked++;
+    }
+    assert_true(checked > 2);
+    sample_files_free(files, count);
 }

@@ -71,6 +71,14 @@ uint64_t image_hash(const ca_image_layers *image)
     return hash;
 }
 
+uint64_t rendered_hash(const ca_scene *scene, const ca_render_settings *settings)
+{
+    ca_image_layers *image = render_scene(scene, settings);
+    const uint64_t hash = image_hash(image);
+    ca_image_release(image);
+    return hash;
+}
+
 const char *reference_scenes(void)
 {
     const char *folder = getenv("CAUSTICA_SCENES");

@@ -15,10 +15,13 @@ void channel_mean(const ca_image_layers *image, const char *channel, double *mea
 
 /* A hash of all channels of an image, for bit-for-bit comparison. */
 uint64_t image_hash(const ca_image_layers *image);
+/* Of the image that render_scene makes. */
+uint64_t rendered_hash(const ca_scene *scene, const ca_render_settings *settings);
 
 /* The folder of the shared reference scenes: $CAUSTICA_SCENES or ../shared/scenes; NULL, with a loud message, where
  * neither exists. Borrowed. */
 const char *reference_scenes(void);
+
 /* Of the attribute of that name, which must be there and be a text. */
 const char *attribute_text(const ca_image_layers *image, const char *name);
 
