@@ -457,7 +457,7 @@ static void test_no_bias(void **state)
     ca_scene *scene = auto_bias_scene();
     auto_bias_means joined, naive, reference;
     auto_bias_reference(scene, 2500, &reference);
-    auto_bias_render(scene, 50, 5000, &joined, &naive);
+    auto_bias_render(scene, 50, 32, 5000, &joined, &naive);
     assert_true(auto_bias_test("joined", &joined, &reference) < 1.6); /* 4.5 standard errors */
     assert_true(auto_bias_test("joined naively", &naive, &reference) > 1.6);
     ca_scene_release(scene);

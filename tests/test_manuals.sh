@@ -33,14 +33,14 @@ help_is_good() {
 }
 check "each command has a help with an example" help_is_good
 
-# No line of a help is wider than 100 columns (of noise: of its options), and what an option's help goes on with below stands under its
+# No line of a help is wider than 100 columns, and what an option's help goes on with below stands under its
 # beginning.
 lines_are_short() {
     for command in $commands; do
         "$program" "$command" --help >"$folder/help" || return 1
         awk -v command="$command" '
             /^  (-.,|   ) --[a-z]/ { options = 1 }
-            length($0) > 100 && (options || command != "noise") { print command ": " $0; bad = 1 }
+            length($0) > 100 { print command ": " $0; bad = 1 }
             /^$/ { options = 0 }
             options && !/^  (-.,|   ) --[a-z]/ && !/^                              [^ ]/ { print command ": not under its option: " $0; bad = 1 }
             END { exit bad }' "$folder/help" || return 1

@@ -245,6 +245,30 @@ static void test_pixels(void **state)
     ca_ray_times_destroy(times);
 }
 
+/* Of a thousand tiles with few candidates eight are kept, which with eight of many candidates tell both costs; and of a thousand passes as
+ * many as there are others. */
+static void test_thinned(void **state)
+{
+    (void)state;
+    ca_ray_times *times = new_times(1, 1, 1);
+    ca_test_random random = ca_test_random_seed(9);
+    for (int level = 0; level < 2; level++) {
+        const int count = level == 0 ? 1000 : 8;
+        for (int i = 0; i < count; i++) {
+            const uint64_t segments = 1000, candidates = (uint64_t)((level == 0 ? 20000.0f : 200000.0f) * ca_test_random_float(&random));
+            ca_ray_times_tile(times, 0, false, segments, candidates,
+                              ((double)segments * segment_cost + (double)candidates * candidate_cost) * (1.0 + 0.01 * scatter(&random)));
+        }
+        for (int i = 0; i < count; i++) ca_ray_times_light(times, 1000, level == 0 ? 1e-3 : 3e-3);
+        if (level == 0) ca_ray_times_thin(times, 8);
+    }
+    const ca_ray_costs costs = ca_ray_times_costs(times);
+    assert_within("a segment", costs.segment, segment_cost, 0.2 * segment_cost);
+    assert_within("a candidate", costs.candidate, candidate_cost, 0.1 * candidate_cost);
+    assert_within("a light path", costs.light_path, 2e-6, 0.2e-6); /* as many of either kind; of a thousand the first would win */
+    ca_ray_times_destroy(times);
+}
+
 static void test_memory(void **state)
 {
     (void)state;
@@ -367,8 +391,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_known_costs),      cmocka_unit_test(test_outliers),    cmocka_unit_test(test_one_kind_of_work),
         cmocka_unit_test(test_tiles_alike),      cmocka_unit_test(test_nothing_measured), cmocka_unit_test(test_light_paths),
-        cmocka_unit_test(test_tiles),            cmocka_unit_test(test_pixels),      cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_tiles),            cmocka_unit_test(test_pixels),      cmocka_unit_test(test_thinned),
+        cmocka_unit_test(test_memory),           cmocka_unit_test(test_passes),
     };
     return cmocka_run_group_tests_name("times of paths", tests, NULL, NULL);
 }

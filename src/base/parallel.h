@@ -23,7 +23,8 @@ uint32_t ca_parallel_default_workers(void);
 
 typedef void (*ca_parallel_task)(void *user, uint32_t task, uint32_t worker);
 
-/* Runs task(user, i, worker) once for each i in [0, count), as workers come free; returns when all are done. */
+/* Runs task(user, i, worker) once for each i in [0, count), as workers come free; returns when all are done. Worker 0 is the calling
+ * thread. */
 void ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user);
 
 #endif

@@ -73,26 +73,26 @@ static int print_help(void)
 {
     printf("caustica noise SCENE [options]: where the noise comes from, and which numbers of paths give less\n\n");
     ca_options_print(&table, stdout);
-    printf("\n"
-           "The variance of a pixel's luminance in one iteration of bdpm or ppm is a sum of three terms (Ershov et al. 2020):\n"
+    printf("\nThe variance of a pixel in an iteration of bdpm or ppm has three terms (Ershov et al. 2020):\n"
            "    camera   of the camera paths, goes down as 1 / NB\n"
            "    light    of the light paths, goes down as 1 / NF\n"
-           "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n"
-           "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were stands\n"
-           "beside), of their sum (predicted) and of the sample variance over the iterations (measured), in units of luminance.\n"
-           "In a .png red is the pair, green the camera, blue the light term. The law is one of independent paths, so random\n"
-           "numbers are independent, whatever the scene's sampler; and one radius is kept for all iterations (alpha 0), so that\n"
-           "they are distributed alike. With an alpha above 0 the numbers are averages over the radii.\n"
-           "Then a few iterations are timed, and the numbers recommended that have the least variance times processor time, that is\n"
-           "the least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for\n"
-           "render --rays), and the best uniform pair of numbers for those who do not want a map. Of ppm: NF, with one camera path.\n"
-           "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one is theirs, with\n"
-           "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction for other\n"
-           "numbers is of the weights measured with, and no numbers are recommended.\n"
-           "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; paths are then\n"
-           "not timed (any longer), and no numbers recommended. Another signal ends at once.\n"
-           "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --iterations 64 --predict 300000,100 -o "
-           "noise.png\n");
+           "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n");
+    ca_options_print_prose(
+        "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were stands beside), of "
+        "their sum (predicted) and of the sample variance over the iterations (measured), in units of luminance. In a .png red is "
+        "the pair, green the camera, blue the light term. The law is one of independent paths, so random numbers are independent, "
+        "whatever the scene's sampler; and one radius is kept for all iterations (alpha 0), so that they are distributed alike. With "
+        "an alpha above 0 the numbers are averages over the radii.\n"
+        "Then a few iterations are timed, and the numbers recommended that have the least variance times processor time, that is the "
+        "least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for render --rays), "
+        "and the best uniform pair of numbers for those who do not want a map. Of ppm: NF, with one camera path.\n"
+        "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one is theirs, with "
+        "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction for other "
+        "numbers is of the weights measured with, and no numbers are recommended.\n"
+        "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; paths are then not "
+        "timed (any longer), and no numbers recommended. Another signal ends at once.\n"
+        "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --predict 300000,100\n",
+        stdout);
     return CA_EXIT_DONE;
 }
 

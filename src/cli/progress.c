@@ -15,8 +15,8 @@ enum { LINE_LIMIT = 160, WIDEST_BAR = 40, NARROWEST_BAR = 8, USUAL_WIDTH = 80 };
 ca_progress_line ca_progress_start(bool wanted)
 {
     const char *kind = getenv("TERM");
-    const bool plain = !isatty(STDERR_FILENO) || (kind && strcmp(kind, "dumb") == 0);
-    return (ca_progress_line){.stream = wanted ? stderr : NULL, .plain = plain, .last_drawn = -1.0};
+    const bool visible = wanted && isatty(STDERR_FILENO);
+    return (ca_progress_line){.stream = visible ? stderr : NULL, .plain = kind && strcmp(kind, "dumb") == 0, .last_drawn = -1.0};
 }
 
 void ca_format_seconds(double seconds, char *text, size_t size)

@@ -9,11 +9,21 @@
 #include <stdio.h>
 #include <string.h>
 
-void *ca_exr_allocate(size_t bytes) { return ca_alloc(bytes, 1); }
-
 static _Thread_local char first_message[512];
+static _Thread_local bool memory_ran_out;
 
-void ca_exr_message_clear(void) { first_message[0] = '\0'; }
+void *ca_exr_allocate(size_t bytes)
+{
+    void *memory = ca_alloc(bytes, 1);
+    if (!memory) memory_ran_out = true;
+    return memory;
+}
+
+void ca_exr_message_clear(void)
+{
+    first_message[0] = '\0';
+    memory_ran_out = false;
+}
 
 const char *ca_exr_message(void) { return first_message; }
 
@@ -68,7 +78,7 @@ static int64_t count_bytes(exr_const_context_t context, void *user)
 
 static ca_status fail_library(const exr_input *input, exr_result_t result, ca_error *error)
 {
-    if (result == EXR_ERR_OUT_OF_MEMORY) return ca_fail_memory(error, input->path);
+    if (memory_ran_out || result == EXR_ERR_OUT_OF_MEMORY) return ca_fail_memory(error, input->path);
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated EXR file: %s", input->path,
                    ca_exr_message()[0] ? ca_exr_message() : exr_get_default_error_message(result));
 }
@@ -140,6 +150,8 @@ static ca_status open_input(exr_input *input, const char *path, const ca_bytes *
         input->context = NULL;
         return fail_library(input, result, error);
     }
+    /* The core goes on without an attribute that found no memory. */
+    if (memory_ran_out) return ca_fail_memory(error, path);
     return read_header(input, error);
 }
 

@@ -3,30 +3,6 @@
 
 #include <math.h>
 
-static ca_status set_light_paths(ca_auto_rays *a, uint32_t light_paths, ca_error *error)
-{
-    const ca_parameter parameter = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = light_paths};
-    return ca_integrator_set(a->plan->type, &parameter, &a->plan->input, error);
-}
-
-ca_status ca_auto_fits(ca_auto_rays *a, uint32_t light_paths, bool *fits, ca_error *error)
-{
-    const ca_integrator_type *type = a->plan->type;
-    void *integrator;
-    *fits = true;
-    if (a->plan->input.memory_bytes <= 0.0) return CA_OK;
-    CA_TRY(set_light_paths(a, light_paths, error));
-    a->plan->input.pairs = NULL;
-    const ca_status status = type->create(&a->plan->input, &integrator, error);
-    if (status == CA_OK) {
-        *fits = type->rounds(integrator) == 1;
-        type->destroy(integrator);
-        return CA_OK;
-    }
-    *fits = false;
-    return status == CA_ERROR_ARGUMENT ? CA_OK : status; /* not even a part of them fits */
-}
-
 void ca_auto_set_uniform(ca_auto_rays *a, uint32_t light_paths, uint32_t camera_paths)
 {
     const size_t count = (size_t)a->phase.width * a->phase.height;
@@ -40,7 +16,7 @@ ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_error *e
 {
     ca_render_plan *plan = a->plan;
     *batch = (ca_auto_batch){.counts = {.camera_paths = a->numbers, .first = a->first, .most = a->most}};
-    CA_TRY(set_light_paths(a, a->light_paths, error));
+    CA_TRY(ca_render_plan_set_light_paths(plan, a->light_paths, error));
     plan->input.first_light_path = a->first_light_path;
     a->gathered = a->halves[0].pairs;
     a->gathered.light_paths = a->light_paths;

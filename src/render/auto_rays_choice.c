@@ -188,6 +188,28 @@ static bool lower_limits(ca_ray_settings *settings, const ca_ray_numbers *number
     return true;
 }
 
+/* Of numbers that are as good for all that is known, those with the fewest light paths: costs are a secant's, while photons in ever
+ * slower memory cost ever more; and the image comes in more iterations. */
+static ca_status prefer_fewer(const ca_ray_image *image, ca_ray_settings *settings, ca_ray_numbers *numbers, ca_error *error)
+{
+    static const double as_good = 1.03;
+    const double limit = as_good * numbers->best.variance * numbers->best.time;
+    for (;;) {
+        ca_ray_numbers fewer;
+        settings->max_light_paths = (uint32_t)(numbers->best.light_paths / 2.0);
+        if (settings->max_light_paths < settings->min_light_paths) return CA_OK;
+        CA_TRY(ca_ray_numbers_choose(&fewer, image, settings, error));
+        const bool good = fewer.best.variance * fewer.best.time <= limit;
+        if (good) {
+            ca_ray_numbers_destroy(numbers);
+            *numbers = fewer;
+        } else {
+            ca_ray_numbers_destroy(&fewer);
+            return CA_OK;
+        }
+    }
+}
+
 static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image, bool of_all, uint32_t iterations,
                                       ca_ray_settings *settings, ca_auto_choice *choice, ca_error *error)
 {
@@ -198,10 +220,12 @@ static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image
         CA_TRY(ca_ray_numbers_choose(&choice->numbers, image, settings, error));
         choice->relative_variance = relative_variance(a, &choice->numbers);
         const bool too_long = iterations_left(a, choice, of_all) < iterations;
-        if (!too_long) CA_TRY(ca_auto_fits(a, (uint32_t)choice->numbers.best.light_paths, &fits, error));
+        if (!too_long) CA_TRY(ca_render_plan_fits(a->plan, (uint32_t)choice->numbers.best.light_paths, &fits, error));
         if (!too_long && fits) break;
         if (!lower_limits(settings, &choice->numbers, count, !too_long)) break;
     }
+    CA_TRY(prefer_fewer(image, settings, &choice->numbers, error));
+    choice->relative_variance = relative_variance(a, &choice->numbers);
     return CA_OK;
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 enum { PAIRS_EVERY = 2, MOST_PAIRS = 8, LEAST_ITERATIONS = 2 };
+enum { TIMES_KEPT = 8 }; /* of numbers before, beside those of these */
 
 static void look(ca_auto_rays *a, const ca_auto_phase *phase)
 {
@@ -68,7 +69,7 @@ ca_status ca_auto_phase_run(ca_auto_rays *a, ca_auto_phase *phase, ca_error *err
     const size_t pixels = (size_t)a->phase.width * a->phase.height;
     memset(a->phase.pixels, 0, pixels * sizeof *a->phase.pixels);
     memset(a->halves[0].pairs.pixels, 0, pixels * sizeof *a->halves[0].pairs.pixels);
-    if (phase->revise) ca_ray_times_restart(a->halves[0].times);
+    if (phase->revise) ca_ray_times_thin(a->halves[0].times, TIMES_KEPT);
     ca_status status = ca_auto_batch_begin(a, &batch, error);
     while (status == CA_OK && !over) {
         status = run_iteration(a, &batch, phase, error);

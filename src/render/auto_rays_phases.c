@@ -13,8 +13,8 @@ enum { REACH_OF_A_TRIAL = 16, REACH = 4 };
 /* A noise target is foretold from so much of the render itself. */
 enum { PROOF_ITERATIONS = 6 };
 static const double proof_seconds = 4.0;
-/* Averaging over neighbours: the wider the less has been seen. */
-enum { PILOT_SMOOTHING = 2, LATER_SMOOTHING = 1 };
+/* Estimates are averaged over 5 x 5 pixels: of fewer, the choice follows what is noise in them. */
+enum { SMOOTHING = 2 };
 
 typedef struct phase_plan {
     uint32_t count;
@@ -46,7 +46,7 @@ static ca_status weigh_halves(ca_auto_rays *a, ca_error *error)
     for (unsigned h = 0; h < CA_AUTO_HALVES; h++) {
         ca_auto_choice own;
         ca_auto_know(a, &a->halves[h].pairs);
-        CA_TRY(ca_auto_choose(a, &(ca_auto_question){1u << h, PILOT_SMOOTHING, ITERATIONS_TO_COME, REACH_OF_A_TRIAL}, &own, error));
+        CA_TRY(ca_auto_choose(a, &(ca_auto_question){1u << h, SMOOTHING, ITERATIONS_TO_COME, REACH_OF_A_TRIAL}, &own, error));
         a->halves[h].gain = own.numbers.gain_over_given;
         a->halves[h].seconds_per_sample = own.numbers.best.time * a->speed / own.numbers.best.camera_paths;
         ca_ray_numbers_destroy(&own.numbers);
@@ -58,7 +58,7 @@ static ca_status weigh_halves(ca_auto_rays *a, ca_error *error)
 static ca_status choose(ca_auto_rays *a, uint32_t iterations, uint32_t reach, ca_auto_choice *choice, ca_error *error)
 {
     const ca_auto_question question = {.halves = a->phases == 0 ? 3u : 1u,
-                                       .smoothing = a->phases == 0 ? PILOT_SMOOTHING : LATER_SMOOTHING,
+                                       .smoothing = SMOOTHING,
                                        .iterations = iterations,
                                        .reach = reach};
     return ca_auto_choose(a, &question, choice, error);

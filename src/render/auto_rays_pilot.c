@@ -110,7 +110,7 @@ static ca_status scale_to_memory(ca_auto_rays *a, ca_auto_group *g, uint32_t lea
 {
     bool fits = true;
     while (g->light_paths > least) {
-        CA_TRY(ca_auto_fits(a, g->light_paths, &fits, error));
+        CA_TRY(ca_render_plan_fits(a->plan, g->light_paths, &fits, error));
         if (fits) break;
         g->light_paths = g->light_paths / 2 > least ? g->light_paths / 2 : least;
     }

@@ -96,8 +96,6 @@ ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film
 /* Also after an error in a call of the others. */
 void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch);
 void ca_auto_set_uniform(ca_auto_rays *a, uint32_t light_paths, uint32_t camera_paths);
-/* Would the light paths of an iteration fit the memory? */
-ca_status ca_auto_fits(ca_auto_rays *a, uint32_t light_paths, bool *fits, ca_error *error);
 
 /* ---- Numbers --------------------------------------------------------------------------------------------------------- */
 

@@ -109,9 +109,10 @@ static bool goes_on(void *user)
     return !t->interrupted;
 }
 
-static ca_status set_number(ca_render_plan *plan, const char *name, double value, ca_error *error)
+static ca_status set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, ca_error *error)
 {
-    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
+    const ca_parameter parameter = {.name = "camera_paths", .kind = CA_PARAMETER_NUMBER, .number = camera_paths};
+    plan->camera_paths = camera_paths;
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
@@ -156,39 +157,25 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
 {
     ca_render_plan *plan = &t->p.plan;
     void *integrator = NULL;
-    CA_TRY(set_number(plan, "light_paths", light_paths, error));
-    CA_TRY(set_number(plan, "camera_paths", camera_paths, error));
-    plan->camera_paths = camera_paths;
+    CA_TRY(ca_render_plan_set_light_paths(plan, light_paths, error));
+    CA_TRY(set_camera_paths(plan, camera_paths, error));
     CA_TRY(create_integrator(plan, &integrator, error));
     const ca_status status = run_passes(t, integrator, error);
     plan->type->destroy(integrator);
     return status;
 }
 
-/* Do so many light paths fit the memory at once? */
-static ca_status fits(timing *t, uint32_t light_paths, bool *yes, ca_error *error)
-{
-    const ca_render_plan *plan = &t->p.plan;
-    void *integrator;
-    CA_TRY(set_number(&t->p.plan, "light_paths", light_paths, error));
-    const ca_status status = plan->type->create(&plan->input, &integrator, error);
-    *yes = false;
-    if (status != CA_OK) return status == CA_ERROR_ARGUMENT ? CA_OK : status; /* not even a part of them */
-    *yes = plan->type->rounds(integrator) == 1;
-    plan->type->destroy(integrator);
-    return CA_OK;
-}
-
 /* The most light paths that may be timed and recommended: those measured, and more where they fit the memory at once. */
 static ca_status limit_light_paths(timing *t, ca_error *error)
 {
     double low = t->noise->film.light_paths, high = most_light_paths(&t->noise->film);
-    bool yes = t->p.plan.input.memory_bytes <= 0.0;
-    if (!yes) CA_TRY(fits(t, (uint32_t)high, &yes, error));
+    ca_render_plan *plan = &t->p.plan;
+    bool yes;
+    CA_TRY(ca_render_plan_fits(plan, (uint32_t)high, &yes, error));
     while (!yes && high > low * fitting_step && high > low + 1.0) {
         const double middle = floor(sqrt(low * high));
         bool middle_fits;
-        CA_TRY(fits(t, (uint32_t)middle, &middle_fits, error));
+        CA_TRY(ca_render_plan_fits(plan, (uint32_t)middle, &middle_fits, error));
         *(middle_fits ? &low : &high) = middle;
     }
     t->most_light_paths = (uint32_t)(yes ? high : low);

@@ -349,3 +349,26 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     memcpy(plan->input.crop, plan->crop, sizeof plan->input.crop);
     return CA_OK;
 }
+
+/* ---- Other numbers of light paths --------------------------------------------------------------------------------- */
+
+ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error)
+{
+    const ca_parameter parameter = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = light_paths};
+    return ca_integrator_set(plan->type, &parameter, &plan->input, error);
+}
+
+ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error)
+{
+    void *integrator;
+    CA_TRY(ca_render_plan_set_light_paths(plan, light_paths, error));
+    *fits = plan->input.memory_bytes <= 0.0;
+    if (*fits) return CA_OK;
+    ca_integrator_input input = plan->input;
+    input.pairs = NULL;
+    const ca_status status = plan->type->create(&input, &integrator, error);
+    if (status != CA_OK) return status == CA_ERROR_ARGUMENT ? CA_OK : status; /* not even a part of them fits */
+    *fits = plan->type->rounds(integrator) == 1;
+    plan->type->destroy(integrator);
+    return CA_OK;
+}

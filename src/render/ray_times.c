@@ -62,6 +62,22 @@ void ca_ray_times_restart(ca_ray_times *t)
     t->gathered = memory + LIGHT_SAMPLES;
 }
 
+static void thin(sample_list *list, size_t most)
+{
+    const size_t count = list->count;
+    if (count <= most) return;
+    for (size_t i = 0; i < most; i++) list->samples[i] = list->samples[i * count / most];
+    list->count = most;
+    list->seen = most;
+}
+
+void ca_ray_times_thin(ca_ray_times *t, size_t most)
+{
+    for (uint32_t w = 0; w < t->workers; w++)
+        for (int kind = 0; kind < KINDS; kind++) thin(&t->tiles[w].tiles[kind], most);
+    thin(&t->light, most);
+}
+
 ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t height, uint32_t workers, ca_error *error)
 {
     ca_ray_times *t = *times = ca_alloc_zeroed(1, sizeof *t);

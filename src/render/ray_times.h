@@ -56,6 +56,10 @@ void ca_ray_times_destroy(ca_ray_times *times); /* NULL is allowed */
 /* Forgets all times but not what pixels did, as where the costs of other numbers are wanted. */
 void ca_ray_times_restart(ca_ray_times *times);
 
+/* Forgets most times, but not what pixels did: of each worker's tiles and of the light paths up to `most` are kept, an even choice. Where
+ * then times of another N_F are measured, costs follow their secant: candidates are told from segments, which tiles of one N_F hardly do. */
+void ca_ray_times_thin(ca_ray_times *times, size_t most);
+
 /* The light paths of a pass took so long, all threads together. A round of a pass that has several counts as a pass of its own. */
 void ca_ray_times_light(ca_ray_times *times, uint64_t light_paths, double seconds);
 /* What a pixel's camera paths did in a pass. */

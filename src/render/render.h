@@ -50,6 +50,11 @@ static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return
  * largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors: CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
 
+/* Light paths of a pass from now on. */
+ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error);
+/* Sets them, and tells whether they fit the memory that is allowed at once, in one round. */
+ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error);
+
 /* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
 bool ca_render_overrides_mention(const char *overrides, const char *name);
 

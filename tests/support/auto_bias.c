@@ -112,9 +112,11 @@ static void luminances(const ca_image_layers *image, double pixels[PIXELS])
     }
 }
 
-void auto_bias_render(const ca_scene *scene, uint32_t renders, uint64_t seed, auto_bias_means *joined, auto_bias_means *naive)
+double auto_bias_render(const ca_scene *scene, uint32_t renders, uint32_t samples, uint64_t seed, auto_bias_means *joined,
+                        auto_bias_means *naive)
 {
     region_sums sums[2] = {0};
+    double phases = 0.0;
     for (uint32_t k = 0; k < renders; k++) {
         double pixels[PIXELS], naive_pixels[PIXELS];
         const ca_auto_observer observer = {join_naively, naive_pixels};
@@ -125,7 +127,7 @@ void auto_bias_render(const ca_scene *scene, uint32_t renders, uint64_t seed, au
         ca_error error = {""};
         ca_render_settings_init(&settings);
         settings.rays = "auto";
-        settings.samples_per_pixel = 32;
+        settings.samples_per_pixel = samples;
         settings.threads = 1;
         settings.has_seed = true;
         settings.seed = seed + k;
@@ -134,10 +136,12 @@ void auto_bias_render(const ca_scene *scene, uint32_t renders, uint64_t seed, au
         luminances(image, pixels);
         add_image(&sums[0], pixels);
         add_image(&sums[1], naive_pixels);
+        phases += statistics.numbers_of_rays.phases;
         ca_image_release(image);
     }
     *joined = means_of(&sums[0], renders);
     *naive = means_of(&sums[1], renders);
+    return phases / renders;
 }
 
 void auto_bias_reference(const ca_scene *scene, uint32_t passes, auto_bias_means *reference)

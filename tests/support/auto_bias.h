@@ -14,8 +14,10 @@ typedef struct auto_bias_means {
 /* The scene: photons that are few for the size of a pixel, half in shadow, so that luminance is skewed. */
 ca_scene *auto_bias_scene(void);
 
-/* Means over renders with seeds from `seed` on: as they were joined, and joined the naive way. */
-void auto_bias_render(const ca_scene *scene, uint32_t renders, uint64_t seed, auto_bias_means *joined, auto_bias_means *naive);
+/* Means over renders of so many camera paths a pixel with seeds from `seed` on: as they were joined, and joined the naive way. Answers how many
+ * trials and phases they had on average. */
+double auto_bias_render(const ca_scene *scene, uint32_t renders, uint32_t samples, uint64_t seed, auto_bias_means *joined,
+                        auto_bias_means *naive);
 /* One render of bdpm without choices, of so many passes. */
 void auto_bias_reference(const ca_scene *scene, uint32_t passes, auto_bias_means *reference);
 
