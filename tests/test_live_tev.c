@@ -6,6 +6,7 @@
 #include "support/live_fixture.h"
 
 #include <arpa/inet.h>
+#include <netdb.h>
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -204,11 +205,23 @@ static void assert_last_picture(const receiver *r)
 }
 
 /* Small pictures are one packet each. */
+/* A bare root folder may know no names at all. */
+static const char *this_machine(void)
+{
+    struct addrinfo *found;
+    if (getaddrinfo("localhost", NULL, NULL, &found) != 0) {
+        print_message("    this machine does not know the name localhost: by its number\n");
+        return "127.0.0.1";
+    }
+    freeaddrinfo(found);
+    return "localhost";
+}
+
 static void test_small(void **state)
 {
     (void)state;
     receiver r = open_receiver(CA_LIVE_WIDTH, CA_LIVE_HEIGHT);
-    render_for_tev(&r, "localhost", 1.2);
+    render_for_tev(&r, this_machine(), 1.2);
     assert_int_equal(r.creates, 1);
     assert_in_range(r.updates, 3, 7);
     assert_int_equal(r.pixels, r.updates * CA_LIVE_PIXELS);

@@ -146,6 +146,7 @@ static void predict(ca_auto_rays *a, double relative_variance, double seconds)
 {
     const double noise = ca_auto_noise(a);
     a->looks.noise = noise >= 0.0 ? noise : -1.0;
+    if (ca_noise_looks_reached(&a->looks)) return; /* there is nothing left to foretell */
     a->worth_before = worth_so_far(a, relative_variance);
     ca_noise_looks_take(&a->looks, a->worth_before, a->looks.noise >= 0.0 ? noise : (double)NAN, a->seconds, seconds);
 }
