@@ -78,19 +78,6 @@ ca_render_settings paper_000_settings(const paper_000_scene *scene, uint32_t lig
 
 /* ---- Measurements ------------------------------------------------------------------------------------------------- */
 
-static void add_pixels(ca_pair_film *sum, const ca_pair_film *film, double sign)
-{
-    for (size_t p = 0; p < (size_t)sum->width * sum->height; p++) {
-        ca_pair_pixel *to = &sum->pixels[p];
-        const ca_pair_pixel *from = &film->pixels[p];
-        for (int q = 0; q < CA_PAIR_QUANTITIES; q++) to->sums[q] += sign * from->sums[q];
-        for (int q = 0; q < 10; q++) to->products[q] += sign * from->products[q];
-        to->cubes += sign * from->cubes;
-        to->fourths += sign * from->fourths;
-        to->iterations = sign > 0.0 ? to->iterations + from->iterations : to->iterations - from->iterations;
-    }
-}
-
 static ca_pair_film empty_film(const paper_000_run *run)
 {
     ca_pair_film film;
@@ -112,7 +99,7 @@ static void measure_group(const ca_scene *scene, paper_000_run *run, int group, 
     run->groups[group] = noise->film;
     noise->film = (ca_pair_film){0}; /* taken over */
     ca_noise_release(noise);
-    add_pixels(&run->all, &run->groups[group], 1.0);
+    ca_pair_film_pool(&run->all, &run->groups[group], 1);
     run->seconds += statistics.seconds;
 }
 
@@ -169,11 +156,11 @@ paper_000_numbers paper_000_estimate(const paper_000_run *run, paper_000_statist
     paper_000_numbers numbers = {0};
     ca_pair_film rest = empty_film(run);
     statistic(&run->all, what, all);
-    add_pixels(&rest, &run->all, 1.0);
+    ca_pair_film_pool(&rest, &run->all, 1);
     for (int g = 0; g < PAPER_000_GROUPS; g++) {
-        add_pixels(&rest, &run->groups[g], -1.0);
+        ca_pair_film_pool(&rest, &run->groups[g], -1);
         statistic(&rest, what, left_out[g]);
-        add_pixels(&rest, &run->groups[g], 1.0);
+        ca_pair_film_pool(&rest, &run->groups[g], 1);
     }
     ca_pair_film_destroy(&rest);
     for (int i = 0; i < count; i++) {

@@ -1,6 +1,6 @@
 /* Texts that may be any bytes in files that are UTF-8. */
-#define _POSIX_C_SOURCE 200809L /* open_memstream */
 #include "report/page_text.h"
+#include "support/page_words.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,17 +11,6 @@
 
 #include <cmocka.h>
 #include <jansson.h>
-
-static char *put(void (*function)(FILE *, const char *), const char *text)
-{
-    char *result = NULL;
-    size_t length = 0;
-    FILE *stream = open_memstream(&result, &length);
-    assert_non_null(stream);
-    function(stream, text);
-    assert_int_equal(fclose(stream), 0);
-    return result;
-}
 
 /* Against jansson, which refuses what is no UTF-8. */
 static void test_what_is_no_utf8_is_replaced(void **state)
@@ -40,7 +29,7 @@ static void test_what_is_no_utf8_is_replaced(void **state)
         {"\xf4\x90\x80\x80.", "\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd."}, /* beyond the last one */
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        char *json = put(ca_page_put_json, cases[i].text), *html = put(ca_page_put_html, cases[i].text);
+        char *json = page_words(ca_page_put_json, cases[i].text), *html = page_words(ca_page_put_html, cases[i].text);
         json_t *value = json_loads(json, JSON_DECODE_ANY, NULL);
         if (!value) fail_msg("case %zu: %s is not JSON", i, json);
         assert_string_equal(json_string_value(value), cases[i].expected);

@@ -184,7 +184,7 @@ static void test_light_paths(void **state)
     assert_within("a light path", costs.light_path, 2e-6, 4.0 * costs.light_path_error);
     assert_true(costs.light_path_error < 0.1 * costs.light_path);
     /* Two numbers of them tell what an iteration takes without any; one of a hundred passes is interrupted. */
-    ca_ray_times_restart(times);
+    ca_ray_times_thin(times, 0);
     for (int i = 0; i < 300; i++) {
         const uint32_t paths = i % 2 ? 10000 : 2500;
         ca_ray_times_light(times, paths, (i % 100 ? 1.0 : 10.0) * (1e-3 + paths * 2e-6) * (1.0 + 0.02 * scatter(&random)));
@@ -237,7 +237,7 @@ static void test_pixels(void **state)
     assert_within("t_B", camera, 2e-6, 1e-15);
     assert_within("t_M", merge, 0.5e-8, 1e-18);
     ca_ray_times_tile(times, 0, false, 53, 1240, 53 * 1e-6 + 1240 * 1e-8);
-    ca_ray_times_restart(times);
+    ca_ray_times_thin(times, 0);
     const ca_ray_costs after = ca_ray_times_costs(times);
     assert_true(isnan(after.segment));
     assert_within("segments of a camera path", after.segments_per_camera_path, 53.0 / 21.0, 1e-12);

@@ -7,6 +7,7 @@
 #include "report/page_files.h"
 #include "report/page_text.h"
 #include "report/plane.h"
+#include "support/page_words.h"
 #include "support/sample_folder.h"
 #include "support/test_random.h"
 
@@ -192,27 +193,16 @@ static void test_planes_come_back(void **state)
 
 static const char nasty[] = "a</script><!--<script>alert(1)</script>&amp;\"'\\\n\t\x01 \xc3\xa9.exr";
 
-static char *put(void (*function)(FILE *, const char *), const char *text)
-{
-    char *result = NULL;
-    size_t length = 0;
-    FILE *stream = open_memstream(&result, &length);
-    assert_non_null(stream);
-    function(stream, text);
-    assert_int_equal(fclose(stream), 0);
-    return result;
-}
-
 static void test_texts_stay_in_their_place(void **state)
 {
     (void)state;
-    char *json = put(ca_page_put_json, nasty);
+    char *json = page_words(ca_page_put_json, nasty);
     assert_null(strpbrk(json, "<>&\n"));
     json_t *value = json_loads(json, JSON_DECODE_ANY, NULL);
     assert_string_equal(json_string_value(value), nasty);
     json_decref(value);
     free(json);
-    char *html = put(ca_page_put_html, "<b title=\"x\" id='y'>&</b>");
+    char *html = page_words(ca_page_put_html, "<b title=\"x\" id='y'>&</b>");
     assert_string_equal(html, "&lt;b title=&quot;x&quot; id=&#39;y&#39;&gt;&amp;&lt;/b&gt;");
     free(html);
 }

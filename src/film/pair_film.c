@@ -67,3 +67,17 @@ void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_
     pixel->iterations++;
     if (film->connections) add_connections(&film->connections[number], quantities);
 }
+
+void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign)
+{
+    assert(film->width == other->width && film->height == other->height && !film->connections);
+    for (size_t p = 0; p < (size_t)film->width * film->height; p++) {
+        ca_pair_pixel *to = &film->pixels[p];
+        const ca_pair_pixel *from = &other->pixels[p];
+        for (int q = 0; q < CA_PAIR_QUANTITIES; q++) to->sums[q] += sign * from->sums[q];
+        for (size_t q = 0; q < sizeof to->products / sizeof to->products[0]; q++) to->products[q] += sign * from->products[q];
+        to->cubes += sign * from->cubes;
+        to->fourths += sign * from->fourths;
+        to->iterations = sign > 0 ? to->iterations + from->iterations : to->iterations - from->iterations;
+    }
+}

@@ -51,6 +51,10 @@ void ca_pair_film_destroy(ca_pair_film *film);
 /* An iteration's moments of pixel (x, y) of the full film. */
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 
+/* Adds what another film of the same pixels has summed up, as if it had been the iterations of one; sign -1 takes it out again. Not for
+ * films with connections. */
+void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign);
+
 /* Index of the product of two quantities in `products`. */
 static inline int ca_pair_product(int a, int b)
 {

@@ -96,16 +96,14 @@ static bool settle(ca_live *live, double cost)
 static void *serve(void *user)
 {
     ca_live *live = user;
-    double before = ca_clock_thread_seconds(), now;
+    double before = ca_clock_thread_seconds(), cost;
     do {
         wait_for_work(live);
         if (live->server) ca_live_server_run(live->server);
         if (live->tev) serve_tev(live);
-        now = ca_clock_thread_seconds();
-        const double cost = now - before;
-        before = now;
-        if (!settle(live, cost)) break;
-    } while (true);
+        cost = ca_clock_thread_seconds() - before;
+        before += cost;
+    } while (settle(live, cost));
     return NULL;
 }
 

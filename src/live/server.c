@@ -78,16 +78,9 @@ static enum MHD_Result refuse(struct MHD_Connection *connection, int status)
     return answer_text(connection, (unsigned)status, text);
 }
 
-static const ca_page_file *page_file(const char *name)
-{
-    size_t i = 0;
-    while (strcmp(ca_page_files[i].name, name) != 0) i++;
-    return &ca_page_files[i];
-}
-
 static enum MHD_Result answer_file(struct MHD_Connection *connection, const char *name, const char *type)
 {
-    const ca_page_file *file = page_file(name);
+    const ca_page_file *file = ca_page_file_named(name);
     return answer(connection, MHD_HTTP_OK,
                   MHD_create_response_from_buffer(file->size, (void *)(uintptr_t)file->data, MHD_RESPMEM_PERSISTENT), type);
 }
@@ -118,7 +111,7 @@ static void write_page(FILE *stream, ca_live_server *server, const ca_live_snaps
 {
     (void)picture;
     (void)pixel;
-    const ca_page_file *body = page_file("live.html");
+    const ca_page_file *body = ca_page_file_named("live.html");
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>", stream);
     ca_page_put_html(stream, server->title);
     fputs("</title>\n<link rel=\"stylesheet\" href=\"style.css\">\n<link rel=\"icon\" href=\"data:,\">\n</head>\n<body>\n", stream);

@@ -126,7 +126,9 @@ void ca_auto_join(ca_auto_rays *a)
 double ca_auto_noise(ca_auto_rays *a)
 {
     ca_auto_join(a);
-    return 100.0 * ca_film_summarise(&a->image).noise;
+    const double noise = 100.0 * ca_film_summarise(&a->image).noise;
+    a->looks.noise = isnan(noise) ? -1.0 : noise;
+    return noise;
 }
 
 static void show_parts(ca_auto_rays *a)

@@ -19,8 +19,7 @@ static void glance(ca_auto_rays *a, ca_auto_phase *phase)
 {
     if (a->looks.target <= 0.0 || phase->iterations < phase->next_glance) return;
     phase->next_glance = 2 * phase->iterations;
-    const double noise = ca_auto_noise(a);
-    a->looks.noise = noise >= 0.0 ? noise : -1.0;
+    (void)ca_auto_noise(a);
 }
 
 /* The first iteration warms up memory and caches: pairs may be gathered meanwhile, times are not measured. */

@@ -23,21 +23,11 @@ typedef struct phase_plan {
 
 /* ---- Estimates -------------------------------------------------------------------------------------------------------- */
 
-static void add_pixel(ca_pair_pixel *sum, const ca_pair_pixel *more)
-{
-    for (int q = 0; q < CA_PAIR_QUANTITIES; q++) sum->sums[q] += more->sums[q];
-    for (size_t q = 0; q < sizeof sum->products / sizeof sum->products[0]; q++) sum->products[q] += more->products[q];
-    sum->cubes += more->cubes;
-    sum->fourths += more->fourths;
-    sum->iterations += more->iterations;
-}
-
 /* Once the halves have told their weights they are one. */
 static void pool_halves(ca_auto_rays *a)
 {
-    ca_pair_film *all = &a->halves[0].pairs;
-    for (size_t p = 0; p < (size_t)all->width * all->height; p++) add_pixel(&all->pixels[p], &a->halves[1].pairs.pixels[p]);
-    ca_auto_know(a, all);
+    ca_pair_film_pool(&a->halves[0].pairs, &a->halves[1].pairs, 1);
+    ca_auto_know(a, &a->halves[0].pairs);
 }
 
 /* A's weight from A, B's from B: before they are pooled. */
@@ -135,6 +125,7 @@ static ca_status run_trials(ca_auto_rays *a, ca_auto_choice *choice, ca_error *e
         give_to_the_rest(a, &phase);
         CA_TRY(choose(a, ITERATIONS_TO_COME, REACH_OF_A_TRIAL, choice, error));
     }
+    if (choice->numbers.best.light_paths <= (double)REACH * a->timed_light_paths) return CA_OK;
     ca_ray_numbers_destroy(&choice->numbers);
     return choose(a, ITERATIONS_TO_COME, REACH, choice, error);
 }
@@ -145,10 +136,9 @@ static ca_status run_trials(ca_auto_rays *a, ca_auto_choice *choice, ca_error *e
 static void predict(ca_auto_rays *a, double relative_variance, double seconds)
 {
     const double noise = ca_auto_noise(a);
-    a->looks.noise = noise >= 0.0 ? noise : -1.0;
     if (ca_noise_looks_reached(&a->looks)) return; /* there is nothing left to foretell */
     a->worth_before = worth_so_far(a, relative_variance);
-    ca_noise_looks_take(&a->looks, a->worth_before, a->looks.noise >= 0.0 ? noise : (double)NAN, a->seconds, seconds);
+    ca_noise_looks_take(&a->looks, a->worth_before, noise, a->seconds, seconds);
 }
 
 /* The law's word for numbers that were chosen by it is too good: where estimates err, the choice goes where they err to the good side.
@@ -223,8 +213,7 @@ static ca_status run_with(ca_auto_rays *a, ca_auto_choice *choice, ca_error *err
 ca_status ca_auto_phases_run(ca_auto_rays *a, ca_error *error)
 {
     ca_auto_choice choice;
-    const double noise = ca_auto_noise(a);
-    a->looks.noise = noise >= 0.0 ? noise : -1.0;
+    (void)ca_auto_noise(a);
     if (ca_auto_work(a) >= ca_auto_work_end(a) || ca_auto_is_over(a)) return CA_OK;
     CA_TRY(weigh_halves(a, error));
     pool_halves(a);

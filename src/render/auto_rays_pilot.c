@@ -139,9 +139,8 @@ static bool is_quiet_enough(ca_auto_rays *a)
 {
     const uint32_t done = a->groups[CA_AUTO_ORDINARY].iterations, doublings = done / LEAST_ITERATIONS;
     if (a->looks.target <= 0.0 || done % LEAST_ITERATIONS != 0 || (doublings & (doublings - 1)) != 0) return false;
-    const double noise = ca_auto_noise(a), ratio = noise / a->looks.target;
-    a->looks.noise = noise >= 0.0 ? noise : -1.0;
-    if (noise >= 0.0) a->looks.seconds_predicted = a->seconds * ratio * ratio; /* at most: with the pilot's numbers */
+    const double ratio = ca_auto_noise(a) / a->looks.target;
+    if (ratio >= 0.0) a->looks.seconds_predicted = a->seconds * ratio * ratio; /* at most: with the pilot's numbers */
     return ca_noise_looks_reached(&a->looks);
 }
 

@@ -163,7 +163,7 @@ void ca_auto_join(ca_auto_rays *a);
 double ca_auto_group_share(const ca_auto_rays *a, int group);
 /* The pilot's precision in ordinary iterations. */
 double ca_auto_pilot_iterations(const ca_auto_rays *a);
-/* Relative standard error of the image so far, percent; NAN: not known. */
+/* Looks at the image so far, for a->looks as well: its relative standard error, percent; NAN: not known. */
 double ca_auto_noise(ca_auto_rays *a);
 
 #endif

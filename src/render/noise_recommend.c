@@ -188,7 +188,7 @@ static ca_status time_level(timing *t, uint32_t light_paths, uint32_t camera_pat
 {
     if (camera_paths > t->noise->film.camera_paths) camera_paths = t->noise->film.camera_paths;
     const uint32_t more = light_paths < t->most_light_paths / LIGHT_STEP ? light_paths * LIGHT_STEP : t->most_light_paths;
-    ca_ray_times_restart(t->times);
+    ca_ray_times_thin(t->times, 0);
     CA_TRY(time_passes(t, light_paths > LIGHT_STEP ? light_paths / LIGHT_STEP : 1, camera_paths, error));
     if (goes_on(t)) CA_TRY(time_passes(t, more, camera_paths, error));
     t->costs = ca_ray_times_costs(t->times);

@@ -52,7 +52,8 @@ static sample_list empty_list(ca_cost_sample *samples, size_t capacity)
     return (sample_list){.samples = samples, .capacity = capacity};
 }
 
-void ca_ray_times_restart(ca_ray_times *t)
+/* All lists in the memory, empty. */
+static void lay_out(ca_ray_times *t)
 {
     ca_cost_sample *memory = t->memory;
     for (uint32_t w = 0; w < t->workers; w++)
@@ -97,7 +98,7 @@ ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t hei
         return ca_fail_memory(error, "the times of paths");
     }
     t->tiles = (void *)((char *)t->tiles_memory + (alignment - (uintptr_t)t->tiles_memory % alignment) % alignment);
-    ca_ray_times_restart(t);
+    lay_out(t);
     return CA_OK;
 }
 

@@ -53,11 +53,9 @@ typedef struct ca_ray_costs {
 ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t height, uint32_t workers, ca_error *error);
 void ca_ray_times_destroy(ca_ray_times *times); /* NULL is allowed */
 
-/* Forgets all times but not what pixels did, as where the costs of other numbers are wanted. */
-void ca_ray_times_restart(ca_ray_times *times);
-
-/* Forgets most times, but not what pixels did: of each worker's tiles and of the light paths up to `most` are kept, an even choice. Where
- * then times of another N_F are measured, costs follow their secant: candidates are told from segments, which tiles of one N_F hardly do. */
+/* Forgets times, but not what pixels did: of each worker's tiles and of the light paths up to `most` are kept, an even choice; with 0 all are
+ * forgotten, as where the costs of other numbers are wanted. Where some are kept and then times of another N_F measured, costs follow their secant:
+ * candidates are told from segments, which tiles of one N_F hardly do. */
 void ca_ray_times_thin(ca_ray_times *times, size_t most);
 
 /* The light paths of a pass took so long, all threads together. A round of a pass that has several counts as a pass of its own. */

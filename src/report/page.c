@@ -269,19 +269,12 @@ static ca_status append_part(const ca_page *page, page_part part, FILE *to, ca_e
 
 /* ---- The page around them ----------------------------------------------------------------------------------------- */
 
-static const ca_page_file *page_file(const char *name)
-{
-    size_t i = 0;
-    while (strcmp(ca_page_files[i].name, name) != 0) i++;
-    return &ca_page_files[i];
-}
-
 /* 'sha256-BASE64', as a Content-Security-Policy names a script or style that may run. */
 static void put_hash(FILE *stream, const char *name)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     unsigned char hash[33] = {0};
-    memcpy(hash, page_file(name)->sha256, 32);
+    memcpy(hash, ca_page_file_named(name)->sha256, 32);
     fputs(" 'sha256-", stream);
     for (int i = 0; i < 33; i += 3) {
         const uint32_t word = (uint32_t)hash[i] << 16 | (uint32_t)hash[i + 1] << 8 | hash[i + 2];
@@ -292,7 +285,7 @@ static void put_hash(FILE *stream, const char *name)
 
 static void put_file(FILE *stream, const char *element, const char *name)
 {
-    const ca_page_file *file = page_file(name);
+    const ca_page_file *file = ca_page_file_named(name);
     fprintf(stream, "<%s>", element);
     fwrite(file->data, 1, file->size, stream);
     fprintf(stream, "</%s>\n", element);
@@ -345,7 +338,7 @@ static void put_head(FILE *stream, const ca_page_settings *settings)
     fputs("</title>\n", stream);
     put_file(stream, "style", "style.css");
     fputs("</head>\n<body>\n", stream);
-    fwrite(page_file(body)->data, 1, page_file(body)->size, stream);
+    fwrite(ca_page_file_named(body)->data, 1, ca_page_file_named(body)->size, stream);
     put_settings(stream, settings);
     put_data(stream, settings);
     put_file(stream, "script", "viewer.js");

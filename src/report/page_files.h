@@ -15,4 +15,7 @@ typedef struct ca_page_file {
 extern const ca_page_file ca_page_files[];
 extern const size_t ca_page_file_count;
 
+/* The one of this name, which is there. */
+const ca_page_file *ca_page_file_named(const char *name);
+
 #endif
