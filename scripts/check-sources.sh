@@ -12,7 +12,7 @@ cd "$(dirname "$0")/.."
 
 awk '
 BEGIN {
-    count = split("base math sampling image geometry material light camera scene path photon film report import" \
+    count = split("base math sampling image geometry material light camera scene path photon metrics film report import" \
                   " integrator noise render live cli", order, " ")
     for (i = 1; i <= count; i++) level[order[i]] = i
     # library: the files that may include it; tests make their own sample files

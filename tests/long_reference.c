@@ -5,7 +5,7 @@
  * The references of veach-mis and veach-bidir end their paths one segment before the max_depth of their scene files (3 and
  * 7): with those, veach-mis has light of a second bounce that its reference has not (10.6 %), and veach-bidir is 1.4 %
  * brighter on the whole (2.4 %), however many samples are taken. So they are rendered with depths 2 and 6 here. */
-#include "film/compare.h"
+#include "metrics/compare.h"
 #include "support/scene_text.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Light that only merging finds (specular, diffuse, specular): through the glass egg of veach-bidir and under the water of
  * water-caustic. With lights so large that `path` converges, it is the reference. With the scenes' small lights, what merging
  * algorithms find must be the same, and `path` and `bdpt` find next to nothing of it in the same number of samples. */
-#include "film/compare.h"
+#include "metrics/compare.h"
 #include "support/batches.h"
 #include "support/scene_text.h"
 

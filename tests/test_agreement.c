@@ -1,6 +1,6 @@
 /* Integrators against each other on a few scenes (the others: long_agreement.c), the same bits for any number of threads,
  * and the merging integrators' bias and noise against theory. */
-#include "film/significance.h"
+#include "metrics/significance.h"
 #include "sampling/sampler.h"
 #include "support/agreement.h"
 #include "support/batches.h"

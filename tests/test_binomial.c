@@ -1,5 +1,5 @@
 /* Exact statistics of yes-or-no answers against published values, closed forms and enumeration. */
-#include "film/binomial.h"
+#include "metrics/binomial.h"
 
 #include <math.h>
 #include <setjmp.h>

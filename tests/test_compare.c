@@ -1,6 +1,6 @@
 /* Comparing pictures: metrics against closed forms, and a block test that rejects as often as it says. */
-#include "film/compare.h"
-#include "film/significance.h"
+#include "metrics/compare.h"
+#include "metrics/significance.h"
 #include "support/named_layer.h"
 #include "support/test_random.h"
 

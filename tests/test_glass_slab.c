@@ -1,7 +1,7 @@
 /* Light through glass onto a diffuse floor, scenes/glass-slab, against a calculation: the fan of rays that leaves the light,
  * refracted and reflected at both faces of the slab, in double precision. The radiance of each block of pixels is right for every
  * method that finds this light, and 0 for `path`, which cannot. */
-#include "film/significance.h"
+#include "metrics/significance.h"
 #include "image/layers.h"
 #include "support/batches.h"
 #include "support/scene_text.h"

@@ -2,7 +2,7 @@
  * rectangles, and what is marked. (That the film's estimate has no bias is shown by test_block_film.c, that intervals hold
  * expectations by test_qmcppm_error_bars.c.) */
 #include "film/pair_interval.h"
-#include "film/significance.h"
+#include "metrics/significance.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -5,7 +5,7 @@
 #include "base/text.h"
 #include "cli/converge.h"
 #include "cli/outputs.h"
-#include "film/picture_pair.h"
+#include "metrics/picture_pair.h"
 #include "render/part_settings.h"
 #include "scene/scene.h"
 

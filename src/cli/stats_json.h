@@ -2,8 +2,8 @@
 #ifndef CA_CLI_STATS_JSON_H
 #define CA_CLI_STATS_JSON_H
 
-#include "film/compare.h"
-#include "film/image_metrics.h"
+#include "metrics/compare.h"
+#include "metrics/image_metrics.h"
 
 /* `non_finite` counts samples by technique; unknown numbers are null. */
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *statistics, ca_error *error);

@@ -1,7 +1,7 @@
 #include "cli/study_analyse.h"
 
 #include "base/memory.h"
-#include "film/binomial.h"
+#include "metrics/binomial.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -2,7 +2,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "film/flip.h"
+#include "metrics/flip.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
 

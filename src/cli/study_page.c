@@ -1,7 +1,7 @@
 #include "cli/study_page.h"
 
 #include "base/memory.h"
-#include "film/image_metrics.h"
+#include "metrics/image_metrics.h"
 #include "image/layers.h"
 #include "report/page.h"
 #include "report/page_text.h"

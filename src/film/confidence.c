@@ -1,7 +1,7 @@
 #include "film/confidence.h"
 
 #include "base/memory.h"
-#include "film/significance.h"
+#include "metrics/significance.h"
 
 #include <math.h>
 

@@ -19,7 +19,7 @@
 #ifndef CA_REPORT_PAGE_H
 #define CA_REPORT_PAGE_H
 
-#include "film/compare.h"
+#include "metrics/compare.h"
 
 #include <stdio.h>
 

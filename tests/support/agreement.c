@@ -1,7 +1,7 @@
 #include "support/agreement.h"
 
-#include "film/compare.h"
-#include "film/significance.h"
+#include "metrics/compare.h"
+#include "metrics/significance.h"
 #include "support/batches.h"
 #include "support/closed_forms.h"
 

@@ -1,7 +1,7 @@
 #include "support/batches.h"
 
-#include "film/compare.h"
-#include "film/significance.h"
+#include "metrics/compare.h"
+#include "metrics/significance.h"
 #include "image/layers.h"
 #include "support/scene_text.h"
 

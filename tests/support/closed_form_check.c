@@ -1,6 +1,6 @@
 #include "support/closed_forms.h"
 
-#include "film/significance.h"
+#include "metrics/significance.h"
 #include "support/batches.h"
 
 #include <math.h>

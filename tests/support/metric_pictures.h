@@ -5,7 +5,7 @@
 #ifndef CA_TEST_METRIC_PICTURES_H
 #define CA_TEST_METRIC_PICTURES_H
 
-#include "film/image_metrics.h"
+#include "metrics/image_metrics.h"
 
 enum { PAIR_WIDTH = 64, PAIR_HEIGHT = 48, PAIR_PIXELS = PAIR_WIDTH * PAIR_HEIGHT };
 

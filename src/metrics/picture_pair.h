@@ -2,10 +2,10 @@
  * finite in both.
  *
  * All data is borrowed from the layers and settings that the pair was opened with. All functions are pure. */
-#ifndef CA_FILM_PICTURE_PAIR_H
-#define CA_FILM_PICTURE_PAIR_H
+#ifndef CA_METRICS_PICTURE_PAIR_H
+#define CA_METRICS_PICTURE_PAIR_H
 
-#include "film/compare.h"
+#include "metrics/compare.h"
 
 typedef struct ca_picture_pair {
     const float *image[3], *reference[3]; /* R G B, row 0 on top */

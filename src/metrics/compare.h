@@ -17,8 +17,8 @@
  * per pixel a rejected block may be a firefly.
  *
  * All functions are pure. */
-#ifndef CA_FILM_COMPARE_H
-#define CA_FILM_COMPARE_H
+#ifndef CA_METRICS_COMPARE_H
+#define CA_METRICS_COMPARE_H
 
 #include "image/layers.h"
 

@@ -1,7 +1,7 @@
-#include "film/ssim.h"
+#include "metrics/ssim.h"
 
 #include "base/memory.h"
-#include "film/separable.h"
+#include "metrics/separable.h"
 
 #include <math.h>
 

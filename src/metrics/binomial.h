@@ -1,6 +1,6 @@
 /* Exact statistics of answers that are yes or no. All functions are pure; cost grows with the number of answers. */
-#ifndef CA_FILM_BINOMIAL_H
-#define CA_FILM_BINOMIAL_H
+#ifndef CA_METRICS_BINOMIAL_H
+#define CA_METRICS_BINOMIAL_H
 
 #include <stdint.h>
 

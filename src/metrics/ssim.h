@@ -6,8 +6,8 @@
  *     (2 m_a m_b + C1) (2 c + C2) / ((m_a^2 + m_b^2 + C1) (v_a + v_b + C2)),  C1 = (k1 range)^2,  C2 = (k2 range)^2
  * averaged over the channels. 1 where the windows are equal. Near the border the window sees the picture mirrored; means
  * over a picture leave these pixels out: use only those at least window / 2 pixels from the border. */
-#ifndef CA_FILM_SSIM_H
-#define CA_FILM_SSIM_H
+#ifndef CA_METRICS_SSIM_H
+#define CA_METRICS_SSIM_H
 
 #include "base/parallel.h"
 #include "base/status.h"

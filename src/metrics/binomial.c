@@ -1,4 +1,4 @@
-#include "film/binomial.h"
+#include "metrics/binomial.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
-#include "film/image_metrics.h"
+#include "metrics/image_metrics.h"
 
-#include "film/picture_pair.h"
+#include "metrics/picture_pair.h"
 
 enum { IMAGE, REFERENCE, PICTURES };
 

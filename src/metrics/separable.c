@@ -1,4 +1,4 @@
-#include "film/separable.h"
+#include "metrics/separable.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-#include "film/tone.h"
+#include "metrics/tone.h"
 
 #include "image/image.h"
 

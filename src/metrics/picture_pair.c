@@ -1,4 +1,4 @@
-#include "film/picture_pair.h"
+#include "metrics/picture_pair.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* Box-downsampling of a reference, for comparing it with a smaller picture. */
-#include "film/compare.h"
+#include "metrics/compare.h"
 
 #include <string.h>
 

@@ -14,12 +14,12 @@
  *                                            the root of the mean of their squares
  *     SSIM, FLIP.LDR, FLIP.HDR               their means are the numbers
  *     FLIP.Exposure                          at which FLIP.HDR was found, in stops */
-#ifndef CA_FILM_IMAGE_METRICS_H
-#define CA_FILM_IMAGE_METRICS_H
+#ifndef CA_METRICS_IMAGE_METRICS_H
+#define CA_METRICS_IMAGE_METRICS_H
 
-#include "film/compare.h"
-#include "film/flip.h"
-#include "film/ssim.h"
+#include "metrics/compare.h"
+#include "metrics/flip.h"
+#include "metrics/ssim.h"
 
 typedef struct ca_metric_settings {
     ca_tone_curve tone; /* for SSIM and FLIP LDR */

@@ -1,7 +1,7 @@
-#include "film/compare.h"
+#include "metrics/compare.h"
 
-#include "film/picture_pair.h"
-#include "film/significance.h"
+#include "metrics/picture_pair.h"
+#include "metrics/significance.h"
 #include "math/rgb.h"
 
 #include <math.h>

@@ -11,8 +11,8 @@
  *     linear    leaves the value as it is
  * aces, hable and reinhard are those of HDR-FLIP, with the coefficients of its authors' program (github.com/NVlabs/flip,
  * cpp/FLIP.h). */
-#ifndef CA_FILM_TONE_H
-#define CA_FILM_TONE_H
+#ifndef CA_METRICS_TONE_H
+#define CA_METRICS_TONE_H
 
 #include "base/status.h"
 #include "math/rgb.h"

@@ -3,8 +3,8 @@
  * over the picture. Sums are in double precision and in the order of the kernel's weights.
  *
  * Beyond its border a picture goes on by the rule ca_border. */
-#ifndef CA_FILM_SEPARABLE_H
-#define CA_FILM_SEPARABLE_H
+#ifndef CA_METRICS_SEPARABLE_H
+#define CA_METRICS_SEPARABLE_H
 
 #include <stddef.h>
 #include <stdint.h>

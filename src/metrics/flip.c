@@ -1,8 +1,8 @@
-#include "film/flip.h"
+#include "metrics/flip.h"
 
 #include "base/memory.h"
-#include "film/flip_color.h"
-#include "film/separable.h"
+#include "metrics/flip_color.h"
+#include "metrics/separable.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,8 +2,8 @@
  *
  * `alpha` is the probability of a false alarm, p a two-sided p-value: the probability of a difference at least this
  * large where there is none. */
-#ifndef CA_FILM_SIGNIFICANCE_H
-#define CA_FILM_SIGNIFICANCE_H
+#ifndef CA_METRICS_SIGNIFICANCE_H
+#define CA_METRICS_SIGNIFICANCE_H
 
 #include <stdint.h>
 

@@ -1,4 +1,4 @@
-#include "film/significance.h"
+#include "metrics/significance.h"
 
 #include <math.h>
 

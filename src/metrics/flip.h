@@ -16,11 +16,11 @@
  * 0.85 under the tone curve to the one where its median luminance does; max(2, ceil(stop - start)) of them.
  *
  * Filters see the border's pixels repeated beyond it. Maps do not depend on the number of threads. */
-#ifndef CA_FILM_FLIP_H
-#define CA_FILM_FLIP_H
+#ifndef CA_METRICS_FLIP_H
+#define CA_METRICS_FLIP_H
 
 #include "base/parallel.h"
-#include "film/tone.h"
+#include "metrics/tone.h"
 
 /* A display of 0.7 m and 3840 pixels seen from 0.7 m: (0.7 x 3840 / 0.7) pi / 180. */
 #define CA_FLIP_PIXELS_PER_DEGREE 67.02064327658225
