@@ -3,8 +3,8 @@
  * A Cornell box with a mirror ball, a glass ball and an area light, 512 x 512: 262,144 camera paths and as many light
  * paths an iteration, up to 10 segments long, two threads. The second iteration of a render is timed (the first one
  * allocates); its rays are recorded and replayed with two threads, through the same calls into the same Embree scene.
- * Figures are medians of interleaved runs. Writes its part of bench/results.json (or of the file given as argument).
- */
+ * Figures are medians of interleaved runs. Writes its part of bench/results.json (or of the file given as
+ * argument). */
 #include "bench_support.h"
 #include "ray_recorder.h"
 

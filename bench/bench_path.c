@@ -18,7 +18,8 @@ typedef struct path_figures {
     double ratio, scaling;
 } path_figures;
 
-static double render_seconds(const ca_scene *scene, uint32_t samples, uint32_t threads, ca_render_statistics *statistics)
+static double render_seconds(const ca_scene *scene, uint32_t samples, uint32_t threads,
+                             ca_render_statistics *statistics)
 {
     ca_render_settings settings;
     ca_render_settings_init(&settings);
@@ -62,8 +63,8 @@ static path_figures measure(const char *name, const ca_scene *scene, uint32_t sa
     figures.ratio = bench_median(ratio, RUNS);
     figures.scaling = bench_median(scaling, RUNS);
     const double million = 1e-6 * (double)figures.rays;
-    printf("%-12s %6.2f M rays  path %5.2f M/s  Embree alone %5.2f M/s  path/Embree %4.1f %%  two threads x %.2f\n", name,
-           million, million / figures.path_seconds, million / figures.raw_seconds, 100.0 * figures.ratio,
+    printf("%-12s %6.2f M rays  path %5.2f M/s  Embree alone %5.2f M/s  path/Embree %4.1f %%  two threads x %.2f\n",
+           name, million, million / figures.path_seconds, million / figures.raw_seconds, 100.0 * figures.ratio,
            figures.scaling);
     return figures;
 }
@@ -87,7 +88,8 @@ int main(int argc, char **argv)
         const char *name;
         ca_status (*load)(ca_scene **scene, ca_error *error);
         uint32_t samples;
-    } scenes[] = {{"cornell-box", load_cornell_box, 6}, {"terrain", bench_scene_terrain, 4}, {"balls", bench_scene_balls, 4}};
+    } scenes[] = {
+        {"cornell-box", load_cornell_box, 6}, {"terrain", bench_scene_terrain, 4}, {"balls", bench_scene_balls, 4}};
     json_t *figures = json_object();
     for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
         ca_error error;

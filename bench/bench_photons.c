@@ -1,5 +1,5 @@
-/* What a photon costs: nanoseconds for each distance that a query looks at, with everything around it, in a grid that fits
- * the cache and in one of a large pass; and how long such a grid takes to build.
+/* What a photon costs: nanoseconds for each distance that a query looks at, with everything around it, in a grid that
+ * fits the cache and in one of a large pass; and how long such a grid takes to build.
  *
  * Photons and queries lie on the walls of a tilted room and a ball in it. Queries come tile by tile as pixels do, or
  * scattered, which is the worst for caches. Every figure is a median. Writes its part of bench/results.json (or the
@@ -65,7 +65,8 @@ static ca_vec3 *make_queries(bool coherent)
     ca_vec3 *positions = ca_alloc(QUERIES, sizeof *positions);
     float wall = 0.0f, u0 = 0.0f, v0 = 0.0f;
     for (uint32_t i = 0; i < QUERIES; i++) {
-        if (!coherent || i % (QUERIES / TILES) == 0) wall = 6.5f * uniform(), u0 = 0.95f * uniform(), v0 = 0.95f * uniform();
+        if (!coherent || i % (QUERIES / TILES) == 0)
+            wall = 6.5f * uniform(), u0 = 0.95f * uniform(), v0 = 0.95f * uniform();
         const float size = coherent ? 0.02f : 0.05f;
         const float u = u0 + size * uniform(), v = v0 + size * uniform();
         positions[i] = place(wall, u, v);
@@ -107,10 +108,11 @@ static query_figures measure_queries(const char *name, const ca_photon_grid *gri
         }
         nanoseconds[run] = 1e9 * (ca_clock_seconds() - start) / (double)tested;
     }
-    const query_figures figures = {(double)tested / QUERIES, (double)found / QUERIES, bench_median(nanoseconds, RUNS)};
-    printf("%-24s %5.1f tested and %5.1f found a query: %5.2f ns a tested photon, %6.1f ns a query (checksum %llx)\n", name,
-           figures.tested, figures.found, figures.nanoseconds_a_tested, figures.nanoseconds_a_tested * figures.tested,
-           (unsigned long long)checksum);
+    const query_figures figures = {(double)tested / QUERIES, (double)found / QUERIES,
+                                   bench_median(nanoseconds, RUNS)};
+    printf("%-24s %5.1f tested and %5.1f found a query: %5.2f ns a tested photon, %6.1f ns a query (checksum %llx)\n",
+           name, figures.tested, figures.found, figures.nanoseconds_a_tested,
+           figures.nanoseconds_a_tested * figures.tested, (unsigned long long)checksum);
     return figures;
 }
 
@@ -133,8 +135,8 @@ static json_t *measure_set(const char *name, uint32_t count, float radius)
         two[run] = build_seconds(grid, &set, 2);
     }
     const double build1 = bench_median(one, RUNS), build2 = bench_median(two, RUNS);
-    printf("%s: %u photons, radius %g m: built in %.2f ms, by two threads in %.2f ms; %.1f bytes a photon\n", name, count,
-           (double)radius, 1e3 * build1, 1e3 * build2, (double)ca_photon_grid_bytes(grid) / count);
+    printf("%s: %u photons, radius %g m: built in %.2f ms, by two threads in %.2f ms; %.1f bytes a photon\n", name,
+           count, (double)radius, 1e3 * build1, 1e3 * build2, (double)ca_photon_grid_bytes(grid) / count);
     ca_vec3 *tiles = make_queries(true), *scattered = make_queries(false);
     const query_figures coherent = measure_queries("  in tiles", grid, tiles);
     const query_figures incoherent = measure_queries("  scattered", grid, scattered);

@@ -45,12 +45,12 @@ typedef struct figure {
 figure figure_of(const double values[1 + BOOTSTRAP]);
 figure figure_of_ratio(const double numerator[1 + BOOTSTRAP], const double denominator[1 + BOOTSTRAP]);
 
-/* Where an estimator counts. A single pixel's mean is too noisy to be held against a tolerance, so blocks of 8 x 8 pixels
- * are: a block is out where its mean differs from the reference's by more than the tolerance and two standard errors of
- * that difference, which comes from the batches' own differences; and where these two standard errors are more than
- * `known`. Both are fractions of the reference. Pixels of such blocks are cleared in `counts`. `reference` is laid out as
- * batches.mean, from the same random numbers. `left_out`: pixels not to look at. Returns the median over blocks of two
- * standard errors: how sharp the test was. */
+/* Where an estimator counts. A single pixel's mean is too noisy to be held against a tolerance, so blocks of 8 x 8
+ * pixels are: a block is out where its mean differs from the reference's by more than the tolerance and two standard
+ * errors of that difference, which comes from the batches' own differences; and where these two standard errors are
+ * more than `known`. Both are fractions of the reference. Pixels of such blocks are cleared in `counts`. `reference`
+ * is laid out as batches.mean, from the same random numbers. `left_out`: pixels not to look at. Returns the median
+ * over blocks of two standard errors: how sharp the test was. */
 double find_consistent_pixels(const batches *b, const double *reference, const bool *left_out, double tolerance,
                               double known, bool *counts);
 

@@ -1,10 +1,10 @@
-/* The figures of paper 000 (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise Components for Bidirectional Path Tracing with
- * Photon Maps").
+/* The figures of paper 000 (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise Components for Bidirectional
+ * Path Tracing with Photon Maps").
  *
  *     paper_000 [--quick] [--only SECTION]... [--table FILE] [--pictures FOLDER]
  *
- * Sections: pictures, reading (figure 0 of docs/papers/000.md), law (1), numbers (2), pilot (3), grid (4), confidence (5), target (6).
- * The report is Markdown; exit status 1 when something that the figures should show is not so. */
+ * Sections: pictures, reading (figure 0 of docs/papers/000.md), law (1), numbers (2), pilot (3), grid (4), confidence
+ * (5), target (6). The report is Markdown; exit status 1 when something that the figures should show is not so. */
 #include "paper_000.h"
 
 static const paper_section sections[] = {

@@ -1,6 +1,6 @@
-/* What the sections of paper 000's figures share (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise Components for
- * Bidirectional Path Tracing with Photon Maps", 2020): the five scenes, and measurements in groups of iterations whose statistics have
- * errors. All of it dies on errors with a message. */
+/* What the sections of paper 000's figures share (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise
+ * Components for Bidirectional Path Tracing with Photon Maps", 2020): the five scenes, and measurements in groups of
+ * iterations whose statistics have errors. All of it dies on errors with a message. */
 #ifndef CA_BENCH_PAPER_000_H
 #define CA_BENCH_PAPER_000_H
 
@@ -8,9 +8,10 @@
 #include "paper_plot.h"
 #include "paper_report.h"
 
-/* ---- Scenes ------------------------------------------------------------------------------------------------------- */
+/* ---- Scenes ---------------------------------------------------------------------------------------------------- */
 
-/* A scene, and what of it is measured: the pixels of `region`, at the radius that the scene's file keeps (alpha 0). */
+/* A scene, and what of it is measured: the pixels of `region`, at the radius that the scene's file keeps (alpha
+ * 0). */
 typedef struct paper_000_scene {
     const char *name, *file; /* below scenes/ */
     const char *integrator;
@@ -19,7 +20,7 @@ typedef struct paper_000_scene {
     double radius;          /* of merges, m */
     uint32_t width, height; /* of the full film */
     uint32_t region[4];     /* x0, y0, x1, y1, half open, in its pixels */
-    const char *dominant;   /* the term expected to have 80 % of the variance at the paper's numbers; NULL: none has */
+    const char *dominant; /* the term expected to have 80 % of the variance at the paper's numbers; NULL: none has */
 } paper_000_scene;
 
 enum { PAPER_000_SCENES = 5 };
@@ -30,14 +31,15 @@ enum { PAPER_000_LIGHT = 300000, PAPER_000_CAMERA = 100, PAPER_000_PILOT_LIGHT =
 
 ca_scene *paper_000_load(const paper_000_scene *scene);
 /* The scene's integrator, film and region, random numbers of `seed`, one thread. */
-ca_render_settings paper_000_settings(const paper_000_scene *scene, uint32_t light_paths, uint32_t camera_paths, uint64_t seed);
+ca_render_settings paper_000_settings(const paper_000_scene *scene, uint32_t light_paths, uint32_t camera_paths,
+                                      uint64_t seed);
 
-/* ---- Measurements ------------------------------------------------------------------------------------------------- */
+/* ---- Measurements ---------------------------------------------------------------------------------------------- */
 
 enum { PAPER_000_GROUPS = 20 };
 
-/* Iterations in groups, each with random numbers of its own: what comes out of the groups tells errors, with all that pixels and
- * quantities of one iteration have in common. */
+/* Iterations in groups, each with random numbers of its own: what comes out of the groups tells errors, with all that
+ * pixels and quantities of one iteration have in common. */
 typedef struct paper_000_run {
     paper_000_scene scene;
     uint32_t light_paths, camera_paths;
@@ -47,8 +49,8 @@ typedef struct paper_000_run {
     double seconds;                       /* of rendering */
 } paper_000_run;
 
-/* Runs of different `seed` have nothing in common. `iterations` in all, at least two for each group. Where the report is a quick one,
- * these two, with a tenth of the paths, of the 8 x 8 pixels in the region's middle. */
+/* Runs of different `seed` have nothing in common. `iterations` in all, at least two for each group. Where the report
+ * is a quick one, these two, with a tenth of the paths, of the 8 x 8 pixels in the region's middle. */
 paper_000_run *paper_000_measure(const paper_report *report, const paper_000_scene *scene, uint32_t light_paths,
                                  uint32_t camera_paths, uint32_t iterations, uint64_t seed);
 void paper_000_release(paper_000_run *run); /* NULL is allowed */
@@ -60,17 +62,20 @@ typedef struct paper_000_runs {
 /* The scene's run at the paper's numbers; made when it is first asked for. */
 const paper_000_run *paper_000_paper_run(paper_report *report, int scene);
 
-/* Numbers made from a film's part of the scene, and what the groups tell of them: jackknife errors, each group left out in turn, and
- * the same number less its bias, as far as that goes with one over the iterations; averages of roots have such a bias. */
+/* Numbers made from a film's part of the scene, and what the groups tell of them: jackknife errors, each group left
+ * out in turn, and the same number less its bias, as far as that goes with one over the iterations; averages of roots
+ * have such a bias. */
 enum { PAPER_000_NUMBERS = 16 };
 typedef void paper_000_statistic(const ca_pair_film *film, const void *what, double numbers[PAPER_000_NUMBERS]);
 typedef struct paper_000_numbers {
     ca_noise_value of[PAPER_000_NUMBERS];
     double corrected[PAPER_000_NUMBERS];
 } paper_000_numbers;
-paper_000_numbers paper_000_estimate(const paper_000_run *run, paper_000_statistic *statistic, const void *what, int count);
+paper_000_numbers paper_000_estimate(const paper_000_run *run, paper_000_statistic *statistic, const void *what,
+                                     int count);
 
-/* The summary of a film at other numbers of paths, in this order: averages of roots, roots of average variances, ratios. */
+/* The summary of a film at other numbers of paths, in this order: averages of roots, roots of average variances,
+ * ratios. */
 enum {
     RMS_MEASURED, RMS_PREDICTED, RMS_CAMERA, RMS_LIGHT, RMS_PAIR,
     ROOT_MEASURED, ROOT_PREDICTED, ROOT_CAMERA, ROOT_LIGHT, ROOT_PAIR,
@@ -85,7 +90,7 @@ paper_000_numbers paper_000_summary(const paper_000_run *run, double light_paths
 /* a / b of independent values. */
 ca_noise_value paper_000_ratio(ca_noise_value a, ca_noise_value b);
 
-/* ---- Sections ----------------------------------------------------------------------------------------------------- */
+/* ---- Sections -------------------------------------------------------------------------------------------------- */
 
 void paper_000_pictures(paper_report *report);        /* in the manner of the paper's figure 3 */
 void paper_000_reading(paper_report *report);         /* figure 0 of the list that docs/papers/000.md follows */

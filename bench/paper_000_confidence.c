@@ -1,8 +1,9 @@
 /* Figure 5 of paper 000's list: of the pixels that are not marked, how many 95 % intervals hold the expectation.
  *
- * Each scene is rendered several times with random numbers of its own, and each render's intervals are asked for the mean of all the
- * others, an independent run that is as many times less one as long. What error that mean has itself is accounted for: the difference of
- * the two has 1 + 1 / (renders - 1) times the variance of one, so the intervals are made wider by the root of that. */
+ * Each scene is rendered several times with random numbers of its own, and each render's intervals are asked for the
+ * mean of all the others, an independent run that is as many times less one as long. What error that mean has itself
+ * is accounted for: the difference of the two has 1 + 1 / (renders - 1) times the variance of one, so the intervals
+ * are made wider by the root of that. */
 #include "paper_000.h"
 
 #include "bench_support.h"
@@ -148,17 +149,23 @@ static void print_row(FILE *out, const char *scene, const method *m, const calib
 
 static void print_head(const paper_report *report, int renders)
 {
-    fprintf(report->out, "### Figure 5: error bars\n\n"
-            "Pixels whose 95 %% interval (`ConfidenceLow.Y`, `ConfidenceHigh.Y`) holds the expectation, of those that are neither marked "
-            "nor without noise: %d x %d pixels, %d renders of each, each one's intervals against the mean of the others. ",
+    fprintf(report->out,
+            "### Figure 5: error bars\n\n"
+            "Pixels whose 95 %% interval (`ConfidenceLow.Y`, `ConfidenceHigh.Y`) holds the expectation, of those "
+            "that are neither marked "
+            "nor without noise: %d x %d pixels, %d renders of each, each one's intervals against the mean of the "
+            "others. ",
             SIDE, SIDE, renders);
     for (int k = 0; k < METHODS; k++) {
         const method *m = &methods[k];
-        fprintf(report->out, "%s%s: %u replicates of %u", k ? "; " : "", m->name, m->replicates ? m->replicates : m->samples,
-                m->replicates ? m->samples / m->replicates : 1);
+        fprintf(report->out, "%s%s: %u replicates of %u", k ? "; " : "", m->name,
+                m->replicates ? m->replicates : m->samples, m->replicates ? m->samples / m->replicates : 1);
     }
-    fprintf(report->out, ". (few): fewer than %d pixels, not counted below.\n\n"
-            "| scene | method | marked | without noise | held | expectation above | below |\n|---|---|---|---|---|---|---|\n", (int)FEW);
+    fprintf(report->out,
+            ". (few): fewer than %d pixels, not counted below.\n\n"
+            "| scene | method | marked | without noise | held | expectation above | below "
+            "|\n|---|---|---|---|---|---|---|\n",
+            (int)FEW);
 }
 
 void paper_000_confidence(paper_report *report)
@@ -180,7 +187,9 @@ void paper_000_confidence(paper_report *report)
     }
     fprintf(report->out, "\n");
     for (int k = 0; k < METHODS; k++) {
-        paper_expect(report, least[k] >= 0.93, least[k], ">= 0.93", "intervals of %s that hold: the least of all scenes", methods[k].name);
-        paper_expect(report, most[k] <= 0.97, most[k], "<= 0.97", "intervals of %s that hold: the most of all scenes", methods[k].name);
+        paper_expect(report, least[k] >= 0.93, least[k], ">= 0.93",
+                     "intervals of %s that hold: the least of all scenes", methods[k].name);
+        paper_expect(report, most[k] <= 0.97, most[k], "<= 0.97", "intervals of %s that hold: the most of all scenes",
+                     methods[k].name);
     }
 }

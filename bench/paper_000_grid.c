@@ -1,8 +1,9 @@
 /* Figure 4 of paper 000's list: the recommended numbers of rays against a grid of measured ones.
  *
- * What is compared is variance x time of an iteration: the mean over pixels of the sample variance of an iteration's luminance, times the
- * processor seconds of an iteration. Every setting is measured in repeats with random numbers of their own, which are made in
- * turns, so that what the machine does in the meantime meets all of them; intervals are bootstrapped over repeats. */
+ * What is compared is variance x time of an iteration: the mean over pixels of the sample variance of an iteration's
+ * luminance, times the processor seconds of an iteration. Every setting is measured in repeats with random numbers of
+ * their own, which are made in turns, so that what the machine does in the meantime meets all of them; intervals are
+ * bootstrapped over repeats. */
 #define _POSIX_C_SOURCE 200809L
 #include "paper_000.h"
 
@@ -18,8 +19,10 @@ enum { FILM_SIDE = 64, GRID_SIDE = 6, MAX_REPEATS = 6, BOOTSTRAPS = 2000, SCAN_P
 static const uint32_t grid_light[GRID_SIDE] = {10000, 31300, 97900, 306000, 959000, 3000000};
 static const uint32_t grid_camera[GRID_SIDE] = {1, 3, 10, 31, 96, 300};
 
-/* All of a small film: pixels of all kinds. With the paper's radius, which holds hundreds of photons, it is a smaller one. */
-static ca_render_settings whole_film(const paper_000_scene *scene, uint32_t light_paths, uint32_t camera_paths, uint64_t seed)
+/* All of a small film: pixels of all kinds. With the paper's radius, which holds hundreds of photons, it is a smaller
+ * one. */
+static ca_render_settings whole_film(const paper_000_scene *scene, uint32_t light_paths, uint32_t camera_paths,
+                                     uint64_t seed)
 {
     ca_render_settings s = paper_000_settings(scene, light_paths, camera_paths, seed);
     s.has_crop = false;
@@ -38,7 +41,7 @@ typedef struct ray_setting {
     double variance[MAX_REPEATS], seconds[MAX_REPEATS]; /* of an iteration */
 } ray_setting;
 
-/* ---- One repeat --------------------------------------------------------------------------------------------------- */
+/* ---- One repeat ------------------------------------------------------------------------------------------------ */
 
 typedef struct pass_clock {
     double first, last; /* processor time after the first and the last pass */
@@ -76,8 +79,8 @@ static double mean_variance(const ca_image_layers *image)
 }
 
 /* At least so many passes and so many seconds after the first of them. */
-static void repeat(const paper_000_scene *desc, const ca_scene *scene, ray_setting *setting, uint32_t passes, double seconds,
-                   uint64_t seed)
+static void repeat(const paper_000_scene *desc, const ca_scene *scene, ray_setting *setting, uint32_t passes,
+                   double seconds, uint64_t seed)
 {
     pass_clock clock = {.least_passes = passes, .least_seconds = seconds};
     ca_render_settings s = whole_film(desc, setting->light_paths, setting->camera_paths, seed);
@@ -95,11 +98,12 @@ static void repeat(const paper_000_scene *desc, const ca_scene *scene, ray_setti
     ca_image_release(image);
 }
 
-/* ---- Statistics --------------------------------------------------------------------------------------------------- */
+/* ---- Statistics ------------------------------------------------------------------------------------------------ */
 
 static double cost_of(const ray_setting *setting)
 {
-    return paper_mean(setting->variance, (size_t)setting->repeats) * paper_mean(setting->seconds, (size_t)setting->repeats);
+    return paper_mean(setting->variance, (size_t)setting->repeats) *
+           paper_mean(setting->seconds, (size_t)setting->repeats);
 }
 
 static double resampled_cost(const ray_setting *setting, uint64_t *state)
@@ -133,10 +137,11 @@ static efficiency efficiency_over(const ray_setting *setting, const ray_setting 
         ratios[i] = b / resampled_cost(setting, &state);
     }
     qsort(ratios, BOOTSTRAPS, sizeof ratios[0], ascending);
-    return (efficiency){cost_of(other) / cost_of(setting), ratios[BOOTSTRAPS / 40], ratios[BOOTSTRAPS - 1 - BOOTSTRAPS / 40]};
+    return (efficiency){cost_of(other) / cost_of(setting), ratios[BOOTSTRAPS / 40],
+                        ratios[BOOTSTRAPS - 1 - BOOTSTRAPS / 40]};
 }
 
-/* ---- The grid ----------------------------------------------------------------------------------------------------- */
+/* ---- The grid -------------------------------------------------------------------------------------------------- */
 
 /* What is measured of a scene. */
 typedef struct contest {
@@ -164,8 +169,8 @@ static int by_cost(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The best of the scan, the recommendations and the paper's numbers, in turns. What the scan found of the finalists is dropped: the
- * lucky ones are among them. */
+/* The best of the scan, the recommendations and the paper's numbers, in turns. What the scan found of the finalists
+ * is dropped: the lucky ones are among them. */
 static void run_finals(contest *c, bool quick)
 {
     ray_setting *order[GRID_SIDE * GRID_SIDE];
@@ -184,7 +189,7 @@ static void run_finals(contest *c, bool quick)
     c->best = order[0];
 }
 
-/* ---- The recommendation ------------------------------------------------------------------------------------------- */
+/* ---- The recommendation ---------------------------------------------------------------------------------------- */
 
 enum { PILOT_ITERATIONS = 24 };
 
@@ -202,13 +207,14 @@ static ca_noise_recommendation recommend(contest *c, const char *path)
         bench_die(c->desc->name, &error);
     ca_image_release(image);
     ca_noise_release(noise);
-    c->recommended = (ray_setting){.light_paths = r.uniform.light_paths, .camera_paths = (uint32_t)lround(r.uniform.camera_paths)};
+    c->recommended =
+        (ray_setting){.light_paths = r.uniform.light_paths, .camera_paths = (uint32_t)lround(r.uniform.camera_paths)};
     c->map = (ray_setting){.light_paths = r.best.light_paths, .rays = path};
     c->papers = (ray_setting){.light_paths = PAPER_000_LIGHT, .camera_paths = PAPER_000_CAMERA};
     return r;
 }
 
-/* ---- From beginning to end ---------------------------------------------------------------------------------------- */
+/* ---- From beginning to end ------------------------------------------------------------------------------------- */
 
 static ca_image_layers *auto_render(contest *c, double seconds, double *processor, ca_render_statistics *statistics)
 {
@@ -232,8 +238,8 @@ static double luminance_at(const ca_image_layers *image, size_t pixel)
     return sum;
 }
 
-/* Renders of `seconds` with --rays auto: variance of the image x processor seconds, from the differences of two at a time, which
- * share nothing: what the renders say of themselves is not used. */
+/* Renders of `seconds` with --rays auto: variance of the image x processor seconds, from the differences of two at a
+ * time, which share nothing: what the renders say of themselves is not used. */
 static void run_auto(contest *c, ray_setting *setting, double seconds, int pairs, ca_render_statistics *statistics)
 {
     *setting = (ray_setting){.repeats = 0};
@@ -256,11 +262,13 @@ static void run_auto(contest *c, ray_setting *setting, double seconds, int pairs
     }
 }
 
-/* ---- The report --------------------------------------------------------------------------------------------------- */
+/* ---- The report ------------------------------------------------------------------------------------------------ */
 
 static void print_grid(const paper_report *report, const contest *c)
 {
-    fprintf(report->out, "\n**%s**, efficiency over the best of the grid; in brackets one scan of each, else %d repeats:\n\n| N_F \\ N_B |",
+    fprintf(report->out,
+            "\n**%s**, efficiency over the best of the grid; in brackets one scan of each, else %d repeats:\n\n| N_F "
+            "\\ N_B |",
             c->desc->name, c->best->repeats);
     for (int j = 0; j < GRID_SIDE; j++) fprintf(report->out, " %u |", grid_camera[j]);
     fprintf(report->out, "\n|---|");
@@ -275,28 +283,31 @@ static void print_grid(const paper_report *report, const contest *c)
     fprintf(report->out, "\n\n");
 }
 
-static void print_row(const paper_report *report, const contest *c, const char *what, const ray_setting *s, const char *numbers)
+static void print_row(const paper_report *report, const contest *c, const char *what, const ray_setting *s,
+                      const char *numbers)
 {
     const efficiency e = efficiency_over(s, c->best);
-    fprintf(report->out, "| %s | %s | %s | %.3f (%.3f to %.3f) |\n", c->desc->name, what, numbers, e.ratio, e.low, e.high);
+    fprintf(report->out, "| %s | %s | %s | %.3f (%.3f to %.3f) |\n", c->desc->name, what, numbers, e.ratio, e.low,
+            e.high);
 }
 
 typedef struct verdicts {
     int maps_better, much_better_than_paper;
 } verdicts;
 
-static void report_contest(paper_report *report, contest *c, const ca_noise_recommendation *r, const ray_setting *whole,
-                           const ca_render_statistics *statistics, verdicts *v)
+static void report_contest(paper_report *report, contest *c, const ca_noise_recommendation *r,
+                           const ray_setting *whole, const ca_render_statistics *statistics, verdicts *v)
 {
     char text[160];
     print_grid(report, c);
-    fprintf(report->out, "| scene | numbers | N_F, N_B | efficiency over the grid's best (95 %%) |\n|---|---|---|---|\n");
+    fprintf(report->out,
+            "| scene | numbers | N_F, N_B | efficiency over the grid's best (95 %%) |\n|---|---|---|---|\n");
     snprintf(text, sizeof text, "%u, %u", c->best->light_paths, c->best->camera_paths);
     print_row(report, c, "grid's best", c->best, text);
     snprintf(text, sizeof text, "%u, %u", c->recommended.light_paths, c->recommended.camera_paths);
     print_row(report, c, "recommended, uniform", &c->recommended, text);
-    snprintf(text, sizeof text, "%u, %.3g (%u to %u)", r->best.light_paths, r->best.camera_paths, r->fewest_camera_paths,
-             r->most_camera_paths);
+    snprintf(text, sizeof text, "%u, %.3g (%u to %u)", r->best.light_paths, r->best.camera_paths,
+             r->fewest_camera_paths, r->most_camera_paths);
     print_row(report, c, "recommended, map", &c->map, text);
     snprintf(text, sizeof text, "%u, %u", c->papers.light_paths, c->papers.camera_paths);
     print_row(report, c, "the paper's", &c->papers, text);
@@ -309,8 +320,8 @@ static void report_contest(paper_report *report, contest *c, const ca_noise_reco
     fprintf(report->out, "\n`--rays auto` over the paper's numbers: %.2f.\n", papers);
     paper_expect(report, map >= 0.9, map, ">= 0.90",
                  "figure 4, %s: efficiency of the recommendation over the grid's best", c->desc->name);
-    paper_expect(report, automatic >= 0.85, automatic, ">= 0.85", "figure 4, %s: --rays auto, pilot included, over the grid's best",
-                 c->desc->name);
+    paper_expect(report, automatic >= 0.85, automatic, ">= 0.85",
+                 "figure 4, %s: --rays auto, pilot included, over the grid's best", c->desc->name);
     v->maps_better += map > 1.0;
     v->much_better_than_paper += papers >= 2.0;
 }
@@ -320,9 +331,11 @@ void paper_000_grid(paper_report *report)
     const bool quick = report->quick;
     const char *path = "paper-000-rays.exr";
     verdicts v = {0};
-    fprintf(report->out, "### Figure 4: recommended numbers against a measured grid\n\n"
-                         "Processor seconds of an iteration x mean variance of a pixel's luminance; %s render with `--rays auto`.\n",
-            quick ? "a short" : "a 60 s");
+    fprintf(
+        report->out,
+        "### Figure 4: recommended numbers against a measured grid\n\n"
+        "Processor seconds of an iteration x mean variance of a pixel's luminance; %s render with `--rays auto`.\n",
+        quick ? "a short" : "a 60 s");
     for (int i = 0; i < PAPER_000_SCENES; i++) {
         static contest c;
         ray_setting whole;
@@ -337,7 +350,8 @@ void paper_000_grid(paper_report *report)
         ca_scene_release(c.scene);
         remove(path);
     }
-    paper_expect(report, v.maps_better >= 3, v.maps_better, ">= 3", "figure 4: scenes on which the map is better than the grid's best");
+    paper_expect(report, v.maps_better >= 3, v.maps_better, ">= 3",
+                 "figure 4: scenes on which the map is better than the grid's best");
     paper_expect(report, v.much_better_than_paper >= 2, v.much_better_than_paper, ">= 2",
                  "figure 4: scenes on which --rays auto is at least twice as efficient as 300,000, 100");
 }

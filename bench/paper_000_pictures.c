@@ -1,5 +1,5 @@
-/* Pictures of paper 000's scenes like its figure 3: the image, and the three terms of its noise as red, green and blue, for two numbers
- * of camera paths. */
+/* Pictures of paper 000's scenes like its figure 3: the image, and the three terms of its noise as red, green and
+ * blue, for two numbers of camera paths. */
 #include "bench_support.h"
 #include "image/layers.h"
 #include "paper_000.h"
@@ -33,7 +33,8 @@ static panels make_panels(uint32_t side)
 
 static void draw_pixel(panels *p, int panel, size_t pixel, const double rgb[3])
 {
-    const size_t x0 = (size_t)panel * (p->side * ENLARGED + GAP) + pixel % p->side * ENLARGED, y0 = pixel / p->side * ENLARGED;
+    const size_t x0 = (size_t)panel * (p->side * ENLARGED + GAP) + pixel % p->side * ENLARGED,
+                 y0 = pixel / p->side * ENLARGED;
     for (int c = 0; c < 3; c++)
         for (size_t i = 0; i < ENLARGED * ENLARGED; i++)
             p->channels[c][(y0 + i / ENLARGED) * p->width + x0 + i % ENLARGED] = (float)rgb[c];
@@ -77,7 +78,8 @@ static double draw(panels *p, const ca_pair_film *film, const ca_image_layers *i
         for (int c = 0; c < 3; c++) values[c] = (double)rgb[c][i];
         draw_pixel(p, 0, i, values);
         for (int panel = 1; panel < PANELS; panel++) {
-            roots_of_terms(&film->pixels[i], PAPER_000_LIGHT, panel == 1 ? PAPER_000_CAMERA : 3 * PAPER_000_CAMERA, values);
+            roots_of_terms(&film->pixels[i], PAPER_000_LIGHT, panel == 1 ? PAPER_000_CAMERA : 3 * PAPER_000_CAMERA,
+                           values);
             for (int c = 0; c < 3; c++) values[c] /= scale;
             draw_pixel(p, panel, i, values);
         }
@@ -96,11 +98,13 @@ static void show_scene(const paper_report *report, const paper_000_scene *scene)
     panels p = make_panels(report->quick ? QUICK_SIDE : SIDE);
     settings.has_crop = false;
     settings.width = settings.height = p.side;
-    if (ca_noise_measure(loaded, &settings, ITERATIONS, &noise, &image, NULL, &error) != CA_OK) bench_die(scene->name, &error);
+    if (ca_noise_measure(loaded, &settings, ITERATIONS, &noise, &image, NULL, &error) != CA_OK)
+        bench_die(scene->name, &error);
     const double scale = draw(&p, &noise->film, image);
     snprintf(path, sizeof path, "%s/%s.png", report->pictures, scene->name);
     if (ca_image_save(p.picture, path, 0.0f, &error) != CA_OK) bench_die(path, &error);
-    fprintf(report->out, "`%s`, full scale %.2g:\n\n![%s](%s/%s.png)\n\n", scene->name, scale, scene->name, report->link, scene->name);
+    fprintf(report->out, "`%s`, full scale %.2g:\n\n![%s](%s/%s.png)\n\n", scene->name, scale, scene->name,
+            report->link, scene->name);
     ca_image_release(p.picture);
     ca_image_release(image);
     ca_noise_release(noise);
@@ -112,9 +116,12 @@ void paper_000_pictures(paper_report *report)
     if (!report->pictures) return;
     fprintf(report->out,
             "### The scenes, and their noise in colours\n\n"
-            "Each at %d × %d pixels: the image; the roots of the pair, camera and light terms as red, green and blue for N_F = %d, N_B "
-            "= %d, like the paper's figure 3; and for N_B = %d at the same scale. Predicted from %d iterations of %d light and %d "
-            "camera paths; terms that come out negative are black. Terms depend on the pixels' size, which is another one in figures "
+            "Each at %d × %d pixels: the image; the roots of the pair, camera and light terms as red, green and blue "
+            "for N_F = %d, N_B "
+            "= %d, like the paper's figure 3; and for N_B = %d at the same scale. Predicted from %d iterations of %d "
+            "light and %d "
+            "camera paths; terms that come out negative are black. Terms depend on the pixels' size, which is "
+            "another one in figures "
             "0 to 3.\n\n",
             SIDE, SIDE, PAPER_000_LIGHT, PAPER_000_CAMERA, 3 * PAPER_000_CAMERA, ITERATIONS, PAPER_000_PILOT_LIGHT,
             PAPER_000_PILOT_CAMERA);

@@ -1,12 +1,14 @@
-/* Figure 0 of paper 000's list: which reading of "BDD = 1", of the light's place and of the radius has the paper's components. */
+/* Figure 0 of paper 000's list: which reading of "BDD = 1", of the light's place and of the radius has the paper's
+ * components. */
 #include "paper_000.h"
 
 #include <math.h>
 #include <string.h>
 
-/* ---- What is compared --------------------------------------------------------------------------------------------- */
+/* ---- What is compared ------------------------------------------------------------------------------------------ */
 
-/* The paper's averages over its red square, for 300,000 light paths: at 100 camera paths, and the total at 300 over that. */
+/* The paper's averages over its red square, for 300,000 light paths: at 100 camera paths, and the total at 300 over
+ * that. */
 enum { LIGHT, PAIR, TOTAL, FALL, SHAPE };
 static const double papers[SHAPE] = {0.229 / 0.595, 0.0293 / 0.595, 0.639 / 0.595, 0.414 / 0.639};
 
@@ -38,7 +40,7 @@ static void print_shape(FILE *out, const shape *s)
     fprintf(out, "1 : %.3f : %.3f | %.3f | %.3f |", s->of[LIGHT], s->of[PAIR], s->of[TOTAL], s->of[FALL]);
 }
 
-/* ---- Readings ----------------------------------------------------------------------------------------------------- */
+/* ---- Readings -------------------------------------------------------------------------------------------------- */
 
 typedef struct reading {
     const char *name, *integrator;
@@ -60,8 +62,8 @@ typedef struct place {
     uint32_t x, y;
 } place;
 static const place places[] = {
-    {"back wall, right", 332, 242},  {"back wall, upper left", 212, 132}, {"right wall", 432, 212}, {"left wall", 72, 342},
-    {"floor, front left", 122, 472}, {"floor, front middle", 216, 476},
+    {"back wall, right", 332, 242}, {"back wall, upper left", 212, 132}, {"right wall", 432, 212},
+    {"left wall", 72, 342},         {"floor, front left", 122, 472},     {"floor, front middle", 216, 476},
 };
 enum { PLACES = sizeof places / sizeof places[0] };
 
@@ -79,9 +81,11 @@ static paper_000_scene setting(int merges, int height, int radius, int at, uint3
     return scene;
 }
 
-static shape measure(const paper_report *report, const paper_000_scene *scene, uint32_t iterations, uint64_t seed, double *measured_over_predicted)
+static shape measure(const paper_report *report, const paper_000_scene *scene, uint32_t iterations, uint64_t seed,
+                     double *measured_over_predicted)
 {
-    paper_000_run *run = paper_000_measure(report, scene, PAPER_000_PILOT_LIGHT, PAPER_000_PILOT_CAMERA, iterations, seed);
+    paper_000_run *run =
+        paper_000_measure(report, scene, PAPER_000_PILOT_LIGHT, PAPER_000_PILOT_CAMERA, iterations, seed);
     const shape s = shape_of(run);
     if (measured_over_predicted)
         *measured_over_predicted =
@@ -90,7 +94,7 @@ static shape measure(const paper_report *report, const paper_000_scene *scene, u
     return s;
 }
 
-/* ---- All readings ------------------------------------------------------------------------------------------------- */
+/* ---- All readings ---------------------------------------------------------------------------------------------- */
 
 typedef struct best {
     shape s;
@@ -112,34 +116,35 @@ static best closest_place(const paper_report *report, int merges, int height, in
 static void print_readings(paper_report *report, best found[READINGS][2][2])
 {
     int close[READINGS] = {0};
-    fprintf(report->out,
-            "| merges | light at, m | radius, m | places within 25 %% | closest place | camera : light : pair | total | fall | off by at "
-            "most |\n|---|---|---|---|---|---|---|---|---|\n| *the paper* | | | | | ");
+    fprintf(report->out, "| merges | light at, m | radius, m | places within 25 %% | closest place | camera : light "
+                         ": pair | total | fall | off by at "
+                         "most |\n|---|---|---|---|---|---|---|---|---|\n| *the paper* | | | | | ");
     print_shape(report->out, &(shape){.of = {papers[0], papers[1], papers[2], papers[3]}});
     fputs(" |\n", report->out);
     for (int r = 0; r < READINGS; r++)
         for (int h = 0; h < 2; h++)
             for (int k = 0; k < 2; k++) {
                 const best *b = &found[r][h][k];
-                fprintf(report->out, "| %s | %s | %g | %d of %d | %s | ", readings[r].name, light_heights[h], radii[k], b->close, PLACES,
-                        places[b->at].name);
+                fprintf(report->out, "| %s | %s | %g | %d of %d | %s | ", readings[r].name, light_heights[h],
+                        radii[k], b->close, PLACES, places[b->at].name);
                 print_shape(report->out, &b->s);
                 fprintf(report->out, " %.0f %% |\n", 100.0 * distance(&b->s));
                 close[r] += b->close;
             }
     fputc('\n', report->out);
     fprintf(report->out,
-            "Settings and places within 25 %%: %d with merges at the first surface only, %d with weighted merges at both vertices, %d with "
+            "Settings and places within 25 %%: %d with merges at the first surface only, %d with weighted merges at "
+            "both vertices, %d with "
             "merges at the last vertex.%s\n\n",
             close[FIRST], close[BOTH], close[LAST],
             close[BOTH] > 0 && close[LAST] > 0 ? " The last two are looked at again below." : "");
-    paper_expect(report, close[FIRST] + close[BOTH] + close[LAST] > 0, close[FIRST] + close[BOTH] + close[LAST], "> 0",
-                 "figure 0: settings and places within 25 %% of the paper");
+    paper_expect(report, close[FIRST] + close[BOTH] + close[LAST] > 0, close[FIRST] + close[BOTH] + close[LAST],
+                 "> 0", "figure 0: settings and places within 25 %% of the paper");
     paper_expect(report, close[FIRST] == 0, close[FIRST], "0",
                  "figure 0: of these with merges at the first surface only, which cannot give the paper's ratios");
 }
 
-/* ---- The closest ones, looked at again ---------------------------------------------------------------------------- */
+/* ---- The closest ones, looked at again ------------------------------------------------------------------------- */
 
 typedef struct closer_look {
     int merges, height, radius, at;
@@ -156,21 +161,25 @@ static void print_closer_looks(paper_report *report)
         {BOTH, 1, 1, 4, 512, 24}, {BOTH, 1, 1, 2, 512, 24},
     };
     enum { LOOKS = sizeof looks / sizeof looks[0] };
-    fputs("| merges | light at, m | radius, m | place | image | square | camera : light : pair | total | fall | off by at most | measured / "
+    fputs("| merges | light at, m | radius, m | place | image | square | camera : light : pair | total | fall | off "
+          "by at most | measured / "
           "predicted |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
           report->out);
     for (int i = 0; i < LOOKS; i++) {
         const closer_look *look = &looks[i];
-        const paper_000_scene scene = setting(look->merges, look->height, look->radius, look->at, look->resolution, look->side);
+        const paper_000_scene scene =
+            setting(look->merges, look->height, look->radius, look->at, look->resolution, look->side);
         double ratio;
         const shape s = measure(report, &scene, 60, 200 + (uint64_t)i, &ratio);
-        fprintf(report->out, "| %s | %s | %g | %s | %u × %u | %u × %u | ", readings[look->merges].name, light_heights[look->height], radii[look->radius],
-                places[look->at].name, look->resolution, look->resolution, look->side, look->side);
+        fprintf(report->out, "| %s | %s | %g | %s | %u × %u | %u × %u | ", readings[look->merges].name,
+                light_heights[look->height], radii[look->radius], places[look->at].name, look->resolution,
+                look->resolution, look->side, look->side);
         print_shape(report->out, &s);
         fprintf(report->out, " %.0f %% | %.3f |\n", 100.0 * distance(&s), ratio);
         if (i < EXPECTED)
             paper_expect(report, distance(&s) <= 0.25, distance(&s), "<= 0.25",
-                         "figure 0: merges at the last vertex, light at 0.15 m, radius 0.03464 m, %s, %u × %u pixels of %u × %u: largest "
+                         "figure 0: merges at the last vertex, light at 0.15 m, radius 0.03464 m, %s, %u × %u pixels "
+                         "of %u × %u: largest "
                          "deviation of the terms' ratios and the fall from the paper's",
                          places[look->at].name, look->side, look->side, look->resolution, look->resolution);
     }
@@ -182,11 +191,13 @@ void paper_000_reading(paper_report *report)
     best found[READINGS][2][2];
     fprintf(report->out,
             "### Figure 0: which reading of BDD = 1?\n\n"
-            "`scenes/paper-000/cornell-point.xml`, %d squares of 16 × 16 pixels in an image of 512 × 512; predictions for N_F = %d and "
-            "N_B = %d from iterations of %d and %d. *Total*: over the camera term. *Fall*: total at N_B = %d over that at %d. Averages of "
+            "`scenes/paper-000/cornell-point.xml`, %d squares of 16 × 16 pixels in an image of 512 × 512; "
+            "predictions for N_F = %d and "
+            "N_B = %d from iterations of %d and %d. *Total*: over the camera term. *Fall*: total at N_B = %d over "
+            "that at %d. Averages of "
             "roots, less their bias. *Off by at most*: the largest of the four deviations from the paper.\n\n",
-            PLACES, PAPER_000_LIGHT, PAPER_000_CAMERA, PAPER_000_PILOT_LIGHT, PAPER_000_PILOT_CAMERA, 3 * PAPER_000_CAMERA,
-            PAPER_000_CAMERA);
+            PLACES, PAPER_000_LIGHT, PAPER_000_CAMERA, PAPER_000_PILOT_LIGHT, PAPER_000_PILOT_CAMERA,
+            3 * PAPER_000_CAMERA, PAPER_000_CAMERA);
     for (int r = 0; r < READINGS; r++)
         for (int h = 0; h < 2; h++)
             for (int k = 0; k < 2; k++) found[r][h][k] = closest_place(report, r, h, k);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Scenes ------------------------------------------------------------------------------------------------------- */
+/* ---- Scenes ---------------------------------------------------------------------------------------------------- */
 
 const paper_000_scene paper_000_scenes[PAPER_000_SCENES] = {
     {.name = "cornell-point",
@@ -54,9 +54,13 @@ const paper_000_scene paper_000_scenes[PAPER_000_SCENES] = {
      .dominant = NULL},
 };
 
-ca_scene *paper_000_load(const paper_000_scene *scene) { return paper_scene(scene->file, scene->defines, scene->define_count); }
+ca_scene *paper_000_load(const paper_000_scene *scene)
+{
+    return paper_scene(scene->file, scene->defines, scene->define_count);
+}
 
-ca_render_settings paper_000_settings(const paper_000_scene *scene, uint32_t light_paths, uint32_t camera_paths, uint64_t seed)
+ca_render_settings paper_000_settings(const paper_000_scene *scene, uint32_t light_paths, uint32_t camera_paths,
+                                      uint64_t seed)
 {
     ca_render_settings settings;
     ca_render_settings_init(&settings);
@@ -76,7 +80,7 @@ ca_render_settings paper_000_settings(const paper_000_scene *scene, uint32_t lig
     return settings;
 }
 
-/* ---- Measurements ------------------------------------------------------------------------------------------------- */
+/* ---- Measurements ---------------------------------------------------------------------------------------------- */
 
 static ca_pair_film empty_film(const paper_000_run *run)
 {
@@ -125,8 +129,8 @@ paper_000_run *paper_000_measure(const paper_report *report, const paper_000_sce
     ca_scene *loaded = paper_000_load(scene);
     for (int g = 0; g < PAPER_000_GROUPS; g++) measure_group(loaded, run, g, seed * 1000 + (uint64_t)g);
     ca_scene_release(loaded);
-    fprintf(stderr, "  %s, %u light and %u camera paths: %u iterations, %.0f s\n", scene->name, run->light_paths, run->camera_paths,
-            run->iterations * PAPER_000_GROUPS, run->seconds);
+    fprintf(stderr, "  %s, %u light and %u camera paths: %u iterations, %.0f s\n", scene->name, run->light_paths,
+            run->camera_paths, run->iterations * PAPER_000_GROUPS, run->seconds);
     return run;
 }
 
@@ -143,13 +147,15 @@ const paper_000_run *paper_000_paper_run(paper_report *report, int scene)
     static const uint32_t iterations[PAPER_000_SCENES] = {240, 200, 200, 300, 200};
     paper_000_run **run = &((paper_000_runs *)report->shared)->at_paper_numbers[scene];
     if (!*run)
-        *run = paper_000_measure(report, &paper_000_scenes[scene], PAPER_000_LIGHT, PAPER_000_CAMERA, iterations[scene], 1);
+        *run = paper_000_measure(report, &paper_000_scenes[scene], PAPER_000_LIGHT, PAPER_000_CAMERA,
+                                 iterations[scene], 1);
     return *run;
 }
 
-/* ---- Numbers and their errors --------------------------------------------------------------------------------------- */
+/* ---- Numbers and their errors ---------------------------------------------------------------------------------- */
 
-paper_000_numbers paper_000_estimate(const paper_000_run *run, paper_000_statistic *statistic, const void *what, int count)
+paper_000_numbers paper_000_estimate(const paper_000_run *run, paper_000_statistic *statistic, const void *what,
+                                     int count)
 {
     double left_out[PAPER_000_GROUPS][PAPER_000_NUMBERS] = {{0}}, all[PAPER_000_NUMBERS] = {0};
     const double groups = PAPER_000_GROUPS;

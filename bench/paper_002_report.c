@@ -64,8 +64,8 @@ void report_scene(FILE *out, const scene_run *run)
             run->scene->name, run->scene->what, run->width, run->height, run->iterations, run->scene->radius,
             percent_of_pixels(run, run->left_out), percent_of_pixels(run, run->common),
             percent_of_pixels(run, run->merging));
-    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | over ovcm's | counts on (sharpness) | ms/iteration | over vcm's | "
-          "peak MiB |\n"
+    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | over ovcm's | counts on (sharpness) | ms/iteration | "
+          "over vcm's | peak MiB |\n"
           "|---|---|---|---|---|---|---|---|---|\n",
           out);
     for (int which = 0; which < ESTIMATORS; which++) report_row(out, run, which);
@@ -144,8 +144,8 @@ typedef struct strip {
     uint32_t x; /* where the next tile goes */
 } strip;
 
-/* A square of the picture as a tile; `values` are three planes of `plane` floats, or one for a grey tile (plane 0).
- */
+/* A square of the picture as a tile; `values` are three planes of `plane` floats, or one for a grey tile (plane
+ * 0). */
 static void add_tile(strip *s, const scene_run *run, const float *values, size_t plane, double left, double top,
                      double side, double scale)
 {

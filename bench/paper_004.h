@@ -57,8 +57,8 @@ typedef struct paper_repeats {
 paper_repeats paper_repeats_start(size_t pixels);
 void paper_repeats_add(paper_repeats *repeats, const double *luminance);
 void paper_repeats_release(paper_repeats *repeats);
-/* `noise`: standard deviation of the truth itself, r.m.s. over pixels, in its unit. `truth` NULL: the deviation only.
- */
+/* `noise`: standard deviation of the truth itself, r.m.s. over pixels, in its unit. `truth` NULL: the deviation
+ * only. */
 paper_errors paper_repeats_errors(const paper_repeats *repeats, const double *truth, double noise);
 
 /* log y = a + b log x by least squares, over the points with y > 0. */

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Checks ------------------------------------------------------------------------------------------------------- */
+/* ---- Checks ---------------------------------------------------------------------------------------------------- */
 
 void paper_expect(paper_report *report, bool holds, double measured, const char *goal, const char *what, ...)
 {
@@ -37,7 +37,7 @@ static int print_checks(paper_report *report)
     return failed;
 }
 
-/* ---- The program -------------------------------------------------------------------------------------------------- */
+/* ---- The program ----------------------------------------------------------------------------------------------- */
 
 enum { MOST_CHOSEN = 16 };
 
@@ -114,7 +114,7 @@ int paper_report_main(int argc, char **argv, paper_report *report, const paper_s
     return (chosen.table && fclose(report->out) != 0) || failed > 0;
 }
 
-/* ---- Small things ------------------------------------------------------------------------------------------------- */
+/* ---- Small things ---------------------------------------------------------------------------------------------- */
 
 void *paper_need(void *memory)
 {

@@ -1,5 +1,5 @@
-/* What the programs that show a paper's figures share: a Markdown report in sections, and the list of what should be seen. All of it
- * dies on errors with a message. */
+/* What the programs that show a paper's figures share: a Markdown report in sections, and the list of what should be
+ * seen. All of it dies on errors with a message. */
 #ifndef CA_BENCH_PAPER_REPORT_H
 #define CA_BENCH_PAPER_REPORT_H
 
@@ -36,9 +36,9 @@ typedef struct paper_section {
 void paper_expect(paper_report *report, bool holds, double measured, const char *goal, const char *what, ...)
     __attribute__((format(printf, 5, 6)));
 
-/* The program PROGRAM [--quick] [--only SECTION]... [--table FILE] [--pictures FOLDER]: runs the sections, or those named, and then prints the
- * table of checks. Returns the exit status: 1 if one does not hold, 2 for wrong usage. `more_usage` (may be NULL) is a line more for
- * the usage text. */
+/* The program PROGRAM [--quick] [--only SECTION]... [--table FILE] [--pictures FOLDER]: runs the sections, or those
+ * named, and then prints the table of checks. Returns the exit status: 1 if one does not hold, 2 for wrong usage.
+ * `more_usage` (may be NULL) is a line more for the usage text. */
 int paper_report_main(int argc, char **argv, paper_report *report, const paper_section *sections, int section_count,
                       const char *more_usage);
 

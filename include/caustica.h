@@ -74,7 +74,8 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render. `scene` is set on success. */
+/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render. `scene` is set on
+ * success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
@@ -91,8 +92,8 @@ typedef struct ca_render_progress {
     double seconds_predicted;           /* > 0: of the whole render, to its noise target */
     double noise_percent;               /* relative standard error of the image so far; negative: not known yet */
     double noise_target;                /* 0: none */
-    /* Makes the picture so far, as the render would give it if it ended now. Only while the callback runs, and in its thread; NULL:
-     * there is no picture yet, or no whole one. Costs nothing where it is not called. */
+    /* Makes the picture so far, as the render would give it if it ended now. Only while the callback runs, and in its
+     * thread; NULL: there is no picture yet, or no whole one. Costs nothing where it is not called. */
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
                           struct ca_render_statistics *statistics, ca_error *error);
     void *render; /* for `snapshot` */
@@ -103,21 +104,24 @@ typedef struct ca_render_settings {
     const char *integrator;     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay */
     uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
-    double noise_percent;       /* > 0: stop when the relative standard error of the image is below this many percent */
-    /* How many light paths, and camera paths of each pixel, of bdpm and ppm; NULL: light_paths and camera_paths. "auto": what is
-     * estimated to give the least noise in the time (of ppm the light paths alone, with one camera path); the settings are then those
-     * of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and the sampler `independent`, whatever the scene says (other
-     * settings are refused). Such an image depends on how fast the machine is. Else the path of an .exr that such a render or `caustica
-     * noise` wrote: its numbers (layer Rays.Numbers) instead of light_paths and camera_paths, which must not be set beside it; the image
-     * is the same to the bit whatever the threads. See docs/papers/000.md, section D. */
+    double noise_percent; /* > 0: stop when the relative standard error of the image is below this many percent */
+    /* How many light paths, and camera paths of each pixel, of bdpm and ppm; NULL: light_paths and camera_paths.
+     * "auto": what is estimated to give the least noise in the time (of ppm the light paths alone, with one camera
+     * path); the settings are then those of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and the
+     * sampler `independent`, whatever the scene says (other settings are refused). Such an image depends on how fast
+     * the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
+     * Rays.Numbers) instead of light_paths and camera_paths, which must not be set beside it; the image is the same
+     * to the bit whatever the threads. See docs/papers/000.md, section D. */
     const char *rays;
-    const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the "worst-decile" */
-    const char *sampler;        /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
+    const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
+                                   "worst-decile" */
+    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
     uint64_t seed;
     bool has_seed;
-    /* > 0: render in so many replicates (>= 2) that are independent of each other, for the layers Confidence*.*: groups of passes with
-     * the sampler `independent` (0: each pass is one), with the others a scrambling for each (0: there are no such layers). Samples
-     * per pixel, given or the scene's, must come to a multiple of so many passes. */
+    /* > 0: render in so many replicates (>= 2) that are independent of each other, for the layers Confidence*.*:
+     * groups of passes with the sampler `independent` (0: each pass is one), with the others a scrambling for each
+     * (0: there are no such layers). Samples per pixel, given or the scene's, must come to a multiple of so many
+     * passes. */
     uint32_t replicates;
     uint32_t threads;       /* 0: one per processor. The image does not depend on it, to the bit */
     uint32_t width, height; /* of the full film; its crop is scaled along */
@@ -125,44 +129,47 @@ typedef struct ca_render_settings {
     uint32_t crop[4]; /* x0, y0, x1, y1, half open, in pixels of the full film */
     int max_depth;    /* as Mitsuba: 1 sees lights only, -1 is unlimited */
     bool has_max_depth;
-    /* Parameters of integrators that have them, for others an error. Like max_depth they win over the scene; one that is
-     * also in `integrator` must have the same value there. */
+    /* Parameters of integrators that have them, for others an error. Like max_depth they win over the scene; one that
+     * is also in `integrator` must have the same value there. */
     double radius; /* > 0: of merges, in the first pass */
     double alpha;  /* how fast it shrinks: r^2 = radius^2 / passes^alpha, in [0, 1] */
     bool has_alpha;
     uint32_t light_paths;  /* > 0: in a pass */
     uint32_t camera_paths; /* > 0: per pixel in a pass */
-    /* > 0: for film and light paths. A film that needs more is refused; light paths are traced in parts if a pass needs
-     * more for them. The image does not depend on it, to the bit (but for qmcppm's blocks=filled, which fill it). */
+    /* > 0: for film and light paths. A film that needs more is refused; light paths are traced in parts if a pass
+     * needs more for them. The image does not depend on it, to the bit (but for qmcppm's blocks=filled, which fill
+     * it). */
     double memory_mib;
     /* Folder for one picture of what each technique found, s camera and t light vertices, before and after weighting:
      * hit_s3_t0_unweighted.exr, connect_s2_t2_weighted.exr, ..._weight.exr. Needs a max_depth of at most 13. */
     const char *strategies_directory;
-    /* For integrators that render by blocks of pairs of camera and light paths (qmcppm), for others an error. Blocks share
-     * their paths: such an image does not know its noise, and noise_percent is refused. */
+    /* For integrators that render by blocks of pairs of camera and light paths (qmcppm), for others an error. Blocks
+     * share their paths: such an image does not know its noise, and noise_percent is refused. */
     bool has_blocks;
     uint64_t blocks[2];    /* render these only, half open, counted from 0; instead of samples_per_pixel */
     const char *part_path; /* also write the exact sums of the blocks to this file, for ca_merge_parts */
-    /* Called after each pass or block; false ends the render, the image made so far is returned. The time it takes is no
-     * rendering time. */
+    /* Called after each pass or block; false ends the render, the image made so far is returned. The time it takes is
+     * no rendering time. */
     bool (*progress)(const ca_render_progress *progress, void *user);
     void *progress_user;
 } ca_render_settings;
 
 CA_API void ca_render_settings_init(ca_render_settings *settings);
 
-/* Where samples that are not finite come from: the techniques hit, next event, connect, splat, merge; and those that only
- * the film noticed. */
+/* Where samples that are not finite come from: the techniques hit, next event, connect, splat, merge; and those that
+ * only the film noticed. */
 enum { CA_NON_FINITE_SOURCES = 6 };
 
 /* Of a render with numbers of rays of its own (ca_render_settings.rays); of "auto" also how they were chosen. */
 typedef struct ca_rays_statistics {
     uint32_t light_paths; /* N_F in the end; 0: not such a render */
     double camera_paths;  /* N_B in the end, mean over pixels */
-    uint32_t phases;      /* in how many, each with numbers of its own, after the pilot; 0: not "auto", or ended in its pilot */
+    uint32_t
+        phases; /* in how many, each with numbers of its own, after the pilot; 0: not "auto", or ended in its pilot */
     double pilot_seconds;
     double predicted_gain; /* efficiency over the pilot's numbers, by the estimates it ended with; NAN: not known */
-    /* Seconds of one processor: of an iteration without paths, a light path, a camera path, a candidate of merging; NAN: not measured */
+    /* Seconds of one processor: of an iteration without paths, a light path, a camera path, a candidate of merging;
+     * NAN: not measured */
     double iteration_seconds, light_path_seconds, camera_path_seconds, candidate_seconds;
 } ca_rays_statistics;
 
@@ -178,13 +185,14 @@ typedef struct ca_render_statistics {
     double mean_luminance;
     /* Standard deviation of one iteration's pixel luminance, averaged over pixels; NAN: not known. */
     double mean_standard_deviation;
-    double noise_percent;           /* root of the mean variance of a pixel's mean, over the mean luminance; < 0: not known */
+    double noise_percent; /* root of the mean variance of a pixel's mean, over the mean luminance; < 0: not known */
     bool has_confidence;            /* there are error bars, the layers Confidence*.*; and of all pixels ... */
     double confidence_marked;       /* ... so many have some that say nothing, by luminance: a fraction */
     uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect ... */
     uint64_t non_finite_from[CA_NON_FINITE_SOURCES]; /* ... by where they come from */
     bool interrupted;               /* ended by the progress callback */
-    double first_predicted_seconds; /* of the whole render to its noise target, when that could first be said; 0: never */
+    double first_predicted_seconds; /* of the whole render to its noise target, when that could first be said; 0:
+                                       never */
     double first_predicted_at;      /* in which second that was */
     ca_rays_statistics numbers_of_rays;
     uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
@@ -197,61 +205,65 @@ typedef struct ca_image_layers ca_image_layers;
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
 
-/* Adds up part files (ca_render_settings.part_path) in any order. Their blocks must follow each other without gap or overlap,
- * and all else that the image depends on must be the same; CA_ERROR_ARGUMENT tells which files do not fit, and why. The result is
- * the same, to the bit, as that of one render of all the blocks. It goes to the file `part_path`, if that is not NULL, and
- * is developed into `image`, if that is not NULL: an image needs all blocks from 0. `statistics` may be NULL. */
-CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
-                                ca_render_statistics *statistics, ca_error *error);
+/* Adds up part files (ca_render_settings.part_path) in any order. Their blocks must follow each other without gap or
+ * overlap, and all else that the image depends on must be the same; CA_ERROR_ARGUMENT tells which files do not fit,
+ * and why. The result is the same, to the bit, as that of one render of all the blocks. It goes to the file
+ * `part_path`, if that is not NULL, and is developed into `image`, if that is not NULL: an image needs all blocks
+ * from 0. `statistics` may be NULL. */
+CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path,
+                                ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
 
-/* ---- Noise ------------------------------------------------------------------------------------------------------ */
+/* ---- Noise ----------------------------------------------------------------------------------------------------- */
 
-/* Where the noise of bidirectional photon mapping comes from, and what it would be with other numbers of paths (Ershov, Birukov,
- * Voloboy, Galaktionov 2020, "Calculation of Noise Components for Bidirectional Path Tracing with Photon Maps"). The variance of a
- * pixel's luminance in one iteration of N_F light paths and N_B camera paths per pixel is
+/* Where the noise of bidirectional photon mapping comes from, and what it would be with other numbers of paths
+ * (Ershov, Birukov, Voloboy, Galaktionov 2020, "Calculation of Noise Components for Bidirectional Path Tracing with
+ * Photon Maps"). The variance of a pixel's luminance in one iteration of N_F light paths and N_B camera paths per
+ * pixel is
  *
  *     V = (C - L^2) / (N_F N_B) + (1 - 1/N_F) (B - L^2) / N_B + (1 - 1/N_B) (F - L^2) / N_F        (equation 6)
  *
- * with C, B, F, L that do not depend on N_F and N_B: the pair, camera and light terms. All are estimated without bias from independent
- * iterations, so that small ones may come out negative. */
+ * with C, B, F, L that do not depend on N_F and N_B: the pair, camera and light terms. All are estimated without bias
+ * from independent iterations, so that small ones may come out negative. */
 typedef struct ca_noise ca_noise; /* a measurement: 136 bytes a pixel, 456 where paths connect */
 
-/* Averages over pixels, of variances (W^2 sr^-2 m^-4 where the scene has units) and of their roots; roots of negative variances
- * count as 0. */
+/* Averages over pixels, of variances (W^2 sr^-2 m^-4 where the scene has units) and of their roots; roots of negative
+ * variances count as 0. */
 typedef struct ca_noise_summary {
     uint64_t pixels;
     double luminance;
-    double predicted_rms, measured_rms, camera_rms, light_rms, pair_rms; /* of roots of V, of the sample variance, of the terms */
+    double predicted_rms, measured_rms, camera_rms, light_rms,
+        pair_rms; /* of roots of V, of the sample variance, of the terms */
     double predicted, measured, camera, light, pair;                     /* of the same themselves */
-    uint64_t negative_predicted, negative_measured, negative_camera, negative_light, negative_pair; /* pixels below zero */
+    uint64_t negative_predicted, negative_measured, negative_camera, negative_light,
+        negative_pair;           /* pixels below zero */
     double connect, connect_rms; /* of the term of connections, which may be below zero; 0 without them */
     uint64_t negative_connect;
 } ca_noise_summary;
 
-/* Measures in `iterations` (>= 2) iterations of `bdpm` or `ppm`. The settings are those of a render, but: where neither they nor the
- * scene name one of the two, it is bdpm; where neither sets them, there are 30,000 light paths and 4 camera paths, 1 of ppm; light_paths
- * must be 2 or more; the sampler is `independent`, as the law wants, whatever
- * the scene says; alpha is 0, whatever the scene says, unless they set it: with one radius all iterations are distributed alike.
- * What else ends a render (samples, seconds, noise), rays, replicates, blocks and strategies are refused. The progress callback may end it early,
- * but not before the second iteration.
- * Where they name it, the integrator may also be `bdpt`, `vcm` or `ovcm`, with no more camera paths per pixel than light paths: pair,
- * camera and light term are then those of all that is not connected, and a fourth one, `connect`, may be negative. Their weights
- * depend on the numbers of paths, so that predictions for others are of the weights measured with.
- * `image` (may be NULL) is that of ca_render with the layers Noise.* of docs/images.md; `statistics` may be NULL. */
+/* Measures in `iterations` (>= 2) iterations of `bdpm` or `ppm`. The settings are those of a render, but: where
+ * neither they nor the scene name one of the two, it is bdpm; where neither sets them, there are 30,000 light paths
+ * and 4 camera paths, 1 of ppm; light_paths must be 2 or more; the sampler is `independent`, as the law wants,
+ * whatever the scene says; alpha is 0, whatever the scene says, unless they set it: with one radius all iterations
+ * are distributed alike. What else ends a render (samples, seconds, noise), rays, replicates, blocks and strategies
+ * are refused. The progress callback may end it early, but not before the second iteration. Where they name it, the
+ * integrator may also be `bdpt`, `vcm` or `ovcm`, with no more camera paths per pixel than light paths: pair, camera
+ * and light term are then those of all that is not connected, and a fourth one, `connect`, may be negative. Their
+ * weights depend on the numbers of paths, so that predictions for others are of the weights measured with. `image`
+ * (may be NULL) is that of ca_render with the layers Noise.* of docs/images.md; `statistics` may be NULL. */
 CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
                                   ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
                                   ca_error *error);
 
-/* What the law says for any numbers of paths, averaged over a region of the measured picture: x0, y0, x1, y1, half open, in pixels
- * of the full film; NULL: all of it. `measured` is the sample variance of the iterations that were made, whatever the numbers here.
- * CA_ERROR_ARGUMENT: a region that is empty or outside; a number of 0; camera_paths > 1 after a measurement with one camera path,
- * which cannot tell F. */
+/* What the law says for any numbers of paths, averaged over a region of the measured picture: x0, y0, x1, y1, half
+ * open, in pixels of the full film; NULL: all of it. `measured` is the sample variance of the iterations that were
+ * made, whatever the numbers here. CA_ERROR_ARGUMENT: a region that is empty or outside; a number of 0; camera_paths
+ * > 1 after a measurement with one camera path, which cannot tell F. */
 CA_API ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32_t light_paths,
                                   uint32_t camera_paths, ca_noise_summary *summary, ca_error *error);
 CA_API void ca_noise_release(ca_noise *noise); /* NULL is allowed */
 
-/* Seconds of one processor that paths take, without gathering pairs; with standard errors from the scatter among tiles and passes.
- * NAN: there were none. They change slowly with the number of light paths. */
+/* Seconds of one processor that paths take, without gathering pairs; with standard errors from the scatter among
+ * tiles and passes. NAN: there were none. They change slowly with the number of light paths. */
 typedef struct ca_noise_times {
     uint32_t light_paths; /* measured with half as many and with twice as many */
     double iteration, light_path; /* an iteration without paths; a light path, with sorting its photons */
@@ -262,7 +274,8 @@ typedef struct ca_noise_times {
     double candidates_per_pair; /* of a light path with a camera path */
 } ca_noise_times;
 
-/* Numbers of paths of an iteration, and what is expected of it. Variance x seconds is what a fixed time leaves of the variance. */
+/* Numbers of paths of an iteration, and what is expected of it. Variance x seconds is what a fixed time leaves of the
+ * variance. */
 typedef struct ca_noise_numbers {
     uint32_t light_paths;
     double camera_paths; /* per pixel, mean over pixels */
@@ -283,19 +296,20 @@ typedef struct ca_noise_recommendation {
     bool interrupted; /* by the progress callback */
 } ca_noise_recommendation;
 
-/* The numbers of paths with the least noise after a given time, from a measurement (docs/papers/000.md, section D). Traces a few
- * iterations with the scene and settings of the measurement but half and twice the light paths, and again with those that it
- * recommends where they are far from that, to time them: a recommendation depends on the machine, and a little on chance. Timing
- * takes about a quarter of the time of the measurement, or two seconds. The progress callback is asked before and while paths are timed;
- * false ends that soon. Then, and where no noise was found (a black image), nothing is recommended: CA_OK, but best.light_paths and all else is
- * 0, and there is no map.
- * objective: the variance of the "mean" pixel (NULL), the "relative" one (over squared luminance), or that of the "worst-decile".
- * `image`, of the measurement, gets the map as layer Rays.Numbers and the light paths as attribute caustica.lightPaths, for
- * ca_render_settings.rays; NULL: not wanted. CA_ERROR_ARGUMENT: another objective; settings that do not fit the measurement.
- * CA_ERROR_UNSUPPORTED: a measurement of `bdpt`, `vcm` or `ovcm`, whose weights would change with the numbers. */
+/* The numbers of paths with the least noise after a given time, from a measurement (docs/papers/000.md, section D).
+ * Traces a few iterations with the scene and settings of the measurement but half and twice the light paths, and
+ * again with those that it recommends where they are far from that, to time them: a recommendation depends on the
+ * machine, and a little on chance. Timing takes about a quarter of the time of the measurement, or two seconds. The
+ * progress callback is asked before and while paths are timed; false ends that soon. Then, and where no noise was
+ * found (a black image), nothing is recommended: CA_OK, but best.light_paths and all else is 0, and there is no map.
+ * objective: the variance of the "mean" pixel (NULL), the "relative" one (over squared luminance), or that of the
+ * "worst-decile". `image`, of the measurement, gets the map as layer Rays.Numbers and the light paths as attribute
+ * caustica.lightPaths, for ca_render_settings.rays; NULL: not wanted. CA_ERROR_ARGUMENT: another objective; settings
+ * that do not fit the measurement. CA_ERROR_UNSUPPORTED: a measurement of `bdpt`, `vcm` or `ovcm`, whose weights
+ * would change with the numbers. */
 CA_API ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const ca_render_settings *settings,
-                                    const char *objective, ca_image_layers *image, ca_noise_recommendation *recommendation,
-                                    ca_error *error);
+                                    const char *objective, ca_image_layers *image,
+                                    ca_noise_recommendation *recommendation, ca_error *error);
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 

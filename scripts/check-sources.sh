@@ -5,10 +5,12 @@
 #   2. Each foreign library is used by its one file.
 #   3. Heap memory comes from base/memory.h; nothing below cli/ prints or exits.
 #   4. No file is left half done.
+#   5. No line of C is longer than .editorconfig says.
 #
 # Prints one line for each breach; exit status 1 if there is any. Comments and strings do not count for 3.
 set -eu
 cd "$(dirname "$0")/.."
+sources=$(find include src tests bench -name '*.[ch]' | LC_ALL=C sort)
 
 awk '
 BEGIN {
@@ -93,4 +95,11 @@ FNR == 1 { own = FILENAME; sub(/^src\//, "", own); sub(/\/.*/, "", own); in_comm
     if (own != "cli" && code ~ /(^|[^a-z0-9_])(stdout|stderr)([^a-z0-9_]|$)/) complain("nothing below cli/ prints")
 }
 END { exit breaches > 0 }
-' $(find include src tests bench -name '*.[ch]' | LC_ALL=C sort)
+' $sources
+
+# Characters, not bytes: sigma counts once.
+width=$(sed -n 's/^max_line_length = //p' .editorconfig)
+if LC_ALL=C.UTF-8 grep -nE "^.{$((width + 1)),}\$" $sources; then
+    echo "these lines are longer than the $width characters that .editorconfig promises"
+    exit 1
+fi

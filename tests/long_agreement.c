@@ -1,6 +1,6 @@
 /* Unbiased integrators, and those with merges so small that their bias does not count, on all scenes of
- * support/agreement_scenes.c, block by block, with samples enough to show a bias of 1 %. Takes some minutes. An argument is a
- * pattern for the names of the scenes to look at. */
+ * support/agreement_scenes.c, block by block, with samples enough to show a bias of 1 %. Takes some minutes. An
+ * argument is a pattern for the names of the scenes to look at. */
 #include "support/agreement.h"
 
 #include <setjmp.h>
@@ -40,8 +40,9 @@ static void test_scene(void **state)
 static void test_suspicions_are_as_few_as_chance_has_it(void **state)
 {
     (void)state;
-    print_message("    %u comparisons, %u of them below p = 0.05 at the first look; detectable bias at worst %.2f %%\n",
-                  total.comparisons, total.suspicious, 100.0 * total.largest_detectable);
+    print_message(
+        "    %u comparisons, %u of them below p = 0.05 at the first look; detectable bias at worst %.2f %%\n",
+        total.comparisons, total.suspicious, 100.0 * total.largest_detectable);
     assert_true(suspicious_p_value(&total) > 0.01);
 }
 

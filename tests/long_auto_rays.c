@@ -1,5 +1,5 @@
-/* The mean of a thousand small renders with rays "auto" is the reference's, within two standard errors; that of the same samples joined
- * the naive way is not. So is the mean of longer ones, with trials and phases. */
+/* The mean of a thousand small renders with rays "auto" is the reference's, within two standard errors; that of the
+ * same samples joined the naive way is not. So is the mean of longer ones, with trials and phases. */
 #include "support/auto_bias.h"
 
 #include <setjmp.h>
@@ -11,8 +11,8 @@
 enum { REFERENCE_PASSES = 12500 };
 
 /* Two standard errors are exceeded once in 22 times: then other renders must not do so again. */
-static double worst_of_two(const ca_scene *scene, uint32_t renders, uint32_t samples, const auto_bias_means *reference,
-                           auto_bias_means *naive, double *phases)
+static double worst_of_two(const ca_scene *scene, uint32_t renders, uint32_t samples,
+                           const auto_bias_means *reference, auto_bias_means *naive, double *phases)
 {
     auto_bias_means joined;
     *phases = auto_bias_render(scene, renders, samples, 1, &joined, naive);

@@ -1,5 +1,5 @@
-/* Error bars of bundled scenes: of the pixels that are neither marked nor without noise, 93 % to 97 % of the 95 % intervals hold the
- * expectation (the table of docs/papers/000.md, with fewer renders). */
+/* Error bars of bundled scenes: of the pixels that are neither marked nor without noise, 93 % to 97 % of the 95 %
+ * intervals hold the expectation (the table of docs/papers/000.md, with fewer renders). */
 #include "support/interval_tally.h"
 
 #include <math.h>
@@ -20,8 +20,9 @@ static const struct method {
     const char *integrator, *sampler;
     uint32_t samples, replicates;
 } methods[] = {
-    {"path", "independent", 512, 0},         {"path", "sobol", 1024, 64},         {"bdpt", "independent", 256, 0},
-    {"bdpm:alpha=0", "independent", 256, 0}, {"ovcm:alpha=0", "independent", 256, 0}, {"vcm:alpha=0", "independent", 256, 64},
+    {"path", "independent", 512, 0},         {"path", "sobol", 1024, 64},
+    {"bdpt", "independent", 256, 0},         {"bdpm:alpha=0", "independent", 256, 0},
+    {"ovcm:alpha=0", "independent", 256, 0}, {"vcm:alpha=0", "independent", 256, 64},
 };
 enum { METHODS = sizeof methods / sizeof methods[0] };
 
@@ -38,9 +39,10 @@ static void check(const ca_scene *scene, const char *name, const struct method *
     const interval_tally tally = tally_intervals(scene, &settings, RENDERS, "G");
     const uint64_t judged = tally.held + tally.below + tally.above;
     const double held = tally_fraction(&tally);
-    printf("    %-28s %-13s %-12s %.2f %% held of %u, %.1f %% marked\n", name, m->integrator, m->sampler, 100.0 * held,
-           (unsigned)judged, 100.0 * (double)tally.marked / (double)tally.pixels);
-    if (judged >= FEW && !(held > 0.93 && held < 0.97)) fail_msg("%s, %s, %s: %.4f", name, m->integrator, m->sampler, held);
+    printf("    %-28s %-13s %-12s %.2f %% held of %u, %.1f %% marked\n", name, m->integrator, m->sampler,
+           100.0 * held, (unsigned)judged, 100.0 * (double)tally.marked / (double)tally.pixels);
+    if (judged >= FEW && !(held > 0.93 && held < 0.97))
+        fail_msg("%s, %s, %s: %.4f", name, m->integrator, m->sampler, held);
 }
 
 static void test_scene(void **state)

@@ -1,8 +1,9 @@
-/* What it costs a real render to be looked at: processor time of `caustica render --serve` beside that of the same render without.
+/* What it costs a real render to be looked at: processor time of `caustica render --serve` beside that of the same
+ * render without.
  *
- * Both are at work by turns, a quarter of a second each (SIGSTOP, SIGCONT), so that whatever else goes on in the machine meets both.
- * Those who look have a process of their own, this one: each listens to the events and fetches channels and a pixel of every picture
- * that it hears of, at once and all it can. */
+ * Both are at work by turns, a quarter of a second each (SIGSTOP, SIGCONT), so that whatever else goes on in the
+ * machine meets both. Those who look have a process of their own, this one: each listens to the events and fetches
+ * channels and a pixel of every picture that it hears of, at once and all it can. */
 #define _GNU_SOURCE
 #include "support/live_client.h"
 #include "support/program_test.h"
@@ -23,7 +24,7 @@ static void sleep_for(double seconds)
     nanosleep(&time, NULL);
 }
 
-/* ---- Who looks ----------------------------------------------------------------------------------------------------------- */
+/* ---- Who looks ------------------------------------------------------------------------------------------------- */
 
 static const char *const wanted[] = {"planes?names=R,G,B",       "planes?names=StandardDeviation.Y,Samples.Y,R,G,B",
                                      "planes?names=N.X,N.Y,N.Z", "planes?names=Albedo.R,Albedo.G,Albedo.B",
@@ -54,7 +55,8 @@ static long newest_version(const char *events)
 {
     static const char key[] = "\"version\":";
     long version = 0;
-    for (const char *at = events; (at = strstr(at, key)) != NULL; at += sizeof key - 1) version = strtol(at + sizeof key - 1, NULL, 10);
+    for (const char *at = events; (at = strstr(at, key)) != NULL; at += sizeof key - 1)
+        version = strtol(at + sizeof key - 1, NULL, 10);
     return version;
 }
 
@@ -77,7 +79,7 @@ static void *watch(void *user)
     return NULL;
 }
 
-/* ---- The renders --------------------------------------------------------------------------------------------------------- */
+/* ---- The renders ----------------------------------------------------------------------------------------------- */
 
 typedef struct render {
     ca_program program;
@@ -88,8 +90,13 @@ typedef struct render {
 
 static void start(render *r, bool serves)
 {
-    const char *const words[] = {"render",   CA_SOURCE_DIR "/scenes/cornell-box/cornell-box.xml", "--quiet", "--threads", "1",
-                                 "--resolution", "256x256", "--spp", "400", "-o", "a.exr", serves ? "--serve" : NULL, NULL};
+    const char *const words[] = {"render",  CA_SOURCE_DIR "/scenes/cornell-box/cornell-box.xml",
+                                 "--quiet", "--threads",
+                                 "1",       "--resolution",
+                                 "256x256", "--spp",
+                                 "400",     "-o",
+                                 "a.exr",   serves ? "--serve" : NULL,
+                                 NULL};
     assert_true(ca_program_open(&r->program, CA_PROGRAM));
     r->process = ca_program_start(&r->program, words, -1);
     r->over = false;
@@ -155,7 +162,7 @@ static void assert_same_picture(const render *a, const render *b)
     for (int i = 0; i < 2; i++) ca_layers_destroy(images[i]);
 }
 
-/* ---- The test ------------------------------------------------------------------------------------------------------------ */
+/* ---- The test -------------------------------------------------------------------------------------------------- */
 
 /* Gives back how much more the watched one takes. */
 static double one_round(void)
@@ -178,7 +185,8 @@ static double one_round(void)
         answers += watchers[i].answers;
         bytes += watchers[i].bytes;
     }
-    print_message("%.2f s of the processor without, %.2f s with %d who look at %.1f pictures each (%d answers, %.0f MB): %+.2f %%\n",
+    print_message("%.2f s of the processor without, %.2f s with %d who look at %.1f pictures each (%d answers, %.0f "
+                  "MB): %+.2f %%\n",
                   plain.seconds, served.seconds, WATCHERS, (double)pictures / WATCHERS, answers, 1e-6 * bytes,
                   100.0 * (served.seconds / plain.seconds - 1.0));
     assert_same_picture(&plain, &served);

@@ -1,5 +1,5 @@
-/* SSIM and FLIP against independent implementations, on ten pairs of renders: scripts/check-metrics.sh. Skipped, loudly, where
- * their packages cannot be had. */
+/* SSIM and FLIP against independent implementations, on ten pairs of renders: scripts/check-metrics.sh. Skipped,
+ * loudly, where their packages cannot be had. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

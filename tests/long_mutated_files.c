@@ -1,8 +1,8 @@
-/* Damaged meshes and images of every format, read by every reader: no crash, no leak (under the sanitizers of the preset
- * `asan`), no file that takes longer than 5 seconds.
+/* Damaged meshes and images of every format, read by every reader: no crash, no leak (under the sanitizers of the
+ * preset `asan`), no file that takes longer than 5 seconds.
  *
- * CA_MUTATIONS: number of files (20000). CA_MUTATION_SEED: which ones (1). Each mutation depends on seed and number only;
- * the file that kills the test is the one left in the folder that the first line names. */
+ * CA_MUTATIONS: number of files (20000). CA_MUTATION_SEED: which ones (1). Each mutation depends on seed and number
+ * only; the file that kills the test is the one left in the folder that the first line names. */
 #define _POSIX_C_SOURCE 200809L
 #include "support/sample_files.h"
 

@@ -1,10 +1,11 @@
 /* What paper 003 (Sirak, "Bidirectional Path Tracer", 2019) says about its pictures, measured on scenes/paper-003 and
- * scenes/perceptual-study, at its own setting: 400 x 400 pixels, 75 samples. Prints the figures of docs/papers/003.md.
- * Takes some minutes. Arguments, for a quick look: another side of the pictures in pixels, a pattern for the names of the
- * tests.
+ * scenes/perceptual-study, at its own setting: 400 x 400 pixels, 75 samples. Prints the figures of
+ * docs/papers/003.md. Takes some minutes. Arguments, for a quick look: another side of the pictures in pixels, a
+ * pattern for the names of the tests.
  *
- * Noise is what renders with seeds of their own scatter by: a picture of 75 samples is the mean of five of 15. Pixels that
- * show a lamp, and those beside them, are left out everywhere: they say nothing about how a lamp lights a room. */
+ * Noise is what renders with seeds of their own scatter by: a picture of 75 samples is the mean of five of 15. Pixels
+ * that show a lamp, and those beside them, are left out everywhere: they say nothing about how a lamp lights a
+ * room. */
 #include "support/batches.h"
 #include "support/scene_text.h"
 
@@ -134,12 +135,13 @@ static void release_view(view *v)
 }
 
 /* Mean of batches; level and its error go to `f`, for the batches' levels are independent where pixels are not. */
-static picture render_picture(const ca_scene *scene, const char *integrator, int max_depth, const view *v, uint64_t seed,
-                              figures *f)
+static picture render_picture(const ca_scene *scene, const char *integrator, int max_depth, const view *v,
+                              uint64_t seed, figures *f)
 {
     const uint32_t pixels = v->width * v->height;
     picture p = {.pixels = pixels, .value = need(pixels, sizeof(float)), .error = need(pixels, sizeof(float))};
-    double *sum = need(pixels, sizeof *sum), *squares = need(pixels, sizeof *squares), levels = 0.0, level_squares = 0.0;
+    double *sum = need(pixels, sizeof *sum), *squares = need(pixels, sizeof *squares), levels = 0.0,
+           level_squares = 0.0;
     uint32_t counted = 0;
     for (uint32_t i = 0; i < pixels; i++) counted += !v->lamp[i];
     for (uint32_t batch = 0; batch < BATCHES; batch++) {
@@ -194,11 +196,13 @@ static bool same_surface(const view *v, size_t a, size_t b)
     return true;
 }
 
-/* A firefly is brighter than 1.5 times the median of those pixels around it, 5 x 5, that show the same surface (its normal
- * and its albedo), and that by more than 5 % of the picture's level; and both holds for the pixel's value by another method
- * too, in place of the median: so no shadow's corner counts. Where fewer than ten pixels show the surface, nothing is said.
+/* A firefly is brighter than 1.5 times the median of those pixels around it, 5 x 5, that show the same surface (its
+ * normal and its albedo), and that by more than 5 % of the picture's level; and both holds for the pixel's value by
+ * another method too, in place of the median: so no shadow's corner counts. Where fewer than ten pixels show the
+ * surface, nothing is said.
  */
-static bool is_firefly(const picture *p, const picture *other_method, const view *v, uint32_t x, uint32_t y, double level)
+static bool is_firefly(const picture *p, const picture *other_method, const view *v, uint32_t x, uint32_t y,
+                       double level)
 {
     const size_t pixel = (size_t)y * v->width + x;
     float around[(2 * REACH + 1) * (2 * REACH + 1)];
@@ -262,12 +266,13 @@ static void print_figures(const char *scene, const char *integrator, const figur
 static const char table_head[] = "    | scene | integrator | level | median | noise | typical noise | fireflies |\n"
                                  "    |---|---|---|---|---|---|---|\n";
 
-/* ---- The three lights ------------------------------------------------------------------------------------------- */
+/* ---- The three lights ------------------------------------------------------------------------------------------ */
 
 enum { LARGE, SMALL, TWO, LIGHTS };
 enum { ALL, NO_SPLAT, PATH, HITS_ONLY, INTEGRATORS };
 static const char *const lights[LIGHTS] = {"large-light", "small-light", "two-small-lights"};
-static const char *const integrators[INTEGRATORS] = {"bdpt", "bdpt:strategies=no-splat", "path", "path:next_event=false"};
+static const char *const integrators[INTEGRATORS] = {"bdpt", "bdpt:strategies=no-splat", "path",
+                                                     "path:next_event=false"};
 static figures of_light[LIGHTS][INTEGRATORS];
 
 static ca_scene *load_light(int light)
@@ -311,11 +316,12 @@ static void measure_lights(void)
     }
 }
 
-/* A sphere lights a surface that sees all of it like a point in its centre: radiance rho L r^2 cos / d^2. No block comes
- * between the lamp and what is higher than 1.35. */
+/* A sphere lights a surface that sees all of it like a point in its centre: radiance rho L r^2 cos / d^2. No block
+ * comes between the lamp and what is higher than 1.35. */
 static double direct_light(const view *v, size_t pixel)
 {
-    static const double centre[3] = {0.0, 1.5, 0.0}, power[3] = {7.2 * 0.24 * 0.24, 6.3 * 0.24 * 0.24, 5.1 * 0.24 * 0.24};
+    static const double centre[3] = {0.0, 1.5, 0.0},
+                        power[3] = {7.2 * 0.24 * 0.24, 6.3 * 0.24 * 0.24, 5.1 * 0.24 * 0.24};
     static const double luminance[3] = {0.2126, 0.7152, 0.0722};
     double squared = 0.0, projected = 0.0, value = 0.0;
     for (int c = 0; c < 3; c++) {
@@ -379,8 +385,8 @@ static void test_the_level_does_not_depend_on_the_size(void **state)
         }
 }
 
-/* "A regular path tracer would render a significantly darker image for a smaller light": one that only waits for hits. The
- * mean is the same, but it sits in few pixels, and most are too dark. */
+/* "A regular path tracer would render a significantly darker image for a smaller light": one that only waits for
+ * hits. The mean is the same, but it sits in few pixels, and most are too dark. */
 static void test_hits_alone_are_darker_and_noisier(void **state)
 {
     (void)state;
@@ -407,14 +413,15 @@ static void test_fireflies(void **state)
     }
 }
 
-/* ---- The perceptual study and the open list ------------------------------------------------------------------------ */
+/* ---- The perceptual study and the open list -------------------------------------------------------------------- */
 
-/* "Scenes with indirect illumination (through occluded light sources) are more likely to be perceived as different": they
- * have more noise. */
+/* "Scenes with indirect illumination (through occluded light sources) are more likely to be perceived as different":
+ * they have more noise. */
 static void test_occluded_lamps_are_noisier(void **state)
 {
     (void)state;
-    static const char *const scenarios[4] = {"visible-diffuse", "occluded-diffuse", "visible-mixed", "occluded-mixed"};
+    static const char *const scenarios[4] = {"visible-diffuse", "occluded-diffuse", "visible-mixed",
+                                             "occluded-mixed"};
     static const char *const methods[3] = {"bdpt", "path", "ovcm"};
     figures f[4][3];
     print_message("%s", table_head);

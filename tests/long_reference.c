@@ -1,10 +1,11 @@
-/* `path` against reference images of other renderers (the shared scenes): the median over 16 x 16 blocks of the relative
- * difference of block means is under 2 %. Blocks that see a light directly are left out, and what only other algorithms
- * can find (light inside the glass egg).
+/* `path` against reference images of other renderers (the shared scenes): the median over 16 x 16 blocks of the
+ * relative difference of block means is under 2 %. Blocks that see a light directly are left out, and what only other
+ * algorithms can find (light inside the glass egg).
  *
- * The references of veach-mis and veach-bidir end their paths one segment before the max_depth of their scene files (3 and
- * 7): with those, veach-mis has light of a second bounce that its reference has not (10.6 %), and veach-bidir is 1.4 %
- * brighter on the whole (2.4 %), however many samples are taken. So they are rendered with depths 2 and 6 here. */
+ * The references of veach-mis and veach-bidir end their paths one segment before the max_depth of their scene files
+ * (3 and 7): with those, veach-mis has light of a second bounce that its reference has not (10.6 %), and veach-bidir
+ * is 1.4 % brighter on the whole (2.4 %), however many samples are taken. So they are rendered with depths 2 and 6
+ * here. */
 #include "metrics/compare.h"
 #include "support/scene_text.h"
 
@@ -93,9 +94,10 @@ static void check_reference(const reference_case *test)
     ca_comparison comparison;
     ca_error error;
     if (ca_compare(image, reference, &settings, &comparison, &error) != CA_OK) fail_msg("%s", error.message);
-    print_message("    %-12s %u samples: median difference of %u blocks %.2f %% (%u left out), mean %.5f, reference %.5f\n",
-                  test->folder, test->samples, comparison.blocks, 100.0 * comparison.median_block_difference,
-                  comparison.blocks_left_out, comparison.mean_luminance, comparison.reference_mean_luminance);
+    print_message(
+        "    %-12s %u samples: median difference of %u blocks %.2f %% (%u left out), mean %.5f, reference %.5f\n",
+        test->folder, test->samples, comparison.blocks, 100.0 * comparison.median_block_difference,
+        comparison.blocks_left_out, comparison.mean_luminance, comparison.reference_mean_luminance);
     ca_image_release(image);
     ca_image_release(lights);
     ca_image_release(reference);
@@ -120,8 +122,11 @@ static void test_veach_mis(void **state)
 static void test_veach_bidir(void **state)
 {
     (void)state;
-    check_reference(&(reference_case){
-        .folder = "veach-bidir", .factor = 4, .samples = 1024, .integrator = "path:max_depth=6", .egg = {128, 128, 160, 192}});
+    check_reference(&(reference_case){.folder = "veach-bidir",
+                                      .factor = 4,
+                                      .samples = 1024,
+                                      .integrator = "path:max_depth=6",
+                                      .egg = {128, 128, 160, 192}});
 }
 
 static void test_water_caustic_renders(void **state)

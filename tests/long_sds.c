@@ -1,6 +1,7 @@
-/* Light that only merging finds (specular, diffuse, specular): through the glass egg of veach-bidir and under the water of
- * water-caustic. With lights so large that `path` converges, it is the reference. With the scenes' small lights, what merging
- * algorithms find must be the same, and `path` and `bdpt` find next to nothing of it in the same number of samples. */
+/* Light that only merging finds (specular, diffuse, specular): through the glass egg of veach-bidir and under the
+ * water of water-caustic. With lights so large that `path` converges, it is the reference. With the scenes' small
+ * lights, what merging algorithms find must be the same, and `path` and `bdpt` find next to nothing of it in the same
+ * number of samples. */
 #include "metrics/compare.h"
 #include "support/batches.h"
 #include "support/scene_text.h"
@@ -14,7 +15,7 @@
 
 #include <cmocka.h>
 
-/* ---- Scenes ------------------------------------------------------------------------------------------------------- */
+/* ---- Scenes ---------------------------------------------------------------------------------------------------- */
 
 /* A piece of the scene file, and what stands there instead. */
 typedef struct replacement {
@@ -64,11 +65,13 @@ static ca_scene *changed_scene(const char *name, const replacement *changes, siz
 
 /* The spot lamp becomes a square of side 2 m before its housing, the standard lamp one of 2.2 m over its dish. */
 static const replacement large_lights_of_veach_bidir[] = {
-    {"-0.0101082 0.067068 0.00138972 -2.69082 -0.0610016 -0.0070995 -0.00842772 5.10417 -0.0282857 -0.00865658 0.0176788 "
+    {"-0.0101082 0.067068 0.00138972 -2.69082 -0.0610016 -0.0070995 -0.00842772 5.10417 -0.0282857 -0.00865658 "
+     "0.0176788 "
      "-3.77057",
      "-0.15 0.98 0.07 -2.6 -0.894 -0.104 -0.429 4.55 -0.414 -0.127 0.9 -2.6"},
     {"12048.2, 8605.84, 6196.21", "56, 40, 29"},
-    {"-1.20536e-008 0.275755 1.20536e-008 -2.48161 0 -6.64767e-009 0.152081 6 0.275754 1.20536e-008 5.2688e-016 2.5894",
+    {"-1.20536e-008 0.275755 1.20536e-008 -2.48161 0 -6.64767e-009 0.152081 6 0.275754 1.20536e-008 5.2688e-016 "
+     "2.5894",
      "0 1.1 0 -2.48161 0 0 1 6.5 1.1 0 0 2.5894"},
     {"523.258, 523.258, 523.258", "33, 33, 33"},
 };
@@ -80,7 +83,7 @@ static const replacement large_light_of_water_caustic[] = {
     {"541127, 381972, 127324", "6, 5, 4"},
 };
 
-/* ---- Large lights ------------------------------------------------------------------------------------------------- */
+/* ---- Large lights ---------------------------------------------------------------------------------------------- */
 
 static ca_image_layers *blocks_of(const ca_scene *scene, const char *integrator, uint32_t samples)
 {
@@ -94,7 +97,8 @@ static ca_image_layers *blocks_of(const ca_scene *scene, const char *integrator,
     return render_batches(scene, &settings);
 }
 
-static void expect_path(const ca_scene *scene, const ca_image_layers *reference, const char *integrator, uint32_t samples)
+static void expect_path(const ca_scene *scene, const ca_image_layers *reference, const char *integrator,
+                        uint32_t samples)
 {
     ca_image_layers *image = blocks_of(scene, integrator, samples);
     ca_comparison comparison;
@@ -136,7 +140,7 @@ static void test_large_light_of_water_caustic(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- The scenes as they are ---------------------------------------------------------------------------------------- */
+/* ---- The scenes as they are ------------------------------------------------------------------------------------ */
 
 enum { REGION_BATCHES = 6 };
 
@@ -207,7 +211,11 @@ static void test_inside_the_egg(void **state)
 static void test_under_the_water(void **state)
 {
     (void)state;
-    check_region(&(region){.scene = "water-caustic", .side = 256, .crop = {96, 112, 128, 160}, .radius = 0.006, .samples = 12,
+    check_region(&(region){.scene = "water-caustic",
+                           .side = 256,
+                           .crop = {96, 112, 128, 160},
+                           .radius = 0.006,
+                           .samples = 12,
                            .missing = 0.5});
 }
 

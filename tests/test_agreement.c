@@ -1,5 +1,5 @@
-/* Integrators against each other on a few scenes (the others: long_agreement.c), the same bits for any number of threads,
- * and the merging integrators' bias and noise against theory. */
+/* Integrators against each other on a few scenes (the others: long_agreement.c), the same bits for any number of
+ * threads, and the merging integrators' bias and noise against theory. */
 #include "metrics/significance.h"
 #include "sampling/sampler.h"
 #include "support/agreement.h"
@@ -16,7 +16,7 @@
 
 #define PI 3.14159265358979323846
 
-/* ---- Agreement ---------------------------------------------------------------------------------------------------- */
+/* ---- Agreement ------------------------------------------------------------------------------------------------- */
 
 /* Builds with asserts are slow, with sanitizers more so: less power there. */
 #ifdef NDEBUG
@@ -37,14 +37,15 @@ static void test_integrators_agree(void **state)
     agreement_result result = {0};
     for (size_t i = 0; i < agreement_scene_count(); i++)
         if (is_fast(agreement_scene_at(i))) compare_integrators(agreement_scene_at(i), &settings, &result);
-    print_message("    %u comparisons (%u do not apply), %u below p = 0.05, smallest detectable bias at worst %.2f %%\n",
-                  result.comparisons, result.skipped, result.suspicious, 100.0 * result.largest_detectable);
+    print_message(
+        "    %u comparisons (%u do not apply), %u below p = 0.05, smallest detectable bias at worst %.2f %%\n",
+        result.comparisons, result.skipped, result.suspicious, 100.0 * result.largest_detectable);
     assert_int_equal(result.failed, 0);
     assert_true(suspicious_p_value(&result) > 0.01);
     assert_true(result.largest_detectable < 2.0 * target_bias);
 }
 
-/* ---- Threads ------------------------------------------------------------------------------------------------------ */
+/* ---- Threads --------------------------------------------------------------------------------------------------- */
 
 static uint64_t hash_of(const ca_scene *scene, const char *integrator, const char *sampler, uint32_t threads)
 {
@@ -60,9 +61,18 @@ static uint64_t hash_of(const ca_scene *scene, const char *integrator, const cha
 static void test_threads_do_not_change_a_bit(void **state)
 {
     (void)state;
-    static const char *const integrators[] = {"light", "bdpt", "ppm:radius=0.2", "bdpm:radius=0.2", "vcm:radius=0.2",
-                                              "vcm-plus:radius=0.2", "vcm-star:radius=0.2", "ovcm:radius=0.2", "cavcm:radius=0.2",
-                                              "vcm:light_paths=333,camera_paths=2", "vcm", "qmcppm:light_paths=333"};
+    static const char *const integrators[] = {"light",
+                                              "bdpt",
+                                              "ppm:radius=0.2",
+                                              "bdpm:radius=0.2",
+                                              "vcm:radius=0.2",
+                                              "vcm-plus:radius=0.2",
+                                              "vcm-star:radius=0.2",
+                                              "ovcm:radius=0.2",
+                                              "cavcm:radius=0.2",
+                                              "vcm:light_paths=333,camera_paths=2",
+                                              "vcm",
+                                              "qmcppm:light_paths=333"};
     static const uint32_t threads[] = {2, 3, 8};
     for (size_t s = 0; s < agreement_scene_count(); s++) {
         if (!agreement_scene_at(s)->fast) continue;
@@ -79,10 +89,11 @@ static void test_threads_do_not_change_a_bit(void **state)
     }
 }
 
-/* ---- Bias and noise of merging ------------------------------------------------------------------------------------ */
+/* ---- Bias and noise of merging --------------------------------------------------------------------------------- */
 
-/* A floor of reflectance 1/2 lit by a spot light of intensity 1 at height 1, seen at the point straight below. The photons that
- * are merged there come from the disk of radius r, which the light sees under the solid angle 2 pi (1 - 1 / sqrt(1 + r^2)). */
+/* A floor of reflectance 1/2 lit by a spot light of intensity 1 at height 1, seen at the point straight below. The
+ * photons that are merged there come from the disk of radius r, which the light sees under the solid angle 2 pi (1 -
+ * 1 / sqrt(1 + r^2)). */
 static ca_scene *floor_under_a_spot(void)
 {
     return scene_from_text(
@@ -93,7 +104,8 @@ static ca_scene *floor_under_a_spot(void)
         "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
         "<bsdf type='diffuse'/></shape><emitter type='spot'><float name='cutoff_angle' value='40'/>"
         "<float name='beam_width' value='38'/>"
-        "<transform name='to_world'><lookat origin='0,1,0' target='0,0,0' up='0,0,1'/></transform></emitter></scene>");
+        "<transform name='to_world'><lookat origin='0,1,0' target='0,0,0' "
+        "up='0,0,1'/></transform></emitter></scene>");
 }
 
 /* What merging finds there: 1 - 3/4 r^2 + ... of the truth, 1 / (2 pi). */
@@ -162,9 +174,10 @@ static void check_rate(const ca_scene *scene, const char *name, double alpha, ui
         variance += variance_of_pass(r0 * r0 * pow(i + 1.0, -alpha), LIGHT_PATHS, hit_all) / passes / passes;
     const double expected = merged_radiance_over_passes(r0, alpha, passes), truth = 0.5 / PI;
     const double ratio = value.error * value.error * REPEATS / variance;
-    print_message("    %-5s alpha = %.1f, %3u passes: bias %6.2f %% (theory %6.2f %%), noise %5.2f %% (theory %5.2f %%)\n", name,
-                  alpha, passes, 100.0 * (value.mean / truth - 1.0), 100.0 * (expected / truth - 1.0),
-                  100.0 * value.error * sqrt(REPEATS) / truth, 100.0 * sqrt(variance) / truth);
+    print_message(
+        "    %-5s alpha = %.1f, %3u passes: bias %6.2f %% (theory %6.2f %%), noise %5.2f %% (theory %5.2f %%)\n",
+        name, alpha, passes, 100.0 * (value.mean / truth - 1.0), 100.0 * (expected / truth - 1.0),
+        100.0 * value.error * sqrt(REPEATS) / truth, 100.0 * sqrt(variance) / truth);
     assert_true(p_value_of(value, expected, 0.0) > 0.001);
     /* chi square of 199 degrees of freedom: standard deviation 10 % */
     assert_true(fabs(ratio - 1.0) < 0.4);

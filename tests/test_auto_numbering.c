@@ -1,5 +1,5 @@
-/* Renders with rays "auto" trace every path once: an integrator that writes down which light paths and camera paths it was asked for,
- * in the pilot and in all phases. */
+/* Renders with rays "auto" trace every path once: an integrator that writes down which light paths and camera paths
+ * it was asked for, in the pilot and in all phases. */
 #include "render/auto_rays.h"
 #include "support/auto_bias.h"
 
@@ -30,8 +30,8 @@ static ca_status create(const ca_integrator_input *input, void **state, ca_error
     return notes.type->create(input, state, error);
 }
 
-static ca_status begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel, ca_worker *workers,
-                             ca_error *error)
+static ca_status begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
+                             ca_worker *workers, ca_error *error)
 {
     assert_true(round == 0 && notes.light_paths > 0);
     assert_int_equal(notes.first + pass * notes.light_paths, notes.next_light_path);
@@ -39,8 +39,8 @@ static ca_status begin_round(void *state, uint32_t pass, uint32_t round, const c
     return notes.type->begin_round(state, pass, round, parallel, workers, error);
 }
 
-static void camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round, ca_film_sample *sample,
-                        ca_worker *worker)
+static void camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
+                        ca_film_sample *sample, ca_worker *worker)
 {
     assert_int_equal(index, notes.next_camera_path[y * SIDE + x]++);
     notes.type->camera_path(state, x, y, index, round, sample, worker);
@@ -78,7 +78,8 @@ static void test_every_path_once(void **state)
         ca_image_layers *image;
         ca_render_statistics statistics;
         render_noted(scene, &settings, &image, &statistics);
-        /* Two groups of the pilot, then trials and phases: ppm, whose iterations are of one camera path, has room for all three. */
+        /* Two groups of the pilot, then trials and phases: ppm, whose iterations are of one camera path, has room for
+         * all three. */
         assert_true(statistics.numbers_of_rays.phases >= 1 && notes.states == 2 + statistics.numbers_of_rays.phases);
         if (i == 1) assert_true(statistics.numbers_of_rays.phases >= 3);
         assert_int_equal(notes.next_light_path, statistics.light_paths);
@@ -102,7 +103,8 @@ static bool until_the_fourth_state(const ca_render_progress *progress, void *use
     return notes.states < 4;
 }
 
-/* A pilot with a minute's render ahead grows, from a quarter of a light path a pixel by fours, unless somebody gave its numbers. */
+/* A pilot with a minute's render ahead grows, from a quarter of a light path a pixel by fours, unless somebody gave
+ * its numbers. */
 static void test_pilot_grows_with_its_time(void **state)
 {
     (void)state;
@@ -132,6 +134,7 @@ static void test_pilot_grows_with_its_time(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_path_once), cmocka_unit_test(test_pilot_grows_with_its_time)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_path_once),
+                                       cmocka_unit_test(test_pilot_grows_with_its_time)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
-/* Renders that choose their numbers of rays: how parts are joined, what is refused, maps in files, ends of all kinds; and a short
- * form of tests/long_auto_rays.c. */
+/* Renders that choose their numbers of rays: how parts are joined, what is refused, maps in files, ends of all kinds;
+ * and a short form of tests/long_auto_rays.c. */
 #include "base/memory.h"
 #include "noise/ray_map.h"
 #include "render/auto_rays.h"
@@ -33,7 +33,7 @@ static void assert_near(double value, double expected, double tolerance)
     if (!(fabs(value - expected) <= tolerance)) fail_msg("%.10g instead of %.10g", value, expected);
 }
 
-/* ---- The joined film ----------------------------------------------------------------------------------------------------- */
+/* ---- The joined film ------------------------------------------------------------------------------------------- */
 
 static ca_film film_of(const float *greens, uint32_t count)
 {
@@ -41,7 +41,8 @@ static ca_film film_of(const float *greens, uint32_t count)
     ca_film film;
     assert_int_equal(ca_film_create(&film, 1, 1, crop, NULL), CA_OK);
     for (uint32_t i = 0; i < count; i++) {
-        const ca_film_sample sample = {.radiance = {0.0f, greens[i], 0.0f}, .filter_weight = 1.0f, .albedo = {0.5f, 0.0f, 0.0f}};
+        const ca_film_sample sample = {
+            .radiance = {0.0f, greens[i], 0.0f}, .filter_weight = 1.0f, .albedo = {0.5f, 0.0f, 0.0f}};
         assert_true(ca_film_add(&film, 0, 0, &sample));
     }
     return film;
@@ -50,7 +51,8 @@ static ca_film film_of(const float *greens, uint32_t count)
 static void test_joined_film(void **state)
 {
     (void)state;
-    ca_film a = film_of((const float[]){1.0f, 3.0f}, 2), b = film_of((const float[]){6.0f}, 1), c = film_of((const float[]){2.0f}, 1);
+    ca_film a = film_of((const float[]){1.0f, 3.0f}, 2), b = film_of((const float[]){6.0f}, 1),
+            c = film_of((const float[]){2.0f}, 1);
     ca_film out = film_of(NULL, 0);
     ca_joined_film joined;
     assert_int_equal(ca_joined_film_create(&joined, &a, NULL), CA_OK);
@@ -67,7 +69,8 @@ static void test_joined_film(void **state)
     ca_image_layers *image;
     assert_int_equal(ca_film_develop(&out, &image, NULL), CA_OK);
     assert_near((double)ca_image_channel(image, "G")[0], 3.5, 1e-6);
-    assert_near((double)ca_image_channel(image, "Variance.G")[0] / (double)ca_image_channel(image, "Samples.Y")[0], variance, 1e-6);
+    assert_near((double)ca_image_channel(image, "Variance.G")[0] / (double)ca_image_channel(image, "Samples.Y")[0],
+                variance, 1e-6);
     assert_near((double)ca_image_channel(image, "StandardDeviation.Y")[0], 0.7152 * sqrt(7.0 * variance), 1e-6);
     assert_near((double)ca_image_channel(image, "Albedo.R")[0], 0.5, 1e-6);
     ca_image_release(image);
@@ -78,7 +81,7 @@ static void test_joined_film(void **state)
     ca_joined_film_destroy(&joined);
 }
 
-/* ---- Maps in files --------------------------------------------------------------------------------------------------------- */
+/* ---- Maps in files --------------------------------------------------------------------------------------------- */
 
 static const ca_ray_map_place place = {.full_width = 5, .full_height = 4, .crop = {1, 1, 4, 3}};
 
@@ -94,7 +97,8 @@ static ca_image_layers *map_image(uint32_t light_paths)
     return image;
 }
 
-static void assert_map_refused(ca_image_layers *image, const ca_ray_map_place *where, ca_status status, const char *says)
+static void assert_map_refused(ca_image_layers *image, const ca_ray_map_place *where, ca_status status,
+                               const char *says)
 {
     uint32_t light_paths, *numbers;
     ca_error error = {""};
@@ -114,7 +118,8 @@ static void test_ray_map(void **state)
     ca_free(numbers);
     ca_ray_map_place other = place;
     other.full_width = 6;
-    assert_map_refused(image, &other, CA_ERROR_ARGUMENT, "part 1,1,4,3 of a film of 5 x 4 pixels, not for 1,1,4,3 of 6 x 4");
+    assert_map_refused(image, &other, CA_ERROR_ARGUMENT,
+                       "part 1,1,4,3 of a film of 5 x 4 pixels, not for 1,1,4,3 of 6 x 4");
     other = place;
     other.crop[0] = 0;
     assert_map_refused(image, &other, CA_ERROR_ARGUMENT, "not for 0,1,4,3");
@@ -135,7 +140,8 @@ static void test_ray_map(void **state)
     ca_image_release(image);
 }
 
-/* A render's file is rendered with again: bit for bit with any number of threads, with as many camera paths as it says. */
+/* A render's file is rendered with again: bit for bit with any number of threads, with as many camera paths as it
+ * says. */
 static void test_rays_of_a_file(void **state)
 {
     (void)state;
@@ -174,8 +180,8 @@ static void test_rays_of_a_file(void **state)
     ca_scene_release(scene);
 }
 
-/* The components in an image of rays "auto" are those of an iteration with its numbers: their sum is the variance that such iterations
- * have. */
+/* The components in an image of rays "auto" are those of an iteration with its numbers: their sum is the variance
+ * that such iterations have. */
 static void test_components(void **state)
 {
     (void)state;
@@ -204,14 +210,15 @@ static void test_components(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- What is refused ---------------------------------------------------------------------------------------------------------- */
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
 
 static void assert_refused(const ca_scene *scene, const ca_render_settings *settings, const char *says)
 {
     ca_image_layers *image = NULL;
     ca_error error = {""};
     const ca_status status = ca_render(scene, settings, &image, NULL, &error);
-    if (status != CA_ERROR_ARGUMENT || !strstr(error.message, says)) fail_msg("status %d, says: %s", (int)status, error.message);
+    if (status != CA_ERROR_ARGUMENT || !strstr(error.message, says))
+        fail_msg("status %d, says: %s", (int)status, error.message);
     assert_null(image);
 }
 
@@ -252,7 +259,7 @@ static void test_refusals(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Joining -------------------------------------------------------------------------------------------------------------------- */
+/* ---- Joining --------------------------------------------------------------------------------------------------- */
 
 typedef struct checked_image {
     double green[PIXELS];
@@ -279,7 +286,8 @@ static void join_again(const ca_auto_parts *parts, void *user)
     checked->seen++;
 }
 
-static void render_and_check(const ca_scene *scene, const ca_render_settings *settings, ca_render_statistics *statistics)
+static void render_and_check(const ca_scene *scene, const ca_render_settings *settings,
+                             ca_render_statistics *statistics)
 {
     checked_image checked = {.seen = 0};
     const ca_auto_observer observer = {join_again, &checked};
@@ -334,7 +342,8 @@ static bool count_down(const ca_render_progress *progress, void *user)
     return c->calls < c->left;
 }
 
-/* Ended anywhere, in the pilot or in a phase: an image of what there is, after two iterations of what is at work at most. */
+/* Ended anywhere, in the pilot or in a phase: an image of what there is, after two iterations of what is at work at
+ * most. */
 static void test_interrupts(void **state)
 {
     (void)state;
@@ -383,8 +392,10 @@ static void test_noise(void **state)
     settings.noise_percent /= 0.7;
     print_message("    noise %.3g %% after %.3g s; %.3g s were predicted after %.3g s\n", statistics.noise_percent,
                   statistics.seconds, statistics.first_predicted_seconds, statistics.first_predicted_at);
-    assert_true(statistics.noise_percent < settings.noise_percent && statistics.noise_percent > 0.8 * settings.noise_percent);
-    assert_true(statistics.first_predicted_seconds > statistics.first_predicted_at && statistics.first_predicted_at > 0.0);
+    assert_true(statistics.noise_percent < settings.noise_percent &&
+                statistics.noise_percent > 0.8 * settings.noise_percent);
+    assert_true(statistics.first_predicted_seconds > statistics.first_predicted_at &&
+                statistics.first_predicted_at > 0.0);
     ca_scene_release(scene);
 }
 
@@ -404,7 +415,8 @@ static void test_variance_is_what_it_says(void **state)
         ca_image_layers *image = render_scene(scene, &settings);
         for (int p = 0; p < PIXELS; p++) {
             const double g = (double)ca_image_channel(image, "G")[p];
-            promised += (double)(ca_image_channel(image, "Variance.G")[p] / ca_image_channel(image, "Samples.Y")[p]) / RENDERS;
+            promised += (double)(ca_image_channel(image, "Variance.G")[p] / ca_image_channel(image, "Samples.Y")[p]) /
+                        RENDERS;
             sum[p] += g;
             squares[p] += g * g;
         }
@@ -444,8 +456,8 @@ static void test_error_bars(void **state)
             told++;
             held += low[k][p] <= others && others <= high[k][p];
         }
-    print_message("    %.1f %% of the unmarked pixels hold the expectation, %.0f %% are marked\n", 100.0 * held / told,
-                  100.0 - 100.0 * told / (RENDERS * PIXELS));
+    print_message("    %.1f %% of the unmarked pixels hold the expectation, %.0f %% are marked\n",
+                  100.0 * held / told, 100.0 - 100.0 * told / (RENDERS * PIXELS));
     assert_true(told > 0.2 * RENDERS * PIXELS);
     assert_true(held > 0.92 * told && held < 0.98 * told);
     ca_scene_release(scene);
@@ -463,7 +475,7 @@ static void test_no_bias(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Memory ----------------------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 /* Light paths that do not fit are not chosen. */
 static void test_memory_limit(void **state)

@@ -38,7 +38,8 @@ static void test_tail(void **state)
     for (unsigned total = 0; total <= 10; total++)
         for (unsigned count = 0; count <= total + 1; count++)
             for (size_t i = 0; i < sizeof chances / sizeof chances[0]; i++)
-                assert_near(ca_binomial_tail(count, total, chances[i]), enumerated_tail(count, total, chances[i]), 1e-13);
+                assert_near(ca_binomial_tail(count, total, chances[i]), enumerated_tail(count, total, chances[i]),
+                            1e-13);
 }
 
 /* What R's binom.test(count, total) says, to the digits that it prints. */
@@ -78,7 +79,8 @@ static void test_coverage(void **state)
     for (double p = 0.01; p < 1.0; p += 0.01) {
         double covered = 0.0;
         for (uint32_t k = 0; k <= TOTAL; k++)
-            if (p >= low[k] && p <= high[k]) covered += ca_binomial_tail(k, TOTAL, p) - ca_binomial_tail(k + 1, TOTAL, p);
+            if (p >= low[k] && p <= high[k])
+                covered += ca_binomial_tail(k, TOTAL, p) - ca_binomial_tail(k + 1, TOTAL, p);
         if (covered < 0.95) fail_msg("chance %g is covered with %g", p, covered);
     }
 }

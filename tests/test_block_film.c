@@ -82,7 +82,8 @@ static ca_block_sample random_sample(void)
     s.albedo = (ca_rgb){paths * between(0, 1), paths * between(0, 1), paths * between(0, 1)};
     s.normal = random_vector(1.0f, paths);
     s.position = random_vector(extent, paths);
-    s.covariance = (ca_pair_covariance){(double)(scale * between(0, 1)), (double)between(-0.1f, 1), (double)scale, 2.0};
+    s.covariance =
+        (ca_pair_covariance){(double)(scale * between(0, 1)), (double)between(-0.1f, 1), (double)scale, 2.0};
     return s;
 }
 
@@ -95,7 +96,8 @@ static void fill(block_sums *sums)
     for (int b = 0; b < BLOCKS; b++)
         for (int p = 0; p < PIXELS; p++) {
             sums->samples[b][p] = random_sample();
-            sums->samples[b][p].visits_camera = (uint64_t)(b / 7); /* as in columns of 7: the first block is the first */
+            sums->samples[b][p].visits_camera =
+                (uint64_t)(b / 7); /* as in columns of 7: the first block is the first */
             sums->samples[b][p].visits_light = (uint64_t)(b % 7);
         }
 }
@@ -352,8 +354,9 @@ static void test_positions_of_any_size(void **state)
 /* ---- Error bars
  * ----------------------------------------------------------------------------------------------------- */
 
-/* Rows of 2 camera paths, columns of 2 light paths, each path one of three things; blocks of an L, as a render that ends within
- * a shell leaves them. Going through all that may happen, the mean of the estimated variance is the variance of the value. */
+/* Rows of 2 camera paths, columns of 2 light paths, each path one of three things; blocks of an L, as a render that
+ * ends within a shell leaves them. Going through all that may happen, the mean of the estimated variance is the
+ * variance of the value. */
 enum { KINDS = 3, SIDE = 2, L_BLOCKS = 3, PATHS = 2 * SIDE * 2 };
 static const double merged[KINDS][KINDS] = {{0, 2, 5}, {1, 0, 0.5}, {3, 0, 7}}, alone[KINDS] = {0, 4, 1};
 static const uint32_t l_shape[L_BLOCKS][2] = {{0, 0}, {1, 0}, {1, 1}}; /* row, column */
@@ -362,7 +365,8 @@ static const uint64_t l_visits[L_BLOCKS][2] = {{0, 0}, {0, 1}, {1, 0}};
 static ca_block_sample l_block(ca_pair_covariances *c, const uint32_t *kinds, int block)
 {
     const uint32_t *camera = kinds + 2 * l_shape[block][0], *light = kinds + 2 * SIDE + 2 * l_shape[block][1];
-    ca_block_sample sample = {.pairs = 4, .paths = 2, .visits_camera = l_visits[block][0], .visits_light = l_visits[block][1]};
+    ca_block_sample sample = {
+        .pairs = 4, .paths = 2, .visits_camera = l_visits[block][0], .visits_light = l_visits[block][1]};
     ca_pair_covariances_begin(c, 2);
     for (int j = 0; j < 2; j++) {
         ca_pair_covariances_next_path(c);
@@ -379,7 +383,8 @@ static ca_block_sample l_block(ca_pair_covariances *c, const uint32_t *kinds, in
 static void test_unfinished_rectangles_have_no_bias(void **state)
 {
     (void)state;
-    const ca_block_film_desc desc = {.full_width = 1, .full_height = 1, .crop = {0, 0, 1, 1}, .error_bars = true, .extent = 1.0f};
+    const ca_block_film_desc desc = {
+        .full_width = 1, .full_height = 1, .crop = {0, 0, 1, 1}, .error_bars = true, .extent = 1.0f};
     ca_pair_covariances c;
     double outcomes = 0.0, sum = 0.0, squares = 0.0, estimates = 0.0;
     assert_int_equal(ca_pair_covariances_create(&c, NULL), CA_OK);
@@ -406,7 +411,8 @@ static void test_unfinished_rectangles_have_no_bias(void **state)
     ca_pair_covariances_destroy(&c);
 }
 
-/* A pixel of which a sample was lost, one without the first block, one whose covariance no float holds; the others are not. */
+/* A pixel of which a sample was lost, one without the first block, one whose covariance no float holds; the others
+ * are not. */
 static void test_marked_pixels(void **state)
 {
     (void)state;
@@ -435,7 +441,8 @@ static void test_marked_pixels(void **state)
         }
         /* 18 degrees of freedom: t = 2.101; a little less or more for the skewness. */
         assert_true(fabs(got / variance - 1.0) < 1e-6);
-        assert_true(low < 1.0f && high > 1.0f && fabs(((double)high - (double)low) / sqrt(variance) / 2.0 / 2.101 - 1.0) < 0.03);
+        assert_true(low < 1.0f && high > 1.0f &&
+                    fabs(((double)high - (double)low) / sqrt(variance) / 2.0 / 2.101 - 1.0) < 0.03);
     }
     ca_layers_destroy(layers);
     ca_block_film_destroy(film);

@@ -1,4 +1,5 @@
-/* The order of blocks: every pair once, squares first, one side kept from step to step, direct access; with and without limits. */
+/* The order of blocks: every pair once, squares first, one side kept from step to step, direct access; with and
+ * without limits. */
 #include "integrator/block_order.h"
 
 #include <setjmp.h>
@@ -42,7 +43,8 @@ static void squares_grow_and_one_side_is_kept(void **state)
     for (uint64_t n = 1; n < SIDE * SIDE; n++) {
         const ca_block_pair pair = ca_block_pair_at(&endless, n);
         const uint64_t shell = pair.camera > pair.light ? pair.camera : pair.light;
-        assert_true(shell * shell <= n && n < (shell + 1) * (shell + 1)); /* direct access: the number says the shell */
+        assert_true(shell * shell <= n &&
+                    n < (shell + 1) * (shell + 1)); /* direct access: the number says the shell */
         const bool camera_kept = pair.camera == before.camera, light_kept = pair.light == before.light;
         assert_true(camera_kept != light_kept);
         const uint64_t step = camera_kept ? pair.light - before.light : pair.camera - before.camera;
@@ -57,7 +59,8 @@ static void far_blocks_are_found(void **state)
     (void)state;
     const uint64_t k = UINT64_C(3037000499); /* k^2 is just below 2^63 */
     const ca_block_pair first = ca_block_pair_at(&endless, k * k), last = ca_block_pair_at(&endless, k * k + 2 * k);
-    const ca_block_pair corner = ca_block_pair_at(&endless, k * k + k), before = ca_block_pair_at(&endless, k * k - 1);
+    const ca_block_pair corner = ca_block_pair_at(&endless, k * k + k),
+                        before = ca_block_pair_at(&endless, k * k - 1);
     assert_true(first.camera == k && first.light == 0); /* an odd shell */
     assert_true(corner.camera == k && corner.light == k);
     assert_true(last.camera == 0 && last.light == k);

@@ -197,7 +197,7 @@ static void the_back_is_the_front_mirrored(void **state)
     node->child[1] = RED_DIFFUSE;
 }
 
-/* ---- Bump and normal maps --------------------------------------------------------------------------------------- */
+/* ---- Bump and normal maps -------------------------------------------------------------------------------------- */
 
 /* A height that rises with u leans the normal against dpdu; the slope is per length of dpdu. */
 static void bumps_lean_the_normal(void **state)
@@ -253,7 +253,8 @@ static void the_cosine_is_the_lights(void **state)
     const ca_vec3 to_eye = {0.0f, 0.6f, 0.8f}, to_light = {0.8f, 0.0f, 0.6f};
     const ca_bsdf bsdf = ca_test_bsdf_at(&surface, to_eye);
     const float expected = 0.6f * CA_INV_PI * (0.48f + 0.48f) / 0.6f;
-    ca_test_assert_close("camera", DIFFUSE, ca_bsdf_eval(&bsdf, to_eye, to_light, CA_FROM_CAMERA).f.r, expected, 1e-5f);
+    ca_test_assert_close("camera", DIFFUSE, ca_bsdf_eval(&bsdf, to_eye, to_light, CA_FROM_CAMERA).f.r, expected,
+                         1e-5f);
     ca_test_assert_close("light", DIFFUSE, ca_bsdf_eval(&bsdf, to_light, to_eye, CA_FROM_LIGHT).f.r, expected, 1e-5f);
     /* A light that goes the other way has another cosine. */
     const float other = 0.6f * CA_INV_PI * 0.64f / 0.8f;

@@ -27,7 +27,7 @@ static void check_energy(const ca_bsdf *bsdf, ca_vec3 wi, uint32_t scatter, ca_r
     ca_test_assert_close_rgb("energy", 0, mean, expected, 1e-2f);
 }
 
-/* ---- Mixtures --------------------------------------------------------------------------------------------------- */
+/* ---- Mixtures -------------------------------------------------------------------------------------------------- */
 
 /* A smooth sample carries what evaluation says; every direction's two pdfs are those of the two walks through it. */
 static void samples_and_values_agree(void **state)
@@ -54,7 +54,8 @@ static void samples_and_values_agree(void **state)
             ca_test_assert_close("pdf", material, s.pdf.v, value.pdf.v, 5e-3f);
             ca_test_assert_close("pdf_reverse", material, s.pdf_reverse.v, value.pdf_reverse.v, 5e-3f);
             const float cos_ng = ca_abs_dot(s.wo_world, surface.ng);
-            ca_test_assert_close_rgb("weight", material, s.weight, ca_rgb_scale(value.f, cos_ng / value.pdf.v), 5e-3f);
+            ca_test_assert_close_rgb("weight", material, s.weight, ca_rgb_scale(value.f, cos_ng / value.pdf.v),
+                                     5e-3f);
             const ca_bsdf back = ca_test_bsdf_at(&surface, s.wo_world);
             const ca_bsdf_value reverse = ca_bsdf_eval(&back, s.wo_world, wi, from);
             ca_test_assert_close("reverse of pdf", material, reverse.pdf_reverse.v, value.pdf.v, 5e-3f);
@@ -81,7 +82,8 @@ static void the_diffuse_path_is_the_diffuse_model(void **state)
         ca_bxdf_sample local;
         const bool sampled = ca_bsdf_sample_direction(&bsdf, wi, 0.5f, u, CA_FROM_LIGHT, &s);
         const ca_vec3 wi_local = ca_to_local(frame, wi);
-        assert_true(sampled == ca_bxdf_sample_direction(&bsdf.lobes[0].bxdf, wi_local, 0.5f, u, CA_FROM_LIGHT, &local));
+        assert_true(sampled ==
+                    ca_bxdf_sample_direction(&bsdf.lobes[0].bxdf, wi_local, 0.5f, u, CA_FROM_LIGHT, &local));
         if (!sampled) continue;
         const ca_vec3 wo = ca_to_world(frame, local.wo_local);
         ca_test_assert_close("wo", RED_DIFFUSE, ca_length(ca_sub(wo, s.wo_world)), 0.0f, 1e-4f);
@@ -122,7 +124,7 @@ static void energy_goes_through_blends_and_masks(void **state)
     blend->child[0] = metal;
 }
 
-/* ---- Chi-square ------------------------------------------------------------------------------------------------- */
+/* ---- Chi-square ------------------------------------------------------------------------------------------------ */
 
 typedef struct walk {
     ca_bsdf bsdf;
@@ -148,7 +150,8 @@ static float density(const void *context, ca_vec3 direction)
 static void mixtures_are_sampled_by_their_density(void **state)
 {
     (void)state;
-    const uint32_t materials[] = {TWO_COLORS, MASKED, METAL_PAINT, GLASS_PAINT, BUMPED_METAL, MAPPED_GLASS, PATCHWORK};
+    const uint32_t materials[] = {TWO_COLORS,   MASKED,       METAL_PAINT, GLASS_PAINT,
+                                  BUMPED_METAL, MAPPED_GLASS, PATCHWORK};
     const ca_vec3 incidences[] = {{0.1f, 0.2f, 0.9f}, {-0.7f, 0.3f, 0.5f}, {0.5f, -0.2f, -0.7f}};
     enum { MATERIALS = sizeof materials / sizeof *materials, INCIDENCES = sizeof incidences / sizeof *incidences };
     ca_test_random random = ca_test_random_seed(8);
@@ -165,7 +168,7 @@ static void mixtures_are_sampled_by_their_density(void **state)
     }
 }
 
-/* ---- Adjoints --------------------------------------------------------------------------------------------------- */
+/* ---- Adjoints -------------------------------------------------------------------------------------------------- */
 
 /* A path has one contribution, whichever end it is walked from. */
 static void both_ends_see_the_same(void **state)
@@ -191,7 +194,7 @@ static void both_ends_see_the_same(void **state)
     }
 }
 
-/* ---- Robustness ------------------------------------------------------------------------------------------------- */
+/* ---- Robustness ------------------------------------------------------------------------------------------------ */
 
 /* Directions in the plane, at the pole and nearly so; random numbers at the ends of their range. */
 static ca_vec3 awkward_direction(ca_test_random *random, ca_vec3 normal)

@@ -286,7 +286,8 @@ static void test_corners_are_finite(void **state)
                 ca_test_direction(corner_cosine(c % CORNER_COSINES), (float)(c / CORNER_COSINES) * 1.3f);
             for (uint32_t k = 0; k < 125; ++k) {
                 const ca_vec2 u = {edge[k % 5], edge[k / 5 % 5]};
-                expect_good_sample(&ca_test_bxdfs.cases[i], wi, edge[k / 25], u, k & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
+                expect_good_sample(&ca_test_bxdfs.cases[i], wi, edge[k / 25], u,
+                                   k & 1 ? CA_FROM_LIGHT : CA_FROM_CAMERA);
             }
             for (uint32_t d = 0; d < 4 * CORNER_COSINES; ++d) {
                 const float azimuth = (float)(c / CORNER_COSINES) * 1.3f + (float)(d / CORNER_COSINES) * 0.5f * CA_PI;

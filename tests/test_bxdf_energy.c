@@ -132,8 +132,8 @@ static void test_sampled_albedo_is_the_integral_of_the_value(void **state)
             const furnace f = sampled_albedo(bxdf, wi, 30, 200 + k, CA_SCATTER_SMOOTH);
             const double integral = quadrature_albedo(bxdf, wi);
             if (fabs(f.mean[0] - integral) > 0.003 + 4.0 * f.error)
-                fail_msg("%s, cos %.2f: sampled albedo %.5f +- %.5f, integral %.5f", ca_test_bxdfs.cases[i].name, (double)wi.z,
-                         f.mean[0], f.error, integral);
+                fail_msg("%s, cos %.2f: sampled albedo %.5f +- %.5f, integral %.5f", ca_test_bxdfs.cases[i].name,
+                         (double)wi.z, f.mean[0], f.error, integral);
         }
     }
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <sys/wait.h>
 
-/* ---- Words ------------------------------------------------------------------------------------------------------ */
+/* ---- Words ----------------------------------------------------------------------------------------------------- */
 
 static void test_help_and_version(void **state)
 {
@@ -98,7 +98,8 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--camera-paths", "2"}, "integrator \"path\" has no number of camera paths"},
     {{"render", "ball.xml", "--radius", "1", "-i", "bdpt"}, "integrator \"bdpt\" has no merge radius"},
     {{"render", "ball.xml", "--alpha", "1.5", "-i", "vcm"}, "\"alpha\" must be a number of at least 0 and at most 1"},
-    {{"render", "ball.xml", "--radius=2", "-i", "vcm:radius=1"}, "\"radius\" is 1 among the integrator's own parameters but 2"},
+    {{"render", "ball.xml", "--radius=2", "-i", "vcm:radius=1"},
+     "\"radius\" is 1 among the integrator's own parameters but 2"},
     {{"render", "ball.xml", "--max-depth=2", "-i", "path:max_depth=3"}, "\"max_depth\" is 3 among the"},
     {{"render", "ball.xml", "-i", "path:radius=1"}, "integrator \"path\" has no parameter \"radius\""},
     {{"render", "ball.xml", "-i", "vcm:radius=-1"}, "\"radius\" must be a number of at least 0"},
@@ -118,7 +119,8 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--blocks", "0:3"}, "integrator \"path\" does not render by blocks of pairs"},
     {{"render", "ball.xml", "-o", "a.part"}, "integrator \"path\" does not render by blocks of pairs"},
     {{"render", "ball.xml", "--blocks", "1:3", "-iqmcppm"}, "an image needs all blocks from 0"},
-    {{"render", "ball.xml", "--blocks", "1:3", "-iqmcppm", "-oa.part", "-oa.exr"}, "an image needs all blocks from 0"},
+    {{"render", "ball.xml", "--blocks", "1:3", "-iqmcppm", "-oa.part", "-oa.exr"},
+     "an image needs all blocks from 0"},
     {{"render", "ball.xml", "-oa.part", "-ob.part"}, "only one part file can be written: a.part or b.part"},
     {{"render", "ball.xml", "-iqmcppm", "--noise", "1"}, "does not know its noise"},
     {{"merge"}, "a part file to merge is missing"},
@@ -142,7 +144,7 @@ static void test_wrong_usage(void **state)
     }
 }
 
-/* ---- Failures --------------------------------------------------------------------------------------------------- */
+/* ---- Failures -------------------------------------------------------------------------------------------------- */
 
 static void test_failures_of_the_world(void **state)
 {
@@ -189,7 +191,8 @@ static void test_file_size_limit(void **state)
     snprintf(command, sizeof command, "ulimit -f 8; '%s' --version > /dev/null 2>&1", program->path);
     if (system(command) != 0) skip();
     snprintf(command, sizeof command,
-             "ulimit -f 8; cd '%s' && mkdir small && '%s' render ball.xml --resolution 128x128 --spp 1 --quiet -o small/a.pfm "
+             "ulimit -f 8; cd '%s' && mkdir small && '%s' render ball.xml --resolution 128x128 --spp 1 --quiet -o "
+             "small/a.pfm "
              "2> /dev/null",
              program->folder, program->path);
     const int status = system(command);
@@ -199,7 +202,7 @@ static void test_file_size_limit(void **state)
     assert_int_equal(system(command), 0);
 }
 
-/* ---- Rendering -------------------------------------------------------------------------------------------------- */
+/* ---- Rendering ------------------------------------------------------------------------------------------------- */
 
 static void test_default_outputs(void **state)
 {
@@ -243,8 +246,8 @@ static void test_statistics_and_quiet(void **state)
 static void test_options_of_integrators(void **state)
 {
     ca_program_result r;
-    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--stats", "a.json", "-i", "ovcm:alpha=0.25", "--alpha=0.25", "--radius",
-        "0.125", "--light-paths", "50", "--camera-paths", "3", "--spp", "7");
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--stats", "a.json", "-i", "ovcm:alpha=0.25", "--alpha=0.25",
+        "--radius", "0.125", "--light-paths", "50", "--camera-paths", "3", "--spp", "7");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
     assert_says(r.output, "24 x 16 pixels, 9 samples per pixel");
@@ -329,7 +332,7 @@ static void test_ends_by_noise_and_time(void **state)
     json_decref(stats);
 }
 
-/* ---- Comparing and looking -------------------------------------------------------------------------------------- */
+/* ---- Comparing and looking ------------------------------------------------------------------------------------- */
 
 static void test_compare(void **state)
 {
@@ -426,7 +429,8 @@ static void test_bundled_scenes(void **state)
         snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, names[i]);
         RUN(&r, "info", path);
         assert_exit(&r, 0);
-        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats", "a.json");
+        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats",
+            "a.json");
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
         json_t *stats = load_json(folder_of(state), "a.json");

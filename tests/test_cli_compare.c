@@ -19,7 +19,10 @@ static int set_up_images(void **state)
 
 #define IMAGES_TEST(function) cmocka_unit_test_setup_teardown(function, set_up_images, tear_down)
 
-static const json_t *image_of(const json_t *root, size_t i) { return json_array_get(json_object_get(root, "images"), i); }
+static const json_t *image_of(const json_t *root, size_t i)
+{
+    return json_array_get(json_object_get(root, "images"), i);
+}
 
 static void assert_null_number(const json_t *object, const char *key)
 {
@@ -38,10 +41,11 @@ static double mean_of(const ca_image_layers *maps, const char *name, uint32_t ma
 
 static void assert_near(const char *what, double value, double expected, double tolerance)
 {
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
 }
 
-/* ---- What comes out ----------------------------------------------------------------------------------------------- */
+/* ---- What comes out -------------------------------------------------------------------------------------------- */
 
 static void test_numbers_and_maps(void **state)
 {
@@ -49,8 +53,9 @@ static void test_numbers_and_maps(void **state)
     RUN(&r, "compare", "a.exr", "b.exr", "--reference", "ref.exr", "--stats=s.json", "--maps=m.exr");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
-    static const char *const lines[] = {"\n  SMAPE ", "\n  SSIM  ", "\n  FLIP LDR  ", "\n  FLIP HDR  ", " exposures from ",
-                                        "\n  wrote               m-a.exr\n", "m-b.exr\n"};
+    static const char *const lines[] = {"\n  SMAPE ",     "\n  SSIM  ",       "\n  FLIP LDR  ",
+                                        "\n  FLIP HDR  ", " exposures from ", "\n  wrote               m-a.exr\n",
+                                        "m-b.exr\n"};
     for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) assert_says(r.output, lines[i]);
     json_t *root = load_json(folder_of(state), "s.json");
     for (size_t i = 0; i < 2; i++) {
@@ -64,7 +69,8 @@ static void test_numbers_and_maps(void **state)
         assert_near("flip_hdr", json_number(numbers, "flip_hdr"), mean_of(maps, "FLIP.HDR", 0), 1e-6);
         assert_true(json_number(numbers, "flip") == json_number(numbers, "flip_hdr"));
         const json_t *exposures = json_object_get(numbers, "flip_exposures");
-        assert_true(json_number(exposures, "count") >= 2 && json_number(exposures, "start") < json_number(exposures, "stop"));
+        assert_true(json_number(exposures, "count") >= 2 &&
+                    json_number(exposures, "start") < json_number(exposures, "stop"));
         ca_layers_destroy(maps);
     }
     /* b is the brighter ball. */
@@ -100,7 +106,7 @@ static void test_names_of_maps(void **state)
     assert_says(r.errors, "no/where.exr");
 }
 
-/* ---- Settings ----------------------------------------------------------------------------------------------------- */
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 enum { SSIM, FLIP_LDR, FLIP_HDR, FLIP, NUMBERS };
 
@@ -176,7 +182,8 @@ static void test_kinds_of_flip(void **state)
 static void test_region_and_masks(void **state)
 {
     ca_program_result r;
-    RUN(&r, "compare", "a.exr", "--reference=ref.exr", "--roi=0,0,30,20", "--mask=0,0,30,19", "--maps=m.exr", "--stats=s.json");
+    RUN(&r, "compare", "a.exr", "--reference=ref.exr", "--roi=0,0,30,20", "--mask=0,0,30,19", "--maps=m.exr",
+        "--stats=s.json");
     assert_exit(&r, 0);
     ca_image_layers *maps = read_image(state, "m.exr");
     double ssim = 0.0, flip = 0.0;
@@ -204,7 +211,8 @@ static void test_names_that_are_no_utf8(void **state)
     ca_program_result r;
     RUN(&r, BALL, "-o", "M\xfcller \xc3\xa4.exr");
     assert_exit(&r, 0);
-    RUN(&r, "compare", "M\xfcller \xc3\xa4.exr", "--reference=M\xfcller \xc3\xa4.exr", "--stats=s.json", "--flip=none");
+    RUN(&r, "compare", "M\xfcller \xc3\xa4.exr", "--reference=M\xfcller \xc3\xa4.exr", "--stats=s.json",
+        "--flip=none");
     assert_exit(&r, 0);
     json_t *root = load_json(folder_of(state), "s.json");
     const char *expected = "M\xef\xbf\xbdller \xc3\xa4.exr";

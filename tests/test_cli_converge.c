@@ -1,4 +1,5 @@
-/* `caustica converge` from outside: what it writes, what it does not render twice, what it refuses, and how it ends early. */
+/* `caustica converge` from outside: what it writes, what it does not render twice, what it refuses, and how it ends
+ * early. */
 #define _XOPEN_SOURCE 700
 #include "support/program_test.h"
 
@@ -22,7 +23,7 @@ static int set_up_reference(void **state)
 
 #define REFERENCE_TEST(function) cmocka_unit_test_setup_teardown(function, set_up_reference, tear_down)
 
-/* ---- Looking at files --------------------------------------------------------------------------------------------- */
+/* ---- Looking at files ------------------------------------------------------------------------------------------ */
 
 static char *read_text(void **state, const char *name)
 {
@@ -83,7 +84,10 @@ static int count_words(const char *text, const char *words)
     return count;
 }
 
-static const json_t *render_of(const json_t *root, size_t i) { return json_array_get(json_object_get(root, "renders"), i); }
+static const json_t *render_of(const json_t *root, size_t i)
+{
+    return json_array_get(json_object_get(root, "renders"), i);
+}
 
 static const char *text_of(const json_t *object, const char *key)
 {
@@ -92,18 +96,20 @@ static const char *text_of(const json_t *object, const char *key)
     return text;
 }
 
-/* ---- What comes out ----------------------------------------------------------------------------------------------- */
+/* ---- What comes out -------------------------------------------------------------------------------------------- */
 
 static void test_writes_results(void **state)
 {
     ca_program_result r;
-    RUN(&r, CONVERGE, "-i", "path;bdpt:max_depth=3,rr_depth=4", "--spp=1:4", "--repeats=2", "--closeup=2,3,10,12", "--threads=1");
+    RUN(&r, CONVERGE, "-i", "path;bdpt:max_depth=3,rr_depth=4", "--spp=1:4", "--repeats=2", "--closeup=2,3,10,12",
+        "--threads=1");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
     assert_says(r.output, "12 of 12: bdpt:max_depth=3,rr_depth=4, 4 spp, repeat 2: ");
     assert_says(r.output, "wrote out/index.html\n");
-    static const char *const pictures[] = {"out/pictures/reference.png", "out/pictures/path-1.png", "out/pictures/path-deviation.png",
-                                           "out/pictures/path-deviation-1.png", "out/images.html"};
+    static const char *const pictures[] = {"out/pictures/reference.png", "out/pictures/path-1.png",
+                                           "out/pictures/path-deviation.png", "out/pictures/path-deviation-1.png",
+                                           "out/images.html"};
     for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++)
         if (!exists(folder_of(state), pictures[i])) fail_msg("no %s", pictures[i]);
     ca_image_layers *closeup = read_image(state, "out/pictures/path-1.png");
@@ -135,9 +141,11 @@ static void test_numbers(void **state)
     RUN(&r, "compare", file, "-rref.exr", "--stats=c.json", "--roi=2,2,22,14", "--mask=5,5,7,7");
     assert_exit(&r, 0);
     json_t *compared = load_json(folder_of(state), "c.json");
-    static const char *const keys[] = {"rmse", "mae", "relmse", "smape", "ssim", "flip_ldr", "flip_hdr", "mean_luminance"};
+    static const char *const keys[] = {"rmse", "mae",      "relmse",   "smape",
+                                       "ssim", "flip_ldr", "flip_hdr", "mean_luminance"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++)
-        assert_true(json_number(json_array_get(json_object_get(compared, "images"), 0), keys[i]) == json_number(last, keys[i]));
+        assert_true(json_number(json_array_get(json_object_get(compared, "images"), 0), keys[i]) ==
+                    json_number(last, keys[i]));
     json_decref(compared);
     snprintf(seed, sizeof seed, "--seed=%.0f", json_number(last, "seed"));
     RUN(&r, "render", "ball.xml", "-ipath", "--spp=8", seed, "-o", "same.exr", "--stats=s.json", "--quiet");
@@ -145,7 +153,8 @@ static void test_numbers(void **state)
     ca_image_layers *a = read_image(state, file), *b = read_image(state, "same.exr");
     assert_memory_equal(ca_layers_find(a, "R"), ca_layers_find(b, "R"), sizeof(float) * a->width * a->height);
     json_t *stats = load_json(folder_of(state), "s.json");
-    assert_true(fabs(json_number(stats, "mean_standard_deviation") - json_number(last, "mean_standard_deviation")) < 1e-6);
+    assert_true(fabs(json_number(stats, "mean_standard_deviation") - json_number(last, "mean_standard_deviation")) <
+                1e-6);
     assert_true(json_number(last, "seed") != json_number(render_of(root, 0), "seed")); /* of another step */
     assert_true(json_number(last, "seed") == json_number(render_of(root, 5), "seed")); /* of another integrator */
     json_decref(stats);
@@ -163,7 +172,8 @@ static void test_slopes(void **state)
     json_t *root = load_json(folder_of(state), "out/converge.json");
     double n = 4.0, sx = 0.0, sy = 0.0, xx = 0.0, xy = 0.0;
     for (size_t i = 0; i < 4; i++) {
-        const double x = log(json_number(render_of(root, i), "samples_per_pixel")), y = log(json_number(render_of(root, i), "relmse"));
+        const double x = log(json_number(render_of(root, i), "samples_per_pixel")),
+                     y = log(json_number(render_of(root, i), "relmse"));
         sx += x, sy += y, xx += x * x, xy += x * y;
     }
     const double slope = (n * xy - sx * sy) / (n * xx - sx * sx);
@@ -175,7 +185,7 @@ static void test_slopes(void **state)
     json_decref(root);
 }
 
-/* ---- Not rendered again ------------------------------------------------------------------------------------------- */
+/* ---- Not rendered again ---------------------------------------------------------------------------------------- */
 
 /* Runs again; how many renders were taken as they were, of how many. */
 static int run_again(void **state, const char *word, const char *second, const char *third, int *all)
@@ -268,7 +278,7 @@ static void test_half_written_files(void **state)
     }
 }
 
-/* ---- Ending early ------------------------------------------------------------------------------------------------- */
+/* ---- Ending early ---------------------------------------------------------------------------------------------- */
 
 static void wait_for_render(void **state, const char *letters)
 {
@@ -309,7 +319,7 @@ static void test_ends_early_and_goes_on(void **state)
     json_decref(root);
 }
 
-/* ---- Refusals ----------------------------------------------------------------------------------------------------- */
+/* ---- Refusals -------------------------------------------------------------------------------------------------- */
 
 static void test_refuses(void **state)
 {
@@ -369,9 +379,14 @@ static void test_refuses(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        REFERENCE_TEST(test_writes_results),        REFERENCE_TEST(test_numbers), REFERENCE_TEST(test_slopes),
-        REFERENCE_TEST(test_resumes),               REFERENCE_TEST(test_half_written_files), REFERENCE_TEST(test_renders_what_changed),
-        REFERENCE_TEST(test_ends_early_and_goes_on), REFERENCE_TEST(test_refuses),
+        REFERENCE_TEST(test_writes_results),
+        REFERENCE_TEST(test_numbers),
+        REFERENCE_TEST(test_slopes),
+        REFERENCE_TEST(test_resumes),
+        REFERENCE_TEST(test_half_written_files),
+        REFERENCE_TEST(test_renders_what_changed),
+        REFERENCE_TEST(test_ends_early_and_goes_on),
+        REFERENCE_TEST(test_refuses),
     };
     return run_program_tests("cli_converge", tests, sizeof tests / sizeof tests[0]);
 }

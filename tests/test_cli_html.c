@@ -1,5 +1,5 @@
-/* `caustica compare --html` from outside: the page is there, and where it cannot be, nothing is. What is in it is for test_report.c
- * and test_report_page.sh. */
+/* `caustica compare --html` from outside: the page is there, and where it cannot be, nothing is. What is in it is for
+ * test_report.c and test_report_page.sh. */
 #include "support/program_test.h"
 
 static void render(void **state, const char *name, const char *seed)
@@ -14,7 +14,8 @@ static void test_writes_a_page(void **state)
     ca_program_result r;
     render(state, "a.exr", "1");
     render(state, "b.exr", "2");
-    RUN(&r, "compare", "a.exr", "--reference", "b.exr", "--html", "page.html", "--html-layers", "Albedo,P.X", "--roi=2,3,10,12");
+    RUN(&r, "compare", "a.exr", "--reference", "b.exr", "--html", "page.html", "--html-layers", "Albedo,P.X",
+        "--roi=2,3,10,12");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
     assert_says(r.output, "\nwrote page.html\n");

@@ -1,5 +1,5 @@
-/* `caustica noise` from outside: layers, averages and counts that fit together, predictions against other measurements, recommended
- * numbers, what it refuses. */
+/* `caustica noise` from outside: layers, averages and counts that fit together, predictions against other
+ * measurements, recommended numbers, what it refuses. */
 #define _GNU_SOURCE
 #include "image/layers.h"
 #include "noise/ray_map.h"
@@ -12,13 +12,15 @@
 #include <signal.h>
 
 /* Its integrator and sampler are not what the law wants. */
-static const char *const room_text = ROOM_TEXT("  <default name=\"power\" value=\"40\"/>\n"
-                                               "  <default name=\"integrator\" value=\"path\"/>\n"
-                                               "  <default name=\"sampler\" value=\"sobol\"/>\n"
-                                               "  <integrator type=\"$integrator\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n",
-                                               "$sampler", "3", "$power");
+static const char *const room_text =
+    ROOM_TEXT("  <default name=\"power\" value=\"40\"/>\n"
+              "  <default name=\"integrator\" value=\"path\"/>\n"
+              "  <default name=\"sampler\" value=\"sobol\"/>\n"
+              "  <integrator type=\"$integrator\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n",
+              "$sampler", "3", "$power");
 
-#define COUNTS(light, camera, iterations) "--light-paths=" #light, "--camera-paths=" #camera, "--iterations=" #iterations
+#define COUNTS(light, camera, iterations)                                                                            \
+    "--light-paths=" #light, "--camera-paths=" #camera, "--iterations=" #iterations
 #define ROOM "room.xml", "--radius=0.5", "--threads=2"
 
 static int set_up_room(void **state)
@@ -30,10 +32,11 @@ static int set_up_room(void **state)
 
 static void assert_near(const char *what, double value, double expected, double tolerance)
 {
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
 }
 
-/* ---- What comes out ----------------------------------------------------------------------------------------------- */
+/* ---- What comes out -------------------------------------------------------------------------------------------- */
 
 static const struct term {
     const char *layer, *rms, *variance, *negative;
@@ -70,7 +73,8 @@ static void assert_layers(const ca_image_layers *image)
 {
     const float *camera = named_layer(image, "Noise.Camera"), *light = named_layer(image, "Noise.Light"),
                 *pair = named_layer(image, "Noise.Pair"), *predicted = named_layer(image, "Noise.Predicted"),
-                *measured = named_layer(image, "Noise.Measured"), *deviation = named_layer(image, "StandardDeviation.Y");
+                *measured = named_layer(image, "Noise.Measured"),
+                *deviation = named_layer(image, "StandardDeviation.Y");
     double most_negative = 0.0;
     for (int i = 0; i < PIXELS; i++) {
         const double sum = (double)camera[i] + (double)light[i] + (double)pair[i];
@@ -92,7 +96,8 @@ static void assert_layers(const ca_image_layers *image)
 /* Red, green and blue of the picture against the roots of the layers: only what is brighter than full is cut off. */
 static void assert_picture(const ca_image_layers *image, const ca_image_layers *picture, double scale)
 {
-    static const char *const channels[] = {"R", "G", "B"}, *const layers[] = {"Noise.Pair", "Noise.Camera", "Noise.Light"};
+    static const char *const channels[] = {"R", "G", "B"}, *const layers[] = {"Noise.Pair", "Noise.Camera",
+                                                                              "Noise.Light"};
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < PIXELS; i++) {
             const double root = sqrt(fmax(0.0, (double)named_layer(image, layers[c])[i])) / scale;
@@ -115,14 +120,16 @@ static void assert_recommendation(const json_t *root, const ca_image_layers *ima
     }
     assert_string_equal(json_string_value(json_object_get(r, "objective")), objective);
     assert_near("the mean of the map", json_number(best, "camera_paths"), mean, 1e-6 * mean);
-    assert_true(json_number(r, "fewest_camera_paths") == fewest && json_number(r, "most_camera_paths") == most && fewest >= 1.0);
+    assert_true(json_number(r, "fewest_camera_paths") == fewest && json_number(r, "most_camera_paths") == most &&
+                fewest >= 1.0);
     const double cost = json_number(best, "variance") * json_number(best, "seconds");
     const double gain = json_number(given, "variance") * json_number(given, "seconds") / cost;
     assert_near("the gain", json_number(r, "gain_over_given"), gain, 1e-6 * gain);
     const double uniform_gain = json_number(uniform, "variance") * json_number(uniform, "seconds") / cost;
-    assert_near("the gain over uniform numbers", json_number(r, "gain_over_uniform"), uniform_gain, 1e-6 * uniform_gain);
-    static const char *const names[] = {"light_path", "iteration_error", "light_path_error", "camera_path_error", "candidate_error",
-                                        "candidates_per_pair"};
+    assert_near("the gain over uniform numbers", json_number(r, "gain_over_uniform"), uniform_gain,
+                1e-6 * uniform_gain);
+    static const char *const names[] = {"light_path",        "iteration_error", "light_path_error",
+                                        "camera_path_error", "candidate_error", "candidates_per_pair"};
     for (int i = 0; i < 6; i++)
         if (!(json_number(times, names[i]) > 0.0)) fail_msg("%s is %g", names[i], json_number(times, names[i]));
     /* Of so few one kind may seem to cost nothing. */
@@ -135,8 +142,8 @@ static void assert_recommendation(const json_t *root, const ca_image_layers *ima
 static void test_what_comes_out(void **state)
 {
     ca_program_result r;
-    RUN(&r, "noise", ROOM, COUNTS(60, 5, 40), "--roi=3,4,9,8", "--predict=600,5", "--predict", "60,50", "-o", "a.exr", "-oa.png",
-        "--stats=a.json");
+    RUN(&r, "noise", ROOM, COUNTS(60, 5, 40), "--roi=3,4,9,8", "--predict=600,5", "--predict", "60,50", "-o", "a.exr",
+        "-oa.png", "--stats=a.json");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
     assert_says(r.output, "sampler: independent instead of the scene's sobol");
@@ -154,7 +161,8 @@ static void test_what_comes_out(void **state)
     assert_averages(json_object_get(root, "image"), image, (const uint32_t[]){0, 0, WIDTH, HEIGHT});
     assert_averages(json_object_get(root, "roi"), image, (const uint32_t[]){3, 4, 9, 8});
     assert_true(json_number(root, "iterations") == 40 && json_number(root, "light_paths") == 40 * 60 &&
-                json_number(root, "camera_paths") == 40 * 5 * PIXELS && json_number(root, "samples_per_pixel") == 200);
+                json_number(root, "camera_paths") == 40 * 5 * PIXELS &&
+                json_number(root, "samples_per_pixel") == 200);
     assert_true(json_number(json_object_get(root, "per_iteration"), "light_paths") == 60 &&
                 json_number(json_object_get(root, "per_iteration"), "camera_paths") == 5);
     assert_int_equal(json_array_size(predict), 2);
@@ -194,7 +202,7 @@ static void test_threads_and_quiet(void **state)
     ca_image_release(images[1]);
 }
 
-/* ---- The law ------------------------------------------------------------------------------------------------------ */
+/* ---- The law --------------------------------------------------------------------------------------------------- */
 
 /* Of every pixel, and of the averages: one run's scatter of these is 0.7 %. */
 static void assert_law_holds(void **state, const char *integrator)
@@ -204,9 +212,11 @@ static void assert_law_holds(void **state, const char *integrator)
     assert_exit(&r, 0);
     ca_image_layers *image = read_image(state, "a.exr");
     const float *predicted = named_layer(image, "Noise.Predicted"), *measured = named_layer(image, "Noise.Measured");
-    const float *error = named_layer(image, "Noise.Predicted.StdErr"), *error2 = named_layer(image, "Noise.Measured.StdErr");
+    const float *error = named_layer(image, "Noise.Predicted.StdErr"),
+                *error2 = named_layer(image, "Noise.Measured.StdErr");
     for (int i = 0; i < PIXELS; i++)
-        assert_near(integrator, (double)predicted[i], (double)measured[i], 4.5 * hypot((double)error[i], (double)error2[i]));
+        assert_near(integrator, (double)predicted[i], (double)measured[i],
+                    4.5 * hypot((double)error[i], (double)error2[i]));
     ca_image_release(image);
     json_t *root = load_json(folder_of(state), "a.json");
     const json_t *averages = json_object_get(root, "image");
@@ -228,12 +238,13 @@ static void test_predictions(void **state)
     static const char *const counts[][2] = {{"--light-paths=2000", "--camera-paths=2"},
                                             {"--light-paths=100", "--camera-paths=20"},
                                             {"--light-paths=1000", "--camera-paths=1"}};
-    RUN(&r, "noise", ROOM, COUNTS(400, 4, 1000), "--quiet", "--predict=2000,2", "--predict=100,20", "--predict=1000,1",
-        "--stats=a.json");
+    RUN(&r, "noise", ROOM, COUNTS(400, 4, 1000), "--quiet", "--predict=2000,2", "--predict=100,20",
+        "--predict=1000,1", "--stats=a.json");
     assert_exit(&r, 0);
     json_t *root = load_json(folder_of(state), "a.json");
     for (size_t i = 0; i < 3; i++) {
-        RUN(&r, "noise", ROOM, counts[i][0], counts[i][1], "--iterations=400", "--seed=1", "--quiet", "--stats=b.json");
+        RUN(&r, "noise", ROOM, counts[i][0], counts[i][1], "--iterations=400", "--seed=1", "--quiet",
+            "--stats=b.json");
         assert_exit(&r, 0);
         json_t *other = load_json(folder_of(state), "b.json");
         const json_t *predicted = json_object_get(json_array_get(json_object_get(root, "predict"), i), "image");
@@ -251,39 +262,47 @@ static void test_one_camera_path(void **state)
     assert_exit(&r, 0);
     ca_image_layers *image = read_image(state, "a.exr");
     for (int i = 0; i < PIXELS; i++) {
-        assert_true(named_layer(image, "Noise.Light")[i] == 0.0f && named_layer(image, "Noise.Light.StdErr")[i] == 0.0f);
+        assert_true(named_layer(image, "Noise.Light")[i] == 0.0f &&
+                    named_layer(image, "Noise.Light.StdErr")[i] == 0.0f);
         assert_true(named_layer(image, "Noise.Predicted")[i] > 0.0f);
     }
     ca_image_release(image);
     RUN(&r, "noise", ROOM, COUNTS(100, 1, 20), "--predict=50,2");
     assert_exit(&r, 2);
-    assert_says(r.errors, "--predict: one camera path does not tell the noise of 2: measure with --camera-paths 2 or more");
+    assert_says(r.errors,
+                "--predict: one camera path does not tell the noise of 2: measure with --camera-paths 2 or more");
 }
 
-/* ---- Recommended numbers ------------------------------------------------------------------------------------------ */
+/* ---- Recommended numbers --------------------------------------------------------------------------------------- */
 
 static void test_recommendation(void **state)
 {
     ca_program_result r;
-    RUN(&r, "noise", ROOM, COUNTS(60, 5, 20), "--max-depth=3", "-Dpower=4, 1, 2", "--objective=relative", "-oa.exr", "--stats=a.json");
+    RUN(&r, "noise", ROOM, COUNTS(60, 5, 20), "--max-depth=3", "-Dpower=4, 1, 2", "--objective=relative", "-oa.exr",
+        "--stats=a.json");
     assert_exit(&r, 0);
     assert_says(r.output, "microseconds of a processor, timed around ");
     assert_says(r.output, "least mean relative variance after a given time");
     assert_says(r.output, "\n  recommended ");
-    assert_says(r.output, "\nnext: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 --alpha 0 --rays a.exr\n");
-    assert_says(r.output, "\n  or: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 --alpha 0 --light-paths ");
+    assert_says(r.output, "\nnext: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 "
+                          "--alpha 0 --rays a.exr\n");
+    assert_says(r.output, "\n  or: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 "
+                          "--alpha 0 --light-paths ");
     ca_image_layers *image = read_image(state, "a.exr");
     json_t *root = load_json(folder_of(state), "a.json");
     assert_recommendation(root, image, "relative");
     json_decref(root);
     ca_image_release(image);
     /* One camera path: a number of light paths is all there is to say. */
-    RUN(&r, "noise", ROOM, "--light-paths=60", "-ippm:max_depth=3", "--iterations=20", "--crop=2,0,9,8", "--objective=worst-decile");
+    RUN(&r, "noise", ROOM, "--light-paths=60", "-ippm:max_depth=3", "--iterations=20", "--crop=2,0,9,8",
+        "--objective=worst-decile");
     assert_exit(&r, 0);
     assert_says(r.output, "20 iterations of 60 light paths and 1 camera paths per pixel, 56 pixels");
     assert_says(r.output, "least variance in the noisiest tenth of the pixels after");
     assert_null(strstr(r.output, "\n  recommended "));
-    assert_says(r.output, "\nnext: caustica render room.xml -i ppm:max_depth=3 --radius 0.5 --alpha 0 --crop 2,0,9,8 --light-paths ");
+    assert_says(
+        r.output,
+        "\nnext: caustica render room.xml -i ppm:max_depth=3 --radius 0.5 --alpha 0 --crop 2,0,9,8 --light-paths ");
     assert_says(r.output, " --camera-paths 1\n");
     /* Of the integrator's own parameters those stay that are not recommended anew: each is said once. */
     RUN(&r, "noise", "room.xml", "-ibdpm:light_paths=60,radius=0.5,camera_paths=3,alpha=0.25", "--iterations=4");
@@ -307,7 +326,7 @@ static void test_default_numbers(void **state)
     assert_says(r.output, "2 iterations of 50 light paths and 3 camera paths per pixel, 6 pixels");
 }
 
-/* ---- Signals ------------------------------------------------------------------------------------------------------ */
+/* ---- Signals --------------------------------------------------------------------------------------------------- */
 
 /* Waits until the program has drawn `words` to its terminal; false: it ended before. */
 static bool has_drawn(int master, const char *words)
@@ -334,9 +353,10 @@ static void read_to_end(int master)
     while (read(master, text, sizeof text) > 0) continue;
 }
 
-/* While iterations go on ("pass 1/9") and while paths are timed ("pass 0", of a number that is not known): what was measured is
- * written, with no recommendation beside it. */
-static void assert_signal_ends(void **state, const char *iterations, const char *wait_for, int number, double least_iterations)
+/* While iterations go on ("pass 1/9") and while paths are timed ("pass 0", of a number that is not known): what was
+ * measured is written, with no recommendation beside it. */
+static void assert_signal_ends(void **state, const char *iterations, const char *wait_for, int number,
+                               double least_iterations)
 {
     ca_program_result r;
     int master, slave;
@@ -344,9 +364,12 @@ static void assert_signal_ends(void **state, const char *iterations, const char 
         print_message("SKIPPED: this machine gives out no pseudo-terminal (is /dev/pts mounted?)\n");
         skip();
     }
-    const pid_t process = ca_program_start(
-        *state, (const char *const[]){"noise", ROOM, "--light-paths=1000", "--camera-paths=4", iterations, "--resolution=240x160",
-                                      "--predict=600,5", "-oa.exr", "-oa.png", "--stats=a.json", NULL}, slave);
+    const pid_t process =
+        ca_program_start(*state,
+                         (const char *const[]){"noise", ROOM, "--light-paths=1000", "--camera-paths=4", iterations,
+                                               "--resolution=240x160", "--predict=600,5", "-oa.exr", "-oa.png",
+                                               "--stats=a.json", NULL},
+                         slave);
     close(slave);
     assert_true(has_drawn(master, wait_for));
     kill(process, number);
@@ -355,7 +378,8 @@ static void assert_signal_ends(void **state, const char *iterations, const char 
     close(master);
     assert_exit(&r, 0);
     assert_says(r.output, "  with 600,5: image r.m.s. ");
-    assert_says(r.output, "no numbers are recommended: a signal interrupted the timing of paths\nwrote a.exr\nwrote a.png");
+    assert_says(r.output,
+                "no numbers are recommended: a signal interrupted the timing of paths\nwrote a.exr\nwrote a.png");
     assert_null(strstr(r.output, "next: "));
     ca_image_layers *image = read_image(state, "a.exr");
     named_layer(image, "Noise.Predicted");
@@ -363,7 +387,8 @@ static void assert_signal_ends(void **state, const char *iterations, const char 
     ca_image_release(image);
     json_t *root = load_json(folder_of(state), "a.json");
     assert_true(json_is_true(json_object_get(root, "interrupted")));
-    assert_true(json_is_null(json_object_get(root, "times")) && json_is_null(json_object_get(root, "recommendation")));
+    assert_true(json_is_null(json_object_get(root, "times")) &&
+                json_is_null(json_object_get(root, "recommendation")));
     assert_true(json_number(root, "iterations") >= least_iterations && json_number(root, "iterations") < 100000.0);
     assert_int_equal(json_array_size(json_object_get(root, "predict")), 1);
     json_decref(root);
@@ -388,11 +413,13 @@ static void test_black_image(void **state)
     assert_null(ca_layers_find(image, CA_RAY_MAP_LAYER));
     ca_image_release(image);
     json_t *root = load_json(folder_of(state), "a.json");
-    assert_true(json_is_false(json_object_get(root, "interrupted")) && json_is_null(json_object_get(root, "recommendation")));
+    assert_true(json_is_false(json_object_get(root, "interrupted")) &&
+                json_is_null(json_object_get(root, "recommendation")));
     json_decref(root);
 }
 
-/* What was allowed to the measurement is not exceeded by timing more light paths than fit, nor by what is recommended. */
+/* What was allowed to the measurement is not exceeded by timing more light paths than fit, nor by what is
+ * recommended. */
 static void test_memory_limit(void **state)
 {
     ca_program_result r;
@@ -413,7 +440,7 @@ static void test_memory_limit(void **state)
     assert_false(exists(folder_of(state), "c.exr"));
 }
 
-/* ---- Settings ----------------------------------------------------------------------------------------------------- */
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 static void assert_integrator(void **state, const char *words)
 {
@@ -445,7 +472,8 @@ static void test_integrator_and_alpha(void **state)
 static void test_crop(void **state)
 {
     ca_program_result r;
-    RUN(&r, "noise", ROOM, COUNTS(20, 2, 3), "--resolution=24x16", "--crop=4,6,10,9", "--roi=5,6,10,9", "-oa.exr", "--stats=a.json");
+    RUN(&r, "noise", ROOM, COUNTS(20, 2, 3), "--resolution=24x16", "--crop=4,6,10,9", "--roi=5,6,10,9", "-oa.exr",
+        "--stats=a.json");
     assert_exit(&r, 0);
     assert_says(r.output, "3 iterations of 20 light paths and 2 camera paths per pixel, 18 pixels");
     ca_image_layers *image = read_image(state, "a.exr");
@@ -464,25 +492,35 @@ static const struct refusal {
     const char *words[9]; /* ended by NULL, after `noise` */
     const char *says;
 } refusals[] = {
-    {2, {"room.xml", COUNTS(20, 2, 3), "--objective=median"}, "--objective: the objective \"median\" is not known; there are mean,"},
-    {2, {"room.xml", "-ippm", "--predict=20,2"}, "--predict: one camera path does not tell the noise of 2: measure with"},
+    {2,
+     {"room.xml", COUNTS(20, 2, 3), "--objective=median"},
+     "--objective: the objective \"median\" is not known; there are mean,"},
+    {2,
+     {"room.xml", "-ippm", "--predict=20,2"},
+     "--predict: one camera path does not tell the noise of 2: measure with"},
     {2, {COUNTS(20, 2, 3)}, "a scene file is missing"},
     {2, {"room.xml", "room.xml", COUNTS(20, 2, 3)}, "more than one scene file"},
     {2, {"room.xml", COUNTS(20, 2, 1)}, "--iterations: \"1\" is not a whole number of at least 2"},
     {2, {"room.xml", COUNTS(1, 2, 2)}, "--light-paths: \"1\" is not a whole number of at least 2"},
     {2, {"room.xml", COUNTS(20, 0, 2)}, "--camera-paths: \"0\" is not"},
     {2, {"room.xml", COUNTS(20, 1000000000, 5)}, "5 iterations of 1000000000 camera paths are over the limit of 4"},
-    {2, {"room.xml", COUNTS(20, 2, 2), "--roi=4,0,13,8"}, "--roi: the region 4,0,13,8 is empty or leaves the picture 0,0,12,8"},
+    {2,
+     {"room.xml", COUNTS(20, 2, 2), "--roi=4,0,13,8"},
+     "--roi: the region 4,0,13,8 is empty or leaves the picture 0,0,12,8"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--crop=2,2,8,8", "--roi=1,2,8,8"}, "leaves the picture 2,2,8,8"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=20"}, "--predict: \"20\" is not NF,NB"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=0,2"}, "--predict: \"0,2\" is not NF,NB"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=2,-1"}, "--predict: \"2,-1\" is not NF,NB"},
-    {2, {"room.xml", COUNTS(20, 2, 2), "-i", "path"}, "the integrator must be bdpm, ppm, bdpt, vcm or ovcm, not path"},
+    {2,
+     {"room.xml", COUNTS(20, 2, 2), "-i", "path"},
+     "the integrator must be bdpm, ppm, bdpt, vcm or ovcm, not path"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdmp"}, "bdmp"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdpm:light_paths=30"}, "\"light_paths\" is 30 among"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--sampler=sobol"}, "option --sampler=sobol is not known"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--memory=0.01"}, "more than the 0.0 MiB allowed"},
-    {2, {"room.xml", COUNTS(20, 2, 2), "-oa.pfm"}, "a.pfm: noise is written as .exr (all layers) or .png (the terms)"},
+    {2,
+     {"room.xml", COUNTS(20, 2, 2), "-oa.pfm"},
+     "a.pfm: noise is written as .exr (all layers) or .png (the terms)"},
     {1, {"room.xml", COUNTS(20, 2, 2), "-ono/such/folder.exr"}, "no/such/folder.exr"},
     {1, {"room.xml", COUNTS(20, 2, 2), "--stats=no/such/folder.json"}, "no/such/folder.json"},
     {1, {"none.xml", COUNTS(20, 2, 2)}, "none.xml"},

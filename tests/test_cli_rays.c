@@ -1,4 +1,5 @@
-/* `caustica render --rays` from outside: numbers that are chosen, numbers of a file, what is printed, what is refused. */
+/* `caustica render --rays` from outside: numbers that are chosen, numbers of a file, what is printed, what is
+ * refused. */
 #include "image/layers.h"
 #include "noise/ray_map.h"
 #include "support/named_layer.h"
@@ -9,10 +10,10 @@
 #include <stdlib.h>
 
 /* Its sampler and its shrinking radius are not what rays "auto" wants. */
-static const char *const room_text =
-    ROOM_TEXT("  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"4\"/><float name=\"radius\" value=\"0.5\"/>"
-              "<float name=\"alpha\" value=\"0.5\"/></integrator>\n",
-              "sobol", "12", "40");
+static const char *const room_text = ROOM_TEXT(
+    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"4\"/><float name=\"radius\" value=\"0.5\"/>"
+    "<float name=\"alpha\" value=\"0.5\"/></integrator>\n",
+    "sobol", "12", "40");
 
 enum { LIGHT_PATHS = 7 };
 
@@ -41,7 +42,7 @@ static int set_up_room(void **state)
     return 0;
 }
 
-/* ---- Numbers that are chosen -------------------------------------------------------------------------------------- */
+/* ---- Numbers that are chosen ----------------------------------------------------------------------------------- */
 
 /* The map, the counts and the numbers of --stats say the same. */
 static void assert_chosen(const ca_image_layers *image, const json_t *root)
@@ -68,8 +69,8 @@ static void test_auto(void **state)
     static const char *const objectives[] = {"mean", "relative", "worst-decile"};
     for (int i = 0; i < 3; i++) {
         ca_program_result r;
-        RUN(&r, "render", "room.xml", "--rays=auto", "--objective", objectives[i], "--spp=64", "--light-paths=60", "-o", "a.exr",
-            "--stats=a.json");
+        RUN(&r, "render", "room.xml", "--rays=auto", "--objective", objectives[i], "--spp=64", "--light-paths=60",
+            "-o", "a.exr", "--stats=a.json");
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
         assert_says(r.output, " camera paths per pixel in an iteration in the end; pilot ");
@@ -91,7 +92,8 @@ static void test_auto(void **state)
 static void test_auto_and_again(void **state)
 {
     ca_program_result r;
-    RUN(&r, "render", "room.xml", "-ippm", "--rays", "auto", "--spp=32", "--light-paths=60", "--quiet", "-o", "a.exr");
+    RUN(&r, "render", "room.xml", "-ippm", "--rays", "auto", "--spp=32", "--light-paths=60", "--quiet", "-o",
+        "a.exr");
     assert_exit(&r, 0);
     assert_string_equal(r.output, "");
     assert_string_equal(r.errors, "");
@@ -101,14 +103,15 @@ static void test_auto_and_again(void **state)
     snprintf(says, sizeof says, "\n%s light paths and 1 camera paths per pixel in an iteration\n",
              attribute_text(image, CA_RAY_MAP_LIGHT_PATHS));
     ca_image_release(image);
-    RUN(&r, "render", "room.xml", "-ippm", "--rays", "a.exr", "--spp=1", "-o", "a.exr"); /* read before it is written */
+    RUN(&r, "render", "room.xml", "-ippm", "--rays", "a.exr", "--spp=1", "-o",
+        "a.exr"); /* read before it is written */
     assert_exit(&r, 0);
     assert_says(r.output, says);
     assert_null(strstr(r.output, "pilot"));
     assert_null(strstr(r.output, "a light path takes"));
 }
 
-/* ---- Numbers of a file -------------------------------------------------------------------------------------------- */
+/* ---- Numbers of a file ----------------------------------------------------------------------------------------- */
 
 static void test_file(void **state)
 {
@@ -135,7 +138,8 @@ static void test_file(void **state)
                         (double)named_layer(images[i], "Rays.Numbers")[p] == camera_paths_at(p));
         json_decref(root);
     }
-    assert_string_equal(attribute_text(images[0], "caustica.sampler"), "sobol"); /* the scene's: nothing is chosen by a law here */
+    assert_string_equal(attribute_text(images[0], "caustica.sampler"),
+                        "sobol"); /* the scene's: nothing is chosen by a law here */
     assert_int_equal(images[0]->channel_count, images[1]->channel_count);
     for (size_t c = 0; c < images[0]->channel_count; c++)
         assert_memory_equal(images[0]->channels[c].data, images[1]->channels[c].data, PIXELS * sizeof(float));
@@ -143,7 +147,7 @@ static void test_file(void **state)
     ca_image_release(images[1]);
 }
 
-/* ---- What is refused ---------------------------------------------------------------------------------------------- */
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
 
 static const struct refusal {
     int exit_status;
@@ -155,7 +159,9 @@ static const struct refusal {
     {1, {"--rays=room.xml"}, "room.xml: not an image of a known format"},
     {1, {"--rays=plain.exr"}, "plain.exr: there is no layer \"Rays.Numbers\""},
     {1, {"--rays=cut.exr"}, "cut.exr"},
-    {2, {"--rays=map.exr", "--resolution=24x16"}, "map.exr: its numbers of rays are for the part 0,0,12,8 of a film of 12 x 8 pixels"},
+    {2,
+     {"--rays=map.exr", "--resolution=24x16"},
+     "map.exr: its numbers of rays are for the part 0,0,12,8 of a film of 12 x 8 pixels"},
     {2, {"--rays=map.exr", "--crop=1,0,12,8"}, "not for 1,0,12,8 of 12 x 8"},
     {2, {"--rays=map.exr", "--light-paths=9"}, "cannot be set as well"},
     {2, {"--rays=map.exr", "--camera-paths=9"}, "cannot be set as well"},
@@ -165,7 +171,9 @@ static const struct refusal {
     {2, {"--rays=map.exr", "--replicates=2"}, "not with rays"},
     {2, {"--rays=map.exr", "-ivcm"}, "bdpm and ppm, not for vcm"},
     {2, {"--objective=relative"}, "with rays \"auto\" only"},
-    {2, {"--rays=auto", "--spp=64", "--objective=best"}, "the objective \"best\" is not known; there are mean, relative, worst-decile"},
+    {2,
+     {"--rays=auto", "--spp=64", "--objective=best"},
+     "the objective \"best\" is not known; there are mean, relative, worst-decile"},
     {2, {"--rays=auto", "--spp=64", "-ipath"}, "bdpm and ppm, not for path"},
     {2, {"--rays=auto"}, "12 samples per pixel are too few for rays \"auto\""},
     {2, {"--rays=auto", "--spp=64", "--alpha=0.5"}, "alpha must be 0"},

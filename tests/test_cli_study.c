@@ -1,5 +1,5 @@
-/* `caustica study` from outside: what is rendered and what is kept, what is refused and where, and the analysis to the last digit. The
- * page is for test_study_page.sh. */
+/* `caustica study` from outside: what is rendered and what is kept, what is refused and where, and the analysis to
+ * the last digit. The page is for test_study_page.sh. */
 #include "support/program_test.h"
 
 #include <math.h>
@@ -15,7 +15,8 @@ static const char study_text[] =
     "  \"reference\": { \"integrator\": \"path:max_depth=3\", \"spp\": 2, \"seed\": 3 },\n"
     "  \"scenarios\": [\n"
     "    { \"name\": \"seen\", \"scene\": \"ball.xml\", \"light\": \"visible\", \"pair\": \"p\" },\n"
-    "    { \"name\": \"hidden\", \"scene\": \"ball.xml\", \"light\": \"occluded\", \"pair\": \"p\", \"define\": { \"albedo\": \"0.3\" } }\n"
+    "    { \"name\": \"hidden\", \"scene\": \"ball.xml\", \"light\": \"occluded\", \"pair\": \"p\", \"define\": { "
+    "\"albedo\": \"0.3\" } }\n"
     "  ]\n"
     "}\n";
 
@@ -29,7 +30,7 @@ static void write_changed(void **state, const char *name, const char *text, cons
     write_text(folder_of(state), name, changed);
 }
 
-/* ---- Rendering ---------------------------------------------------------------------------------------------------- */
+/* ---- Rendering ------------------------------------------------------------------------------------------------- */
 
 static const char *const images[] = {"images/seen-image.exr", "images/seen-reference.exr", "images/hidden-image.exr",
                                      "images/hidden-reference.exr"};
@@ -47,7 +48,8 @@ static int rendered(void **state)
         char done[128], kept[128];
         snprintf(done, sizeof done, "rendered out/%s", images[i]);
         snprintf(kept, sizeof kept, "there is out/%s", images[i]);
-        if (!strstr(r.output, done) == !strstr(r.output, kept)) fail_msg("%s: rendered or kept?\n%s", images[i], r.output);
+        if (!strstr(r.output, done) == !strstr(r.output, kept))
+            fail_msg("%s: rendered or kept?\n%s", images[i], r.output);
         bits |= (strstr(r.output, done) != NULL) << i;
     }
     return bits;
@@ -70,7 +72,8 @@ static void test_renders_what_is_missing(void **state)
     assert_int_equal(rendered(state), 2 + 8);
     write_changed(state, "study.json", study_text, "\"spp\": 1", "\"spp\": 4");
     assert_int_equal(rendered(state), 15);
-    write_changed(state, "ball.xml", scene_text, "radius\" value=\"3\"", "radius\" value=\"2\""); /* the scene counts too */
+    write_changed(state, "ball.xml", scene_text, "radius\" value=\"3\"",
+                  "radius\" value=\"2\""); /* the scene counts too */
     assert_int_equal(rendered(state), 15);
 }
 
@@ -80,7 +83,8 @@ static void test_renders_the_same(void **state)
     ca_program_result r;
     write_text(folder_of(state), "study.json", study_text);
     rendered(state);
-    RUN(&r, "render", "ball.xml", "-o", "own.exr", "-i", "path:max_depth=3", "--spp=2", "--seed=3", "-D", "albedo=0.3", "--quiet");
+    RUN(&r, "render", "ball.xml", "-o", "own.exr", "-i", "path:max_depth=3", "--spp=2", "--seed=3", "-D",
+        "albedo=0.3", "--quiet");
     assert_exit(&r, 0);
     ca_image_layers *a = read_image(state, "own.exr"), *b = read_image(state, "out/images/hidden-reference.exr");
     for (const char *const *c = (const char *const[]){"R", "G", "B", NULL}; *c; c++)
@@ -89,7 +93,7 @@ static void test_renders_the_same(void **state)
     ca_layers_destroy(b);
 }
 
-/* ---- What is refused ---------------------------------------------------------------------------------------------- */
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
 
 typedef struct change {
     const char *from, *to, *says;
@@ -106,7 +110,8 @@ static void test_bad_configs(void **state)
         {"0.5", "0.5, \"screens\": 1.0", "bad.json:4:30: \"screens\": expected a whole number from 1 to 2"},
         {"0.5", "0.5, \"width\": 4", "bad.json:4:28: a study has both \"width\" and \"height\""},
         {"0.5", "0.5, \"sides\": \"left\"", "bad.json:4:28: \"sides\": expected \"random\" or \"reference-left\""},
-        {"0.5", "0.5, \"viewing_distance_m\": 0.05, \"magnify\": 16", "bad.json:4:41: expected a \"viewing_distance_m\""},
+        {"0.5", "0.5, \"viewing_distance_m\": 0.05, \"magnify\": 16",
+         "bad.json:4:41: expected a \"viewing_distance_m\""},
         {"\"spp\": 1 ", "\"spp\": true ", "bad.json:5:21: \"spp\": expected a whole number from 1 to 4294967295"},
         {"{ \"spp\": 1 }", "[1]", "bad.json:5:12: \"image\": expected an object"},
         {"path:", "pth:", "bad.json:6:32: \"integrator\": "},
@@ -163,36 +168,42 @@ static void test_wrong_usage(void **state)
     assert_says(r.errors, "this is not a folder");
 }
 
-/* ---- Analysis ------------------------------------------------------------------------------------------------------ */
+/* ---- Analysis -------------------------------------------------------------------------------------------------- */
 
 enum { SCENARIOS = 4 };
 static const char *const names[SCENARIOS] = {"va", "oa", "vb", "ob"};
 
-/* Writes a file of answers. Each subject is a text: its name, a colon and a letter for each scenario: y, n; Y, N for an answer
- * of images that were shown too long; d for one that was disturbed; - for none. With a final ! the session is not finished. */
+/* Writes a file of answers. Each subject is a text: its name, a colon and a letter for each scenario: y, n; Y, N for
+ * an answer of images that were shown too long; d for one that was disturbed; - for none. With a final ! the session
+ * is not finished. */
 static void write_answers(void **state, const char *file, const char *id, const char *const *subjects)
 {
     static char text[32768];
-    size_t used = (size_t)snprintf(text, sizeof text,
-                                   "{\"format\":\"caustica study answers\",\"version\":1,\"study\":{\"id\":\"%s\",\"title\":\"T\","
-                                   "\"question\":\"Q?\",\"seconds\":5,\"scenarios\":[\n", id);
+    size_t used = (size_t)snprintf(
+        text, sizeof text,
+        "{\"format\":\"caustica study answers\",\"version\":1,\"study\":{\"id\":\"%s\",\"title\":\"T\","
+        "\"question\":\"Q?\",\"seconds\":5,\"scenarios\":[\n",
+        id);
     for (int k = 0; k < SCENARIOS; k++)
-        used += (size_t)snprintf(text + used, sizeof text - used, "%s{\"name\":\"%s\",\"light\":\"%s\",\"pair\":\"%c\",\"flip\":0.%d}",
-                                 k ? ",\n" : "", names[k], names[k][0] == 'v' ? "visible" : "occluded", names[k][1], k + 1);
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "%s{\"name\":\"%s\",\"light\":\"%s\",\"pair\":\"%c\",\"flip\":0.%d}", k ? ",\n" : "",
+                                 names[k], names[k][0] == 'v' ? "visible" : "occluded", names[k][1], k + 1);
     used += (size_t)snprintf(text + used, sizeof text - used, "]},\"sessions\":[");
     for (size_t i = 0; subjects[i]; i++) {
         const char *letters = strchr(subjects[i], ':') + 1;
         const int length = (int)(letters - subjects[i]) - 1;
         used += (size_t)snprintf(text + used, sizeof text - used,
-                                 "%s\n{\"subject\":\"%.*s\",\"session\":\"of %.*s\",\"finished\":%s,\"trials\":[", i ? "," : "", length,
-                                 subjects[i], length, subjects[i], strchr(letters, '!') ? "false" : "true");
+                                 "%s\n{\"subject\":\"%.*s\",\"session\":\"of %.*s\",\"finished\":%s,\"trials\":[",
+                                 i ? "," : "", length, subjects[i], length, subjects[i],
+                                 strchr(letters, '!') ? "false" : "true");
         const char *comma = "";
         for (int k = 0; k < SCENARIOS; k++) {
             if (letters[k] == '-') continue;
-            used += (size_t)snprintf(text + used, sizeof text - used,
-                                     "%s\n{\"scenario\":\"%s\",\"shown_ms\":%s,\"disturbed\":\"%s\",\"difference\":%s}", comma, names[k],
-                                     strchr("YN", letters[k]) ? "5050.01" : "5049.9", letters[k] == 'd' ? "hidden" : "",
-                                     strchr("yY", letters[k]) ? "true" : "false");
+            used +=
+                (size_t)snprintf(text + used, sizeof text - used,
+                                 "%s\n{\"scenario\":\"%s\",\"shown_ms\":%s,\"disturbed\":\"%s\",\"difference\":%s}",
+                                 comma, names[k], strchr("YN", letters[k]) ? "5050.01" : "5049.9",
+                                 letters[k] == 'd' ? "hidden" : "", strchr("yY", letters[k]) ? "true" : "false");
             comma = ",";
         }
         used += (size_t)snprintf(text + used, sizeof text - used, "]}");
@@ -209,7 +220,8 @@ static const json_t *item(const json_t *root, const char *list, size_t index)
 static void check_ratio(const json_t *root, size_t index, int yes, int total, int left_out, double low, double high)
 {
     const json_t *s = item(root, "scenarios", index);
-    assert_true(json_number(s, "yes") == yes && json_number(s, "answers") == total && json_number(s, "left_out") == left_out);
+    assert_true(json_number(s, "yes") == yes && json_number(s, "answers") == total &&
+                json_number(s, "left_out") == left_out);
     assert_true(json_number(s, "ratio") == (double)yes / total);
     assert_true(fabs(json_number(s, "low") - low) < 1e-6 && fabs(json_number(s, "high") - high) < 1e-6);
 }
@@ -217,26 +229,33 @@ static void check_ratio(const json_t *root, size_t index, int yes, int total, in
 static void test_analysis(void **state)
 {
     ca_program_result r;
-    write_answers(state, "1.json", "s", (const char *const[]){"a:nyny", "b:nyyy", "c:nyyn", "d:ynny", "e:nn-y!", NULL});
-    write_answers(state, "2.json", "s", (const char *const[]){"f:nynn", "g:nydy", "h:nyYy", "c:nyyn", "e:---n!", "i:yynn", "j:nynn", NULL});
+    write_answers(state, "1.json", "s",
+                  (const char *const[]){"a:nyny", "b:nyyy", "c:nyyn", "d:ynny", "e:nn-y!", NULL});
+    write_answers(state, "2.json", "s",
+                  (const char *const[]){"f:nynn", "g:nydy", "h:nyYy", "c:nyyn", "e:---n!", "i:yynn", "j:nynn", NULL});
     RUN(&r, "study", "--analyse", "1.json", "2.json", "--stats", "a.json");
     assert_exit(&r, 1);
     assert_says(r.errors, "2.json:"); /* e has answered otherwise */
     assert_says(r.errors, "this session has other answers in 1.json");
-    write_answers(state, "2.json", "s", (const char *const[]){"f:nynn", "g:nydy", "h:nyYy", "c:nyyn", "e:nn-y!", "i:yynn", "j:nynn", NULL});
+    write_answers(state, "2.json", "s",
+                  (const char *const[]){"f:nynn", "g:nydy", "h:nyYy", "c:nyyn", "e:nn-y!", "i:yynn", "j:nynn", NULL});
     RUN(&r, "study", "--analyse", "1.json", "2.json", "--stats", "a.json");
     assert_exit(&r, 0);
     json_t *root = load_json(folder_of(state), "a.json");
-    assert_true(json_number(root, "subjects") == 9 && json_number(root, "unfinished") == 1 && json_number(root, "left_out") == 2);
+    assert_true(json_number(root, "subjects") == 9 && json_number(root, "unfinished") == 1 &&
+                json_number(root, "left_out") == 2);
     check_ratio(root, 0, 2, 9, 0, 0.02814497, 0.60009357); /* binom.test(2, 9) of R */
     check_ratio(root, 1, 8, 9, 0, 0.51750351, 0.99719086);
     check_ratio(root, 2, 2, 7, 2, 0.03669257, 0.70957914);
     check_ratio(root, 3, 5, 9, 0, 0.21200849, 0.86300343);
     const json_t *a = item(root, "pairs", 0), *b = item(root, "pairs", 1), *all = json_object_get(root, "all_pairs");
-    assert_true(json_number(a, "only_occluded") == 7 && json_number(a, "only_visible") == 1 && json_number(a, "both") == 1);
+    assert_true(json_number(a, "only_occluded") == 7 && json_number(a, "only_visible") == 1 &&
+                json_number(a, "both") == 1);
     assert_true(json_number(a, "neither") == 0);
-    assert_true(fabs(json_number(a, "p_more") - 9.0 / 256.0) < 1e-12 && fabs(json_number(a, "p_two_sided") - 18.0 / 256.0) < 1e-12);
-    assert_true(json_number(b, "only_occluded") == 2 && json_number(b, "only_visible") == 1 && json_number(b, "both") == 1);
+    assert_true(fabs(json_number(a, "p_more") - 9.0 / 256.0) < 1e-12 &&
+                fabs(json_number(a, "p_two_sided") - 18.0 / 256.0) < 1e-12);
+    assert_true(json_number(b, "only_occluded") == 2 && json_number(b, "only_visible") == 1 &&
+                json_number(b, "both") == 1);
     assert_true(json_number(b, "neither") == 3 && fabs(json_number(b, "p_more") - 0.5) < 1e-12);
     assert_true(json_number(all, "more") == 6 && json_number(all, "fewer") == 0 && json_number(all, "as_many") == 3);
     assert_true(fabs(json_number(all, "p_more") - 1.0 / 64.0) < 1e-12);
@@ -262,7 +281,8 @@ static void test_bad_answers(void **state)
     RUN(&r, "study", "--analyse", "2.json");
     assert_exit(&r, 1);
     assert_says(r.errors, "there is no session that was finished");
-    write_text(folder_of(state), "3.json", "{\"format\": \"answers\",\n \"version\": 1, \"study\": {}, \"sessions\": []}");
+    write_text(folder_of(state), "3.json",
+               "{\"format\": \"answers\",\n \"version\": 1, \"study\": {}, \"sessions\": []}");
     RUN(&r, "study", "--analyse", "3.json");
     assert_exit(&r, 1);
     assert_says(r.errors, "3.json:1:12: \"format\": expected \"caustica study answers\"");
@@ -303,8 +323,12 @@ static void test_bundled_study(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        PROGRAM_TEST(test_renders_what_is_missing), PROGRAM_TEST(test_renders_the_same), PROGRAM_TEST(test_bad_configs),
-        PROGRAM_TEST(test_wrong_usage),             PROGRAM_TEST(test_analysis),         PROGRAM_TEST(test_bad_answers),
+        PROGRAM_TEST(test_renders_what_is_missing),
+        PROGRAM_TEST(test_renders_the_same),
+        PROGRAM_TEST(test_bad_configs),
+        PROGRAM_TEST(test_wrong_usage),
+        PROGRAM_TEST(test_analysis),
+        PROGRAM_TEST(test_bad_answers),
         PROGRAM_TEST(test_bundled_study),
     };
     return run_program_tests("cli_study", tests, sizeof tests / sizeof tests[0]);

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <sys/ioctl.h>
 
-/* A terminal of that width: what is written to the slave can be read from the result. Where the machine has none to give (a
- * bare chroot without /dev/pts), the test is skipped, and says so. */
+/* A terminal of that width: what is written to the slave can be read from the result. Where the machine has none to
+ * give (a bare chroot without /dev/pts), the test is skipped, and says so. */
 static int open_terminal(unsigned short columns, int *slave)
 {
     int master;
@@ -83,8 +83,8 @@ static void test_signal_ends_with_a_part(void **state)
     ca_program_result r;
     char text[4096];
     int master;
-    static const char *const words[] = {"render", "ball.xml", "-iqmcppm:max_depth=3", "--blocks=0:1000000", "-oa.part", "-oa.pfm",
-                                        "--stats=a.json", NULL};
+    static const char *const words[] = {"render",   "ball.xml", "-iqmcppm:max_depth=3", "--blocks=0:1000000",
+                                        "-oa.part", "-oa.pfm",  "--stats=a.json",       NULL};
     const pid_t process = start_on_terminal(state, 80, words, &master);
     read_until(master, "block 1", text, sizeof text);
     kill(process, SIGINT);
@@ -121,7 +121,8 @@ static void test_second_signal_kills(void **state)
 }
 
 /* Everything the program writes to a terminal of this width. */
-static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text, size_t size)
+static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text,
+                            size_t size)
 {
     int master;
     const char *const words[] = {"render", "ball.xml", "-o", "a.pfm", "--threads=1", end, value, NULL};
@@ -216,7 +217,8 @@ static void test_predicted_time(void **state)
     const char *line = last_line(text, " s gone  of ");
     double percent, left, gone, whole;
     unsigned passes;
-    if (sscanf(line, " %lf %% pass %u %lf s left %lf s gone of %lf s noise ", &percent, &passes, &left, &gone, &whole) != 5)
+    if (sscanf(line, " %lf %% pass %u %lf s left %lf s gone of %lf s noise ", &percent, &passes, &left, &gone,
+               &whole) != 5)
         fail_msg("not of its form: %.100s", line);
     assert_true(whole >= gone && whole <= 5.0 * gone + 0.1);
     /* Each is rounded to a tenth. */

@@ -1,5 +1,5 @@
-/* Every integrator on scenes whose radiance is known in closed form, to 3 % in a release build; sensors and samplers take
- * turns. With all of them, to 1 %: long_closed_forms.c. */
+/* Every integrator on scenes whose radiance is known in closed form, to 3 % in a release build; sensors and samplers
+ * take turns. With all of them, to 1 %: long_closed_forms.c. */
 #include "support/closed_forms.h"
 
 /* Builds with asserts are slow, with sanitizers more so: less precision there. */

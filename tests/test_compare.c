@@ -62,9 +62,10 @@ static double standard_normal(ca_test_random *random)
     return sqrt(-2.0 * log(u)) * cos(6.28318530717958647692 * v);
 }
 
-/* What a renderer would have written: `samples` normal samples per pixel and channel around a mean that varies over the
- * picture, their mean and their sample variance. */
-static void render_noise(ca_image_layers *layers, ca_test_random *random, uint32_t samples, double scale, double sigma)
+/* What a renderer would have written: `samples` normal samples per pixel and channel around a mean that varies over
+ * the picture, their mean and their sample variance. */
+static void render_noise(ca_image_layers *layers, ca_test_random *random, uint32_t samples, double scale,
+                         double sigma)
 {
     fill(layers, "Samples.Y", (float)samples);
     for (int c = 0; c < 3; c++) {
@@ -83,7 +84,7 @@ static void render_noise(ca_image_layers *layers, ca_test_random *random, uint32
     }
 }
 
-/* ---- Metrics ---------------------------------------------------------------------------------------------------- */
+/* ---- Metrics --------------------------------------------------------------------------------------------------- */
 
 static void test_metrics_of_constant_pictures(void **state)
 {
@@ -115,7 +116,8 @@ static void test_equal_pictures(void **state)
     ca_test_random random = ca_test_random_seed(1);
     render_noise(image, &random, 4, 1.0, 0.1);
     const ca_comparison c = compare(image, image, NULL);
-    assert_true(c.rmse == 0.0 && c.mae == 0.0 && c.relmse == 0.0 && c.smape == 0.0 && c.median_block_difference == 0.0);
+    assert_true(c.rmse == 0.0 && c.mae == 0.0 && c.relmse == 0.0 && c.smape == 0.0 &&
+                c.median_block_difference == 0.0);
     assert_int_equal(c.test.rejected, 0);
     assert_true(c.test.done && c.test.p_value == 1.0);
     ca_layers_destroy(image);
@@ -201,7 +203,7 @@ static void test_refusals(void **state)
     ca_layers_destroy(moved);
 }
 
-/* ---- Statistics ------------------------------------------------------------------------------------------------- */
+/* ---- Statistics ------------------------------------------------------------------------------------------------ */
 
 static void test_significance_functions(void **state)
 {
@@ -308,7 +310,8 @@ static void test_exact_reference_and_unknown_variance(void **state)
     ca_image_layers *a = make_picture(32, 16, true), *b = make_picture(32, 16, false);
     ca_test_random random = ca_test_random_seed(9);
     render_noise(a, &random, 8, 1.0, 0.1);
-    for (int c = 0; c < 3; c++) memcpy(named_layer(b, layer_names[c]), named_layer(a, layer_names[c]), sizeof(float) * 32 * 16);
+    for (int c = 0; c < 3; c++)
+        memcpy(named_layer(b, layer_names[c]), named_layer(a, layer_names[c]), sizeof(float) * 32 * 16);
     ca_comparison c = compare(a, b, NULL);
     assert_true(c.test.done && c.test.reference_exact);
     assert_int_equal(c.test.blocks, 2);
@@ -339,7 +342,7 @@ static void test_exact_reference_and_unknown_variance(void **state)
     ca_layers_destroy(b);
 }
 
-/* ---- Downsampling ----------------------------------------------------------------------------------------------- */
+/* ---- Downsampling ---------------------------------------------------------------------------------------------- */
 
 static void test_downsampling_keeps_means_and_their_variance(void **state)
 {

@@ -1,5 +1,6 @@
-/* Error bars: Student's quantile against tables, moments against computations in two passes, intervals by hand, the rules for marks;
- * and their calibration: how many intervals of made-up distributions hold the expectation. Renders: test_error_bars.c. */
+/* Error bars: Student's quantile against tables, moments against computations in two passes, intervals by hand, the
+ * rules for marks; and their calibration: how many intervals of made-up distributions hold the expectation. Renders:
+ * test_error_bars.c. */
 #include "film/confidence.h"
 #include "film/film.h"
 #include "image/layers.h"
@@ -24,7 +25,7 @@ static void expect_near(double got, double expected, double relative)
     if (!(fabs(got - expected) <= relative * fabs(expected))) fail_msg("%.12g is not %.12g", got, expected);
 }
 
-/* ---- Student's quantile --------------------------------------------------------------------------------------------- */
+/* ---- Student's quantile ---------------------------------------------------------------------------------------- */
 
 /* Upper critical values, as in the tables of bookdown.org/pingapang9/linear_models_bookdown, appendix B. */
 static void test_quantiles_of_tables(void **state)
@@ -57,7 +58,7 @@ static void test_quantiles_in_closed_form(void **state)
     }
 }
 
-/* ---- Moments -------------------------------------------------------------------------------------------------------- */
+/* ---- Moments --------------------------------------------------------------------------------------------------- */
 
 static ca_moments moments_of_values(const double *values, uint32_t count)
 {
@@ -108,7 +109,8 @@ static void test_moments_without_bias(void **state)
     expect_near(third, 2.0, 0.10);
 }
 
-/* Equal values have neither variance nor skewness, whatever the sums were rounded to; nearly equal ones keep theirs. */
+/* Equal values have neither variance nor skewness, whatever the sums were rounded to; nearly equal ones keep
+ * theirs. */
 static void test_moments_of_rounding(void **state)
 {
     (void)state;
@@ -124,7 +126,7 @@ static void test_moments_of_rounding(void **state)
     }
 }
 
-/* ---- Intervals ------------------------------------------------------------------------------------------------------ */
+/* ---- Intervals ------------------------------------------------------------------------------------------------- */
 
 static void test_symmetric_interval_is_students(void **state)
 {
@@ -135,8 +137,8 @@ static void test_symmetric_interval_is_students(void **state)
     expect_near(interval.high, 5.0 + 2.03 * 0.5, 1e-12);
 }
 
-/* At the limit of the short tail's side the transformed statistic is the quantile, and the interval leans to where the missing ones
- * are. */
+/* At the limit of the short tail's side the transformed statistic is the quantile, and the interval leans to where
+ * the missing ones are. */
 static void test_interval_inverts_the_transformation(void **state)
 {
     (void)state;
@@ -167,10 +169,12 @@ static void test_long_tail_is_poissons(void **state)
     const uint32_t n = 1000000;
     for (int k = 1; k <= 400; k = k < 20 ? k + 1 : 2 * k) {
         const double p = (double)k / n;
-        ca_moments m = {.mean = size * p, .variance = size * size * p, .third = size * size * size * p, .replicates = n};
+        ca_moments m = {
+            .mean = size * p, .variance = size * size * p, .third = size * size * size * p, .replicates = n};
         const double high = ca_confidence_interval(&m, quantile).high * n / size;
         const double beyond = poisson_cumulative(k, high);
-        if (!(beyond > 0.0245 && beyond < 0.0255)) fail_msg("%d contributions, at most %g expected: %.5f", k, high, beyond);
+        if (!(beyond > 0.0245 && beyond < 0.0255))
+            fail_msg("%d contributions, at most %g expected: %.5f", k, high, beyond);
         m.third = -m.third; /* as many dark ones: the same downwards */
         expect_near(2.0 * m.mean - ca_confidence_interval(&m, quantile).low, high * size / n, 1e-12);
     }
@@ -188,7 +192,7 @@ static void test_interval_without_scatter(void **state)
     assert_true(nothing.low == 0.0 && nothing.high == 0.0);
 }
 
-/* ---- Marks ---------------------------------------------------------------------------------------------------------- */
+/* ---- Marks ----------------------------------------------------------------------------------------------------- */
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
@@ -215,7 +219,8 @@ static ca_image_layers *develop(const ca_film *film)
 
 static bool is_marked(const ca_image_layers *layers, uint32_t pixel)
 {
-    const float low = ca_layers_find(layers, "ConfidenceLow.Y")[pixel], high = ca_layers_find(layers, "ConfidenceHigh.Y")[pixel];
+    const float low = ca_layers_find(layers, "ConfidenceLow.Y")[pixel],
+                high = ca_layers_find(layers, "ConfidenceHigh.Y")[pixel];
     assert_true((low == -HUGE_VALF) == (high == HUGE_VALF) && low <= high);
     return low == -HUGE_VALF;
 }
@@ -258,8 +263,9 @@ static void test_constant_pixels(void **state)
     ca_film_destroy(&film);
 }
 
-/* One sample in four hundred holds two thirds of the light, the rest is quiet: most pixels never saw it in their 64, and look as if
- * all were well. Their neighbours tell. Beyond the fireflies' region and the reach nothing is marked. */
+/* One sample in four hundred holds two thirds of the light, the rest is quiet: most pixels never saw it in their 64,
+ * and look as if all were well. Their neighbours tell. Beyond the fireflies' region and the reach nothing is
+ * marked. */
 static void test_fireflies_that_most_pixels_miss(void **state)
 {
     (void)state;
@@ -272,7 +278,8 @@ static void test_fireflies_that_most_pixels_miss(void **state)
     for (uint32_t i = 0; i < PIXELS; i++) {
         const uint32_t y = i / SIDE;
         missed += y < SIDE / 2 && ca_layers_find(layers, "R")[i] < 2.0f;
-        if (y < SIDE / 2 - CA_CONFIDENCE_REACH) unmarked += !is_marked(layers, i) && ca_layers_find(layers, "R")[i] < 2.0f;
+        if (y < SIDE / 2 - CA_CONFIDENCE_REACH)
+            unmarked += !is_marked(layers, i) && ca_layers_find(layers, "R")[i] < 2.0f;
         if (y >= SIDE / 2 + CA_CONFIDENCE_FAR_REACH) assert_false(is_marked(layers, i));
     }
     assert_true(missed > PIXELS / 2 * 0.8);
@@ -319,7 +326,9 @@ static bool should_be_marked(const ca_moments *moments, int width, int height, i
             if (u < 0 || v < 0 || u >= width || v >= height) continue;
             const ca_moments *m = &moments[v * width + u];
             far++;
-            if (m->mean == 0.0 || m->variance == 0.0 || m->replicates * pow(m->variance, 3.0) >= 2.0 * m->third * m->third) continue;
+            if (m->mean == 0.0 || m->variance == 0.0 ||
+                m->replicates * pow(m->variance, 3.0) >= 2.0 * m->third * m->third)
+                continue;
             lone += m->variance * m->variance / fabs(m->third) / fabs(m->mean);
         }
     if (own->replicates < 8) return true;
@@ -360,7 +369,7 @@ static void test_rule(void **state)
     assert_true(marks > COUNT / 8 && marks < COUNT * 7 / 8);
 }
 
-/* ---- Calibration of made-up distributions --------------------------------------------------------------------------- */
+/* ---- Calibration of made-up distributions ---------------------------------------------------------------------- */
 
 static double draw_normal(void) { return 3.0 + normal(); }
 static double draw_uniform(void) { return uniform(); }
@@ -457,7 +466,8 @@ static void test_groups(void **state)
         const char *name = b->channels[c].name;
         if (strncmp(name, "Confidence", 10) != 0) continue;
         compared++;
-        for (uint32_t i = 0; i < 64; i++) expect_near((double)ca_layers_find(a, name)[i], (double)b->channels[c].data[i], 1e-6);
+        for (uint32_t i = 0; i < 64; i++)
+            expect_near((double)ca_layers_find(a, name)[i], (double)b->channels[c].data[i], 1e-6);
     }
     assert_int_equal(compared, 8); /* low and high of R, G, B, Y */
     ca_layers_destroy(a);

@@ -1,5 +1,6 @@
-/* `caustica converge` when memory runs out, at any allocation: it says so, leaves no file half written and keeps what is done, and the
- * same command goes on from there. Its sources are the program's, not the library's, so they are compiled into this test. */
+/* `caustica converge` when memory runs out, at any allocation: it says so, leaves no file half written and keeps what
+ * is done, and the same command goes on from there. Its sources are the program's, not the library's, so they are
+ * compiled into this test. */
 #define _GNU_SOURCE
 #include "base/memory.h"
 
@@ -40,7 +41,8 @@ static const char scene_text[] =
     "<scene version=\"3.0.0\">\n"
     "  <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>\n"
     "  <sensor type=\"perspective\">\n"
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"12\"/><integer name=\"height\" value=\"12\"/></film>\n"
+    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"12\"/><integer name=\"height\" "
+    "value=\"12\"/></film>\n"
     "  </sensor>\n"
     "  <shape type=\"sphere\"><point name=\"center\" value=\"0,0,4\"/></shape>\n"
     "  <emitter type=\"constant\"/>\n"
@@ -84,8 +86,8 @@ static int finish(void **unused)
     return chdir("/") == 0 ? remove_folder(unused) : -1;
 }
 
-/* The n-th allocation of a run fails, n growing faster and faster; now and then the same command goes on after it. Over once eight
- * runs in a row were complete. */
+/* The n-th allocation of a run fails, n growing faster and faster; now and then the same command goes on after it.
+ * Over once eight runs in a row were complete. */
 static void test_each_allocation_fails_once(void **state)
 {
     (void)state;
@@ -95,7 +97,8 @@ static void test_each_allocation_fails_once(void **state)
     fflush(stdout);
     dup2(fileno(kept), STDOUT_FILENO);
     dup2(fileno(kept), STDERR_FILENO);
-    int runs = 0, failed = 0, wrong = 0, unsaid = 0, halves = 0, stuck = 0, exit_status = CA_EXIT_FAILED, complete = 0;
+    int runs = 0, failed = 0, wrong = 0, unsaid = 0, halves = 0, stuck = 0, exit_status = CA_EXIT_FAILED,
+        complete = 0;
     for (long n = 0; complete < 8 && runs < 4000; n += 1 + n / 40, runs++) {
         char said[4096] = "";
         if (system("rm -rf out") != 0 || ftruncate(fileno(kept), 0) != 0) break;
@@ -111,7 +114,8 @@ static void test_each_allocation_fails_once(void **state)
         failed++;
         wrong += exit_status != CA_EXIT_FAILED;
         unsaid += !strstr(said, "memory");
-        halves += count_files("out/*.*.*") + count_files("out/*/*.*.*"); /* the name while it is written has a second ending */
+        halves += count_files("out/*.*.*") +
+                  count_files("out/*/*.*.*"); /* the name while it is written has a second ending */
         if (failed % 16 == 0) stuck += converge("--spp=1,2") != CA_EXIT_DONE || count_files("out/renders/*.exr") != 2;
     }
     fflush(stdout);

@@ -1,4 +1,5 @@
-/* Error bars of renders: what their replicates are, how often intervals hold, and what is said where there are none. */
+/* Error bars of renders: what their replicates are, how often intervals hold, and what is said where there are
+ * none. */
 #include "base/hash.h"
 #include "film/film.h"
 #include "image/layers.h"
@@ -59,7 +60,8 @@ static void test_calibration_of_renders(void **state)
         const double held = tally_fraction(&tally), marked = (double)tally.marked / (double)tally.pixels;
         printf("    %-14s %-12s %3u samples, %2u replicates: %.2f %% held, %.1f %% marked\n", cases[i].integrator,
                cases[i].sampler, cases[i].samples, cases[i].replicates, 100.0 * held, 100.0 * marked);
-        if (!(held > 0.93 && held < 0.97 && marked < 0.3)) fail_msg("%s, %s: %.4f held", cases[i].integrator, cases[i].sampler, held);
+        if (!(held > 0.93 && held < 0.97 && marked < 0.3))
+            fail_msg("%s, %s: %.4f held", cases[i].integrator, cases[i].sampler, held);
     }
     ca_scene_release(scene);
 }
@@ -74,15 +76,18 @@ static uint64_t hash_of(const ca_scene *scene, const render_case *c, uint32_t th
 static void test_threads_do_not_change_a_bit(void **state)
 {
     (void)state;
-    static const render_case cases[] = {
-        {"path", "zsobol", 32, 8}, {"bdpm", "halton", 24, 8}, {"ovcm", "sobol", 24, 8}, {"bdpt", "independent", 24, 8}};
+    static const render_case cases[] = {{"path", "zsobol", 32, 8},
+                                        {"bdpm", "halton", 24, 8},
+                                        {"ovcm", "sobol", 24, 8},
+                                        {"bdpt", "independent", 24, 8}};
     ca_scene *scene = scene_from_text(scene_text);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
         assert_true(hash_of(scene, &cases[i], 1) == hash_of(scene, &cases[i], 3));
     ca_scene_release(scene);
 }
 
-/* With a sequence the image is the mean of whole renders, each with one replicate's samples, first radius and seed. */
+/* With a sequence the image is the mean of whole renders, each with one replicate's samples, first radius and
+ * seed. */
 static void test_replicates_are_renders(void **state)
 {
     (void)state;
@@ -106,7 +111,8 @@ static void test_replicates_are_renders(void **state)
     ca_scene_release(scene);
 }
 
-/* With independent numbers the replicates only group passes: the image is the same. With a sequence they are not alike. */
+/* With independent numbers the replicates only group passes: the image is the same. With a sequence they are not
+ * alike. */
 static void test_what_replicates_are(void **state)
 {
     (void)state;
@@ -146,8 +152,10 @@ static void test_record(void **state)
     } cases[] = {
         {{"path", "independent", 9, 0}, "95 % for the expectation, from 9 replicates: independent passes"},
         {{"bdpm", "independent", 16, 8},
-         "95 % for the expectation at the merge radii of its passes, from 8 replicates: groups of 2 independent passes"},
-        {{"path", "lattice", 32, 8}, "95 % for the expectation, from 8 replicates: independent scramblings of 4 passes each"},
+         "95 % for the expectation at the merge radii of its passes, from 8 replicates: groups of 2 independent "
+         "passes"},
+        {{"path", "lattice", 32, 8},
+         "95 % for the expectation, from 8 replicates: independent scramblings of 4 passes each"},
         {{"path", "sobol-plain", 4, 0},
          "none: the samples of one sequence (sobol-plain) are not independent of each other; replicates are"},
     };

@@ -1,5 +1,5 @@
-/* The film against computations in two passes over all samples: means, variances, standard deviations, the summary; the gate;
- * windows of a crop; failures of memory. */
+/* The film against computations in two passes over all samples: means, variances, standard deviations, the summary;
+ * the gate; windows of a crop; failures of memory. */
 #include "base/memory.h"
 #include "film/film.h"
 #include "support/named_layer.h"
@@ -14,7 +14,16 @@
 
 #include <cmocka.h>
 
-enum { FULL_WIDTH = 11, FULL_HEIGHT = 9, X0 = 2, Y0 = 3, WIDTH = 6, HEIGHT = 4, PIXELS = WIDTH * HEIGHT, SAMPLES = 50 };
+enum {
+    FULL_WIDTH = 11,
+    FULL_HEIGHT = 9,
+    X0 = 2,
+    Y0 = 3,
+    WIDTH = 6,
+    HEIGHT = 4,
+    PIXELS = WIDTH * HEIGHT,
+    SAMPLES = 50
+};
 static const uint32_t crop[4] = {X0, Y0, X0 + WIDTH, Y0 + HEIGHT};
 static ca_test_random random_source;
 
@@ -37,7 +46,8 @@ static ca_image_layers *develop(const ca_film *film)
 static void expect(const ca_image_layers *layers, const char *name, uint32_t pixel, double value)
 {
     const double got = (double)layer_at(layers, name, pixel);
-    if (!(fabs(got - value) <= 1e-6 * fabs(value))) fail_msg("%s of pixel %u is %.9g, not %.9g", name, pixel, got, value);
+    if (!(fabs(got - value) <= 1e-6 * fabs(value)))
+        fail_msg("%s of pixel %u is %.9g, not %.9g", name, pixel, got, value);
 }
 
 static ca_film_sample grey(float radiance, float splat)
@@ -45,7 +55,7 @@ static ca_film_sample grey(float radiance, float splat)
     return (ca_film_sample){.radiance = ca_rgb_grey(radiance), .filter_weight = 1.0f, .splat = ca_rgb_grey(splat)};
 }
 
-/* ---- Sums ----------------------------------------------------------------------------------------------------------- */
+/* ---- Sums ------------------------------------------------------------------------------------------------------ */
 
 static ca_film_sample random_sample(void)
 {
@@ -210,14 +220,15 @@ static void test_primary_hits(void **state)
         for (int k = 0; k < 9; k++) sum[k] += (double)parts[k] / SAMPLES;
         assert_true(ca_film_add(&film, 3, 2, &s));
     }
-    static const char *const names[9] = {"Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"};
+    static const char *const names[9] = {"Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y",
+                                         "N.Z",      "P.X",      "P.Y",      "P.Z"};
     ca_image_layers *layers = develop(&film);
     for (int k = 0; k < 9; k++) assert_true(fabs((double)layer_at(layers, names[k], 2 * WIDTH + 3) - sum[k]) < 1e-5);
     ca_layers_destroy(layers);
     ca_film_destroy(&film);
 }
 
-/* ---- The gate ------------------------------------------------------------------------------------------------------- */
+/* ---- The gate -------------------------------------------------------------------------------------------------- */
 
 /* A defect counts as a sample of zero, and nothing of it gets in. */
 static void test_gate(void **state)
@@ -238,7 +249,8 @@ static void test_gate(void **state)
             }
     ca_image_layers *layers = develop(&film);
     for (size_t i = 0; i < layers->channel_count; i++)
-        expect(layers, layers->channels[i].name, 0, strcmp(layers->channels[i].name, "Samples.Y") == 0 ? refused : 0.0);
+        expect(layers, layers->channels[i].name, 0,
+               strcmp(layers->channels[i].name, "Samples.Y") == 0 ? refused : 0.0);
     ca_layers_destroy(layers);
 
     /* The mean is over all of them, and the variance as well: of `refused` zeros and one that is not. */
@@ -265,7 +277,7 @@ static void test_negative_lobes(void **state)
     ca_film_destroy(&film);
 }
 
-/* ---- The rest ------------------------------------------------------------------------------------------------------- */
+/* ---- The rest -------------------------------------------------------------------------------------------------- */
 
 static void test_windows(void **state)
 {

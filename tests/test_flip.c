@@ -12,7 +12,7 @@
 
 static const ca_parallel one_thread = {.workers = 1};
 
-/* ---- Recorded numbers --------------------------------------------------------------------------------------------- */
+/* ---- Recorded numbers ------------------------------------------------------------------------------------------ */
 
 static void assert_exposures(const ca_flip_exposures *e, const ca_flip_exposures *expected)
 {
@@ -84,7 +84,7 @@ static void test_recorded_tone_curves(void **state)
     ca_layers_destroy(reference);
 }
 
-/* ---- Closed forms ------------------------------------------------------------------------------------------------- */
+/* ---- Closed forms ---------------------------------------------------------------------------------------------- */
 
 static double ldr_of_constants(const float image_rgb[3], const float reference_rgb[3])
 {
@@ -109,8 +109,8 @@ static void test_constant_pictures(void **state)
     assert_true(ldr_of_constants(grey, grey) == 0.0);
     assert_near("the largest difference", ldr_of_constants(green, blue), 1.0, 1e-6);
     assert_near("and back", ldr_of_constants(blue, green), 1.0, 1e-6);
-    /* Lightness alone: 100 for white; 0.7, 0.4 and 0.95 are the paper's constants, 41.2760 the largest difference of colours to
-     * the power 0.7, as the authors' program has it. */
+    /* Lightness alone: 100 for white; 0.7, 0.4 and 0.95 are the paper's constants, 41.2760 the largest difference of
+     * colours to the power 0.7, as the authors' program has it. */
     const double bend = 0.4 * 41.2760;
     const double expected = 0.95 + (pow(100.0, 0.7) - bend) / (41.2760 - bend) * 0.05;
     assert_near("black and white", ldr_of_constants(black, white), expected, 1e-4);
@@ -128,7 +128,8 @@ static void test_either_may_be_the_reference(void **state)
     make_pair(PAIR_SHIFT, &image, &reference);
     ca_metric_settings settings = ca_metric_defaults();
     settings.flip_hdr = false;
-    assert_near("FLIP", measure_pair(reference, image, &settings, NULL).flip_ldr, recorded_pairs[PAIR_SHIFT].flip_ldr, 2e-6);
+    assert_near("FLIP", measure_pair(reference, image, &settings, NULL).flip_ldr, recorded_pairs[PAIR_SHIFT].flip_ldr,
+                2e-6);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
 }
@@ -162,12 +163,13 @@ static void test_hdr_is_the_largest_ldr(void **state)
     ca_layers_destroy(reference);
 }
 
-/* ---- Exposures ---------------------------------------------------------------------------------------------------- */
+/* ---- Exposures ------------------------------------------------------------------------------------------------- */
 
 enum { GREYS = 5 };
 static const double unknown = (double)NAN;
 
-static ca_status choose(const float values[GREYS], ca_tone_curve tone, ca_flip_exposures *exposures, bool *known, ca_error *error)
+static ca_status choose(const float values[GREYS], ca_tone_curve tone, ca_flip_exposures *exposures, bool *known,
+                        ca_error *error)
 {
     const float *const planes[3] = {values, values, values};
     return ca_flip_choose_exposures(planes, GREYS, tone, exposures, known, error);
@@ -230,7 +232,7 @@ static void test_pixels_per_degree_are_refused(void **state)
     }
 }
 
-/* ---- Tone curves -------------------------------------------------------------------------------------------------- */
+/* ---- Tone curves ----------------------------------------------------------------------------------------------- */
 
 static void test_tone_curves(void **state)
 {

@@ -1,5 +1,5 @@
-/* Intersection and surface points: no self-intersection at any scale, no leaks at edges, exact quadrics, instances that
- * equal transformed copies. */
+/* Intersection and surface points: no self-intersection at any scale, no leaks at edges, exact quadrics, instances
+ * that equal transformed copies. */
 #include "geometry/accel.h"
 #include "geometry/quadric.h"
 #include "math/numeric.h"
@@ -22,7 +22,10 @@ static float uniform(void)
 }
 static float between(float low, float high) { return low + (high - low) * uniform(); }
 static ca_vec3 random_direction(void) { return ca_warp_sphere((ca_vec2){uniform(), uniform()}); }
-static ca_vec3 random_point(float half) { return ca_vec3_make(between(-half, half), between(-half, half), between(-half, half)); }
+static ca_vec3 random_point(float half)
+{
+    return ca_vec3_make(between(-half, half), between(-half, half), between(-half, half));
+}
 
 static ca_accel *build(const ca_shape *shapes, uint32_t count, const ca_accel_instance *instances,
                        uint32_t instance_count, uint32_t world_count)
@@ -38,7 +41,8 @@ static ca_accel *build(const ca_shape *shapes, uint32_t count, const ca_accel_in
 static ca_shape mesh_shape(const ca_mesh *mesh)
 {
     ca_shape shape = {.kind = CA_SHAPE_MESH, .mesh = mesh, .light = CA_NONE};
-    for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++) shape.extent = fmaxf(shape.extent, fabsf(mesh->positions[i]));
+    for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++)
+        shape.extent = fmaxf(shape.extent, fabsf(mesh->positions[i]));
     return shape;
 }
 
@@ -84,7 +88,8 @@ static uint32_t count_self_hits(const ca_accel *accel, const ca_mesh *mesh, uint
         for (int k = 0; k < 4; k++) {
             /* every fourth ray grazes the surface */
             ca_vec3 out = random_direction();
-            if (k == 3) out = ca_normalize(ca_madd(out, -ca_dot(out, surface.ng) * between(0.999f, 1.0f), surface.ng));
+            if (k == 3)
+                out = ca_normalize(ca_madd(out, -ca_dot(out, surface.ng) * between(0.999f, 1.0f), surface.ng));
             const ca_vec3 start = ca_offset_origin(surface.position, surface.position_error, surface.ng, out);
             ca_hit next;
             if (ca_accel_intersect(accel, start, out, 0.0f, INFINITY, &next) && next.primitive == hit.primitive &&
@@ -109,7 +114,9 @@ static void test_no_self_intersection_at_any_scale(void **state)
             const uint32_t self_hits = count_self_hits(accel, &mesh, 5000);
             ca_accel_destroy(accel);
             ca_mesh_destroy(&mesh);
-            if (self_hits) fail_msg("%u self-intersections of 20000 at scale 1e%d%s", self_hits, exponent, far ? ", far away" : "");
+            if (self_hits)
+                fail_msg("%u self-intersections of 20000 at scale 1e%d%s", self_hits, exponent,
+                         far ? ", far away" : "");
         }
 }
 
@@ -158,7 +165,10 @@ static void test_faces_of_a_cube_see_each_other(void **state)
         assert_int_equal(ca_mesh_create_cube(&mesh, NULL), CA_OK);
         const ca_vec3 center = ca_mul(random_direction(), 100.0f * scale);
         for (uint32_t i = 0; i < mesh.vertex_count; i++)
-            set_vertex(&mesh, i, ca_madd(center, scale, ca_vec3_make(mesh.positions[3 * i], mesh.positions[3 * i + 1], mesh.positions[3 * i + 2])));
+            set_vertex(
+                &mesh, i,
+                ca_madd(center, scale,
+                        ca_vec3_make(mesh.positions[3 * i], mesh.positions[3 * i + 1], mesh.positions[3 * i + 2])));
         const ca_shape shape = mesh_shape(&mesh);
         ca_accel *accel = build(&shape, 1, NULL, 0, 1);
         uint32_t blocked = 0, pairs = 0;
@@ -194,8 +204,9 @@ static void ball(ca_mesh *mesh, uint32_t rings, uint32_t segments, ca_vec3 cente
     for (uint32_t r = 1; r < rings; r++)
         for (uint32_t s = 0; s < segments; s++) {
             const float theta = CA_PI * (float)r / (float)rings, phi = CA_TWO_PI * (float)s / (float)segments;
-            set_vertex(mesh, (r - 1) * segments + s,
-                       ca_madd(center, radius, ca_vec3_make(sinf(theta) * cosf(phi), sinf(theta) * sinf(phi), cosf(theta))));
+            set_vertex(
+                mesh, (r - 1) * segments + s,
+                ca_madd(center, radius, ca_vec3_make(sinf(theta) * cosf(phi), sinf(theta) * sinf(phi), cosf(theta))));
         }
     const uint32_t top = vertices - 2, bottom = vertices - 1;
     set_vertex(mesh, top, ca_madd(center, radius, ca_vec3_make(0, 0, 1)));
@@ -203,7 +214,8 @@ static void ball(ca_mesh *mesh, uint32_t rings, uint32_t segments, ca_vec3 cente
     uint32_t t = 0;
     for (uint32_t s = 0; s < segments; s++) {
         const uint32_t next = (s + 1) % segments;
-        const uint32_t cap[2][3] = {{top, s, next}, {bottom, (rings - 2) * segments + next, (rings - 2) * segments + s}};
+        const uint32_t cap[2][3] = {{top, s, next},
+                                    {bottom, (rings - 2) * segments + next, (rings - 2) * segments + s}};
         memcpy(mesh->indices + 3 * t++, cap[0], sizeof cap[0]);
         memcpy(mesh->indices + 3 * t++, cap[1], sizeof cap[1]);
         for (uint32_t r = 0; r + 2 < rings; r++) {
@@ -224,9 +236,9 @@ static ca_vec3 edge_point(const ca_mesh *mesh, uint32_t triangle, uint32_t k, fl
     return ca_vec3_make(ca_lerp(a[0], b[0], w), ca_lerp(a[1], b[1], w), ca_lerp(a[2], b[2], w));
 }
 
-/* No ray leaves the ball through an edge. Embree's edge tests agree between neighbours, but they are not exact: of rays
- * aimed exactly at a corner a few in a thousand slip through where all edges of the fan round to the same side; a random
- * ray comes that near a corner about once in 10^12. */
+/* No ray leaves the ball through an edge. Embree's edge tests agree between neighbours, but they are not exact: of
+ * rays aimed exactly at a corner a few in a thousand slip through where all edges of the fan round to the same side;
+ * a random ray comes that near a corner about once in 10^12. */
 static void test_edges_do_not_leak(void **state)
 {
     (void)state;
@@ -238,7 +250,8 @@ static void test_edges_do_not_leak(void **state)
     uint32_t edge_leaks = 0, corner_leaks = 0, random_leaks = 0;
     enum { TRIALS = 200000 };
     for (int i = 0; i < TRIALS; i++) {
-        const uint32_t triangle = (uint32_t)(uniform() * (float)mesh.triangle_count), k = (uint32_t)(uniform() * 3.0f);
+        const uint32_t triangle = (uint32_t)(uniform() * (float)mesh.triangle_count),
+                       k = (uint32_t)(uniform() * 3.0f);
         const ca_vec3 origin = ca_add(center, random_point(1.0f));
         const ca_vec3 to_edge = ca_sub(edge_point(&mesh, triangle, k, between(0.001f, 0.999f)), origin);
         const ca_vec3 to_corner = ca_sub(edge_point(&mesh, triangle, k, 0.0f), origin);
@@ -249,8 +262,8 @@ static void test_edges_do_not_leak(void **state)
     }
     ca_accel_destroy(accel);
     ca_mesh_destroy(&mesh);
-    print_message("    leaks of %d rays: %u at edges, %u exactly at corners, %u elsewhere\n", TRIALS, edge_leaks, corner_leaks,
-                  random_leaks);
+    print_message("    leaks of %d rays: %u at edges, %u exactly at corners, %u elsewhere\n", TRIALS, edge_leaks,
+                  corner_leaks, random_leaks);
     assert_int_equal(edge_leaks, 0);
     assert_int_equal(random_leaks, 0);
     assert_true(corner_leaks < TRIALS / 200);
@@ -302,7 +315,8 @@ static void test_spheres_are_exact(void **state)
             ca_surface surface = {0};
             ca_quadric_surface(&shape, ca_madd(origin, t, direction), &surface);
             /* on the sphere within its own error bound, normal radial */
-            const double x = (double)surface.position.x - (double)center.x, y = (double)surface.position.y - (double)center.y,
+            const double x = (double)surface.position.x - (double)center.x,
+                         y = (double)surface.position.y - (double)center.y,
                          z = (double)surface.position.z - (double)center.z;
             const double off = fabs(sqrt(x * x + y * y + z * z) - (double)radius);
             assert_true(off <= (double)ca_length(surface.position_error));
@@ -396,7 +410,8 @@ static void test_an_instance_equals_a_transformed_copy(void **state)
         const ca_vec3 o = ca_add(ca_vec3_make(5, 6, 7), random_point(2.0f));
         const ca_vec3 d = random_direction();
         ca_hit ha, hb;
-        const bool in_a = ca_accel_intersect(a, o, d, 0.0f, INFINITY, &ha), in_b = ca_accel_intersect(b, o, d, 0.0f, INFINITY, &hb);
+        const bool in_a = ca_accel_intersect(a, o, d, 0.0f, INFINITY, &ha),
+                   in_b = ca_accel_intersect(b, o, d, 0.0f, INFINITY, &hb);
         if (in_a != in_b || !in_a || ha.primitive != hb.primitive) continue;
         hits++;
         ca_surface sa, sb;
@@ -429,7 +444,8 @@ static void test_instances_share_memory(void **state)
     }
     ca_accel *one = build(&shape, 1, instances, 1, 0), *many = build(&shape, 1, instances, COUNT, 0);
     const size_t one_bytes = ca_accel_bytes(one), many_bytes = ca_accel_bytes(many);
-    print_message("    %u triangles: %zu bytes a triangle in Embree, %zu in the mesh; 100 instances take %.2f times the memory\n",
+    print_message("    %u triangles: %zu bytes a triangle in Embree, %zu in the mesh; 100 instances take %.2f times "
+                  "the memory\n",
                   mesh.triangle_count, one_bytes / mesh.triangle_count, ca_mesh_bytes(&mesh) / mesh.triangle_count,
                   (double)many_bytes / (double)one_bytes);
     assert_true(one_bytes / mesh.triangle_count < 120);
@@ -448,8 +464,10 @@ static void test_rays_that_are_not_finite_meet_nothing(void **state)
     const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f};
     ca_hit hit;
     for (int i = 0; i < 4; i++) {
-        assert_false(ca_accel_intersect(accel, ca_vec3_make(bad[i], 0, 5), ca_vec3_make(0, 0, -1), 0.0f, INFINITY, &hit));
-        if (i < 3) assert_false(ca_accel_occluded(accel, ca_vec3_make(0, 0, 5), ca_vec3_make(0, bad[i], -1), 0.0f, 10.0f));
+        assert_false(
+            ca_accel_intersect(accel, ca_vec3_make(bad[i], 0, 5), ca_vec3_make(0, 0, -1), 0.0f, INFINITY, &hit));
+        if (i < 3)
+            assert_false(ca_accel_occluded(accel, ca_vec3_make(0, 0, 5), ca_vec3_make(0, bad[i], -1), 0.0f, 10.0f));
     }
     assert_false(ca_accel_intersect(accel, ca_vec3_make(0, 0, 5), ca_vec3_make(0, 0, -1), 0.0f, NAN, &hit));
     assert_true(ca_accel_intersect(accel, ca_vec3_make(0, 0, 5), ca_vec3_make(0, 0, -1), 0.0f, INFINITY, &hit));

@@ -1,6 +1,6 @@
-/* Light through glass onto a diffuse floor, scenes/glass-slab, against a calculation: the fan of rays that leaves the light,
- * refracted and reflected at both faces of the slab, in double precision. The radiance of each block of pixels is right for every
- * method that finds this light, and 0 for `path`, which cannot. */
+/* Light through glass onto a diffuse floor, scenes/glass-slab, against a calculation: the fan of rays that leaves the
+ * light, refracted and reflected at both faces of the slab, in double precision. The radiance of each block of pixels
+ * is right for every method that finds this light, and 0 for `path`, which cannot. */
 #include "metrics/significance.h"
 #include "image/layers.h"
 #include "support/batches.h"
@@ -28,10 +28,10 @@ static const double spot_target_x = 0.56, spot_beam = 15.0 * PI / 180.0;
 static const double reflectances[3] = {0.8, 0.6, 0.4};
 static const char *const channels[3] = {"R", "G", "B"};
 
-/* ---- The fan ------------------------------------------------------------------------------------------------------ */
+/* ---- The fan --------------------------------------------------------------------------------------------------- */
 
-/* Horizontal way of a ray that leaves the light at `theta` from straight down and is reflected 2 `order` times inside the slab;
- * its derivative by theta. */
+/* Horizontal way of a ray that leaves the light at `theta` from straight down and is reflected 2 `order` times inside
+ * the slab; its derivative by theta. */
 static double distance_of(double theta, int order, double *derivative)
 {
     const double inside = asin(sin(theta) / eta), c = cos(theta), c_inside = cos(inside);
@@ -61,7 +61,8 @@ static double angle_of(double distance, int order)
     return low;
 }
 
-/* Irradiance of the floor from one order: the flux I T^2 R^(2 order) 2 pi sin(theta) dtheta of a cone falls on the ring 2 pi d dd. */
+/* Irradiance of the floor from one order: the flux I T^2 R^(2 order) 2 pi sin(theta) dtheta of a cone falls on the
+ * ring 2 pi d dd. */
 static double irradiance_of(double x, double z, int order)
 {
     double derivative;
@@ -82,7 +83,7 @@ static double angle_from_axis(double x, double z, int order)
     return acos((axis[0] * sin(theta) * (x - light_x) / distance - axis[1] * cos(theta)) / length);
 }
 
-/* ---- The camera --------------------------------------------------------------------------------------------------- */
+/* ---- The camera ------------------------------------------------------------------------------------------------ */
 
 /* Where the floor's plane is seen at (u, v) of the picture, each in [0, 1], v downwards. */
 static void look(double u, double v, double *x, double *z)
@@ -97,11 +98,12 @@ static void look(double u, double v, double *x, double *z)
     *z = -t * right; /* looking along -x, -z is on the right; the scene is its own mirror image across z = 0 */
 }
 
-/* Mean of the floor's irradiance over a block; negative where the block sees more than floor, or more than the spot's beam
- * lights fully. */
+/* Mean of the floor's irradiance over a block; negative where the block sees more than floor, or more than the spot's
+ * beam lights fully. */
 static double block_irradiance(int block_x, int block_y)
 {
-    const double margin = 0.025, beam = spot_beam - 0.012; /* more than a merge's radius, and what that is to the spot */
+    const double margin = 0.025,
+                 beam = spot_beam - 0.012; /* more than a merge's radius, and what that is to the spot */
     double sum = 0.0;
     for (int i = 0; i < BLOCK * STEPS * BLOCK * STEPS; i++) {
         double x, z;
@@ -117,7 +119,7 @@ static double block_irradiance(int block_x, int block_y)
     return sum / (BLOCK * STEPS * BLOCK * STEPS);
 }
 
-/* ---- Renders ------------------------------------------------------------------------------------------------------ */
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 static ca_scene *load(const char *light)
 {
@@ -199,7 +201,8 @@ static void test_every_block_is_as_calculated(void **state)
         const finding found = compare(scene, methods[i].integrator, methods[i].samples);
         print_message("    %-45s %d blocks: worst %.2f %%, standard error at most %.2f %%, p %.2g; mean %+.2f %%\n",
                       methods[i].integrator, found.blocks, 100.0 * found.worst, 100.0 * found.worst_error,
-                      ca_sidak_p(found.p_smallest, 3 * (uint64_t)found.blocks), 100.0 * (found.mean / found.mean_expected - 1.0));
+                      ca_sidak_p(found.p_smallest, 3 * (uint64_t)found.blocks),
+                      100.0 * (found.mean / found.mean_expected - 1.0));
         assert_int_equal(found.blocks, BLOCKS * BLOCKS);
         assert_true(found.worst < 0.02);
         assert_true(found.worst_error < 0.008);

@@ -1,5 +1,5 @@
-/* Halton samplers: the textbook's numbers exactly; every path of a pixel falls into it, and none is left out; elementary
- * intervals keep their points, scrambled or not; discrepancies are small. */
+/* Halton samplers: the textbook's numbers exactly; every path of a pixel falls into it, and none is left out;
+ * elementary intervals keep their points, scrambled or not; discrepancies are small. */
 #include "support/halton_numbers.h"
 #include "support/test_random.h"
 
@@ -18,7 +18,7 @@ static uint64_t random_u64(ca_test_random *random)
     return high << 32 | ca_test_random_u32(random);
 }
 
-/* ---- The textbook's sequence --------------------------------------------------------------------------------------- */
+/* ---- The textbook's sequence ----------------------------------------------------------------------------------- */
 
 static void test_primes(void **state)
 {
@@ -61,7 +61,7 @@ static void test_plain_is_exact(void **state)
         }
 }
 
-/* ---- Pixels -------------------------------------------------------------------------------------------------------- */
+/* ---- Pixels ---------------------------------------------------------------------------------------------------- */
 
 /* The pixel that a number's first digits name. */
 static uint64_t pixel_of_number(uint64_t number, uint32_t width, uint32_t height)
@@ -104,8 +104,9 @@ static void check_pixel(const ca_sampler *sampler, uint64_t pixel, uint64_t inde
 static void test_paths_fall_into_their_pixels(void **state)
 {
     (void)state;
-    static const uint32_t films[][2] = {{1, 1},    {1, 7},       {7, 1},       {5, 3},         {64, 81},      {65, 82},
-                                        {16, 243}, {1920, 1080}, {3840, 2160}, {65536, 65536}, {65537, 59050}};
+    static const uint32_t films[][2] = {{1, 1},       {1, 7},         {7, 1},        {5, 3},
+                                        {64, 81},     {65, 82},       {16, 243},     {1920, 1080},
+                                        {3840, 2160}, {65536, 65536}, {65537, 59050}};
     ca_test_random random = ca_test_random_seed(2);
     for (uint32_t f = 0; f < sizeof films / sizeof films[0]; f++)
         for (int plain = 0; plain < 2; plain++) {
@@ -143,7 +144,7 @@ static void test_enumeration_is_complete(void **state)
     }
 }
 
-/* ---- Elementary intervals ------------------------------------------------------------------------------------------ */
+/* ---- Elementary intervals -------------------------------------------------------------------------------------- */
 
 static int compare_floats(const void *a, const void *b)
 {
@@ -169,15 +170,16 @@ static void test_intervals_stay_balanced(void **state)
     for (uint64_t seed = 0; seed < 6; seed++) {
         const ca_sampler sampler = sampler_of(CA_SAMPLER_HALTON, seed, 1, 1);
         for (uint32_t row = 0; row < CA_PRIME_COUNT; row += row < 40 ? 1 : 9)
-            for (uint64_t count = halton_primes[row]; count <= (seed == 0 ? MOST : 3000); count *= halton_primes[row]) {
+            for (uint64_t count = halton_primes[row]; count <= (seed == 0 ? MOST : 3000);
+                 count *= halton_primes[row]) {
                 /* Any consecutive numbers, the last of 64 bits among them, show all digits once. */
                 const uint64_t last = UINT64_MAX - count;
                 const uint64_t start = seed == 0 ? 0 : seed == 1 ? last : (random_u64(&random) >> 8 * seed) % last;
                 for (uint32_t i = 0; i < count; i++)
                     u[i] = light_number(&sampler, start + i, halton_dimension(row));
                 if (!one_in_each(u, (uint32_t)count))
-                    fail_msg("seed %u, base %u: %u numbers from %llu", (unsigned)seed, halton_primes[row], (unsigned)count,
-                             (unsigned long long)start);
+                    fail_msg("seed %u, base %u: %u numbers from %llu", (unsigned)seed, halton_primes[row],
+                             (unsigned)count, (unsigned long long)start);
             }
     }
     free(u);
@@ -222,7 +224,7 @@ static void test_repeated_bases_stay_balanced(void **state)
                 }
 }
 
-/* ---- Range -------------------------------------------------------------------------------------------------------- */
+/* ---- Range ----------------------------------------------------------------------------------------------------- */
 
 static void test_range(void **state)
 {
@@ -250,7 +252,7 @@ static void test_range(void **state)
     }
 }
 
-/* ---- Star discrepancy ---------------------------------------------------------------------------------------------- */
+/* ---- Star discrepancy ------------------------------------------------------------------------------------------ */
 
 /* The largest difference between the share of points in a box at the origin and its area, over all boxes: those with
  * corners at points' coordinates, once with what lies on their edges and once without. */
@@ -284,7 +286,8 @@ static double discrepancy_of(ca_sampler_kind kind, uint32_t dimension, uint32_t 
 static void test_star_discrepancy(void **state)
 {
     (void)state;
-    /* (0, 0) alone: a box as small as one likes holds all. With (1/2, 1/3) the full box [0, 1/2] x [0, 1/3] has area 1/6. */
+    /* (0, 0) alone: a box as small as one likes holds all. With (1/2, 1/3) the full box [0, 1/2] x [0, 1/3] has area
+     * 1/6. */
     assert_true(fabs(discrepancy_of(CA_SAMPLER_HALTON_PLAIN, 0, 1) - 1.0) < 1e-6);
     assert_true(fabs(discrepancy_of(CA_SAMPLER_HALTON_PLAIN, 0, 2) - 5.0 / 6.0) < 1e-6);
     for (uint32_t n = 32; n <= 256; n *= 2) {

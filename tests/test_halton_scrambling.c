@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-/* ---- Randomness of the scrambling ---------------------------------------------------------------------------------- */
+/* ---- Randomness of the scrambling ------------------------------------------------------------------------------ */
 
 /* p-value of `side` by `side` equally likely boxes. */
 static double square_p_value(const uint32_t *counts, uint32_t side, double total)
@@ -77,7 +77,8 @@ static void test_numbers_are_independent(void **state)
 }
 
 /* Over the paths of one stream, no dimension is a function of another, also where they share a base. Not a test of
- * independence: blocks of paths are spread evenly in each dimension, which makes most p-values large and a few small. */
+ * independence: blocks of paths are spread evenly in each dimension, which makes most p-values large and a few
+ * small. */
 static void test_pairs_of_dimensions_fill_the_square(void **state)
 {
     (void)state;
@@ -138,8 +139,8 @@ static void test_places_in_pixels_are_uniform(void **state)
         }
 }
 
-/* Over seeds, the first `length` digits of two numbers are as under Owen's scrambling: equal as long as the numbers' are,
- * then any two different ones, then any two. */
+/* Over seeds, the first `length` digits of two numbers are as under Owen's scrambling: equal as long as the numbers'
+ * are, then any two different ones, then any two. */
 static void test_pairs_are_as_owen_scrambles_them(void **state)
 {
     (void)state;
@@ -199,9 +200,10 @@ static void test_seeds(void **state)
         assert_true(number_of(&one, 33, 12, dimension) == number_of(&two, 33, 12, dimension));
 }
 
-/* ---- Errors of means ----------------------------------------------------------------------------------------------- */
+/* ---- Errors of means ------------------------------------------------------------------------------------------- */
 
-/* Mean square error, over seeds, of the mean of a product of smooth functions of integral 1, one for each dimension. */
+/* Mean square error, over seeds, of the mean of a product of smooth functions of integral 1, one for each
+ * dimension. */
 static double mean_square_error(ca_sampler_kind kind, uint64_t sequence, const uint32_t *dimensions, uint32_t count,
                                 uint32_t n)
 {
@@ -283,11 +285,13 @@ static void test_variances_are_owen_s(void **state)
             }
             squares += (sum / n - 0.5) * (sum / n - 0.5);
         }
-        /* Strata without replacement: each number's is of variance (b^2 - 1) / (12 b^2), any two's covariance that over
+        /* Strata without replacement: each number's is of variance (b^2 - 1) / (12 b^2), any two's covariance that
+         * over
          * -(b - 1). */
         const double strata = (base * base - 1.0) / (12.0 * base * base);
-        const double expected = n < base ? (strata * (1.0 - (n - 1.0) / (base - 1.0)) + 1.0 / (12.0 * base * base)) / n
-                                         : 1.0 / (12.0 * n * n * n);
+        const double expected = n < base
+                                    ? (strata * (1.0 - (n - 1.0) / (base - 1.0)) + 1.0 / (12.0 * base * base)) / n
+                                    : 1.0 / (12.0 * n * n * n);
         const double ratio = squares / SEEDS / expected;
         if (fabs(ratio - 1.0) > 0.06) fail_msg("%g numbers in base %g: %.3f of Owen's variance", n, base, ratio);
     }

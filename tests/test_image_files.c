@@ -54,7 +54,7 @@ static double coded_srgb(unsigned x, unsigned y, unsigned c)
     return c == 3 ? coded(x, y, c) : decoded(coded(x, y, c));
 }
 
-/* ---- values ------------------------------------------------------------------------------------------------------ */
+/* ---- values ---------------------------------------------------------------------------------------------------- */
 
 static void png_values(void **unused)
 {
@@ -88,8 +88,10 @@ static void jpeg_values(void **unused)
 {
     (void)unused;
     for (int progressive = 0; progressive < 2; ++progressive) {
-        check_values(read_sample("a.jpg", sample_jpeg(false, progressive), CA_ENCODING_RAW, 3), jpeg_colour, 4 / 255.0);
-        check_values(read_sample("a.jpg", sample_jpeg(true, progressive), CA_ENCODING_RAW, 1), jpeg_colour, 4 / 255.0);
+        check_values(read_sample("a.jpg", sample_jpeg(false, progressive), CA_ENCODING_RAW, 3), jpeg_colour,
+                     4 / 255.0);
+        check_values(read_sample("a.jpg", sample_jpeg(true, progressive), CA_ENCODING_RAW, 1), jpeg_colour,
+                     4 / 255.0);
     }
 }
 
@@ -103,9 +105,12 @@ static void tga_values(void **unused)
     for (int top_down = 0; top_down < 2; ++top_down)
         for (int packed = 0; packed < 2; ++packed) {
             expected_value *expected = packed ? packed_colour : coded;
-            check_values(read_sample("a.tga", sample_tga(2, 24, packed, top_down), CA_ENCODING_RAW, 3), expected, 1e-7);
-            check_values(read_sample("a.TGA", sample_tga(2, 32, packed, top_down), CA_ENCODING_RAW, 4), expected, 1e-7);
-            check_values(read_sample("a.tga", sample_tga(3, 8, packed, top_down), CA_ENCODING_RAW, 1), expected, 1e-7);
+            check_values(read_sample("a.tga", sample_tga(2, 24, packed, top_down), CA_ENCODING_RAW, 3), expected,
+                         1e-7);
+            check_values(read_sample("a.TGA", sample_tga(2, 32, packed, top_down), CA_ENCODING_RAW, 4), expected,
+                         1e-7);
+            check_values(read_sample("a.tga", sample_tga(3, 8, packed, top_down), CA_ENCODING_RAW, 1), expected,
+                         1e-7);
             check_values(read_sample("a.tga", sample_tga(1, 8, packed, top_down), CA_ENCODING_RAW, 3),
                          packed ? first_row_packed : first_row, 1e-7);
         }
@@ -146,7 +151,8 @@ static void exr_values(void **unused)
             const double tolerance = compression >= B44 ? 0.25 : 0.0;
             check_values(read_sample("a.exr", sample_exr(compression, tiled, false), CA_ENCODING_SRGB, 4), exr_colour,
                          tolerance);
-            check_values(read_sample("a.exr", sample_exr(compression, tiled, true), CA_ENCODING_SRGB, 1), exr_colour, 0.0);
+            check_values(read_sample("a.exr", sample_exr(compression, tiled, true), CA_ENCODING_SRGB, 1), exr_colour,
+                         0.0);
         }
 }
 
@@ -189,7 +195,7 @@ static void layers_of_every_format(void **unused)
     ca_layers_destroy(layers);
 }
 
-/* ---- what is refused --------------------------------------------------------------------------------------------- */
+/* ---- what is refused ------------------------------------------------------------------------------------------- */
 
 static void assert_refused(const char *name, const void *data, size_t size, const char *part)
 {

@@ -1,4 +1,5 @@
-/* All metrics as maps, and their averages over regions: what counts, what does not, and that threads change nothing. */
+/* All metrics as maps, and their averages over regions: what counts, what does not, and that threads change
+ * nothing. */
 #include "base/memory.h"
 #include "support/metric_pictures.h"
 #include "support/named_layer.h"
@@ -11,17 +12,19 @@
 
 #include <cmocka.h>
 
-static const char *const map_names[] = {"SSIM",         "FLIP.LDR",    "FLIP.HDR",     "FLIP.Exposure", "Error.RMSE", "Error.MAE",
-                                        "Error.relMSE", "Error.SMAPE", "Difference.R", "Difference.G",  "Difference.B"};
+static const char *const map_names[] = {"SSIM",         "FLIP.LDR",     "FLIP.HDR",     "FLIP.Exposure",
+                                        "Error.RMSE",   "Error.MAE",    "Error.relMSE", "Error.SMAPE",
+                                        "Difference.R", "Difference.G", "Difference.B"};
 enum { MAPS = sizeof map_names / sizeof map_names[0] };
 
-static ca_image_metrics measure(const ca_image_layers *image, const ca_image_layers *reference, const ca_compare_settings *region,
-                                ca_image_layers **maps)
+static ca_image_metrics measure(const ca_image_layers *image, const ca_image_layers *reference,
+                                const ca_compare_settings *region, ca_image_layers **maps)
 {
     const ca_metric_settings settings = ca_metric_defaults();
     ca_image_metrics metrics;
     ca_error error = {""};
-    if (ca_measure_image(image, reference, region, &settings, &metrics, maps, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_measure_image(image, reference, region, &settings, &metrics, maps, &error) != CA_OK)
+        fail_msg("%s", error.message);
     return metrics;
 }
 
@@ -75,10 +78,12 @@ static void test_numbers_are_means_of_maps(void **state)
         region.roi = (ca_pixel_rect){2, 9, 31, bottoms[b][0]};
         metrics = measure(image, reference, &region, &maps);
         assert_int_equal(ca_compare(image, reference, &region, &comparison, NULL), CA_OK);
-        assert_numbers(&comparison, &metrics, maps, (uint32_t[]){2, 9, 31, bottoms[b][0]}, (uint32_t[]){5, 9, 31, bottoms[b][1]});
+        assert_numbers(&comparison, &metrics, maps, (uint32_t[]){2, 9, 31, bottoms[b][0]},
+                       (uint32_t[]){5, 9, 31, bottoms[b][1]});
         /* The filters look beyond the region and under the mask: the maps are the same. */
         for (int i = 0; i < MAPS; i++)
-            assert_memory_equal(named_layer(maps, map_names[i]), named_layer(whole_maps, map_names[i]), sizeof(float) * PAIR_PIXELS);
+            assert_memory_equal(named_layer(maps, map_names[i]), named_layer(whole_maps, map_names[i]),
+                                sizeof(float) * PAIR_PIXELS);
         ca_layers_destroy(maps);
     }
     ca_layers_destroy(whole_maps);
@@ -99,8 +104,10 @@ static void test_values_of_error_maps(void **state)
     assert_true(isnan(metrics.ssim)); /* no window fits */
     assert_near("RMSE", (double)named_layer(maps, "Error.RMSE")[1], sqrt((0.25 + 16.0 + 0.0625) / 3.0), 1e-6);
     assert_near("MAE", (double)named_layer(maps, "Error.MAE")[1], (0.5 + 4.0 + 0.25) / 3.0, 1e-6);
-    assert_near("relMSE", (double)named_layer(maps, "Error.relMSE")[1], (0.25 / 1.01 + 16.0 / 4.01 + 0.0625 / 0.0725) / 3.0, 1e-6);
-    assert_near("SMAPE", (double)named_layer(maps, "Error.SMAPE")[1], (0.5 / 2.51 + 4.0 / 4.01 + 0.25 / 0.26) / 3.0, 1e-6);
+    assert_near("relMSE", (double)named_layer(maps, "Error.relMSE")[1],
+                (0.25 / 1.01 + 16.0 / 4.01 + 0.0625 / 0.0725) / 3.0, 1e-6);
+    assert_near("SMAPE", (double)named_layer(maps, "Error.SMAPE")[1], (0.5 / 2.51 + 4.0 / 4.01 + 0.25 / 0.26) / 3.0,
+                1e-6);
     assert_true(named_layer(maps, "Difference.R")[1] == 0.5f && named_layer(maps, "Difference.G")[1] == -4.0f &&
                 named_layer(maps, "Difference.B")[1] == -0.25f);
     assert_true(maps->x0 == 3 && maps->full_width == 7 && maps->width == 2 && maps->full_height == 1);
@@ -109,7 +116,8 @@ static void test_values_of_error_maps(void **state)
     ca_layers_destroy(reference);
 }
 
-/* A pixel that is not finite in one of the pictures adds no difference to its neighbours: as if both had the other's value. */
+/* A pixel that is not finite in one of the pictures adds no difference to its neighbours: as if both had the other's
+ * value. */
 static void test_pixels_that_are_not_finite(void **state)
 {
     (void)state;
@@ -175,7 +183,8 @@ static void test_threads_change_nothing(void **state)
 {
     (void)state;
     enum { WIDTH = 500, HEIGHT = 400 };
-    ca_image_layers *image = metric_picture(WIDTH, HEIGHT), *reference = metric_picture(WIDTH, HEIGHT), *one, *several;
+    ca_image_layers *image = metric_picture(WIDTH, HEIGHT), *reference = metric_picture(WIDTH, HEIGHT), *one,
+                    *several;
     for (size_t c = 0; c < 3; c++)
         for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) {
             reference->channels[c].data[i] = (float)(i * (c + 3) % 251) / 200.0f;
@@ -187,7 +196,8 @@ static void test_threads_change_nothing(void **state)
     const ca_image_metrics n = measure_pair(image, reference, &settings, &several);
     assert_true(m.ssim == n.ssim && m.flip_ldr == n.flip_ldr && m.flip_hdr == n.flip_hdr);
     for (int i = 0; i < MAPS; i++)
-        assert_memory_equal(named_layer(one, map_names[i]), named_layer(several, map_names[i]), sizeof(float) * WIDTH * HEIGHT);
+        assert_memory_equal(named_layer(one, map_names[i]), named_layer(several, map_names[i]),
+                            sizeof(float) * WIDTH * HEIGHT);
     ca_layers_destroy(one);
     ca_layers_destroy(several);
     ca_layers_destroy(image);
@@ -198,7 +208,8 @@ static void test_refusals(void **state)
 {
     (void)state;
     ca_image_layers *image, *reference, *maps;
-    ca_image_layers *const others[] = {metric_picture(3, 3), metric_picture(PAIR_WIDTH, 3), metric_picture(3, PAIR_HEIGHT)};
+    ca_image_layers *const others[] = {metric_picture(3, 3), metric_picture(PAIR_WIDTH, 3),
+                                       metric_picture(3, PAIR_HEIGHT)};
     static const char *const sizes[] = {"the reference 3 x 3", "the reference 64 x 3", "the reference 3 x 48"};
     make_pair(PAIR_NOISE, &image, &reference);
     ca_metric_settings settings = ca_metric_defaults();
@@ -206,25 +217,31 @@ static void test_refusals(void **state)
     ca_error error = {""};
     const ca_compare_settings whole = {0};
     for (int i = 0; i < 3; i++) {
-        assert_int_equal(ca_measure_image(image, others[i], &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+        assert_int_equal(ca_measure_image(image, others[i], &whole, &settings, &metrics, &maps, &error),
+                         CA_ERROR_ARGUMENT);
         assert_non_null(strstr(error.message, sizes[i]));
         assert_null(maps);
         ca_layers_destroy(others[i]);
     }
-    static const ca_pixel_rect regions[] = {{3, 4, 3, 9}, {3, 4, 9, 4}, {9, 4, 3, 9}, {0, 0, PAIR_WIDTH + 1, 9}, {0, 0, 9, PAIR_HEIGHT + 1}};
+    static const ca_pixel_rect regions[] = {
+        {3, 4, 3, 9}, {3, 4, 9, 4}, {9, 4, 3, 9}, {0, 0, PAIR_WIDTH + 1, 9}, {0, 0, 9, PAIR_HEIGHT + 1}};
     for (size_t i = 0; i < sizeof regions / sizeof regions[0]; i++) {
         const ca_compare_settings wrong = {.has_roi = true, .roi = regions[i]};
-        assert_int_equal(ca_measure_image(image, reference, &wrong, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+        assert_int_equal(ca_measure_image(image, reference, &wrong, &settings, &metrics, &maps, &error),
+                         CA_ERROR_ARGUMENT);
         assert_non_null(strstr(error.message, "is empty or reaches out of the 64 x 48 pixels"));
     }
     const ca_compare_settings nothing = {.masks = &(ca_pixel_rect){0, 0, 99, 99}, .mask_count = 1};
-    assert_int_equal(ca_measure_image(image, reference, &nothing, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_measure_image(image, reference, &nothing, &settings, &metrics, &maps, &error),
+                     CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "nothing is left"));
     settings.ssim.window = 4;
-    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error),
+                     CA_ERROR_ARGUMENT);
     settings = ca_metric_defaults();
     settings.flip_exposures.start = 50.0;
-    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error),
+                     CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "start at 50 stops"));
     assert_null(maps);
     /* Of all pixels one is finite: that counts; then none. */
@@ -233,7 +250,8 @@ static void test_refusals(void **state)
     assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, NULL, &error), CA_OK);
     assert_true(isfinite(metrics.flip_ldr));
     image->channels[1].data[29 * PAIR_WIDTH + 41] = NAN;
-    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error), CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_measure_image(image, reference, &whole, &settings, &metrics, &maps, &error),
+                     CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "nothing is left"));
     ca_layers_destroy(image);
     ca_layers_destroy(reference);

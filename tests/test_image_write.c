@@ -72,7 +72,7 @@ static void assert_same_channels(const ca_image_layers *written, const ca_image_
     }
 }
 
-/* ---- round trips ------------------------------------------------------------------------------------------------- */
+/* ---- round trips ----------------------------------------------------------------------------------------------- */
 
 static void exr_round_trip(void **unused)
 {
@@ -103,7 +103,8 @@ static void exr_round_trip(void **unused)
             if (attribute->text)
                 assert_string_equal(attribute->text, "white and black");
             else
-                assert_true(strcmp(attribute->name, "a.name.of.more.than.31.characters") == 0 && attribute->number == 0.1);
+                assert_true(strcmp(attribute->name, "a.name.of.more.than.31.characters") == 0 &&
+                            attribute->number == 0.1);
         }
         ca_layers_destroy(read);
         ca_layers_destroy(layers);
@@ -124,7 +125,8 @@ static void exr_as_image(void **unused)
             write_layers(layers, path_to("i.exr"), 0.0f);
             ca_image image;
             ca_error error = {{0}};
-            if (ca_image_read(path_to("i.exr"), CA_ENCODING_SRGB, &image, &error) != CA_OK) fail_msg("%s", error.message);
+            if (ca_image_read(path_to("i.exr"), CA_ENCODING_SRGB, &image, &error) != CA_OK)
+                fail_msg("%s", error.message);
             assert_int_equal(image.channels, count == 3 ? 3 : 4);
             for (size_t i = 0; i < WIDTH * HEIGHT; ++i)
                 for (size_t c = 0; c < image.channels; ++c)
@@ -138,8 +140,8 @@ static void exr_as_image(void **unused)
 static void exr_some_channels(void **unused)
 {
     (void)unused;
-    static const char *const names[][4] = {
-        {"R", "Y", "Z"}, {"Y", "Z"}, {"Mask", "Y", "Z", "id"}, {"B", "G", "R", "Z"}, {"A", "Y", "Z", "z"}, {"G", "R", "Y"}};
+    static const char *const names[][4] = {{"R", "Y", "Z"},      {"Y", "Z"},           {"Mask", "Y", "Z", "id"},
+                                           {"B", "G", "R", "Z"}, {"A", "Y", "Z", "z"}, {"G", "R", "Y"}};
     for (size_t k = 0; k < sizeof names / sizeof *names; ++k) {
         ca_image_layers *layers;
         assert_int_equal(ca_layers_create(&layers, WIDTH, HEIGHT, NULL), CA_OK);
@@ -190,7 +192,8 @@ static void png_round_trip(void **unused)
     for (size_t i = 0; i < WIDTH * HEIGHT; ++i)
         for (size_t c = 0; c < 3; ++c) {
             const bool is_odd = c == 1 && i < 6;
-            const float code = is_odd ? odd_codes[i] : ca_linear_to_srgb(fminf(4.0f * layers->channels[c].data[i], 1.0f));
+            const float code =
+                is_odd ? odd_codes[i] : ca_linear_to_srgb(fminf(4.0f * layers->channels[c].data[i], 1.0f));
             const float tolerance = is_odd ? 0.0f : 0.5f / 255.0f + 1e-6f;
             assert_true(fabsf(image.data[3 * i + c] - code) <= tolerance);
         }
@@ -212,7 +215,7 @@ static void srgb_is_its_own_inverse(void **unused)
     assert_float_equal(ca_srgb_to_linear(1.0f), 1.0f, 1e-7f);
 }
 
-/* ---- failures ---------------------------------------------------------------------------------------------------- */
+/* ---- failures -------------------------------------------------------------------------------------------------- */
 
 static const char *const outputs[] = {"full.exr", "full.png", "full.pfm"};
 

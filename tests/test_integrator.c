@@ -26,8 +26,10 @@ static const ca_integrator_type type = {.name = "sample", .parameters = specs};
 static ca_parameter scene_items[2];
 static ca_integrator_desc scene_desc(void)
 {
-    scene_items[0] = (ca_parameter){
-        .name = "radius", .kind = CA_PARAMETER_NUMBER, .number = 0.1, .where = {.file = "a.xml", .line = 3, .column = 5}};
+    scene_items[0] = (ca_parameter){.name = "radius",
+                                    .kind = CA_PARAMETER_NUMBER,
+                                    .number = 0.1,
+                                    .where = {.file = "a.xml", .line = 3, .column = 5}};
     scene_items[1] = (ca_parameter){.name = "hide_emitters",
                                     .kind = CA_PARAMETER_BOOLEAN,
                                     .number = 1,
@@ -45,8 +47,8 @@ static void test_defaults_scene_overrides(void **state)
     ca_integrator_input input = {0};
     ca_error error;
     /* What the replaced integrator of the scene alone knew is left out ... */
-    assert_int_equal(ca_integrator_configure(&type, &desc, true, "alpha=0.25,rule=balance,careful=false", &input, &error),
-                     CA_OK);
+    assert_int_equal(
+        ca_integrator_configure(&type, &desc, true, "alpha=0.25,rule=balance,careful=false", &input, &error), CA_OK);
     assert_true(input.values[DEPTH] == 7.0 && input.values[RADIUS] == 0.1 && input.values[ALPHA] == 0.25);
     assert_true(input.values[CAREFUL] == 0.0 && input.values[RULE] == 0.0);
     assert_true(ca_integrator_value(&type, &input, "alpha", 9.0) == 0.25);
@@ -62,7 +64,8 @@ static void test_description_has_all_values(void **state)
     const ca_integrator_desc desc = {.name = NULL};
     ca_integrator_input input = {0};
     char text[256];
-    assert_int_equal(ca_integrator_configure(&type, &desc, false, "radius=0.0123456789,depth=-1", &input, NULL), CA_OK);
+    assert_int_equal(ca_integrator_configure(&type, &desc, false, "radius=0.0123456789,depth=-1", &input, NULL),
+                     CA_OK);
     ca_integrator_describe(&type, &input, text, sizeof text);
     assert_string_equal(text, "sample:depth=-1,radius=0.0123456789,alpha=0.5,careful=true,rule=power");
 }

@@ -1,5 +1,5 @@
-/* Error bars of joined films: one part alone has those of its film, the third cumulant and the degrees of freedom are those of the
- * weighted sum, and of parts with different distributions the intervals hold as often as they say. */
+/* Error bars of joined films: one part alone has those of its film, the third cumulant and the degrees of freedom are
+ * those of the weighted sum, and of parts with different distributions the intervals hold as often as they say. */
 #include "base/memory.h"
 #include "film/confidence.h"
 #include "film/joined_film.h"
@@ -74,7 +74,8 @@ static void test_one_part(void **state)
     int marked = 0;
     for (size_t c = 0; c < layers->channel_count; c++)
         for (uint32_t i = 0; i < PIXELS; i++) {
-            const float expected = ca_layers_find(developed, layers->channels[c].name)[i], got = layers->channels[c].data[i];
+            const float expected = ca_layers_find(developed, layers->channels[c].name)[i],
+                        got = layers->channels[c].data[i];
             assert_true(isinf(expected) == isinf(got));
             if (isinf(expected)) marked++;
             else expect_near((double)got, (double)expected, 1e-5);
@@ -96,7 +97,8 @@ static void test_constant_parts(void **state)
         ca_joined_film_add(&joined, &a, 0.25);
         ca_joined_film_add(&joined, &b, 0.75);
         ca_image_layers *layers = confidence_of(&joined);
-        const double low = (double)ca_layers_find(layers, "ConfidenceLow.R")[9], high = (double)ca_layers_find(layers, "ConfidenceHigh.R")[9];
+        const double low = (double)ca_layers_find(layers, "ConfidenceLow.R")[9],
+                     high = (double)ca_layers_find(layers, "ConfidenceHigh.R")[9];
         if (few) assert_true(isinf(low) && isinf(high));
         else assert_true(low <= (double)0.7f && high >= (double)0.7f && high - low < 1e-5);
         ca_layers_destroy(layers);
@@ -106,8 +108,8 @@ static void test_constant_parts(void **state)
     }
 }
 
-/* As a render with a pilot in two halves, of few and noisy samples, and two phases. Averages over pixels: exponentials have the
- * variance 1 and the third moment 2, means of four 1/4 and 2/16. */
+/* As a render with a pilot in two halves, of few and noisy samples, and two phases. Averages over pixels:
+ * exponentials have the variance 1 and the third moment 2, means of four 1/4 and 2/16. */
 static void test_parts(void **state)
 {
     (void)state;
@@ -139,8 +141,8 @@ static void test_parts(void **state)
     ca_film_destroy(&a), ca_film_destroy(&b), ca_film_destroy(&first), ca_film_destroy(&second);
 }
 
-/* Where a part of few samples has most of the variance, few degrees of freedom are left: Student's t has to be theirs, and with fewer
- * than eight samples have, the pixel is marked. */
+/* Where a part of few samples has most of the variance, few degrees of freedom are left: Student's t has to be
+ * theirs, and with fewer than eight samples have, the pixel is marked. */
 static void test_degrees_of_freedom(void **state)
 {
     (void)state;
@@ -150,7 +152,8 @@ static void test_degrees_of_freedom(void **state)
         ca_joined_film_add(&joined, &a, 0.5);
         ca_joined_film_add(&joined, &b, 0.5);
         ca_image_layers *layers = confidence_of(&joined);
-        const float *low = ca_layers_find(layers, "ConfidenceLow.Y"), *high = ca_layers_find(layers, "ConfidenceHigh.Y");
+        const float *low = ca_layers_find(layers, "ConfidenceLow.Y"),
+                    *high = ca_layers_find(layers, "ConfidenceHigh.Y");
         const double expectation = 0.2126 + 2.0 * 0.7152 + 0.5 * 0.0722;
         double held = 0.0, marked = 0.0;
         for (uint32_t i = 0; i < PIXELS; i++) {
@@ -158,7 +161,8 @@ static void test_degrees_of_freedom(void **state)
             else held += (double)low[i] <= expectation && (double)high[i] >= expectation;
         }
         if (few) assert_true(marked > 0.9 * PIXELS);
-        else assert_true(marked < 0.02 * PIXELS && held > 0.94 * (PIXELS - marked) && held < 0.96 * (PIXELS - marked));
+        else
+            assert_true(marked < 0.02 * PIXELS && held > 0.94 * (PIXELS - marked) && held < 0.96 * (PIXELS - marked));
         ca_layers_destroy(layers);
         ca_joined_film_destroy(&joined);
         ca_film_destroy(&a);
@@ -189,8 +193,9 @@ int main(void)
 {
     random_source = ca_test_random_seed(23);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_one_part),           cmocka_unit_test(test_constant_parts), cmocka_unit_test(test_parts),
-        cmocka_unit_test(test_degrees_of_freedom), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_one_part), cmocka_unit_test(test_constant_parts),
+        cmocka_unit_test(test_parts),    cmocka_unit_test(test_degrees_of_freedom),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

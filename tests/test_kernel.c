@@ -1,5 +1,5 @@
-/* Kernels: each integrates to one over its disk and has the roughness it claims; the smooth ones vanish at the rim and have
- * the gradient it claims, whose integral is zero. */
+/* Kernels: each integrates to one over its disk and has the roughness it claims; the smooth ones vanish at the rim
+ * and have the gradient it claims, whose integral is zero. */
 #include "math/numeric.h"
 #include "photon/kernel.h"
 #include "support/test_random.h"
@@ -96,7 +96,8 @@ static void check_gradient(ca_kernel kernel, ca_vec3 offset, float radius)
         const double slope = difference / (2.0 * step);
         const double scale = pow((double)radius, -3.0);
         if (!(fabs((double)claimed[axis] - slope) < 1e-3 * scale))
-            fail_msg("%s: the gradient along axis %d is %g, not %g", names[kernel], axis, slope, (double)claimed[axis]);
+            fail_msg("%s: the gradient along axis %d is %g, not %g", names[kernel], axis, slope,
+                     (double)claimed[axis]);
     }
 }
 
@@ -120,8 +121,8 @@ static void test_gradient(void **state)
     assert_true(ca_length2(of_disk) == 0.0f);
 }
 
-/* Photons of constant density have no gradient: its integral over the disk vanishes; of a density that grows along x it is
- * the density's slope. */
+/* Photons of constant density have no gradient: its integral over the disk vanishes; of a density that grows along x
+ * it is the density's slope. */
 static void test_gradient_integrals(void **state)
 {
     (void)state;

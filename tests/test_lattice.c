@@ -1,6 +1,6 @@
-/* The lattice sampler: its first 2^m points and every later block of as many are one shifted lattice, in every dimension and at
- * every index; projections that are used together are good lattices; shifts are independent; smooth periodic functions are
- * integrated at the lattice's rate. */
+/* The lattice sampler: its first 2^m points and every later block of as many are one shifted lattice, in every
+ * dimension and at every index; projections that are used together are good lattices; shifts are independent; smooth
+ * periodic functions are integrated at the lattice's rate. */
 #include "math/numeric.h"
 #include "sampling/lattice_table.h"
 #include "sampling/sampler.h"
@@ -28,8 +28,8 @@ static uint32_t number(uint64_t sequence, uint64_t index, uint32_t dimension)
     return (uint32_t)(ca_sample_1d(&stream, dimension) * 0x1p24f);
 }
 
-/* (x_index - x_first) mod 1, in units of 2^-24: exact where the lattice has 2^24 points at most, for both are truncated
- * alike. */
+/* (x_index - x_first) mod 1, in units of 2^-24: exact where the lattice has 2^24 points at most, for both are
+ * truncated alike. */
 static uint32_t step_from(uint64_t first, uint64_t index, uint32_t dimension)
 {
     return (number(5, first + index, dimension) - number(5, first, dimension)) & 0xffffffu;
@@ -42,7 +42,7 @@ static uint32_t inverse_by_bits(uint32_t index, uint32_t m)
     return inverse;
 }
 
-/* ---- Structure ---------------------------------------------------------------------------------------------------- */
+/* ---- Structure ------------------------------------------------------------------------------------------------- */
 
 /* The published vector's 250 numbers, by their sum and sum of squares, less 106383 and 247945, in any order. */
 static void test_table(void **state)
@@ -86,8 +86,8 @@ static void test_many_points(void **state)
         }
 }
 
-/* Differences of points are points, with one and the same number in all dimensions of a run of 248, wherever the aligned
- * block of 2^m indices lies. */
+/* Differences of points are points, with one and the same number in all dimensions of a run of 248, wherever the
+ * aligned block of 2^m indices lies. */
 static void check_block(uint64_t first, uint32_t m, uint32_t run)
 {
     static uint32_t of_multiple[1 << 12]; /* which index is k z / 2^m */
@@ -127,14 +127,16 @@ static void test_orders(void **state)
     (void)state;
     uint32_t equal = 0;
     for (uint32_t run = 1; run < 9; run++)
-        for (uint32_t i = 0; i < 1024; i++) equal += step_from(0, i, 0) == step_from(0, i, run * CA_LATTICE_DIMENSIONS);
+        for (uint32_t i = 0; i < 1024; i++)
+            equal += step_from(0, i, 0) == step_from(0, i, run * CA_LATTICE_DIMENSIONS);
     assert_in_range(equal, 40, 140); /* 11 in each: of indices 2^k to 2^(k+1) about one */
 }
 
-/* ---- Quality of projections ---------------------------------------------------------------------------------------- */
+/* ---- Quality of projections ------------------------------------------------------------------------------------ */
 
-/* The length of the shortest h != 0 with h[0] a + h[1] b = 0 modulo 2^m (Lagrange's reduction of two vectors), over that of the
- * densest lattice: its inverse is the distance between the lines on which the points of the projection lie. */
+/* The length of the shortest h != 0 with h[0] a + h[1] b = 0 modulo 2^m (Lagrange's reduction of two vectors), over
+ * that of the densest lattice: its inverse is the distance between the lines on which the points of the projection
+ * lie. */
 static double dual_length(uint64_t a, uint64_t b, uint32_t m)
 {
     uint64_t inverse = a;
@@ -167,8 +169,8 @@ static double worst(uint32_t size, uint32_t from, uint32_t to)
     return least;
 }
 
-/* n times the root mean square error, over shifts, of the worst integrand of two dimensions whose derivative d^2/dx dy has a
- * square integral of one: sqrt(mean of B2(x) B2(y)). In the published order pairs have up to 64. */
+/* n times the root mean square error, over shifts, of the worst integrand of two dimensions whose derivative d^2/dx
+ * dy has a square integral of one: sqrt(mean of B2(x) B2(y)). In the published order pairs have up to 64. */
 static double pair_error(uint32_t d, uint32_t m)
 {
     const uint32_t count = 1u << m;
@@ -225,7 +227,7 @@ static void test_far_points_fill(void **state)
     }
 }
 
-/* ---- Shifts ---------------------------------------------------------------------------------------------------------- */
+/* ---- Shifts ---------------------------------------------------------------------------------------------------- */
 
 /* First points over pixels, over seeds and over dimensions, alone and next to each other, are uniform. */
 static void test_shifts(void **state)
@@ -252,7 +254,7 @@ static void test_shifts(void **state)
     }
 }
 
-/* ---- Integrals ------------------------------------------------------------------------------------------------------- */
+/* ---- Integrals ------------------------------------------------------------------------------------------------- */
 
 /* prod(1 + B2(x) / (j + 1)^2 * 6): periodic, its integral is one. */
 static double periodic(const ca_stream *stream, uint32_t first, uint32_t count)
@@ -296,7 +298,8 @@ static void test_periodic_integrals(void **state)
     for (size_t k = 0; k < 5; k++) {
         double last;
         const double rate = exponent(firsts[k], counts[k], &last);
-        printf("periodic, dimensions %u to %u: error n^%.2f, %.2g at 2^14\n", firsts[k], firsts[k] + counts[k] - 1, rate, last);
+        printf("periodic, dimensions %u to %u: error n^%.2f, %.2g at 2^14\n", firsts[k], firsts[k] + counts[k] - 1,
+               rate, last);
         /* across the border of two runs half the pairs are of independent lattices */
         assert_true(rate < (k < 4 ? -1.1 : -0.4));
         assert_true(last < (k < 4 ? 1e-5 : 1e-3));

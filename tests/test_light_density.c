@@ -23,8 +23,8 @@ static ca_chi_square_test coarse(int light)
                                 .test_count = TESTS};
 }
 
-/* ---- Next event ---------------------------------------------------------------------------------------------------
- */
+/* ---- Next event
+ * --------------------------------------------------------------------------------------------------- */
 
 static bool draw_direct(const void *context, const float u[3], ca_vec3 *direction)
 {
@@ -68,15 +68,16 @@ static void test_direct(void **state)
     }
 }
 
-/* ---- Emission -----------------------------------------------------------------------------------------------------
- */
+/* ---- Emission
+ * ----------------------------------------------------------------------------------------------------- */
 
 static bool draw_emission(const void *context, const float u[3], ca_vec3 *direction)
 {
     ca_light_emission emission;
     const ca_light *light = &fixture.lights[*(const int *)context];
     const ca_vec2 u_direction = {u[0], u[1]};
-    const ca_vec2 u_position = light->kind == CA_LIGHT_PROJECTOR ? u_direction : fixed_position; /* its place in the picture */
+    const ca_vec2 u_position =
+        light->kind == CA_LIGHT_PROJECTOR ? u_direction : fixed_position; /* its place in the picture */
     if (!ca_light_sample_emission(light, u_position, u_direction, &emission)) return false;
     *direction = emission.direction;
     return true;

@@ -1,4 +1,5 @@
-/* The light store: paths of many workers at once come back whole, memory is kept, and running out of it is reported. */
+/* The light store: paths of many workers at once come back whole, memory is kept, and running out of it is
+ * reported. */
 #include "base/memory.h"
 #include "path/light_store.h"
 #include "support/test_random.h"
@@ -34,7 +35,8 @@ static void fill_path(void *user, uint32_t path, uint32_t worker)
     if (!ca_light_store_path_begin(f->store, worker, &first, &densities, &vertices)) return;
     const uint32_t count = length_of(path, f->pass);
     for (uint32_t i = 0; i < count; i++) {
-        vertices[i] = (ca_light_vertex){.point.shape = path, .first = first, .index = (uint16_t)i, .throughput = {.r = (float)f->pass}};
+        vertices[i] = (ca_light_vertex){
+            .point.shape = path, .first = first, .index = (uint16_t)i, .throughput = {.r = (float)f->pass}};
         densities[i] = (ca_path_vertex){.distance = (float)path, .to_previous = (float)i};
     }
     f->store->paths[path] = (ca_light_path){.first = first, .count = count};
@@ -57,7 +59,8 @@ static void check(const ca_light_store *store, uint32_t paths, uint32_t pass)
         for (uint32_t i = 0; i < path->count; i++) {
             const ca_light_vertex *vertex = ca_light_vertex_at(store, path->first + i);
             const ca_path_vertex *density = ca_light_density_at(store, path->first + i);
-            assert_true(vertex->point.shape == p && vertex->first == path->first && vertex->index == i && vertex->throughput.r == (float)pass);
+            assert_true(vertex->point.shape == p && vertex->first == path->first && vertex->index == i &&
+                        vertex->throughput.r == (float)pass);
             assert_true(density->distance == (float)p && density->to_previous == (float)i);
             /* a path's densities are one array */
             assert_ptr_equal(density, ca_light_density_at(store, path->first) + i);

@@ -1,4 +1,5 @@
-/* The live view: what those see who are let in, and what they can do: seen from plain sockets, with a render that is none. */
+/* The live view: what those see who are let in, and what they can do: seen from plain sockets, with a render that is
+ * none. */
 #define _GNU_SOURCE
 #include "live/server.h"
 #include "base/memory.h"
@@ -17,7 +18,7 @@
 
 #include <cmocka.h>
 
-/* ---- What is served ------------------------------------------------------------------------------------------------------ */
+/* ---- What is served -------------------------------------------------------------------------------------------- */
 
 static const char everything[] = "200 200 200 200 200 200 200 404 404 404 | 403 403 400 400 405";
 
@@ -32,11 +33,21 @@ static void look_at_everything(char *seen, size_t size)
     size_t used = 0;
     const int events = ca_live_open(&fake.place, "GET", "events");
     ca_live_read(events, "\"picture\"", text, sizeof text);
-    static const char *const resources[] = {"", "style.css", "viewer.js", "live.js", "layers", "pixel?x=3&y=2", "planes?names=R,B",
-                                            "planes?names=R,nothing", "pixel?x=8&y=0", "nothing"};
+    static const char *const resources[] = {"",
+                                            "style.css",
+                                            "viewer.js",
+                                            "live.js",
+                                            "layers",
+                                            "pixel?x=3&y=2",
+                                            "planes?names=R,B",
+                                            "planes?names=R,nothing",
+                                            "pixel?x=8&y=0",
+                                            "nothing"};
     for (size_t i = 0; i < sizeof resources / sizeof resources[0]; i++)
-        used += (size_t)snprintf(seen + used, size - used, "%d ", ca_live_fake_fetch("GET", resources[i], text, sizeof text));
-    used += (size_t)snprintf(seen + used, size - used, "| %d ", fetch(fake.place.path, "evil.example", text, sizeof text));
+        used += (size_t)snprintf(seen + used, size - used, "%d ",
+                                 ca_live_fake_fetch("GET", resources[i], text, sizeof text));
+    used += (size_t)snprintf(seen + used, size - used, "| %d ",
+                             fetch(fake.place.path, "evil.example", text, sizeof text));
     used += (size_t)snprintf(seen + used, size - used, "%d ", fetch("/", fake.place.host, text, sizeof text));
     snprintf(path, sizeof path, "%s%%2e%%2e/%%2e%%2e/etc/passwd", fake.place.path);
     used += (size_t)snprintf(seen + used, size - used, "%d ", fetch(path, fake.place.host, text, sizeof text));
@@ -90,10 +101,12 @@ static void follow_passes(char *seen, size_t size)
             memcpy(&first, body + 4, sizeof first);
             memcpy(&last, body + 4 + (2 * CA_LIVE_PIXELS - 1) * sizeof last, sizeof last);
         }
-        const bool good = passes > 0 && here && planes_version == (unsigned)version && pixel_version == (unsigned)version &&
-                          first == (float)passes && pixel == passes && last == (float)(CA_LIVE_HEIGHT - 1);
-        used += (size_t)snprintf(seen + used, size - used, good ? "good " : "(%u: %u %u %u: %g %g %g) ", (unsigned)version, passes,
-                                 planes_version, pixel_version, (double)first, pixel, (double)last);
+        const bool good = passes > 0 && here && planes_version == (unsigned)version &&
+                          pixel_version == (unsigned)version && first == (float)passes && pixel == passes &&
+                          last == (float)(CA_LIVE_HEIGHT - 1);
+        used += (size_t)snprintf(seen + used, size - used, good ? "good " : "(%u: %u %u %u: %g %g %g) ",
+                                 (unsigned)version, passes, planes_version, pixel_version, (double)first, pixel,
+                                 (double)last);
     }
     close(events);
 }
@@ -115,19 +128,25 @@ static void control(char *seen, size_t size)
     size_t used = 0;
     const int events = ca_live_open(&fake.place, "GET", "events");
     size_t length = ca_live_read(events, "rendering", text, sizeof text);
-    used += (size_t)snprintf(seen + used, size - used, "%d ", ca_live_fake_fetch("POST", "pause", answer, sizeof answer));
+    used +=
+        (size_t)snprintf(seen + used, size - used, "%d ", ca_live_fake_fetch("POST", "pause", answer, sizeof answer));
     length = ca_live_read(events, "\"paused\"", text, sizeof text);
     const uint32_t passes = __atomic_load_n(&fake.passes, __ATOMIC_RELAXED);
-    used += (size_t)snprintf(seen + used, size - used, "%s ", length && strstr(text, "\"paused\"") ? "paused" : "not paused");
-    used += (size_t)snprintf(seen + used, size - used, "%d ", ca_live_fake_fetch("POST", "save", answer, sizeof answer));
+    used += (size_t)snprintf(seen + used, size - used, "%s ",
+                             length && strstr(text, "\"paused\"") ? "paused" : "not paused");
+    used +=
+        (size_t)snprintf(seen + used, size - used, "%d ", ca_live_fake_fetch("POST", "save", answer, sizeof answer));
     ca_live_read(events, "saved", text, sizeof text);
-    used += (size_t)snprintf(seen + used, size - used, "%s ", strstr(text, "saved \\u0022a.exr\\u0022") ? "saved" : "not saved");
+    used += (size_t)snprintf(seen + used, size - used, "%s ",
+                             strstr(text, "saved \\u0022a.exr\\u0022") ? "saved" : "not saved");
     nanosleep(&(const struct timespec){.tv_nsec = 100000000}, NULL);
     used += (size_t)snprintf(seen + used, size - used, "%s ",
                              passes == __atomic_load_n(&fake.passes, __ATOMIC_RELAXED) ? "waited" : "went on");
-    used += (size_t)snprintf(seen + used, size - used, "%d ", ca_live_fake_fetch("POST", "resume", answer, sizeof answer));
+    used += (size_t)snprintf(seen + used, size - used, "%d ",
+                             ca_live_fake_fetch("POST", "resume", answer, sizeof answer));
     ca_live_read(events, "\"rendering\"", text, sizeof text);
-    used += (size_t)snprintf(seen + used, size - used, "%d", ca_live_fake_fetch("POST", "stop", answer, sizeof answer));
+    used +=
+        (size_t)snprintf(seen + used, size - used, "%d", ca_live_fake_fetch("POST", "stop", answer, sizeof answer));
     close(events);
     /* Ends when it is stopped. */
     nanosleep(&(const struct timespec){.tv_sec = 1}, NULL);
@@ -196,7 +215,7 @@ static void test_last_picture(void **state)
     ca_live_fake_close();
 }
 
-/* ---- Beginning ------------------------------------------------------------------------------------------------------------- */
+/* ---- Beginning ------------------------------------------------------------------------------------------------- */
 
 static void assert_refused(const ca_live_settings *settings, ca_status expected, const char *words)
 {
@@ -211,7 +230,8 @@ static void test_refusals(void **state)
 {
     (void)state;
     ca_live_fake_open(true, NULL);
-    ca_live_settings settings = {.title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .serves = true};
+    ca_live_settings settings = {
+        .title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .serves = true};
     settings.port = (uint32_t)fake.place.port;
     assert_refused(&settings, CA_ERROR_FILE, "cannot listen on 127.0.0.1");
     settings.port = 0;
@@ -224,7 +244,8 @@ static void test_refusals(void **state)
 static void test_no_memory(void **state)
 {
     (void)state;
-    const ca_live_settings settings = {.title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .serves = true};
+    const ca_live_settings settings = {
+        .title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .serves = true};
     for (long allowed = 0;; allowed++) {
         ca_live *live;
         ca_error error = {""};

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-/* ---- Requests judged -------------------------------------------------------------------------------------------------- */
+/* ---- Requests judged ------------------------------------------------------------------------------------------- */
 
 static int judge(const char *address, const char *method, const char *path, const char *host, const char *origin)
 {
@@ -39,8 +39,15 @@ static void test_access(void **state)
     assert_int_equal(judge(here, "GET", "/0123456789abcdef0123456789abcdee/", host, NULL), 403);
     assert_int_equal(judge(here, "GET", TOKEN "0/", host, NULL), 403);
     /* The host: a name that resolves to this machine, another port, no port, none at all. */
-    static const char *const wrong_hosts[] = {"evil.example:8080", "127.0.0.1:8081", "127.0.0.1",       "127.0.0.2:8080",
-                                              "localhost.evil.example:8080", "[127.0.0.1:8080", "", ":8080", "127.0.0.1:8080x"};
+    static const char *const wrong_hosts[] = {"evil.example:8080",
+                                              "127.0.0.1:8081",
+                                              "127.0.0.1",
+                                              "127.0.0.2:8080",
+                                              "localhost.evil.example:8080",
+                                              "[127.0.0.1:8080",
+                                              "",
+                                              ":8080",
+                                              "127.0.0.1:8080x"};
     for (size_t i = 0; i < sizeof wrong_hosts / sizeof wrong_hosts[0]; i++)
         assert_int_equal(judge(here, "GET", TOKEN "/", wrong_hosts[i], NULL), 403);
     assert_int_equal(judge(here, "GET", TOKEN "/", NULL, NULL), 400);
@@ -51,8 +58,10 @@ static void test_access(void **state)
     assert_int_equal(judge(here, "POST", TOKEN "/stop", host, "null"), 403);
     assert_int_equal(judge(here, "POST", TOKEN "/stop", host, "http://127.0.0.1:8080"), 200);
     /* Paths that climb, and things that are not there. */
-    static const char *const climbing[] = {TOKEN "/../etc/passwd", TOKEN "/..", "/../" TOKEN "/", TOKEN "//etc/passwd",
-                                           TOKEN "/..\\live.js", TOKEN "/%2e%2e/live.js", "etc/passwd", "*"};
+    static const char *const climbing[] = {TOKEN "/../etc/passwd", TOKEN "/..",
+                                           "/../" TOKEN "/",       TOKEN "//etc/passwd",
+                                           TOKEN "/..\\live.js",   TOKEN "/%2e%2e/live.js",
+                                           "etc/passwd",           "*"};
     for (size_t i = 0; i < sizeof climbing / sizeof climbing[0]; i++)
         assert_int_equal(judge(here, "GET", climbing[i], host, NULL), 400);
     assert_int_equal(judge(here, "GET", TOKEN "/compare.js", host, NULL), 404);

@@ -1,5 +1,5 @@
-/* The live view beside many who look: none of them can hold up a render, nor make it pay more than its share, whether they hang, die
- * or want all they can get. Seen from plain sockets, with a render that is none. */
+/* The live view beside many who look: none of them can hold up a render, nor make it pay more than its share, whether
+ * they hang, die or want all they can get. Seen from plain sockets, with a render that is none. */
 #define _GNU_SOURCE
 #include "live/budget.h"
 #include "base/clock.h"
@@ -21,7 +21,7 @@
 
 #include <cmocka.h>
 
-/* ---- Who hangs, and who dies ---------------------------------------------------------------------------------------------- */
+/* ---- Who hangs, and who dies ----------------------------------------------------------------------------------- */
 
 enum { HANGING = 200, HANGING_PASSES = 200 };
 
@@ -34,7 +34,8 @@ static void open_hanging(int clients[HANGING])
     char half[64];
     snprintf(half, sizeof half, "GET %.40s", fake.place.path);
     for (int i = 0; i < HANGING; i++) {
-        clients[i] = i % 4 < 2 ? ca_live_connect(fake.place.port) : ca_live_open(&fake.place, "GET", i % 4 == 2 ? "events" : large);
+        clients[i] = i % 4 < 2 ? ca_live_connect(fake.place.port)
+                               : ca_live_open(&fake.place, "GET", i % 4 == 2 ? "events" : large);
         assert_true(clients[i] >= 0);
         assert_int_equal(setsockopt(clients[i], SOL_SOCKET, SO_RCVBUF, &small, sizeof small), 0);
         if (i % 4 == 1) ca_live_send(clients[i], half);
@@ -70,14 +71,16 @@ static void look_beside_others(char *seen, size_t size)
     char text[1 << 16];
     size_t used = 0;
     const int events = ca_live_open(&fake.place, "GET", "events");
-    used += (size_t)snprintf(seen, size, "%s", ca_live_read(events, "\"picture\"", text, sizeof text) > 0 ? "events" : "nothing");
+    used += (size_t)snprintf(seen, size, "%s",
+                             ca_live_read(events, "\"picture\"", text, sizeof text) > 0 ? "events" : "nothing");
     for (size_t i = 0; i < sizeof resources / sizeof resources[0]; i++)
-        used += (size_t)snprintf(seen + used, size - used, " %d", ca_live_fake_fetch("GET", resources[i], text, sizeof text));
+        used += (size_t)snprintf(seen + used, size - used, " %d",
+                                 ca_live_fake_fetch("GET", resources[i], text, sizeof text));
     close(events);
 }
 
-/* The thread that renders takes no longer and waits for nobody; who does not hang sees all but further pictures, as those on their way
- * are limited, until the others are gone. */
+/* The thread that renders takes no longer and waits for nobody; who does not hang sees all but further pictures, as
+ * those on their way are limited, until the others are gone. */
 static void test_hanging_clients(void **state)
 {
     (void)state;
@@ -94,18 +97,21 @@ static void test_hanging_clients(void **state)
     const long waited = waits();
     for (int i = 0; i < HANGING_PASSES; i++) assert_true(ca_live_fake_pass());
     const double took = ca_clock_thread_seconds() - start; /* with the connecting, a few ms */
-    print_message("%d passes of 5 ms beside %d hanging clients: %.3f s of the rendering thread, which waited %ld times\n", HANGING_PASSES,
-                  HANGING, took, waits() - waited);
+    print_message(
+        "%d passes of 5 ms beside %d hanging clients: %.3f s of the rendering thread, which waited %ld times\n",
+        HANGING_PASSES, HANGING, took, waits() - waited);
     assert_true(took < HANGING_PASSES * 0.005 * (1.0 + CA_LIVE_SHARE) + CA_LIVE_ADVANCE + 0.05);
     assert_true(waits() - waited < HANGING_PASSES / 10);
     const int more = open_descriptors() - descriptors;
     assert_true(ca_live_fake_beside(look_beside_others, seen, sizeof seen));
     if (ca_clock_seconds() - opened < 15.0) {
         assert_string_equal(seen, "events 200 200 200 200 503");
-        /* Both ends are here: the server has let all of them in, and has sent away only some that ask for pictures. */
+        /* Both ends are here: the server has let all of them in, and has sent away only some that ask for
+         * pictures. */
         assert_true(more >= 2 * HANGING - HANGING / 4);
     } else {
-        print_message("SKIPPED: on this busy machine those who hang may have been let go before somebody else looked\n");
+        print_message(
+            "SKIPPED: on this busy machine those who hang may have been let go before somebody else looked\n");
     }
     close_all(clients);
     for (int i = 0; i < 100 && strcmp(seen, all_seen) != 0; i++)
@@ -140,8 +146,8 @@ static void test_dying_clients(void **state)
     for (int i = 0; i < 100; i++) {
         char request[256];
         const int client = ca_live_connect(fake.place.port);
-        snprintf(request, sizeof request, "GET %s%s HTTP/1.1\r\nHost: %s\r\n\r\n", fake.place.path, i % 2 ? "events" : "planes?names=R,G,B",
-                 fake.place.host);
+        snprintf(request, sizeof request, "GET %s%s HTTP/1.1\r\nHost: %s\r\n\r\n", fake.place.path,
+                 i % 2 ? "events" : "planes?names=R,G,B", fake.place.host);
         ca_live_send(client, request);
         assert_true(ca_live_fake_pass());
         setsockopt(client, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
@@ -152,7 +158,7 @@ static void test_dying_clients(void **state)
     ca_live_fake_close();
 }
 
-/* ---- What looking costs -------------------------------------------------------------------------------------------------- */
+/* ---- What looking costs ---------------------------------------------------------------------------------------- */
 
 /* The newest thread of this process. */
 static int newest_thread(void)
@@ -220,7 +226,8 @@ static void test_cost(void **state)
     ca_live_fake_close(); /* hangs up, so that no client waits */
     for (int i = 0; i < GREEDY; i++) pthread_join(threads[i], NULL);
     close(events);
-    print_message("beside %d greedy clients (%s requests of the first) serving took %.3f s of %.3f s of the processors, %.3f s of %.3f s "
+    print_message("beside %d greedy clients (%s requests of the first) serving took %.3f s of %.3f s of the "
+                  "processors, %.3f s of %.3f s "
                   "with the end\n",
                   GREEDY, seen[0], served, all, served_with_end, all_with_end);
     assert_true(atoi(seen[0]) > 0);
@@ -234,12 +241,14 @@ static void take_pictures(char *seen, size_t size)
     int count = 0;
     for (; __atomic_load_n(&hammers, __ATOMIC_RELAXED); count++) {
         ca_live_fake_fetch("GET", "planes?names=R", text, sizeof text);
-        nanosleep(&(const struct timespec){.tv_nsec = 100000000}, NULL); /* serving should cost next to nothing beside the pictures */
+        nanosleep(&(const struct timespec){.tv_nsec = 100000000},
+                  NULL); /* serving should cost next to nothing beside the pictures */
     }
     snprintf(seen, size, "%d", count);
 }
 
-/* Pictures are on the account, too, with all threads that wait for them: after the first one there is none before it is paid for. */
+/* Pictures are on the account, too, with all threads that wait for them: after the first one there is none before it
+ * is paid for. */
 static void test_cost_of_pictures(void **state)
 {
     (void)state;
@@ -251,7 +260,8 @@ static void test_cost_of_pictures(void **state)
     hammers = true;
     const double before = ca_live_process_seconds(), start = ca_clock_seconds();
     assert_int_equal(pthread_create(&thread, NULL, ca_live_client_run, &client), 0);
-    while (ca_live_process_seconds() < before + 1.5 || ca_clock_seconds() < start + 1.5) assert_true(ca_live_fake_pass());
+    while (ca_live_process_seconds() < before + 1.5 || ca_clock_seconds() < start + 1.5)
+        assert_true(ca_live_fake_pass());
     const double all = ca_live_process_seconds() - before;
     __atomic_store_n(&hammers, false, __ATOMIC_RELAXED);
     while (!__atomic_load_n(&client.ready, __ATOMIC_ACQUIRE)) assert_true(ca_live_fake_pass());
@@ -265,8 +275,9 @@ static void test_cost_of_pictures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_hanging_clients), cmocka_unit_test(test_hanging_at_the_end), cmocka_unit_test(test_dying_clients),
-        cmocka_unit_test(test_cost),            cmocka_unit_test(test_cost_of_pictures),
+        cmocka_unit_test(test_hanging_clients),  cmocka_unit_test(test_hanging_at_the_end),
+        cmocka_unit_test(test_dying_clients),    cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_cost_of_pictures),
     };
     return cmocka_run_group_tests_name("live view: many who look", tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
-/* What the viewer tev gets: packets as its own reader takes them apart (Tom94/tev, src/Ipc.cpp: interpretAsCreateImage,
- * interpretAsUpdateImage), which make the picture pixel by pixel; and a viewer that hangs or dies. */
+/* What the viewer tev gets: packets as its own reader takes them apart (Tom94/tev, src/Ipc.cpp:
+ * interpretAsCreateImage, interpretAsUpdateImage), which make the picture pixel by pixel; and a viewer that hangs or
+ * dies. */
 #define _GNU_SOURCE
 #include "base/clock.h"
 #include "base/memory.h"
@@ -19,11 +20,12 @@
 
 #include <cmocka.h>
 
-/* ---- A viewer --------------------------------------------------------------------------------------------------------- */
+/* ---- A viewer -------------------------------------------------------------------------------------------------- */
 
 enum { CHANNELS = 3, LONGEST_PACKET = 1 << 21 };
 
-/* A small receiver of tev's packets, and the image that it was told to show. It asserts nothing: it has a thread of its own. */
+/* A small receiver of tev's packets, and the image that it was told to show. It asserts nothing: it has a thread of
+ * its own. */
 typedef struct receiver {
     int listener, port;
     int64_t width, height; /* that it is to be */
@@ -117,7 +119,8 @@ static void take_update(packet *p)
     receiver *r = p->r;
     int64_t offsets[CHANNELS], strides[CHANNELS], values = 0;
     take_channels(p);
-    const int64_t x0 = take_integer(p, 4), y0 = take_integer(p, 4), width = take_integer(p, 4), height = take_integer(p, 4);
+    const int64_t x0 = take_integer(p, 4), y0 = take_integer(p, 4), width = take_integer(p, 4),
+                  height = take_integer(p, 4);
     for (int c = 0; c < CHANNELS; c++) offsets[c] = take_integer(p, 8);
     for (int c = 0; c < CHANNELS; c++) strides[c] = take_integer(p, 8);
     if (x0 < 0 || y0 < 0 || width < 1 || height < 1 || x0 + width > r->width || y0 + height > r->height) {
@@ -129,11 +132,13 @@ static void take_update(packet *p)
         if (offsets[c] < 0 || strides[c] < 1) r->wrong = "an offset or a stride";
         if (last + 1 > values) values = last + 1;
     }
-    if (p->end - p->at != (ptrdiff_t)(4 * values)) r->wrong = "the number of values is not that of offsets and strides";
+    if (p->end - p->at != (ptrdiff_t)(4 * values))
+        r->wrong = "the number of values is not that of offsets and strides";
     if (r->wrong) return;
     for (int c = 0; c < CHANNELS; c++)
         for (int64_t i = 0; i < width * height; i++)
-            memcpy(&r->image[c][(y0 + i / width) * r->width + x0 + i % width], p->at + 4 * (offsets[c] + strides[c] * i), 4);
+            memcpy(&r->image[c][(y0 + i / width) * r->width + x0 + i % width],
+                   p->at + 4 * (offsets[c] + strides[c] * i), 4);
     r->pixels += width * height;
     r->updates++;
 }
@@ -171,7 +176,7 @@ static void *receive(void *user)
     return NULL;
 }
 
-/* ---- Pictures ----------------------------------------------------------------------------------------------------------- */
+/* ---- Pictures -------------------------------------------------------------------------------------------------- */
 
 /* Renders for a while; the last picture tells 77. */
 static void render_for_tev(receiver *r, const char *host, double seconds)
@@ -190,8 +195,8 @@ static void render_for_tev(receiver *r, const char *host, double seconds)
     assert_true(ca_clock_seconds() - start < seconds + 3.0);
     ca_live_fake_close();
     pthread_join(thread, NULL);
-    print_message("tev got %.2f pictures of %ux%u in %d packets in %g s\n", (double)r->pixels / (double)(r->width * r->height),
-                  fake.width, fake.height, r->updates, seconds);
+    print_message("tev got %.2f pictures of %ux%u in %d packets in %g s\n",
+                  (double)r->pixels / (double)(r->width * r->height), fake.width, fake.height, r->updates, seconds);
     if (r->wrong) fail_msg("not as tev has it: %s", r->wrong);
 }
 
@@ -245,7 +250,7 @@ static void test_large(void **state)
     }
 }
 
-/* ---- Trouble -------------------------------------------------------------------------------------------------------------- */
+/* ---- Trouble --------------------------------------------------------------------------------------------------- */
 
 /* One that accepts, and then is gone: the render goes on, and its end does not wait. */
 static void test_dies(void **state)
@@ -305,7 +310,8 @@ static void test_hangs(void **state)
 
 static void assert_refused(const char *tev, ca_status expected, const char *words)
 {
-    const ca_live_settings settings = {.title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .tev = tev};
+    const ca_live_settings settings = {
+        .title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .tev = tev};
     ca_error error = {""};
     ca_live *live;
     assert_int_equal(ca_live_create(&live, &settings, &error), expected);
@@ -321,8 +327,10 @@ static void test_refusals(void **state)
     snprintf(place, sizeof place, "127.0.0.1:%d", r.port);
     close_receiver(&r);
     assert_refused(place, CA_ERROR_FILE, "tev at 127.0.0.1");
-    static const char *const places[] = {"localhost", ":14158", "localhost:", "localhost:0", "localhost:65536", "localhost:1x"};
-    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) assert_refused(places[i], CA_ERROR_ARGUMENT, "is not HOST:PORT");
+    static const char *const places[] = {
+        "localhost", ":14158", "localhost:", "localhost:0", "localhost:65536", "localhost:1x"};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
+        assert_refused(places[i], CA_ERROR_ARGUMENT, "is not HOST:PORT");
 }
 
 /* Each allocation fails once: a message, and nothing is left. */
@@ -332,7 +340,8 @@ static void test_no_memory(void **state)
     receiver r = open_receiver(1, 1);
     char place[64];
     snprintf(place, sizeof place, "127.0.0.1:%d", r.port);
-    const ca_live_settings settings = {.title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .tev = place};
+    const ca_live_settings settings = {
+        .title = "", .save = ca_live_fake_save, .is_interrupted = ca_live_fake_interrupted, .tev = place};
     for (long allowed = 0;; allowed++) {
         ca_live *live;
         ca_error error = {""};

@@ -11,7 +11,10 @@
 
 #include <cmocka.h>
 
-enum { SMOOTH_REFLECTION = CA_SCATTER_SMOOTH | CA_SCATTER_REFLECTION, NULL_EVENT = CA_SCATTER_NULL | CA_SCATTER_DIRAC };
+enum {
+    SMOOTH_REFLECTION = CA_SCATTER_SMOOTH | CA_SCATTER_REFLECTION,
+    NULL_EVENT = CA_SCATTER_NULL | CA_SCATTER_DIRAC
+};
 
 /* All texture ids CA_NONE. */
 static ca_material node(ca_material_kind kind, ca_material_id first, ca_material_id second)

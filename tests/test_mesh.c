@@ -1,4 +1,5 @@
-/* Triangle meshes: the built-in shapes, maps, smooth normals, attributes and the checks that everything else relies on. */
+/* Triangle meshes: the built-in shapes, maps, smooth normals, attributes and the checks that everything else relies
+ * on. */
 #include "base/memory.h"
 #include "geometry/mesh.h"
 
@@ -124,8 +125,8 @@ static void outside_stays_outside_under_any_map(void **unused)
     }
 }
 
-/* A cube of 8 shared corners: weighted by angle, the normals are the diagonals however its squares are cut; weighted by
- * area or count they would not be. */
+/* A cube of 8 shared corners: weighted by angle, the normals are the diagonals however its squares are cut; weighted
+ * by area or count they would not be. */
 static void smooth_normals_do_not_see_the_triangulation(void **unused)
 {
     (void)unused;

@@ -65,7 +65,7 @@ static void assert_indices(const ca_mesh *mesh, const uint32_t *expected, size_t
 static const float square_positions[15] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0.5f, 0};
 static const float up[15] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
 
-/* ---- OBJ --------------------------------------------------------------------------------------------------------- */
+/* ---- OBJ ------------------------------------------------------------------------------------------------------- */
 
 static void obj_values(void **unused)
 {
@@ -152,8 +152,10 @@ static void obj_errors_name_the_place(void **unused)
 {
     (void)unused;
     assert_refused_text("d.obj", "v 0 0 0\nv 1 0\n", ":2:6: expected a position of three numbers");
-    assert_refused_text("d.obj", "v 0 0 0x1\n", ":1:7: expected a number for a position of three numbers, not \"0x1\"");
-    assert_refused_text("d.obj", "v 0 0 1,5\n", ":1:7: expected a number for a position of three numbers, not \"1,5\"");
+    assert_refused_text("d.obj", "v 0 0 0x1\n",
+                        ":1:7: expected a number for a position of three numbers, not \"0x1\"");
+    assert_refused_text("d.obj", "v 0 0 1,5\n",
+                        ":1:7: expected a number for a position of three numbers, not \"1,5\"");
     assert_refused_text("d.obj", "v 0 0 1e99\n",
                         ":1:7: expected a number for a position of three numbers, not \"1e99\"");
     assert_refused_text("d.obj", "v 0 0 -3.4028236e38\n", /* past half a step above FLT_MAX */
@@ -177,7 +179,7 @@ static void obj_errors_name_the_place(void **unused)
     assert_string_equal(error.message, "/nowhere/at/all.obj: cannot open this mesh: No such file or directory");
 }
 
-/* ---- PLY --------------------------------------------------------------------------------------------------------- */
+/* ---- PLY ------------------------------------------------------------------------------------------------------- */
 
 /* Of a file that sample_ply made, of whatever format. */
 static void check_ply(sample_bytes ply)
@@ -205,8 +207,8 @@ static void check_ply(sample_bytes ply)
         assert_float_equal(mark->values[v], -100.0f * (float)v, 0.0f);
         for (uint32_t c = 0; c < 3; ++c) {
             assert_float_equal(heat->values[3 * v + c], (float)v + 0.5f * (float)c, 0.0f);
-            assert_float_equal(color->values[3 * v + c], ca_srgb_to_linear((50.0f * (float)v + 10.0f * (float)c) / 255.0f),
-                               1e-6f);
+            assert_float_equal(color->values[3 * v + c],
+                               ca_srgb_to_linear((50.0f * (float)v + 10.0f * (float)c) / 255.0f), 1e-6f);
         }
     }
     assert_floats(weight->values, weights, 3, 0.0); /* both triangles of the square have the square's */
@@ -257,12 +259,14 @@ static void ply_errors_name_the_place(void **unused)
 {
     (void)unused;
     assert_refused_text("e.ply", "plx\n", ":1:1: expected \"ply\" in the PLY header, not \"plx\"");
-    assert_refused_text("e.ply", "ply\nformat ascii 1.1\n", ":2:14: expected version 1.0 in the PLY header, not \"1.1\"");
+    assert_refused_text("e.ply", "ply\nformat ascii 1.1\n",
+                        ":2:14: expected version 1.0 in the PLY header, not \"1.1\"");
     assert_refused_text("e.ply", "ply\nproperty float x\n",
                         ":2:1: expected an element before its properties in the PLY header, not \"property\"");
     assert_refused_text("e.ply", "ply\nelement vertex -1\n", ":2:16: expected a count in the PLY header, not \"-1\"");
-    assert_refused_text("e.ply", "ply\nelement v 1\nproperty half x\n",
-                        ":3:10: expected a type (char to uint, float, double) or list in the PLY header, not \"half\"");
+    assert_refused_text(
+        "e.ply", "ply\nelement v 1\nproperty half x\n",
+        ":3:10: expected a type (char to uint, float, double) or list in the PLY header, not \"half\"");
     assert_refused_text("e.ply", "ply\nelement v 1\nproperty float x\nproperty int x\n",
                         ":4:1: the property \"x\" of \"v\" is there twice");
     assert_refused_text("e.ply", "ply\nformat ascii 1.0\n", ":3:1: the PLY header has no line \"end_header\"");
@@ -286,14 +290,21 @@ static void ply_errors_name_the_place(void **unused)
                         ":7:1: 99999999999999999 times \"face\" do not fit in the file");
     assert_refused_text("e.ply", PLY_HEADER("1", "99999999999999999999") "0 0 0\n",
                         ":7:14: expected a count in the PLY header, not \"99999999999999999999\"");
-    static const char binary[] = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y"
-                                 "\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n"
-                                 "\0\0\0\0" "\0\0\0\0" "\0\0\0\0" "\3" "\0\0\0\0" "\0\0\0\0" "\0\0\0";
+    static const char binary[] =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y"
+        "\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n"
+        "\0\0\0\0"
+        "\0\0\0\0"
+        "\0\0\0\0"
+        "\3"
+        "\0\0\0\0"
+        "\0\0\0\0"
+        "\0\0\0";
     assert_refused("e.ply", binary, sizeof binary - 1,
                    ": expected the length of a list that fits in the file at byte 180 (face 0)");
 }
 
-/* ---- serialized -------------------------------------------------------------------------------------------------- */
+/* ---- serialized ------------------------------------------------------------------------------------------------ */
 
 static void check_serialized(unsigned version, bool doubles)
 {
@@ -380,10 +391,11 @@ static void serialized_flags_and_errors(void **unused)
                    ": the mesh is damaged or ends too early at its checksum");
     sample_free(&file);
     assert_refused("f.serialized", "\x1c\x04\x05\x00", 4, ": expected version 3 or 4 of a serialized mesh, not 5");
-    assert_refused("f.serialized", "\x1c\x05\x04\x00", 4, ": expected the mark 0x041c of a serialized mesh at byte 0");
+    assert_refused("f.serialized", "\x1c\x05\x04\x00", 4,
+                   ": expected the mark 0x041c of a serialized mesh at byte 0");
 }
 
-/* ---- all --------------------------------------------------------------------------------------------------------- */
+/* ---- all ------------------------------------------------------------------------------------------------------- */
 
 /* Cut at every byte: refused with a message, or, where only the end of the text is missing, read. */
 static void truncated_files_are_refused(void **unused)
@@ -419,12 +431,14 @@ static void every_allocation_may_fail(void **unused)
 static bool set_comma(void)
 {
     static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
-    static const char definition[] = "LC_NUMERIC\ndecimal_point \"<U002C>\"\nthousands_sep \"<U002E>\"\ngrouping 3;3\nEND LC_NUMERIC\n";
+    static const char definition[] =
+        "LC_NUMERIC\ndecimal_point \"<U002C>\"\nthousands_sep \"<U002E>\"\ngrouping 3;3\nEND LC_NUMERIC\n";
     char command[512];
     for (size_t i = 0; i < 4; ++i)
         if (setlocale(LC_ALL, names[i])) return true;
     sample_write(path_to("comma.txt"), definition, strlen(definition));
-    snprintf(command, sizeof command, "localedef -c -i '%s' '%s/comma' >/dev/null 2>&1", path_to("comma.txt"), folder);
+    snprintf(command, sizeof command, "localedef -c -i '%s' '%s/comma' >/dev/null 2>&1", path_to("comma.txt"),
+             folder);
     if (system(command) < 0) return false; /* it complains of all that such a locale lacks */
     setenv("LOCPATH", folder, 1);
     const bool set = setlocale(LC_NUMERIC, "comma") != NULL;
@@ -445,7 +459,8 @@ static void numbers_do_not_depend_on_the_locale(void **unused)
     obj_values(NULL);
     check_ply(ply);
     /* One with so many digits that it goes another way. */
-    static const char text[] = "v 0.12345678901234567890123 -2.50000000000000000000001e-1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    static const char text[] =
+        "v 0.12345678901234567890123 -2.50000000000000000000001e-1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     ca_mesh mesh;
     ca_error error = {{0}};
     if (import_bytes("l.obj", text, sizeof text - 1, &mesh, &error) != CA_OK) fail_msg("%s", error.message);
@@ -463,10 +478,27 @@ static int restore_locale(void **unused)
 static void numbers_are_rounded_as_strtof_does(void **unused)
 {
     (void)unused;
-    static const char *const numbers[] = {
-        "0",    "-0",       "1",          ".5",     "5.",         "123456789012345", "0.12345678901",  "0.123456789012",
-        "1e10", "-1.5E-20", "+3",         "1e-45",  "3.4028235e38", "-3.40282356e38", "0.1",           "16777217",       "-0.000001",
-        "9007199254740993", "3.14159265358979323846264338327950288", "1.1754943508e-38", "00001.5000"};
+    static const char *const numbers[] = {"0",
+                                          "-0",
+                                          "1",
+                                          ".5",
+                                          "5.",
+                                          "123456789012345",
+                                          "0.12345678901",
+                                          "0.123456789012",
+                                          "1e10",
+                                          "-1.5E-20",
+                                          "+3",
+                                          "1e-45",
+                                          "3.4028235e38",
+                                          "-3.40282356e38",
+                                          "0.1",
+                                          "16777217",
+                                          "-0.000001",
+                                          "9007199254740993",
+                                          "3.14159265358979323846264338327950288",
+                                          "1.1754943508e-38",
+                                          "00001.5000"};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; ++i) {
         char text[256];
         snprintf(text, sizeof text, "v %s 0 0\nf 1 1 1\n", numbers[i]);

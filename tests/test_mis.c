@@ -1,4 +1,5 @@
-/* Weights against a brute-force enumeration of all techniques, over random paths that are split in every possible way. */
+/* Weights against a brute-force enumeration of all techniques, over random paths that are split in every possible
+ * way. */
 #include "support/mis_oracle.h"
 
 #include <setjmp.h>
@@ -26,13 +27,15 @@ static void check_equal(const comparison *of, const char *what, uint32_t index, 
     /* Below this a float has no relative precision, and no image would show it. */
     const double least = 1e-30;
     if (fabs(got - expected) <= TOLERANCE * fabs(expected) + least) return;
-    print_error("%s [%u] of a path with n = %u split after s = %u for %s, reuse kind %d: %.9g instead of %.9g\n", what, index,
-                of->path->n, of->s, ca_technique_name(of->technique), (int)of->rules->reuse.kind, got, expected);
+    print_error("%s [%u] of a path with n = %u split after s = %u for %s, reuse kind %d: %.9g instead of %.9g\n",
+                what, index, of->path->n, of->s, ca_technique_name(of->technique), (int)of->rules->reuse.kind, got,
+                expected);
     fail();
 }
 
 /* The densities relative to D_s. */
-static void check_densities(const comparison *of, const ca_mis_path *split, const double *splits, const double *merges)
+static void check_densities(const comparison *of, const ca_mis_path *split, const double *splits,
+                            const double *merges)
 {
     const uint32_t n = of->path->n;
     const double scale = 1.0 / ca_oracle_density(of->path, of->s);
@@ -44,7 +47,10 @@ static void check_densities(const comparison *of, const ca_mis_path *split, cons
 
 static ca_technique technique_of_split(uint32_t n, uint32_t k)
 {
-    return k == n ? CA_TECHNIQUE_HIT : k == n - 1 ? CA_TECHNIQUE_NEXT_EVENT : k == 1 ? CA_TECHNIQUE_SPLAT : CA_TECHNIQUE_CONNECT;
+    return k == n       ? CA_TECHNIQUE_HIT
+           : k == n - 1 ? CA_TECHNIQUE_NEXT_EVENT
+           : k == 1     ? CA_TECHNIQUE_SPLAT
+                        : CA_TECHNIQUE_CONNECT;
 }
 
 /* Checks one technique's weight and gives it. */
@@ -109,7 +115,8 @@ static void test_hit_left_out(void **state)
         const ca_full_path path = ca_random_path(&random);
         double splits[CA_FULL_PATH_MAX + 1], merges[CA_FULL_PATH_MAX];
         ca_oracle_techniques(&rules, &path, splits, merges);
-        if (path.pdf_camera[path.n - 1] == 0.0f || ca_oracle_density(&path, path.n) == 0.0 || splits[path.n] > 0.0) continue;
+        if (path.pdf_camera[path.n - 1] == 0.0f || ca_oracle_density(&path, path.n) == 0.0 || splits[path.n] > 0.0)
+            continue;
         ca_split_path split;
         ca_split(&path, &rules.reuse, path.n, CA_TECHNIQUE_HIT, &random, &split);
         assert_true(ca_mis_weight(&rules, &split.path, CA_TECHNIQUE_HIT) == 0.0f);

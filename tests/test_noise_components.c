@@ -1,5 +1,6 @@
-/* The three-term law from sums: against computations over all iterations' values, against a model whose variance is known for
- * any number of paths, its standard errors against the scatter of many repeats; what is negative or unknown. */
+/* The three-term law from sums: against computations over all iterations' values, against a model whose variance is
+ * known for any number of paths, its standard errors against the scatter of many repeats; what is negative or
+ * unknown. */
 #include "noise/components.h"
 #include "support/test_random.h"
 
@@ -27,7 +28,8 @@ static double normal(void)
 
 static void assert_close(const char *what, double value, double expected, double tolerance)
 {
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.12g, not %.12g +- %.3g", what, value, expected, tolerance);
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%s is %.12g, not %.12g +- %.3g", what, value, expected, tolerance);
 }
 
 static void add(ca_pair_pixel *pixel, const double q[CA_PAIR_QUANTITIES])
@@ -61,7 +63,7 @@ static void draw(int iterations, double mean, double scatter)
     }
 }
 
-/* ---- From sums as from all values --------------------------------------------------------------------------------- */
+/* ---- From sums as from all values ------------------------------------------------------------------------------ */
 
 static double mean_of(const double *values, int count)
 {
@@ -135,14 +137,15 @@ static void test_terms_as_from_all_values(void **state)
         assert_value("light", t.light, expected_value(iterations, (const double[]){0, 0, 0, l}, -l));
         assert_value("predicted", t.predicted, expected_value(iterations, (const double[]){0, p, c, l}, -p - c - l));
         for (int k = 0; k < iterations; k++) values[k] = quantities[k][CA_PAIR_VALUE];
-        const double s2 = central_moment(values, iterations, 2) * n / (n - 1), m4 = central_moment(values, iterations, 4);
+        const double s2 = central_moment(values, iterations, 2) * n / (n - 1),
+                     m4 = central_moment(values, iterations, 4);
         assert_close("measured", t.measured.value, s2, 1e-10 * s2);
         const double error = sqrt((m4 - s2 * s2 * (n - 3) / (n - 1)) / n);
         assert_close("error of measured", t.measured.error, error, 1e-6 * error);
     }
 }
 
-/* ---- A model whose variance is known ------------------------------------------------------------------------------ */
+/* ---- A model whose variance is known --------------------------------------------------------------------------- */
 
 enum { MODEL_LIGHT = 4, MODEL_CAMERA = 6, MODEL_ITERATIONS = 4000 };
 static const double light_variance = 0.5, camera_variance = 1.5, pair_variance = 8.0;
@@ -198,7 +201,7 @@ static void test_law_of_a_model(void **state)
     assert_within("measured", ca_noise_terms_of(&pixel, 9, 9).measured, model_variance(MODEL_LIGHT, MODEL_CAMERA));
 }
 
-/* ---- Bias and errors ---------------------------------------------------------------------------------------------- */
+/* ---- Bias and errors ------------------------------------------------------------------------------------------- */
 
 /* With three iterations the square of the mean would be off by a third of the variance. */
 static void test_luminance2_is_unbiased(void **state)
@@ -262,7 +265,7 @@ static void test_errors_against_scatter(void **state)
     }
 }
 
-/* ---- What is unknown, negative, black ----------------------------------------------------------------------------- */
+/* ---- What is unknown, negative, black -------------------------------------------------------------------------- */
 
 static void test_one_camera_path(void **state)
 {
@@ -286,7 +289,8 @@ static void test_black(void **state)
     memset(quantities, 0, sizeof quantities);
     const ca_pair_pixel pixel = pixel_of(5);
     const ca_noise_terms t = ca_noise_terms_of(&pixel, 10, 3);
-    assert_true(t.predicted.value == 0.0 && t.predicted.error == 0.0 && t.measured.value == 0.0 && t.measured.error == 0.0);
+    assert_true(t.predicted.value == 0.0 && t.predicted.error == 0.0 && t.measured.value == 0.0 &&
+                t.measured.error == 0.0);
 }
 
 /* Pixels of 2 iterations with the values 1 and 3 (L^2 = 3, variance 2) and constant C, B, F. */

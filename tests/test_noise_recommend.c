@@ -1,5 +1,6 @@
-/* Recommended numbers of paths: better, by the same estimates, than a grid of others; the closed form where there is one camera
- * path; the same for any number of threads while times are given; times that are measured; what is refused; failures of memory. */
+/* Recommended numbers of paths: better, by the same estimates, than a grid of others; the closed form where there is
+ * one camera path; the same for any number of threads while times are given; times that are measured; what is
+ * refused; failures of memory. */
 #include "base/memory.h"
 #include "noise/ray_map.h"
 #include "render/noise.h"
@@ -17,15 +18,18 @@
 /* A floor and a wall under a small lamp: pixels of either kind differ in all components. */
 static const char *const room_text =
     "<scene version=\"3.0.0\">\n"
-    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"4\"/><float name=\"radius\" value=\"0.4\"/></integrator>\n"
+    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"4\"/><float name=\"radius\" "
+    "value=\"0.4\"/></integrator>\n"
     "  <sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/>\n"
     "    <transform name=\"to_world\"><lookat origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform>\n"
     "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"10\"/><integer name=\"height\" value=\"8\"/>"
     "<rfilter type=\"box\"/></film>\n"
     "  </sensor>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"3\"/></transform>"
+    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale "
+    "value=\"3\"/></transform>"
     "</shape>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate z=\"-2\"/></transform></shape>\n"
+    "  <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate "
+    "z=\"-2\"/></transform></shape>\n"
     "  <emitter type=\"point\"><point name=\"position\" value=\"0.5,2.5,0.5\"/><rgb name=\"intensity\" value=\"40\"/>"
     "</emitter>\n"
     "</scene>\n";
@@ -42,15 +46,17 @@ static ca_render_settings settings_with(const char *integrator, uint32_t camera_
     return settings;
 }
 
-static ca_noise *measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations, ca_image_layers **image)
+static ca_noise *measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
+                         ca_image_layers **image)
 {
     ca_noise *noise = NULL;
     ca_error error = {""};
-    if (ca_noise_measure(scene, settings, iterations, &noise, image, NULL, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_noise_measure(scene, settings, iterations, &noise, image, NULL, &error) != CA_OK)
+        fail_msg("%s", error.message);
     return noise;
 }
 
-/* ---- Times that are given ------------------------------------------------------------------------------------------- */
+/* ---- Times that are given -------------------------------------------------------------------------------------- */
 
 static const ca_ray_costs known_costs = {.iteration = 2e-5, .light_path = 1e-6, .segment = 4e-7, .candidate = 1e-7};
 
@@ -72,8 +78,9 @@ static double known_time(double light_paths, const uint32_t *map, double camera_
 {
     double time = known_costs.iteration + light_paths * known_costs.light_path;
     for (uint32_t i = 0; i < PIXELS; i++)
-        time += (map ? map[i] : camera_paths) * (segments_of(i % WIDTH, i / WIDTH) * known_costs.segment +
-                                                 candidates_of(i % WIDTH, i / WIDTH) * known_costs.candidate / 1000.0 * light_paths);
+        time += (map ? map[i] : camera_paths) *
+                (segments_of(i % WIDTH, i / WIDTH) * known_costs.segment +
+                 candidates_of(i % WIDTH, i / WIDTH) * known_costs.candidate / 1000.0 * light_paths);
     return time;
 }
 
@@ -82,14 +89,16 @@ static ca_ray_numbers choose(const ca_noise *noise, ca_ray_objective objective)
     ca_ray_times *times = known_times();
     ca_ray_numbers numbers;
     ca_error error = {""};
-    if (ca_noise_choose(noise, times, &known_costs, objective, &numbers, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_noise_choose(noise, times, &known_costs, objective, &numbers, &error) != CA_OK)
+        fail_msg("%s", error.message);
     ca_ray_times_destroy(times);
     return numbers;
 }
 
 static void assert_close(const char *what, double value, double expected, double relative)
 {
-    if (!(fabs(value - expected) <= relative * fabs(expected))) fail_msg("%s is %.9g, not %.9g", what, value, expected);
+    if (!(fabs(value - expected) <= relative * fabs(expected)))
+        fail_msg("%s is %.9g, not %.9g", what, value, expected);
 }
 
 static double predicted(const ca_noise *noise, uint32_t light_paths, uint32_t camera_paths)
@@ -107,13 +116,15 @@ static void assert_better_than_grid(const ca_noise *noise, const ca_ray_numbers 
     for (int i = 10; i <= 50; i++)
         for (uint32_t camera_paths = 1; camera_paths <= most_camera_paths; camera_paths++) {
             const double light_paths = round(pow(10.0, i / 10.0));
-            const double cost = predicted(noise, (uint32_t)light_paths, camera_paths) * known_time(light_paths, NULL, camera_paths);
+            const double cost =
+                predicted(noise, (uint32_t)light_paths, camera_paths) * known_time(light_paths, NULL, camera_paths);
             least = fmin(least, cost);
         }
     assert_true(best <= uniform * (1.0 + 1e-9));
     if (!(uniform <= least * (1.0 + 1e-4) && uniform > 0.9 * least))
         fail_msg("uniform numbers cost %.6g, the best of the grid %.6g", uniform, least);
-    assert_close("the variance given", n->given.variance, predicted(noise, LIGHT_PATHS, (uint32_t)lround(n->given.camera_paths)), 1e-6);
+    assert_close("the variance given", n->given.variance,
+                 predicted(noise, LIGHT_PATHS, (uint32_t)lround(n->given.camera_paths)), 1e-6);
     assert_close("the variance of uniform numbers", n->uniform.variance,
                  predicted(noise, (uint32_t)n->uniform.light_paths, (uint32_t)lround(n->uniform.camera_paths)), 1e-6);
     assert_close("the time of the map", n->best.time, known_time(n->best.light_paths, n->camera_paths, 0.0), 1e-9);
@@ -137,7 +148,8 @@ static void test_against_a_grid(void **state)
     for (int objective = 0; objective < 3; objective++) {
         ca_ray_numbers other = choose(noise, (ca_ray_objective)objective);
         assert_true(other.gain_over_uniform >= 1.0 && other.gain_over_given >= 1.0);
-        assert_true((memcmp(other.camera_paths, numbers.camera_paths, sizeof(uint32_t) * PIXELS) != 0) == (objective > 0));
+        assert_true((memcmp(other.camera_paths, numbers.camera_paths, sizeof(uint32_t) * PIXELS) != 0) ==
+                    (objective > 0));
         ca_ray_numbers_destroy(&other);
     }
     ca_ray_numbers_destroy(&numbers);
@@ -162,7 +174,8 @@ static void test_light_paths_only(void **state)
         for (int p = 0; p < PIXELS; p++) assert_int_equal(numbers.camera_paths[p], 1);
         assert_true(numbers.best.light_paths == numbers.uniform.light_paths);
         /* V = alpha / N_F + beta, T = gamma + N_F delta. */
-        const double v1 = predicted(noise, 1, 1), v2 = predicted(noise, 1u << 30, 1), beta = v2 - v1 / 0x1p30, alpha = v1 - beta;
+        const double v1 = predicted(noise, 1, 1), v2 = predicted(noise, 1u << 30, 1), beta = v2 - v1 / 0x1p30,
+                     alpha = v1 - beta;
         const double gamma = known_time(0.0, NULL, 1.0), delta = known_time(1.0, NULL, 1.0) - gamma;
         assert_close("N_F", numbers.best.light_paths, sqrt(alpha * gamma / (beta * delta)), 1e-3);
         ca_ray_numbers_destroy(&numbers);
@@ -183,13 +196,14 @@ static void test_threads(void **state)
         ca_noise_release(noise);
     }
     assert_memory_equal(numbers[0].camera_paths, numbers[1].camera_paths, sizeof(uint32_t) * PIXELS);
-    assert_true(numbers[0].best.light_paths == numbers[1].best.light_paths && numbers[0].best.variance == numbers[1].best.variance);
+    assert_true(numbers[0].best.light_paths == numbers[1].best.light_paths &&
+                numbers[0].best.variance == numbers[1].best.variance);
     ca_ray_numbers_destroy(&numbers[0]);
     ca_ray_numbers_destroy(&numbers[1]);
     ca_scene_release(scene);
 }
 
-/* ---- Times that are measured ---------------------------------------------------------------------------------------- */
+/* ---- Times that are measured ----------------------------------------------------------------------------------- */
 
 static void assert_plausible(const ca_noise_recommendation *r)
 {
@@ -198,7 +212,8 @@ static void assert_plausible(const ca_noise_recommendation *r)
     /* From ten nanoseconds to a millisecond: wherever this runs. */
     assert_true(t->light_path > 1e-8 && t->light_path < 1e-3 && t->camera_path < 1e-3);
     /* Of so few one kind may seem to cost nothing. */
-    assert_true(t->camera_path >= 0.0 && t->candidate >= 0.0 && t->candidate < 1e-3 && t->candidate_error > 0.0 && t->camera_path_error > 0.0);
+    assert_true(t->camera_path >= 0.0 && t->candidate >= 0.0 && t->candidate < 1e-3 && t->candidate_error > 0.0 &&
+                t->camera_path_error > 0.0);
     assert_true(t->segments_per_camera_path > 1.0 && t->segments_per_camera_path < 4.0);
     assert_true(t->candidates_per_pair > 0.0 && t->candidates_per_pair < 2.0);
     assert_true(r->given.light_paths == LIGHT_PATHS && r->given.camera_paths == CAMERA_PATHS);
@@ -206,9 +221,10 @@ static void assert_plausible(const ca_noise_recommendation *r)
     assert_true(r->fewest_camera_paths >= 1 && r->fewest_camera_paths <= r->best.camera_paths &&
                 r->best.camera_paths <= r->most_camera_paths && !r->light_paths_only);
     assert_true(r->gain_over_given >= 1.0 && r->gain_over_uniform >= 1.0);
-    assert_close("the gain", r->gain_over_given, r->given.variance * r->given.seconds / (r->best.variance * r->best.seconds), 1e-6);
-    assert_close("the gain", r->gain_over_uniform, r->uniform.variance * r->uniform.seconds / (r->best.variance * r->best.seconds),
-                 1e-6);
+    assert_close("the gain", r->gain_over_given,
+                 r->given.variance * r->given.seconds / (r->best.variance * r->best.seconds), 1e-6);
+    assert_close("the gain", r->gain_over_uniform,
+                 r->uniform.variance * r->uniform.seconds / (r->best.variance * r->best.seconds), 1e-6);
 }
 
 static void assert_map(const ca_image_layers *image, const ca_noise_recommendation *r)
@@ -247,7 +263,7 @@ static void test_recommendation(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Interrupted, and with little memory ---------------------------------------------------------------------------- */
+/* ---- Interrupted, and with little memory ----------------------------------------------------------------------- */
 
 typedef struct caller {
     uint32_t asked, patience; /* so often it says "go on" */
@@ -280,7 +296,8 @@ static void test_interrupted(void **state)
         ca_noise_recommendation r = {.best.light_paths = 7};
         ca_error error = {""};
         settings.progress_user = &c;
-        if (ca_noise_recommend(noise, scene, &settings, NULL, image, &r, &error) != CA_OK) fail_msg("%s", error.message);
+        if (ca_noise_recommend(noise, scene, &settings, NULL, image, &r, &error) != CA_OK)
+            fail_msg("%s", error.message);
         assert_true(r.interrupted && r.best.light_paths == 0 && r.times.light_paths == 0);
         assert_int_equal(c.asked, patience + 1);
         assert_int_equal(image->channel_count, layers);
@@ -315,7 +332,8 @@ static void test_limited_memory(void **state)
         ca_noise *limited = NULL;
         const ca_status status = ca_noise_measure(scene, &settings, 4, &limited, NULL, NULL, &error);
         if (status != CA_OK) continue; /* not even those measured fit */
-        if (ca_noise_recommend(limited, scene, &settings, NULL, NULL, &r, &error) != CA_OK) fail_msg("%s", error.message);
+        if (ca_noise_recommend(limited, scene, &settings, NULL, NULL, &r, &error) != CA_OK)
+            fail_msg("%s", error.message);
         assert_true(r.most_light_paths >= 3000 && r.most_light_paths <= 128 * 3000 && r.most_light_paths >= last);
         /* A light path takes more than 100 bytes. */
         assert_true(r.most_light_paths == 3000 || r.most_light_paths < settings.memory_mib * 0x1p20 / 100.0);
@@ -329,7 +347,7 @@ static void test_limited_memory(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- What is refused, defaults, memory ------------------------------------------------------------------------------ */
+/* ---- What is refused, defaults, memory ------------------------------------------------------------------------- */
 
 static void test_refusals(void **state)
 {
@@ -340,7 +358,8 @@ static void test_refusals(void **state)
     ca_noise_recommendation r;
     ca_error error = {""};
     assert_int_equal(ca_noise_recommend(noise, scene, &settings, "median", NULL, &r, &error), CA_ERROR_ARGUMENT);
-    assert_string_equal(error.message, "the objective \"median\" is not known; there are mean, relative, worst-decile");
+    assert_string_equal(error.message,
+                        "the objective \"median\" is not known; there are mean, relative, worst-decile");
     ca_render_settings others[4] = {settings, settings, settings, settings};
     others[0].light_paths++;
     others[1].camera_paths++;
@@ -367,7 +386,10 @@ static void test_default_numbers(void **state)
     static const struct {
         const char *integrator;
         uint32_t light_paths, camera_paths;
-    } cases[] = {{NULL, 30000, 4}, {"ppm", 30000, 1}, {"bdpm:light_paths=70", 70, 4}, {"bdpm:camera_paths=9,light_paths=0", PIXELS, 9}};
+    } cases[] = {{NULL, 30000, 4},
+                 {"ppm", 30000, 1},
+                 {"bdpm:light_paths=70", 70, 4},
+                 {"bdpm:camera_paths=9,light_paths=0", PIXELS, 9}};
     ca_scene *scene = scene_from_text(room_text);
     for (int i = 0; i < 4; i++) {
         ca_render_settings settings = settings_with(cases[i].integrator, 0, 1);
@@ -405,9 +427,11 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_a_grid), cmocka_unit_test(test_light_paths_only), cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_recommendation), cmocka_unit_test(test_refusals),         cmocka_unit_test(test_default_numbers),
-        cmocka_unit_test(test_memory),         cmocka_unit_test(test_interrupted),      cmocka_unit_test(test_limited_memory),
+        cmocka_unit_test(test_against_a_grid), cmocka_unit_test(test_light_paths_only),
+        cmocka_unit_test(test_threads),        cmocka_unit_test(test_recommendation),
+        cmocka_unit_test(test_refusals),       cmocka_unit_test(test_default_numbers),
+        cmocka_unit_test(test_memory),         cmocka_unit_test(test_interrupted),
+        cmocka_unit_test(test_limited_memory),
     };
     return cmocka_run_group_tests_name("recommended numbers of paths", tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
-/* The law of noise where camera paths connect to light paths of their own, and light paths splat (docs/papers/000.md, sections B
- * and C): all outcomes of a few paths are enumerated, each with its estimators, so that expectations are exact; then films are drawn
- * from the same model. */
+/* The law of noise where camera paths connect to light paths of their own, and light paths splat (docs/papers/000.md,
+ * sections B and C): all outcomes of a few paths are enumerated, each with its estimators, so that expectations are
+ * exact; then films are drawn from the same model. */
 #include "film/pair_film.h"
 #include "noise/components.h"
 #include "support/sample_mean.h"
@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-/* ---- All outcomes --------------------------------------------------------------------------------------------------- */
+/* ---- All outcomes ---------------------------------------------------------------------------------------------- */
 
 /* A path is one of so many, equally likely. */
 enum { KINDS = 3, MOST_PATHS = 4 };
@@ -32,7 +32,8 @@ static model draw_model(ca_test_random *random)
         m.light_alone[x] = 3.0 * (double)ca_test_random_float(random);
         for (int y = 0; y < KINDS; y++) {
             for (int part = 0; part < 2; part++)
-                m.merge[x][y][part] = ca_test_random_u32(random) % 3 ? 4.0 * (double)ca_test_random_float(random) : 0.0;
+                m.merge[x][y][part] =
+                    ca_test_random_u32(random) % 3 ? 4.0 * (double)ca_test_random_float(random) : 0.0;
             m.connect[x][y] = ca_test_random_u32(random) % 4 ? 5.0 * (double)ca_test_random_float(random) : 0.0;
         }
     }
@@ -40,8 +41,8 @@ static model draw_model(ca_test_random *random)
 }
 
 /* One outcome: the kinds of all paths. Camera path j connects to light path (j + shift) mod N_F. */
-static ca_pair_moments outcome(ca_pair_sums *sums, const model *m, const int *light, uint32_t light_paths, const int *camera,
-                               uint32_t camera_paths, uint32_t shift)
+static ca_pair_moments outcome(ca_pair_sums *sums, const model *m, const int *light, uint32_t light_paths,
+                               const int *camera, uint32_t camera_paths, uint32_t shift)
 {
     ca_pair_sums_begin(sums, light_paths);
     for (uint32_t j = 0; j < camera_paths; j++) {
@@ -70,7 +71,8 @@ static expectations expectations_of(const model *m)
     double c_of_camera[KINDS] = {0}, c_of_light[KINDS] = {0}, d_of_camera[KINDS] = {0}, d_of_light[KINDS] = {0};
     for (int x = 0; x < KINDS; x++)
         for (int y = 0; y < KINDS; y++) {
-            const double c = m->merge[x][y][0] + m->merge[x][y][1] + m->alone[y] + m->light_alone[x], d = m->connect[x][y];
+            const double c = m->merge[x][y][0] + m->merge[x][y][1] + m->alone[y] + m->light_alone[x],
+                         d = m->connect[x][y];
             c_of_camera[y] += c / KINDS;
             c_of_light[x] += c / KINDS;
             d_of_camera[y] += d / KINDS;
@@ -95,7 +97,8 @@ static double law(const expectations *e, double nf, double nb)
 {
     const double own = (e->pair - e->c * e->c) / (nf * nb) + (1.0 - 1.0 / nf) * (e->camera - e->c * e->c) / nb +
                        (1.0 - 1.0 / nb) * (e->light - e->c * e->c) / nf;
-    const double cross = (e->with_pair - e->c * e->d) / (nf * nb) + (1.0 - 1.0 / nf) * (e->with_camera - e->c * e->d) / nb +
+    const double cross = (e->with_pair - e->c * e->d) / (nf * nb) +
+                         (1.0 - 1.0 / nf) * (e->with_camera - e->c * e->d) / nb +
                          (1.0 - 1.0 / nb) * (e->with_light - e->c * e->d) / nf;
     return own + (e->square - e->d * e->d) / nb + 2.0 * cross;
 }
@@ -112,12 +115,14 @@ enum { MEANS = 10 };
 
 static void add_moments(const ca_pair_moments *m, double weight, double means[MEANS])
 {
-    const double all[MEANS] = {m->value,  m->value * m->value,  m->pair,           m->camera,           m->light,
-                               m->connected, m->connected_square, m->connected_pair, m->connected_camera, m->connected_light};
+    const double all[MEANS] = {
+        m->value,     m->value * m->value, m->pair,           m->camera,           m->light,
+        m->connected, m->connected_square, m->connected_pair, m->connected_camera, m->connected_light};
     for (int q = 0; q < MEANS; q++) means[q] += weight * all[q];
 }
 
-static void check_enumeration(ca_pair_sums *sums, const model *m, uint32_t light_paths, uint32_t camera_paths, uint32_t shift)
+static void check_enumeration(ca_pair_sums *sums, const model *m, uint32_t light_paths, uint32_t camera_paths,
+                              uint32_t shift)
 {
     const uint32_t lights = power_of_kinds(light_paths), cameras = power_of_kinds(camera_paths);
     double means[MEANS] = {0};
@@ -131,13 +136,22 @@ static void check_enumeration(ca_pair_sums *sums, const model *m, uint32_t light
         }
     const expectations e = expectations_of(m);
     const double l = e.c + e.d;
-    const double expected[MEANS] = {l,     l * l + law(&e, light_paths, camera_paths), e.pair, e.camera, e.light, e.d, e.square,
-                                    e.with_pair, e.with_camera, e.with_light};
-    static const char *const names[MEANS] = {"value", "squared value", "C", "B", "F", "D", "P_DD", "P_CD", "B_CD", "F_CD"};
+    const double expected[MEANS] = {l,
+                                    l * l + law(&e, light_paths, camera_paths),
+                                    e.pair,
+                                    e.camera,
+                                    e.light,
+                                    e.d,
+                                    e.square,
+                                    e.with_pair,
+                                    e.with_camera,
+                                    e.with_light};
+    static const char *const names[MEANS] = {"value", "squared value", "C",    "B",    "F",
+                                             "D",     "P_DD",          "P_CD", "B_CD", "F_CD"};
     for (int q = 0; q < MEANS; q++)
         if (!(fabs(means[q] - expected[q]) <= 1e-12 * fabs(expected[q])) && !(camera_paths == 1 && isnan(means[q])))
-            fail_msg("%u light, %u camera paths: the mean of %s is %.17g, not %.17g", light_paths, camera_paths, names[q],
-                     means[q], expected[q]);
+            fail_msg("%u light, %u camera paths: the mean of %s is %.17g, not %.17g", light_paths, camera_paths,
+                     names[q], means[q], expected[q]);
 }
 
 static void test_enumeration(void **state)
@@ -155,10 +169,11 @@ static void test_enumeration(void **state)
     ca_pair_sums_destroy(sums);
 }
 
-/* ---- From iterations ------------------------------------------------------------------------------------------------ */
+/* ---- From iterations ------------------------------------------------------------------------------------------- */
 
 /* A film of one pixel whose paths are drawn from the model. */
-static void draw_film(ca_pair_sums *sums, const model *m, ca_test_random *random, uint32_t iterations, ca_pair_film *film)
+static void draw_film(ca_pair_sums *sums, const model *m, ca_test_random *random, uint32_t iterations,
+                      ca_pair_film *film)
 {
     assert_int_equal(ca_pair_film_create(film, (const uint32_t[4]){0, 0, 1, 1}, 4, 3, NULL), CA_OK);
     assert_int_equal(ca_pair_film_connect(film, NULL), CA_OK);
@@ -171,8 +186,8 @@ static void draw_film(ca_pair_sums *sums, const model *m, ca_test_random *random
     }
 }
 
-/* Predictions for the numbers measured with and for others, whose law is known here since nothing depends on the numbers: without
- * bias, from few iterations too; and their standard errors are what they scatter by. */
+/* Predictions for the numbers measured with and for others, whose law is known here since nothing depends on the
+ * numbers: without bias, from few iterations too; and their standard errors are what they scatter by. */
 static void check_predictions(ca_pair_sums *sums, const model *m, ca_test_random *random, const double counts[2])
 {
     enum { REPEATS = 3000, ITERATIONS = 50 };

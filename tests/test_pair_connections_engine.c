@@ -1,6 +1,6 @@
-/* What the bidirectional engine measures where camera paths connect to light paths of their own, and light paths splat: it changes
- * nothing of the image, tells its value, and the law of noise (docs/papers/000.md, sections B and C) holds against the variance there
- * is. Of the estimators alone: test_pair_connections.c. */
+/* What the bidirectional engine measures where camera paths connect to light paths of their own, and light paths
+ * splat: it changes nothing of the image, tells its value, and the law of noise (docs/papers/000.md, sections B and
+ * C) holds against the variance there is. Of the estimators alone: test_pair_connections.c. */
 #include "noise/components.h"
 #include "support/pair_render.h"
 #include "support/sample_mean.h"
@@ -15,26 +15,29 @@
 
 #include <cmocka.h>
 
-/* A room with walls, a ball and a lamp in view; the filter has negative lobes. Behind glass light is rare and bright, so that sums
- * of few iterations are skewed: for comparing variances the ball is matt. `more`: a second lamp, as strong, in a black shell, which
- * half of the light paths come from: they bring nothing, so that all that one brings hangs together. */
-#define ROOM(ball, more)                                                                                                             \
-    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"              \
-    "<lookat origin='0,0,0.95' target='0,-0.1,0' up='0,1,0'/></transform><film type='hdrfilm'>"                                \
-    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/>"                   \
-    "<rfilter type='mitchell'/></film></sensor>"                                                                               \
-    "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.8,0.7,0.5'/></bsdf></bsdf>" \
-    "</shape>"                                                                                                                 \
-    "<shape type='sphere'><float name='radius' value='0.3'/><point name='center' x='0.4' y='-0.6' z='-0.3'/>"                  \
-    "<bsdf type='" ball "'/></shape>"                                                                                          \
-    "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='100'/>"                       \
-    "<translate x='-0.3' y='0.5' z='-0.4'/></transform><emitter type='area'><rgb name='radiance' value='3,3,2'/></emitter>"    \
+/* A room with walls, a ball and a lamp in view; the filter has negative lobes. Behind glass light is rare and bright,
+ * so that sums of few iterations are skewed: for comparing variances the ball is matt. `more`: a second lamp, as
+ * strong, in a black shell, which half of the light paths come from: they bring nothing, so that all that one brings
+ * hangs together. */
+#define ROOM(ball, more)                                                                                             \
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"    \
+    "<lookat origin='0,0,0.95' target='0,-0.1,0' up='0,1,0'/></transform><film type='hdrfilm'>"                      \
+    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/>"       \
+    "<rfilter type='mitchell'/></film></sensor>"                                                                     \
+    "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' "                         \
+    "value='0.8,0.7,0.5'/></bsdf></bsdf>"                                                                            \
+    "</shape>"                                                                                                       \
+    "<shape type='sphere'><float name='radius' value='0.3'/><point name='center' x='0.4' y='-0.6' z='-0.3'/>"        \
+    "<bsdf type='" ball "'/></shape>"                                                                                \
+    "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='100'/>"             \
+    "<translate x='-0.3' y='0.5' z='-0.4'/></transform><emitter type='area'><rgb name='radiance' "                   \
+    "value='3,3,2'/></emitter>"                                                                                      \
     "</shape>" more "</scene>"
 
-#define HIDDEN_LAMP                                                                                                            \
-    "<shape type='sphere'><float name='radius' value='0.17'/><point name='center' x='9' y='0' z='0'/>"                         \
-    "<emitter type='area'><rgb name='radiance' value='3,3,2'/></emitter></shape>"                                              \
-    "<shape type='sphere'><float name='radius' value='0.5'/><point name='center' x='9' y='0' z='0'/>"                          \
+#define HIDDEN_LAMP                                                                                                  \
+    "<shape type='sphere'><float name='radius' value='0.17'/><point name='center' x='9' y='0' z='0'/>"               \
+    "<emitter type='area'><rgb name='radiance' value='3,3,2'/></emitter></shape>"                                    \
+    "<shape type='sphere'><float name='radius' value='0.5'/><point name='center' x='9' y='0' z='0'/>"                \
     "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf></bsdf></shape>"
 
 static ca_scene *glass, *matt, *hidden;
@@ -75,10 +78,11 @@ static void test_same_bits(void **state)
 static void test_values(void **state)
 {
     (void)state;
-    for (int i = 0; i < INTEGRATORS; i++) check_pair_values(glass, &(pair_render){integrators[i], 300, 4, 4, 2, 5, NULL, 0});
+    for (int i = 0; i < INTEGRATORS; i++)
+        check_pair_values(glass, &(pair_render){integrators[i], 300, 4, 4, 2, 5, NULL, 0});
 }
 
-/* ---- The law -------------------------------------------------------------------------------------------------------- */
+/* ---- The law --------------------------------------------------------------------------------------------------- */
 
 enum { RENDERS = 20 };
 
@@ -106,7 +110,8 @@ static void find_luminances(const ca_scene *scene, const pair_render *r, double 
     const pair_render longer = {r->integrator, 4 * r->light_paths, r->camera_paths, 50, 2, 999, NULL, 0};
     ca_pair_film film;
     ca_image_release(render_pairs(scene, &longer, &film));
-    for (int p = 0; p < CROP_PIXELS; p++) luminance[p] = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
+    for (int p = 0; p < CROP_PIXELS; p++)
+        luminance[p] = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
     ca_pair_film_destroy(&film);
 }
 
@@ -129,8 +134,10 @@ static void check_law(const ca_scene *scene, const pair_render *r, double most_e
     }
     for (int k = 0; k < RENDERS; k++) add_sample(&difference, (all[k].predicted - all[k].measured) / measured);
     const double off = difference.sum / RENDERS, error = error_of(&difference, RENDERS);
-    print_message("%.24s N_F %u, N_B %u: the variance is predicted by %+.2f %% +- %.2f %%; the connections' term is %.1f %% of it\n",
-                  r->integrator, r->light_paths, r->camera_paths, 100.0 * off, 100.0 * error, 100.0 * connect / measured);
+    print_message("%.24s N_F %u, N_B %u: the variance is predicted by %+.2f %% +- %.2f %%; the connections' term is "
+                  "%.1f %% of it\n",
+                  r->integrator, r->light_paths, r->camera_paths, 100.0 * off, 100.0 * error,
+                  100.0 * connect / measured);
     assert_true(error <= most_error);
     assert_true(fabs(off) <= 3.5 * error);
     assert_true(connect > 5.0 * error * measured); /* without it the law would be seen to fail */
@@ -147,7 +154,7 @@ static void test_law(void **state)
     check_law(hidden, &(pair_render){integrators[0], 12, 12, 100, 2, 0, NULL, 0}, 0.02);
 }
 
-/* ---- Refusals and failures ------------------------------------------------------------------------------------------ */
+/* ---- Refusals and failures ------------------------------------------------------------------------------------- */
 
 static void test_refusals(void **state)
 {

@@ -1,5 +1,5 @@
-/* What a block of pairs tells: against sums over all pairs written out, and, by going through all outcomes of paths with three
- * values each, without bias. */
+/* What a block of pairs tells: against sums over all pairs written out, and, by going through all outcomes of paths
+ * with three values each, without bias. */
 #include "base/memory.h"
 #include "film/pair_covariances.h"
 #include "support/test_random.h"
@@ -40,7 +40,8 @@ static ca_pair_covariance estimated(ca_pair_covariances *c, const pair_block *b)
 }
 
 /* Mean of C over the light paths i = light (mod light_step) and the camera paths j = camera (mod camera_step). */
-static double mean_over(const pair_block *b, uint32_t light, uint32_t light_step, uint32_t camera, uint32_t camera_step)
+static double mean_over(const pair_block *b, uint32_t light, uint32_t light_step, uint32_t camera,
+                        uint32_t camera_step)
 {
     double sum = 0.0, count = 0.0;
     for (uint32_t i = light; i < b->light_paths; i += light_step)
@@ -93,7 +94,8 @@ static void test_written_out(void **state)
         for (uint32_t j = 0; j < b.camera_paths; j++) {
             b.alone[j] = round % 3 ? (double)ca_test_random_float(&random) : 0.0;
             for (uint32_t i = 0; i < b.light_paths; i++)
-                if (ca_test_random_u32(&random) % 3 == 0) b.merged[i][j] = 10.0 * (double)ca_test_random_float(&random);
+                if (ca_test_random_u32(&random) % 3 == 0)
+                    b.merged[i][j] = 10.0 * (double)ca_test_random_float(&random);
         }
         const ca_pair_covariance got = estimated(&c, &b), expected = written_out(&b);
         expect_near(got.camera, expected.camera, 100.0, "camera");

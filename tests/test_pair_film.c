@@ -1,6 +1,6 @@
-/* Sums of noise estimators over iterations; and what the bidirectional engine fills them with: the law of noise from the
- * estimators against the variance there is, the image that it leaves as it was, the same bits for any number of threads, what it
- * refuses. */
+/* Sums of noise estimators over iterations; and what the bidirectional engine fills them with: the law of noise from
+ * the estimators against the variance there is, the image that it leaves as it was, the same bits for any number of
+ * threads, what it refuses. */
 #include "base/memory.h"
 #include "support/pair_render.h"
 #include "support/sample_mean.h"
@@ -17,7 +17,7 @@
 
 #include <cmocka.h>
 
-/* ---- The film ------------------------------------------------------------------------------------------------------- */
+/* ---- The film -------------------------------------------------------------------------------------------------- */
 
 static void test_product_indices(void **state)
 {
@@ -39,11 +39,13 @@ static void test_sums(void **state)
     ca_test_random random = ca_test_random_seed(3);
     ca_pair_film film;
     assert_int_equal(ca_pair_film_create(&film, crop, 30, 4, NULL), CA_OK);
-    assert_true(film.width == 3 && film.height == 2 && film.light_paths == 30 && film.camera_paths == 4 && !film.incomplete);
+    assert_true(film.width == 3 && film.height == 2 && film.light_paths == 30 && film.camera_paths == 4 &&
+                !film.incomplete);
     double q[ITERATIONS][CA_PAIR_QUANTITIES];
     for (int k = 0; k < ITERATIONS; k++) {
         for (int a = 0; a < CA_PAIR_QUANTITIES; a++) q[k][a] = (double)ca_test_random_float(&random) - 0.25;
-        ca_pair_film_add(&film, 6, 8, &(ca_pair_moments){.value = q[k][0], .pair = q[k][1], .camera = q[k][2], .light = q[k][3]});
+        ca_pair_film_add(&film, 6, 8,
+                         &(ca_pair_moments){.value = q[k][0], .pair = q[k][1], .camera = q[k][2], .light = q[k][3]});
     }
     const ca_pair_pixel *pixel = &film.pixels[1 * 3 + 1];
     double cubes = 0.0, fourths = 0.0;
@@ -121,31 +123,36 @@ static void test_film_out_of_memory(void **state)
     ca_pair_film_destroy(&film);
 }
 
-/* ---- The engine ----------------------------------------------------------------------------------------------------- */
+/* ---- The engine ------------------------------------------------------------------------------------------------ */
 
-/* A corner with a glass ball under a lamp that is in view, so that camera paths find light with and without photons; the filter
- * has negative lobes. */
+/* A corner with a glass ball under a lamp that is in view, so that camera paths find light with and without photons;
+ * the filter has negative lobes. */
 static const char *const corner_xml =
     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='50'/><transform name='to_world'>"
     "<lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
-    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/><rfilter type='mitchell'/></film></sensor>"
+    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT
+    "'/><rfilter type='mitchell'/></film></sensor>"
     "<bsdf type='diffuse' id='grey'><rgb name='reflectance' value='0.7,0.6,0.5'/></bsdf>"
     "<shape type='rectangle'><transform name='to_world'><scale value='2'/><translate z='-1.5'/></transform>"
     "<ref id='grey'/></shape>"
-    "<shape type='rectangle'><transform name='to_world'><scale value='2'/><rotate x='1' angle='-90'/><translate y='-1.2'/>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='2'/><rotate x='1' angle='-90'/><translate "
+    "y='-1.2'/>"
     "</transform><ref id='grey'/></shape>"
     "<shape type='sphere'><float name='radius' value='0.5'/><point name='center' x='0.3' y='-0.6' z='0.2'/>"
     "<bsdf type='dielectric'/></shape>"
     "<shape type='rectangle'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='70'/>"
-    "<translate x='-0.4' y='1.1'/></transform><ref id='grey'/><emitter type='area'><rgb name='radiance' value='3,2,1'/></emitter>"
+    "<translate x='-0.4' y='1.1'/></transform><ref id='grey'/><emitter type='area'><rgb name='radiance' "
+    "value='3,2,1'/></emitter>"
     "</shape></scene>";
 
 /* A white closed box: light paths meet a camera path again and again. */
 static const char *const box_xml =
     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='80'/><transform name='to_world'>"
     "<lookat origin='0,0,0.9' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
-    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT "'/><rfilter type='box'/></film></sensor>"
-    "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.9'/></bsdf></bsdf></shape>"
+    "<integer name='width' value='" PAIR_FILM_WIDTH "'/><integer name='height' value='" PAIR_FILM_HEIGHT
+    "'/><rfilter type='box'/></film></sensor>"
+    "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' "
+    "value='0.9'/></bsdf></bsdf></shape>"
     "<emitter type='point'><point name='position' x='0.2' y='0.7' z='0'/><rgb name='intensity' value='1'/></emitter>"
     "</scene>";
 
@@ -184,7 +191,7 @@ static void test_values(void **state)
     check_pair_values(corner, &(pair_render){BDPM, 1000, 4, 5, 2, 7, NULL, 0});
 }
 
-/* ---- The law of noise ----------------------------------------------------------------------------------------------- */
+/* ---- The law of noise ------------------------------------------------------------------------------------------ */
 
 /* Equation (6) and the sample variance, both without bias. */
 static double predicted_variance(const ca_pair_pixel *p, double light_paths, double camera_paths)
@@ -203,14 +210,16 @@ static double measured_variance(const ca_pair_pixel *p)
 
 enum { RENDERS = 50 };
 
-/* The prediction made with one pair of numbers for another, against the variance there, by independent renders of each: in all
- * pixels, and summed over the image, relative to luminances, which tells a smaller error. (Not to the measured variances: what
- * is large by chance in them would count for less, which is a bias.) */
-static void check_law(const ca_scene *scene, const pair_render *estimated, const pair_render *measured, double most_error)
+/* The prediction made with one pair of numbers for another, against the variance there, by independent renders of
+ * each: in all pixels, and summed over the image, relative to luminances, which tells a smaller error. (Not to the
+ * measured variances: what is large by chance in them would count for less, which is a bias.) */
+static void check_law(const ca_scene *scene, const pair_render *estimated, const pair_render *measured,
+                      double most_error)
 {
     sample_mean differences[CROP_PIXELS] = {{0}}, average = {0};
     double values[RENDERS][CROP_PIXELS], variances[CROP_PIXELS] = {0}, luminances[CROP_PIXELS] = {0}, variance = 0.0;
-    const bool same = estimated->light_paths == measured->light_paths && estimated->camera_paths == measured->camera_paths;
+    const bool same =
+        estimated->light_paths == measured->light_paths && estimated->camera_paths == measured->camera_paths;
     for (int k = 0; k < RENDERS; k++) {
         pair_render a = *estimated, b = *measured;
         ca_pair_film film_a, film_b;
@@ -238,8 +247,9 @@ static void check_law(const ca_scene *scene, const pair_render *estimated, const
         add_sample(&average, sum / variance);
     }
     const double off = average.sum / RENDERS, error = error_of(&average, RENDERS);
-    print_message("N_F %u, N_B %u for %u, %u: the variance is predicted by %+.2f %% +- %.2f %%\n", estimated->light_paths,
-                  estimated->camera_paths, measured->light_paths, measured->camera_paths, 100.0 * off, 100.0 * error);
+    print_message("N_F %u, N_B %u for %u, %u: the variance is predicted by %+.2f %% +- %.2f %%\n",
+                  estimated->light_paths, estimated->camera_paths, measured->light_paths, measured->camera_paths,
+                  100.0 * off, 100.0 * error);
     assert_true(error <= most_error);
     assert_true(fabs(off) <= 3.5 * error);
     for (int p = 0; p < CROP_PIXELS; p++)
@@ -260,14 +270,15 @@ static void test_law_elsewhere(void **state)
 {
     (void)state;
     const char *const integrator = "bdpm:max_depth=7,rr_depth=8,camera_diffuse_depth=1,radius=0.5,alpha=0";
-    const pair_render few = {integrator, 20, 2, 100, 2, 0, NULL, 0}, camera = {integrator, 200, 2, 100, 2, 0, NULL, 0},
+    const pair_render few = {integrator, 20, 2, 100, 2, 0, NULL, 0},
+                      camera = {integrator, 200, 2, 100, 2, 0, NULL, 0},
                       light = {integrator, 20, 16, 100, 2, 0, NULL, 0};
     check_law(box, &few, &few, 0.02);
     check_law(box, &few, &light, 0.02);
     check_law(box, &few, &camera, 0.03);
 }
 
-/* ---- Refusals and failures ------------------------------------------------------------------------------------------ */
+/* ---- Refusals and failures ------------------------------------------------------------------------------------- */
 
 static void test_refusals(void **state)
 {

@@ -1,6 +1,6 @@
-/* From what blocks tell to the variance of a pixel and its interval: Student's quantile, the design of whole and unfinished
- * rectangles, and what is marked. (That the film's estimate has no bias is shown by test_block_film.c, that intervals hold
- * expectations by test_qmcppm_error_bars.c.) */
+/* From what blocks tell to the variance of a pixel and its interval: Student's quantile, the design of whole and
+ * unfinished rectangles, and what is marked. (That the film's estimate has no bias is shown by test_block_film.c,
+ * that intervals hold expectations by test_qmcppm_error_bars.c.) */
 #include "film/pair_interval.h"
 #include "metrics/significance.h"
 
@@ -60,8 +60,10 @@ static void test_degrees_of_freedom(void **state)
     assert_true(ca_pair_error(&d, &v, 1.0, &moments, &degrees));
     assert_true(fabs(degrees - 30.0) < 1e-9); /* 10 blocks of 4 camera paths, one lost in each */
     const double n = moments.replicates;
-    assert_true(fabs(moments.variance / n - 0.1 / 40.0) < 1e-15 && fabs(moments.third / (n * n) - pow(0.1 / 40.0, 2.0)) < 1e-15);
-    /* A tenth of 500 light paths contributes: 50 of them, whose sum of squares is taken to scatter by 4 / 50 of its square. */
+    assert_true(fabs(moments.variance / n - 0.1 / 40.0) < 1e-15 &&
+                fabs(moments.third / (n * n) - pow(0.1 / 40.0, 2.0)) < 1e-15);
+    /* A tenth of 500 light paths contributes: 50 of them, whose sum of squares is taken to scatter by 4 / 50 of its
+     * square. */
     v = (ca_pair_variances){.light = 9.0, .merged = 1.0};
     assert_true(ca_pair_error(&d, &v, 1.0, &moments, &degrees));
     assert_true(fabs(degrees - 25.0) < 1e-9);
@@ -79,7 +81,8 @@ static void test_marks(void **state)
     const ca_pair_design d = rectangle(4.0, 10.0, 100.0, 5.0), few = rectangle(2.0, 2.0, 100.0, 2.0);
     const ca_pair_variances good = {.camera = 0.5, .light = 0.5, .pair = 0.5, .merged = 1.0};
     const ca_pair_variances negative = {.camera = -0.5, .light = 0.5, .pair = 0.5, .merged = 1.0};
-    const ca_pair_variances rounding = {.camera = 1e-13, .merged = 1.0}, rare_camera = {.camera = 20.0, .merged = 1.0};
+    const ca_pair_variances rounding = {.camera = 1e-13, .merged = 1.0},
+                            rare_camera = {.camera = 20.0, .merged = 1.0};
     const ca_pair_variances not_a_number = {.camera = (double)NAN, .merged = 1.0};
     ca_moments moments;
     double degrees;

@@ -33,7 +33,7 @@ static int tear_down(void **state)
     return 0;
 }
 
-/* ---- Against the matrix --------------------------------------------------------------------------------------------- */
+/* ---- Against the matrix ---------------------------------------------------------------------------------------- */
 
 /* Each moment with the magnitude of what it is the sum of, which rounding is measured by. */
 typedef struct oracle_moments {
@@ -137,7 +137,8 @@ static void add_own_light(const pixel_case *c, double *matrix)
 static void connect_path(const pixel_case *c, uint32_t j, double sign)
 {
     connected[j] = 0.0;
-    partners[j] = (j * 7 + 3) % c->light_paths; /* not all different where 7 divides them; that matters to expectations only */
+    partners[j] =
+        (j * 7 + 3) % c->light_paths; /* not all different where 7 divides them; that matters to expectations only */
     for (int n = 0; n < 2; n++) {
         if (uniform() >= c->connects) continue;
         const double luminance = sign * (1.0 + 200.0 * uniform());
@@ -157,7 +158,8 @@ static void add_pixel(const pixel_case *c, double *matrix)
         const uint32_t merges = (uint32_t)(2.0 * uniform() * c->density * c->light_paths);
         ca_pair_sums_next_path(sums);
         for (uint32_t m = 0; m < merges; m++) {
-            const uint32_t path = uniform() < 0.3 ? below(c->light_paths < 5 ? c->light_paths : 5) : below(c->light_paths);
+            const uint32_t path =
+                uniform() < 0.3 ? below(c->light_paths < 5 ? c->light_paths : 5) : below(c->light_paths);
             const double luminance = sign * uniform() * pow(10.0, 3.0 * uniform());
             row[path] += luminance;
             ca_pair_sums_add(sums, path, luminance);
@@ -201,13 +203,15 @@ static void check_pixel(const pixel_case *c)
     expect(c, "connections with pairs", m.connected_pair, o.with_pair, o.with_pair_size);
     expect(c, "connections with camera paths", m.connected_camera, o.with_camera, o.with_camera_size);
     if (c->camera_paths > 1)
-        expect(c, "connections with light paths", m.connected_light, o.with_light, o.with_light_size + o.with_pair_size);
+        expect(c, "connections with light paths", m.connected_light, o.with_light,
+               o.with_light_size + o.with_pair_size);
     else
         assert_true(o.connected == 0.0 ? m.connected_light == 0.0 : isnan(m.connected_light));
     free(matrix);
 }
 
-/* Pixels one after the other in the same sums, of all sizes in turn, so that what one left behind would show in the next. */
+/* Pixels one after the other in the same sums, of all sizes in turn, so that what one left behind would show in the
+ * next. */
 static void test_matrix(void **state)
 {
     (void)state;
@@ -234,8 +238,8 @@ static void test_matrix_of_connections(void **state)
             for (int f = 0; f < 5; f++)
                 for (int b = 0; b < 5; b++)
                     for (int a = 0; a < 9; a++)
-                        check_pixel(&(pixel_case){light_paths[f], camera_paths[b], densities[d], d == 1 ? 0.3 : 0.0, round == 1,
-                                                  .own = part[a / 3], .connects = part[a % 3]});
+                        check_pixel(&(pixel_case){light_paths[f], camera_paths[b], densities[d], d == 1 ? 0.3 : 0.0,
+                                                  round == 1, .own = part[a / 3], .connects = part[a % 3]});
 }
 
 /* More camera paths than numbers that the table tells them apart by, over many pixels: it starts again in time. */
@@ -285,7 +289,7 @@ static void test_many_light_paths(void **state)
     assert_true(fabs(m.camera - (3.0 + 5.0 / 2147483648.0) * (3.0 + 2.0 / 2147483647.0)) < 1e-11);
 }
 
-/* ---- The estimators' means ------------------------------------------------------------------------------------------ */
+/* ---- The estimators' means ------------------------------------------------------------------------------------- */
 
 /* C_ij = a_i b_j + c_ij + u_j, all independent and each often 0. */
 typedef struct factor_model {
@@ -340,7 +344,8 @@ static void check_model(const factor_model *model)
         add_sample(&camera, m.camera);
         add_sample(&light, m.light);
     }
-    const double a = mean(light_factor), a2 = mean_square(light_factor), b = mean(camera_factor), b2 = mean_square(camera_factor);
+    const double a = mean(light_factor), a2 = mean_square(light_factor), b = mean(camera_factor),
+                 b2 = mean_square(camera_factor);
     const double c = model->own ? mean(own_term) : 0.0, c2 = model->own ? mean_square(own_term) : 0.0;
     const double u = model->alone ? mean(alone_term) : 0.0, u2 = model->alone ? mean_square(alone_term) : 0.0;
     const double l = a * b + c + u, nf = model->light_paths, nb = model->camera_paths;
@@ -351,7 +356,8 @@ static void check_model(const factor_model *model)
     expect_mean(&pair, iterations, cc, "pair estimator");
     expect_mean(&camera, iterations, bb, "camera estimator");
     expect_mean(&light, iterations, ff, "light estimator");
-    const double l2 = l * l, law = (cc - l2) / (nf * nb) + (1.0 - 1.0 / nf) * (bb - l2) / nb + (1.0 - 1.0 / nb) * (ff - l2) / nf;
+    const double l2 = l * l,
+                 law = (cc - l2) / (nf * nb) + (1.0 - 1.0 / nf) * (bb - l2) / nb + (1.0 - 1.0 / nb) * (ff - l2) / nf;
     expect_mean(&squares, iterations, l2 + law, "squared value");
 }
 
@@ -365,7 +371,7 @@ static void test_means(void **state)
     check_model(&(factor_model){7, 3, false, true});
 }
 
-/* ---- Failures ------------------------------------------------------------------------------------------------------- */
+/* ---- Failures -------------------------------------------------------------------------------------------------- */
 
 /* Pixels that need larger tables, until memory runs out; nothing breaks then. */
 static void fill_until_failure(ca_pair_sums *filled, long allocations)

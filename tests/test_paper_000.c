@@ -1,6 +1,6 @@
-/* The scenes of paper 000 (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise Components for Bidirectional Path Tracing with
- * Photon Maps") with few paths: the law of three terms holds on each, each has the terms that it is there for, and one measurement
- * tells the noise of other numbers of paths. */
+/* The scenes of paper 000 (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise Components for Bidirectional
+ * Path Tracing with Photon Maps") with few paths: the law of three terms holds on each, each has the terms that it is
+ * there for, and one measurement tells the noise of other numbers of paths. */
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -29,7 +29,8 @@ static const scene_case cases[SCENES] = {
     {"behind-glass", "bdpm", NULL, 0.01, 64, 24, 24},
 };
 
-static ca_noise *measure(const scene_case *c, uint32_t light_paths, uint32_t camera_paths, uint32_t iterations, uint64_t seed)
+static ca_noise *measure(const scene_case *c, uint32_t light_paths, uint32_t camera_paths, uint32_t iterations,
+                         uint64_t seed)
 {
     char path[512];
     const ca_define define = {"light_y", c->light_y};
@@ -50,7 +51,8 @@ static ca_noise *measure(const scene_case *c, uint32_t light_paths, uint32_t cam
     settings.seed = seed;
     settings.has_seed = true;
     settings.threads = 1;
-    if (ca_noise_measure(scene, &settings, iterations, &noise, NULL, NULL, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_noise_measure(scene, &settings, iterations, &noise, NULL, NULL, &error) != CA_OK)
+        fail_msg("%s", error.message);
     ca_scene_release(scene);
     return noise;
 }
@@ -59,21 +61,25 @@ static ca_noise_summary predict(const ca_noise *noise, uint32_t light_paths, uin
 {
     ca_noise_summary summary;
     ca_error error = {""};
-    if (ca_noise_average(noise, NULL, light_paths, camera_paths, &summary, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_noise_average(noise, NULL, light_paths, camera_paths, &summary, &error) != CA_OK)
+        fail_msg("%s", error.message);
     return summary;
 }
 
-/* Predicted against measured, averages over the square, in the iterations themselves and in others with more paths. */
+/* Predicted against measured, averages over the square, in the iterations themselves and in others with more
+ * paths. */
 static void test_law(void **state)
 {
     static const uint32_t iterations[SCENES] = {300, 300, 240, 900, 300};
     (void)state;
     for (int s = 0; s < SCENES; s++) {
-        ca_noise *few = measure(&cases[s], 2000, 6, iterations[s], 1), *more = measure(&cases[s], 6000, 12, iterations[s] / 3, 2);
-        const ca_noise_summary own = predict(few, 2000, 6), other = predict(few, 6000, 12), there = predict(more, 6000, 12);
+        ca_noise *few = measure(&cases[s], 2000, 6, iterations[s], 1),
+                 *more = measure(&cases[s], 6000, 12, iterations[s] / 3, 2);
+        const ca_noise_summary own = predict(few, 2000, 6), other = predict(few, 6000, 12),
+                               there = predict(more, 6000, 12);
         const double same = sqrt(own.measured / own.predicted), ahead = sqrt(there.measured / other.predicted);
-        print_message("    %-14s measured / predicted %.4f, three times the light and twice the camera paths %.4f\n", cases[s].name, same,
-                      ahead);
+        print_message("    %-14s measured / predicted %.4f, three times the light and twice the camera paths %.4f\n",
+                      cases[s].name, same, ahead);
         assert_true(fabs(same - 1.0) < 0.02);
         assert_true(fabs(ahead - 1.0) < 0.06);
         ca_noise_release(few);
@@ -89,7 +95,8 @@ static void test_dominant_terms(void **state)
         ca_noise *noise = measure(&cases[s], 12000, 10, 16, 3);
         const ca_noise_summary n = predict(noise, 300000, 100);
         const double camera = n.camera / n.predicted, light = n.light / n.predicted, pair = n.pair / n.predicted;
-        print_message("    %-14s camera %.3f, light %.3f, pair %.3f of the variance\n", cases[s].name, camera, light, pair);
+        print_message("    %-14s camera %.3f, light %.3f, pair %.3f of the variance\n", cases[s].name, camera, light,
+                      pair);
         if (s == PAPER || s == TILES) assert_true(camera > 0.75);
         if (s == WATER) assert_true(light > 0.75);
         if (s == FEW) assert_true(pair > 0.75);

@@ -1,4 +1,5 @@
-/* `path` on scenes whose radiance is known in closed form, for every sampler and sensor, and what its parameters do. */
+/* `path` on scenes whose radiance is known in closed form, for every sampler and sensor, and what its parameters
+ * do. */
 #include "support/closed_forms.h"
 #include "support/scene_text.h"
 
@@ -72,8 +73,9 @@ static void test_wrong_parameters_are_refused(void **state)
     expect_refusal(scene, "path:hide_emitters=3", "true or false");
     expect_refusal(scene, "path:heuristic=best", "balance|power");
     ca_scene_release(scene);
-    scene = scene_from_text("<scene version='3.0.0'><integrator type='path'><integer name='max_deph' value='3'/></integrator>"
-                            "<sensor type='perspective'/><emitter type='point'/></scene>");
+    scene = scene_from_text(
+        "<scene version='3.0.0'><integrator type='path'><integer name='max_deph' value='3'/></integrator>"
+        "<sensor type='perspective'/><emitter type='point'/></scene>");
     expect_refusal(scene, NULL, "did you mean \"max_depth\"");
     ca_scene_release(scene);
 }

@@ -1,5 +1,6 @@
-/* The photon grid against a linear search: the same photons, each once, wherever they lie and however large the radius is; the
- * same order for any number of threads, any division into runs, and with or without vector instructions. */
+/* The photon grid against a linear search: the same photons, each once, wherever they lie and however large the
+ * radius is; the same order for any number of threads, any division into runs, and with or without vector
+ * instructions. */
 #include "base/memory.h"
 #include "math/numeric.h"
 #include "photon/photon_grid.h"
@@ -87,8 +88,8 @@ static uint32_t check_query(const ca_photon_grid *grid, uint32_t photon_count, f
         const bool within = ca_length2(ca_sub(photons[i].position, position)) <= radius * radius;
         if (met[i] != within)
             fail_msg("photon %u at (%a, %a, %a) is met %u times, should be %d, from (%a, %a, %a), radius %a", i,
-                     (double)photons[i].position.x, (double)photons[i].position.y, (double)photons[i].position.z, met[i],
-                     within, (double)position.x, (double)position.y, (double)position.z, (double)radius);
+                     (double)photons[i].position.x, (double)photons[i].position.y, (double)photons[i].position.z,
+                     met[i], within, (double)position.x, (double)position.y, (double)position.z, (double)radius);
     }
     return count;
 }
@@ -121,7 +122,7 @@ static void check_cloud(uint32_t count, float radius, uint32_t queries)
     ca_photon_grid_destroy(grid);
 }
 
-/* ---- Where photons can lie -------------------------------------------------------------------------------------- */
+/* ---- Where photons can lie ------------------------------------------------------------------------------------- */
 
 static void test_uniform(void **state)
 {
@@ -202,7 +203,8 @@ static void test_between_borders(void **state)
     build_grid(grid, photons, 1000, radius, 1);
     for (uint32_t i = 0; i < 20000; i++) {
         float p[3];
-        for (int axis = 0; axis < 3; axis++) p[axis] = radius * (float)(2 * below(30) + 1) * (1.0f + between(-4e-5f, 4e-5f));
+        for (int axis = 0; axis < 3; axis++)
+            p[axis] = radius * (float)(2 * below(30) + 1) * (1.0f + between(-4e-5f, 4e-5f));
         check_query(grid, 1000, radius, (ca_vec3){p[0], p[1], p[2]});
     }
     ca_photon_grid_destroy(grid);
@@ -214,7 +216,8 @@ static void test_far_from_the_origin(void **state)
     (void)state;
     for (float far = 1e2f; far < 2e9f; far *= 10.0f) {
         const ca_vec3 center = {far, -0.7f * far, 1.3f * far};
-        for (uint32_t i = 0; i < 2000; i++) photons[i].position = ca_add(center, random_point_of(&random_source, 1.0f));
+        for (uint32_t i = 0; i < 2000; i++)
+            photons[i].position = ca_add(center, random_point_of(&random_source, 1.0f));
         check_cloud(2000, 0.1f, 200);
         photons[0].position = ca_neg(center);
         photons[1].position = (ca_vec3){0, 0, 0};
@@ -284,7 +287,7 @@ static void test_queries_that_are_not_finite(void **state)
     ca_photon_grid_destroy(grid);
 }
 
-/* ---- A radius of the query's own --------------------------------------------------------------------------------- */
+/* ---- A radius of the query's own ------------------------------------------------------------------------------- */
 
 static int by_vertex(const void *a, const void *b)
 {
@@ -349,17 +352,19 @@ static void test_own_radius(void **state)
         build_grid(grid, photons, 5000, radii[k], 1);
         check_radii(grid, 5000, radii[k], 700);
     }
-    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point_of(&random_source, 3.4e38f); /* squares overflow */
+    for (uint32_t i = 0; i < 1000; i++)
+        photons[i].position = random_point_of(&random_source, 3.4e38f); /* squares overflow */
     build_grid(grid, photons, 1000, FLT_MAX, 1);
     check_radii(grid, 1000, FLT_MAX, 100);
     check_radii(grid, 1000, 1e18f, 100);
-    for (uint32_t i = 0; i < 1000; i++) photons[i].position = random_point_of(&random_source, 1e-22f); /* and underflow */
+    for (uint32_t i = 0; i < 1000; i++)
+        photons[i].position = random_point_of(&random_source, 1e-22f); /* and underflow */
     build_grid(grid, photons, 1000, 1e-3f, 1);
     check_radii(grid, 1000, 1e-22f, 100);
     ca_photon_grid_destroy(grid);
 }
 
-/* ---- Order ------------------------------------------------------------------------------------------------------- */
+/* ---- Order ----------------------------------------------------------------------------------------------------- */
 
 /* Every query's vertices one after the other. */
 static uint32_t *dump(const ca_photon_grid *grid, uint32_t *size)
@@ -435,7 +440,8 @@ static void test_tests_are_few(void **state)
 static void test_density(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position = (ca_vec3){2.0f * uniform(), 2.0f * uniform(), 0.5f};
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++)
+        photons[i].position = (ca_vec3){2.0f * uniform(), 2.0f * uniform(), 0.5f};
     ca_photon_grid *grid = create_grid();
     build_grid(grid, photons, MAX_PHOTONS, 0.1f, 1);
     double sum = 0.0;
@@ -468,7 +474,7 @@ static void test_density_is_of_one_cell(void **state)
     ca_photon_grid_destroy(grid);
 }
 
-/* ---- Memory ------------------------------------------------------------------------------------------------------ */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static void test_allocation_failures(void **state)
 {

@@ -1,5 +1,5 @@
-/* The photon grid's answers about single photons, against a linear search: the k-th nearest one, and which stands in which
- * place. */
+/* The photon grid's answers about single photons, against a linear search: the k-th nearest one, and which stands in
+ * which place. */
 #include "math/numeric.h"
 #include "photon/photon_grid.h"
 #include "support/photon_cloud.h"
@@ -19,7 +19,7 @@ static ca_test_random random_source;
 static float uniform(void) { return ca_test_random_float(&random_source); }
 static uint32_t below(uint32_t limit) { return ca_test_random_u32(&random_source) % limit; }
 
-/* ---- The nearest photons ----------------------------------------------------------------------------------------- */
+/* ---- The nearest photons --------------------------------------------------------------------------------------- */
 
 static int by_size(const void *a, const void *b)
 {
@@ -58,7 +58,8 @@ static void test_nearest(void **state)
     for (size_t r = 0; r < 3; r++) {
         build_grid(grid, photons, 3000, radii[r], 1);
         for (uint32_t i = 0; i < 200; i++) {
-            const ca_vec3 p = i % 2 ? photons[below(300)].position : ca_add(random_point_of(&random_source, 0.6f), (ca_vec3){0.5f, 0.5f, 0});
+            const ca_vec3 p = i % 2 ? photons[below(300)].position
+                                    : ca_add(random_point_of(&random_source, 0.6f), (ca_vec3){0.5f, 0.5f, 0});
             answered[r] += check_nearest(grid, 3000, radii[r], p);
         }
     }
@@ -75,7 +76,7 @@ static void test_nearest(void **state)
     ca_photon_grid_destroy(grid);
 }
 
-/* ---- Places ------------------------------------------------------------------------------------------------------ */
+/* ---- Places ---------------------------------------------------------------------------------------------------- */
 
 static void test_places(void **state)
 {
@@ -96,7 +97,8 @@ static void test_places(void **state)
     ca_photon_query_start(&query, grid, photons[0].position);
     while ((count = ca_photon_query_next(&query, places)) > 0)
         for (uint32_t i = 0; i < count; i++, found++)
-            assert_true(ca_length2(ca_sub(ca_photon_grid_position(grid, places[i]), photons[0].position)) <= 0.1f * 0.1f);
+            assert_true(ca_length2(ca_sub(ca_photon_grid_position(grid, places[i]), photons[0].position)) <=
+                        0.1f * 0.1f);
     assert_true(found > 0);
     ca_photon_grid_destroy(grid);
 }

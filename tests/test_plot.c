@@ -15,7 +15,7 @@
 #include <expat.h>
 #include <math.h>
 
-/* ---- Plots -------------------------------------------------------------------------------------------------------- */
+/* ---- Plots ----------------------------------------------------------------------------------------------------- */
 
 typedef struct svg {
     char *bytes;
@@ -118,7 +118,8 @@ static void test_odd_values_and_texts(void **state)
     (void)state;
     const ca_plot_point odd[] = {{.x = 0, .y = 1},        {.x = 1, .y = 0},        {.x = -1, .y = 3},
                                  {.x = 2, .y = (double)NAN}, {.x = HUGE_VAL, .y = 1}, {.x = 4, .y = 5}};
-    const ca_plot_series series[] = {{.name = "a<b & \"c\"", .points = odd, .count = 6}, {.name = NULL, .points = odd, .bare = true}};
+    const ca_plot_series series[] = {{.name = "a<b & \"c\"", .points = odd, .count = 6},
+                                     {.name = NULL, .points = odd, .bare = true}};
     ca_plot_panel panel = {.title = "</svg>", .x_label = "x & y", .y_label = "y>", .series = series, .count = 2};
     svg s = draw(&panel, 1, 3);
     assert_int_equal(s.circles, 1);
@@ -131,7 +132,7 @@ static void test_odd_values_and_texts(void **state)
     free(s.bytes);
 }
 
-/* ---- The power law ------------------------------------------------------------------------------------------------ */
+/* ---- The power law --------------------------------------------------------------------------------------------- */
 
 static void assert_close(double value, double expected, double tolerance)
 {
@@ -150,8 +151,8 @@ static void test_exact_law(void **state)
     assert_close(fit.half_width, 0.0, 1e-10);
 }
 
-/* By hand: of logarithms (0, 0), (1, 1), (2, 1) the slope is 1/2, the residuals -1/6, 1/3, -1/6, so that its standard error is
- * sqrt(1/6 / 1 / 2); Student's 97.5 % quantile with one degree of freedom is tan(0.95 pi / 2). */
+/* By hand: of logarithms (0, 0), (1, 1), (2, 1) the slope is 1/2, the residuals -1/6, 1/3, -1/6, so that its standard
+ * error is sqrt(1/6 / 1 / 2); Student's 97.5 % quantile with one degree of freedom is tan(0.95 pi / 2). */
 static void test_interval_by_hand(void **state)
 {
     (void)state;

@@ -20,17 +20,33 @@ static const struct progress_case {
     {"before the first pass", {.passes_total = 12, .noise_percent = -1.0}, 0.0, -1.0},
     {"time", {.passes_done = 9, .seconds = 5.0, .seconds_total = 20.0, .noise_percent = -1.0}, 0.25, 15.0},
     {"passes, of which time leaves fewer",
-     {.passes_done = 1, .passes_total = 100, .seconds = 4.0, .seconds_total = 5.0, .noise_percent = -1.0}, 0.8, 1.0},
+     {.passes_done = 1, .passes_total = 100, .seconds = 4.0, .seconds_total = 5.0, .noise_percent = -1.0},
+     0.8,
+     1.0},
     {"time, of which passes need less",
-     {.passes_done = 90, .passes_total = 100, .seconds = 1.8, .seconds_total = 5.0, .noise_percent = -1.0}, 0.9, 0.2},
+     {.passes_done = 90, .passes_total = 100, .seconds = 1.8, .seconds_total = 5.0, .noise_percent = -1.0},
+     0.9,
+     0.2},
     {"a quarter of the noise wants 16 times the passes",
-     {.passes_done = 9, .seconds = 2.0, .noise_percent = 8.0, .noise_target = 2.0}, 1.0 / 16.0, 30.0},
+     {.passes_done = 9, .seconds = 2.0, .noise_percent = 8.0, .noise_target = 2.0},
+     1.0 / 16.0,
+     30.0},
     {"a prediction, which is better than that",
-     {.passes_done = 9, .seconds = 6.0, .seconds_predicted = 10.0, .noise_percent = 8.0, .noise_target = 2.0}, 0.6, 4.0},
+     {.passes_done = 9, .seconds = 6.0, .seconds_predicted = 10.0, .noise_percent = 8.0, .noise_target = 2.0},
+     0.6,
+     4.0},
     {"longer than predicted",
-     {.passes_done = 9, .seconds = 12.0, .seconds_predicted = 10.0, .noise_percent = 3.0, .noise_target = 2.0}, 1.0, 0.0},
-    {"noise that is not known yet", {.passes_done = 1, .seconds = 2.0, .noise_percent = -1.0, .noise_target = 2.0}, -1.0, -1.0},
-    {"the target is reached", {.passes_done = 9, .seconds = 2.0, .noise_percent = 1.0, .noise_target = 2.0}, 1.0, 0.0},
+     {.passes_done = 9, .seconds = 12.0, .seconds_predicted = 10.0, .noise_percent = 3.0, .noise_target = 2.0},
+     1.0,
+     0.0},
+    {"noise that is not known yet",
+     {.passes_done = 1, .seconds = 2.0, .noise_percent = -1.0, .noise_target = 2.0},
+     -1.0,
+     -1.0},
+    {"the target is reached",
+     {.passes_done = 9, .seconds = 2.0, .noise_percent = 1.0, .noise_target = 2.0},
+     1.0,
+     0.0},
 };
 
 static void test_fraction_and_time(void **state)
@@ -39,8 +55,10 @@ static void test_fraction_and_time(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const struct progress_case *c = &cases[i];
         const double fraction = ca_progress_fraction(&c->progress), left = ca_progress_seconds_left(&c->progress);
-        if (!(fabs(fraction - c->fraction) < 1e-12)) fail_msg("%s: the fraction is %g, not %g", c->what, fraction, c->fraction);
-        if (!(fabs(left - c->seconds_left) < 1e-9)) fail_msg("%s: %g s are left, not %g", c->what, left, c->seconds_left);
+        if (!(fabs(fraction - c->fraction) < 1e-12))
+            fail_msg("%s: the fraction is %g, not %g", c->what, fraction, c->fraction);
+        if (!(fabs(left - c->seconds_left) < 1e-9))
+            fail_msg("%s: %g s are left, not %g", c->what, left, c->seconds_left);
     }
 }
 

@@ -1,6 +1,6 @@
-/* qmcppm: its image is the mean over all pairs of camera and light paths, however they are cut into blocks; its options do what
- * they say; what it cannot do it refuses. (That it finds the right light is shown by test_closed_forms.c and test_agreement.c, its
- * convergence by test_paper_004.c.) */
+/* qmcppm: its image is the mean over all pairs of camera and light paths, however they are cut into blocks; its
+ * options do what they say; what it cannot do it refuses. (That it finds the right light is shown by
+ * test_closed_forms.c and test_agreement.c, its convergence by test_paper_004.c.) */
 #include "base/memory.h"
 #include "image/layers.h"
 #include "integrator/qmcppm.h"
@@ -16,25 +16,32 @@
 
 #include <cmocka.h>
 
-#define SENSOR(width, height)                                                                                            \
-    "<sensor type='perspective'><float name='fov' value='50'/>"                                                           \
-    "<transform name='to_world'><lookat origin='0,1.2,-3.5' target='0,0.6,0' up='0,1,0'/></transform>"                     \
-    "<film type='hdrfilm'><integer name='width' value='" width "'/><integer name='height' value='" height "'/>"           \
+#define SENSOR(width, height)                                                                                        \
+    "<sensor type='perspective'><float name='fov' value='50'/>"                                                      \
+    "<transform name='to_world'><lookat origin='0,1.2,-3.5' target='0,0.6,0' up='0,1,0'/></transform>"               \
+    "<film type='hdrfilm'><integer name='width' value='" width "'/><integer name='height' value='" height "'/>"      \
     "<rfilter type='box'/></film></sensor>"
 
 /* Diffuse walls, a glass ball, a rough and a plastic thing, an area light and a point light. */
 static const char *const room_text =
-    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='6'/></integrator>" SENSOR("24", "18")
-    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
-    "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.6'/></bsdf></shape>"
-    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='180'/><scale value='3'/><translate z='2'/></transform>"
-    "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.7,0.5,0.3'/></bsdf></bsdf></shape>"
-    "<shape type='sphere'><point name='center' value='-0.6,0.5,0'/><float name='radius' value='0.5'/><bsdf type='dielectric'/></shape>"
-    "<shape type='sphere'><point name='center' value='0.7,0.4,0.2'/><float name='radius' value='0.4'/>"
-    "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></shape>"
-    "<emitter type='point'><point name='position' value='0.5,2.5,-0.5'/><rgb name='intensity' value='4'/></emitter>"
-    "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='90'/><translate x='-0.8' y='2.6'/>"
-    "</transform><emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
+    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='6'/></integrator>" SENSOR(
+        "24",
+        "18") "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale "
+              "value='3'/></transform>"
+              "<bsdf type='plastic'><rgb name='diffuse_reflectance' value='0.6'/></bsdf></shape>"
+              "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='180'/><scale "
+              "value='3'/><translate z='2'/></transform>"
+              "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' "
+              "value='0.7,0.5,0.3'/></bsdf></bsdf></shape>"
+              "<shape type='sphere'><point name='center' value='-0.6,0.5,0'/><float name='radius' value='0.5'/><bsdf "
+              "type='dielectric'/></shape>"
+              "<shape type='sphere'><point name='center' value='0.7,0.4,0.2'/><float name='radius' value='0.4'/>"
+              "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></shape>"
+              "<emitter type='point'><point name='position' value='0.5,2.5,-0.5'/><rgb name='intensity' "
+              "value='4'/></emitter>"
+              "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' "
+              "angle='90'/><translate x='-0.8' y='2.6'/>"
+              "</transform><emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
 
 /* A floor of reflectance one under a point light of intensity pi at height 1. */
 static const char *const floor_text =
@@ -45,10 +52,11 @@ static const char *const floor_text =
     "<rfilter type='box'/></film></sensor>"
     "<shape type='rectangle'><transform name='to_world'><scale value='4'/><rotate x='1' angle='-90'/></transform>"
     "<bsdf type='diffuse'><rgb name='reflectance' value='1'/></bsdf></shape>"
-    "<emitter type='point'><point name='position' value='0,1,0'/><rgb name='intensity' value='3.14159265'/></emitter></scene>";
+    "<emitter type='point'><point name='position' value='0,1,0'/><rgb name='intensity' "
+    "value='3.14159265'/></emitter></scene>";
 
-static ca_image_layers *render_blocks(const ca_scene *scene, const char *integrator, const char *sampler, uint64_t blocks,
-                                      uint32_t threads)
+static ca_image_layers *render_blocks(const ca_scene *scene, const char *integrator, const char *sampler,
+                                      uint64_t blocks, uint32_t threads)
 {
     ca_render_settings settings;
     ca_render_settings_init(&settings);
@@ -84,23 +92,24 @@ static double largest_difference(const ca_image_layers *a, const ca_image_layers
     return largest;
 }
 
-/* ---- Blocks ----------------------------------------------------------------------------------------------------------- */
+/* ---- Blocks ---------------------------------------------------------------------------------------------------- */
 
-/* With a radius that stays, pairs are all that matters: 6 x 6 blocks of 1 camera path per pixel and 300 light paths are 2 x 3
- * blocks of 3 and 600, in either order. */
+/* With a radius that stays, pairs are all that matters: 6 x 6 blocks of 1 camera path per pixel and 300 light paths
+ * are 2 x 3 blocks of 3 and 600, in either order. */
 static void test_the_cut_into_blocks_does_not_matter(void **state)
 {
     (void)state;
-    static const char *const kinds[] = {"camera_diffuse_depth=0", "camera_diffuse_depth=2", "direct=next-event,kernel=sph",
-                                        "join=connect"};
+    static const char *const kinds[] = {"camera_diffuse_depth=0", "camera_diffuse_depth=2",
+                                        "direct=next-event,kernel=sph", "join=connect"};
     ca_scene *scene = scene_from_text(room_text);
     for (int k = 0; k < 4; k++) {
         const bool connect = k == 3;
         char text[3][256];
         const char *const common = connect ? "" : "alpha=0,radius=0.2,";
         snprintf(text[0], sizeof text[0], "qmcppm:%s%s,light_paths=%d", common, kinds[k], connect ? 2 : 300);
-        snprintf(text[1], sizeof text[1], "qmcppm:%s%s,light_paths=%d,camera_paths=3,total_camera_paths=6,total_light_paths=%d",
-                 common, kinds[k], connect ? 4 : 600, connect ? 12 : 1800);
+        snprintf(text[1], sizeof text[1],
+                 "qmcppm:%s%s,light_paths=%d,camera_paths=3,total_camera_paths=6,total_light_paths=%d", common,
+                 kinds[k], connect ? 4 : 600, connect ? 12 : 1800);
         memcpy(text[2], text[1], sizeof text[2]);
         strncat(text[2], ",order=diagonal", sizeof text[2] - strlen(text[2]) - 1);
         ca_image_layers *fine = render_blocks(scene, text[0], "halton", 36, 2);
@@ -142,7 +151,8 @@ static void test_filled_blocks_estimate_the_same(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(room_text);
-    ca_image_layers *equal = render_blocks(scene, "qmcppm:alpha=0,radius=0.2,light_paths=8000,camera_paths=20", "halton", 16, 2);
+    ca_image_layers *equal =
+        render_blocks(scene, "qmcppm:alpha=0,radius=0.2,light_paths=8000,camera_paths=20", "halton", 16, 2);
     ca_image_layers *filled = render_blocks(scene, "qmcppm:alpha=0,radius=0.2,blocks=filled", "halton", 16, 2);
     print_message("    mean %.5f in equal blocks, %.5f in filled ones of %.0f pairs a pixel\n", mean_of(equal, "G"),
                   mean_of(filled, "G"), mean_of(filled, "Pairs.Y") / 16.0);
@@ -183,7 +193,8 @@ static void test_filled_blocks_follow_each_other(void **state)
     const ca_qmcppm *q = one_by_one, *other = jump;
     for (uint64_t block = 0; block < 9; block++) {
         assert_int_equal(plan.type->begin_block(one_by_one, block, &parallel, worker, NULL), CA_OK);
-        assert_true(q->light_starts.starts[q->now.light + 1] - q->light_starts.starts[q->now.light] == q->light_count);
+        assert_true(q->light_starts.starts[q->now.light + 1] - q->light_starts.starts[q->now.light] ==
+                    q->light_count);
         assert_true(q->camera_starts.starts[q->now.camera] == q->camera.first);
         assert_true(q->camera_starts.starts[q->now.camera + 1] == q->camera.first + q->camera.count);
         assert_true(q->light_count % CA_BLOCK_PATHS == 0 && q->light_count > 0 && q->camera.count > 0);
@@ -197,7 +208,7 @@ static void test_filled_blocks_follow_each_other(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Parts of the light ----------------------------------------------------------------------------------------------- */
+/* ---- Parts of the light ---------------------------------------------------------------------------------------- */
 
 static void test_smooth_and_dirac_transport_add_up(void **state)
 {
@@ -216,8 +227,10 @@ static void test_smooth_and_dirac_transport_add_up(void **state)
         const float *all = ca_layers_find(images[0], "G"), *smooth = ca_layers_find(images[1], "G"),
                     *dirac = ca_layers_find(images[2], "G");
         for (size_t i = 0; i < 24 * 18; i++)
-            assert_true(fabs((double)all[i] - (double)smooth[i] - (double)dirac[i]) <= 2e-5 * ((double)all[i] + 1e-3));
-        assert_true(mean_of(images[1], "G") > 0.05 && mean_of(images[2], "G") > 0.02); /* the ball shows and its caustic */
+            assert_true(fabs((double)all[i] - (double)smooth[i] - (double)dirac[i]) <=
+                        2e-5 * ((double)all[i] + 1e-3));
+        assert_true(mean_of(images[1], "G") > 0.05 &&
+                    mean_of(images[2], "G") > 0.02); /* the ball shows and its caustic */
         for (int p = 0; p < 3; p++) ca_image_release(images[p]);
     }
     ca_scene_release(scene);
@@ -254,8 +267,9 @@ static void test_other_joins_find_the_same_light(void **state)
 static void test_gradients_are_those_of_the_irradiance(void **state)
 {
     (void)state;
-    static const char *const kinds[] = {"qmcppm:radius=0.15,alpha=0,light_paths=100000,kernel=epanechnikov,gradients=true",
-                                        "qmcppm:radius=0.2,alpha=0,light_paths=100000,kernel=sph,gradients=true"};
+    static const char *const kinds[] = {
+        "qmcppm:radius=0.15,alpha=0,light_paths=100000,kernel=epanechnikov,gradients=true",
+        "qmcppm:radius=0.2,alpha=0,light_paths=100000,kernel=sph,gradients=true"};
     ca_scene *scene = scene_from_text(floor_text);
     double expected = 0.0;
     enum { STEPS = 200 };
@@ -274,7 +288,7 @@ static void test_gradients_are_those_of_the_irradiance(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- What is counted, what is refused --------------------------------------------------------------------------------- */
+/* ---- What is counted, what is refused -------------------------------------------------------------------------- */
 
 static ca_render_statistics count(const ca_scene *scene, const char *integrator, uint32_t samples)
 {
@@ -285,12 +299,14 @@ static ca_render_statistics count(const ca_scene *scene, const char *integrator,
     ca_render_settings_init(&settings);
     settings.integrator = integrator;
     settings.samples_per_pixel = samples;
-    if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) fail_msg("%s: %s", integrator, error.message);
+    if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK)
+        fail_msg("%s: %s", integrator, error.message);
     ca_image_release(image);
     return statistics;
 }
 
-/* One side is kept from block to block: K x K blocks take K^2 + 1 sides in rectangular order, nearly twice that in diagonal. */
+/* One side is kept from block to block: K x K blocks take K^2 + 1 sides in rectangular order, nearly twice that in
+ * diagonal. */
 static void test_one_side_is_kept(void **state)
 {
     (void)state;
@@ -338,11 +354,12 @@ static void test_the_sampler_is_halton(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[512];
-        snprintf(text, sizeof text,
-                 "<scene version='3.0.0'><integrator type='qmcppm'/><sensor type='perspective'>%s"
-                 "<film type='hdrfilm'><integer name='width' value='2'/><integer name='height' value='2'/></film></sensor>"
-                 "<shape type='sphere'><emitter type='area'/></shape></scene>",
-                 cases[i].sampler_of_scene);
+        snprintf(
+            text, sizeof text,
+            "<scene version='3.0.0'><integrator type='qmcppm'/><sensor type='perspective'>%s"
+            "<film type='hdrfilm'><integer name='width' value='2'/><integer name='height' value='2'/></film></sensor>"
+            "<shape type='sphere'><emitter type='area'/></shape></scene>",
+            cases[i].sampler_of_scene);
         ca_scene *scene = scene_from_text(text);
         ca_render_settings settings;
         ca_render_plan plan;

@@ -1,6 +1,6 @@
-/* Error bars of renders by blocks of random pairs: they change nothing of the image, come out the same to the bit from any threads and
- * parts, are refused or marked where they cannot be told; over many small renders the variance is that of the renders, and 95 % intervals
- * hold the mean. */
+/* Error bars of renders by blocks of random pairs: they change nothing of the image, come out the same to the bit
+ * from any threads and parts, are refused or marked where they cannot be told; over many small renders the variance
+ * is that of the renders, and 95 % intervals hold the mean. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/memory.h"
 #include "image/layers.h"
@@ -26,16 +26,20 @@ static const char *const room_text =
     "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='5'/></integrator>"
     "<sensor type='perspective'><float name='fov' value='60'/>"
     "<transform name='to_world'><lookat origin='0,1.2,-2.5' target='0,0.9,0' up='0,1,0'/></transform>"
-    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/><rfilter type='tent'/></film></sensor>"
+    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/><rfilter "
+    "type='tent'/></film></sensor>"
     "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
     "<bsdf type='diffuse'><rgb name='reflectance' value='0.6'/></bsdf></shape>"
-    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='180'/><scale value='3'/><translate z='1.5'/></transform>"
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='180'/><scale value='3'/><translate "
+    "z='1.5'/></transform>"
     "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.7,0.5,0.3'/></bsdf></bsdf></shape>"
-    "<shape type='sphere'><point name='center' value='-0.6,0.5,0'/><float name='radius' value='0.5'/><bsdf type='diffuse'/></shape>"
+    "<shape type='sphere'><point name='center' value='-0.6,0.5,0'/><float name='radius' value='0.5'/><bsdf "
+    "type='diffuse'/></shape>"
     "<shape type='sphere'><point name='center' value='0.7,0.4,0.2'/><float name='radius' value='0.4'/>"
     "<bsdf type='diffuse'><rgb name='reflectance' value='0.4'/></bsdf></shape>"
     "<emitter type='point'><point name='position' value='0.5,2.5,-0.5'/><rgb name='intensity' value='4'/></emitter>"
-    "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='90'/><translate x='-0.8' y='2.6'/>"
+    "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='90'/><translate x='-0.8' "
+    "y='2.6'/>"
     "</transform><emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
 
 typedef struct bar_job {
@@ -67,7 +71,7 @@ static ca_image_layers *rendered(const ca_scene *scene, const bar_job *job)
     return image;
 }
 
-/* ---- The order of blocks ---------------------------------------------------------------------------------------------- */
+/* ---- The order of blocks --------------------------------------------------------------------------------------- */
 
 static void test_visits(void **state)
 {
@@ -76,7 +80,8 @@ static void test_visits(void **state)
                                          {UINT64_MAX, 4}, {1, UINT64_MAX}, {5, 7}, {7, 5}, {6, 6}};
     for (size_t l = 0; l < sizeof limits / sizeof limits[0]; l++)
         for (int diagonal = 0; diagonal < 2; diagonal++) {
-            const ca_block_order order = {.diagonal = diagonal, .camera_limit = limits[l][0], .light_limit = limits[l][1]};
+            const ca_block_order order = {
+                .diagonal = diagonal, .camera_limit = limits[l][0], .light_limit = limits[l][1]};
             const uint64_t all = ca_block_count(&order), blocks = all < 200 ? all : 200;
             uint64_t rows[200] = {0}, columns[200] = {0};
             for (uint64_t b = 0; b < blocks; b++) {
@@ -87,9 +92,10 @@ static void test_visits(void **state)
         }
 }
 
-/* ---- The same bits ---------------------------------------------------------------------------------------------------- */
+/* ---- The same bits --------------------------------------------------------------------------------------------- */
 
-static const char *const with_bars = "qmcppm:error_bars=true,radius=0.3,light_paths=400,camera_paths=3,camera_diffuse_depth=1";
+static const char *const with_bars =
+    "qmcppm:error_bars=true,radius=0.3,light_paths=400,camera_paths=3,camera_diffuse_depth=1";
 
 static void test_the_image_stays(void **state)
 {
@@ -97,11 +103,13 @@ static void test_the_image_stays(void **state)
     ca_scene *scene = scene_from_text(room_text);
     ca_image_layers *with = rendered(scene, &(bar_job){.integrator = with_bars, .blocks = {0, 7}});
     ca_image_layers *without = rendered(
-        scene, &(bar_job){.integrator = "qmcppm:radius=0.3,light_paths=400,camera_paths=3,camera_diffuse_depth=1", .blocks = {0, 7}});
+        scene, &(bar_job){.integrator = "qmcppm:radius=0.3,light_paths=400,camera_paths=3,camera_diffuse_depth=1",
+                          .blocks = {0, 7}});
     assert_int_equal(with->channel_count, without->channel_count + 3);
     assert_null(ca_layers_find(without, "ConfidenceLow.Y"));
     for (size_t c = 0; c < without->channel_count; c++)
-        assert_memory_equal(named_layer(with, without->channels[c].name), without->channels[c].data, PIXELS * sizeof(float));
+        assert_memory_equal(named_layer(with, without->channels[c].name), without->channels[c].data,
+                            PIXELS * sizeof(float));
     ca_image_release(with);
     ca_image_release(without);
     ca_scene_release(scene);
@@ -132,7 +140,9 @@ static void test_threads_and_parts(void **state)
     }
     for (int p = 0; p < PARTS; p++) {
         snprintf(paths[p], sizeof paths[p], "%s/%d.part", folder, p);
-        ca_image_release(rendered(scene, &(bar_job){.integrator = with_bars, .blocks = {cuts[p], cuts[p + 1]}, .part = paths[p],
+        ca_image_release(rendered(scene, &(bar_job){.integrator = with_bars,
+                                                    .blocks = {cuts[p], cuts[p + 1]},
+                                                    .part = paths[p],
                                                     .threads = 1 + (uint32_t)p % 3}));
     }
     static const int orders[][PARTS] = {{0, 1, 2, 3, 4}, {4, 3, 2, 1, 0}, {2, 0, 4, 1, 3}};
@@ -160,14 +170,15 @@ static void test_a_range_from_the_middle_is_marked(void **state)
     ca_scene *scene = scene_from_text(room_text);
     ca_image_layers *image = rendered(scene, &(bar_job){.integrator = with_bars, .blocks = {1, 9}});
     for (int i = 0; i < PIXELS; i++) {
-        assert_true(named_layer(image, "ConfidenceLow.Y")[i] == -INFINITY && named_layer(image, "ConfidenceHigh.Y")[i] == INFINITY);
+        assert_true(named_layer(image, "ConfidenceLow.Y")[i] == -INFINITY &&
+                    named_layer(image, "ConfidenceHigh.Y")[i] == INFINITY);
         assert_true(isnan(named_layer(image, "ValueVariance.Y")[i]));
     }
     ca_image_release(image);
     ca_scene_release(scene);
 }
 
-/* ---- What is refused -------------------------------------------------------------------------------------------------- */
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
 
 static void test_refusals(void **state)
 {
@@ -180,7 +191,8 @@ static void test_refusals(void **state)
         {"qmcppm:error_bars=true", "independent", "camera_paths of 2"},
         {"qmcppm:error_bars=true,camera_paths=2,light_paths=1", "independent", "light_paths from 2"},
         {"qmcppm:error_bars=true,camera_paths=2,join=connect", "independent", "join=merge"},
-        {"qmcppm:error_bars=true,camera_paths=2,light_paths=100,total_light_paths=250", "independent", "whole blocks"},
+        {"qmcppm:error_bars=true,camera_paths=2,light_paths=100,total_light_paths=250", "independent",
+         "whole blocks"},
         {"ppm:error_bars=true", "independent", "error_bars"},
     };
     ca_scene *scene = scene_from_text(room_text);
@@ -215,7 +227,7 @@ static void test_memory_failures(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Calibration ------------------------------------------------------------------------------------------------------ */
+/* ---- Calibration ----------------------------------------------------------------------------------------------- */
 
 enum { MOST_RENDERS = 300 };
 
@@ -257,7 +269,8 @@ typedef struct calibration {
 /* Pixels of one render are correlated, renders are not: the error of the ratio is from their scatter. */
 static calibration calibrate(const replicate *replicates, int count)
 {
-    static double excess[MOST_RENDERS]; /* of one render: estimated variance over measured, less what its own deviation makes of it */
+    static double excess[MOST_RENDERS]; /* of one render: estimated variance over measured, less what its own
+                                           deviation makes of it */
     double intervals = 0.0, held = 0.0, all = 0.0, sum = 0.0, squares = 0.0;
     memset(excess, 0, sizeof excess);
     for (int i = 0; i < PIXELS; i++) {
@@ -292,18 +305,25 @@ static void test_calibration(void **state)
     } cases[] = {
         {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=4", 16, 300},
         {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=4", 11, 200},
-        {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=4,camera_diffuse_depth=1,merges=last", 16, 300},
-        {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=6,kernel=epanechnikov,order=diagonal", 8, 200},
+        {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=4,camera_diffuse_depth=1,merges="
+         "last",
+         16, 300},
+        {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=6,kernel=epanechnikov,order="
+         "diagonal",
+         8, 200},
         {"qmcppm:error_bars=true,alpha=0.5,radius=0.4,light_paths=1000,camera_paths=4", 16, 200},
         {"qmcppm:error_bars=true,alpha=0,radius=0.4,light_paths=1000,camera_paths=16,direct=next-event", 9, 200},
-        {"qmcppm:error_bars=true,total_light_paths=3000,total_camera_paths=15,radius=0.4,light_paths=1000,camera_paths=5", 9, 200},
+        {"qmcppm:error_bars=true,total_light_paths=3000,total_camera_paths=15,radius=0.4,light_paths=1000,camera_"
+         "paths=5",
+         9, 200},
     };
     static replicate replicates[MOST_RENDERS];
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; c++) {
         render_replicates(cases[c].integrator, cases[c].blocks, cases[c].renders, replicates);
         const calibration x = calibrate(replicates, cases[c].renders);
-        print_message("    %s, %d blocks: V %.3f +- %.3f of the measured one; %.1f %% hold the mean, %.1f %% are marked\n",
-                      cases[c].integrator, (int)cases[c].blocks, x.ratio, x.standard_error, 100.0 * x.held, 100.0 * x.marked);
+        print_message(
+            "    %s, %d blocks: V %.3f +- %.3f of the measured one; %.1f %% hold the mean, %.1f %% are marked\n",
+            cases[c].integrator, (int)cases[c].blocks, x.ratio, x.standard_error, 100.0 * x.held, 100.0 * x.marked);
         assert_true(x.standard_error < 0.05);
         assert_true(fabs(x.ratio - 1.0) < 4.0 * x.standard_error);
         assert_true(x.held > 0.93 && x.held < 0.97);

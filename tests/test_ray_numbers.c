@@ -1,5 +1,5 @@
-/* Ray numbers: the minimum of an exhaustive search, over real numbers and over integers, for every objective; what scales how;
- * estimates with noise as large as themselves; every failed allocation is reported. */
+/* Ray numbers: the minimum of an exhaustive search, over real numbers and over integers, for every objective; what
+ * scales how; estimates with noise as large as themselves; every failed allocation is reported. */
 #include "noise/ray_numbers.h"
 
 #include "base/memory.h"
@@ -67,7 +67,7 @@ static ca_ray_numbers choose(const problem *p, const ca_ray_settings *settings)
     return numbers;
 }
 
-/* ---- The law again, from the components ----------------------------------------------------------------------------- */
+/* ---- The law again, from the components ------------------------------------------------------------------------ */
 
 static double variance_of(const ca_ray_pixel *p, double nf, double nb)
 {
@@ -124,10 +124,10 @@ static void assert_close(double value, double expected, double relative)
     if (!(fabs(value - expected) <= relative * fabs(expected))) fail_msg("%.9g instead of %.9g", value, expected);
 }
 
-/* ---- Exhaustive searches -------------------------------------------------------------------------------------------- */
+/* ---- Exhaustive searches --------------------------------------------------------------------------------------- */
 
-/* The smallest cost of two pixels over real numbers: the best of a grid in the three logarithms, around which the grid moves until
- * it is its middle, then shrinks. */
+/* The smallest cost of two pixels over real numbers: the best of a grid in the three logarithms, around which the
+ * grid moves until it is its middle, then shrinks. */
 static double search_two_pixels(const problem *p, ca_ray_objective objective, double max_nf, double max_nb)
 {
     enum { POINTS = 9 };
@@ -238,7 +238,8 @@ static void test_integers(void **state)
     assert_true(worst[CA_RAYS_WORST_DECILE] < 0.06); /* its weights are those of real numbers */
 }
 
-/* Twenty pixels: the worst tenth is two. No other choice of ours has a better one, and those of the mean have it worse. */
+/* Twenty pixels: the worst tenth is two. No other choice of ours has a better one, and those of the mean have it
+ * worse. */
 static void test_worst_decile_of_many(void **state)
 {
     (void)state;
@@ -258,7 +259,7 @@ static void test_worst_decile_of_many(void **state)
     }
 }
 
-/* ---- Closed forms and scaling --------------------------------------------------------------------------------------- */
+/* ---- Closed forms and scaling ---------------------------------------------------------------------------------- */
 
 /* With one camera path a pixel, variance x time is (q / N_F + b + f / N_F) (t_0 + t_B + N_F (t_F + t_M)). */
 static void test_light_paths_alone(void **state)
@@ -376,7 +377,7 @@ static void test_monotone(void **state)
     }
 }
 
-/* ---- Noise in the estimates ----------------------------------------------------------------------------------------- */
+/* ---- Noise in the estimates ------------------------------------------------------------------------------------ */
 
 static double noise_of(ca_test_random *random)
 {
@@ -467,7 +468,8 @@ static void test_negative_estimate(void **state)
     for (int i = 0; i < 25; i++) nb[i] = n.camera_paths[i];
     double variance = 0.0;
     for (int i = 0; i < 25; i++)
-        variance += ((i == 12 ? 6.0 / 9.0 : 1.0) * 22.0 / (24.0 + 6.0 / 9.0) / nb[i] + 5.0 / n.best.light_paths) / 25.0;
+        variance +=
+            ((i == 12 ? 6.0 / 9.0 : 1.0) * 22.0 / (24.0 + 6.0 / 9.0) / nb[i] + 5.0 / n.best.light_paths) / 25.0;
     assert_close(n.best.variance, variance, 1e-9);
     ca_ray_numbers_destroy(&even);
     ca_ray_numbers_destroy(&n);
@@ -506,7 +508,7 @@ static void test_degenerate(void **state)
     }
 }
 
-/* ---- Failures ------------------------------------------------------------------------------------------------------- */
+/* ---- Failures -------------------------------------------------------------------------------------------------- */
 
 static void check_refused(const problem *p, const ca_ray_settings *settings, const char *words)
 {
@@ -566,12 +568,19 @@ static void test_allocation_failures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_real_numbers),      cmocka_unit_test(test_integers),
-        cmocka_unit_test(test_worst_decile_of_many), cmocka_unit_test(test_light_paths_alone),
-        cmocka_unit_test(test_units_do_not_matter), cmocka_unit_test(test_roots),
-        cmocka_unit_test(test_monotone),          cmocka_unit_test(test_noisy_estimates), cmocka_unit_test(test_smoothing_at_borders),
-        cmocka_unit_test(test_negative_estimate), cmocka_unit_test(test_degenerate),
-        cmocka_unit_test(test_refusals),          cmocka_unit_test(test_allocation_failures),
+        cmocka_unit_test(test_real_numbers),
+        cmocka_unit_test(test_integers),
+        cmocka_unit_test(test_worst_decile_of_many),
+        cmocka_unit_test(test_light_paths_alone),
+        cmocka_unit_test(test_units_do_not_matter),
+        cmocka_unit_test(test_roots),
+        cmocka_unit_test(test_monotone),
+        cmocka_unit_test(test_noisy_estimates),
+        cmocka_unit_test(test_smoothing_at_borders),
+        cmocka_unit_test(test_negative_estimate),
+        cmocka_unit_test(test_degenerate),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_allocation_failures),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

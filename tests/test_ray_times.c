@@ -1,5 +1,6 @@
-/* Times of paths: costs that are known are found again within their standard errors, with outliers, with one kind of work only,
- * and where all tiles are alike; what is measured in a pass, and that no image shows it; every failed allocation is reported. */
+/* Times of paths: costs that are known are found again within their standard errors, with outliers, with one kind of
+ * work only, and where all tiles are alike; what is measured in a pass, and that no image shows it; every failed
+ * allocation is reported. */
 #include "render/ray_times.h"
 
 #include "base/clock.h"
@@ -22,10 +23,11 @@ static const ca_cost_guess guess = {.ratio = 0.025, .deviation = 0.05};
 
 static void assert_within(const char *what, double value, double expected, double tolerance)
 {
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.6g, not %.6g +- %.2g", what, value, expected, tolerance);
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%s is %.6g, not %.6g +- %.2g", what, value, expected, tolerance);
 }
 
-/* ---- The fit -------------------------------------------------------------------------------------------------------- */
+/* ---- The fit --------------------------------------------------------------------------------------------------- */
 
 enum { SAMPLES = 600 };
 static const double segment_cost = 400e-9, candidate_cost = 15e-9;
@@ -117,7 +119,8 @@ static void test_one_kind_of_work(void **state)
     zeros = 0;
     for (int set = 0; set < 20; set++) {
         make_samples(samples, &random, 100.0, 0.0);
-        for (int i = 0; i < SAMPLES; i++) samples[i].seconds = samples[i].units[1] * candidate_cost * (1.0 + 0.1 * scatter(&random));
+        for (int i = 0; i < SAMPLES; i++)
+            samples[i].seconds = samples[i].units[1] * candidate_cost * (1.0 + 0.1 * scatter(&random));
         fit = ca_fit_costs(samples, SAMPLES, guess, scratch);
         assert_within("a candidate", fit.cost[1], candidate_cost, 4.0 * fit.error[1] + 0.01 * candidate_cost);
         assert_true(fit.cost[0] >= 0.0 && fit.cost[0] < 0.01 * segment_cost + 4.0 * fit.error[0]);
@@ -139,18 +142,20 @@ static void test_tiles_alike(void **state)
     for (int i = 0; i < SAMPLES; i++)
         samples[i] = (ca_cost_sample){{1000.0, 30000.0}, 1000.0 * segment_cost + 30000.0 * candidate_cost};
     const ca_cost_fit fit = ca_fit_costs(samples, SAMPLES, guess, scratch);
-    assert_within("a tile", 1000.0 * fit.cost[0] + 30000.0 * fit.cost[1], samples[0].seconds, 1e-3 * samples[0].seconds);
+    assert_within("a tile", 1000.0 * fit.cost[0] + 30000.0 * fit.cost[1], samples[0].seconds,
+                  1e-3 * samples[0].seconds);
     assert_true(fit.cost[0] > 0.0 && fit.cost[1] > 0.0);
     assert_within("a segment", fit.cost[0], segment_cost, fit.error[0]);
     assert_within("a candidate", fit.cost[1], candidate_cost, fit.error[1]);
     assert_true(fit.error[0] > 0.5 * fit.cost[0] && fit.error[1] > 0.5 * fit.cost[1]);
     /* A single one: the same, and its scatter is not taken for none. */
     const ca_cost_fit one = ca_fit_costs(samples, 1, guess, scratch);
-    assert_within("a tile", 1000.0 * one.cost[0] + 30000.0 * one.cost[1], samples[0].seconds, 1e-3 * samples[0].seconds);
+    assert_within("a tile", 1000.0 * one.cost[0] + 30000.0 * one.cost[1], samples[0].seconds,
+                  1e-3 * samples[0].seconds);
     assert_true(isfinite(one.error[0]) && one.error[0] > 0.1 * one.cost[0]);
 }
 
-/* ---- What is kept --------------------------------------------------------------------------------------------------- */
+/* ---- What is kept ---------------------------------------------------------------------------------------------- */
 
 static ca_ray_times *new_times(uint32_t width, uint32_t height, uint32_t workers)
 {
@@ -187,7 +192,8 @@ static void test_light_paths(void **state)
     ca_ray_times_thin(times, 0);
     for (int i = 0; i < 300; i++) {
         const uint32_t paths = i % 2 ? 10000 : 2500;
-        ca_ray_times_light(times, paths, (i % 100 ? 1.0 : 10.0) * (1e-3 + paths * 2e-6) * (1.0 + 0.02 * scatter(&random)));
+        ca_ray_times_light(times, paths,
+                           (i % 100 ? 1.0 : 10.0) * (1e-3 + paths * 2e-6) * (1.0 + 0.02 * scatter(&random)));
     }
     costs = ca_ray_times_costs(times);
     assert_within("a light path", costs.light_path, 2e-6, 4.0 * costs.light_path_error);
@@ -196,7 +202,8 @@ static void test_light_paths(void **state)
     ca_ray_times_destroy(times);
 }
 
-/* Far more tiles than are kept, by three workers; those with pairs cost double, and count where there are no others. */
+/* Far more tiles than are kept, by three workers; those with pairs cost double, and count where there are no
+ * others. */
 static void test_tiles(void **state)
 {
     (void)state;
@@ -206,7 +213,8 @@ static void test_tiles(void **state)
         for (uint32_t i = 0; i < 20000; i++) {
             const uint64_t segments = 500 + i % 701, candidates = segments * (i % 97);
             const double seconds = (double)segments * segment_cost + (double)candidates * candidate_cost * (1 + kind);
-            ca_ray_times_tile(times, i % 3, kind == 1, segments, candidates, seconds * (1.0 + 0.05 * scatter(&random)));
+            ca_ray_times_tile(times, i % 3, kind == 1, segments, candidates,
+                              seconds * (1.0 + 0.05 * scatter(&random)));
         }
         const ca_ray_costs costs = ca_ray_times_costs(times);
         assert_within("a segment", costs.segment, segment_cost, 4.0 * costs.segment_error);
@@ -221,7 +229,8 @@ static void test_pixels(void **state)
 {
     (void)state;
     ca_ray_times *times = new_times(2, 2, 1);
-    const ca_ray_costs costs = {.segment = 1e-6, .candidate = 1e-8, .segments_per_camera_path = 2.0, .candidates_per_pair = 0.5};
+    const ca_ray_costs costs = {
+        .segment = 1e-6, .candidate = 1e-8, .segments_per_camera_path = 2.0, .candidates_per_pair = 0.5};
     ca_ray_times_pixel(times, 0, 0, 100, 4, 8, 40);    /* 10 candidates a camera path: 0.1 for each light path */
     ca_ray_times_pixel(times, 0, 0, 1000, 12, 40, 1200); /* 100: likewise */
     ca_ray_times_pixel(times, 1, 0, 100, 4, 4, 0);
@@ -245,8 +254,8 @@ static void test_pixels(void **state)
     ca_ray_times_destroy(times);
 }
 
-/* Of a thousand tiles with few candidates eight are kept, which with eight of many candidates tell both costs; and of a thousand passes as
- * many as there are others. */
+/* Of a thousand tiles with few candidates eight are kept, which with eight of many candidates tell both costs; and of
+ * a thousand passes as many as there are others. */
 static void test_thinned(void **state)
 {
     (void)state;
@@ -255,9 +264,11 @@ static void test_thinned(void **state)
     for (int level = 0; level < 2; level++) {
         const int count = level == 0 ? 1000 : 8;
         for (int i = 0; i < count; i++) {
-            const uint64_t segments = 1000, candidates = (uint64_t)((level == 0 ? 20000.0f : 200000.0f) * ca_test_random_float(&random));
+            const uint64_t segments = 1000, candidates = (uint64_t)((level == 0 ? 20000.0f : 200000.0f) *
+                                                                    ca_test_random_float(&random));
             ca_ray_times_tile(times, 0, false, segments, candidates,
-                              ((double)segments * segment_cost + (double)candidates * candidate_cost) * (1.0 + 0.01 * scatter(&random)));
+                              ((double)segments * segment_cost + (double)candidates * candidate_cost) *
+                                  (1.0 + 0.01 * scatter(&random)));
         }
         for (int i = 0; i < count; i++) ca_ray_times_light(times, 1000, level == 0 ? 1e-3 : 3e-3);
         if (level == 0) ca_ray_times_thin(times, 8);
@@ -265,7 +276,8 @@ static void test_thinned(void **state)
     const ca_ray_costs costs = ca_ray_times_costs(times);
     assert_within("a segment", costs.segment, segment_cost, 0.2 * segment_cost);
     assert_within("a candidate", costs.candidate, candidate_cost, 0.1 * candidate_cost);
-    assert_within("a light path", costs.light_path, 2e-6, 0.2e-6); /* as many of either kind; of a thousand the first would win */
+    assert_within("a light path", costs.light_path, 2e-6,
+                  0.2e-6); /* as many of either kind; of a thousand the first would win */
     ca_ray_times_destroy(times);
 }
 
@@ -286,7 +298,7 @@ static void test_memory(void **state)
     assert_int_equal(failures, 6);
 }
 
-/* ---- Passes --------------------------------------------------------------------------------------------------------- */
+/* ---- Passes ---------------------------------------------------------------------------------------------------- */
 
 /* Tiles by the floor see photons, tiles above it nothing. */
 static const char *const floor_text =
@@ -298,9 +310,11 @@ static const char *const floor_text =
     "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"64\"/><integer name=\"height\" value=\"64\"/>"
     "<rfilter type=\"box\"/></film>\n"
     "  </sensor>\n"
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"2\"/></transform>"
+    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale "
+    "value=\"2\"/></transform>"
     "</shape>\n"
-    "  <emitter type=\"point\"><point name=\"position\" value=\"0,2,0\"/><rgb name=\"intensity\" value=\"9\"/></emitter>\n"
+    "  <emitter type=\"point\"><point name=\"position\" value=\"0,2,0\"/><rgb name=\"intensity\" "
+    "value=\"9\"/></emitter>\n"
     "</scene>\n";
 enum { SIDE = 64, PASSES = 3 };
 
@@ -343,7 +357,8 @@ static ca_image_layers *render_passes(timed_render *r)
     return image;
 }
 
-/* One thread. The sums of what was measured are what the workers counted, and the fit explains the time that it took. */
+/* One thread. The sums of what was measured are what the workers counted, and the fit explains the time that it
+ * took. */
 static void assert_costs(const timed_render *r, const ca_ray_times *times, double processor_seconds)
 {
     ca_render_statistics counted = {0};
@@ -389,10 +404,17 @@ static void test_passes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_known_costs),      cmocka_unit_test(test_outliers),    cmocka_unit_test(test_one_kind_of_work),
-        cmocka_unit_test(test_tiles_alike),      cmocka_unit_test(test_nothing_measured), cmocka_unit_test(test_light_paths),
-        cmocka_unit_test(test_tiles),            cmocka_unit_test(test_pixels),      cmocka_unit_test(test_thinned),
-        cmocka_unit_test(test_memory),           cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_known_costs),
+        cmocka_unit_test(test_outliers),
+        cmocka_unit_test(test_one_kind_of_work),
+        cmocka_unit_test(test_tiles_alike),
+        cmocka_unit_test(test_nothing_measured),
+        cmocka_unit_test(test_light_paths),
+        cmocka_unit_test(test_tiles),
+        cmocka_unit_test(test_pixels),
+        cmocka_unit_test(test_thinned),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_passes),
     };
     return cmocka_run_group_tests_name("times of paths", tests, NULL, NULL);
 }

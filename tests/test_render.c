@@ -98,7 +98,8 @@ static void test_a_crop_is_a_part_of_the_picture(void **state)
     for (size_t c = 0; c < whole->channel_count; c++)
         for (uint32_t y = 0; y < part->height; y++)
             assert_memory_equal(part->channels[c].data + (size_t)y * part->width,
-                                whole->channels[c].data + (size_t)(y + 7) * whole->width + 13, part->width * sizeof(float));
+                                whole->channels[c].data + (size_t)(y + 7) * whole->width + 13,
+                                part->width * sizeof(float));
     ca_image_release(whole);
     ca_image_release(part);
     ca_scene_release(scene);
@@ -133,7 +134,8 @@ static void test_a_stopped_render_is_a_shorter_one(void **state)
     ca_scene_release(scene);
 }
 
-/* Looks at a noise that falls as it should, and at one that scatters: few, and the last one just beyond the target. */
+/* Looks at a noise that falls as it should, and at one that scatters: few, and the last one just beyond the
+ * target. */
 static void test_noise_looks(void **state)
 {
     (void)state;
@@ -149,7 +151,8 @@ static void test_noise_looks(void **state)
                 ca_noise_looks_take(&looks, passes, noise, 2.0 * passes, 2.0);
                 count++;
                 if (count == 1 && noise >= target)
-                    assert_true(fabs(looks.first_predicted_seconds / (2.0 * 8.0 * noise * noise / target / target) - 1.0) < 1e-9);
+                    assert_true(fabs(looks.first_predicted_seconds / (2.0 * 8.0 * noise * noise / target / target) -
+                                     1.0) < 1e-9);
             } while (!ca_noise_looks_reached(&looks));
             const double needed = fmax(8.0, 100.0 / target * 100.0 / target);
             assert_true(passes <= needed * 1.05 + 2.0 && passes >= needed * (scatter ? 0.95 : 1.0) - 1.0);
@@ -157,7 +160,8 @@ static void test_noise_looks(void **state)
         }
     ca_noise_looks looks = ca_noise_looks_start(0.0, 8.0);
     ca_noise_looks_take(&looks, 8.0, 5.0, 1.0, 0.125);
-    assert_true(looks.next == 16.0 && looks.noise == 5.0 && looks.first_predicted_seconds == 0.0 && !ca_noise_looks_reached(&looks));
+    assert_true(looks.next == 16.0 && looks.noise == 5.0 && looks.first_predicted_seconds == 0.0 &&
+                !ca_noise_looks_reached(&looks));
     ca_noise_looks_take(&looks, 16.0, (double)NAN, 2.0, 0.125);
     assert_true(looks.next == 32.0 && looks.noise < 0.0);
 }
@@ -184,7 +188,8 @@ static void test_time_and_noise_stop_the_render(void **state)
                   statistics.noise_percent, (unsigned)statistics.iterations, needed, statistics.seconds,
                   statistics.first_predicted_seconds);
     assert_true(statistics.iterations >= 8 && statistics.iterations <= needed * 1.1 + 2.0);
-    assert_true(statistics.first_predicted_seconds >= statistics.first_predicted_at && statistics.first_predicted_at > 0.0);
+    assert_true(statistics.first_predicted_seconds >= statistics.first_predicted_at &&
+                statistics.first_predicted_at > 0.0);
     /* the same figure, from the layers */
     double mean = 0.0;
     const float *samples = ca_image_channel(image, "Samples.Y");
@@ -219,7 +224,8 @@ static void test_noise_is_what_it_says(void **state)
         total += statistics.mean_luminance / RENDERS;
         for (size_t i = 0; i < PIXELS; i++) {
             const double y = 0.2126 * (double)ca_image_channel(image, "R")[i] +
-                             0.7152 * (double)ca_image_channel(image, "G")[i] + 0.0722 * (double)ca_image_channel(image, "B")[i];
+                             0.7152 * (double)ca_image_channel(image, "G")[i] +
+                             0.0722 * (double)ca_image_channel(image, "B")[i];
             sum[i] += y;
             squares[i] += y * y;
         }
@@ -229,7 +235,8 @@ static void test_noise_is_what_it_says(void **state)
     for (size_t i = 0; i < PIXELS; i++)
         variance += (squares[i] - sum[i] * sum[i] / RENDERS) / (RENDERS - 1) / PIXELS;
     const double measured = 100.0 * sqrt(variance) / total;
-    print_message("    noise promised %.3f %%, measured over %d renders %.3f %%\n", sqrt(promised), RENDERS, measured);
+    print_message("    noise promised %.3f %%, measured over %d renders %.3f %%\n", sqrt(promised), RENDERS,
+                  measured);
     assert_true(fabs(measured / sqrt(promised) - 1.0) < 0.05);
     ca_scene_release(scene);
 }
@@ -240,9 +247,25 @@ static void test_layers_and_attributes(void **state)
     ca_scene *scene = scene_from_text(scene_text);
     ca_render_settings settings = settings_with(4);
     ca_image_layers *image = render_scene(scene, &settings);
-    static const char *const names[] = {"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "P.X", "P.Y",
-                                        "P.Z", "Variance.R", "Variance.G", "Variance.B", "RelativeVariance.R",
-                                        "RelativeVariance.G", "RelativeVariance.B", "Samples.Y"};
+    static const char *const names[] = {"R",
+                                        "G",
+                                        "B",
+                                        "Albedo.R",
+                                        "Albedo.G",
+                                        "Albedo.B",
+                                        "N.X",
+                                        "N.Y",
+                                        "N.Z",
+                                        "P.X",
+                                        "P.Y",
+                                        "P.Z",
+                                        "Variance.R",
+                                        "Variance.G",
+                                        "Variance.B",
+                                        "RelativeVariance.R",
+                                        "RelativeVariance.G",
+                                        "RelativeVariance.B",
+                                        "Samples.Y"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) assert_non_null(ca_image_channel(image, names[i]));
     /* the lowest row looks at the floor: y = 0, normal up, checkerboard albedo */
     const size_t floor_pixel = (size_t)44 * 67 + 33;
@@ -282,13 +305,14 @@ static void test_path_without_next_event(void **state)
 static void test_path_without_next_event_needs_lights_with_extent(void **state)
 {
     (void)state;
-    static const char *const lights[] = {
-        "<emitter type='point'><rgb name='intensity' value='1'/></emitter>",
-        "<emitter type='directional'><vector name='direction' value='0,0,1'/><rgb name='irradiance' value='1'/></emitter>"};
+    static const char *const lights[] = {"<emitter type='point'><rgb name='intensity' value='1'/></emitter>",
+                                         "<emitter type='directional'><vector name='direction' value='0,0,1'/><rgb "
+                                         "name='irradiance' value='1'/></emitter>"};
     for (int i = 0; i < 2; i++) {
         char text[1024];
         snprintf(text, sizeof text,
-                 "<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'><point name='center' value='0,0,5'/></shape>"
+                 "<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'><point name='center' "
+                 "value='0,0,5'/></shape>"
                  "<emitter type='constant'/>\n  %s</scene>",
                  lights[i]);
         ca_scene *scene = scene_from_text(text);
@@ -309,8 +333,10 @@ static void test_overflow_is_counted_where_it_happens(void **state)
     ca_scene *scene = scene_from_text(
         "<scene version='3.0.0'><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='8'/>"
         "<integer name='height' value='8'/><rfilter type='box'/></film></sensor>"
-        "<shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/><translate z='2'/></transform></shape>"
-        "<emitter type='point'><point name='position' value='0,0,1.98'/><rgb name='intensity' value='1e37'/></emitter>"
+        "<shape type='rectangle'><transform name='to_world'><rotate y='1' angle='180'/><translate "
+        "z='2'/></transform></shape>"
+        "<emitter type='point'><point name='position' value='0,0,1.98'/><rgb name='intensity' "
+        "value='1e37'/></emitter>"
         "</scene>");
     ca_render_settings settings = settings_with(16);
     settings.integrator = "path:max_depth=2";
@@ -372,17 +398,21 @@ static void test_integrators_of_the_scene(void **state)
         const char *version, *type, *parameters, *chosen, *says; /* says: of the description, or of the error */
     } cases[] = {
         {"3.0.0", "vcm-star", "<float name='radius' value='0.25'/><integer name='camera_paths' value='2'/>", NULL,
-         "vcm-star:max_depth=-1,rr_depth=5,hide_emitters=false,heuristic=balance,light_paths=0,camera_paths=2,radius=0.25,"
+         "vcm-star:max_depth=-1,rr_depth=5,hide_emitters=false,heuristic=balance,light_paths=0,camera_paths=2,radius="
+         "0.25,"
          "alpha=0.5"},
         {"0.6.0", "bdpm",
-         "<integer name='maxDepth' value='4'/><integer name='cameraDiffuseDepth' value='3'/><string name='merges' value='last'/>",
+         "<integer name='maxDepth' value='4'/><integer name='cameraDiffuseDepth' value='3'/><string name='merges' "
+         "value='last'/>",
          NULL, "camera_diffuse_depth=3,merges=last"},
         {"3.0.0", "vcm", "<integer name='max_depth' value='4'/><float name='radius' value='1'/>", "path:rr_depth=2",
          "path:max_depth=4,rr_depth=2,"},
         {"3.0.0", "vcm", "<integer name='radius' value='2'/>", "ovcm", "radius=2,alpha=0.5,epsilon="},
         {"3.0.0", "vcm", "\n<float name='c' value='1'/>", NULL, ":3:1: integrator \"vcm\" has no parameter \"c\""},
-        {"3.0.0", "vcm", "\n<float name='alpha' value='2'/>", NULL, ":3:1: \"alpha\" must be a number of at least 0 and"},
-        {"3.0.0", "vcm", "\n<float name='light_paths' value='2.5'/>", "ovcm", ":3:1: \"light_paths\" must be a whole"},
+        {"3.0.0", "vcm", "\n<float name='alpha' value='2'/>", NULL,
+         ":3:1: \"alpha\" must be a number of at least 0 and"},
+        {"3.0.0", "vcm", "\n<float name='light_paths' value='2.5'/>", "ovcm",
+         ":3:1: \"light_paths\" must be a whole"},
         {"3.0.0", "vcm", "\n<string name='heuristic' value='best'/>", NULL, ":3:1: \"heuristic\" must be one of"},
         {"3.0.0", "vcmm", "", NULL, ":2:1: unknown integrator \"vcmm\"; did you mean \"vcm\"?"},
     };

@@ -1,5 +1,5 @@
-/* Integrators with light paths, from outside: the same bits for any number of threads, for any amount of memory, and for
- * a part of the picture; what they count; the images of their strategies. */
+/* Integrators with light paths, from outside: the same bits for any number of threads, for any amount of memory, and
+ * for a part of the picture; what they count; the images of their strategies. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/memory.h"
 #include "image/layers.h"
@@ -101,7 +101,7 @@ static void test_a_crop_is_a_part_of_the_picture(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Memory ----------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 /* Rounds that a pass would take; 0 where that much memory is refused. */
 static uint32_t rounds_of(const ca_scene *scene, const ca_render_settings *settings)
@@ -178,7 +178,7 @@ static void test_out_of_memory(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Counts ----------------------------------------------------------------------------------------------------- */
+/* ---- Counts ---------------------------------------------------------------------------------------------------- */
 
 static void test_counts(void **state)
 {
@@ -208,7 +208,7 @@ static void test_counts(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Images of strategies --------------------------------------------------------------------------------------- */
+/* ---- Images of strategies -------------------------------------------------------------------------------------- */
 
 /* Adds the pictures of a folder whose name ends so to `sum`, and removes all. */
 static void collect(const char *folder, const char *ending, double *sum, size_t count, int *files)

@@ -1,5 +1,5 @@
-/* Measuring noise through the library: layers and averages of the same sums, an early end, what is refused, the picture, failures of
- * memory. */
+/* Measuring noise through the library: layers and averages of the same sums, an early end, what is refused, the
+ * picture, failures of memory. */
 #include "base/memory.h"
 #include "noise/layers.h"
 #include "render/noise.h"
@@ -14,25 +14,25 @@
 
 #include <cmocka.h>
 
-#define FLOOR_AND(more) \
-    "<scene version=\"3.0.0\">\n" \
-    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"3\"/><float name=\"alpha\" value=\"0.5\"/>\n" \
-    "    <integer name=\"light_paths\" value=\"40\"/><integer name=\"camera_paths\" value=\"3\"/></integrator>\n" \
-    "  <sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>\n" \
-    "    <transform name=\"to_world\"><lookat origin=\"0,3,3\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n" \
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/>" \
-    "<rfilter type=\"box\"/></film>\n" \
-    "  </sensor>\n" \
-    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"2\"/></transform>" \
-    "</shape>\n" \
-    "  <emitter type=\"point\"><point name=\"position\" value=\"0,2,0\"/><rgb name=\"intensity\" value=\"9\"/></emitter>\n" \
-    more \
-    "</scene>\n"
+#define FLOOR_AND(more)                                                                                              \
+    "<scene version=\"3.0.0\">\n"                                                                                    \
+    "  <integrator type=\"bdpm\"><integer name=\"max_depth\" value=\"3\"/><float name=\"alpha\" value=\"0.5\"/>\n"   \
+    "    <integer name=\"light_paths\" value=\"40\"/><integer name=\"camera_paths\" value=\"3\"/></integrator>\n"    \
+    "  <sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>\n"                                            \
+    "    <transform name=\"to_world\"><lookat origin=\"0,3,3\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n"        \
+    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/>"         \
+    "<rfilter type=\"box\"/></film>\n"                                                                               \
+    "  </sensor>\n"                                                                                                  \
+    "  <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale "                \
+    "value=\"2\"/></transform>"                                                                                      \
+    "</shape>\n"                                                                                                     \
+    "  <emitter type=\"point\"><point name=\"position\" value=\"0,2,0\"/><rgb name=\"intensity\" "                   \
+    "value=\"9\"/></emitter>\n" more "</scene>\n"
 
 static const char *const floor_text = FLOOR_AND("");
 /* With a wall, so that light paths go on from where camera paths see them. */
-static const char *const corner_text =
-    FLOOR_AND("  <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"2\"/><translate z=\"-1\"/></transform></shape>\n");
+static const char *const corner_text = FLOOR_AND("  <shape type=\"rectangle\"><transform name=\"to_world\"><scale "
+                                                 "value=\"2\"/><translate z=\"-1\"/></transform></shape>\n");
 
 enum { PIXELS = 20 };
 
@@ -97,10 +97,12 @@ static void test_connections(void **state)
         assert_int_equal(ca_noise_average(noise, (const uint32_t[]){1, 2, 2, 3}, 40, 3, &part, &error), CA_OK);
         assert_true((float)part.connect == ca_image_channel(image, "Noise.Connect")[2 * 5 + 1]);
         assert_true(ca_image_channel(image, "Noise.Connect.StdErr")[2 * 5 + 1] > 0.0f && all.connect != 0.0);
-        assert_true(fabs(all.pair + all.camera + all.light + all.connect - all.predicted) < 1e-12 + 1e-9 * all.predicted);
+        assert_true(fabs(all.pair + all.camera + all.light + all.connect - all.predicted) <
+                    1e-12 + 1e-9 * all.predicted);
         assert_int_equal(ca_noise_average(noise, NULL, 3, 4, &all, &error), CA_ERROR_ARGUMENT);
         assert_non_null(strstr(error.message, "not for 3, 4"));
-        assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, NULL, &recommendation, &error), CA_ERROR_UNSUPPORTED);
+        assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, NULL, &recommendation, &error),
+                         CA_ERROR_UNSUPPORTED);
         assert_non_null(strstr(error.message, "weights"));
         ca_noise_release(noise);
         ca_image_release(image);
@@ -108,7 +110,7 @@ static void test_connections(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- An early end ------------------------------------------------------------------------------------------------- */
+/* ---- An early end ---------------------------------------------------------------------------------------------- */
 
 /* Counts the calls, and asks for an end at one of them. */
 typedef struct ending {
@@ -139,13 +141,14 @@ static void test_early_end(void **state)
         assert_true(statistics.interrupted && statistics.iterations == made && e.calls == made);
         ca_noise_summary summary;
         assert_int_equal(ca_noise_average(noise, NULL, 40, 3, &summary, NULL), CA_OK);
-        assert_true(noise->film.pixels[0].iterations == made && isfinite(summary.predicted) && summary.measured > 0.0);
+        assert_true(noise->film.pixels[0].iterations == made && isfinite(summary.predicted) &&
+                    summary.measured > 0.0);
         ca_noise_release(noise);
     }
     ca_scene_release(scene);
 }
 
-/* ---- What is refused ---------------------------------------------------------------------------------------------- */
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
 
 static void refuse(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations, const char *words)
 {
@@ -204,7 +207,7 @@ static void test_refusals(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- The picture -------------------------------------------------------------------------------------------------- */
+/* ---- The picture ----------------------------------------------------------------------------------------------- */
 
 static ca_image_layers *layers_of(const float pair[200], const float camera[200], const float light[200])
 {
@@ -248,7 +251,7 @@ static void test_picture(void **state)
     ca_layers_destroy(picture);
 }
 
-/* ---- Memory ------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static void test_memory_failures(void **state)
 {
@@ -279,8 +282,9 @@ static void test_memory_failures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_measurement), cmocka_unit_test(test_connections), cmocka_unit_test(test_early_end),
-        cmocka_unit_test(test_refusals),    cmocka_unit_test(test_picture),     cmocka_unit_test(test_memory_failures),
+        cmocka_unit_test(test_measurement), cmocka_unit_test(test_connections),
+        cmocka_unit_test(test_early_end),   cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_picture),     cmocka_unit_test(test_memory_failures),
     };
     return cmocka_run_group_tests_name("measuring noise", tests, NULL, NULL);
 }

@@ -51,8 +51,8 @@ static void fake_destroy(void *state) { assert_ptr_equal(state, &play); }
 
 static uint32_t fake_rounds(const void *state) { return ((const script *)state)->rounds; }
 
-static ca_status fake_begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel, ca_worker *workers,
-                                  ca_error *error)
+static ca_status fake_begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
+                                  ca_worker *workers, ca_error *error)
 {
     script *s = state;
     assert_int_equal(pass, s->begun / s->rounds);
@@ -157,7 +157,8 @@ static void expect_image(const ca_image_layers *image)
                 for (uint32_t b = 0; b < play.camera_paths; b++) {
                     const uint32_t index = pass * play.camera_paths + b;
                     for (uint32_t round = 0; round < play.rounds; round++)
-                        value += (double)(filter_weight_of(index) * radiance_of(x, y, index, round)) / play.camera_paths;
+                        value +=
+                            (double)(filter_weight_of(index) * radiance_of(x, y, index, round)) / play.camera_paths;
                     indices += (double)index / play.camera_paths;
                 }
                 sum += value;

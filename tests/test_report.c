@@ -1,5 +1,5 @@
-/* The page of images: channels come back to the bit or as near as they say, texts cannot break out of their place, and the file
- * is whole or not there. What a browser makes of it is test_report_page.sh's business. */
+/* The page of images: channels come back to the bit or as near as they say, texts cannot break out of their place,
+ * and the file is whole or not there. What a browser makes of it is test_report_page.sh's business. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/file.h"
 #include "base/memory.h"
@@ -26,7 +26,7 @@
 #include <jansson.h>
 #include <zlib.h>
 
-/* ---- Reading back ------------------------------------------------------------------------------------------------- */
+/* ---- Reading back ---------------------------------------------------------------------------------------------- */
 
 static uint32_t bits_of(float value)
 {
@@ -108,7 +108,7 @@ static char *text_of(const char *path)
     return text;
 }
 
-/* ---- Rounding ----------------------------------------------------------------------------------------------------- */
+/* ---- Rounding -------------------------------------------------------------------------------------------------- */
 
 static void test_rounding(void **state)
 {
@@ -123,7 +123,8 @@ static void test_rounding(void **state)
     assert_true(ca_plane_round(0.0f, 8) == 0.0f);
     ca_test_random random = {1};
     for (int i = 0; i < 100000; i++) {
-        const float value = ldexpf(ca_test_random_float(&random) - 0.5f, (int)(200.0f * ca_test_random_float(&random)) - 100);
+        const float value =
+            ldexpf(ca_test_random_float(&random) - 0.5f, (int)(200.0f * ca_test_random_float(&random)) - 100);
         assert_int_equal(bits_of(ca_plane_round(value, CA_PLANE_EXACT)), bits_of(value));
         for (int bits = 8; bits < 24; bits += 4) {
             const float rounded = ca_plane_round(value, bits);
@@ -146,7 +147,7 @@ static void test_what_fits_half(void **state)
     assert_true(ca_plane_fits_half(&others[0], 1, 8)); /* rounded, it does */
 }
 
-/* ---- Planes ------------------------------------------------------------------------------------------------------- */
+/* ---- Planes ---------------------------------------------------------------------------------------------------- */
 
 static void check_plane(const float *values, size_t count, int bits, int least_pieces)
 {
@@ -189,7 +190,7 @@ static void test_planes_come_back(void **state)
     free(values);
 }
 
-/* ---- Texts -------------------------------------------------------------------------------------------------------- */
+/* ---- Texts ----------------------------------------------------------------------------------------------------- */
 
 static const char nasty[] = "a</script><!--<script>alert(1)</script>&amp;\"'\\\n\t\x01 \xc3\xa9.exr";
 
@@ -207,7 +208,7 @@ static void test_texts_stay_in_their_place(void **state)
     free(html);
 }
 
-/* ---- Pages -------------------------------------------------------------------------------------------------------- */
+/* ---- Pages ----------------------------------------------------------------------------------------------------- */
 
 enum { WIDTH = 7, HEIGHT = 5, PIXELS = WIDTH * HEIGHT };
 
@@ -224,8 +225,9 @@ static ca_image_layers *make_layers(const char *const *names, size_t count, uint
     return layers;
 }
 
-static const char *const picture_names[] = {"R",         "G",        "B",        "Variance.R",      "Variance.G", "Variance.B",
-                                            "Samples.Y", "Albedo.R", "Albedo.G", "ConfidenceLow.Y", "Depth"};
+static const char *const picture_names[] = {"R",          "G",         "B",        "Variance.R", "Variance.G",
+                                            "Variance.B", "Samples.Y", "Albedo.R", "Albedo.G",   "ConfidenceLow.Y",
+                                            "Depth"};
 static const char *const map_names[] = {"SSIM", "FLIP.LDR", "Difference.R"};
 
 typedef struct pictures {
@@ -234,7 +236,8 @@ typedef struct pictures {
 
 static pictures make_pictures(void)
 {
-    const pictures p = {make_layers(picture_names, 11, 1), make_layers(map_names, 3, 2), make_layers(picture_names, 3, 3)};
+    const pictures p = {make_layers(picture_names, 11, 1), make_layers(map_names, 3, 2),
+                        make_layers(picture_names, 3, 3)};
     for (size_t i = 0; i < PIXELS; i++) p.image->channels[6].data[i] = (float)(i % 5); /* samples: some too few */
     return p;
 }
@@ -250,9 +253,11 @@ static ca_status write_page(const pictures *p, const char *layers, const char *p
 {
     const ca_pixel_rect roi = {1, 2, 3, 4};
     const ca_page_settings settings = {.title = nasty, .layers = layers, .maps = "SSIM,FLIP.LDR", .roi = &roi};
-    const ca_page_metric metrics[] = {{"RMSE", "root", 0.1, CA_PAGE_LOWER}, {"SSIM", nasty, (double)NAN, CA_PAGE_HIGHER}};
+    const ca_page_metric metrics[] = {{"RMSE", "root", 0.1, CA_PAGE_LOWER},
+                                      {"SSIM", nasty, (double)NAN, CA_PAGE_HIGHER}};
     const ca_page_image reference = {.name = "ref", .is_reference = true, .layers = p->reference};
-    const ca_page_image image = {.name = nasty, .layers = p->image, .maps = p->maps, .metrics = metrics, .metric_count = 2};
+    const ca_page_image image = {
+        .name = nasty, .layers = p->image, .maps = p->maps, .metrics = metrics, .metric_count = 2};
     ca_page *page = NULL;
     ca_status status = ca_page_create(&page, path, &settings, error);
     if (status == CA_OK) status = ca_page_add(page, &reference, error);
@@ -343,8 +348,8 @@ static void test_a_page_has_what_it_says(void **state)
     assert_false(find_plane(page, "above", "Y", values));
     for (size_t i = 0; i < PIXELS; i++) {
         const ca_channel *c = p.image->channels;
-        const double distance = 0.2126 * (double)c[0].data[i] + 0.7152 * (double)c[1].data[i] + 0.0722 * (double)c[2].data[i] -
-                                (double)c[9].data[i];
+        const double distance = 0.2126 * (double)c[0].data[i] + 0.7152 * (double)c[1].data[i] +
+                                0.0722 * (double)c[2].data[i] - (double)c[9].data[i];
         assert_true(fabs((double)values[i] - distance) <= 0x1p-8 * fabs(distance));
     }
     assert_false(find_plane(page, "layer", "ConfidenceLow.Y", values));
@@ -462,7 +467,8 @@ static void test_embedded_files(void **state)
     for (size_t i = 0; i < found.gl_pathc; i++) {
         const ca_page_file *file = ca_page_files;
         ca_bytes bytes;
-        while (strcmp(file->name, strrchr(found.gl_pathv[i], '/') + 1) != 0) assert_true(++file < ca_page_files + ca_page_file_count);
+        while (strcmp(file->name, strrchr(found.gl_pathv[i], '/') + 1) != 0)
+            assert_true(++file < ca_page_files + ca_page_file_count);
         assert_int_equal(ca_file_read(found.gl_pathv[i], "page", 1 << 20, &bytes, NULL), CA_OK);
         assert_int_equal(bytes.size, file->size);
         assert_memory_equal(bytes.data, file->data, bytes.size);
@@ -477,13 +483,16 @@ static void test_embedded_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rounding), cmocka_unit_test(test_what_fits_half), cmocka_unit_test(test_planes_come_back),
+        cmocka_unit_test(test_rounding),
+        cmocka_unit_test(test_what_fits_half),
+        cmocka_unit_test(test_planes_come_back),
         cmocka_unit_test(test_texts_stay_in_their_place),
         cmocka_unit_test(test_a_page_has_what_it_says),
         cmocka_unit_test(test_colours_come_first),
         cmocka_unit_test(test_layers_on_request),
         cmocka_unit_test(test_texts_do_not_break_out),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_every_allocation_may_fail),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_every_allocation_may_fail),
         cmocka_unit_test(test_embedded_files),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -63,7 +63,8 @@ static ca_full_path example(void)
 
 /* From the camera:   sqrt A = 0.1 * 10 = 1 at x[1], 1 + (0.1 + 0.25) * 2 = 1.7 at x[2].
  * From the light:    sqrt A = 2 + 0.25 * 4 = 3 at x[2], 3 + (0.25 + 2) * 2 = 7.5 at x[1].
- * n = (x + 1) / (x + 1e-5) with x = (0.5 (1 / 7.5)^2)^2.5 = 7.4493e-6 at x[1], (0.5 (1.7 / 3)^2)^2.5 = 0.010329 at x[2]. */
+ * n = (x + 1) / (x + 1e-5) with x = (0.5 (1 / 7.5)^2)^2.5 = 7.4493e-6 at x[1], (0.5 (1.7 / 3)^2)^2.5 = 0.010329 at
+ * x[2]. */
 static void test_footprint_by_hand(void **state)
 {
     (void)state;
@@ -82,8 +83,8 @@ static void test_footprint_by_hand(void **state)
     assert_close((double)n[2], 39.7772083, 1e-5);
 }
 
-/* The cosines at x[1] turn the camera's area there by 0.64 / 0.25, its root 1 into 1.6: 2.3 at x[2]. Those at x[2] turn the
- * light's by 0.25 / 1, its root 3 into 1.5: 6 at x[1]. */
+/* The cosines at x[1] turn the camera's area there by 0.64 / 0.25, its root 1 into 1.6: 2.3 at x[2]. Those at x[2]
+ * turn the light's by 0.25 / 1, its root 3 into 1.5: 6 at x[1]. */
 static void test_footprint_projected(void **state)
 {
     (void)state;
@@ -149,7 +150,8 @@ static void test_footprint_range(void **state)
         ca_reuse_rules rules = ca_random_rules(&random).reuse;
         rules.kind = CA_REUSE_FOOTPRINT;
         const float scale = powf(10.0f, 30.0f * ca_test_random_float(&random) - 15.0f);
-        for (uint32_t k = 0; k + 1 < path.n; k++) path.distance[k] *= ca_test_random_float(&random) < 0.3f ? scale : 1.0f;
+        for (uint32_t k = 0; k + 1 < path.n; k++)
+            path.distance[k] *= ca_test_random_float(&random) < 0.3f ? scale : 1.0f;
         float n[CA_FULL_PATH_MAX];
         fill(&rules, &path, path.n, n);
         for (uint32_t m = 1; m + 1 < path.n; m++)
@@ -281,8 +283,8 @@ static void test_normalised_mean(void **state)
     }
 }
 
-/* "Near" is within tan 1 degree times 10 m, 0.0957 m^2. At x[2] camera paths come near with the chance c = 0.1 A = 0.00957 (all
- * of them at x[1]), light paths with l = (0.125 A)(0.01 A) = 1.145e-5: n = N_F c / (c + l - c l). */
+/* "Near" is within tan 1 degree times 10 m, 0.0957 m^2. At x[2] camera paths come near with the chance c = 0.1 A =
+ * 0.00957 (all of them at x[1]), light paths with l = (0.125 A)(0.01 A) = 1.145e-5: n = N_F c / (c + l - c l). */
 static void test_correlation_by_hand(void **state)
 {
     (void)state;

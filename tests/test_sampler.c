@@ -1,6 +1,6 @@
-/* Samplers: names; what holds for every kind; independent numbers look random along every axis of their address; Sobol'
- * points are nets in every group of dimensions, independent between groups and pixels, and integrate smooth functions
- * faster than chance. */
+/* Samplers: names; what holds for every kind; independent numbers look random along every axis of their address;
+ * Sobol' points are nets in every group of dimensions, independent between groups and pixels, and integrate smooth
+ * functions faster than chance. */
 #include "sampling/sampler.h"
 #include "support/chi_square.h"
 
@@ -46,8 +46,8 @@ static const address starts[] = {{0, 0, 0, 0},
                                  {7, CA_SEQUENCE_LIGHT, (UINT64_C(1) << 32) - 1000, 13}};
 enum { START_COUNT = sizeof starts / sizeof starts[0] };
 
-/* ---- Independent --------------------------------------------------------------------------------------------------
- */
+/* ---- Independent
+ * -------------------------------------------------------------------------------------------------- */
 
 /* Counts of (value at n, value at n + lag, value at n + 2 lag) in boxes. */
 static double boxes_p_value(address start, int axis, uint64_t lag, uint32_t sides, uint32_t dimensions,
@@ -142,8 +142,8 @@ static void test_independent_correlations_and_bits(void **state)
     free(u);
 }
 
-/* ---- Sobol' -------------------------------------------------------------------------------------------------------
- */
+/* ---- Sobol'
+ * ------------------------------------------------------------------------------------------------------- */
 
 /* Smallest t for which 2^m points, from index `first` on, have 2^t points in each box of 2^-k by 2^(t-m+k). */
 static uint32_t net_quality(uint64_t sequence, uint32_t first, uint32_t m, uint32_t dim_x, uint32_t dim_y)
@@ -201,8 +201,8 @@ static void test_sobol_one_dimension(void **state)
         }
 }
 
-/* Any single number, over pixels, is uniform; the same number of two groups, two pixels or two seeds is independent.
- */
+/* Any single number, over pixels, is uniform; the same number of two groups, two pixels or two seeds is
+ * independent. */
 static void test_sobol_independence(void **state)
 {
     (void)state;
@@ -268,8 +268,9 @@ static void test_integration_error(void **state)
     assert_true(pad_1024 < mc_1024);
 }
 
-/* ---- All kinds ------------------------------------------------------------------------------------------------------
- */
+/* ---- All kinds
+ *
+ * ------------------------------------------------------------------------------------------------------ */
 
 static void test_pairs_and_range(void **state)
 {

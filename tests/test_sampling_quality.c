@@ -1,6 +1,6 @@
-/* What every kind of sampler must do, in the dimensions that renderers use: numbers are uniform, alone and in pairs; all but
- * independent ones are spread more evenly than chance and integrate smooth functions at a better rate; images may have any
- * size, and pixels do not repeat each other. */
+/* What every kind of sampler must do, in the dimensions that renderers use: numbers are uniform, alone and in pairs;
+ * all but independent ones are spread more evenly than chance and integrate smooth functions at a better rate; images
+ * may have any size, and pixels do not repeat each other. */
 #include "sampling/sampler.h"
 #include "support/chi_square.h"
 #include "support/sampler_numbers.h"
@@ -16,9 +16,12 @@
 #include <cmocka.h>
 
 /* Without randomisation: the seed changes nothing. */
-static bool is_plain(ca_sampler_kind kind) { return kind == CA_SAMPLER_HALTON_PLAIN || kind == CA_SAMPLER_SOBOL_PLAIN; }
+static bool is_plain(ca_sampler_kind kind)
+{
+    return kind == CA_SAMPLER_HALTON_PLAIN || kind == CA_SAMPLER_SOBOL_PLAIN;
+}
 
-/* ---- Uniformity ------------------------------------------------------------------------------------------------------ */
+/* ---- Uniformity ------------------------------------------------------------------------------------------------ */
 
 /* Pairs that are used together to five vertices deep, some across groups, and far beyond every table. */
 static uint32_t list_pairs(uint32_t pairs[][2])
@@ -56,7 +59,8 @@ static double farthest(const double *counts, double per_bin)
     return farthest;
 }
 
-/* One number of chi-square for the pair and for each of its numbers, over its degrees of freedom: about 1 by chance. */
+/* One number of chi-square for the pair and for each of its numbers, over its degrees of freedom: about 1 by
+ * chance. */
 static double worst_statistic(const box_counts *counts, double per_bin, double *smallest_p)
 {
     double expected[BINS], worst = 0.0;
@@ -72,11 +76,12 @@ static double worst_statistic(const box_counts *counts, double per_bin, double *
     return worst;
 }
 
-/* By the test's level where numbers are independent. Elsewhere points of a pixel, or pixels, depend on each other, so that
- * boxes fill together; still the statistic stays near 1 or far below. Plain kinds are no random variables at all: of a sequence
- * that stops within a power of its base, or repeats a place in many pixels, each box may miss its share by a little. */
-static void check_counts(const box_counts *counts, double per_bin, double level, const char *what, ca_sampler_kind kind,
-                         const uint32_t pair[2])
+/* By the test's level where numbers are independent. Elsewhere points of a pixel, or pixels, depend on each other, so
+ * that boxes fill together; still the statistic stays near 1 or far below. Plain kinds are no random variables at
+ * all: of a sequence that stops within a power of its base, or repeats a place in many pixels, each box may miss its
+ * share by a little. */
+static void check_counts(const box_counts *counts, double per_bin, double level, const char *what,
+                         ca_sampler_kind kind, const uint32_t pair[2])
 {
     double p;
     const double statistic = worst_statistic(counts, per_bin, &p);
@@ -111,8 +116,8 @@ static void test_light_paths_are_uniform(void **state)
     }
 }
 
-/* A few paths each of all pixels of an image, for many seeds (plain kinds: more paths): where pixels share one sequence or
- * orders, what two pairs do together hangs on few random choices. */
+/* A few paths each of all pixels of an image, for many seeds (plain kinds: more paths): where pixels share one
+ * sequence or orders, what two pairs do together hangs on few random choices. */
 static void test_pixels_are_uniform(void **state)
 {
     (void)state;
@@ -136,7 +141,7 @@ static void test_pixels_are_uniform(void **state)
         }
 }
 
-/* ---- Star discrepancy ------------------------------------------------------------------------------------------------ */
+/* ---- Star discrepancy ------------------------------------------------------------------------------------------ */
 
 static int by_x(const void *a, const void *b)
 {
@@ -144,9 +149,9 @@ static int by_x(const void *a, const void *b)
     return (p->x > q->x) - (p->x < q->x);
 }
 
-/* Of the boxes [0, x) x [0, y) and [0, x] x [0, y] the one whose share of points is farthest from its area. The worst have
- * their corners at coordinates of points or at 1: all of these are looked at, while the y of points to the left of x stay
- * sorted. */
+/* Of the boxes [0, x) x [0, y) and [0, x] x [0, y] the one whose share of points is farthest from its area. The worst
+ * have their corners at coordinates of points or at 1: all of these are looked at, while the y of points to the left
+ * of x stay sorted. */
 static double star_discrepancy(ca_vec2 *points, uint32_t count)
 {
     static float ys[2048];
@@ -230,8 +235,8 @@ static double mean_discrepancy(ca_sampler_kind kind, const pair_use *use, uint32
     return sum;
 }
 
-/* A net of 2^m points in base 2 and two dimensions with t = 0 has n D* <= m / 2 + 3 / 2; with t, 2^t ((m - t) / 2 + 3 / 2).
- * Random points have about 1.2 / sqrt(n). */
+/* A net of 2^m points in base 2 and two dimensions with t = 0 has n D* <= m / 2 + 3 / 2; with t, 2^t ((m - t) / 2 + 3
+ * / 2). Random points have about 1.2 / sqrt(n). */
 static void test_star_discrepancy(void **state)
 {
     (void)state;
@@ -250,17 +255,18 @@ static void test_star_discrepancy(void **state)
         for (ca_sampler_kind kind = CA_SAMPLER_INDEPENDENT + 1; kind < CA_SAMPLER_KIND_COUNT; kind++) {
             const double mean = mean_discrepancy(kind, &uses[u], 1024, &largest);
             printf(", %.4f %s", mean, ca_sampler_name(kind));
-            /* Halton points of the second vertex have bases 41 and 43, whose grid 1024 points fill by half: scrambled, they
-             * are still better than chance; plain, they lie on diagonals. */
+            /* Halton points of the second vertex have bases 41 and 43, whose grid 1024 points fill by half:
+             * scrambled, they are still better than chance; plain, they lie on diagonals. */
             const double share = u < 4 ? 0.25 : kind == CA_SAMPLER_HALTON_PLAIN ? 1.2 : 0.5;
             assert_true(mean < share * chance);
-            if (kind == CA_SAMPLER_SOBOL || kind == CA_SAMPLER_ZSOBOL) assert_true(1024.0 * largest <= uses[u].net_bound);
+            if (kind == CA_SAMPLER_SOBOL || kind == CA_SAMPLER_ZSOBOL)
+                assert_true(1024.0 * largest <= uses[u].net_bound);
         }
         printf("\n");
     }
 }
 
-/* ---- Integrals ------------------------------------------------------------------------------------------------------- */
+/* ---- Integrals ------------------------------------------------------------------------------------------------- */
 
 /* Not periodic; each has an integral of one. */
 static double grow(const ca_stream *stream, uint32_t dimension)
@@ -269,14 +275,18 @@ static double grow(const ca_stream *stream, uint32_t dimension)
 }
 static double in_one(const ca_stream *stream, uint32_t d) { return grow(stream, d + 2); }
 static double in_two(const ca_stream *stream, uint32_t d) { return grow(stream, d) * grow(stream, d + 1); }
-static double in_pairs(const ca_stream *stream, uint32_t d) { return 0.5 * (in_two(stream, d) + in_two(stream, d + 2)); }
+static double in_pairs(const ca_stream *stream, uint32_t d)
+{
+    return 0.5 * (in_two(stream, d) + in_two(stream, d + 2));
+}
 static double in_four(const ca_stream *stream, uint32_t d) { return in_two(stream, d) * in_two(stream, d + 2); }
 
 typedef double (*integrand)(const ca_stream *stream, uint32_t dimension);
 
 enum { RUNS = 64, FROM = 6, TO = 13 };
 
-/* Root mean square errors for 2^m paths, m = FROM ... TO, over randomisations (plain kinds: over stretches of the sequence). */
+/* Root mean square errors for 2^m paths, m = FROM ... TO, over randomisations (plain kinds: over stretches of the
+ * sequence). */
 static void measure_errors(ca_sampler_kind kind, integrand f, uint32_t dimension, double errors[TO + 1])
 {
     double squares[TO + 1] = {0};
@@ -286,7 +296,8 @@ static void measure_errors(ca_sampler_kind kind, integrand f, uint32_t dimension
         uint32_t i = 0;
         for (uint32_t m = 0; m <= TO; m++) {
             for (; i < 1u << m; i++) {
-                const ca_stream stream = ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, (is_plain(kind) ? run << TO : 0) + i);
+                const ca_stream stream =
+                    ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, (is_plain(kind) ? run << TO : 0) + i);
                 sum += f(&stream, dimension);
             }
             squares[m] += pow(sum / (1u << m) - 1.0, 2.0) / RUNS;
@@ -334,9 +345,10 @@ static void test_integrals(void **state)
         }
 }
 
-/* ---- Addresses and images --------------------------------------------------------------------------------------------- */
+/* ---- Addresses and images -------------------------------------------------------------------------------------- */
 
-/* More paths, other paths and other pixels in between change nothing, nor does another sampler of the same settings. */
+/* More paths, other paths and other pixels in between change nothing, nor does another sampler of the same
+ * settings. */
 static void test_extension(void **state)
 {
     (void)state;

@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-/* ---- Boxes -------------------------------------------------------------------------------------------------------- */
+/* ---- Boxes ----------------------------------------------------------------------------------------------------- */
 
 /* Where points are taken from. */
 typedef struct point_source {
@@ -39,10 +39,10 @@ static uint32_t source_t(const point_source *source, uint32_t m)
     return ca_net_quality(x, y, m);
 }
 
-/* ---- sobol-plain: the table --------------------------------------------------------------------------------------- */
+/* ---- sobol-plain: the table ------------------------------------------------------------------------------------ */
 
-/* The first points after the origin in eight dimensions of new-joe-kuo-6, in the usual Gray code order, as printed by the
- * tests of public implementations that use these numbers. */
+/* The first points after the origin in eight dimensions of new-joe-kuo-6, in the usual Gray code order, as printed by
+ * the tests of public implementations that use these numbers. */
 static void test_published_points(void **state)
 {
     (void)state;
@@ -151,7 +151,7 @@ static void test_plain_nets(void **state)
             }
 }
 
-/* ---- sobol-plain: the paths of a pixel ---------------------------------------------------------------------------- */
+/* ---- sobol-plain: the paths of a pixel ------------------------------------------------------------------------- */
 
 /* A coordinate of the first two dimensions in 64 bits, bit by bit. */
 static uint64_t exact_coordinate(uint64_t number_of_path, uint32_t dimension)
@@ -232,7 +232,8 @@ static void test_plain_beyond_the_end(void **state)
     const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 1920, 1080);
     uint32_t same = 0;
     for (uint32_t d = 2; d < 300; d++)
-        same += number_of(&sampler, CA_SEQUENCE_LIGHT, 77, d) == number_of(&sampler, CA_SEQUENCE_LIGHT, (UINT64_C(3) << 60) + 77, d);
+        same += number_of(&sampler, CA_SEQUENCE_LIGHT, 77, d) ==
+                number_of(&sampler, CA_SEQUENCE_LIGHT, (UINT64_C(3) << 60) + 77, d);
     for (uint32_t d = 0; d < 300; d++)
         same += number_of(&sampler, 123456, 77, d) == number_of(&sampler, 123456, (UINT64_C(5) << 50) + 77, d);
     assert_true(same < 3);
@@ -243,11 +244,12 @@ static void test_plain_beyond_the_end(void **state)
     }
 }
 
-/* ---- Chi-square --------------------------------------------------------------------------------------------------- */
+/* ---- Chi-square ------------------------------------------------------------------------------------------------ */
 
 enum { SIDE = 16, BOX_COUNT = SIDE * SIDE };
 
-/* p-value of pairs counted in boxes; *ratio is the statistic over its degrees of freedom. `stride` parts the paths. */
+/* p-value of pairs counted in boxes; *ratio is the statistic over its degrees of freedom. `stride` parts the
+ * paths. */
 static double pair_p_value(const ca_sampler *sampler, uint64_t stride, uint32_t x, uint32_t y, double *ratio)
 {
     enum { COUNT = 40000 };
@@ -263,9 +265,9 @@ static double pair_p_value(const ca_sampler *sampler, uint64_t stride, uint32_t 
     return p;
 }
 
-/* A dimension past the table against the same one, or a near one, in the table or another repeat. Each run of 2^32 paths
- * has an order of its own: over the runs, pairs are as random numbers. Within a run they are structured, and fill the boxes
- * more evenly than chance, or less: on average not worse. */
+/* A dimension past the table against the same one, or a near one, in the table or another repeat. Each run of 2^32
+ * paths has an order of its own: over the runs, pairs are as random numbers. Within a run they are structured, and
+ * fill the boxes more evenly than chance, or less: on average not worse. */
 static void test_uniform_past_the_table(void **state)
 {
     (void)state;
@@ -287,10 +289,10 @@ static void test_uniform_past_the_table(void **state)
     assert_true(mean < 1.25);
 }
 
-/* ---- Discrepancy -------------------------------------------------------------------------------------------------- */
+/* ---- Discrepancy ----------------------------------------------------------------------------------------------- */
 
-/* Star discrepancy of points in the unit square, times their number: boxes with corners on the points' coordinates, open
- * and closed. */
+/* Star discrepancy of points in the unit square, times their number: boxes with corners on the points' coordinates,
+ * open and closed. */
 static double star_discrepancy(const float *x, const float *y, uint32_t count)
 {
     double worst = 0.0;
@@ -308,8 +310,9 @@ static double star_discrepancy(const float *x, const float *y, uint32_t count)
     return worst;
 }
 
-/* Niederreiter's bound for digital (0, m, 2)-nets in base 2: N D* <= m / 2 + 3 / 2 (quoted by Larcher and Pillichshammer
- * 2003, "Sums of distances to the nearest integer and the discrepancy of digital nets", equation 1). */
+/* Niederreiter's bound for digital (0, m, 2)-nets in base 2: N D* <= m / 2 + 3 / 2 (quoted by Larcher and
+ * Pillichshammer 2003, "Sums of distances to the nearest integer and the discrepancy of digital nets", equation
+ * 1). */
 static void test_star_discrepancy(void **state)
 {
     (void)state;
@@ -335,7 +338,7 @@ static void test_star_discrepancy(void **state)
     assert_true(worst < independent);
 }
 
-/* ---- Scrambled nets ----------------------------------------------------------------------------------------------- */
+/* ---- Scrambled nets -------------------------------------------------------------------------------------------- */
 
 static void test_scrambled_nets(void **state)
 {
@@ -369,10 +372,11 @@ static void test_no_repeats(void **state)
     }
 }
 
-/* ---- Rates -------------------------------------------------------------------------------------------------------- */
+/* ---- Rates ----------------------------------------------------------------------------------------------------- */
 
 /* Root mean square error over runs of `count` paths each, of a smooth product with mean 1. */
-static double smooth_error(const ca_sampler *sampler, uint64_t sequence_step, uint32_t dimension_count, uint32_t count)
+static double smooth_error(const ca_sampler *sampler, uint64_t sequence_step, uint32_t dimension_count,
+                           uint32_t count)
 {
     enum { RUNS = 60 };
     double squares = 0.0;
@@ -396,8 +400,8 @@ static double smooth_error(const ca_sampler *sampler, uint64_t sequence_step, ui
 }
 
 /* Exponent of the error by least squares over 2^first to 2^last paths. */
-static double fitted_exponent(const ca_sampler *sampler, uint64_t sequence_step, uint32_t dimension_count, uint32_t first,
-                              uint32_t last)
+static double fitted_exponent(const ca_sampler *sampler, uint64_t sequence_step, uint32_t dimension_count,
+                              uint32_t first, uint32_t last)
 {
     double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
     for (uint32_t m = first; m <= last; m++) {

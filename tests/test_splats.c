@@ -1,5 +1,5 @@
-/* Splats against a sum over all pixels and records in double precision, for every filter, on and around borders; the same bits
- * for any number of threads and lists; energy; failures of memory. */
+/* Splats against a sum over all pixels and records in double precision, for every filter, on and around borders; the
+ * same bits for any number of threads and lists; energy; failures of memory. */
 #include "base/memory.h"
 #include "film/splats.h"
 #include "support/test_random.h"
@@ -63,8 +63,8 @@ static void destroy_lists(ca_splat_list *lists, int count)
     for (int i = 0; i < count; i++) ca_splat_list_destroy(&lists[i]);
 }
 
-static void add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t count, const ca_filter *filter, float scale,
-                uint32_t workers)
+static void add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t count, const ca_filter *filter,
+                float scale, uint32_t workers)
 {
     const ca_parallel parallel = {.workers = workers};
     assert_int_equal(ca_splat_buffer_add(buffer, lists, count, filter, scale, NULL, &parallel, NULL), CA_OK);
@@ -77,7 +77,7 @@ static ca_splat_buffer create(const uint32_t crop[4])
     return buffer;
 }
 
-/* ---- Sums ----------------------------------------------------------------------------------------------------------- */
+/* ---- Sums ------------------------------------------------------------------------------------------------------ */
 
 /* The filter along an axis, splat minus pixel centre in [-radius, radius). A box is constant up to its edges. */
 static double along(const ca_filter *filter, double distance)
@@ -166,8 +166,8 @@ static void test_several_additions(void **state)
     destroy_lists(lists, LISTS);
 }
 
-/* A box hits the pixel that holds the splat, and if it is three pixels wide its neighbours, with a ninth each: never more,
- * never fewer. Borders belong to the right and below. */
+/* A box hits the pixel that holds the splat, and if it is three pixels wide its neighbours, with a ninth each: never
+ * more, never fewer. Borders belong to the right and below. */
 static void check_box(ca_splat_buffer *buffer, float x, uint32_t holder, uint32_t reach)
 {
     const ca_filter filter = prepared(CA_RFILTER_BOX, (float)(2 * reach + 1));
@@ -194,7 +194,8 @@ static void test_box(void **state)
     ca_splat_buffer buffer = create((uint32_t[4]){0, row, size, row + 1});
     for (uint32_t x = 0; x < size; x++) {
         const float left = (float)x, centre = left + 0.5f, right = left + 1.0f;
-        const float inside[] = {left, nextafterf(left, right), nextafterf(centre, left), centre, nextafterf(right, left)};
+        const float inside[] = {left, nextafterf(left, right), nextafterf(centre, left), centre,
+                                nextafterf(right, left)};
         for (size_t i = 0; i < sizeof inside / sizeof inside[0]; i++)
             for (uint32_t reach = 0; reach <= 1; reach++) check_box(&buffer, inside[i], x, reach);
     }
@@ -227,7 +228,7 @@ static void test_energy(void **state)
     }
 }
 
-/* ---- The same bits -------------------------------------------------------------------------------------------------- */
+/* ---- The same bits --------------------------------------------------------------------------------------------- */
 
 static void test_same_bits(void **state)
 {
@@ -276,7 +277,7 @@ static void test_crop_is_a_piece(void **state)
     }
 }
 
-/* ---- Failures ------------------------------------------------------------------------------------------------------- */
+/* ---- Failures -------------------------------------------------------------------------------------------------- */
 
 static void test_allocation_failures(void **state)
 {

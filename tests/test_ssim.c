@@ -1,4 +1,5 @@
-/* SSIM against numbers of an independent implementation, closed forms and its own definition without separable filters. */
+/* SSIM against numbers of an independent implementation, closed forms and its own definition without separable
+ * filters. */
 #include "support/metric_pictures.h"
 #include "support/named_layer.h"
 
@@ -20,7 +21,7 @@ static ca_metric_settings without_flip(void)
     return settings;
 }
 
-/* ---- Recorded numbers --------------------------------------------------------------------------------------------- */
+/* ---- Recorded numbers ------------------------------------------------------------------------------------------ */
 
 static void test_recorded_pairs(void **state)
 {
@@ -34,7 +35,8 @@ static void test_recorded_pairs(void **state)
         assert_near(recorded->name, metrics.ssim, recorded->ssim, 1e-6);
         const float *map = named_layer(maps, "SSIM");
         for (int i = 0; i < SPOTS; i++)
-            assert_near("the map", (double)map[pair_spots[i][1] * PAIR_WIDTH + pair_spots[i][0]], recorded->ssim_at[i], 2e-6);
+            assert_near("the map", (double)map[pair_spots[i][1] * PAIR_WIDTH + pair_spots[i][0]],
+                        recorded->ssim_at[i], 2e-6);
         ca_layers_destroy(maps);
         ca_layers_destroy(image);
         ca_layers_destroy(reference);
@@ -60,7 +62,7 @@ static void test_recorded_settings(void **state)
     ca_layers_destroy(reference);
 }
 
-/* ---- Closed forms ------------------------------------------------------------------------------------------------- */
+/* ---- Closed forms ---------------------------------------------------------------------------------------------- */
 
 /* Without variance only the means are left. */
 static void test_constant_pictures(void **state)
@@ -74,7 +76,8 @@ static void test_constant_pictures(void **state)
     settings.ssim.range = 4.0;
     settings.ssim.k1 = 0.05;
     const double c1 = 0.2 * 0.2;
-    const double expected = ((2 * 0.25 * 0.75 + c1) / (0.25 * 0.25 + 0.75 * 0.75 + c1) + 1.0 + c1 / (0.25 + c1)) / 3.0;
+    const double expected =
+        ((2 * 0.25 * 0.75 + c1) / (0.25 * 0.25 + 0.75 * 0.75 + c1) + 1.0 + c1 / (0.25 + c1)) / 3.0;
     assert_near("SSIM", measure_pair(image, reference, &settings, NULL).ssim, expected, 1e-7);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
@@ -93,7 +96,7 @@ static void test_equal_pictures(void **state)
     ca_layers_destroy(reference);
 }
 
-/* ---- The definition ----------------------------------------------------------------------------------------------- */
+/* ---- The definition -------------------------------------------------------------------------------------------- */
 
 /* A picture goes on as its mirror image. */
 static uint32_t mirrored(int i, int count)
@@ -103,7 +106,8 @@ static uint32_t mirrored(int i, int count)
 }
 
 /* One window, weight by weight, with deviations from the means. */
-static double slow_ssim(const float *a, const float *b, int width, int height, int x, int y, const ca_ssim_settings *s)
+static double slow_ssim(const float *a, const float *b, int width, int height, int x, int y,
+                        const ca_ssim_settings *s)
 {
     const int radius = (int)s->window / 2;
     double weight = 0.0, mean_a = 0.0, mean_b = 0.0, variance_a = 0.0, variance_b = 0.0, covariance = 0.0;

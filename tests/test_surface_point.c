@@ -1,5 +1,5 @@
-/* Points of surfaces kept in few bytes: the surface that is made again is the one that was hit, on meshes with and without
- * normals and texture coordinates, on exact shapes, and on instances of both. */
+/* Points of surfaces kept in few bytes: the surface that is made again is the one that was hit, on meshes with and
+ * without normals and texture coordinates, on exact shapes, and on instances of both. */
 #include "geometry/surface_point.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"
@@ -59,8 +59,8 @@ static void make_patch(ca_mesh *mesh, bool normals, bool uvs)
 
 enum { MESHES = 4, SHAPES = 14, INSTANCES = 2 };
 
-/* Four patches (with or without normals and texture coordinates), three exact shapes, and the same seven again in a group
- * that is instanced twice. Materials and lights have telling numbers. */
+/* Four patches (with or without normals and texture coordinates), three exact shapes, and the same seven again in a
+ * group that is instanced twice. Materials and lights have telling numbers. */
 typedef struct fixture {
     ca_mesh meshes[MESHES];
     ca_shape shapes[SHAPES];
@@ -106,7 +106,8 @@ static void set_up(fixture *f, bool tangents)
     for (uint32_t k = 0; k < MESHES; k++) make_patch(&f->meshes[k], k & 1, k & 2);
     make_shapes(f, tangents);
     const ca_matrix scale = ca_matrix_scale(0.3, 2.0, -1.1), turn = ca_matrix_rotate(3, 1, 1, 70.0);
-    f->instances[0] = (ca_accel_instance){7, 7, affine(ca_matrix_translate(5, 1, 2), ca_matrix_multiply(&turn, &scale))};
+    f->instances[0] =
+        (ca_accel_instance){7, 7, affine(ca_matrix_translate(5, 1, 2), ca_matrix_multiply(&turn, &scale))};
     f->instances[1] = (ca_accel_instance){7, 7, affine(ca_matrix_translate(-40, 6, 0), turn)};
     assert_int_equal(ca_accel_create(f->shapes, SHAPES, 7, f->instances, INSTANCES, 1, &f->accel, NULL), CA_OK);
 }
@@ -122,8 +123,8 @@ static bool same(ca_vec3 a, ca_vec3 b) { return a.x == b.x && a.y == b.y && a.z 
 static void assert_near(ca_vec3 a, ca_vec3 b, float tolerance, const char *what)
 {
     if (!(ca_length(ca_sub(a, b)) <= tolerance * ca_max(1.0f, ca_length(a))))
-        fail_msg("%s is (%g, %g, %g), should be (%g, %g, %g)", what, (double)b.x, (double)b.y, (double)b.z, (double)a.x,
-                 (double)a.y, (double)a.z);
+        fail_msg("%s is (%g, %g, %g), should be (%g, %g, %g)", what, (double)b.x, (double)b.y, (double)b.z,
+                 (double)a.x, (double)a.y, (double)a.z);
 }
 
 /* Angles around an axis may jump by one turn. */

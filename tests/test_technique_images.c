@@ -1,5 +1,5 @@
-/* Technique images: what was added comes back from the files; from several threads; splats; what happens when memory or the
- * file system fails. */
+/* Technique images: what was added comes back from the files; from several threads; splats; what happens when memory
+ * or the file system fails. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/memory.h"
 #include "film/splats.h"
@@ -47,7 +47,8 @@ static ca_technique_images *create(void)
 static void write_to(const ca_technique_images *images, uint32_t passes, const char *folder)
 {
     ca_error error = {0};
-    if (ca_technique_images_write(images, passes, in_root(folder).text, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_technique_images_write(images, passes, in_root(folder).text, &error) != CA_OK)
+        fail_msg("%s", error.message);
 }
 
 static uint32_t files_in(const char *folder)
@@ -93,11 +94,11 @@ static void expect(ca_rgb got, float r, float g, float b)
 {
     if (!(fabsf(got.r - r) <= 1e-6f * fabsf(r) && fabsf(got.g - g) <= 1e-6f * fabsf(g) &&
           fabsf(got.b - b) <= 1e-6f * fabsf(b)))
-        fail_msg("(%g, %g, %g) instead of (%g, %g, %g)", (double)got.r, (double)got.g, (double)got.b, (double)r, (double)g,
-                 (double)b);
+        fail_msg("(%g, %g, %g) instead of (%g, %g, %g)", (double)got.r, (double)got.g, (double)got.b, (double)r,
+                 (double)g, (double)b);
 }
 
-/* ---- Contents ------------------------------------------------------------------------------------------------------- */
+/* ---- Contents -------------------------------------------------------------------------------------------------- */
 
 static void test_round_trip(void **state)
 {
@@ -105,7 +106,8 @@ static void test_round_trip(void **state)
     ca_technique_images *images = create();
     ca_technique_images_add(images, CA_TECHNIQUE_CONNECT, 2, 3, X0, Y0, (ca_rgb){8, 16, 32}, 0.25f);
     ca_technique_images_add(images, CA_TECHNIQUE_CONNECT, 2, 3, X0, Y0, (ca_rgb){8, 16, 32}, 0.75f);
-    ca_technique_images_add(images, CA_TECHNIQUE_CONNECT, 2, 3, X0 + WIDTH - 1, Y0 + HEIGHT - 1, (ca_rgb){4, 0, 4}, 0.5f);
+    ca_technique_images_add(images, CA_TECHNIQUE_CONNECT, 2, 3, X0 + WIDTH - 1, Y0 + HEIGHT - 1, (ca_rgb){4, 0, 4},
+                            0.5f);
     ca_technique_images_add(images, CA_TECHNIQUE_CONNECT, 3, 2, X0 + 7, Y0 + 9, (ca_rgb){1, 2, 4}, 1.0f);
     ca_technique_images_add(images, CA_TECHNIQUE_MERGE, 2, 3, X0, Y0, (ca_rgb){64, 64, 64}, 0.0f);
     write_to(images, 4, "round-trip");
@@ -175,7 +177,7 @@ static void test_nothing_found(void **state)
     ca_technique_images_destroy(NULL);
 }
 
-/* ---- Threads -------------------------------------------------------------------------------------------------------- */
+/* ---- Threads --------------------------------------------------------------------------------------------------- */
 
 /* Two threads that come to a new picture at the same moment. */
 typedef struct meeting {
@@ -288,7 +290,7 @@ static void test_splats(void **state)
     for (int i = 0; i < 3; i++) ca_splat_list_destroy(&lists[i]);
 }
 
-/* ---- Failures ------------------------------------------------------------------------------------------------------- */
+/* ---- Failures -------------------------------------------------------------------------------------------------- */
 
 static void test_no_memory(void **state)
 {

@@ -32,8 +32,8 @@ static void test_sincos(void **state)
     assert_true(s == 0.0f && c == 1.0f);
 }
 
-/* ---- Densities ----------------------------------------------------------------------------------------------------
- */
+/* ---- Densities
+ * ---------------------------------------------------------------------------------------------------- */
 
 static bool draw_cosine(const void *context, const float u[3], ca_vec3 *direction)
 {
@@ -103,8 +103,8 @@ static void test_tiny_cone(void **state)
     assert_true(fabs(sum / 10000 - 0.5) < 0.02);
 }
 
-/* Counts of points of a plane figure over a grid of cells that have equal area in polar or barycentric coordinates.
- */
+/* Counts of points of a plane figure over a grid of cells that have equal area in polar or barycentric
+ * coordinates. */
 static void check_counts(const double *observed, uint32_t cells, double total, const char *what)
 {
     double *expected = malloc(cells * sizeof *expected);

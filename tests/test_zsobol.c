@@ -36,8 +36,9 @@ static void test_uniform_over_seeds(void **state)
         }
 }
 
-/* Numbers of different pairs, of 64 x 64 pixels or of 4096 paths of a pixel, fill boxes not less evenly than chance does: no
- * order of samples or pixels serves two pairs. The chi-square statistic over its expectation, the mean over seeds. */
+/* Numbers of different pairs, of 64 x 64 pixels or of 4096 paths of a pixel, fill boxes not less evenly than chance
+ * does: no order of samples or pixels serves two pairs. The chi-square statistic over its expectation, the mean over
+ * seeds. */
 static void test_pairs_are_padded(void **state)
 {
     (void)state;
@@ -58,8 +59,8 @@ static void test_pairs_are_padded(void **state)
             mean[over_paths] += statistic / (BOX_COUNT - 1) / SEEDS;
         }
     }
-    printf("           zsobol, two pairs: chi-square over its expectation %.2f over pixels, %.2f over paths\n", mean[0],
-           mean[1]);
+    printf("           zsobol, two pairs: chi-square over its expectation %.2f over pixels, %.2f over paths\n",
+           mean[0], mean[1]);
     assert_true(mean[0] < 1.5 && mean[1] < 1.5);
 }
 
@@ -149,7 +150,8 @@ static void test_blue_noise(void **state)
 static void test_light_is_sobol(void **state)
 {
     (void)state;
-    const ca_sampler sobol = sampler_of(CA_SAMPLER_SOBOL, 8, 99, 77), zsobol = sampler_of(CA_SAMPLER_ZSOBOL, 8, 99, 77);
+    const ca_sampler sobol = sampler_of(CA_SAMPLER_SOBOL, 8, 99, 77),
+                     zsobol = sampler_of(CA_SAMPLER_ZSOBOL, 8, 99, 77);
     for (uint64_t index = 0; index < 100; index++)
         for (uint32_t d = 0; d < 40; d++)
             assert_true(number_of(&sobol, CA_SEQUENCE_LIGHT, index << (index % 40), d) ==

@@ -152,7 +152,8 @@ ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *erro
 char *ca_path_resolve(const char *base_file, const char *path)
 {
     const char *slash = path[0] == '/' || !base_file ? NULL : strrchr(base_file, '/');
-    return slash ? concatenate(base_file, (size_t)(slash - base_file) + 1, path) : concatenate(path, strlen(path), "");
+    return slash ? concatenate(base_file, (size_t)(slash - base_file) + 1, path)
+                 : concatenate(path, strlen(path), "");
 }
 
 const char *ca_path_extension(const char *path)

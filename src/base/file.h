@@ -31,8 +31,8 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error);
 /* Removes the temporary file; the writer is finished. */
 void ca_file_abandon(ca_file_writer *writer);
 
-/* A file without a name on the disk of `beside`, for writing and reading; gone when it is closed, also by a kill. The caller's to
- * close; NULL on failure. */
+/* A file without a name on the disk of `beside`, for writing and reading; gone when it is closed, also by a kill. The
+ * caller's to close; NULL on failure. */
 ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *error);
 
 /* `path` itself if absolute, else seen from the folder that holds `base_file`. Caller frees with ca_free; NULL

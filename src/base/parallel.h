@@ -1,14 +1,14 @@
-/* Loops over independent tasks on several threads. What a task does may depend on its number only, never on the worker
- * that happens to run it: then no result depends on the number of threads. A worker's number selects scratch memory
- * and counters. Cost: about a microsecond a task; give a task some tens of them. Threads that wait for others may keep their
- * processors busy (OMP_WAIT_POLICY): clocks run on then, the seconds of tasks do not. */
+/* Loops over independent tasks on several threads. What a task does may depend on its number only, never on the
+ * worker that happens to run it: then no result depends on the number of threads. A worker's number selects scratch
+ * memory and counters. Cost: about a microsecond a task; give a task some tens of them. Threads that wait for others
+ * may keep their processors busy (OMP_WAIT_POLICY): clocks run on then, the seconds of tasks do not. */
 #ifndef CA_BASE_PARALLEL_H
 #define CA_BASE_PARALLEL_H
 
 #include <stdint.h>
 
-/* Processor time of loops, in seconds: of what all threads did in them, and what of it and of waiting for the others was the calling
- * thread's. */
+/* Processor time of loops, in seconds: of what all threads did in them, and what of it and of waiting for the others
+ * was the calling thread's. */
 typedef struct ca_parallel_seconds {
     double tasks, calling_thread;
 } ca_parallel_seconds;
@@ -23,8 +23,8 @@ uint32_t ca_parallel_default_workers(void);
 
 typedef void (*ca_parallel_task)(void *user, uint32_t task, uint32_t worker);
 
-/* Runs task(user, i, worker) once for each i in [0, count), as workers come free; returns when all are done. Worker 0 is the calling
- * thread. */
+/* Runs task(user, i, worker) once for each i in [0, count), as workers come free; returns when all are done. Worker 0
+ * is the calling thread. */
 void ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user);
 
 #endif

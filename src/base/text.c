@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Names that are nearly right --------------------------------------------------------------------------------- */
+/* ---- Names that are nearly right ------------------------------------------------------------------------------- */
 
 enum { COMPARED = 63 };
 
@@ -54,7 +54,7 @@ const char *ca_nearest_name(const char *word, const char *const *candidates, siz
     return nearest && ca_edit_distance(word, nearest) <= strlen(word) / 3 + 1 ? nearest : NULL;
 }
 
-/* ---- Numbers ----------------------------------------------------------------------------------------------------- */
+/* ---- Numbers --------------------------------------------------------------------------------------------------- */
 
 static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* ---- Names that are nearly right --------------------------------------------------------------------------------- */
+/* ---- Names that are nearly right ------------------------------------------------------------------------------- */
 
 /* Edits (insert, delete, replace, swap of neighbours) that turn a into b. Of longer words the first 63 characters
  * count. */
@@ -15,17 +15,17 @@ size_t ca_edit_distance(const char *a, const char *b);
 /* Of a and b the name with fewer edits from the word; a of equals. NULL stands for no name. */
 const char *ca_nearer_name(const char *word, const char *a, const char *b);
 
-/* The candidate with the fewest edits, the first of equals; NULL where there is none. NULL candidates are skipped. Always
- * a name, however far: for an author whom any name of the right kind helps. */
+/* The candidate with the fewest edits, the first of equals; NULL where there is none. NULL candidates are skipped.
+ * Always a name, however far: for an author whom any name of the right kind helps. */
 const char *ca_nearest_name_however_far(const char *word, const char *const *candidates, size_t count);
 
 /* The same, but NULL where its edits are more than a third of the word's length plus one. */
 const char *ca_nearest_name(const char *word, const char *const *candidates, size_t count);
 
-/* ---- Numbers: nothing left over, no spaces ----------------------------------------------------------------------- */
+/* ---- Numbers: nothing left over, no spaces --------------------------------------------------------------------- */
 
-/* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal point
- * whatever the locale. */
+/* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal
+ * point whatever the locale. */
 bool ca_parse_number(const char *text, size_t length, double *value);
 /* The same, of a whole text. */
 bool ca_parse_double(const char *text, double *value);

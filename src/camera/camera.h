@@ -3,14 +3,13 @@
  * Frame: the camera looks along +z, +y is up, +x is to the *left* of the picture. Film positions are in pixels of the
  * full film, (0, 0) is the upper left corner, x to the right and y down.
  *
- * Importance We is normalised so that the pixel's value is the integral of We L cos over lens, directions (and film area
- * for the orthographic one) with the pixel's filter: for a perspective camera and a film position density of one per
- * pixel, We cos = pdf_lens pdf_direction, so a camera path starts with the weight 1. Densities:
- *     pdf_position   of the ray's origin: thin lens per area of the lens; orthographic per area of one pixel's
- *                    footprint; pinhole: 1, Dirac
- *     pdf_direction  per solid angle, for a film position uniform in *one* pixel (1 / solid angle of the pixel at this
- *                    direction); orthographic: 1, Dirac
- * so that each pixel is a sensor of its own. A whole-image density is this divided by the number of pixels. */
+ * Importance We is normalised so that the pixel's value is the integral of We L cos over lens, directions (and film
+ * area for the orthographic one) with the pixel's filter: for a perspective camera and a film position density of one
+ * per pixel, We cos = pdf_lens pdf_direction, so a camera path starts with the weight 1. Densities: pdf_position   of
+ * the ray's origin: thin lens per area of the lens; orthographic per area of one pixel's footprint; pinhole: 1, Dirac
+ *     pdf_direction  per solid angle, for a film position uniform in *one* pixel (1 / solid angle of the pixel at
+ * this direction); orthographic: 1, Dirac so that each pixel is a sensor of its own. A whole-image density is this
+ * divided by the number of pixels. */
 #ifndef CA_CAMERA_CAMERA_H
 #define CA_CAMERA_CAMERA_H
 

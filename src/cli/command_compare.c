@@ -23,48 +23,117 @@ typedef struct compare_options {
 #define AT(field) .offset = offsetof(compare_options, field)
 
 static const ca_option options[] = {
-    {.name = "reference", .letter = 'r', .argument = "FILE", .kind = CA_OPTION_TEXT, AT(reference),
+    {.name = "reference",
+     .letter = 'r',
+     .argument = "FILE",
+     .kind = CA_OPTION_TEXT,
+     AT(reference),
      .help = "what to compare with (needed)"},
-    {.name = "roi", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(roi),
-     .given = offsetof(compare_options, has_roi), .help = "look at this part only: pixels, half open (default: all)"},
-    {.name = "mask", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT_LIST, AT(masks),
+    {.name = "roi",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT,
+     AT(roi),
+     .given = offsetof(compare_options, has_roi),
+     .help = "look at this part only: pixels, half open (default: all)"},
+    {.name = "mask",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT_LIST,
+     AT(masks),
      .help = "leave this part out; several times"},
-    {.name = "maps", .argument = "FILE.exr", .kind = CA_OPTION_TEXT, AT(maps),
+    {.name = "maps",
+     .argument = "FILE.exr",
+     .kind = CA_OPTION_TEXT,
+     AT(maps),
      .help = "write each metric as a layer; of several images into FILE-NAME.exr"},
-    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats), .help = "write the numbers as JSON"},
-    {.name = "html", .argument = "FILE.html", .kind = CA_OPTION_TEXT, AT(html),
+    {.name = "stats",
+     .argument = "FILE.json",
+     .kind = CA_OPTION_TEXT,
+     AT(stats),
+     .help = "write the numbers as JSON"},
+    {.name = "html",
+     .argument = "FILE.html",
+     .kind = CA_OPTION_TEXT,
+     AT(html),
      .help = "write a page that shows the images beside the reference (docs/report.md)"},
-    {.name = "html-layers", .argument = "NAME,...", .kind = CA_OPTION_TEXT, AT(html_layers),
+    {.name = "html-layers",
+     .argument = "NAME,...",
+     .kind = CA_OPTION_TEXT,
+     AT(html_layers),
      .help = "layers that the page has beside R G B, \"all\" for all (default: none)"},
-    {.name = "block", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(block),
+    {.name = "block",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(block),
      .help = "side of the blocks that are tested (default: 16)"},
-    {.name = "resample-reference", .kind = CA_OPTION_FLAG, AT(resample),
+    {.name = "resample-reference",
+     .kind = CA_OPTION_FLAG,
+     AT(resample),
      .help = "average a reference that is a whole number of times larger"},
-    {.name = "tone", .argument = "CURVE", .kind = CA_OPTION_TEXT, AT(tone),
+    {.name = "tone",
+     .argument = "CURVE",
+     .kind = CA_OPTION_TEXT,
+     AT(tone),
      .help = "of SSIM and FLIP LDR: srgb (default), aces, hable, reinhard, linear"},
-    {.name = "exposure", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(metrics.exposure),
+    {.name = "exposure",
+     .argument = "STOPS",
+     .kind = CA_OPTION_REAL,
+     AT(metrics.exposure),
      .help = "of SSIM and FLIP LDR: pictures times 2^STOPS (default: 0)"},
-    {.name = "ssim-window", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(metrics.ssim.window),
+    {.name = "ssim-window",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(metrics.ssim.window),
      .help = "side of SSIM's window, odd (default: 11)"},
-    {.name = "ssim-sigma", .argument = "PIXELS", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.sigma),
+    {.name = "ssim-sigma",
+     .argument = "PIXELS",
+     .kind = CA_OPTION_POSITIVE,
+     AT(metrics.ssim.sigma),
      .help = "of its Gaussian (default: 1.5)"},
-    {.name = "ssim-range", .argument = "L", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.range),
+    {.name = "ssim-range",
+     .argument = "L",
+     .kind = CA_OPTION_POSITIVE,
+     AT(metrics.ssim.range),
      .help = "dynamic range of the values under the tone curve (default: 1)"},
     {.name = "ssim-k1", .argument = "K1", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.k1), .help = "(default: 0.01)"},
     {.name = "ssim-k2", .argument = "K2", .kind = CA_OPTION_POSITIVE, AT(metrics.ssim.k2), .help = "(default: 0.03)"},
-    {.name = "flip", .argument = "KIND", .kind = CA_OPTION_TEXT, AT(flip),
+    {.name = "flip",
+     .argument = "KIND",
+     .kind = CA_OPTION_TEXT,
+     AT(flip),
      .help = "ldr, hdr, both or none (default: both; ldr with 8 and 16 bit files)"},
-    {.name = "flip-ppd", .argument = "N", .kind = CA_OPTION_POSITIVE, AT(metrics.pixels_per_degree),
+    {.name = "flip-ppd",
+     .argument = "N",
+     .kind = CA_OPTION_POSITIVE,
+     AT(metrics.pixels_per_degree),
      .help = "pixels per degree (default: 67.02: 3840 pixels on 0.7 m, seen from 0.7 m)"},
-    {.name = "flip-tone", .argument = "CURVE", .kind = CA_OPTION_TEXT, AT(flip_tone),
+    {.name = "flip-tone",
+     .argument = "CURVE",
+     .kind = CA_OPTION_TEXT,
+     AT(flip_tone),
      .help = "of FLIP HDR: aces (default), hable, reinhard, srgb"},
-    {.name = "flip-start", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(metrics.flip_exposures.start),
+    {.name = "flip-start",
+     .argument = "STOPS",
+     .kind = CA_OPTION_REAL,
+     AT(metrics.flip_exposures.start),
      .help = "first exposure of FLIP HDR (default: from the reference's maximum)"},
-    {.name = "flip-stop", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(metrics.flip_exposures.stop),
+    {.name = "flip-stop",
+     .argument = "STOPS",
+     .kind = CA_OPTION_REAL,
+     AT(metrics.flip_exposures.stop),
      .help = "last exposure (default: from the reference's median)"},
-    {.name = "flip-exposures", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(metrics.flip_exposures.count),
+    {.name = "flip-exposures",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(metrics.flip_exposures.count),
      .help = "how many (default: one a stop, at least 2)"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(metrics.threads),
+    {.name = "threads",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(metrics.threads),
      .help = "threads; the numbers do not depend on it (default: one per processor)"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
 };
@@ -75,17 +144,18 @@ static int print_help(void)
     printf("caustica compare IMAGE... --reference FILE [options]: measure how images differ from a reference\n\n");
     ca_options_print(&table, stdout);
     printf("\n");
-    ca_options_print_prose("Prints RMSE, MAE, relMSE, SMAPE, SSIM and FLIP (docs/metrics.md), the mean luminances, the median "
-                           "over blocks of the relative difference of block means and, where the image has the layers Variance.*"
-                           " and Samples.Y, how many blocks differ by more than noise explains (5 % false alarms for the whole "
-                           "picture).\n"
-                           "A difference is no failure: the exit status is 0 when the images could be compared.\n"
-                           "Example: caustica compare a.exr b.exr --reference ref.exr --mask 100,0,156,20 --maps maps.exr\n",
-                           stdout);
+    ca_options_print_prose(
+        "Prints RMSE, MAE, relMSE, SMAPE, SSIM and FLIP (docs/metrics.md), the mean luminances, the median "
+        "over blocks of the relative difference of block means and, where the image has the layers Variance.*"
+        " and Samples.Y, how many blocks differ by more than noise explains (5 % false alarms for the whole "
+        "picture).\n"
+        "A difference is no failure: the exit status is 0 when the images could be compared.\n"
+        "Example: caustica compare a.exr b.exr --reference ref.exr --mask 100,0,156,20 --maps maps.exr\n",
+        stdout);
     return CA_EXIT_DONE;
 }
 
-/* ---- Settings --------------------------------------------------------------------------------------------------- */
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 static compare_options defaults(void)
 {
@@ -119,7 +189,8 @@ static ca_status find_tones(compare_options *o, ca_error *error)
     if (o->flip_tone && ca_tone_find(o->flip_tone, &o->metrics.flip_tone, &reason) != CA_OK)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-tone: %.900s", reason.message);
     if (o->metrics.flip_tone == CA_TONE_LINEAR)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-tone: no exposure can be chosen for linear; take srgb");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "--flip-tone: no exposure can be chosen for linear; take srgb");
     return CA_OK;
 }
 
@@ -142,8 +213,8 @@ static ca_status check_numbers(const ca_metric_settings *m, ca_error *error)
     CA_TRY(check_stops("--flip-start", m->flip_exposures.start, error));
     CA_TRY(check_stops("--flip-stop", m->flip_exposures.stop, error));
     if (m->flip_exposures.start > m->flip_exposures.stop)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-start %g is after --flip-stop %g", m->flip_exposures.start,
-                       m->flip_exposures.stop);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--flip-start %g is after --flip-stop %g",
+                       m->flip_exposures.start, m->flip_exposures.stop);
     if (m->threads > 1024)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u threads are over the limit of 1024", m->threads);
     return CA_OK;
@@ -162,18 +233,20 @@ static ca_status check(compare_options *o, const ca_text_list *images, ca_error 
     return o->stats ? ca_compare_check_output("--stats", o->stats, images, o->reference, error) : CA_OK;
 }
 
-/* ---- Printing --------------------------------------------------------------------------------------------------- */
+/* ---- Printing -------------------------------------------------------------------------------------------------- */
 
 static void print_test(const ca_block_test *test)
 {
     if (!test->done) {
-        printf("  block test          not done: %s\n", test->blocks_untested ? "each block has a pixel of unknown variance"
-                                                                             : "the image has no Variance.* and Samples.Y");
+        printf("  block test          not done: %s\n", test->blocks_untested
+                                                           ? "each block has a pixel of unknown variance"
+                                                           : "the image has no Variance.* and Samples.Y");
         return;
     }
     printf("  blocks that differ  %u of %u (p = %.3g for the whole picture)\n", test->rejected, test->blocks,
            test->p_value);
-    printf("  would detect        a bias of %.3g %% (at 5 %% significance, 80 %% power)\n", 100.0 * test->detectable_bias);
+    printf("  would detect        a bias of %.3g %% (at 5 %% significance, 80 %% power)\n",
+           100.0 * test->detectable_bias);
     if (test->blocks_untested) printf("  not tested          %u blocks of unknown variance\n", test->blocks_untested);
     if (test->reference_exact) printf("  note                the reference tells no variance: taken as exact\n");
 }
@@ -204,14 +277,15 @@ static void print_image(const ca_metric_settings *settings, const ca_compared_im
     printf("  mean luminance      %.6g, of the reference %.6g (%+.3f %%)\n", c->mean_luminance,
            c->reference_mean_luminance, 100.0 * (c->mean_luminance / c->reference_mean_luminance - 1.0));
     if (c->blocks > 0)
-        printf("  block means         %.3f %% apart (median of %u blocks)\n", 100.0 * c->median_block_difference, c->blocks);
+        printf("  block means         %.3f %% apart (median of %u blocks)\n", 100.0 * c->median_block_difference,
+               c->blocks);
     print_test(&c->test);
     if (c->masked || c->blocks_left_out)
         printf("  left out            %llu pixels by masks, %u blocks for it\n", (unsigned long long)c->masked,
                c->blocks_left_out);
 }
 
-/* ---- Comparing -------------------------------------------------------------------------------------------------- */
+/* ---- Comparing ------------------------------------------------------------------------------------------------- */
 
 /* By how much the reference is larger, the same in both directions; 0 where that is no whole number. */
 static uint32_t size_ratio(const ca_image_layers *reference, const ca_image_layers *image)
@@ -280,9 +354,10 @@ static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *
     ca_layers_destroy(layers);
     if (status != CA_OK) ca_layers_destroy(maps);
     if (status != CA_OK)
-        return ca_fail(error, status == CA_ERROR_ARGUMENT ? CA_ERROR_UNSUPPORTED : status, NULL, "%s: %.900s", image->path,
-                       reason.message);
-    if (c->map_path) status = ca_compare_write_maps(c->map_path, c->options->reference, image, &c->metrics, maps, error);
+        return ca_fail(error, status == CA_ERROR_ARGUMENT ? CA_ERROR_UNSUPPORTED : status, NULL, "%s: %.900s",
+                       image->path, reason.message);
+    if (c->map_path)
+        status = ca_compare_write_maps(c->map_path, c->options->reference, image, &c->metrics, maps, error);
     ca_layers_destroy(maps);
     return status;
 }

@@ -9,41 +9,107 @@
 #define GIVEN(field) .given = offsetof(ca_converge_options, field)
 
 static const ca_option options[] = {
-    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT_LIST, AT(integrators),
+    {.name = "integrator",
+     .letter = 'i',
+     .argument = "NAME[:param=value,...]",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(integrators),
      .help = "method, as of render; several times, or several with ';' between them (needed)"},
-    {.name = "spp", .argument = "STEPS", .kind = CA_OPTION_TEXT, AT(spp),
+    {.name = "spp",
+     .argument = "STEPS",
+     .kind = CA_OPTION_TEXT,
+     AT(spp),
      .help = "samples per pixel of the renders: 1,4,16 or 1:64 (1,2,4,...,64) or 1:1000:10 (1,10,100,1000)"},
-    {.name = "time", .argument = "STEPS", .kind = CA_OPTION_TEXT, AT(time),
+    {.name = "time",
+     .argument = "STEPS",
+     .kind = CA_OPTION_TEXT,
+     AT(time),
      .help = "instead: seconds of the renders, written likewise"},
-    {.name = "reference", .letter = 'r', .argument = "FILE", .kind = CA_OPTION_TEXT, AT(reference),
+    {.name = "reference",
+     .letter = 'r',
+     .argument = "FILE",
+     .kind = CA_OPTION_TEXT,
+     AT(reference),
      .help = "what is right (needed)"},
-    {.name = "output", .letter = 'o', .argument = "FOLDER", .kind = CA_OPTION_TEXT, AT(folder),
+    {.name = "output",
+     .letter = 'o',
+     .argument = "FOLDER",
+     .kind = CA_OPTION_TEXT,
+     AT(folder),
      .help = "for renders and results; what is there is not rendered again (needed)"},
-    {.name = "repeats", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(repeats),
+    {.name = "repeats",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(repeats),
      .help = "renders of each step with other random numbers, for error bars (default: 1)"},
-    {.name = "roi", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(roi), GIVEN(has_roi),
+    {.name = "roi",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT,
+     AT(roi),
+     GIVEN(has_roi),
      .help = "measure this part only: pixels, half open (default: all)"},
-    {.name = "mask", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT_LIST, AT(masks),
+    {.name = "mask",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT_LIST,
+     AT(masks),
      .help = "leave this part out; several times"},
-    {.name = "closeup", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT_LIST, AT(closeups),
+    {.name = "closeup",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT_LIST,
+     AT(closeups),
      .help = "show this part enlarged; several times (default: a square where the error is largest)"},
-    {.name = "exposure", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(exposure), GIVEN(has_exposure),
+    {.name = "exposure",
+     .argument = "STOPS",
+     .kind = CA_OPTION_REAL,
+     AT(exposure),
+     GIVEN(has_exposure),
      .help = "of the pictures, by powers of two (default: 95 of 100 pixels of the reference below 0.8)"},
-    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(defines),
+    {.name = "define",
+     .letter = 'D',
+     .argument = "NAME=VALUE",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(defines),
      .help = "value for a <default> of the scene; several times"},
-    {.name = "sampler", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(settings.sampler),
+    {.name = "sampler",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.sampler),
      .help = "numbers of the paths, as of render"},
-    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
+    {.name = "seed",
+     .argument = "N",
+     .kind = CA_OPTION_SEED,
+     AT(settings.seed),
+     GIVEN(settings.has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
-    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth),
-     GIVEN(settings.has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
-    {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
+    {.name = "max-depth",
+     .argument = "N",
+     .kind = CA_OPTION_INTEGER,
+     .minimum = -1,
+     AT(settings.max_depth),
+     GIVEN(settings.has_max_depth),
+     .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+    {.name = "resolution",
+     .argument = "WxH",
+     .kind = CA_OPTION_SIZE,
+     AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
-    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
+    {.name = "crop",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT,
+     AT(settings.crop),
+     GIVEN(settings.has_crop),
      .help = "render this part only: pixels of the full film, half open (default: the scene's)"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.threads),
+    {.name = "threads",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.threads),
      .help = "threads (default: one per processor)"},
-    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(settings.memory_mib),
+    {.name = "memory",
+     .argument = "MiB",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.memory_mib),
      .help = "limit for film and paths of a render (default: none)"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
@@ -57,15 +123,16 @@ static int print_help(void)
     ca_options_print(&table, stdout);
     printf("\nSamplers: %s\n", ca_sampler_names());
     printf("\n");
-    ca_options_print_prose("FOLDER/index.html shows the results: error against time and against samples with fitted slopes, "
-                           "pictures in equal time, standard deviations; images.html compares the images; renders.csv and "
-                           "converge.json have the numbers.\n"
-                           "The same command again renders only what is missing; whoever adds steps, integrators or repeats "
-                           "keeps the rest.\n"
-                           "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, "
-                           "exit status 1; the same command goes on from there. A second one ends at once.\n"
-                           "Example: caustica converge scene.xml -i \"path;ovcm:max_depth=8\" --spp 1:256 -r ref.exr -o results\n",
-                           stdout);
+    ca_options_print_prose(
+        "FOLDER/index.html shows the results: error against time and against samples with fitted slopes, "
+        "pictures in equal time, standard deviations; images.html compares the images; renders.csv and "
+        "converge.json have the numbers.\n"
+        "The same command again renders only what is missing; whoever adds steps, integrators or repeats "
+        "keeps the rest.\n"
+        "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, "
+        "exit status 1; the same command goes on from there. A second one ends at once.\n"
+        "Example: caustica converge scene.xml -i \"path;ovcm:max_depth=8\" --spp 1:256 -r ref.exr -o results\n",
+        stdout);
     return CA_EXIT_DONE;
 }
 
@@ -89,7 +156,8 @@ static void print_summary(const ca_converge *c)
         const ca_power_fit samples = ca_converge_fit(c, i, CA_CONVERGE_RELMSE, false);
         ca_converge_fit_text(&seconds, over_time, sizeof over_time);
         ca_converge_fit_text(&samples, over_samples, sizeof over_samples);
-        printf("  %s: %s, %s\n", c->integrators[i].text, over_time[0] ? over_time : "-", over_samples[0] ? over_samples : "-");
+        printf("  %s: %s, %s\n", c->integrators[i].text, over_time[0] ? over_time : "-",
+               over_samples[0] ? over_samples : "-");
     }
     printf("wrote %s/index.html\n", c->options->folder);
 }

@@ -11,9 +11,17 @@ typedef struct info_options {
 } info_options;
 
 static const ca_option options[] = {
-    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST,
-     .offset = offsetof(info_options, define_words), .help = "value for a <default> of the scene; several times"},
-    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, .offset = offsetof(info_options, help), .help = "this text"},
+    {.name = "define",
+     .letter = 'D',
+     .argument = "NAME=VALUE",
+     .kind = CA_OPTION_TEXT_LIST,
+     .offset = offsetof(info_options, define_words),
+     .help = "value for a <default> of the scene; several times"},
+    {.name = "help",
+     .letter = 'h',
+     .kind = CA_OPTION_FLAG,
+     .offset = offsetof(info_options, help),
+     .help = "this text"},
 };
 static const ca_option_table table = {"info", options, sizeof options / sizeof options[0]};
 
@@ -25,10 +33,12 @@ static int print_help(void)
     return CA_EXIT_DONE;
 }
 
-/* ---- Counting things by kind ------------------------------------------------------------------------------------ */
+/* ---- Counting things by kind ----------------------------------------------------------------------------------- */
 
-static const char *const shape_names[] = {
-    [CA_SHAPE_MESH] = "mesh", [CA_SHAPE_SPHERE] = "sphere", [CA_SHAPE_DISK] = "disk", [CA_SHAPE_CYLINDER] = "cylinder"};
+static const char *const shape_names[] = {[CA_SHAPE_MESH] = "mesh",
+                                          [CA_SHAPE_SPHERE] = "sphere",
+                                          [CA_SHAPE_DISK] = "disk",
+                                          [CA_SHAPE_CYLINDER] = "cylinder"};
 static const char *const light_names[] = {
     [CA_LIGHT_AREA] = "area",           [CA_LIGHT_POINT] = "point",         [CA_LIGHT_SPOT] = "spot",
     [CA_LIGHT_DIRECTIONAL] = "directional", [CA_LIGHT_PROJECTOR] = "projector", [CA_LIGHT_CONSTANT] = "constant",
@@ -76,7 +86,7 @@ static void print_kinds(const char *label, const char *const *names, size_t kind
     printf("\n");
 }
 
-/* ---- Sections --------------------------------------------------------------------------------------------------- */
+/* ---- Sections -------------------------------------------------------------------------------------------------- */
 
 static void print_shapes(const ca_scene *scene)
 {
@@ -171,14 +181,17 @@ static void print_method(const ca_scene *scene)
            scene->desc.samples_per_pixel, (unsigned long long)scene->desc.sampler.seed);
 }
 
-static void print_bytes(const char *label, size_t bytes) { printf("  %-14s%.3f MiB\n", label, (double)bytes / 0x1p20); }
+static void print_bytes(const char *label, size_t bytes)
+{
+    printf("  %-14s%.3f MiB\n", label, (double)bytes / 0x1p20);
+}
 
 static void print_bounds_and_memory(const ca_scene *scene)
 {
     const ca_vec3 low = scene->low, high = scene->high;
     if (scene->shape_count)
-        printf("%-12s(%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g)\n", "bounds", (double)low.x, (double)low.y, (double)low.z,
-               (double)high.x, (double)high.y, (double)high.z);
+        printf("%-12s(%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g)\n", "bounds", (double)low.x, (double)low.y,
+               (double)low.z, (double)high.x, (double)high.y, (double)high.z);
     else
         printf("%-12snone: the scene has no shapes\n", "bounds");
     size_t mesh_bytes = 0, image_bytes = 0;

@@ -42,13 +42,14 @@ static int print_help(void)
     printf("caustica merge PART... -o FILE [options]: add up parts of a render\n\n");
     ca_options_print(&table, stdout);
     printf("\n");
-    ca_options_print_prose("The parts come from `caustica render SCENE --blocks A:B -o FILE.part`, on any machines, and are "
-                           "given in any order.\n"
-                           "They must be of the same scene and settings, and their blocks must follow each other without gap or "
-                           "overlap; an image needs all blocks from 0. It is the same, to the bit, as that of one render of all "
-                           "the blocks.\n"
-                           "Example: caustica merge a.part b.part -o image.exr -o image.png\n",
-                           stdout);
+    ca_options_print_prose(
+        "The parts come from `caustica render SCENE --blocks A:B -o FILE.part`, on any machines, and are "
+        "given in any order.\n"
+        "They must be of the same scene and settings, and their blocks must follow each other without gap or "
+        "overlap; an image needs all blocks from 0. It is the same, to the bit, as that of one render of all "
+        "the blocks.\n"
+        "Example: caustica merge a.part b.part -o image.exr -o image.png\n",
+        stdout);
     return CA_EXIT_DONE;
 }
 

@@ -1,4 +1,5 @@
-/* caustica noise: where the noise of bidirectional photon mapping comes from, and what other numbers of paths would give. */
+/* caustica noise: where the noise of bidirectional photon mapping comes from, and what other numbers of paths would
+ * give. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -28,41 +29,110 @@ typedef struct noise_options {
 #define GIVEN(field) .given = offsetof(noise_options, field)
 
 static const ca_option options[] = {
-    {.name = "light-paths", .argument = "NF", .kind = CA_OPTION_COUNT, .minimum = 2, AT(settings.light_paths),
+    {.name = "light-paths",
+     .argument = "NF",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 2,
+     AT(settings.light_paths),
      .help = "light paths of an iteration, at least 2 (default: the scene's, else 30000)"},
-    {.name = "camera-paths", .argument = "NB", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.camera_paths),
-     .help = "camera paths per pixel of an iteration; 2 or more to predict for others than 1 (default: the scene's, else 4; ppm 1)"},
-    {.name = "iterations", .argument = "K", .kind = CA_OPTION_COUNT, .minimum = 2, AT(iterations),
+    {.name = "camera-paths",
+     .argument = "NB",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.camera_paths),
+     .help = "camera paths per pixel of an iteration; 2 or more to predict for others than 1 (default: the scene's, "
+             "else 4; ppm 1)"},
+    {.name = "iterations",
+     .argument = "K",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 2,
+     AT(iterations),
      .help = "independent iterations to estimate from, at least 2 (default: 32)"},
-    {.name = "objective", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(objective),
+    {.name = "objective",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(objective),
      .help = "variance that recommended numbers make small: mean, relative or worst-decile (default: mean)"},
-    {.name = "predict", .argument = "NF,NB", .kind = CA_OPTION_TEXT_LIST, AT(predict_words),
+    {.name = "predict",
+     .argument = "NF,NB",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(predict_words),
      .help = "also say the noise with these numbers of paths, without rendering; several times"},
-    {.name = "roi", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(roi), GIVEN(has_roi),
+    {.name = "roi",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT,
+     AT(roi),
+     GIVEN(has_roi),
      .help = "average over this part too: pixels of the full film, half open"},
-    {.name = "output", .letter = 'o', .argument = "FILE", .kind = CA_OPTION_TEXT_LIST, AT(outputs),
+    {.name = "output",
+     .letter = 'o',
+     .argument = "FILE",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(outputs),
      .help = ".exr: all layers; .png: the terms in colours; several times (default: none)"},
-    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
+    {.name = "stats",
+     .argument = "FILE.json",
+     .kind = CA_OPTION_TEXT,
+     AT(stats),
      .help = "write the averages, times and counts as JSON"},
-    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(settings.integrator),
-     .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm), or bdpt, vcm, ovcm; depths set in the scene stay"},
-    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
+    {.name = "integrator",
+     .letter = 'i',
+     .argument = "NAME[:param=value,...]",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.integrator),
+     .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm), or bdpt, vcm, ovcm; depths set in "
+             "the scene stay"},
+    {.name = "define",
+     .letter = 'D',
+     .argument = "NAME=VALUE",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(define_words),
      .help = "value for a <default> of the scene; several times"},
-    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
+    {.name = "seed",
+     .argument = "N",
+     .kind = CA_OPTION_SEED,
+     AT(settings.seed),
+     GIVEN(settings.has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
-    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth), GIVEN(settings.has_max_depth),
+    {.name = "max-depth",
+     .argument = "N",
+     .kind = CA_OPTION_INTEGER,
+     .minimum = -1,
+     AT(settings.max_depth),
+     GIVEN(settings.has_max_depth),
      .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
-    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(settings.radius),
+    {.name = "radius",
+     .argument = "R",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.radius),
      .help = "merge radius (default: the scene's, else from a pixel's footprint)"},
-    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(settings.alpha), GIVEN(settings.has_alpha),
+    {.name = "alpha",
+     .argument = "A",
+     .kind = CA_OPTION_REAL,
+     AT(settings.alpha),
+     GIVEN(settings.has_alpha),
      .help = "its shrinking, 0 to 1 (default: 0, whatever the scene says: see below)"},
-    {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
+    {.name = "resolution",
+     .argument = "WxH",
+     .kind = CA_OPTION_SIZE,
+     AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
-    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
+    {.name = "crop",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT,
+     AT(settings.crop),
+     GIVEN(settings.has_crop),
      .help = "measure this part only: pixels of the full film, half open (default: the scene's)"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.threads),
+    {.name = "threads",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.threads),
      .help = "threads; the numbers do not depend on it (default: one per processor)"},
-    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(settings.memory_mib),
+    {.name = "memory",
+     .argument = "MiB",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.memory_mib),
      .help = "limit for film, sums and light paths (default: none)"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
@@ -78,34 +148,44 @@ static int print_help(void)
            "    light    of the light paths, goes down as 1 / NF\n"
            "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n");
     ca_options_print_prose(
-        "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were stands beside), of "
-        "their sum (predicted) and of the sample variance over the iterations (measured), in units of luminance. In a .png red is "
-        "the pair, green the camera, blue the light term. The law is one of independent paths, so random numbers are independent, "
-        "whatever the scene's sampler; and one radius is kept for all iterations (alpha 0), so that they are distributed alike. With "
+        "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were "
+        "stands beside), of "
+        "their sum (predicted) and of the sample variance over the iterations (measured), in units of luminance. In "
+        "a .png red is "
+        "the pair, green the camera, blue the light term. The law is one of independent paths, so random numbers are "
+        "independent, "
+        "whatever the scene's sampler; and one radius is kept for all iterations (alpha 0), so that they are "
+        "distributed alike. With "
         "an alpha above 0 the numbers are averages over the radii.\n"
-        "Then a few iterations are timed, and the numbers recommended that have the least variance times processor time, that is the "
-        "least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for render --rays), "
+        "Then a few iterations are timed, and the numbers recommended that have the least variance times processor "
+        "time, that is the "
+        "least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for "
+        "render --rays), "
         "and the best uniform pair of numbers for those who do not want a map. Of ppm: NF, with one camera path.\n"
-        "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one is theirs, with "
-        "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction for other "
+        "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one "
+        "is theirs, with "
+        "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction "
+        "for other "
         "numbers is of the weights measured with, and no numbers are recommended.\n"
-        "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; paths are then not "
+        "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; "
+        "paths are then not "
         "timed (any longer), and no numbers recommended. Another signal ends at once.\n"
         "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --predict 300000,100\n",
         stdout);
     return CA_EXIT_DONE;
 }
 
-/* ---- Before the work ---------------------------------------------------------------------------------------------- */
+/* ---- Before the work ------------------------------------------------------------------------------------------- */
 
 static ca_status parse_prediction(const char *text, ca_noise_prediction *p, ca_error *error)
 {
     const char *comma = strchr(text, ',');
     uint64_t light_paths = 0, camera_paths = 0;
     if (!comma || !ca_parse_digits(text, (size_t)(comma - text), UINT32_MAX, &light_paths) ||
-        !ca_parse_digits(comma + 1, strlen(comma + 1), UINT32_MAX, &camera_paths) || light_paths < 1 || camera_paths < 1)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--predict: \"%.100s\" is not NF,NB, two whole numbers of at least 1",
-                       text);
+        !ca_parse_digits(comma + 1, strlen(comma + 1), UINT32_MAX, &camera_paths) || light_paths < 1 ||
+        camera_paths < 1)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "--predict: \"%.100s\" is not NF,NB, two whole numbers of at least 1", text);
     *p = (ca_noise_prediction){.light_paths = (uint32_t)light_paths, .camera_paths = (uint32_t)camera_paths};
     return CA_OK;
 }
@@ -124,12 +204,14 @@ static ca_status check_predictions(const ca_noise_report *report, ca_error *erro
 {
     for (size_t i = 0; i < report->prediction_count; i++)
         if (report->measured.camera_paths == 1 && report->predictions[i].camera_paths > 1)
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
-                           report->predictions[i].camera_paths);
+            return ca_fail(
+                error, CA_ERROR_ARGUMENT, NULL,
+                "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
+                report->predictions[i].camera_paths);
         else if (report->connects && report->predictions[i].camera_paths > report->predictions[i].light_paths)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "--predict: of connected paths noise is told for no more camera paths per pixel than light paths, not for "
+                           "--predict: of connected paths noise is told for no more camera paths per pixel than "
+                           "light paths, not for "
                            "%u,%u",
                            report->predictions[i].light_paths, report->predictions[i].camera_paths);
     return CA_OK;
@@ -142,8 +224,8 @@ static ca_status check_outputs(const noise_options *o, ca_error *error)
 {
     for (size_t i = 0; i < o->outputs.count; i++)
         if (!is_png(o->outputs.items[i]) && !is_exr(o->outputs.items[i]))
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.300s: noise is written as .exr (all layers) or .png (the terms)",
-                           o->outputs.items[i]);
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "%.300s: noise is written as .exr (all layers) or .png (the terms)", o->outputs.items[i]);
     for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_output_check_place(o->outputs.items[i], error));
     return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
 }
@@ -162,7 +244,7 @@ static ca_status check(noise_options *o, const ca_text_list *operands, ca_noise_
     return check_outputs(o, error);
 }
 
-/* ---- Printing ----------------------------------------------------------------------------------------------------- */
+/* ---- Printing -------------------------------------------------------------------------------------------------- */
 
 /* A word of a command line that a shell takes for one. */
 static void print_word(const char *option, const char *word)
@@ -184,8 +266,8 @@ static bool is_number_of_paths(const char *parameter)
     return strncmp(parameter, "light_paths=", 12) == 0 || strncmp(parameter, "camera_paths=", 13) == 0;
 }
 
-/* "name:parameter=value,..." without numbers of paths, which are recommended instead. What an integrator has understood needs no
- * quotes. */
+/* "name:parameter=value,..." without numbers of paths, which are recommended instead. What an integrator has
+ * understood needs no quotes. */
 static void print_integrator(const char *text)
 {
     const size_t name = strcspn(text, ":");
@@ -230,15 +312,18 @@ static void print_next(const noise_options *o, const ca_noise_setup *setup, cons
     printf(map && !r->light_paths_only ? "  or: caustica render" : "next: caustica render");
     print_shared_words(o, setup);
     printf(" --light-paths %u --camera-paths %.0f\n", r->uniform.light_paths, r->uniform.camera_paths);
-    if (!map && !r->light_paths_only) printf("  (with -o FILE.exr the recommended map is written, for render's --rays)\n");
+    if (!map && !r->light_paths_only)
+        printf("  (with -o FILE.exr the recommended map is written, for render's --rays)\n");
 }
 
-static void print_report(const noise_options *o, const ca_noise_setup *setup, const ca_noise_report *report, double scale)
+static void print_report(const noise_options *o, const ca_noise_setup *setup, const ca_noise_report *report,
+                         double scale)
 {
     ca_noise_print(report);
     for (size_t i = 0; i < o->outputs.count; i++) {
         printf("wrote %s", o->outputs.items[i]);
-        if (is_png(o->outputs.items[i])) printf(" (full red, green or blue: a pair, camera or light term of r.m.s. %.4g)", scale);
+        if (is_png(o->outputs.items[i]))
+            printf(" (full red, green or blue: a pair, camera or light term of r.m.s. %.4g)", scale);
         printf("\n");
     }
     if (o->stats) printf("wrote %s\n", o->stats);
@@ -257,7 +342,7 @@ static void print_replaced(const noise_options *o, const ca_scene *scene)
         printf("integrator: bdpm instead of the scene's %s\n", name);
 }
 
-/* ---- The work ----------------------------------------------------------------------------------------------------- */
+/* ---- The work -------------------------------------------------------------------------------------------------- */
 
 static ca_status check_settings(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
                                 ca_noise_setup *setup, ca_noise_report *report, ca_error *error)
@@ -273,7 +358,8 @@ static ca_status check_settings(const noise_options *o, const ca_scene *scene, c
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--roi: %.900s", reason.message);
 }
 
-static ca_status average(const ca_noise *noise, const ca_noise_report *report, ca_noise_prediction *p, ca_error *error)
+static ca_status average(const ca_noise *noise, const ca_noise_report *report, ca_noise_prediction *p,
+                         ca_error *error)
 {
     CA_TRY(ca_noise_average(noise, NULL, p->light_paths, p->camera_paths, &p->image, error));
     if (!report->has_roi) return CA_OK;
@@ -308,8 +394,8 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
 }
 
 /* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */
-static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings, ca_progress_line *line,
-                      ca_noise_report *report, ca_image_layers **image, ca_error *error)
+static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
+                      ca_progress_line *line, ca_noise_report *report, ca_image_layers **image, ca_error *error)
 {
     ca_noise *noise = NULL;
     CA_TRY(ca_noise_measure(scene, settings, o->iterations, &noise, image, &report->statistics, error));

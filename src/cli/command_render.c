@@ -31,59 +31,160 @@ typedef struct render_options {
 #define GIVEN(field) .given = offsetof(render_options, field)
 
 static const ca_option options[] = {
-    {.name = "output", .letter = 'o', .argument = "FILE", .kind = CA_OPTION_TEXT_LIST, AT(outputs),
+    {.name = "output",
+     .letter = 'o',
+     .argument = "FILE",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(outputs),
      .help = "image to write: .exr, .png or .pfm; or .part; several times (default: SCENE.exr and SCENE.png here)"},
-    {.name = "integrator", .letter = 'i', .argument = "NAME[:param=value,...]", .kind = CA_OPTION_TEXT, AT(settings.integrator),
+    {.name = "integrator",
+     .letter = 'i',
+     .argument = "NAME[:param=value,...]",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.integrator),
      .help = "method, see below (default: the scene's, else path); depths set in the scene stay"},
-    {.name = "spp", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.samples_per_pixel), GIVEN(has_spp),
+    {.name = "spp",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.samples_per_pixel),
+     GIVEN(has_spp),
      .help = "camera paths per pixel, of `light` light paths (default: the scene's, else 4)"},
-    {.name = "time", .argument = "SECONDS", .kind = CA_OPTION_POSITIVE, AT(settings.seconds), GIVEN(has_seconds),
+    {.name = "time",
+     .argument = "SECONDS",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.seconds),
+     GIVEN(has_seconds),
      .help = "instead: stop after the pass in which so much rendering time has passed"},
-    {.name = "noise", .argument = "PERCENT", .kind = CA_OPTION_POSITIVE, AT(settings.noise_percent), GIVEN(has_noise),
+    {.name = "noise",
+     .argument = "PERCENT",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.noise_percent),
+     GIVEN(has_noise),
      .help = "instead: stop when the image's relative standard error is below this"},
-    {.name = "blocks", .argument = "A:B", .kind = CA_OPTION_RANGE, AT(settings.blocks), GIVEN(settings.has_blocks),
+    {.name = "blocks",
+     .argument = "A:B",
+     .kind = CA_OPTION_RANGE,
+     AT(settings.blocks),
+     GIVEN(settings.has_blocks),
      .help = "instead, of qmcppm: these blocks of pairs only, A to B - 1, counted from 0"},
-    {.name = "define", .letter = 'D', .argument = "NAME=VALUE", .kind = CA_OPTION_TEXT_LIST, AT(define_words),
+    {.name = "define",
+     .letter = 'D',
+     .argument = "NAME=VALUE",
+     .kind = CA_OPTION_TEXT_LIST,
+     AT(define_words),
      .help = "value for a <default> of the scene; several times"},
-    {.name = "sampler", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(settings.sampler),
+    {.name = "sampler",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.sampler),
      .help = "numbers of the paths, see below (default: the scene's, else independent; -i qmcppm: halton)"},
-    {.name = "seed", .argument = "N", .kind = CA_OPTION_SEED, AT(settings.seed), GIVEN(settings.has_seed),
+    {.name = "seed",
+     .argument = "N",
+     .kind = CA_OPTION_SEED,
+     AT(settings.seed),
+     GIVEN(settings.has_seed),
      .help = "other random numbers (default: the scene's, else 0)"},
-    {.name = "replicates", .argument = "R", .kind = CA_OPTION_COUNT, .minimum = 2, AT(settings.replicates),
-     .help = "make the samples in R independent parts, for error bars; --spp must come to R equal ones (default: none)"},
-    {.name = "max-depth", .argument = "N", .kind = CA_OPTION_INTEGER, .minimum = -1, AT(settings.max_depth),
-     GIVEN(settings.has_max_depth), .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
-    {.name = "radius", .argument = "R", .kind = CA_OPTION_POSITIVE, AT(settings.radius),
+    {.name = "replicates",
+     .argument = "R",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 2,
+     AT(settings.replicates),
+     .help =
+         "make the samples in R independent parts, for error bars; --spp must come to R equal ones (default: none)"},
+    {.name = "max-depth",
+     .argument = "N",
+     .kind = CA_OPTION_INTEGER,
+     .minimum = -1,
+     AT(settings.max_depth),
+     GIVEN(settings.has_max_depth),
+     .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+    {.name = "radius",
+     .argument = "R",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.radius),
      .help = "merge radius of the first pass (default: the scene's, else from a pixel's footprint)"},
-    {.name = "alpha", .argument = "A", .kind = CA_OPTION_REAL, AT(settings.alpha), GIVEN(settings.has_alpha),
+    {.name = "alpha",
+     .argument = "A",
+     .kind = CA_OPTION_REAL,
+     AT(settings.alpha),
+     GIVEN(settings.has_alpha),
      .help = "its shrinking, 0 to 1: R^2 / passes^A (default: the scene's, else 0.5)"},
-    {.name = "light-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.light_paths),
+    {.name = "light-paths",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.light_paths),
      .help = "light paths of a pass (default: the scene's, else one per pixel)"},
-    {.name = "camera-paths", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.camera_paths),
+    {.name = "camera-paths",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.camera_paths),
      .help = "camera paths per pixel of a pass (default: the scene's, else 1)"},
-    {.name = "rays", .argument = "auto|FILE.exr", .kind = CA_OPTION_TEXT, AT(settings.rays),
-     .help = "of bdpm and ppm, light paths and camera paths of each pixel: chosen from a pilot, or those kept in an image"},
-    {.name = "objective", .argument = "NAME", .kind = CA_OPTION_TEXT, AT(settings.rays_objective),
+    {.name = "rays",
+     .argument = "auto|FILE.exr",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.rays),
+     .help = "of bdpm and ppm, light paths and camera paths of each pixel: chosen from a pilot, or those kept in an "
+             "image"},
+    {.name = "objective",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.rays_objective),
      .help = "of --rays auto, variance of the mean pixel (mean), relative, or worst-decile (default: mean)"},
-    {.name = "resolution", .argument = "WxH", .kind = CA_OPTION_SIZE, AT(resolution),
+    {.name = "resolution",
+     .argument = "WxH",
+     .kind = CA_OPTION_SIZE,
+     AT(resolution),
      .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
-    {.name = "crop", .argument = "x0,y0,x1,y1", .kind = CA_OPTION_RECT, AT(settings.crop), GIVEN(settings.has_crop),
+    {.name = "crop",
+     .argument = "x0,y0,x1,y1",
+     .kind = CA_OPTION_RECT,
+     AT(settings.crop),
+     GIVEN(settings.has_crop),
      .help = "render this part only: pixels of the full film, half open (default: the scene's)"},
-    {.name = "exposure", .argument = "STOPS", .kind = CA_OPTION_REAL, AT(exposure),
+    {.name = "exposure",
+     .argument = "STOPS",
+     .kind = CA_OPTION_REAL,
+     AT(exposure),
      .help = "brightness of .png by powers of two (default: 0)"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(settings.threads),
+    {.name = "threads",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(settings.threads),
      .help = "threads; the image does not depend on it (default: one per processor)"},
-    {.name = "memory", .argument = "MiB", .kind = CA_OPTION_POSITIVE, AT(settings.memory_mib),
+    {.name = "memory",
+     .argument = "MiB",
+     .kind = CA_OPTION_POSITIVE,
+     AT(settings.memory_mib),
      .help = "limit for film and paths; the image does not depend on it, but for blocks=filled (default: none)"},
-    {.name = "dump-strategies", .argument = "DIR", .kind = CA_OPTION_TEXT, AT(settings.strategies_directory),
+    {.name = "dump-strategies",
+     .argument = "DIR",
+     .kind = CA_OPTION_TEXT,
+     AT(settings.strategies_directory),
      .help = "write an image of what each technique found; needs --max-depth 13 or less"},
-    {.name = "serve", .argument = "[PORT]", .kind = CA_OPTION_PORT, AT(port), GIVEN(serves),
+    {.name = "serve",
+     .argument = "[PORT]",
+     .kind = CA_OPTION_PORT,
+     AT(port),
+     GIVEN(serves),
      .help = "show the picture as it converges in a browser, at the address that is printed (default: a free port)"},
-    {.name = "serve-address", .argument = "ADDRESS", .kind = CA_OPTION_TEXT, AT(serve_address),
+    {.name = "serve-address",
+     .argument = "ADDRESS",
+     .kind = CA_OPTION_TEXT,
+     AT(serve_address),
      .help = "let others than this machine look too: listen on this address, 0.0.0.0 for all (default: 127.0.0.1)"},
-    {.name = "tev", .argument = "HOST:PORT", .kind = CA_OPTION_TEXT, AT(tev),
+    {.name = "tev",
+     .argument = "HOST:PORT",
+     .kind = CA_OPTION_TEXT,
+     AT(tev),
      .help = "show the picture as it converges in the viewer tev, which listens on port 14158"},
-    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats),
+    {.name = "stats",
+     .argument = "FILE.json",
+     .kind = CA_OPTION_TEXT,
+     AT(stats),
      .help = "write times, counts and noise as JSON"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
@@ -124,25 +225,26 @@ static int print_help(void)
     print_integrators();
     printf("\nSamplers: %s\n", ca_sampler_names());
     printf("\n");
-    ca_options_print_prose("--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
-                           "they win over the scene and must not contradict -i NAME:param=value.\n"
-                           "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels."
-                           " Whatever the scene says, random numbers are independent and the radius does not shrink (alpha 0), "
-                           "as the law of noise wants. The numbers depend on measured times, so such an image is not the same "
-                           "again to the bit; one with --rays FILE.exr is, FILE.exr being such an image or one of `caustica "
-                           "noise`, whose numbers it takes.\n"
-                           "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
-                           "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second "
-                           "one ends at once.\n"
-                           "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs"
-                           " at most 3 % of the processor time.\n"
-                           "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
-                           "          caustica render scene.xml --time 600 --serve 8080\n",
-                           stdout);
+    ca_options_print_prose(
+        "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
+        "they win over the scene and must not contradict -i NAME:param=value.\n"
+        "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels."
+        " Whatever the scene says, random numbers are independent and the radius does not shrink (alpha 0), "
+        "as the law of noise wants. The numbers depend on measured times, so such an image is not the same "
+        "again to the bit; one with --rays FILE.exr is, FILE.exr being such an image or one of `caustica "
+        "noise`, whose numbers it takes.\n"
+        "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
+        "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second "
+        "one ends at once.\n"
+        "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs"
+        " at most 3 % of the processor time.\n"
+        "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
+        "          caustica render scene.xml --time 600 --serve 8080\n",
+        stdout);
     return CA_EXIT_DONE;
 }
 
-/* ---- Before the work -------------------------------------------------------------------------------------------- */
+/* ---- Before the work ------------------------------------------------------------------------------------------- */
 
 static ca_status check_ends(const render_options *o, ca_error *error)
 {
@@ -154,9 +256,11 @@ static ca_status check_ends(const render_options *o, ca_error *error)
 
 static ca_status check_live(const render_options *o, ca_error *error)
 {
-    if (o->serve_address && !o->serves) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--serve-address needs --serve");
+    if (o->serve_address && !o->serves)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--serve-address needs --serve");
     if ((o->serves || o->tev) && o->settings.has_blocks && o->settings.blocks[0] > 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: an image needs all blocks from 0; with --blocks %llu:%llu there is none to show",
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%s: an image needs all blocks from 0; with --blocks %llu:%llu there is none to show",
                        o->serves ? "--serve" : "--tev", (unsigned long long)o->settings.blocks[0],
                        (unsigned long long)o->settings.blocks[1]);
     return CA_OK;
@@ -186,7 +290,8 @@ static ca_status check_outputs(render_options *o, ca_error *error)
     CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->settings.part_path, error));
     if (o->settings.has_blocks && o->settings.blocks[0] > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can be written");
+                       "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can "
+                       "be written");
     if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
     return o->settings.strategies_directory ? ca_output_check_folder(o->settings.strategies_directory, error) : CA_OK;
 }
@@ -218,7 +323,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
     return check_outputs(o, error);
 }
 
-/* ---- The work --------------------------------------------------------------------------------------------------- */
+/* ---- The work -------------------------------------------------------------------------------------------------- */
 
 static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
                                const ca_render_statistics *statistics, ca_error *error)
@@ -256,7 +361,9 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
         printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     if (s->has_confidence) printf(", no error bars for %.3g %% of the pixels", 100.0 * s->confidence_marked);
-    printf("%s\n", s->interrupted ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)" : "");
+    printf("%s\n", s->interrupted
+                       ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)"
+                       : "");
     print_rays(&s->numbers_of_rays);
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
     if (o->settings.strategies_directory) printf("wrote %s/\n", o->settings.strategies_directory);
@@ -280,8 +387,8 @@ static ca_status start_live_view(const render_options *o, ca_live_view *view, ca
     return ca_live_view_start(view, &settings, !o->quiet, error);
 }
 
-static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view, ca_image_layers **image,
-                              ca_render_statistics *statistics, ca_error *error)
+static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view,
+                              ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     ca_render_settings settings = o->settings;
     settings.width = o->resolution[0];

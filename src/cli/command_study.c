@@ -15,11 +15,26 @@ typedef struct study_options {
 #define AT(field) .offset = offsetof(study_options, field)
 
 static const ca_option options[] = {
-    {.name = "output", .letter = 'o', .argument = "FOLDER", .kind = CA_OPTION_TEXT, AT(folder),
+    {.name = "output",
+     .letter = 'o',
+     .argument = "FOLDER",
+     .kind = CA_OPTION_TEXT,
+     AT(folder),
      .help = "where images and the page index.html go (needed, but for --analyse)"},
-    {.name = "analyse", .kind = CA_OPTION_FLAG, AT(analyse), .help = "the files are answers that the page exported: say what they say"},
-    {.name = "stats", .argument = "FILE.json", .kind = CA_OPTION_TEXT, AT(stats), .help = "write the numbers of --analyse as JSON"},
-    {.name = "threads", .argument = "N", .kind = CA_OPTION_COUNT, .minimum = 1, AT(threads),
+    {.name = "analyse",
+     .kind = CA_OPTION_FLAG,
+     AT(analyse),
+     .help = "the files are answers that the page exported: say what they say"},
+    {.name = "stats",
+     .argument = "FILE.json",
+     .kind = CA_OPTION_TEXT,
+     AT(stats),
+     .help = "write the numbers of --analyse as JSON"},
+    {.name = "threads",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .minimum = 1,
+     AT(threads),
      .help = "threads; the images do not depend on it (default: one per processor)"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
@@ -31,16 +46,17 @@ static int print_help(void)
     printf("caustica study CONFIG.json -o FOLDER [options]: make a perceptual study, or analyse its answers\n\n");
     ca_options_print(&table, stdout);
     printf("\n");
-    ca_options_print_prose("Renders an image and a reference of each scenario in CONFIG.json (docs/study.md), and writes "
-                           "FOLDER/index.html: a page that shows both for some seconds, asks whether there was a difference, "
-                           "keeps the answers and exports them. Images that are there and were rendered with the same settings "
-                           "are not rendered again.\n"
-                           "With --analyse the files are such answers, of one study: printed are the ratio of subjects who saw a"
-                           " difference in each scenario, with its 95 % interval, and whether occluded lights make it be seen "
-                           "more often.\n"
-                           "Examples: caustica study scenes/perceptual-study/study.json -o study\n"
-                           "          caustica study --analyse answers-1.json answers-2.json\n",
-                           stdout);
+    ca_options_print_prose(
+        "Renders an image and a reference of each scenario in CONFIG.json (docs/study.md), and writes "
+        "FOLDER/index.html: a page that shows both for some seconds, asks whether there was a difference, "
+        "keeps the answers and exports them. Images that are there and were rendered with the same settings "
+        "are not rendered again.\n"
+        "With --analyse the files are such answers, of one study: printed are the ratio of subjects who saw a"
+        " difference in each scenario, with its 95 % interval, and whether occluded lights make it be seen "
+        "more often.\n"
+        "Examples: caustica study scenes/perceptual-study/study.json -o study\n"
+        "          caustica study --analyse answers-1.json answers-2.json\n",
+        stdout);
     return CA_EXIT_DONE;
 }
 
@@ -48,12 +64,14 @@ static ca_status check(const study_options *o, const ca_text_list *files, ca_err
 {
     if (o->analyse) {
         if (files->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a file of answers is missing");
-        if (o->folder) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--analyse renders nothing: -o has no meaning with it");
+        if (o->folder)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--analyse renders nothing: -o has no meaning with it");
         return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
     }
     if (files->count != 1)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       files->count == 0 ? "the study's file is missing" : "there is more than one study (answers need --analyse)");
+                       files->count == 0 ? "the study's file is missing"
+                                         : "there is more than one study (answers need --analyse)");
     if (!o->folder) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
     if (o->stats) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--stats needs --analyse");
     return ca_output_check_folder(o->folder, error);

@@ -11,7 +11,7 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-/* ---- Names -------------------------------------------------------------------------------------------------------- */
+/* ---- Names ----------------------------------------------------------------------------------------------------- */
 
 /* Without folder and extension: where it starts and how long it is. */
 typedef struct bare_name {
@@ -60,13 +60,14 @@ static bool is_same_file(const char *a, const char *b)
     return stat(a, &of_a) == 0 && stat(b, &of_b) == 0 && of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
 }
 
-ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images, const char *reference,
-                                  ca_error *error)
+ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images,
+                                  const char *reference, ca_error *error)
 {
     bool taken = is_same_file(path, reference);
     for (size_t i = 0; i < images->count; i++) taken = taken || is_same_file(path, images->items[i]);
     if (taken)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s would overwrite %s, which is to be compared", option, path);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s would overwrite %s, which is to be compared", option,
+                       path);
     return ca_output_check_place(path, error);
 }
 
@@ -92,7 +93,7 @@ void ca_compare_map_names_destroy(char **names, size_t count)
     ca_free(names);
 }
 
-/* ---- Writing ------------------------------------------------------------------------------------------------------ */
+/* ---- Writing --------------------------------------------------------------------------------------------------- */
 
 static ca_status add_settings(const ca_metric_settings *s, ca_image_layers *maps, ca_error *error)
 {

@@ -1,16 +1,16 @@
 /* The map files of `caustica compare --maps FILE.exr`: FILE.exr itself for one image; for several, one file each:
- * FILE-NAME.exr with the image's name without folder and extension, or FILE-1-NAME.exr, FILE-2-NAME.exr, ... where two
- * images have the same name. */
+ * FILE-NAME.exr with the image's name without folder and extension, or FILE-1-NAME.exr, FILE-2-NAME.exr, ... where
+ * two images have the same name. */
 #ifndef CA_CLI_COMPARE_MAPS_H
 #define CA_CLI_COMPARE_MAPS_H
 
 #include "cli/options.h"
 #include "cli/stats_json.h"
 
-/* Can this file be written, and is it none of those that are still to be read? Errors: CA_ERROR_ARGUMENT, which names the option;
- * CA_ERROR_FILE. */
-ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images, const char *reference,
-                                  ca_error *error);
+/* Can this file be written, and is it none of those that are still to be read? Errors: CA_ERROR_ARGUMENT, which names
+ * the option; CA_ERROR_FILE. */
+ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images,
+                                  const char *reference, ca_error *error);
 
 /* (*names)[i] is the file for image i; the caller's to destroy, also on failure. All places are checked: errors are
  * CA_ERROR_ARGUMENT (no .exr; a file that is also compared), CA_ERROR_FILE, CA_ERROR_MEMORY. */

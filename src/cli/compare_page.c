@@ -21,8 +21,8 @@ ca_status ca_compare_page_create(ca_compare_page *page, const char *path, const 
     return ca_page_create(&page->page, path, &page->settings, error);
 }
 
-ca_status ca_compare_page_check_layers(ca_compare_page *page, const ca_text_list *images, const ca_image_layers *reference,
-                                       ca_error *error)
+ca_status ca_compare_page_check_layers(ca_compare_page *page, const ca_text_list *images,
+                                       const ca_image_layers *reference, ca_error *error)
 {
     bool all = ca_page_expect(page->page, reference);
     for (size_t i = 0; i < images->count && !all; i++) {
@@ -61,7 +61,8 @@ static size_t metrics_of(const ca_compared_image *image, ca_page_metric metrics[
         {"brightness %", "mean luminance against the reference's", relative_luminance(c), CA_PAGE_NEITHER},
         {"block means %", "median over blocks of the difference of their means", 100.0 * c->median_block_difference,
          CA_PAGE_LOWER},
-        {"blocks differing", "blocks that differ by more than noise explains (5 % false alarms for the whole picture)",
+        {"blocks differing",
+         "blocks that differ by more than noise explains (5 % false alarms for the whole picture)",
          c->test.done ? (double)c->test.rejected : (double)NAN, CA_PAGE_LOWER},
     };
     for (size_t i = 0; i < METRICS; i++) metrics[i] = all[i];

@@ -1,12 +1,13 @@
-/* What the pieces of `caustica converge` share: the plan of its renders, what is known of those that are done, and what is
- * drawn from them.
+/* What the pieces of `caustica converge` share: the plan of its renders, what is known of those that are done, and
+ * what is drawn from them.
  *
- * A render is one integrator at one step (samples per pixel, or seconds) and one repeat. Renders are made step by step, all
- * integrators at each, so that steps are complete when a run ends early; everything that is written is about complete steps. Each
- * render has random numbers of its own but for the integrator: errors of different steps and repeats are independent.
+ * A render is one integrator at one step (samples per pixel, or seconds) and one repeat. Renders are made step by
+ * step, all integrators at each, so that steps are complete when a run ends early; everything that is written is
+ * about complete steps. Each render has random numbers of its own but for the integrator: errors of different steps
+ * and repeats are independent.
  *
- * A render's EXR carries all that its image depends on (attribute caustica.converge), so it is its own record: where the text is the
- * one that is wanted now the file is taken, else it is rendered again. */
+ * A render's EXR carries all that its image depends on (attribute caustica.converge), so it is its own record: where
+ * the text is the one that is wanted now the file is taken, else it is rendered again. */
 #ifndef CA_CLI_CONVERGE_H
 #define CA_CLI_CONVERGE_H
 
@@ -16,7 +17,7 @@
 
 #include <stdio.h>
 
-/* ---- Metrics ------------------------------------------------------------------------------------------------------ */
+/* ---- Metrics --------------------------------------------------------------------------------------------------- */
 
 typedef enum ca_converge_metric {
     CA_CONVERGE_RMSE,
@@ -37,7 +38,7 @@ typedef struct ca_converge_metric_text {
 
 extern const ca_converge_metric_text ca_converge_metric_texts[CA_CONVERGE_METRICS];
 
-/* ---- The plan ----------------------------------------------------------------------------------------------------- */
+/* ---- The plan -------------------------------------------------------------------------------------------------- */
 
 typedef struct ca_converge_options {
     const char *scene, *reference, *folder, *spp, *time;
@@ -62,7 +63,8 @@ typedef struct ca_converge_render {
     const char *key;  /* all that the image depends on, lines "name value" */
     bool kept;        /* not rendered by this run */
     double seconds, samples_per_pixel, iterations;
-    double deviation; /* standard deviation of one iteration's pixel luminance, averaged over pixels; NAN: not known */
+    double
+        deviation; /* standard deviation of one iteration's pixel luminance, averaged over pixels; NAN: not known */
     double mean_luminance;
     double metrics[CA_CONVERGE_METRICS];
 } ca_converge_render;
@@ -86,12 +88,14 @@ typedef struct ca_converge {
     size_t renders_done;       /* the first ones */
     size_t steps_done;
     double *fit_x, *fit_y;     /* scratch for one integrator's renders */
-    double reference_noise[2]; /* what the reference's own noise adds to RMSE (as its square's root) and relMSE; NAN: not known */
+    double reference_noise[2]; /* what the reference's own noise adds to RMSE (as its square's root) and relMSE; NAN:
+                                  not known */
     ca_arena memory;           /* of all the above but scene and reference */
 } ca_converge;
 
-/* Everything but the work: reads scene and reference, and checks every setting of every render, so that no hour is lost to a typing
- * error. Makes the folders. To be destroyed also on failure. Errors: of the command line CA_ERROR_ARGUMENT. */
+/* Everything but the work: reads scene and reference, and checks every setting of every render, so that no hour is
+ * lost to a typing error. Makes the folders. To be destroyed also on failure. Errors: of the command line
+ * CA_ERROR_ARGUMENT. */
 ca_status ca_converge_open(ca_converge *c, const ca_converge_options *options, ca_error *error);
 void ca_converge_destroy(ca_converge *c);
 
@@ -104,12 +108,13 @@ const char *ca_converge_path(ca_converge *c, const char *format, ...) CA_PRINTF(
 /* The settings that this render has. */
 ca_render_settings ca_converge_settings(const ca_converge *c, const ca_converge_render *render);
 
-/* ---- The renders -------------------------------------------------------------------------------------------------- */
+/* ---- The renders ----------------------------------------------------------------------------------------------- */
 
-/* Makes what is missing and measures all. Ends after a render in which a signal came: renders_done then says how far. */
+/* Makes what is missing and measures all. Ends after a render in which a signal came: renders_done then says how
+ * far. */
 ca_status ca_converge_render_all(ca_converge *c, ca_error *error);
 
-/* ---- What comes of them: once a step is complete ------------------------------------------------------------------- */
+/* ---- What comes of them: once a step is complete --------------------------------------------------------------- */
 
 /* 0 for a perfect image. */
 double ca_converge_error(const ca_converge_render *render, ca_converge_metric metric);
@@ -123,7 +128,8 @@ ca_converge_mean ca_converge_mean_of(const ca_converge *c, size_t step, size_t i
 /* Over all renders of an integrator; over seconds, or samples per pixel. */
 ca_power_fit ca_converge_fit(const ca_converge *c, size_t integrator, ca_converge_metric metric, bool over_time);
 
-/* The render nearest to equal time: the last step's by time, else the one nearest to where the fastest integrator ends. */
+/* The render nearest to equal time: the last step's by time, else the one nearest to where the fastest integrator
+ * ends. */
 const ca_converge_render *ca_converge_equal_time(const ca_converge *c, size_t integrator);
 /* When that is. */
 double ca_converge_equal_seconds(const ca_converge *c);

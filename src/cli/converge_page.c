@@ -14,7 +14,8 @@ static const char head[] =
     "body { margin: 1.5em auto; max-width: 90em; padding: 0 1em; font: 14px/1.5 \"DejaVu Sans\", Arial, sans-serif;\n"
     "       background: #f4f4f4; color: #202020; }\n"
     "h1 { font-size: 1.4em; } h2 { font-size: 1.15em; margin-top: 2em; }\n"
-    "table { border-collapse: collapse; font-size: 13px; } th, td { padding: 2px 9px; text-align: right; border-bottom: 1px solid #ccc;\n"
+    "table { border-collapse: collapse; font-size: 13px; } th, td { padding: 2px 9px; text-align: right; "
+    "border-bottom: 1px solid #ccc;\n"
     "         white-space: nowrap; }\n"
     "th:first-child, td:first-child { text-align: left; } td { font-variant-numeric: tabular-nums; }\n"
     "i { display: inline-block; width: 10px; height: 10px; margin-right: 6px; }\n"
@@ -25,7 +26,7 @@ static const char head[] =
     "figure b { position: absolute; border: 1.5px solid #f33; }\n"
     "</style>\n";
 
-/* ---- Words -------------------------------------------------------------------------------------------------------- */
+/* ---- Words ----------------------------------------------------------------------------------------------------- */
 
 static void put_intro(const ca_converge *c, FILE *stream)
 {
@@ -33,15 +34,15 @@ static void put_intro(const ca_converge *c, FILE *stream)
     ca_page_put_html(stream, c->options->scene);
     fputs("</h1>\n<p>Against <b>", stream);
     ca_page_put_html(stream, c->options->reference);
-    fprintf(stream, "</b>, %u × %u pixels. %zu of %zu steps, %zu render%s at each, %u thread%s. ", c->reference->width,
-            c->reference->height, c->steps_done, c->step_count, c->repeats, c->repeats > 1 ? "s" : "", c->metrics.threads,
-            c->metrics.threads > 1 ? "s" : "");
+    fprintf(stream, "</b>, %u × %u pixels. %zu of %zu steps, %zu render%s at each, %u thread%s. ",
+            c->reference->width, c->reference->height, c->steps_done, c->step_count, c->repeats,
+            c->repeats > 1 ? "s" : "", c->metrics.threads, c->metrics.threads > 1 ? "s" : "");
     fputs("All images with their metrics: <a href=\"images.html\">images.html</a>. The numbers: "
           "<a href=\"renders.csv\">renders.csv</a>, <a href=\"converge.json\">converge.json</a>.",
           stream);
     if (c->reference_noise[0] >= 0.0)
-        fprintf(stream, " The reference's own noise amounts to an RMSE of %.3g and a relMSE of %.3g.", c->reference_noise[0],
-                c->reference_noise[1]);
+        fprintf(stream, " The reference's own noise amounts to an RMSE of %.3g and a relMSE of %.3g.",
+                c->reference_noise[0], c->reference_noise[1]);
     fputs("</p>\n", stream);
 }
 
@@ -78,8 +79,10 @@ static void put_slopes(const ca_converge *c, FILE *stream)
             }
         fputs("</tr>\n", stream);
     }
-    fputs("</table></div>\n<p>Exponents of the law error = a · x<sup>b</sup>, by least squares of the logarithms over all renders, "
-          "with their 95 % intervals. Noise alone gives −0.5 for RMSE and −1 for relMSE. Near the reference's own noise "
+    fputs("</table></div>\n<p>Exponents of the law error = a · x<sup>b</sup>, by least squares of the logarithms "
+          "over all renders, "
+          "with their 95 % intervals. Noise alone gives −0.5 for RMSE and −1 for relMSE. Near the reference's own "
+          "noise "
           "curves turn level, and these numbers say nothing.</p>\n",
           stream);
 }
@@ -106,12 +109,13 @@ static void put_ends(const ca_converge *c, FILE *stream)
         put_cell(stream, deviation * sqrt(seconds));
         fputs("</tr>\n", stream);
     }
-    fputs("</table></div>\n<p>σ is the standard deviation of one iteration's pixel luminance, averaged over pixels; times the root of "
+    fputs("</table></div>\n<p>σ is the standard deviation of one iteration's pixel luminance, averaged over pixels; "
+          "times the root of "
           "an iteration's seconds it is what one second leaves of the noise.</p>\n",
           stream);
 }
 
-/* ---- Pictures ----------------------------------------------------------------------------------------------------- */
+/* ---- Pictures -------------------------------------------------------------------------------------------------- */
 
 /* The close-ups' frames, over the whole picture. */
 static void put_frames(const ca_converge *c, FILE *stream)
@@ -119,13 +123,15 @@ static void put_frames(const ca_converge *c, FILE *stream)
     const double width = c->reference->width, height = c->reference->height;
     for (size_t k = 0; k < c->closeup_count; k++) {
         const ca_pixel_rect *r = &c->closeups[k];
-        fprintf(stream, "<b style=\"left: %.2f%%; top: %.2f%%; width: %.2f%%; height: %.2f%%\"></b>", 100.0 * r->x0 / width,
-                100.0 * r->y0 / height, 100.0 * (r->x1 - r->x0) / width, 100.0 * (r->y1 - r->y0) / height);
+        fprintf(stream, "<b style=\"left: %.2f%%; top: %.2f%%; width: %.2f%%; height: %.2f%%\"></b>",
+                100.0 * r->x0 / width, 100.0 * r->y0 / height, 100.0 * (r->x1 - r->x0) / width,
+                100.0 * (r->y1 - r->y0) / height);
     }
 }
 
 /* place 0: the whole picture; else a close-up. */
-static void put_figure(const ca_converge *c, FILE *stream, const char *name, const char *kind, size_t place, const char *text)
+static void put_figure(const ca_converge *c, FILE *stream, const char *name, const char *kind, size_t place,
+                       const char *text)
 {
     fprintf(stream, "<figure><div><img src=\"pictures/%s%s", name, kind);
     if (place > 0) fprintf(stream, "-%zu", place);
@@ -140,7 +146,8 @@ static void put_equal_time(const ca_converge *c, FILE *stream)
 {
     fprintf(stream, "<h2>In equal time, %.3g s</h2>\n", ca_converge_equal_seconds(c));
     if (!c->by_time)
-        fputs("<p>Of the steps of each integrator the one nearest to it; the captions have the times. Steps of --time are "
+        fputs("<p>Of the steps of each integrator the one nearest to it; the captions have the times. Steps of "
+              "--time are "
               "equal.</p>\n",
               stream);
     for (size_t place = 0; place <= c->closeup_count; place++) {
@@ -159,7 +166,8 @@ static void put_equal_time(const ca_converge *c, FILE *stream)
 
 static void put_deviations(const ca_converge *c, FILE *stream)
 {
-    fputs("<h2>Standard deviation of one iteration</h2>\n<p>Of a pixel's luminance, from the iterations of the last step; all at "
+    fputs("<h2>Standard deviation of one iteration</h2>\n<p>Of a pixel's luminance, from the iterations of the last "
+          "step; all at "
           "one scale, darker is better.</p>\n",
           stream);
     for (size_t place = 0; place <= c->closeup_count; place++) {
@@ -169,7 +177,8 @@ static void put_deviations(const ca_converge *c, FILE *stream)
             double seconds;
             const double deviation = ca_converge_deviation(c, i, &seconds);
             if (isnan(deviation)) continue;
-            snprintf(text, sizeof text, "%.120s: σ %.3g, %.3g s an iteration", c->integrators[i].text, deviation, seconds);
+            snprintf(text, sizeof text, "%.120s: σ %.3g, %.3g s an iteration", c->integrators[i].text, deviation,
+                     seconds);
             put_figure(c, stream, c->integrators[i].name, "-deviation", place, text);
         }
         fputs("</div>\n", stream);

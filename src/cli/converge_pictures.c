@@ -1,5 +1,5 @@
-/* caustica converge: what is looked at. Pictures and close-ups at equal time, standard deviations likewise, and the page of the
- * comparison. */
+/* caustica converge: what is looked at. Pictures and close-ups at equal time, standard deviations likewise, and the
+ * page of the comparison. */
 #include "base/memory.h"
 #include "cli/compare_page.h"
 #include "cli/converge.h"
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Values ------------------------------------------------------------------------------------------------------- */
+/* ---- Values ---------------------------------------------------------------------------------------------------- */
 
 static int compare_floats(const void *a, const void *b)
 {
@@ -52,9 +52,10 @@ static ca_status find_exposure(const ca_converge *c, double *scale, ca_error *er
     return CA_OK;
 }
 
-/* ---- Close-ups ---------------------------------------------------------------------------------------------------- */
+/* ---- Close-ups ------------------------------------------------------------------------------------------------- */
 
-/* Adds an image's relative squares; no pixel counts for more than one that is wrong altogether, or fireflies would choose. */
+/* Adds an image's relative squares; no pixel counts for more than one that is wrong altogether, or fireflies would
+ * choose. */
 static void add_errors(const ca_converge *c, const ca_image_layers *image, float *errors)
 {
     const float *a[3], *b[3];
@@ -109,7 +110,7 @@ static ca_status choose_closeup(ca_converge *c, ca_error *error)
     return status;
 }
 
-/* ---- Files -------------------------------------------------------------------------------------------------------- */
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 /* `rect` of three planes, as many pixels, times `scale`. */
 static ca_status write_part(ca_converge *c, const char *path, const ca_pixel_rect *rect, const float *const planes[3],
@@ -135,12 +136,14 @@ static ca_status write_part(ca_converge *c, const char *path, const ca_pixel_rec
 }
 
 /* pictures/NAME.png, and NAME-1.png and so on: the close-ups. */
-static ca_status write_picture(ca_converge *c, const char *name, const float *const planes[3], double scale, ca_error *error)
+static ca_status write_picture(ca_converge *c, const char *name, const float *const planes[3], double scale,
+                               ca_error *error)
 {
     const ca_pixel_rect all = {0, 0, c->reference->width, c->reference->height};
     CA_TRY(write_part(c, ca_converge_path(c, "pictures/%s.png", name), &all, planes, scale, error));
     for (size_t k = 0; k < c->closeup_count; k++)
-        CA_TRY(write_part(c, ca_converge_path(c, "pictures/%s-%zu.png", name, k + 1), &c->closeups[k], planes, scale, error));
+        CA_TRY(write_part(c, ca_converge_path(c, "pictures/%s-%zu.png", name, k + 1), &c->closeups[k], planes, scale,
+                          error));
     return CA_OK;
 }
 
@@ -162,7 +165,7 @@ static ca_status write_colours(ca_converge *c, ca_error *error)
     return CA_OK;
 }
 
-/* ---- Standard deviations ------------------------------------------------------------------------------------------ */
+/* ---- Standard deviations --------------------------------------------------------------------------------------- */
 
 /* One iteration's, root of the mean square over repeats at the last step. */
 static ca_status read_deviation(const ca_converge *c, size_t integrator, float *deviation, ca_error *error)
@@ -216,7 +219,7 @@ ca_status ca_converge_write_pictures(ca_converge *c, ca_error *error)
     return status;
 }
 
-/* ---- The page of the comparison ----------------------------------------------------------------------------------- */
+/* ---- The page of the comparison -------------------------------------------------------------------------------- */
 
 static ca_status compare_image(ca_converge *c, ca_compare_page *page, const ca_converge_render *r,
                                const ca_image_layers *image, ca_error *error)
@@ -224,8 +227,8 @@ static ca_status compare_image(ca_converge *c, ca_compare_page *page, const ca_c
     char name[160], step[64];
     ca_image_layers *maps = NULL;
     ca_converge_step_text(c, r->step, step, sizeof step);
-    snprintf(name, sizeof name, c->by_time ? "%.80s, %s" : "%.80s, %s, %.3g s", c->integrators[r->integrator].text, step,
-             r->seconds);
+    snprintf(name, sizeof name, c->by_time ? "%.80s, %s" : "%.80s, %s, %.3g s", c->integrators[r->integrator].text,
+             step, r->seconds);
     ca_compared_image compared = {.path = name, .flip_is_hdr = true};
     CA_TRY(ca_compare(image, c->reference, &c->region, &compared.comparison, error));
     CA_TRY(ca_measure_image(image, c->reference, &c->region, &c->metrics, &compared.metrics, &maps, error));

@@ -1,4 +1,5 @@
-/* caustica converge, before the work: steps, integrators, names and keys of all renders, and whether they can be made. */
+/* caustica converge, before the work: steps, integrators, names and keys of all renders, and whether they can be
+ * made. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -20,12 +21,13 @@ enum { STEP_LIMIT = 64, RENDER_LIMIT = 100000 };
 /* Steps are told apart by their texts, of twelve digits. */
 #define SMALLEST_FACTOR (1.0 + 1e-10)
 
-/* ---- Steps -------------------------------------------------------------------------------------------------------- */
+/* ---- Steps ----------------------------------------------------------------------------------------------------- */
 
 static ca_status fail_steps(const char *text, bool whole, ca_error *error)
 {
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "\"%.100s\" are no steps: rising %s like 1,4,16, or 1:64 (each twice the one before), or 1:1000:10 (ten times)",
+                   "\"%.100s\" are no steps: rising %s like 1,4,16, or 1:64 (each twice the one before), or "
+                   "1:1000:10 (ten times)",
                    text, whole ? "whole numbers" : "positive numbers");
 }
 
@@ -59,7 +61,8 @@ static bool read_list(const char *text, bool whole, double *steps, size_t *count
     for (const char *c = text; c;) {
         const size_t length = strcspn(c, ",");
         double step;
-        if (!read_step(c, length, whole, &step) || (*count > 0 && step <= SMALLEST_FACTOR * steps[*count - 1])) return false;
+        if (!read_step(c, length, whole, &step) || (*count > 0 && step <= SMALLEST_FACTOR * steps[*count - 1]))
+            return false;
         if (*count == STEP_LIMIT) return ++*count, true;
         steps[(*count)++] = step;
         c = c[length] ? c + length + 1 : NULL;
@@ -67,12 +70,14 @@ static bool read_list(const char *text, bool whole, double *steps, size_t *count
     return true;
 }
 
-static ca_status read_steps(const char *text, bool whole, ca_arena *memory, double **steps, size_t *count, ca_error *error)
+static ca_status read_steps(const char *text, bool whole, ca_arena *memory, double **steps, size_t *count,
+                            ca_error *error)
 {
     *count = 0;
     *steps = ca_arena_alloc(memory, STEP_LIMIT, sizeof **steps);
     if (!*steps) return ca_fail_memory(error, "the steps");
-    const bool good = strchr(text, ':') ? read_range(text, whole, *steps, count) : read_list(text, whole, *steps, count);
+    const bool good =
+        strchr(text, ':') ? read_range(text, whole, *steps, count) : read_list(text, whole, *steps, count);
     if (!good) return fail_steps(text, whole, error);
     if (*count > STEP_LIMIT)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" are more than %d steps", text, STEP_LIMIT);
@@ -98,7 +103,7 @@ void ca_converge_step_text(const ca_converge *c, size_t step, char *text, size_t
     snprintf(text, size, "%.12g %s", c->steps[step], c->by_time ? "s" : "spp");
 }
 
-/* ---- Integrators -------------------------------------------------------------------------------------------------- */
+/* ---- Integrators ----------------------------------------------------------------------------------------------- */
 
 /* A name for files: parameters may be long, and have signs that are none for a file. */
 static const char *file_name(ca_converge *c, const char *text)
@@ -132,7 +137,9 @@ static ca_status plan_integrators(ca_converge *c, ca_error *error)
 {
     const ca_text_list *words = &c->options->integrators;
     size_t most = words->count;
-    if (most == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrators are missing: -i path -i \"ovcm;vcm:radius=0.01\"");
+    if (most == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrators are missing: -i path -i \"ovcm;vcm:radius=0.01\"");
     for (size_t i = 0; i < words->count; i++)
         for (const char *s = words->items[i]; *s; s++) most += *s == ';';
     c->integrators = ca_arena_alloc(&c->memory, most, sizeof *c->integrators);
@@ -151,7 +158,7 @@ static ca_status plan_integrators(ca_converge *c, ca_error *error)
     return CA_OK;
 }
 
-/* ---- Renders ------------------------------------------------------------------------------------------------------ */
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 const char *ca_converge_path(ca_converge *c, const char *format, ...)
 {
@@ -176,8 +183,8 @@ const ca_converge_render *ca_converge_at(const ca_converge *c, size_t step, size
     return &c->renders[(step * c->integrator_count + integrator) * c->repeats + repeat];
 }
 
-/* The same for all integrators, else its own; below 2^53, so that an EXR's number holds it. Depends on the step itself and not on
- * its place, so that steps can be added later. */
+/* The same for all integrators, else its own; below 2^53, so that an EXR's number holds it. Depends on the step
+ * itself and not on its place, so that steps can be added later. */
 static uint64_t seed_of(const ca_converge *c, const ca_converge_render *r)
 {
     const ca_render_settings *settings = &c->options->settings;
@@ -227,11 +234,13 @@ static ca_status check_size(const ca_converge *c, const ca_render_plan *plan, ca
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "--reference: %s has %u x %u pixels, but %u x %u are rendered (--resolution, --crop)", path,
                        reference->width, reference->height, crop[2] - crop[0], crop[3] - crop[1]);
-    const bool same_film = reference->full_width == plan->camera.width && reference->full_height == plan->camera.height;
+    const bool same_film =
+        reference->full_width == plan->camera.width && reference->full_height == plan->camera.height;
     if (same_film && (reference->x0 != (int32_t)crop[0] || reference->y0 != (int32_t)crop[1]))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "--reference: %s is another part of the picture: it begins at (%d, %d), what is rendered at (%u, %u)", path,
-                       reference->x0, reference->y0, crop[0], crop[1]);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "--reference: %s is another part of the picture: it begins at (%d, %d), what is rendered at (%u, %u)",
+            path, reference->x0, reference->y0, crop[0], crop[1]);
     return CA_OK;
 }
 
@@ -240,7 +249,8 @@ static ca_status check_repeats(const ca_converge *c, const ca_render_plan *plan,
 {
     const bool plain = plan->sampler.kind == CA_SAMPLER_HALTON_PLAIN || plan->sampler.kind == CA_SAMPLER_SOBOL_PLAIN;
     if (c->repeats == 1 || !plain) return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--repeats: the sampler \"%s\" is not scrambled, all repeats would be equal",
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "--repeats: the sampler \"%s\" is not scrambled, all repeats would be equal",
                    ca_sampler_name(plan->sampler.kind));
 }
 
@@ -258,8 +268,8 @@ static ca_status plan_render(ca_converge *c, ca_converge_render *r, ca_error *er
     CA_TRY(check_repeats(c, &plan, error));
     ca_converge_step_text(c, r->step, step, sizeof step);
     *strchr(step, ' ') = '\0';
-    r->path = ca_converge_path(c, "renders/%s-%s%s-%zu.exr", c->integrators[r->integrator].name, step, c->by_time ? "s" : "spp",
-                               r->repeat + 1);
+    r->path = ca_converge_path(c, "renders/%s-%s%s-%zu.exr", c->integrators[r->integrator].name, step,
+                               c->by_time ? "s" : "spp", r->repeat + 1);
     if (!r->path) return ca_fail_memory(error, "the renders");
     r->file = r->path + strlen(c->options->folder) + 1;
     r->key = key_of(c, r, &plan, error);
@@ -271,7 +281,8 @@ static ca_status plan_renders(ca_converge *c, ca_error *error)
     c->repeats = c->options->repeats;
     c->render_count = c->step_count * c->integrator_count * c->repeats;
     if (c->render_count > RENDER_LIMIT)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%zu renders are over the limit of %d", c->render_count, RENDER_LIMIT);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%zu renders are over the limit of %d", c->render_count,
+                       RENDER_LIMIT);
     c->renders = ca_arena_alloc(&c->memory, c->render_count, sizeof *c->renders);
     c->fit_x = ca_arena_alloc(&c->memory, c->step_count * c->repeats, sizeof *c->fit_x);
     c->fit_y = ca_arena_alloc(&c->memory, c->step_count * c->repeats, sizeof *c->fit_y);
@@ -286,11 +297,12 @@ static ca_status plan_renders(ca_converge *c, ca_error *error)
     return CA_OK;
 }
 
-/* ---- Where to look ------------------------------------------------------------------------------------------------ */
+/* ---- Where to look --------------------------------------------------------------------------------------------- */
 
 static ca_pixel_rect *copy_rects(ca_converge *c, const ca_rect_list *list)
 {
-    ca_pixel_rect *rects = ca_arena_alloc(&c->memory, list->count + 1, sizeof *rects); /* one more: a close-up found */
+    ca_pixel_rect *rects =
+        ca_arena_alloc(&c->memory, list->count + 1, sizeof *rects); /* one more: a close-up found */
     for (size_t i = 0; rects && i < list->count; i++) {
         const uint32_t *r = list->items[i];
         rects[i] = (ca_pixel_rect){r[0], r[1], r[2], r[3]};
@@ -309,8 +321,8 @@ static ca_status plan_region(ca_converge *c, ca_error *error)
     for (size_t i = 0; i < c->closeup_count; i++)
         if (c->closeups[i].x1 > reference->width || c->closeups[i].y1 > reference->height)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--closeup %u,%u,%u,%u reaches out of the %u x %u pixels",
-                           c->closeups[i].x0, c->closeups[i].y0, c->closeups[i].x1, c->closeups[i].y1, reference->width,
-                           reference->height);
+                           c->closeups[i].x0, c->closeups[i].y0, c->closeups[i].x1, c->closeups[i].y1,
+                           reference->width, reference->height);
     c->region = (ca_compare_settings){.has_roi = o->has_roi,
                                       .roi = {o->roi[0], o->roi[1], o->roi[2], o->roi[3]},
                                       .masks = masks,
@@ -351,7 +363,7 @@ static void find_reference_noise(ca_converge *c)
     c->reference_noise[1] = relative / count;
 }
 
-/* ---- All of it ---------------------------------------------------------------------------------------------------- */
+/* ---- All of it ------------------------------------------------------------------------------------------------- */
 
 static ca_status make_folder(const char *path, ca_error *error)
 {
@@ -363,7 +375,8 @@ static ca_status make_folder(const char *path, ca_error *error)
 static ca_status check_needed(const ca_converge_options *o, ca_error *error)
 {
     if (!o->reference) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --reference is missing");
-    if (!o->folder || !*o->folder) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the folder is missing: --output FOLDER");
+    if (!o->folder || !*o->folder)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the folder is missing: --output FOLDER");
     if (o->has_exposure && fabs(o->exposure) > 100.0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--exposure: %g is not from -100 to 100", o->exposure);
     return CA_OK;

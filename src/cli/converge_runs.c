@@ -22,7 +22,7 @@ const ca_converge_metric_text ca_converge_metric_texts[CA_CONVERGE_METRICS] = {
     [CA_CONVERGE_FLIP_HDR] = {.key = "flip_hdr", .error = "FLIP HDR", .plotted = true},
 };
 
-/* ---- Attributes --------------------------------------------------------------------------------------------------- */
+/* ---- Attributes ------------------------------------------------------------------------------------------------ */
 
 static double number_of(const ca_image_layers *image, const char *name)
 {
@@ -30,7 +30,7 @@ static double number_of(const ca_image_layers *image, const char *name)
     return attribute && !attribute->text ? attribute->number : (double)NAN;
 }
 
-/* ---- What is there ------------------------------------------------------------------------------------------------ */
+/* ---- What is there --------------------------------------------------------------------------------------------- */
 
 static bool is_there(const char *path)
 {
@@ -55,7 +55,8 @@ static void say_changed(const ca_converge *c, const ca_converge_render *r, const
 }
 
 /* *image stays NULL where there is no file, or one that is not what is wanted now. */
-static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca_image_layers **image, ca_error *error)
+static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca_image_layers **image,
+                           ca_error *error)
 {
     ca_error reason = {""};
     *image = NULL;
@@ -75,7 +76,7 @@ static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca
     return CA_OK;
 }
 
-/* ---- What is not -------------------------------------------------------------------------------------------------- */
+/* ---- What is not ----------------------------------------------------------------------------------------------- */
 
 typedef struct watcher {
     ca_progress_line line;
@@ -90,7 +91,8 @@ static bool watch(const ca_render_progress *progress, void *user)
         w->told = true;
         ca_progress_clear(&w->line);
         if (!w->quiet)
-            fprintf(stderr, "\ncaustica: finishing this render, then the results so far are written (again: stop at once)\n");
+            fprintf(stderr,
+                    "\ncaustica: finishing this render, then the results so far are written (again: stop at once)\n");
     }
     ca_progress_draw(&w->line, progress);
     return true;
@@ -121,7 +123,7 @@ static ca_status render(const ca_converge *c, const ca_converge_render *r, ca_im
     return status;
 }
 
-/* ---- Measuring ---------------------------------------------------------------------------------------------------- */
+/* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
 /* The mean over pixels of one iteration's standard deviation. */
 static double mean_deviation(const ca_image_layers *image, double iterations)
@@ -155,7 +157,7 @@ static ca_status measure(const ca_converge *c, ca_converge_render *r, const ca_i
     return CA_OK;
 }
 
-/* ---- All of them -------------------------------------------------------------------------------------------------- */
+/* ---- All of them ----------------------------------------------------------------------------------------------- */
 
 static void say_done(const ca_converge *c, const ca_converge_render *r)
 {
@@ -196,7 +198,7 @@ ca_status ca_converge_render_all(ca_converge *c, ca_error *error)
     return status;
 }
 
-/* ---- Figures of several renders ----------------------------------------------------------------------------------- */
+/* ---- Figures of several renders -------------------------------------------------------------------------------- */
 
 double ca_converge_error(const ca_converge_render *r, ca_converge_metric metric)
 {

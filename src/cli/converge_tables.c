@@ -12,7 +12,7 @@
 /* The renders of complete steps. */
 static size_t shown(const ca_converge *c) { return c->steps_done * c->integrator_count * c->repeats; }
 
-/* ---- CSV ---------------------------------------------------------------------------------------------------------- */
+/* ---- CSV ------------------------------------------------------------------------------------------------------- */
 
 /* Between double quotes, since parameters have commas. */
 static void put_csv_text(FILE *stream, const char *text)
@@ -53,7 +53,7 @@ ca_status ca_converge_put_csv(const ca_converge *c, FILE *stream, ca_error *erro
     return CA_OK;
 }
 
-/* ---- JSON --------------------------------------------------------------------------------------------------------- */
+/* ---- JSON ------------------------------------------------------------------------------------------------------ */
 
 static void put_text(FILE *stream, const char *before, const char *text)
 {
@@ -109,8 +109,10 @@ static void put_renders(const ca_converge *c, FILE *stream)
 {
     for (size_t i = 0; i < shown(c); i++) {
         const ca_converge_render *r = &c->renders[i];
-        put_text(stream, i ? ",\n    {\"integrator\": " : "\n    {\"integrator\": ", c->integrators[r->integrator].text);
-        fprintf(stream, ", \"step\": %.12g, \"repeat\": %zu, \"seed\": %" PRIu64, c->steps[r->step], r->repeat + 1, r->seed);
+        put_text(stream,
+                 i ? ",\n    {\"integrator\": " : "\n    {\"integrator\": ", c->integrators[r->integrator].text);
+        fprintf(stream, ", \"step\": %.12g, \"repeat\": %zu, \"seed\": %" PRIu64, c->steps[r->step], r->repeat + 1,
+                r->seed);
         put_number(stream, ", \"seconds\": ", r->seconds);
         put_number(stream, ", \"samples_per_pixel\": ", r->samples_per_pixel);
         put_number(stream, ", \"iterations\": ", r->iterations);
@@ -147,11 +149,12 @@ ca_status ca_converge_put_json(const ca_converge *c, FILE *stream, ca_error *err
     return CA_OK;
 }
 
-/* ---- Plots -------------------------------------------------------------------------------------------------------- */
+/* ---- Plots ----------------------------------------------------------------------------------------------------- */
 
 enum { PANELS = CA_CONVERGE_METRICS, COLUMNS = 2, NAME_SIZE = 144 };
 
-/* What a panel's series point to: for each integrator the means, and the two ends of the fitted law; the reference's noise. */
+/* What a panel's series point to: for each integrator the means, and the two ends of the fitted law; the reference's
+ * noise. */
 typedef struct panel_memory {
     ca_plot_series *series;
     ca_plot_point *points;
@@ -161,7 +164,8 @@ typedef struct panel_memory {
 static double x_of(const ca_converge_mean *mean, bool over_time) { return over_time ? mean->seconds : mean->samples; }
 
 /* The fitted law between the first and the last step. */
-static size_t law_points(const ca_converge *c, const ca_plot_point *means, const ca_power_fit *fit, ca_plot_point *points)
+static size_t law_points(const ca_converge *c, const ca_plot_point *means, const ca_power_fit *fit,
+                         ca_plot_point *points)
 {
     const size_t last = c->steps_done - 1;
     for (int k = 0; k < 2; k++) {
@@ -171,8 +175,8 @@ static size_t law_points(const ca_converge *c, const ca_plot_point *means, const
     return isfinite(fit->exponent) ? 2 : 0;
 }
 
-static void draw_integrator(const ca_converge *c, size_t i, ca_converge_metric metric, bool over_time, ca_plot_panel *panel,
-                            const panel_memory *memory)
+static void draw_integrator(const ca_converge *c, size_t i, ca_converge_metric metric, bool over_time,
+                            ca_plot_panel *panel, const panel_memory *memory)
 {
     const size_t stride = c->steps_done + 2;
     ca_plot_point *means = memory->points + i * stride, *law = means + c->steps_done;
@@ -197,9 +201,11 @@ static void draw_integrator(const ca_converge *c, size_t i, ca_converge_metric m
                                                       .bare = true};
 }
 
-/* Where curves turn level: no image is nearer to the reference than that is to the truth. As wide as the integrators are. Not where
- * it is so far below (as a share of an error) that it changes nothing, and would only take the curves' room. */
-static void draw_reference(const ca_converge *c, double noise, double share, ca_plot_panel *panel, const panel_memory *memory)
+/* Where curves turn level: no image is nearer to the reference than that is to the truth. As wide as the integrators
+ * are. Not where it is so far below (as a share of an error) that it changes nothing, and would only take the curves'
+ * room. */
+static void draw_reference(const ca_converge *c, double noise, double share, ca_plot_panel *panel,
+                           const panel_memory *memory)
 {
     ca_plot_point *points = memory->points + c->integrator_count * (c->steps_done + 2);
     double low = HUGE_VAL, high = 0.0, least = HUGE_VAL;
@@ -213,8 +219,8 @@ static void draw_reference(const ca_converge *c, double noise, double share, ca_
         }
     points[0] = (ca_plot_point){.x = low, .y = noise};
     points[1] = (ca_plot_point){.x = high, .y = noise};
-    memory->series[panel->count++] =
-        (ca_plot_series){.name = "noise of the reference itself", .points = points, .count = 2, .dashed = true, .bare = true};
+    memory->series[panel->count++] = (ca_plot_series){
+        .name = "noise of the reference itself", .points = points, .count = 2, .dashed = true, .bare = true};
 }
 
 static void draw_panel(const ca_converge *c, ca_converge_metric metric, bool over_time, ca_plot_panel *panel,

@@ -56,10 +56,10 @@ uint64_t ca_json_hash(const ca_json *document)
     return ca_hash_bytes(CA_HASH_START, document->text.data, document->text.size);
 }
 
-/* ---- Places: the text is walked beside the values that came from it ---------------------------------------------- */
+/* ---- Places: the text is walked beside the values that came from it -------------------------------------------- */
 
-/* What is looked for: a member or element of `parent`, or `parent` itself. jansson shares one value among all that are
- * true, false or null, so that these have no place of their own. */
+/* What is looked for: a member or element of `parent`, or `parent` itself. jansson shares one value among all that
+ * are true, false or null, so that these have no place of their own. */
 typedef struct place {
     const json_t *parent;
     const char *key; /* NULL: element `index`, or parent itself where that is SIZE_MAX */
@@ -156,7 +156,7 @@ ca_status ca_json_fail(const ca_json *document, const ca_json_value *object, con
     return ca_fail(error, CA_ERROR_FORMAT, &where, "%s", text);
 }
 
-/* ---- Members ----------------------------------------------------------------------------------------------------- */
+/* ---- Members --------------------------------------------------------------------------------------------------- */
 
 static bool in_range(const ca_json_field *field, double value) { return value >= field->low && value <= field->high; }
 
@@ -192,8 +192,8 @@ static ca_status fail_kind(const ca_json *document, const json_t *object, const 
         [CA_JSON_TEXT] = "a text in quotes that is not empty", [CA_JSON_ANY_TEXT] = "a text in quotes",
         [CA_JSON_FLAG] = "true or false", [CA_JSON_OBJECT] = "an object { ... }", [CA_JSON_LIST] = "a list [ ... ]"};
     if (field->kind == CA_JSON_NUMBER || field->kind == CA_JSON_COUNT)
-        snprintf(expected, sizeof expected, "a %s from %.10g to %.10g", field->kind == CA_JSON_COUNT ? "whole number" : "number",
-                 field->low, field->high);
+        snprintf(expected, sizeof expected, "a %s from %.10g to %.10g",
+                 field->kind == CA_JSON_COUNT ? "whole number" : "number", field->low, field->high);
     else
         snprintf(expected, sizeof expected, "%s", kinds[field->kind]);
     return ca_json_fail(document, object, field->key, error, "\"%s\": expected %s", field->key, expected);
@@ -207,7 +207,8 @@ static ca_status fail_unknown(const ca_json *document, const json_t *object, con
     const char *nearest = ca_nearest_name(key, names, count < FIELD_LIMIT ? count : FIELD_LIMIT);
     const ca_location where = locate(document, (place){.parent = object, .key = key, .of_key = true});
     if (nearest)
-        return ca_fail(error, CA_ERROR_FORMAT, &where, "%s has no \"%.100s\"; did you mean \"%s\"?", what, key, nearest);
+        return ca_fail(error, CA_ERROR_FORMAT, &where, "%s has no \"%.100s\"; did you mean \"%s\"?", what, key,
+                       nearest);
     char list[512] = "";
     for (size_t i = 0; i < count; i++) {
         const size_t used = strlen(list);
@@ -216,17 +217,19 @@ static ca_status fail_unknown(const ca_json *document, const json_t *object, con
     return ca_fail(error, CA_ERROR_FORMAT, &where, "%s has no \"%.100s\"; it has %s", what, key, list);
 }
 
-ca_status ca_json_fill(const ca_json *document, const ca_json_value *object, const char *what, const ca_json_field *fields,
-                       size_t count, void *record, ca_error *error)
+ca_status ca_json_fill(const ca_json *document, const ca_json_value *object, const char *what,
+                       const ca_json_field *fields, size_t count, void *record, ca_error *error)
 {
-    if (!json_is_object(object)) return ca_json_fail(document, object, NULL, error, "expected %s: an object { ... }", what);
+    if (!json_is_object(object))
+        return ca_json_fail(document, object, NULL, error, "expected %s: an object { ... }", what);
     const char *key;
     json_t *value;
     json_object_foreach((json_t *)(uintptr_t)object, key, value) {
         size_t i = 0;
         while (i < count && strcmp(fields[i].key, key) != 0) i++;
         if (i == count) return fail_unknown(document, object, key, what, fields, count, error);
-        if (!store(&fields[i], value, (char *)record + fields[i].offset)) return fail_kind(document, object, &fields[i], error);
+        if (!store(&fields[i], value, (char *)record + fields[i].offset))
+            return fail_kind(document, object, &fields[i], error);
     }
     for (size_t i = 0; i < count; i++)
         if (fields[i].needed && !json_object_get(object, fields[i].key))

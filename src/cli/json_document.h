@@ -1,13 +1,14 @@
 /* JSON files written by people: read with the place of each value, so that what is wrong is told as file:line:column.
  *
  *     static const ca_json_field fields[] = {
- *         {.key = "seconds", .kind = CA_JSON_NUMBER, .low = 0.01, .high = 600.0, .offset = offsetof(settings, seconds)},
+ *         {.key = "seconds", .kind = CA_JSON_NUMBER, .low = 0.01, .high = 600.0, .offset = offsetof(settings,
+ * seconds)},
  *     };
  *     ca_json_read("study.json", "study", &document, error);
  *     ca_json_fill(document, ca_json_root(document), "a study", fields, 1, &settings, error);
  *
- * Files are UTF-8; a key that stands twice is refused. Errors of what the file says are CA_ERROR_FORMAT. Values and texts are
- * borrowed from the document. */
+ * Files are UTF-8; a key that stands twice is refused. Errors of what the file says are CA_ERROR_FORMAT. Values and
+ * texts are borrowed from the document. */
 #ifndef CA_CLI_JSON_DOCUMENT_H
 #define CA_CLI_JSON_DOCUMENT_H
 
@@ -43,10 +44,10 @@ const ca_json_value *ca_json_root(const ca_json *document);
 /* Of all bytes of the file. */
 uint64_t ca_json_hash(const ca_json *document);
 
-/* Fills `record` from the members of an object; `what` ("a scenario") names it in errors. Refused: what is no object, a needed
- * member that is missing, a member of another kind or out of range, and one that is not known. */
-ca_status ca_json_fill(const ca_json *document, const ca_json_value *object, const char *what, const ca_json_field *fields,
-                       size_t count, void *record, ca_error *error);
+/* Fills `record` from the members of an object; `what` ("a scenario") names it in errors. Refused: what is no object,
+ * a needed member that is missing, a member of another kind or out of range, and one that is not known. */
+ca_status ca_json_fill(const ca_json *document, const ca_json_value *object, const char *what,
+                       const ca_json_field *fields, size_t count, void *record, ca_error *error);
 
 /* How many there are in a list or an object; 0 for NULL. */
 size_t ca_json_size(const ca_json_value *list);
@@ -57,7 +58,8 @@ ca_status ca_json_object_at(const ca_json *document, const ca_json_value *list, 
 ca_status ca_json_text_member(const ca_json *document, const ca_json_value *object, size_t index, const char **key,
                               const char **text, ca_error *error);
 
-/* CA_ERROR_FORMAT at the value of that member (of the object itself where there is no such member or the key is NULL). */
+/* CA_ERROR_FORMAT at the value of that member (of the object itself where there is no such member or the key is
+ * NULL). */
 ca_status ca_json_fail(const ca_json *document, const ca_json_value *object, const char *key, ca_error *error,
                        const char *format, ...) CA_PRINTF(5, 6);
 

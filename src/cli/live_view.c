@@ -16,8 +16,8 @@ static void append(char *message, size_t size, const char *separator, const char
 }
 
 /* Part files hold what no picture does: they are written at the end only. */
-static ca_status save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message, size_t size,
-                      ca_error *error)
+static ca_status save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message,
+                      size_t size, ca_error *error)
 {
     const ca_live_view_settings *s = &((const ca_live_view *)user)->settings;
     const char *separator = " ";
@@ -31,7 +31,8 @@ static ca_status save(const ca_image_layers *image, const ca_render_statistics *
         separator = ", ";
     }
     if (separator[0] == ' ')
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there is no image to save: part files are written at the end");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "there is no image to save: part files are written at the end");
     if (s->stats) append(message, size, separator, s->stats);
     snprintf(samples, sizeof samples, " with %.4g samples per pixel", statistics->samples_per_pixel);
     append(message, size, "", samples);

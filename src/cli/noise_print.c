@@ -6,17 +6,18 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- Averages ----------------------------------------------------------------------------------------------------- */
+/* ---- Averages -------------------------------------------------------------------------------------------------- */
 
-static void print_row(const char *name, const ca_noise_report *report, double image, uint64_t image_negative, double roi,
-                      uint64_t roi_negative)
+static void print_row(const char *name, const ca_noise_report *report, double image, uint64_t image_negative,
+                      double roi, uint64_t roi_negative)
 {
     printf("  %-18s%12.6g%10llu", name, image, (unsigned long long)image_negative);
     if (report->has_roi) printf("%14.6g%10llu", roi, (unsigned long long)roi_negative);
     printf("\n");
 }
 
-#define ROW(name, field) print_row(name, report, i->field##_rms, i->negative_##field, r->field##_rms, r->negative_##field)
+#define ROW(name, field)                                                                                             \
+    print_row(name, report, i->field##_rms, i->negative_##field, r->field##_rms, r->negative_##field)
 
 static void print_table(const ca_noise_report *report)
 {
@@ -36,7 +37,8 @@ static void print_table(const ca_noise_report *report)
 
 static void print_prediction(const char *where, const ca_noise_report *report, const ca_noise_summary *s)
 {
-    printf("%s r.m.s. %.6g (camera %.4g, light %.4g, pair %.4g", where, s->predicted_rms, s->camera_rms, s->light_rms, s->pair_rms);
+    printf("%s r.m.s. %.6g (camera %.4g, light %.4g, pair %.4g", where, s->predicted_rms, s->camera_rms, s->light_rms,
+           s->pair_rms);
     if (report->connects) printf(", connections %.4g", s->connect_rms);
     printf("; negative %llu)", (unsigned long long)s->negative_predicted);
 }
@@ -48,7 +50,8 @@ static void print_averages(const ca_noise_report *report)
     ca_format_seconds(s->seconds, time, sizeof time);
     printf("%llu iterations of %u light paths and %u camera paths per pixel, %llu pixels, %s%s\n",
            (unsigned long long)s->iterations, report->measured.light_paths, report->measured.camera_paths,
-           (unsigned long long)report->measured.image.pixels, time, s->interrupted ? " (ended early by a signal)" : "");
+           (unsigned long long)report->measured.image.pixels, time,
+           s->interrupted ? " (ended early by a signal)" : "");
     print_table(report);
     for (size_t i = 0; i < report->prediction_count; i++) {
         const ca_noise_prediction *p = &report->predictions[i];
@@ -59,7 +62,7 @@ static void print_averages(const ca_noise_report *report)
     }
 }
 
-/* ---- Times -------------------------------------------------------------------------------------------------------- */
+/* ---- Times ----------------------------------------------------------------------------------------------------- */
 
 static void print_time(const char *name, double seconds, double error, double number, const char *of_what)
 {
@@ -75,10 +78,11 @@ static void print_times(const ca_noise_times *t)
     print_time("iteration", t->iteration, t->iteration_error, 1.0, "without any path");
     print_time("light path", t->light_path, t->light_path_error, t->light_paths, "an iteration");
     print_time("camera path", t->camera_path, t->camera_path_error, t->segments_per_camera_path, "segments");
-    print_time("merge candidate", t->candidate, t->candidate_error, t->candidates_per_pair * t->light_paths, "a camera path");
+    print_time("merge candidate", t->candidate, t->candidate_error, t->candidates_per_pair * t->light_paths,
+               "a camera path");
 }
 
-/* ---- Numbers ------------------------------------------------------------------------------------------------------ */
+/* ---- Numbers --------------------------------------------------------------------------------------------------- */
 
 static const char *objective_words(const char *objective)
 {
@@ -102,11 +106,12 @@ static void print_recommendation(const ca_noise_report *report)
     print_numbers("best uniform", &r->uniform, &r->given);
     if (!r->light_paths_only) {
         print_numbers("recommended", &r->best, &r->given);
-        printf("  recommended is a map of %u to %u camera paths, %.4g in the mean\n", r->fewest_camera_paths, r->most_camera_paths,
-               r->best.camera_paths);
+        printf("  recommended is a map of %u to %u camera paths, %.4g in the mean\n", r->fewest_camera_paths,
+               r->most_camera_paths, r->best.camera_paths);
     }
     if (r->best.light_paths == r->most_light_paths)
-        printf("  %u light paths are the most that are recommended: 128 times those measured, and what fits the memory\n",
+        printf("  %u light paths are the most that are recommended: 128 times those measured, and what fits the "
+               "memory\n",
                r->most_light_paths);
 }
 
@@ -114,13 +119,15 @@ void ca_noise_print(const ca_noise_report *report)
 {
     print_averages(report);
     if (report->connects) {
-        printf("weights of connected paths depend on the numbers of paths: predictions for other numbers are of the weights measured\n"
+        printf("weights of connected paths depend on the numbers of paths: predictions for other numbers are of the "
+               "weights measured\n"
                "with, and no numbers are recommended\n");
         return;
     }
     if (!ca_noise_recommends(report)) {
-        printf("no numbers are recommended: %s\n", report->recommendation.interrupted ? "a signal interrupted the timing of paths"
-                                                                                       : "no noise was found, all are as good");
+        printf("no numbers are recommended: %s\n", report->recommendation.interrupted
+                                                       ? "a signal interrupted the timing of paths"
+                                                       : "no noise was found, all are as good");
         return;
     }
     print_times(&report->recommendation.times);

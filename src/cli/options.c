@@ -9,7 +9,7 @@
 
 enum { NAME_LIMIT = 64, OPTION_LIMIT = 64 };
 
-/* ---- Names that are nearly right -------------------------------------------------------------------------------- */
+/* ---- Names that are nearly right ------------------------------------------------------------------------------- */
 
 /* The known option that is meant: nearly the same name, or one that begins like it. */
 static const char *nearest_option(const ca_option_table *table, const char *name)
@@ -31,7 +31,7 @@ static ca_status fail_unknown(const ca_option_table *table, const char *word, co
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option %s is not known", word);
 }
 
-/* ---- Lists ------------------------------------------------------------------------------------------------------ */
+/* ---- Lists ----------------------------------------------------------------------------------------------------- */
 
 static ca_status append_text(ca_text_list *list, const char *text, ca_error *error)
 {
@@ -62,7 +62,7 @@ void ca_rect_list_destroy(ca_rect_list *list)
     *list = (ca_rect_list){0};
 }
 
-/* ---- Parsing ---------------------------------------------------------------------------------------------------- */
+/* ---- Parsing --------------------------------------------------------------------------------------------------- */
 
 static ca_status read_value(const ca_option *option, const char *text, void *target, ca_error *error)
 {
@@ -89,7 +89,8 @@ static bool is_list(const ca_option *option)
     return option->kind == CA_OPTION_TEXT_LIST || option->kind == CA_OPTION_RECT_LIST;
 }
 
-/* The option of a word "--name", "--name=value", "-l" or "-lvalue"; *value is what follows in the same word, or NULL. */
+/* The option of a word "--name", "--name=value", "-l" or "-lvalue"; *value is what follows in the same word, or
+ * NULL. */
 static const ca_option *find_option(const ca_option_table *table, const char *word, const char **value)
 {
     const bool is_long = word[1] == '-';
@@ -124,7 +125,8 @@ static ca_status parse_option(const ca_option_table *table, word_reader *reader,
     const ca_option *option = find_option(table, word, &value);
     if (!option) {
         char name[NAME_LIMIT];
-        snprintf(name, sizeof name, "%.*s", (int)strcspn(word + 1 + (word[1] == '-'), "="), word + 1 + (word[1] == '-'));
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(word + 1 + (word[1] == '-'), "="),
+                 word + 1 + (word[1] == '-'));
         return fail_unknown(table, word, name, error);
     }
     bool *const seen_this = &seen[option - table->options];
@@ -170,7 +172,7 @@ ca_status ca_options_parse(const ca_option_table *table, int word_count, char *c
     return CA_OK;
 }
 
-/* ---- Scenes ------------------------------------------------------------------------------------------------------ */
+/* ---- Scenes ---------------------------------------------------------------------------------------------------- */
 
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error)
 {
@@ -215,7 +217,7 @@ ca_status ca_options_load_scene(const char *path, const ca_text_list *define_wor
     return status;
 }
 
-/* ---- Help ------------------------------------------------------------------------------------------------------- */
+/* ---- Help ------------------------------------------------------------------------------------------------------ */
 
 enum { HELP_COLUMN = 30, HELP_WIDTH = 100 };
 

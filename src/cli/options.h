@@ -6,9 +6,9 @@
  *     };
  *
  * Forms: --name VALUE, --name=VALUE, --flag, -o VALUE, -oVALUE; "--" ends the options; everything else is an operand.
- * A value may begin with one dash (a number) but not with two, so that a forgotten value is noticed; --name=--VALUE is
- * possible. An option that is not known, is given twice (unless it is a list), lacks its value or has a malformed one
- * is an error that names it. */
+ * A value may begin with one dash (a number) but not with two, so that a forgotten value is noticed; --name=--VALUE
+ * is possible. An option that is not known, is given twice (unless it is a list), lacks its value or has a malformed
+ * one is an error that names it. */
 #ifndef CA_CLI_OPTIONS_H
 #define CA_CLI_OPTIONS_H
 
@@ -30,7 +30,8 @@ typedef enum ca_option_kind {
     CA_OPTION_RANGE,     /* uint64_t[2]: A:B with A < B */
     CA_OPTION_RECT,      /* uint32_t[4]: x0,y0,x1,y1 with x0 < x1 and y0 < y1 */
     CA_OPTION_RECT_LIST, /* ca_rect_list; may be given several times */
-    CA_OPTION_PORT,      /* uint32_t up to 65535; may lack its value, which is then 0: a next word that is no number is not its value */
+    CA_OPTION_PORT, /* uint32_t up to 65535; may lack its value, which is then 0: a next word that is no number is not
+                       its value */
 } ca_option_kind;
 
 typedef struct ca_text_list {
@@ -50,7 +51,8 @@ typedef struct ca_option {
     ca_option_kind kind;
     int minimum;
     size_t offset; /* of the value in the record */
-    size_t given;  /* offset of a bool that is set when the option is given; 0: none (a record begins with something else) */
+    size_t given;  /* offset of a bool that is set when the option is given; 0: none (a record begins with something
+                      else) */
     const char *help;
 } ca_option;
 
@@ -71,12 +73,13 @@ void ca_rect_list_destroy(ca_rect_list *list);
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
 
 /* Loads the scene with the "NAME=VALUE" words of --define. */
-ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error);
+ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene,
+                                ca_error *error);
 
 /* The options, aligned; help that is longer than a line of 100 columns goes on below itself. */
 void ca_options_print(const ca_option_table *table, FILE *stream);
-/* What a command's help says beside, a paragraph a line of `text`, broken into lines of 100 columns; examples and lines that begin
- * with a space stay as they are. */
+/* What a command's help says beside, a paragraph a line of `text`, broken into lines of 100 columns; examples and
+ * lines that begin with a space stay as they are. */
 void ca_options_print_prose(const char *text, FILE *stream);
 
 #endif

@@ -32,7 +32,8 @@ ca_status ca_outputs_check(const char *const *paths, size_t count, const char **
             continue;
         }
         if (*part_path)
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one part file can be written: %s or %s", *part_path, paths[i]);
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one part file can be written: %s or %s", *part_path,
+                           paths[i]);
         *part_path = paths[i];
     }
     for (size_t i = 0; i < count; i++) CA_TRY(ca_output_check_place(paths[i], error));
@@ -50,9 +51,10 @@ ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_imag
 void ca_outputs_warn(const ca_render_statistics *s)
 {
     if (s->non_finite == 0) return;
-    fprintf(stderr,
-            "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it (",
-            (unsigned long long)s->non_finite);
+    fprintf(
+        stderr,
+        "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it (",
+        (unsigned long long)s->non_finite);
     const char *separator = "";
     for (int t = 0; t < CA_NON_FINITE_SOURCES; t++) {
         if (s->non_finite_from[t] == 0) continue;

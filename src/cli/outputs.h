@@ -7,15 +7,16 @@
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);
 
-/* Checks the places of several outputs, at most one of which may be a part file: *part_path is that one, or NULL. All names
- * are looked at before any place: wrong usage is told apart from a full disk. */
+/* Checks the places of several outputs, at most one of which may be a part file: *part_path is that one, or NULL. All
+ * names are looked at before any place: wrong usage is told apart from a full disk. */
 ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error);
 
 /* Writes the image to all of them but a part file. */
 ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image, double exposure,
                            ca_error *error);
 
-/* Says on standard error how many samples were not finite or negative, and where they came from; nothing where none was. */
+/* Says on standard error how many samples were not finite or negative, and where they came from; nothing where none
+ * was. */
 void ca_outputs_warn(const ca_render_statistics *statistics);
 
 /* The same for a folder that exists or will be made. */

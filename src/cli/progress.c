@@ -16,7 +16,8 @@ ca_progress_line ca_progress_start(bool wanted)
 {
     const char *kind = getenv("TERM");
     const bool visible = wanted && isatty(STDERR_FILENO);
-    return (ca_progress_line){.stream = visible ? stderr : NULL, .plain = kind && strcmp(kind, "dumb") == 0, .last_drawn = -1.0};
+    return (ca_progress_line){
+        .stream = visible ? stderr : NULL, .plain = kind && strcmp(kind, "dumb") == 0, .last_drawn = -1.0};
 }
 
 void ca_format_seconds(double seconds, char *text, size_t size)
@@ -99,7 +100,8 @@ static size_t terminal_width(void)
     return size.ws_col;
 }
 
-/* Soon after the last line in the beginning, later rarely: whoever reads a log wants to know that the work goes on. */
+/* Soon after the last line in the beginning, later rarely: whoever reads a log wants to know that the work goes
+ * on. */
 static void write_plain(ca_progress_line *line, const ca_render_progress *progress)
 {
     const double first = 5.0, most = 60.0, last = line->last_drawn;

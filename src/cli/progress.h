@@ -1,6 +1,7 @@
-/* Progress on standard error: passes, time gone and left, noise so far. On a terminal one line with a bar that is drawn over
- * itself, never wider than the terminal, and gone at the end. On one that says it is dumb (TERM), a line of its own now and then: after 5
- * seconds of rendering, after twice the time again and again, and at least once a minute. Nothing where standard error is no terminal. */
+/* Progress on standard error: passes, time gone and left, noise so far. On a terminal one line with a bar that is
+ * drawn over itself, never wider than the terminal, and gone at the end. On one that says it is dumb (TERM), a line
+ * of its own now and then: after 5 seconds of rendering, after twice the time again and again, and at least once a
+ * minute. Nothing where standard error is no terminal. */
 #ifndef CA_CLI_PROGRESS_H
 #define CA_CLI_PROGRESS_H
 
@@ -20,7 +21,8 @@ ca_progress_line ca_progress_start(bool wanted);
 void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress);
 void ca_progress_clear(ca_progress_line *line);
 
-/* For ca_render_settings.progress, with the line as its user: draws it; false once a signal has arrived (signals.h). */
+/* For ca_render_settings.progress, with the line as its user: draws it; false once a signal has arrived
+ * (signals.h). */
 bool ca_progress_report(const ca_render_progress *progress, void *line);
 
 /* "1:02:03", "2:03" or "2.3 s". */

@@ -6,7 +6,10 @@
 static json_t *count(uint64_t value) { return json_integer((json_int_t)value); }
 
 /* Steals the reference, as jansson's own *_new calls do; a NULL value or object counts as a failure. */
-static bool set(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value) == 0; }
+static bool set(json_t *object, const char *key, json_t *value)
+{
+    return json_object_set_new(object, key, value) == 0;
+}
 
 /* By technique; "film": noticed by nobody else. */
 static json_t *non_finite_json(const ca_render_statistics *s)
@@ -38,14 +41,15 @@ static json_t *rays_json(const ca_rays_statistics *r)
 {
     if (r->light_paths == 0) return json_null();
     json_t *object = json_object();
-    const bool complete =
-        set(object, "light_paths", count(r->light_paths)) && set(object, "camera_paths", ca_json_number(r->camera_paths)) &&
-        set(object, "phases", count(r->phases)) && set(object, "pilot_seconds", ca_json_number(r->pilot_seconds)) &&
-        set(object, "predicted_gain", ca_json_number(r->predicted_gain)) &&
-        set(object, "iteration_seconds", ca_json_number(r->iteration_seconds)) &&
-        set(object, "light_path_seconds", ca_json_number(r->light_path_seconds)) &&
-        set(object, "camera_path_seconds", ca_json_number(r->camera_path_seconds)) &&
-        set(object, "candidate_seconds", ca_json_number(r->candidate_seconds));
+    const bool complete = set(object, "light_paths", count(r->light_paths)) &&
+                          set(object, "camera_paths", ca_json_number(r->camera_paths)) &&
+                          set(object, "phases", count(r->phases)) &&
+                          set(object, "pilot_seconds", ca_json_number(r->pilot_seconds)) &&
+                          set(object, "predicted_gain", ca_json_number(r->predicted_gain)) &&
+                          set(object, "iteration_seconds", ca_json_number(r->iteration_seconds)) &&
+                          set(object, "light_path_seconds", ca_json_number(r->light_path_seconds)) &&
+                          set(object, "camera_path_seconds", ca_json_number(r->camera_path_seconds)) &&
+                          set(object, "candidate_seconds", ca_json_number(r->candidate_seconds));
     if (complete) return object;
     json_decref(object);
     return NULL;
@@ -66,7 +70,8 @@ static json_t *prediction_json(const ca_render_statistics *s)
 static bool set_render(json_t *root, const ca_render_statistics *s)
 {
     return set(root, "seconds", ca_json_number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
-           set(root, "blocks", blocks_json(s)) && set(root, "samples_per_pixel", ca_json_number(s->samples_per_pixel)) &&
+           set(root, "blocks", blocks_json(s)) &&
+           set(root, "samples_per_pixel", ca_json_number(s->samples_per_pixel)) &&
            set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
            set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&
            set(root, "photons", count(s->photons)) && set(root, "photons_tested", count(s->photons_tested)) &&
@@ -76,7 +81,8 @@ static bool set_render(json_t *root, const ca_render_statistics *s)
            set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : ca_json_number(s->noise_percent)) &&
            set(root, "confidence_marked", s->has_confidence ? ca_json_number(s->confidence_marked) : json_null()) &&
            set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
-           set(root, "first_prediction", prediction_json(s)) && set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));
+           set(root, "first_prediction", prediction_json(s)) &&
+           set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));
 }
 
 ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s, ca_error *error)
@@ -87,7 +93,7 @@ ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s,
     return ca_json_write(path, root, complete, error);
 }
 
-/* ---- Noise -------------------------------------------------------------------------------------------------------- */
+/* ---- Noise ----------------------------------------------------------------------------------------------------- */
 
 /* `value` where `complete`; else it is given up. */
 static json_t *whole(json_t *value, bool complete)
@@ -103,7 +109,8 @@ static json_t *negative_json(const ca_noise_summary *s, bool measured)
     return whole(object, set(object, "predicted", count(s->negative_predicted)) &&
                              (!measured || set(object, "measured", count(s->negative_measured))) &&
                              set(object, "camera", count(s->negative_camera)) &&
-                             set(object, "light", count(s->negative_light)) && set(object, "pair", count(s->negative_pair)) &&
+                             set(object, "light", count(s->negative_light)) &&
+                             set(object, "pair", count(s->negative_pair)) &&
                              set(object, "connect", count(s->negative_connect)));
 }
 
@@ -111,16 +118,17 @@ static json_t *negative_json(const ca_noise_summary *s, bool measured)
 static json_t *summary_json(const ca_noise_summary *s, bool measured)
 {
     json_t *object = json_object();
-    bool complete = set(object, "pixels", count(s->pixels)) && set(object, "mean_luminance", ca_json_number(s->luminance)) &&
-                    set(object, "predicted_rms", ca_json_number(s->predicted_rms)) &&
-                    set(object, "camera", ca_json_number(s->camera_rms)) && set(object, "light", ca_json_number(s->light_rms)) &&
-                    set(object, "pair", ca_json_number(s->pair_rms)) && set(object, "connect", ca_json_number(s->connect_rms)) &&
-                    set(object, "predicted_variance", ca_json_number(s->predicted)) &&
-                    set(object, "camera_variance", ca_json_number(s->camera)) &&
-                    set(object, "light_variance", ca_json_number(s->light)) &&
-                    set(object, "pair_variance", ca_json_number(s->pair)) &&
-                    set(object, "connect_variance", ca_json_number(s->connect)) &&
-                    set(object, "negative", negative_json(s, measured));
+    bool complete =
+        set(object, "pixels", count(s->pixels)) && set(object, "mean_luminance", ca_json_number(s->luminance)) &&
+        set(object, "predicted_rms", ca_json_number(s->predicted_rms)) &&
+        set(object, "camera", ca_json_number(s->camera_rms)) && set(object, "light", ca_json_number(s->light_rms)) &&
+        set(object, "pair", ca_json_number(s->pair_rms)) && set(object, "connect", ca_json_number(s->connect_rms)) &&
+        set(object, "predicted_variance", ca_json_number(s->predicted)) &&
+        set(object, "camera_variance", ca_json_number(s->camera)) &&
+        set(object, "light_variance", ca_json_number(s->light)) &&
+        set(object, "pair_variance", ca_json_number(s->pair)) &&
+        set(object, "connect_variance", ca_json_number(s->connect)) &&
+        set(object, "negative", negative_json(s, measured));
     if (measured)
         complete = complete && set(object, "measured_rms", ca_json_number(s->measured_rms)) &&
                    set(object, "measured_variance", ca_json_number(s->measured));
@@ -183,13 +191,15 @@ static json_t *recommendation_json(const ca_noise_report *report)
 {
     const ca_noise_recommendation *r = &report->recommendation;
     json_t *object = json_object();
-    return whole(object, set(object, "objective", json_string_nocheck(report->objective ? report->objective : "mean")) &&
-                             set(object, "best", numbers_json(&r->best)) && set(object, "uniform", numbers_json(&r->uniform)) &&
-                             set(object, "given", numbers_json(&r->given)) &&
-                             set(object, "gain_over_given", ca_json_number(r->gain_over_given)) &&
-                             set(object, "gain_over_uniform", ca_json_number(r->gain_over_uniform)) &&
-                             set(object, "fewest_camera_paths", count(r->fewest_camera_paths)) &&
-                             set(object, "most_camera_paths", count(r->most_camera_paths)));
+    return whole(object,
+                 set(object, "objective", json_string_nocheck(report->objective ? report->objective : "mean")) &&
+                     set(object, "best", numbers_json(&r->best)) &&
+                     set(object, "uniform", numbers_json(&r->uniform)) &&
+                     set(object, "given", numbers_json(&r->given)) &&
+                     set(object, "gain_over_given", ca_json_number(r->gain_over_given)) &&
+                     set(object, "gain_over_uniform", ca_json_number(r->gain_over_uniform)) &&
+                     set(object, "fewest_camera_paths", count(r->fewest_camera_paths)) &&
+                     set(object, "most_camera_paths", count(r->most_camera_paths)));
 }
 
 ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error)
@@ -199,7 +209,8 @@ ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, 
     const bool recommends = ca_noise_recommends(report);
     ca_render_statistics statistics = report->statistics;
     statistics.interrupted = statistics.interrupted || report->recommendation.interrupted;
-    const bool complete = set_render(root, &statistics) && set(root, "per_iteration", counts_json(&report->measured)) &&
+    const bool complete = set_render(root, &statistics) &&
+                          set(root, "per_iteration", counts_json(&report->measured)) &&
                           set_averages(root, &report->measured, report->has_roi, true) &&
                           set(root, "predict", predictions_json(report)) &&
                           set(root, "times", recommends ? times_json(&report->recommendation.times) : json_null()) &&
@@ -207,13 +218,14 @@ ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, 
     return ca_json_write(path, root, complete, error);
 }
 
-/* ---- Comparisons -------------------------------------------------------------------------------------------------- */
+/* ---- Comparisons ----------------------------------------------------------------------------------------------- */
 
 static json_t *block_test_json(const ca_block_test *test)
 {
     if (!test->done) return json_null();
     json_t *object = json_object();
-    const bool complete = set(object, "blocks", count(test->blocks)) && set(object, "rejected", count(test->rejected)) &&
+    const bool complete = set(object, "blocks", count(test->blocks)) &&
+                          set(object, "rejected", count(test->rejected)) &&
                           set(object, "blocks_untested", count(test->blocks_untested)) &&
                           set(object, "p_value", ca_json_number(test->p_value)) &&
                           set(object, "detectable_bias", ca_json_number(test->detectable_bias)) &&
@@ -227,8 +239,8 @@ static json_t *exposures_json(const ca_flip_exposures *e)
 {
     if (e->count == 0) return json_null();
     json_t *object = json_object();
-    return whole(object, set(object, "start", ca_json_number(e->start)) && set(object, "stop", ca_json_number(e->stop)) &&
-                             set(object, "count", count(e->count)));
+    return whole(object, set(object, "start", ca_json_number(e->start)) &&
+                             set(object, "stop", ca_json_number(e->stop)) && set(object, "count", count(e->count)));
 }
 
 static bool set_metrics(json_t *object, const ca_compared_image *image)
@@ -239,7 +251,8 @@ static bool set_metrics(json_t *object, const ca_compared_image *image)
            set(object, "relmse", ca_json_number(c->relmse)) && set(object, "smape", ca_json_number(c->smape)) &&
            set(object, "ssim", ca_json_number(m->ssim)) &&
            set(object, "flip", ca_json_number(image->flip_is_hdr ? m->flip_hdr : m->flip_ldr)) &&
-           set(object, "flip_ldr", ca_json_number(m->flip_ldr)) && set(object, "flip_hdr", ca_json_number(m->flip_hdr)) &&
+           set(object, "flip_ldr", ca_json_number(m->flip_ldr)) &&
+           set(object, "flip_hdr", ca_json_number(m->flip_hdr)) &&
            set(object, "flip_exposures", exposures_json(&m->exposures));
 }
 
@@ -251,7 +264,8 @@ static json_t *image_json(const ca_compared_image *image)
                              set(object, "mean_luminance", ca_json_number(c->mean_luminance)) &&
                              set(object, "reference_mean_luminance", ca_json_number(c->reference_mean_luminance)) &&
                              set(object, "pixels", count(c->pixels)) && set(object, "masked", count(c->masked)) &&
-                             set(object, "non_finite", count(c->non_finite)) && set(object, "blocks", count(c->blocks)) &&
+                             set(object, "non_finite", count(c->non_finite)) &&
+                             set(object, "blocks", count(c->blocks)) &&
                              set(object, "blocks_left_out", count(c->blocks_left_out)) &&
                              set(object, "median_block_difference", ca_json_number(c->median_block_difference)) &&
                              set(object, "block_test", block_test_json(&c->test)));

@@ -40,11 +40,12 @@ static inline bool ca_noise_recommends(const ca_noise_report *report)
     return !report->connects && report->recommendation.best.light_paths > 0;
 }
 
-/* What ca_stats_write_render writes (`interrupted`: the measurement or the timing of paths), the averages, times and recommended
- * numbers; null where there are none. */
+/* What ca_stats_write_render writes (`interrupted`: the measurement or the timing of paths), the averages, times and
+ * recommended numbers; null where there are none. */
 ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error);
 
-/* `images[]`, each with its metrics (`flip` is flip_hdr or flip_ldr), and the `settings` that the metrics were computed with. */
+/* `images[]`, each with its metrics (`flip` is flip_hdr or flip_ldr), and the `settings` that the metrics were
+ * computed with. */
 ca_status ca_stats_write_compare(const char *path, const char *reference, const ca_metric_settings *settings,
                                  const ca_compared_image *images, size_t count, ca_error *error);
 

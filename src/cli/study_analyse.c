@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- Counting ---------------------------------------------------------------------------------------------------- */
+/* ---- Counting -------------------------------------------------------------------------------------------------- */
 
 static void count_scenario(const ca_study_answers *answers, uint32_t scenario, ca_study_ratio *r)
 {
@@ -24,8 +24,8 @@ static void count_scenario(const ca_study_answers *answers, uint32_t scenario, c
 
 static bool is_answered(ca_study_answer answer) { return answer == CA_STUDY_YES || answer == CA_STUDY_NO; }
 
-/* -1, 0 or 1: did the subject see a difference with a visible light only, in both or none, with an occluded light only?
- * Nothing of a subject without both answers. */
+/* -1, 0 or 1: did the subject see a difference with a visible light only, in both or none, with an occluded light
+ * only? Nothing of a subject without both answers. */
 static int compare_pair(const ca_study_subject *s, const ca_study_pair *pair)
 {
     const ca_study_answer occluded = s->answers[pair->occluded], visible = s->answers[pair->visible];
@@ -54,7 +54,8 @@ static void find_pairs(ca_study_analysis *a)
     const ca_study_asked *scenarios = a->answers->scenarios;
     for (uint32_t v = 0; v < a->answers->scenario_count; v++)
         for (uint32_t o = 0; o < a->answers->scenario_count; o++) {
-            if (scenarios[v].light != CA_STUDY_LIGHT_VISIBLE || scenarios[o].light != CA_STUDY_LIGHT_OCCLUDED) continue;
+            if (scenarios[v].light != CA_STUDY_LIGHT_VISIBLE || scenarios[o].light != CA_STUDY_LIGHT_OCCLUDED)
+                continue;
             if (strcmp(scenarios[v].pair, scenarios[o].pair) != 0) continue;
             ca_study_pair *pair = &a->pairs[a->pair_count++];
             *pair = (ca_study_pair){.name = scenarios[v].pair, .visible = v, .occluded = o};
@@ -109,7 +110,7 @@ void ca_study_analysis_destroy(ca_study_analysis *analysis)
     *analysis = (ca_study_analysis){0};
 }
 
-/* ---- Printing ---------------------------------------------------------------------------------------------------- */
+/* ---- Printing -------------------------------------------------------------------------------------------------- */
 
 static void print_scenarios(const ca_study_analysis *a)
 {
@@ -130,32 +131,39 @@ static void print_scenarios(const ca_study_analysis *a)
             printf("  %-5s  %-14s", "-", "-");
         printf("  %.4f\n", a->answers->scenarios[k].flip);
     }
-    printf("Intervals: Clopper-Pearson, exact. FLIP: mean FLIP LDR of image and reference at the study's viewing distance.\n");
+    printf("Intervals: Clopper-Pearson, exact. FLIP: mean FLIP LDR of image and reference at the study's viewing "
+           "distance.\n");
 }
 
 static void print_pairs(const ca_study_analysis *a)
 {
     if (a->pair_count == 0) return;
-    printf("\nIs a difference seen more often where the light is occluded? Subjects who saw it in one of two scenarios only:\n");
+    printf("\nIs a difference seen more often where the light is occluded? Subjects who saw it in one of two "
+           "scenarios only:\n");
     printf("pair              occluded  visible  both  neither  p (more often)  p (two-sided)  FLIP says\n");
     for (uint32_t i = 0; i < a->pair_count; i++) {
         const ca_study_pair *p = &a->pairs[i];
         const double flip = a->answers->scenarios[p->occluded].flip, other = a->answers->scenarios[p->visible].flip;
-        printf("%-16s  %8u  %7u  %4u  %7u  %14.4g  %13.4g  %s\n", p->name, p->only_occluded, p->only_visible, p->both, p->neither,
-               p->more, p->two_sided, flip > other ? "more" : flip < other ? "less" : "the same");
+        printf("%-16s  %8u  %7u  %4u  %7u  %14.4g  %13.4g  %s\n", p->name, p->only_occluded, p->only_visible, p->both,
+               p->neither, p->more, p->two_sided,
+               flip > other   ? "more"
+               : flip < other ? "less"
+                              : "the same");
     }
-    printf("All pairs: %u saw more differences with an occluded light, %u fewer, %u as many: p %.4g (more), %.4g (two-sided)\n",
+    printf("All pairs: %u saw more differences with an occluded light, %u fewer, %u as many: p %.4g (more), %.4g "
+           "(two-sided)\n",
            a->saw_more, a->saw_fewer, a->saw_as_many, a->more, a->two_sided);
     printf("Tests: McNemar's in its exact form for each pair, the sign test over subjects for all of them.\n");
 }
 
 void ca_study_print(const ca_study_analysis *a)
 {
-    printf("%s: %u subject%s\n\"%s\"\n", a->answers->title, a->subjects, a->subjects == 1 ? "" : "s", a->answers->question);
+    printf("%s: %u subject%s\n\"%s\"\n", a->answers->title, a->subjects, a->subjects == 1 ? "" : "s",
+           a->answers->question);
     if (a->unfinished) printf("left out: %u session%s not finished\n", a->unfinished, a->unfinished == 1 ? "" : "s");
     if (a->left_out)
-        printf("left out: %u answer%s to images that were not shown for %g s within %g ms, or not all the time\n", a->left_out,
-               a->left_out == 1 ? "" : "s", a->answers->seconds, CA_STUDY_TOLERANCE_MS);
+        printf("left out: %u answer%s to images that were not shown for %g s within %g ms, or not all the time\n",
+               a->left_out, a->left_out == 1 ? "" : "s", a->answers->seconds, CA_STUDY_TOLERANCE_MS);
     printf("\n");
     print_scenarios(a);
     print_pairs(a);

@@ -1,5 +1,6 @@
-/* What the answers of a study say: how many saw a difference in each scenario, and whether occluded lights make a difference be
- * seen more often. Counted are the finished sessions; in them, of each scenario the answers that are not left out. */
+/* What the answers of a study say: how many saw a difference in each scenario, and whether occluded lights make a
+ * difference be seen more often. Counted are the finished sessions; in them, of each scenario the answers that are
+ * not left out. */
 #ifndef CA_CLI_STUDY_ANALYSE_H
 #define CA_CLI_STUDY_ANALYSE_H
 
@@ -28,7 +29,8 @@ typedef struct ca_study_analysis {
     ca_study_ratio *ratios; /* owned; by scenario */
     ca_study_pair *pairs;   /* owned */
     uint32_t pair_count;
-    /* Over all pairs: subjects who saw a difference in more, in fewer, in as many scenarios with an occluded light; sign test. */
+    /* Over all pairs: subjects who saw a difference in more, in fewer, in as many scenarios with an occluded light;
+     * sign test. */
     uint32_t saw_more, saw_fewer, saw_as_many;
     double two_sided, more;
 } ca_study_analysis;

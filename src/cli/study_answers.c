@@ -7,7 +7,7 @@
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
-/* ---- Which study it is ------------------------------------------------------------------------------------------- */
+/* ---- Which study it is ----------------------------------------------------------------------------------------- */
 
 typedef struct study_record {
     const char *id, *title, *question;
@@ -37,14 +37,20 @@ static const ca_json_field study_fields[] = {
     {.key = "scenarios", .kind = CA_JSON_LIST, .needed = true, STUDY(scenarios)},
 };
 
-static ca_status read_scenarios(const ca_json *document, const ca_json_value *list, ca_study_answers *answers, ca_error *error)
+static ca_status read_scenarios(const ca_json *document, const ca_json_value *list, ca_study_answers *answers,
+                                ca_error *error)
 {
     /* Pair and light may be empty, which a text may not. */
     static const ca_json_field fields[] = {
         {.key = "name", .kind = CA_JSON_TEXT, .needed = true, .offset = offsetof(ca_study_asked, name)},
         {.key = "light", .kind = CA_JSON_ANY_TEXT, .needed = true, .offset = offsetof(ca_study_asked, light_name)},
         {.key = "pair", .kind = CA_JSON_ANY_TEXT, .needed = true, .offset = offsetof(ca_study_asked, pair)},
-        {.key = "flip", .kind = CA_JSON_NUMBER, .needed = true, .low = 0.0, .high = 1.0, .offset = offsetof(ca_study_asked, flip)},
+        {.key = "flip",
+         .kind = CA_JSON_NUMBER,
+         .needed = true,
+         .low = 0.0,
+         .high = 1.0,
+         .offset = offsetof(ca_study_asked, flip)},
     };
     const size_t count = ca_json_size(list);
     answers->scenarios = ca_alloc_zeroed(count, sizeof *answers->scenarios);
@@ -55,21 +61,23 @@ static ca_status read_scenarios(const ca_json *document, const ca_json_value *li
         CA_TRY(ca_json_object_at(document, list, answers->scenario_count, "a scenario", &object, error));
         CA_TRY(ca_json_fill(document, object, "a scenario", fields, COUNT(fields), s, error));
         if (!ca_study_light_find(s->light_name, &s->light))
-            return ca_json_fail(document, object, "light", error, "\"light\": expected \"visible\", \"occluded\" or \"\"");
+            return ca_json_fail(document, object, "light", error,
+                                "\"light\": expected \"visible\", \"occluded\" or \"\"");
     }
     return CA_OK;
 }
 
 /* The first file says which study it is; the others must be of the same. */
-static ca_status read_study(const ca_json *document, const ca_json_value *root, const ca_json_value *object, const char *first,
-                            ca_study_answers *answers, ca_error *error)
+static ca_status read_study(const ca_json *document, const ca_json_value *root, const ca_json_value *object,
+                            const char *first, ca_study_answers *answers, ca_error *error)
 {
     study_record study = {0};
     CA_TRY(ca_json_fill(document, object, "\"study\"", study_fields, COUNT(study_fields), &study, error));
     if (answers->id && strcmp(answers->id, study.id) == 0) return CA_OK;
     if (answers->id)
-        return ca_json_fail(document, root, "study", error, "these answers are of another study (%.40s) than those of %.400s (%.40s)",
-                            study.id, first, answers->id);
+        return ca_json_fail(document, root, "study", error,
+                            "these answers are of another study (%.40s) than those of %.400s (%.40s)", study.id,
+                            first, answers->id);
     answers->id = study.id;
     answers->title = study.title;
     answers->question = study.question;
@@ -77,7 +85,7 @@ static ca_status read_study(const ca_json *document, const ca_json_value *root, 
     return read_scenarios(document, study.scenarios, answers, error);
 }
 
-/* ---- Sessions ---------------------------------------------------------------------------------------------------- */
+/* ---- Sessions -------------------------------------------------------------------------------------------------- */
 
 typedef struct trial_record {
     const char *scenario, *disturbed;
@@ -108,12 +116,15 @@ static ca_status read_trials(const ca_json *document, const ca_json_value *list,
         uint32_t k = 0;
         while (k < answers->scenario_count && strcmp(answers->scenarios[k].name, trial.scenario) != 0) k++;
         if (k == answers->scenario_count)
-            return ca_json_fail(document, object, "scenario", error, "the study has no scenario \"%.100s\"", trial.scenario);
-        if (result[k] != CA_STUDY_NOT_ASKED)
-            return ca_json_fail(document, object, "scenario", error, "scenario \"%.100s\" has been asked before in this session",
+            return ca_json_fail(document, object, "scenario", error, "the study has no scenario \"%.100s\"",
                                 trial.scenario);
+        if (result[k] != CA_STUDY_NOT_ASKED)
+            return ca_json_fail(document, object, "scenario", error,
+                                "scenario \"%.100s\" has been asked before in this session", trial.scenario);
         const bool in_time = fabs(trial.shown_ms - 1000.0 * answers->seconds) <= CA_STUDY_TOLERANCE_MS;
-        result[k] = !in_time || trial.disturbed[0] ? CA_STUDY_LEFT_OUT : trial.difference ? CA_STUDY_YES : CA_STUDY_NO;
+        result[k] = !in_time || trial.disturbed[0] ? CA_STUDY_LEFT_OUT
+                    : trial.difference             ? CA_STUDY_YES
+                                                   : CA_STUDY_NO;
     }
     return CA_OK;
 }
@@ -146,7 +157,8 @@ static ca_status join(const ca_json *document, const ca_json_value *object, cons
     for (uint32_t k = 0; k < answers->scenario_count; k++) {
         if (known->answers[k] == CA_STUDY_NOT_ASKED) known->answers[k] = added->answers[k];
         if (added->answers[k] != CA_STUDY_NOT_ASKED && added->answers[k] != known->answers[k])
-            return ca_json_fail(document, object, "session", error, "this session has other answers in %.400s", known->file);
+            return ca_json_fail(document, object, "session", error, "this session has other answers in %.400s",
+                                known->file);
     }
     known->finished = known->finished || added->finished;
     return CA_OK;
@@ -160,8 +172,8 @@ static ca_status add_subject(const ca_json *document, const ca_json_value *objec
         if (strcmp(known->session, added->session) == 0) return join(document, object, answers, known, added, error);
         if (strcmp(known->subject, added->subject) == 0)
             return ca_json_fail(document, object, "subject", error,
-                                "subject \"%.100s\" has taken part before, in %.400s; expected one session of each", added->subject,
-                                known->file);
+                                "subject \"%.100s\" has taken part before, in %.400s; expected one session of each",
+                                added->subject, known->file);
     }
     if (!ca_array_reserve((void **)&answers->subjects, &answers->subject_capacity, answers->subject_count + 1,
                           sizeof *answers->subjects))
@@ -171,12 +183,13 @@ static ca_status add_subject(const ca_json *document, const ca_json_value *objec
     return CA_OK;
 }
 
-static ca_status read_session(const ca_json *document, const ca_json_value *object, const char *path, ca_study_answers *answers,
-                              ca_error *error)
+static ca_status read_session(const ca_json *document, const ca_json_value *object, const char *path,
+                              ca_study_answers *answers, ca_error *error)
 {
     session_record session = {0};
     CA_TRY(ca_json_fill(document, object, "a session", session_fields, COUNT(session_fields), &session, error));
-    ca_study_subject added = {.subject = session.subject, .session = session.session, .file = path, .finished = session.finished};
+    ca_study_subject added = {
+        .subject = session.subject, .session = session.session, .file = path, .finished = session.finished};
     added.answers = ca_alloc_zeroed(answers->scenario_count, sizeof *added.answers);
     if (!added.answers) return ca_fail_memory(error, "the answers");
     bool taken = false;
@@ -186,7 +199,7 @@ static ca_status read_session(const ca_json *document, const ca_json_value *obje
     return status;
 }
 
-/* ---- Files ------------------------------------------------------------------------------------------------------- */
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 typedef struct file_record {
     const char *format;
@@ -198,7 +211,12 @@ static ca_status read_file(const char *path, const char *first, ca_study_answers
 {
     static const ca_json_field fields[] = {
         {.key = "format", .kind = CA_JSON_TEXT, .needed = true, .offset = offsetof(file_record, format)},
-        {.key = "version", .kind = CA_JSON_COUNT, .needed = true, .low = 1, .high = 1, .offset = offsetof(file_record, version)},
+        {.key = "version",
+         .kind = CA_JSON_COUNT,
+         .needed = true,
+         .low = 1,
+         .high = 1,
+         .offset = offsetof(file_record, version)},
         {.key = "exported", .kind = CA_JSON_ANY, .offset = offsetof(file_record, other)},
         {.key = "study", .kind = CA_JSON_OBJECT, .needed = true, .offset = offsetof(file_record, study)},
         {.key = "sessions", .kind = CA_JSON_LIST, .needed = true, .offset = offsetof(file_record, sessions)},

@@ -1,5 +1,5 @@
-/* Answers of a study as its page exports them (docs/study.md): files of one study, put together. A session that stands in several
- * files counts once; a subject takes part once. */
+/* Answers of a study as its page exports them (docs/study.md): files of one study, put together. A session that
+ * stands in several files counts once; a subject takes part once. */
 #ifndef CA_CLI_STUDY_ANSWERS_H
 #define CA_CLI_STUDY_ANSWERS_H
 

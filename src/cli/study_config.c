@@ -12,7 +12,7 @@
 
 enum { MOST_SCENARIOS = 100, DEFAULT_REFERENCE_SEED = 1 };
 
-/* ---- Words ------------------------------------------------------------------------------------------------------- */
+/* ---- Words ----------------------------------------------------------------------------------------------------- */
 
 static const char *const light_names[] = {
     [CA_STUDY_LIGHT_NONE] = "", [CA_STUDY_LIGHT_VISIBLE] = "visible", [CA_STUDY_LIGHT_OCCLUDED] = "occluded"};
@@ -35,7 +35,7 @@ double ca_study_pixels_per_degree(const ca_study_config *config)
     return config->viewing_distance / (config->pixel_pitch * config->magnify) * pi / 180.0;
 }
 
-/* ---- How images are made ----------------------------------------------------------------------------------------- */
+/* ---- How images are made --------------------------------------------------------------------------------------- */
 
 static ca_status read_render(const ca_study_config *config, const ca_json_value *object, const char *what,
                              ca_study_render *render, ca_error *error)
@@ -43,8 +43,17 @@ static ca_status read_render(const ca_study_config *config, const ca_json_value 
     static const ca_json_field fields[] = {
         {.key = "integrator", .kind = CA_JSON_TEXT, .offset = offsetof(ca_study_render, integrator)},
         {.key = "sampler", .kind = CA_JSON_TEXT, .offset = offsetof(ca_study_render, sampler)},
-        {.key = "spp", .kind = CA_JSON_COUNT, .needed = true, .low = 1, .high = 4294967295.0, .offset = offsetof(ca_study_render, spp)},
-        {.key = "seed", .kind = CA_JSON_COUNT, .low = 0, .high = 4294967295.0, .offset = offsetof(ca_study_render, seed)},
+        {.key = "spp",
+         .kind = CA_JSON_COUNT,
+         .needed = true,
+         .low = 1,
+         .high = 4294967295.0,
+         .offset = offsetof(ca_study_render, spp)},
+        {.key = "seed",
+         .kind = CA_JSON_COUNT,
+         .low = 0,
+         .high = 4294967295.0,
+         .offset = offsetof(ca_study_render, seed)},
     };
     CA_TRY(ca_json_fill(config->document, object, what, fields, sizeof fields / sizeof fields[0], render, error));
     char name[64];
@@ -53,15 +62,17 @@ static ca_status read_render(const ca_study_config *config, const ca_json_value 
     if (render->integrator) {
         snprintf(name, sizeof name, "%.*s", (int)strcspn(render->integrator, ":"), render->integrator);
         if (ca_integrator_find(name, NULL, &type, &reason) != CA_OK)
-            return ca_json_fail(config->document, object, "integrator", error, "\"integrator\": %.400s", reason.message);
+            return ca_json_fail(config->document, object, "integrator", error, "\"integrator\": %.400s",
+                                reason.message);
     }
     ca_sampler_kind kind;
     if (render->sampler && !ca_sampler_find(render->sampler, &kind))
-        return ca_json_fail(config->document, object, "sampler", error, "\"sampler\": expected one of %s", ca_sampler_names());
+        return ca_json_fail(config->document, object, "sampler", error, "\"sampler\": expected one of %s",
+                            ca_sampler_names());
     return CA_OK;
 }
 
-/* ---- Scenarios --------------------------------------------------------------------------------------------------- */
+/* ---- Scenarios ------------------------------------------------------------------------------------------------- */
 
 static ca_status read_defines(const ca_study_config *config, ca_study_scenario *s, ca_error *error)
 {
@@ -70,7 +81,8 @@ static ca_status read_defines(const ca_study_config *config, ca_study_scenario *
     if (!s->defines) return ca_fail_memory(error, "the study");
     for (; s->define_count < count; s->define_count++) {
         ca_define *define = &s->defines[s->define_count];
-        CA_TRY(ca_json_text_member(config->document, s->define, s->define_count, &define->name, &define->value, error));
+        CA_TRY(
+            ca_json_text_member(config->document, s->define, s->define_count, &define->name, &define->value, error));
     }
     return CA_OK;
 }
@@ -81,10 +93,12 @@ static ca_status check_scenario(const ca_study_config *config, const ca_json_val
     const ca_json *document = config->document;
     const char *letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
     if (s->name[strspn(s->name, letters)] || strlen(s->name) > 64)
-        return ca_json_fail(document, object, "name", error, "\"name\": expected at most 64 letters, digits, - and _");
+        return ca_json_fail(document, object, "name", error,
+                            "\"name\": expected at most 64 letters, digits, - and _");
     for (uint32_t i = 0; &config->scenarios[i] != s; i++)
         if (strcmp(config->scenarios[i].name, s->name) == 0)
-            return ca_json_fail(document, object, "name", error, "\"name\": there is already a scenario \"%s\"", s->name);
+            return ca_json_fail(document, object, "name", error, "\"name\": there is already a scenario \"%s\"",
+                                s->name);
     if (s->light_name && (!ca_study_light_find(s->light_name, &s->light) || s->light == CA_STUDY_LIGHT_NONE))
         return ca_json_fail(document, object, "light", error, "\"light\": expected \"visible\" or \"occluded\"");
     if (!s->light_name != !s->pair)
@@ -93,8 +107,9 @@ static ca_status check_scenario(const ca_study_config *config, const ca_json_val
     for (uint32_t i = 0; s->pair && &config->scenarios[i] != s; i++) {
         const ca_study_scenario *other = &config->scenarios[i];
         if (other->pair && strcmp(other->pair, s->pair) == 0 && other->light == s->light)
-            return ca_json_fail(document, object, "pair", error, "\"pair\": scenario \"%s\" is already the %s one of pair \"%.100s\"",
-                                other->name, s->light_name, s->pair);
+            return ca_json_fail(document, object, "pair", error,
+                                "\"pair\": scenario \"%s\" is already the %s one of pair \"%.100s\"", other->name,
+                                s->light_name, s->pair);
     }
     CA_TRY(read_defines(config, s, error));
     s->path = ca_path_resolve(path, s->scene);
@@ -120,13 +135,14 @@ static ca_status read_scenarios(ca_study_config *config, const ca_json_value *li
         ca_study_scenario *s = &config->scenarios[config->scenario_count++];
         const ca_json_value *object;
         CA_TRY(ca_json_object_at(config->document, list, i, "a scenario", &object, error));
-        CA_TRY(ca_json_fill(config->document, object, "a scenario", fields, sizeof fields / sizeof fields[0], s, error));
+        CA_TRY(
+            ca_json_fill(config->document, object, "a scenario", fields, sizeof fields / sizeof fields[0], s, error));
         CA_TRY(check_scenario(config, object, path, s, error));
     }
     return CA_OK;
 }
 
-/* ---- The file ---------------------------------------------------------------------------------------------------- */
+/* ---- The file -------------------------------------------------------------------------------------------------- */
 
 /* What is read beside the config: words and millimetres. */
 typedef struct config_file {
@@ -161,8 +177,15 @@ static const ca_json_field study_fields[] = {
 static config_file defaults(ca_json *document)
 {
     return (config_file){
-        .config = {.document = document, .yes = "Yes", .no = "No", .seconds = 5.0, .screens = 1, .viewing_distance = 1.0,
-                   .monitor_spacing = 1.0, .magnify = 1, .reference.seed = DEFAULT_REFERENCE_SEED},
+        .config = {.document = document,
+                   .yes = "Yes",
+                   .no = "No",
+                   .seconds = 5.0,
+                   .screens = 1,
+                   .viewing_distance = 1.0,
+                   .monitor_spacing = 1.0,
+                   .magnify = 1,
+                   .reference.seed = DEFAULT_REFERENCE_SEED},
         .sides = "random",
         .pixel_pitch_mm = 0.25,
     };
@@ -174,7 +197,8 @@ static ca_status read_parts(config_file *file, const char *path, ca_error *error
     const ca_json_value *root = ca_json_root(config->document);
     config->random_sides = strcmp(file->sides, "random") == 0;
     if (!config->random_sides && strcmp(file->sides, "reference-left") != 0)
-        return ca_json_fail(config->document, root, "sides", error, "\"sides\": expected \"random\" or \"reference-left\"");
+        return ca_json_fail(config->document, root, "sides", error,
+                            "\"sides\": expected \"random\" or \"reference-left\"");
     config->pixel_pitch = file->pixel_pitch_mm / 1000.0;
     if (!config->width != !config->height)
         return ca_json_fail(config->document, root, config->width ? "width" : "height", error,
@@ -182,13 +206,15 @@ static ca_status read_parts(config_file *file, const char *path, ca_error *error
     const double density = ca_study_pixels_per_degree(config);
     if (density < CA_FLIP_MIN_PIXELS_PER_DEGREE || density > CA_FLIP_MAX_PIXELS_PER_DEGREE)
         return ca_json_fail(config->document, root, "viewing_distance_m", error,
-                            "expected a \"viewing_distance_m\" and \"pixel_pitch_mm\" that make %g to %g pixels of an image a degree, not %.4g",
+                            "expected a \"viewing_distance_m\" and \"pixel_pitch_mm\" that make %g to %g pixels of "
+                            "an image a degree, not %.4g",
                             CA_FLIP_MIN_PIXELS_PER_DEGREE, CA_FLIP_MAX_PIXELS_PER_DEGREE, density);
     CA_TRY(read_render(config, file->image, "\"image\"", &config->image, error));
     CA_TRY(read_render(config, file->reference, "\"reference\"", &config->reference, error));
     if (config->image.seed == config->reference.seed)
-        return ca_json_fail(config->document, file->reference, "seed", error,
-                            "\"seed\": expected another one than that of \"image\", so that they do not share their noise");
+        return ca_json_fail(
+            config->document, file->reference, "seed", error,
+            "\"seed\": expected another one than that of \"image\", so that they do not share their noise");
     return read_scenarios(config, file->scenarios, path, error);
 }
 

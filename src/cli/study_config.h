@@ -1,5 +1,5 @@
-/* The design of a perceptual study as its JSON file says it (docs/study.md): what is rendered, what a subject sees, for how long,
- * and what is asked. */
+/* The design of a perceptual study as its JSON file says it (docs/study.md): what is rendered, what a subject sees,
+ * for how long, and what is asked. */
 #ifndef CA_CLI_STUDY_CONFIG_H
 #define CA_CLI_STUDY_CONFIG_H
 
@@ -47,7 +47,8 @@ typedef struct ca_study_config {
     uint32_t scenario_count;
 } ca_study_config;
 
-/* Errors: CA_ERROR_FILE, CA_ERROR_MEMORY, CA_ERROR_FORMAT with line and column and what was expected. The path is borrowed. */
+/* Errors: CA_ERROR_FILE, CA_ERROR_MEMORY, CA_ERROR_FORMAT with line and column and what was expected. The path is
+ * borrowed. */
 ca_status ca_study_config_read(const char *path, ca_study_config *config, ca_error *error);
 /* Also of a config that is all zeros. */
 void ca_study_config_destroy(ca_study_config *config);

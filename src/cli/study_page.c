@@ -17,11 +17,11 @@ typedef struct study_page {
     double *flip; /* owned; of each scenario */
 } study_page;
 
-/* ---- Images ------------------------------------------------------------------------------------------------------ */
+/* ---- Images ---------------------------------------------------------------------------------------------------- */
 
 /* R G B of a file, all that a subject sees. */
-static ca_status read_colors(const ca_study_work *work, uint32_t scenario, bool is_reference, ca_image_layers **colors,
-                             ca_error *error)
+static ca_status read_colors(const ca_study_work *work, uint32_t scenario, bool is_reference,
+                             ca_image_layers **colors, ca_error *error)
 {
     static const char *const names[3] = {"R", "G", "B"};
     char *path = ca_study_image_path(work, scenario, is_reference);
@@ -47,8 +47,8 @@ static ca_status read_colors(const ca_study_work *work, uint32_t scenario, bool 
 }
 
 /* Of what the screen shows, seen from the study's distance. */
-static ca_status measure(const ca_study_work *work, const ca_image_layers *image, const ca_image_layers *reference, double *flip,
-                         ca_error *error)
+static ca_status measure(const ca_study_work *work, const ca_image_layers *image, const ca_image_layers *reference,
+                         double *flip, ca_error *error)
 {
     const ca_compare_settings region = {0};
     ca_metric_settings settings = ca_metric_defaults();
@@ -70,8 +70,10 @@ static ca_status use_images(study_page *p, uint32_t scenario, ca_page *page, ca_
     if (status == CA_OK) status = read_colors(p->work, scenario, false, &image, &reason);
     if (status == CA_OK && !page) status = measure(p->work, image, reference, &p->flip[scenario], &reason);
     if (status == CA_OK && page)
-        status = ca_page_add(page, &(ca_page_image){.name = "reference", .is_reference = true, .layers = reference}, &reason);
-    if (status == CA_OK && page) status = ca_page_add(page, &(ca_page_image){.name = "image", .layers = image}, &reason);
+        status = ca_page_add(page, &(ca_page_image){.name = "reference", .is_reference = true, .layers = reference},
+                             &reason);
+    if (status == CA_OK && page)
+        status = ca_page_add(page, &(ca_page_image){.name = "image", .layers = image}, &reason);
     ca_layers_destroy(image);
     ca_layers_destroy(reference);
     if (status == CA_OK) return CA_OK;
@@ -79,7 +81,7 @@ static ca_status use_images(study_page *p, uint32_t scenario, ca_page *page, ca_
                    p->work->config->scenarios[scenario].name, reason.message);
 }
 
-/* ---- What the page knows of the study ------------------------------------------------------------------------------ */
+/* ---- What the page knows of the study -------------------------------------------------------------------------- */
 
 static void put_text(FILE *stream, const char *key, const char *text)
 {
@@ -143,7 +145,7 @@ static void put_study(FILE *stream, const void *user)
     fputc('}', stream);
 }
 
-/* ---- The page ------------------------------------------------------------------------------------------------------ */
+/* ---- The page -------------------------------------------------------------------------------------------------- */
 
 static ca_status write_page(study_page *p, const char *path, ca_error *error)
 {
@@ -152,7 +154,8 @@ static ca_status write_page(study_page *p, const char *path, ca_error *error)
     ca_page *page;
     CA_TRY(ca_page_create(&page, path, &settings, error));
     ca_status status = CA_OK;
-    for (uint32_t i = 0; i < p->work->config->scenario_count && status == CA_OK; i++) status = use_images(p, i, page, error);
+    for (uint32_t i = 0; i < p->work->config->scenario_count && status == CA_OK; i++)
+        status = use_images(p, i, page, error);
     if (status == CA_OK) status = ca_page_finish(page, error);
     ca_page_destroy(page);
     return status;
@@ -164,7 +167,8 @@ ca_status ca_study_write_page(const ca_study_work *work, uint64_t id, ca_error *
     char *path = ca_alloc(size, 1);
     study_page p = {.work = work, .id = id, .flip = ca_alloc(work->config->scenario_count, sizeof *p.flip)};
     ca_status status = path && p.flip ? CA_OK : ca_fail_memory(error, "the study");
-    for (uint32_t i = 0; i < work->config->scenario_count && status == CA_OK; i++) status = use_images(&p, i, NULL, error);
+    for (uint32_t i = 0; i < work->config->scenario_count && status == CA_OK; i++)
+        status = use_images(&p, i, NULL, error);
     if (status == CA_OK) {
         snprintf(path, size, "%s/index.html", work->folder);
         status = write_page(&p, path, error);

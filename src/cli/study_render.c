@@ -46,15 +46,17 @@ static ca_status make_folders(const ca_study_work *work, ca_error *error)
     return status;
 }
 
-/* ---- One image --------------------------------------------------------------------------------------------------- */
+/* ---- One image ------------------------------------------------------------------------------------------------- */
 
 /* All that the image depends on. */
-static void describe(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render, char text[SETTINGS_SIZE])
+static void describe(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render,
+                     char text[SETTINGS_SIZE])
 {
-    snprintf(text, SETTINGS_SIZE, "version %s, scene %016" PRIx64 ", film %ux%u, integrator %.600s, sampler %.64s, spp %u, seed %u",
+    snprintf(text, SETTINGS_SIZE,
+             "version %s, scene %016" PRIx64 ", film %ux%u, integrator %.600s, sampler %.64s, spp %u, seed %u",
              ca_version(), scene->desc.content_hash, work->config->width, work->config->height,
-             render->integrator ? render->integrator : "of the scene", render->sampler ? render->sampler : "of the scene",
-             render->spp, render->seed);
+             render->integrator ? render->integrator : "of the scene",
+             render->sampler ? render->sampler : "of the scene", render->spp, render->seed);
 }
 
 /* Is there an image with these settings? One that cannot be read is rendered again. */
@@ -89,15 +91,16 @@ static ca_status render_scene(const ca_study_work *work, const ca_scene *scene, 
     return status;
 }
 
-static ca_status render_file(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render, const char *path,
-                             const char *text, ca_error *error)
+static ca_status render_file(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render,
+                             const char *path, const char *text, ca_error *error)
 {
     ca_image_layers *image = NULL;
     ca_render_statistics statistics = {0};
     char time[32];
     ca_status status = render_scene(work, scene, render, &image, &statistics, error);
     if (status == CA_OK && statistics.interrupted)
-        status = ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "stopped by a signal; the same command goes on where this one ended");
+        status = ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                         "stopped by a signal; the same command goes on where this one ended");
     if (status == CA_OK) status = ca_layers_set_text(image, settings_attribute, text, error);
     if (status == CA_OK) status = ca_layers_write(image, path, 0.0f, error);
     ca_image_release(image);
@@ -110,8 +113,8 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
 }
 
 /* Renders the image, or only asks what it depends on. */
-static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_reference, bool only_ask, uint64_t *id,
-                            ca_error *error)
+static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_reference, bool only_ask,
+                            uint64_t *id, ca_error *error)
 {
     const ca_study_scenario *scenario = &work->config->scenarios[number];
     const ca_study_render *render = is_reference ? &work->config->reference : &work->config->image;
@@ -129,8 +132,8 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
         ca_error reason = {""};
         status = render_file(work, scene, render, path, settings, &reason);
         if (status != CA_OK)
-            ca_fail(error, status, NULL, "scenario %s, %s: %.800s", scenario->name, is_reference ? "reference" : "image",
-                    reason.message);
+            ca_fail(error, status, NULL, "scenario %s, %s: %.800s", scenario->name,
+                    is_reference ? "reference" : "image", reason.message);
     }
     ca_free(path);
     ca_scene_release(scene);

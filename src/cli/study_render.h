@@ -1,5 +1,6 @@
-/* The images of a study: FOLDER/images/NAME-reference.exr and NAME-image.exr of each scenario. Each carries what it was rendered
- * with, scene files included, so that one that is there and was rendered with the same is not rendered again. */
+/* The images of a study: FOLDER/images/NAME-reference.exr and NAME-image.exr of each scenario. Each carries what it
+ * was rendered with, scene files included, so that one that is there and was rendered with the same is not rendered
+ * again. */
 #ifndef CA_CLI_STUDY_RENDER_H
 #define CA_CLI_STUDY_RENDER_H
 
@@ -15,9 +16,9 @@ typedef struct ca_study_work {
 /* Where an image lies. The caller's to free with ca_free; NULL when out of memory. */
 char *ca_study_image_path(const ca_study_work *work, uint32_t scenario, bool is_reference);
 
-/* Makes the folders and renders what is missing; all scenes are read before the first is rendered. *id: of the config and all that
- * its images depend on. Errors: those of loading and rendering, and CA_ERROR_UNSUPPORTED after a signal; what was complete
- * by then is kept. */
+/* Makes the folders and renders what is missing; all scenes are read before the first is rendered. *id: of the config
+ * and all that its images depend on. Errors: those of loading and rendering, and CA_ERROR_UNSUPPORTED after a signal;
+ * what was complete by then is kept. */
 ca_status ca_study_render_images(const ca_study_work *work, uint64_t *id, ca_error *error);
 
 #endif

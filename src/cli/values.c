@@ -22,7 +22,8 @@ ca_status ca_value_count(const char *text, int minimum, uint32_t *value, ca_erro
     const char *rest = text;
     uint64_t number = 0;
     if (!read_digits(&rest, UINT32_MAX, &number) || *rest != 0 || number < (uint64_t)minimum)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number of at least %d", text, minimum);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number of at least %d", text,
+                       minimum);
     *value = (uint32_t)number;
     return CA_OK;
 }
@@ -59,7 +60,8 @@ ca_status ca_value_integer(const char *text, int minimum, int *value, ca_error *
     const bool good = read_digits(&rest, INT32_MAX, &number) && *rest == 0;
     const int64_t with_sign = text[0] == '-' ? -(int64_t)number : (int64_t)number;
     if (!good || with_sign < minimum)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number of at least %d", text, minimum);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number of at least %d", text,
+                       minimum);
     *value = (int)with_sign;
     return CA_OK;
 }
@@ -105,7 +107,8 @@ ca_status ca_value_size(const char *text, uint32_t value[2], ca_error *error)
 ca_status ca_value_range(const char *text, uint64_t value[2], ca_error *error)
 {
     const char *rest = text;
-    const bool good = read_digits(&rest, UINT64_MAX, &value[0]) && *rest++ == ':' && read_digits(&rest, UINT64_MAX, &value[1]);
+    const bool good =
+        read_digits(&rest, UINT64_MAX, &value[0]) && *rest++ == ':' && read_digits(&rest, UINT64_MAX, &value[1]);
     if (good && *rest == 0 && value[0] < value[1]) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a range A:B with A < B", text);
 }

@@ -33,8 +33,8 @@ enum {
     BAR_COUNTS
 };
 
-/* The light's covariances are weighted by what their block adds to the squares: each block of light paths counts by the
- * square of how often it was met, as it does in the variance, even where radii differ. */
+/* The light's covariances are weighted by what their block adds to the squares: each block of light paths counts by
+ * the square of how often it was met, as it does in the variance, even where radii differ. */
 typedef struct block_bars {
     ca_exact_sum covariances[COVARIANCES];
     uint64_t counts[BAR_COUNTS];
@@ -54,8 +54,8 @@ struct ca_block_film {
     block_bars *bars;          /* likewise */
 };
 
-/* ---- Life -------------------------------------------------------------------------------------------------------
- */
+/* ---- Life
+ * ------------------------------------------------------------------------------------------------------- */
 
 ca_status ca_block_film_create(ca_block_film **film, const ca_block_film_desc *desc, ca_error *error)
 {
@@ -114,8 +114,8 @@ double ca_block_film_bytes(const ca_block_film_desc *desc)
            (double)pixel_bytes(desc);
 }
 
-/* ---- Sums -------------------------------------------------------------------------------------------------------
- */
+/* ---- Sums
+ * ------------------------------------------------------------------------------------------------------- */
 
 static bool is_finite3(ca_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 
@@ -211,8 +211,8 @@ void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other)
     }
 }
 
-/* ---- Development ------------------------------------------------------------------------------------------------
- */
+/* ---- Development
+ * ------------------------------------------------------------------------------------------------ */
 
 static double mean_over_pairs(const block_pixel *pixel, const ca_exact_sum *sum)
 {
@@ -329,7 +329,7 @@ static ca_status develop_layers(const ca_block_film *film, ca_image_layers *laye
     return CA_OK;
 }
 
-/* ---- Error bars ------------------------------------------------------------------------------------------------- */
+/* ---- Error bars ------------------------------------------------------------------------------------------------ */
 
 /* Of every pixel, while they are developed. */
 typedef struct bar_work {
@@ -396,8 +396,8 @@ ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **lay
     return status;
 }
 
-/* ---- As bytes ---------------------------------------------------------------------------------------------------
- */
+/* ---- As bytes
+ * --------------------------------------------------------------------------------------------------- */
 
 size_t ca_block_film_row_bytes(const ca_block_film_desc *desc)
 {

@@ -3,22 +3,23 @@
  *
  * A pixel's value is the sum over all its pairs over their number (Keller, Grünschloß, Droske, "Quasi-Monte Carlo
  * Progressive Photon Mapping", section 4.2). Blocks share their paths, so they are no independent samples, and their
- * scatter tells nothing. Error bars, where wanted, are made of what each block tells of its pairs (pair_covariances.h,
- * pair_interval.h); the camera paths and light paths must then be independent random ones.
+ * scatter tells nothing. Error bars, where wanted, are made of what each block tells of its pairs
+ * (pair_covariances.h, pair_interval.h); the camera paths and light paths must then be independent random ones.
  *
- * Layers: R G B; Albedo.*, N.*, P.* of the primary hits, averaged; IrradianceGradient.X .Y .Z, W m^-3, of the luminance
- * of what arrives (where wanted); Samples.Y the number of camera paths (each block's counted); Pairs.Y that of pairs.
- * With error bars: ConfidenceLow.Y and ConfidenceHigh.Y, the 95 % interval of the luminance, from minus to plus infinity
- * where a pixel is marked; ValueVariance.Y, the estimated variance of the pixel's luminance, which may be negative. Both
- * need all blocks from the first on: else all pixels are marked, with a variance that is not a number, as are pixels that
- * had a sample out of bounds.
+ * Layers: R G B; Albedo.*, N.*, P.* of the primary hits, averaged; IrradianceGradient.X .Y .Z, W m^-3, of the
+ * luminance of what arrives (where wanted); Samples.Y the number of camera paths (each block's counted); Pairs.Y that
+ * of pairs. With error bars: ConfidenceLow.Y and ConfidenceHigh.Y, the 95 % interval of the luminance, from minus to
+ * plus infinity where a pixel is marked; ValueVariance.Y, the estimated variance of the pixel's luminance, which may
+ * be negative. Both need all blocks from the first on: else all pixels are marked, with a variance that is not a
+ * number, as are pixels that had a sample out of bounds.
  *
  * Radiance and gradients are summed exactly (exact_sum.h). Of the other layers each block's sum is rounded, once, to
  * a fixed point: to multiples of 2^-28 for albedo and normals, for positions of 2^-28 times the power of two that
  * bounds the scene's coordinates; a sixteenth of what a float of that size resolves. They hold 2^31 camera paths a
  * pixel.
  *
- * State: 208 bytes per pixel, 120 more with gradients, 200 more with error bars. Threads: different pixels at once. */
+ * State: 208 bytes per pixel, 120 more with gradients, 200 more with error bars. Threads: different pixels at
+ * once. */
 #ifndef CA_FILM_BLOCK_FILM_H
 #define CA_FILM_BLOCK_FILM_H
 
@@ -40,8 +41,9 @@ typedef struct ca_block_sample {
     ca_vec3 normal, position;
     uint32_t paths;
     bool out_of_memory; /* while it was made: worthless. The film does not look */
-    /* For error bars. How many blocks from the first on, before this one, had the same camera paths, and the same light
-     * paths: (0, 0) in the first block only. All of the pixel's blocks have as many paths and pairs as each other. */
+    /* For error bars. How many blocks from the first on, before this one, had the same camera paths, and the same
+     * light paths: (0, 0) in the first block only. All of the pixel's blocks have as many paths and pairs as each
+     * other. */
     ca_pair_covariance covariance; /* of luminance */
     uint64_t visits_camera, visits_light;
 } ca_block_sample;

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-/* ---- Moments ---------------------------------------------------------------------------------------------------- */
+/* ---- Moments --------------------------------------------------------------------------------------------------- */
 
 ca_moments ca_moments_of(double sum, double sum_squares, double sum_cubes, uint32_t replicates)
 {
@@ -22,11 +22,12 @@ ca_moments ca_moments_of(double sum, double sum_squares, double sum_cubes, uint3
     /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. */
     const double rounding = n * 0x1p-50, size = fabs(m.mean);
     if (squares > rounding * size * size) m.variance = squares * n / (n - 1.0);
-    if (m.variance > 0.0 && fabs(cubes) > rounding * size * size * size) m.third = cubes * n * n / ((n - 1.0) * (n - 2.0));
+    if (m.variance > 0.0 && fabs(cubes) > rounding * size * size * size)
+        m.third = cubes * n * n / ((n - 1.0) * (n - 2.0));
     return m;
 }
 
-/* ---- Intervals -------------------------------------------------------------------------------------------------- */
+/* ---- Intervals ------------------------------------------------------------------------------------------------- */
 
 double ca_student_two_sided_quantile(double alpha, double degrees)
 {
@@ -42,22 +43,22 @@ double ca_student_two_sided_quantile(double alpha, double degrees)
     return 0.5 * (low + high);
 }
 
-/* With a = skewness / sqrt(n), the first term by which the distribution of T = sqrt(n) (mean - expectation) / deviation differs
- * from the normal one is a (2 T^2 + 1) / 6 (its Edgeworth expansion): T + a T^2 / 3 + a / 6 has none of order a. One more term,
- * of order a^2, completes the cube and makes it grow everywhere (Hall's transformation):
- *     g(T) = T + a T^2 / 3 + a^2 T^3 / 27 + a / 6 = ((1 + a T / 3)^3 - 1) / a + a / 6.
- * This is the inverse. */
+/* With a = skewness / sqrt(n), the first term by which the distribution of T = sqrt(n) (mean - expectation) /
+ * deviation differs from the normal one is a (2 T^2 + 1) / 6 (its Edgeworth expansion): T + a T^2 / 3 + a / 6 has
+ * none of order a. One more term, of order a^2, completes the cube and makes it grow everywhere (Hall's
+ * transformation): g(T) = T + a T^2 / 3 + a^2 T^3 / 27 + a / 6 = ((1 + a T / 3)^3 - 1) / a + a / 6. This is the
+ * inverse. */
 static double unskew(double quantile, double a)
 {
     if (fabs(a) < 1e-6) return quantile - a * (quantile * quantile / 3.0 + 1.0 / 6.0);
     return 3.0 / a * (cbrt(1.0 + a * (quantile - a / 6.0)) - 1.0);
 }
 
-/* In standard errors, from the mean to the limit on the long tail's side, where g is of no use: its slope there falls to 0, and with
- * four contributions the limit is past that. k = 1 / a^2 equal rare contributions, whose number is Poisson distributed, have this
- * skewness; their expectation's exact limit is the gamma quantile of shape k + 1, by Wilson and Hilferty's cube
- *     (k + 1) (1 + u)^3,  u = quantile / (3 sqrt(k + 1)) - 1 / (9 (k + 1)),
- * of which k is taken, and which is divided by sqrt(k); written so that nothing cancels where a is small. a >= 0. */
+/* In standard errors, from the mean to the limit on the long tail's side, where g is of no use: its slope there falls
+ * to 0, and with four contributions the limit is past that. k = 1 / a^2 equal rare contributions, whose number is
+ * Poisson distributed, have this skewness; their expectation's exact limit is the gamma quantile of shape k + 1, by
+ * Wilson and Hilferty's cube (k + 1) (1 + u)^3,  u = quantile / (3 sqrt(k + 1)) - 1 / (9 (k + 1)), of which k is
+ * taken, and which is divided by sqrt(k); written so that nothing cancels where a is small. a >= 0. */
 static double tail_reach(double quantile, double a)
 {
     const double m = 1.0 + a * a, slope = quantile / (3.0 * sqrt(m)) - a / (9.0 * m), u = a * slope;
@@ -86,7 +87,7 @@ void ca_interval_round(ca_interval interval, float *low, float *high)
     *high = -round_down(-interval.high);
 }
 
-/* ---- Marks ------------------------------------------------------------------------------------------------------ */
+/* ---- Marks ----------------------------------------------------------------------------------------------------- */
 
 /* Sums over pixels, relative to each one's level; a black one has none and does not count. */
 typedef struct pool {
@@ -125,13 +126,17 @@ static double contributions_of(double variance, double third, double replicates)
 /* What a pixel owes to less than two contributions, relative to its level. */
 static double lone_share(const ca_moments *m)
 {
-    if (m->third == 0.0 || m->mean == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0) return 0.0;
+    if (m->third == 0.0 || m->mean == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0)
+        return 0.0;
     return m->variance * (m->variance / fabs(m->third)) / fabs(m->mean);
 }
 
 /* First pixel within reach of `at`, and last one of `count`. */
 static uint32_t reach_from(uint32_t at, uint32_t reach) { return at > reach ? at - reach : 0; }
-static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count) { return at + reach < count ? at + reach : count - 1; }
+static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count)
+{
+    return at + reach < count ? at + reach : count - 1;
+}
 
 /* `far`: pixels within the far reach. */
 static bool is_marked(const ca_moments *m, const pool *near, double far)
@@ -155,13 +160,15 @@ static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *
         sums[x] = (pool){0};
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
             pool_moments(&sums[x], &row[i]);
-        for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width); i++)
+        for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
+             i++)
             sums[x].lone += lone[i];
     }
 }
 
 /* Of the pixels near one that are not this one. */
-static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
+                            uint32_t y)
 {
     pool near = {0};
     for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)
@@ -171,9 +178,11 @@ static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_
     return near;
 }
 
-static bool judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+static bool judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
+                  uint32_t y)
 {
-    const uint32_t top = reach_from(y, CA_CONFIDENCE_FAR_REACH), bottom = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
+    const uint32_t top = reach_from(y, CA_CONFIDENCE_FAR_REACH),
+                   bottom = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
     const uint32_t columns = 1 + reach_to(x, CA_CONFIDENCE_FAR_REACH, width) - reach_from(x, CA_CONFIDENCE_FAR_REACH);
     const ca_moments *own = &moments[(size_t)y * width + x];
     pool near = pool_neighbours(moments, rows, width, height, x, y);
@@ -182,7 +191,8 @@ static bool judge(const ca_moments *moments, const pool *rows, uint32_t width, u
     return is_marked(own, &near, (double)columns * (1 + bottom - top));
 }
 
-ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked, ca_error *error)
+ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked,
+                             ca_error *error)
 {
     pool *rows = ca_alloc((size_t)width * height, sizeof *rows);
     double *lone = ca_alloc(width, sizeof *lone);
@@ -190,7 +200,8 @@ ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t
     for (uint32_t y = 0; y < height && status == CA_OK; y++)
         pool_row(&moments[(size_t)y * width], width, lone, &rows[(size_t)y * width]);
     for (uint32_t y = 0; y < height && status == CA_OK; y++)
-        for (uint32_t x = 0; x < width; x++) marked[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
+        for (uint32_t x = 0; x < width; x++)
+            marked[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
     ca_free(lone);
     ca_free(rows);
     return status;

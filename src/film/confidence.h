@@ -1,12 +1,12 @@
 /* Confidence intervals for the expectations of pixels, from independent replicates (docs/decisions/011).
  *
- * A channel of a pixel comes as the moments of its n replicates: single samples, or means of several. Its 95 % interval
- * is Student's with n - 1 degrees of freedom, corrected for skewness: on the short tail's side by Hall's transformation, on
- * the long tail's by the exact limit of as many equal Poisson contributions as have this skewness. Where the replicates are
- * too skewed for any such interval to be trusted, and the judgement pools a pixel's neighbourhood since the samples of
- * one pixel do not know what they have missed, the pixel is marked: its interval is everything, from -infinity to
- * infinity. An interval holds its expectation in 95 of 100 pixels that are not marked; it says nothing of light that
- * none of the samples nearby has found.
+ * A channel of a pixel comes as the moments of its n replicates: single samples, or means of several. Its 95 %
+ * interval is Student's with n - 1 degrees of freedom, corrected for skewness: on the short tail's side by Hall's
+ * transformation, on the long tail's by the exact limit of as many equal Poisson contributions as have this skewness.
+ * Where the replicates are too skewed for any such interval to be trusted, and the judgement pools a pixel's
+ * neighbourhood since the samples of one pixel do not know what they have missed, the pixel is marked: its interval
+ * is everything, from -infinity to infinity. An interval holds its expectation in 95 of 100 pixels that are not
+ * marked; it says nothing of light that none of the samples nearby has found.
  *
  * All functions are pure and in double precision. */
 #ifndef CA_FILM_CONFIDENCE_H
@@ -41,8 +41,9 @@ typedef struct ca_interval {
 /* The t with P(|T| > t) = alpha, for Student's T of `degrees` > 0 degrees of freedom and alpha in (0, 1). */
 double ca_student_two_sided_quantile(double alpha, double degrees);
 
-/* The interval for the expectation, from at least CA_CONFIDENCE_MIN_REPLICATES replicates; `quantile` is Student's for
- * these. It reaches 2^-21 of the mean to either side at least, which is what rounding in the samples may amount to. */
+/* The interval for the expectation, from at least CA_CONFIDENCE_MIN_REPLICATES replicates; `quantile` is Student's
+ * for these. It reaches 2^-21 of the mean to either side at least, which is what rounding in the samples may amount
+ * to. */
 ca_interval ca_confidence_interval(const ca_moments *moments, double quantile);
 
 /* As floats, rounded outwards: what a float cannot hold does not make the interval smaller. */
@@ -50,15 +51,17 @@ void ca_interval_round(ca_interval interval, float *low, float *high);
 
 /* Says which pixels of width x height are marked. Memory: 32 bytes a pixel while it runs.
  *
- * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n / skewness^2, and
- * variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A pixel is marked where
+ * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n /
+ * skewness^2, and variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A
+ * pixel is marked where
  * - it has fewer than CA_CONFIDENCE_MIN_REPLICATES replicates;
  * - its replicates are all equal but those of a pixel near it are not;
- * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half of its standard
- *   error: by variances and third moments averaged over them, relative to powers of each one's mean; the pixel itself counts
- *   only where all others are black; or
- * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there, and again
- *   relative to the mean. */
-ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked, ca_error *error);
+ * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half of
+ * its standard error: by variances and third moments averaged over them, relative to powers of each one's mean; the
+ * pixel itself counts only where all others are black; or
+ * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there,
+ * and again relative to the mean. */
+ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked,
+                             ca_error *error);
 
 #endif

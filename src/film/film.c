@@ -6,7 +6,8 @@
 #include <math.h>
 #include <string.h>
 
-_Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_film_groups) == 56, "film.h promises so many bytes per pixel");
+_Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_film_groups) == 56,
+               "film.h promises so many bytes per pixel");
 
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error)
@@ -202,7 +203,7 @@ static ca_status develop_layer(const ca_film *film, const struct film_layer *lay
     return CA_OK;
 }
 
-/* ---- Error bars ------------------------------------------------------------------------------------------------- */
+/* ---- Error bars ------------------------------------------------------------------------------------------------ */
 
 /* Of channel c: R, G, B, Y. */
 static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
@@ -279,7 +280,7 @@ bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction)
     return true;
 }
 
-/* ---- All of it -------------------------------------------------------------------------------------------------- */
+/* ---- All of it ------------------------------------------------------------------------------------------------- */
 
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
 {

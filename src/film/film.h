@@ -1,15 +1,15 @@
 /* The film: sums per pixel, and their development into an image.
  *
- * A pixel's value is the plain mean of its samples, one for each iteration: what a camera path drawn from the filter found
- * (or the mean of several), times its weight (filter.h), plus what light paths splatted.
- * Layers: R G B; Albedo.*, N.*, P.* of the primary hit, averaged; Variance.* the unbiased sample variance of *one*
- * sample (not of the mean: divide by Samples.Y for that); RelativeVariance.* = Variance / mean^2, 0 where the mean
- * is; StandardDeviation.Y the sample standard deviation of one sample's luminance; Samples.Y the number of samples;
- * ConfidenceLow.*, ConfidenceHigh.* of R, G, B and luminance Y: 95 % intervals for the expectations, from replicates that
- * must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers.
+ * A pixel's value is the plain mean of its samples, one for each iteration: what a camera path drawn from the filter
+ * found (or the mean of several), times its weight (filter.h), plus what light paths splatted. Layers: R G B;
+ * Albedo.*, N.*, P.* of the primary hit, averaged; Variance.* the unbiased sample variance of *one* sample (not of
+ * the mean: divide by Samples.Y for that); RelativeVariance.* = Variance / mean^2, 0 where the mean is;
+ * StandardDeviation.Y the sample standard deviation of one sample's luminance; Samples.Y the number of samples;
+ * ConfidenceLow.*, ConfidenceHigh.* of R, G, B and luminance Y: 95 % intervals for the expectations, from replicates
+ * that must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers.
  *
- * State: 128 bytes per pixel, 56 more where replicates are groups of samples. A pixel is written by one thread at a time,
- * in the order of its samples, so the sums do not depend on the number of threads. The film sees no scene. */
+ * State: 128 bytes per pixel, 56 more where replicates are groups of samples. A pixel is written by one thread at a
+ * time, in the order of its samples, so the sums do not depend on the number of threads. The film sees no scene. */
 #ifndef CA_FILM_FILM_H
 #define CA_FILM_FILM_H
 
@@ -53,14 +53,14 @@ typedef struct ca_film {
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error);
 void ca_film_destroy(ca_film *film);
-/* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so many that follow
- * each other (the last ones may be left over), or 0: there are none. */
+/* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so
+ * many that follow each other (the last ones may be left over), or 0: there are none. */
 ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error);
 double ca_film_pixel_bytes(uint32_t replicate_samples);
 
 /* Adds a sample to pixel (x, y) of the rendered part. The gate: a radiance that is not finite or is negative is a
- * defect, and so is a splat that is not finite (filters with negative lobes make negative ones); the sample is replaced by
- * zero, and false is returned so that the caller counts it. */
+ * defect, and so is a splat that is not finite (filters with negative lobes make negative ones); the sample is
+ * replaced by zero, and false is returned so that the caller counts it. */
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample);
 
 /* What is known of the image so far. */

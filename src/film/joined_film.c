@@ -24,7 +24,10 @@ void ca_joined_film_destroy(ca_joined_film *joined)
     *joined = (ca_joined_film){0};
 }
 
-void ca_joined_film_clear(ca_joined_film *joined) { memset(joined->pixels, 0, joined->count * sizeof *joined->pixels); }
+void ca_joined_film_clear(ca_joined_film *joined)
+{
+    memset(joined->pixels, 0, joined->count * sizeof *joined->pixels);
+}
 
 void ca_joined_film_copy(ca_joined_film *joined, const ca_joined_film *from)
 {
@@ -32,7 +35,7 @@ void ca_joined_film_copy(ca_joined_film *joined, const ca_joined_film *from)
     memcpy(joined->pixels, from->pixels, joined->count * sizeof *joined->pixels);
 }
 
-/* ---- Adding -------------------------------------------------------------------------------------------------------- */
+/* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
 static double luminance_of(const double rgb[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 
@@ -47,7 +50,8 @@ static double *channel_variance(ca_joined_pixel *pixel, int c)
     return c < 3 ? &pixel->variance[c] : &pixel->luminance_variance;
 }
 
-/* Channel c of samples with these moments, whose weighted mean has `variance` times their variance and `third` times their third moment. */
+/* Channel c of samples with these moments, whose weighted mean has `variance` times their variance and `third` times
+ * their third moment. */
 static void add_moments(ca_joined_pixel *to, int c, const ca_moments *m, double variance, double third)
 {
     const double added = variance * m->variance;
@@ -88,7 +92,8 @@ void ca_joined_film_add(ca_joined_film *joined, const ca_film *part, double weig
     }
 }
 
-void ca_joined_film_add_two(ca_joined_film *joined, const ca_film *a, double weight_a, const ca_film *b, double weight_b)
+void ca_joined_film_add_two(ca_joined_film *joined, const ca_film *a, double weight_a, const ca_film *b,
+                            double weight_b)
 {
     assert(a->replicate_samples == 1 && b->replicate_samples == 1);
     for (size_t i = 0; i < joined->count; i++) {
@@ -125,7 +130,7 @@ void ca_joined_film_scale(ca_joined_film *joined, double factor)
     }
 }
 
-/* ---- As a film ------------------------------------------------------------------------------------------------------ */
+/* ---- As a film ------------------------------------------------------------------------------------------------- */
 
 /* The sum of squares from which n samples of this sum have the sample variance n * variance. */
 static double squares_of(double sum, double variance, double n) { return n * variance * (n - 1.0) + sum * sum / n; }
@@ -150,10 +155,10 @@ void ca_joined_film_to_film(const ca_joined_film *joined, uint32_t samples, ca_f
     }
 }
 
-/* ---- Error bars ----------------------------------------------------------------------------------------------------- */
+/* ---- Error bars ------------------------------------------------------------------------------------------------ */
 
-/* As if the value were the mean of CA_CONFIDENCE_MIN_REPLICATES replicates: any number will do that is enough, and the same for
- * all pixels, since marks compare them. None where there are too few degrees of freedom. */
+/* As if the value were the mean of CA_CONFIDENCE_MIN_REPLICATES replicates: any number will do that is enough, and
+ * the same for all pixels, since marks compare them. None where there are too few degrees of freedom. */
 static ca_moments value_moments(const ca_joined_pixel *pixel, int c, double *degrees)
 {
     const double n = CA_CONFIDENCE_MIN_REPLICATES, variance = c < 3 ? pixel->variance[c] : pixel->luminance_variance;
@@ -165,8 +170,8 @@ static ca_moments value_moments(const ca_joined_pixel *pixel, int c, double *deg
 }
 
 /* Channel c; `moments` and `marked`: room for every pixel. */
-static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *moments, bool *marked, ca_image_layers *layers,
-                               ca_error *error)
+static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *moments, bool *marked,
+                               ca_image_layers *layers, ca_error *error)
 {
     char name[32];
     float *low, *high;

@@ -1,16 +1,17 @@
-/* What one block of pairs, of m camera paths of a pixel with n light paths, tells of the noise of an image made of many such
- * blocks: estimates without bias of the three variances in the law of all pairs (Ershov, Birukov, Voloboy, Galaktionov 2020,
- * "Calculation of Noise Components for Bidirectional Path Tracing with Photon Maps", equations 2, 3 and 5; docs/papers/000.md, "All
- * pairs").
+/* What one block of pairs, of m camera paths of a pixel with n light paths, tells of the noise of an image made of
+ * many such blocks: estimates without bias of the three variances in the law of all pairs (Ershov, Birukov, Voloboy,
+ * Galaktionov 2020, "Calculation of Noise Components for Bidirectional Path Tracing with Photon Maps", equations 2, 3
+ * and 5; docs/papers/000.md, "All pairs").
  *
- * C of a light path X and a camera path Y is L + f(X) + g(Y) + h(X, Y), parts that are not correlated. With the estimators of
- * pair_sums.h, of whose halves' means products estimate L^2:
+ * C of a light path X and a camera path Y is L + f(X) + g(Y) + h(X, Y), parts that are not correlated. With the
+ * estimators of pair_sums.h, of whose halves' means products estimate L^2:
  *
  *     camera   Var(g) = B - L^2   covariance, over camera paths, of the means over the two halves of the light paths
  *     light    Var(f) = F - L^2   covariance, over light paths, of the means over the two halves of the camera paths
  *     pair     Var(h)             C - F - Var(g)
  *
- * L^2 comes from the same halves, so that what the block's light paths happen to bring does not make the camera's covariance noisy.
+ * L^2 comes from the same halves, so that what the block's light paths happen to bring does not make the camera's
+ * covariance noisy.
  *
  * Cost and state: those of pair_sums.h, as are the calls. Threads: one each. */
 #ifndef CA_FILM_PAIR_COVARIANCES_H
@@ -18,8 +19,8 @@
 
 #include "film/pair_sums.h"
 
-/* W^2 sr^-2 m^-4; any of them may come out negative. And the part of C's mean, W sr^-1 m^-2, that light paths bring: the rest camera
- * paths find alone. */
+/* W^2 sr^-2 m^-4; any of them may come out negative. And the part of C's mean, W sr^-1 m^-2, that light paths bring:
+ * the rest camera paths find alone. */
 typedef struct ca_pair_covariance {
     double camera, light, pair;
     double merged;

@@ -75,7 +75,8 @@ void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign)
         ca_pair_pixel *to = &film->pixels[p];
         const ca_pair_pixel *from = &other->pixels[p];
         for (int q = 0; q < CA_PAIR_QUANTITIES; q++) to->sums[q] += sign * from->sums[q];
-        for (size_t q = 0; q < sizeof to->products / sizeof to->products[0]; q++) to->products[q] += sign * from->products[q];
+        for (size_t q = 0; q < sizeof to->products / sizeof to->products[0]; q++)
+            to->products[q] += sign * from->products[q];
         to->cubes += sign * from->cubes;
         to->fourths += sign * from->fourths;
         to->iterations = sign > 0 ? to->iterations + from->iterations : to->iterations - from->iterations;

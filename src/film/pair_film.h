@@ -1,8 +1,8 @@
-/* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which noise/components.h makes
- * components, predictions and standard errors.
+/* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which
+ * noise/components.h makes components, predictions and standard errors.
  *
- * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths. Threads: different pixels at once; a pixel's
- * iterations come in order. */
+ * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths. Threads: different pixels at
+ * once; a pixel's iterations come in order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
 
@@ -51,8 +51,8 @@ void ca_pair_film_destroy(ca_pair_film *film);
 /* An iteration's moments of pixel (x, y) of the full film. */
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 
-/* Adds what another film of the same pixels has summed up, as if it had been the iterations of one; sign -1 takes it out again. Not for
- * films with connections. */
+/* Adds what another film of the same pixels has summed up, as if it had been the iterations of one; sign -1 takes it
+ * out again. Not for films with connections. */
 void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign);
 
 /* Index of the product of two quantities in `products`. */

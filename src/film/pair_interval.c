@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* The variance of a sum of squares of so many random contributions, over its square, is 1 over their number if they are all alike. Here
- * it is this over their number, since they are not, and the largest are the rarest. */
+/* The variance of a sum of squares of so many random contributions, over its square, is 1 over their number if they
+ * are all alike. Here it is this over their number, since they are not, and the largest are the rarest. */
 static const double light_scatter = 4.0;
 
 /* Variances of the value, with one of Var(g), Var(f), Var(h) each. */
@@ -25,14 +25,16 @@ double ca_pair_value_variance(const ca_pair_design *design, const ca_pair_varian
     return t.camera + t.light + t.pair;
 }
 
-/* How many of `count` independent paths, all alike and the others zero, would have the variance `v` around the mean `value`. */
+/* How many of `count` independent paths, all alike and the others zero, would have the variance `v` around the mean
+ * `value`. */
 static double contributing(double count, double v, double value)
 {
     return v > 0.0 ? count * (value * value) / (value * value + v) : count;
 }
 
-/* The expansion of Student's quantiles around the normal one, z, in powers of 1 / degrees; their coefficients follow from matching
- * the series of the two distributions, and test_pair_interval.c compares the result with the distribution itself. */
+/* The expansion of Student's quantiles around the normal one, z, in powers of 1 / degrees; their coefficients follow
+ * from matching the series of the two distributions, and test_pair_interval.c compares the result with the
+ * distribution itself. */
 double ca_pair_student_quantile(double degrees)
 {
     const double z = 1.9599639845400545, z2 = z * z;
@@ -42,8 +44,9 @@ double ca_pair_student_quantile(double degrees)
     return z + (terms[0] + (terms[1] + (terms[2] + terms[3] / degrees) / degrees) / degrees) / degrees;
 }
 
-/* Twice the square of V over the variance of its estimate. The camera's covariance is one of sums g + e over halves of the light paths
- * of a block, where e is what h leaves: of 2 m columns times the variance that the pair's term has in the value. */
+/* Twice the square of V over the variance of its estimate. The camera's covariance is one of sums g + e over halves
+ * of the light paths of a block, where e is what h leaves: of 2 m columns times the variance that the pair's term has
+ * in the value. */
 static double degrees_of_freedom(const ca_pair_design *d, const value_terms *terms, double light_contributing)
 {
     const double rows = d->blocks * d->blocks / d->camera_squares, columns = d->blocks * d->blocks / d->light_squares;
@@ -61,12 +64,14 @@ static double third_of(double variance, double mean)
     return variance > 0.0 && mean > 0.0 ? variance * variance / mean : 0.0;
 }
 
-bool ca_pair_error(const ca_pair_design *design, const ca_pair_variances *v, double value, ca_moments *moments, double *degrees)
+bool ca_pair_error(const ca_pair_design *design, const ca_pair_variances *v, double value, ca_moments *moments,
+                   double *degrees)
 {
     const value_terms terms = terms_of(design, v);
     const double variance = terms.camera + terms.light + terms.pair;
     const double squared = design->blocks * design->blocks;
-    /* Any number of replicates will do, as long as it is enough; with n of them one has n times the variance of their mean. */
+    /* Any number of replicates will do, as long as it is enough; with n of them one has n times the variance of their
+     * mean. */
     const double n = CA_CONFIDENCE_MIN_REPLICATES;
     *moments = (ca_moments){.mean = value, .replicates = CA_CONFIDENCE_MIN_REPLICATES};
     *degrees = 0.0;

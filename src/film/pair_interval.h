@@ -1,22 +1,24 @@
-/* Confidence intervals of a pixel rendered by blocks of pairs with random numbers: from what its blocks tell (pair_covariances.h) to
- * the variance of its value.
+/* Confidence intervals of a pixel rendered by blocks of pairs with random numbers: from what its blocks tell
+ * (pair_covariances.h) to the variance of its value.
  *
- * Blocks share their paths, so their scatter is not the image's error; but what each tells has no bias, and so has its mean over
- * blocks, whatever they share. Let row i of camera paths have met R_i blocks of light paths, column j of light paths C_j blocks of
- * camera paths, K = sum R_i = sum C_j blocks in all. The pixel's value, the mean over all pairs of these blocks, has the variance
+ * Blocks share their paths, so their scatter is not the image's error; but what each tells has no bias, and so has
+ * its mean over blocks, whatever they share. Let row i of camera paths have met R_i blocks of light paths, column j
+ * of light paths C_j blocks of camera paths, K = sum R_i = sum C_j blocks in all. The pixel's value, the mean over
+ * all pairs of these blocks, has the variance
  *
  *     V = sum R_i^2 / (m K^2) Var(g) + sum C_j^2 / (n K^2) Var(f) + 1 / (m n K) Var(h),
  *
- * for a whole rectangle law (6) with N_B = m rows and N_F = n columns, and the same law for every shape in which a render may end.
- * docs/papers/000.md, "All pairs".
+ * for a whole rectangle law (6) with N_B = m rows and N_F = n columns, and the same law for every shape in which a
+ * render may end. docs/papers/000.md, "All pairs".
  *
- * The interval is that of confidence.h, with this variance, Student's t, and a skewness: that of rare contributions, all alike,
- * with the light's part of the variance and the mean that light paths bring, and with the camera's part and the value. The
- * degrees of freedom are those of a chi-square variable with the scatter of the estimated V (Satterthwaite's rule), for normal g
- * and h; the light's part has twice the scatter (four times the variance) of the squares of as many contributions. A pixel is
- * marked, not given an interval, where confidence.h says so; where V is not positive, or too small for floats; where V has fewer
- * than CA_PAIR_MIN_DEGREES of freedom; and where fewer than CA_PAIR_MIN_CAMERA camera paths, counted as all alike and the others
- * zero, would have the camera's variance. What no path has brought yet, no interval knows of.
+ * The interval is that of confidence.h, with this variance, Student's t, and a skewness: that of rare contributions,
+ * all alike, with the light's part of the variance and the mean that light paths bring, and with the camera's part
+ * and the value. The degrees of freedom are those of a chi-square variable with the scatter of the estimated V
+ * (Satterthwaite's rule), for normal g and h; the light's part has twice the scatter (four times the variance) of the
+ * squares of as many contributions. A pixel is marked, not given an interval, where confidence.h says so; where V is
+ * not positive, or too small for floats; where V has fewer than CA_PAIR_MIN_DEGREES of freedom; and where fewer than
+ * CA_PAIR_MIN_CAMERA camera paths, counted as all alike and the others zero, would have the camera's variance. What
+ * no path has brought yet, no interval knows of.
  *
  * All functions are pure. */
 #ifndef CA_FILM_PAIR_INTERVAL_H
@@ -44,9 +46,10 @@ typedef struct ca_pair_variances {
 /* Of the pixel's value; without bias where the three are. */
 double ca_pair_value_variance(const ca_pair_design *design, const ca_pair_variances *v);
 
-/* What confidence.h needs of the pixel, as if it were the mean of CA_CONFIDENCE_MIN_REPLICATES replicates; and degrees of freedom.
- * false: it is marked. */
-bool ca_pair_error(const ca_pair_design *design, const ca_pair_variances *v, double value, ca_moments *moments, double *degrees);
+/* What confidence.h needs of the pixel, as if it were the mean of CA_CONFIDENCE_MIN_REPLICATES replicates; and
+ * degrees of freedom. false: it is marked. */
+bool ca_pair_error(const ca_pair_design *design, const ca_pair_variances *v, double value, ca_moments *moments,
+                   double *degrees);
 
 /* The t that Student's |t| exceeds with a probability of 5 %, for 3 degrees of freedom or more: within 0.2 %. */
 double ca_pair_student_quantile(double degrees);

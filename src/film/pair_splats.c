@@ -6,10 +6,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Pixels that the filter reaches on either side of the one that a splat lies in: a pixel's centre is half a pixel from its borders. */
+/* Pixels that the filter reaches on either side of the one that a splat lies in: a pixel's centre is half a pixel
+ * from its borders. */
 static int64_t reach(const ca_filter *filter) { return (int64_t)ceil((double)filter->radius - 0.5); }
 
-ca_status ca_pair_splats_create(ca_pair_splats *splats, const uint32_t crop[4], const ca_filter *filter, ca_error *error)
+ca_status ca_pair_splats_create(ca_pair_splats *splats, const uint32_t crop[4], const ca_filter *filter,
+                                ca_error *error)
 {
     const int64_t margin = reach(filter);
     *splats = (ca_pair_splats){.filter = filter,
@@ -75,11 +77,13 @@ ca_status ca_pair_splats_sort(ca_pair_splats *splats, ca_error *error)
         total += count;
     }
     for (size_t i = 0; i < splats->count; i++)
-        if (find_pixel(splats, splats->items[i].film, &pixel)) splats->sorted[splats->starts[pixel + 1]++] = splats->items[i];
+        if (find_pixel(splats, splats->items[i].film, &pixel))
+            splats->sorted[splats->starts[pixel + 1]++] = splats->items[i];
     return CA_OK;
 }
 
-/* The filter along one axis at a pixel's centre, 0 beyond it; a box has one height over all it covers, its edge included. */
+/* The filter along one axis at a pixel's centre, 0 beyond it; a box has one height over all it covers, its edge
+ * included. */
 static double along(const ca_filter *filter, float film, uint32_t pixel)
 {
     const double distance = (double)film - 0.5 - (double)pixel; /* exact */

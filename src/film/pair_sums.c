@@ -12,9 +12,9 @@ enum {
     LAST_STAMP = 1 << 22, /* the table is cleared for the next pixel where stamps have come so far */
 };
 
-/* A light path that merged with the pixel's camera paths. C here is what the two have merged: what camera paths find alone is the
- * same for all light paths, and added where the sums are used. A slot is free where the stamp is older than the pixel, so that a
- * new pixel has nothing to clear. */
+/* A light path that merged with the pixel's camera paths. C here is what the two have merged: what camera paths find
+ * alone is the same for all light paths, and added where the sums are used. A slot is free where the stamp is older
+ * than the pixel, so that a new pixel has nothing to clear. */
 typedef struct pair_entry {
     uint32_t light_path;
     uint32_t stamp;   /* of the last camera path it merged with, or of the light paths' turn */
@@ -38,7 +38,8 @@ typedef struct addition {
 } addition;
 
 struct ca_pair_sums {
-    pair_entry *slots; /* owned; 2^most_bits of them and 1/4 as many spare ones for growing; open addressing in 2^bits */
+    pair_entry
+        *slots; /* owned; 2^most_bits of them and 1/4 as many spare ones for growing; open addressing in 2^bits */
     uint32_t bits, most_bits;
     uint32_t count; /* of light paths in the table */
     uint32_t stamp, first_stamp; /* the current one, and the pixel's first */
@@ -71,7 +72,7 @@ struct ca_pair_sums {
     double light_cross[2];  /* of that times what merged with the camera paths of each half */
 };
 
-/* ---- The table ------------------------------------------------------------------------------------------------------ */
+/* ---- The table ------------------------------------------------------------------------------------------------- */
 
 static inline size_t slot_count(uint32_t bits) { return (size_t)1 << bits; }
 static inline size_t spare_count(uint32_t most_bits) { return slot_count(most_bits) / 4; }
@@ -82,7 +83,10 @@ static inline size_t first_slot(uint32_t light_path, uint32_t bits)
     return (size_t)((light_path * UINT64_C(0x9e3779b97f4a7c15)) >> (64 - bits));
 }
 
-static inline bool is_used(const ca_pair_sums *sums, const pair_entry *slot) { return slot->stamp >= sums->first_stamp; }
+static inline bool is_used(const ca_pair_sums *sums, const pair_entry *slot)
+{
+    return slot->stamp >= sums->first_stamp;
+}
 
 /* The slot that holds the light path, or the free one where it belongs. Half of all are free. */
 static inline pair_entry *find_slot(const ca_pair_sums *sums, uint32_t light_path)
@@ -168,7 +172,7 @@ void ca_pair_sums_destroy(ca_pair_sums *sums)
 
 bool ca_pair_sums_complete(const ca_pair_sums *sums) { return !sums->failed; }
 
-/* ---- Camera paths --------------------------------------------------------------------------------------------------- */
+/* ---- Camera paths ---------------------------------------------------------------------------------------------- */
 
 /* Neighbours are alike: room for a few light paths more than the last pixel had, close together. */
 static uint32_t bits_for(uint32_t count, uint32_t most_bits)
@@ -198,8 +202,8 @@ void ca_pair_sums_begin(ca_pair_sums *sums, uint32_t light_paths)
 /* The half of the current camera path; counting begins with 0, their numbers with 1. */
 static inline uint32_t camera_half(const ca_pair_sums *sums) { return (sums->camera_paths - 1) & 1; }
 
-/* Puts into the table what waits. A pair's square grows by l (2 C + l) where C grows by l, and a light path's product of halves by l
- * times the other half. */
+/* Puts into the table what waits. A pair's square grows by l (2 C + l) where C grows by l, and a light path's product
+ * of halves by l times the other half. */
 static void add_waiting(ca_pair_sums *sums)
 {
     const uint32_t half = camera_half(sums);
@@ -302,7 +306,7 @@ void ca_pair_sums_connect(ca_pair_sums *sums, uint32_t light_path, double lumina
     sums->connected.luminance += luminance;
 }
 
-/* ---- Light paths ---------------------------------------------------------------------------------------------------- */
+/* ---- Light paths ----------------------------------------------------------------------------------------------- */
 
 void ca_pair_sums_add_light_alone(ca_pair_sums *sums, uint32_t light_path, double luminance)
 {
@@ -319,9 +323,10 @@ void ca_pair_sums_add_light_alone(ca_pair_sums *sums, uint32_t light_path, doubl
     sums->light_alone[light_path & 1] += luminance;
 }
 
-/* ---- The estimators ------------------------------------------------------------------------------------------------- */
+/* ---- The estimators -------------------------------------------------------------------------------------------- */
 
-/* Sums over all pairs, camera paths or light paths are expanded into sums over what is not zero. E: what light paths have alone. */
+/* Sums over all pairs, camera paths or light paths are expanded into sums over what is not zero. E: what light paths
+ * have alone. */
 static double sum_of_squares(const ca_pair_sums *s)
 {
     const double own = s->light_alone[0] + s->light_alone[1], cross = s->light_cross[0] + s->light_cross[1];
@@ -341,10 +346,11 @@ static double sum_of_camera_products(const ca_pair_sums *s)
 /* Over light paths, of the products of their two halves' sums; these have `first` and `second` camera paths. */
 static double sum_of_light_products(const ca_pair_sums *s, double first, double second)
 {
-    const double alone0 = s->alone_halves[0], alone1 = s->alone_halves[1], own = s->light_alone[0] + s->light_alone[1];
-    return s->light + alone0 * s->merged_camera[1] + alone1 * s->merged_camera[0] + s->light_paths * (alone0 * alone1) +
-           second * s->light_cross[0] + first * s->light_cross[1] + (alone0 * second + alone1 * first) * own +
-           first * second * s->light_squares;
+    const double alone0 = s->alone_halves[0], alone1 = s->alone_halves[1],
+                 own = s->light_alone[0] + s->light_alone[1];
+    return s->light + alone0 * s->merged_camera[1] + alone1 * s->merged_camera[0] +
+           s->light_paths * (alone0 * alone1) + second * s->light_cross[0] + first * s->light_cross[1] +
+           (alone0 * second + alone1 * first) * own + first * second * s->light_squares;
 }
 
 /* What a connected pair has in common with the other pairs of its camera path and of its light path. */
@@ -368,14 +374,17 @@ ca_pair_moments ca_pair_sums_finish(ca_pair_sums *sums)
 {
     assert(sums->camera_paths > 0);
     close_path(sums);
-    const double light_paths = sums->light_paths, camera_paths = sums->camera_paths, pairs = light_paths * camera_paths;
-    const double merged = sums->merged_light[0] + sums->merged_light[1], own = sums->light_alone[0] + sums->light_alone[1];
+    const double light_paths = sums->light_paths, camera_paths = sums->camera_paths,
+                 pairs = light_paths * camera_paths;
+    const double merged = sums->merged_light[0] + sums->merged_light[1],
+                 own = sums->light_alone[0] + sums->light_alone[1];
     const uint32_t second = sums->camera_paths / 2, first = sums->camera_paths - second;
     ca_pair_moments m = {
         .value = merged / pairs + sums->sum_alone / camera_paths + own / light_paths,
         .pair = sum_of_squares(sums) / pairs,
         .camera = sum_of_camera_products(sums) / camera_paths,
-        .light = second > 0 ? sum_of_light_products(sums, first, second) / (light_paths * first * second) : (double)NAN,
+        .light =
+            second > 0 ? sum_of_light_products(sums, first, second) / (light_paths * first * second) : (double)NAN,
     };
     for (uint32_t i = 0; i < sums->connection_count; i++) add_connection(sums, &sums->connections[i], &m);
     m.value += m.connected;

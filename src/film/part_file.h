@@ -19,8 +19,8 @@ typedef struct ca_part {
     uint64_t blocks[2]; /* half open */
     uint64_t counts[CA_PART_COUNTS]; /* totals over the range, of whatever the writer counts */
     double seconds;                  /* of rendering */
-    /* Camera paths that every pixel has had, each with all light paths so far, after blocks [0, blocks[1]); as far as this range
-     * can tell. And the next larger number of blocks, with how many it is enough for; 0: not known. */
+    /* Camera paths that every pixel has had, each with all light paths so far, after blocks [0, blocks[1]); as far as
+     * this range can tell. And the next larger number of blocks, with how many it is enough for; 0: not known. */
     double samples_per_pixel, next_samples;
     uint64_t next_blocks;
     uint32_t threads;

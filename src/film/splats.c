@@ -25,7 +25,8 @@ void ca_splat_list_destroy(ca_splat_list *list)
 
 ca_status ca_splat_buffer_create(ca_splat_buffer *buffer, const uint32_t crop[4], ca_error *error)
 {
-    *buffer = (ca_splat_buffer){.x0 = crop[0], .y0 = crop[1], .width = crop[2] - crop[0], .height = crop[3] - crop[1]};
+    *buffer =
+        (ca_splat_buffer){.x0 = crop[0], .y0 = crop[1], .width = crop[2] - crop[0], .height = crop[3] - crop[1]};
     buffer->pixels = ca_alloc_zeroed((size_t)buffer->width * buffer->height, sizeof *buffer->pixels);
     return buffer->pixels ? CA_OK : ca_fail_memory(error, "the splats");
 }
@@ -63,8 +64,8 @@ static inline uint32_t clip(double x, uint32_t first, uint32_t end)
     return x <= (double)first ? first : x >= (double)end ? end : (uint32_t)x;
 }
 
-/* In double precision, where these sums are exact: in single precision a splat next to a border may be rounded onto it at one
- * end only, and a box would cover a pixel too many or too few. */
+/* In double precision, where these sums are exact: in single precision a splat next to a border may be rounded onto
+ * it at one end only, and a box would cover a pixel too many or too few. */
 static inline pixel_range covered(float film, float radius, uint32_t origin, uint32_t first, uint32_t end)
 {
     const double centre = (double)film - 0.5 - (double)origin;
@@ -77,7 +78,7 @@ static inline pixel_range covered_rows(const add_task *task, const ca_splat *spl
     return covered(splat->film.y, task->filter->radius, task->buffer->y0, 0, task->buffer->height);
 }
 
-/* ---- Sorting by band ------------------------------------------------------------------------------------------------ */
+/* ---- Sorting by band ------------------------------------------------------------------------------------------- */
 
 /* starts[band * list_count + list] counts the list's records in the band, then says where they begin. */
 static inline uint32_t *start_of(const add_task *task, uint32_t band, uint32_t list)
@@ -132,7 +133,7 @@ static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel,
     return CA_OK;
 }
 
-/* ---- Adding --------------------------------------------------------------------------------------------------------- */
+/* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
 static inline void add_to_pixel(const add_task *task, const ca_splat *splat, uint32_t x, uint32_t y, float filter)
 {
@@ -140,8 +141,8 @@ static inline void add_to_pixel(const add_task *task, const ca_splat *splat, uin
     *pixel = ca_rgb_madd(*pixel, filter * task->scale, splat->value);
     if (task->images)
         ca_technique_images_add(task->images, CA_TECHNIQUE_SPLAT, 1, splat->light_vertices, task->buffer->x0 + x,
-                                task->buffer->y0 + y, ca_rgb_scale(splat->value, filter * task->scale / splat->weight),
-                                splat->weight);
+                                task->buffer->y0 + y,
+                                ca_rgb_scale(splat->value, filter * task->scale / splat->weight), splat->weight);
 }
 
 /* The filter along one axis for a pixel; a box has one height over all it covers, its edge included. */
@@ -170,8 +171,8 @@ static void add_splat(const add_task *task, const ca_splat *splat, uint32_t firs
     }
 }
 
-/* A band's records lie apart: without asking for them early, waiting for memory is nearly all of the time. A record may
- * lie across two cache lines. */
+/* A band's records lie apart: without asking for them early, waiting for memory is nearly all of the time. A record
+ * may lie across two cache lines. */
 static inline void prefetch(const ca_splat *splat)
 {
     __builtin_prefetch(splat);

@@ -1,8 +1,8 @@
 /* Splats: contributions that light paths make at film positions of their own choosing.
  *
- * They are recorded in lists, one for each block of light paths, and then added to a buffer of one colour a pixel, spread by the
- * reconstruction filter. Records are sorted into bands of rows, which are summed in parallel, each in the order of lists and
- * records, so the buffer does not depend on the number of threads.
+ * They are recorded in lists, one for each block of light paths, and then added to a buffer of one colour a pixel,
+ * spread by the reconstruction filter. Records are sorted into bands of rows, which are summed in parallel, each in
+ * the order of lists and records, so the buffer does not depend on the number of threads.
  *
  * State: 28 bytes a record and 8 for each band that it touches, 12 a pixel. */
 #ifndef CA_FILM_SPLATS_H
@@ -17,7 +17,8 @@
 
 typedef struct ca_splat {
     ca_vec2 film; /* position in pixels of the full film */
-    ca_rgb value; /* weighted contribution to a pixel that sees only this point, not yet over the number of light paths */
+    ca_rgb value; /* weighted contribution to a pixel that sees only this point, not yet over the number of light
+                     paths */
     float weight; /* the MIS weight that is in value, > 0 */
     uint32_t light_vertices : 14; /* t of its technique, for technique images */
     uint32_t light_path : 18;     /* number of its light path among those of the lists, for pairs (pair_splats.h) */
@@ -28,7 +29,8 @@ typedef struct ca_splat_list {
     size_t count, capacity;
 } ca_splat_list;
 
-/* false: out of memory. The position must be finite; what lies off the film adds nothing, or what the filter spreads onto it. */
+/* false: out of memory. The position must be finite; what lies off the film adds nothing, or what the filter spreads
+ * onto it. */
 bool ca_splat_list_add(ca_splat_list *list, const ca_splat *splat);
 void ca_splat_list_destroy(ca_splat_list *list);
 
@@ -45,11 +47,12 @@ ca_status ca_splat_buffer_create(ca_splat_buffer *buffer, const uint32_t crop[4]
 void ca_splat_buffer_destroy(ca_splat_buffer *buffer);
 void ca_splat_buffer_clear(ca_splat_buffer *buffer);
 
-/* Adds scale times every splat of the lists, in order. `images`, if not NULL, gets each splat's technique as well. Pixels
- * from whose centre the splat's distance lies in [-radius, radius) on both axes get its value times the filter there: of a box
- * one pixel wide it is the pixel that holds the splat, a border being the right or lower pixel's. The filter's integral is 1; its
- * sum over the pixels around one splat need not be. So a single splat may be thinned or thickened (by up to 3 % with
- * the gaussian, 0.6 % with lanczos), and the average over positions is right. Error: CA_ERROR_MEMORY; nothing is added. */
+/* Adds scale times every splat of the lists, in order. `images`, if not NULL, gets each splat's technique as well.
+ * Pixels from whose centre the splat's distance lies in [-radius, radius) on both axes get its value times the filter
+ * there: of a box one pixel wide it is the pixel that holds the splat, a border being the right or lower pixel's. The
+ * filter's integral is 1; its sum over the pixels around one splat need not be. So a single splat may be thinned or
+ * thickened (by up to 3 % with the gaussian, 0.6 % with lanczos), and the average over positions is right. Error:
+ * CA_ERROR_MEMORY; nothing is added. */
 ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *lists, uint32_t list_count,
                               const ca_filter *filter, float scale, ca_technique_images *images,
                               const ca_parallel *parallel, ca_error *error);

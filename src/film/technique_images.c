@@ -55,7 +55,8 @@ static technique_pixel *picture(ca_technique_images *images, uint32_t index)
         __atomic_store_n(&images->failed, true, __ATOMIC_RELAXED);
         return NULL;
     }
-    if (__atomic_compare_exchange_n(&images->pictures[index], &known, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE))
+    if (__atomic_compare_exchange_n(&images->pictures[index], &known, made, false, __ATOMIC_ACQ_REL,
+                                    __ATOMIC_ACQUIRE))
         return made;
     ca_free(made);
     return known;
@@ -72,7 +73,7 @@ void ca_technique_images_add(ca_technique_images *images, ca_technique technique
     pixel->weighted = ca_rgb_madd(pixel->weighted, weight, unweighted);
 }
 
-/* ---- Files ---------------------------------------------------------------------------------------------------------- */
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 typedef enum picture_kind { UNWEIGHTED, WEIGHTED, WEIGHT, KIND_COUNT } picture_kind;
 
@@ -122,8 +123,8 @@ static ca_status write_technique(const ca_technique_images *images, ca_technique
     if (!pixels) return CA_OK;
     for (int kind = 0; kind < KIND_COUNT; kind++) {
         char path[4096];
-        const int length = snprintf(path, sizeof path, "%s/%s_s%u_t%u_%s.exr", directory, ca_technique_name(technique), s,
-                                    t, kinds[kind]);
+        const int length = snprintf(path, sizeof path, "%s/%s_s%u_t%u_%s.exr", directory,
+                                    ca_technique_name(technique), s, t, kinds[kind]);
         if (length < 0 || (size_t)length >= sizeof path)
             return ca_fail(error, CA_ERROR_FILE, NULL, "%.200s...: the folder's name is too long", directory);
         CA_TRY(write_picture(images, pixels, (picture_kind)kind, passes, path, error));

@@ -1,8 +1,8 @@
-/* One picture for each technique: what it finds, what it counts for, and how much it was weighted; to see why an image is
- * noisy.
+/* One picture for each technique: what it finds, what it counts for, and how much it was weighted; to see why an
+ * image is noisy.
  *
- * Indexed by (technique, s, t), both up to CA_TECHNIQUE_MAX_VERTICES. Pictures are made when the first value arrives. Threads: add to
- * different pixels at once. State: 24 bytes a pixel and technique. */
+ * Indexed by (technique, s, t), both up to CA_TECHNIQUE_MAX_VERTICES. Pictures are made when the first value arrives.
+ * Threads: add to different pixels at once. State: 24 bytes a pixel and technique. */
 #ifndef CA_FILM_TECHNIQUE_IMAGES_H
 #define CA_FILM_TECHNIQUE_IMAGES_H
 
@@ -23,9 +23,10 @@ void ca_technique_images_destroy(ca_technique_images *images); /* NULL is allowe
 void ca_technique_images_add(ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t, uint32_t x,
                              uint32_t y, ca_rgb unweighted, float weight);
 
-/* Writes DIRECTORY/<technique>_s<s>_t<t>_{unweighted,weighted,weight}.exr for every technique that found anything, each divided by
- * `passes`; the weight picture is weighted over unweighted luminance, 0 where nothing was found. The folder is made if it
- * does not exist. The EXR's data window is the crop; its display window ends where the crop does. */
+/* Writes DIRECTORY/<technique>_s<s>_t<t>_{unweighted,weighted,weight}.exr for every technique that found anything,
+ * each divided by `passes`; the weight picture is weighted over unweighted luminance, 0 where nothing was found. The
+ * folder is made if it does not exist. The EXR's data window is the crop; its display window ends where the crop
+ * does. */
 ca_status ca_technique_images_write(const ca_technique_images *images, uint32_t passes, const char *directory,
                                     ca_error *error);
 

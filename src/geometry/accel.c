@@ -82,7 +82,7 @@ static void quadric_occluded(const struct RTCOccludedFunctionNArguments *argumen
         ray->tfar = -INFINITY;
 }
 
-/* ---- Building --------------------------------------------------------------------------------------------------- */
+/* ---- Building -------------------------------------------------------------------------------------------------- */
 
 static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
 {
@@ -160,7 +160,8 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
     const enum RTCError code = rtcGetDeviceError(accel->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
     if (code == RTC_ERROR_OUT_OF_MEMORY) return ca_fail_memory(error, "the acceleration structure");
-    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "Embree cannot build the scene (its error code is %d)", (int)code);
+    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "Embree cannot build the scene (its error code is %d)",
+                   (int)code);
 }
 
 ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t world_count,
@@ -200,7 +201,7 @@ void ca_accel_destroy(ca_accel *accel)
 
 size_t ca_accel_bytes(const ca_accel *accel) { return __atomic_load_n(&accel->bytes, __ATOMIC_RELAXED); }
 
-/* ---- Queries ---------------------------------------------------------------------------------------------------- */
+/* ---- Queries --------------------------------------------------------------------------------------------------- */
 
 /* Embree's asserts abort the process on rays that are not finite or start beyond 1e30: such a ray meets nothing. A
  * comparison with NaN is false, and squares overflow to infinity early enough. */
@@ -244,7 +245,8 @@ static inline void occluded1(RTCScene scene, struct RTCRay *ray)
 #endif
 }
 
-bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max, ca_hit *hit)
+bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max,
+                        ca_hit *hit)
 {
     hit->shape = CA_NONE;
     assert(ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);

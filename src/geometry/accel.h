@@ -1,9 +1,9 @@
 /* Ray intersection by Embree, behind this one file. Compiles against Embree 3.13 and 4.
  *
  * The instruction set is pinned (AVX2) because hits differ in the last bit across instruction sets; across threads,
- * builds and call types they do not. Single-level instancing. Rays are checked here: one that is not finite is counted
- * as a miss in release builds and asserts in debug builds.
- * Cost: 35 to 70 bytes a triangle on top of the mesh. Threads: immutable after ca_accel_create. */
+ * builds and call types they do not. Single-level instancing. Rays are checked here: one that is not finite is
+ * counted as a miss in release builds and asserts in debug builds. Cost: 35 to 70 bytes a triangle on top of the
+ * mesh. Threads: immutable after ca_accel_create. */
 #ifndef CA_GEOMETRY_ACCEL_H
 #define CA_GEOMETRY_ACCEL_H
 
@@ -31,15 +31,17 @@ ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t
 void ca_accel_destroy(ca_accel *accel);
 
 /* Nearest hit with t_min < t < t_max; t is in units of |direction|. */
-bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max, ca_hit *hit);
+bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max,
+                        ca_hit *hit);
 /* Is anything in between? */
 bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max);
 
 /* The surface at a hit of the ray. */
-void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit, ca_surface *surface);
+void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit,
+                      ca_surface *surface);
 
-/* Is the segment between two points free? Both ends are moved off their surfaces, towards each other; a normal of zero
- * means that the point lies on no surface. */
+/* Is the segment between two points free? Both ends are moved off their surfaces, towards each other; a normal of
+ * zero means that the point lies on no surface. */
 bool ca_accel_visible(const ca_accel *accel, ca_vec3 a, ca_vec3 a_error, ca_vec3 a_ng, ca_vec3 b, ca_vec3 b_error,
                       ca_vec3 b_ng);
 

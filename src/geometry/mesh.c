@@ -258,8 +258,8 @@ ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *erro
         return ca_fail(error, CA_ERROR_FORMAT, &where, "the mesh has no faces");
     for (size_t i = 0; i < (size_t)3 * mesh->triangle_count; ++i)
         if (mesh->indices[i] >= mesh->vertex_count)
-            return ca_fail(error, CA_ERROR_FORMAT, &where, "triangle %zu uses vertex %u, but there are only %u", i / 3,
-                           mesh->indices[i], mesh->vertex_count);
+            return ca_fail(error, CA_ERROR_FORMAT, &where, "triangle %zu uses vertex %u, but there are only %u",
+                           i / 3, mesh->indices[i], mesh->vertex_count);
     CA_TRY(check_vertex_values(mesh, mesh->positions, 3, "position", &where, error));
     CA_TRY(check_vertex_values(mesh, mesh->normals, 3, "normal", &where, error));
     CA_TRY(check_vertex_values(mesh, mesh->uvs, 2, "uv", &where, error));

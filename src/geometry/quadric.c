@@ -91,7 +91,8 @@ static bool intersect_cylinder(const ca_shape *shape, dvec o, dvec d, float t_mi
     return false;
 }
 
-bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max, float *t)
+bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max,
+                          float *t)
 {
     const dvec o = dvec_of(origin), d = dvec_of(direction);
     switch (shape->kind) {

@@ -1,5 +1,5 @@
-/* Spheres, disks and cylinders, exact: intersection in double precision, so that the nearest hit of a ray that starts a
- * rounding error off such a surface is decided correctly at any scale; surface points are put back onto the shape
+/* Spheres, disks and cylinders, exact: intersection in double precision, so that the nearest hit of a ray that starts
+ * a rounding error off such a surface is decided correctly at any scale; surface points are put back onto the shape
  * and rounded once.
  *
  * All take the ray in the shape's own space (the world, or a shape group's). `direction` may have any length; t is in
@@ -10,10 +10,11 @@
 #include "geometry/shape.h"
 
 /* Nearest t in (t_min, t_max), or false. */
-bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max, float *t);
+bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max,
+                          float *t);
 
-/* The surface point nearest to `position` (which is on the shape but for rounding): fills position, position_error, ng,
- * ns, uv, and dpdu, dpdv where the shape needs tangents. */
+/* The surface point nearest to `position` (which is on the shape but for rounding): fills position, position_error,
+ * ng, ns, uv, and dpdu, dpdv where the shape needs tangents. */
 void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface);
 
 #endif

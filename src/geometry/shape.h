@@ -1,4 +1,5 @@
-/* Shapes as the renderer sees them: triangle meshes, and spheres, disks and cylinders that are exact, not tessellated.
+/* Shapes as the renderer sees them: triangle meshes, and spheres, disks and cylinders that are exact, not
+ * tessellated.
  *
  * Frame: world, or the shape group's space for the members of a group. Normals: the mesh's winding (corner order
  * counter-clockwise seen from outside); spheres and cylinders outward; disks +z; all reversed by `flip_normals`.
@@ -47,8 +48,8 @@ typedef struct ca_surface {
     uint32_t material, light;            /* as the shape's */
 } ca_surface;
 
-/* A ray origin that is off the surface on the side of `direction` by the rounding error of the position, so that a ray
- * from it never meets the surface it starts on. No epsilon: the distance follows from position_error. */
+/* A ray origin that is off the surface on the side of `direction` by the rounding error of the position, so that a
+ * ray from it never meets the surface it starts on. No epsilon: the distance follows from position_error. */
 ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, ca_vec3 direction);
 
 /* A point uniform by area over a shape, in the shape's own space; fills position, position_error, ng, ns, uv,
@@ -59,7 +60,8 @@ ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *s
  * allows (spheres from outside: the cone; everything else: by area). Returns the density at `reference`, 0 where
  * there is none. Agrees with ca_shape_pdf_direct for the same point. */
 ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface);
-/* The density with which ca_shape_sample_direct picks `position` (on the shape, geometric normal ng) from reference. */
+/* The density with which ca_shape_sample_direct picks `position` (on the shape, geometric normal ng) from
+ * reference. */
 ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
 /* World bounds (of the group's space). */

@@ -5,8 +5,8 @@
 #include "geometry/triangle.h"
 #include "math/numeric.h"
 
-/* The farthest that the true surface can lie from `position` along the normal, and what rounding the sum will cost. No
- * branches: on which side a path goes on cannot be predicted. */
+/* The farthest that the true surface can lie from `position` along the normal, and what rounding the sum will cost.
+ * No branches: on which side a path goes on cannot be predicted. */
 ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, ca_vec3 direction)
 {
     const ca_vec3 reach = ca_madd(position_error, CA_GAMMA(2), ca_abs3(position));
@@ -14,11 +14,12 @@ ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, c
     return ca_madd(position, copysignf(distance, ca_dot(ng, direction)), ng);
 }
 
-/* A ray from not too far away gives the point without a look at the triangle's corners, which in a large mesh are three
- * cache misses. The bound: t comes from a plane through a corner, with about a dozen roundings of numbers no larger than the
- * corner's, the origin's and the segment's coordinates together. false where the ray is so long that the corners give
- * a better bound. */
-static inline bool ray_position(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t, ca_surface *surface)
+/* A ray from not too far away gives the point without a look at the triangle's corners, which in a large mesh are
+ * three cache misses. The bound: t comes from a plane through a corner, with about a dozen roundings of numbers no
+ * larger than the corner's, the origin's and the segment's coordinates together. false where the ray is so long that
+ * the corners give a better bound. */
+static inline bool ray_position(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t,
+                                ca_surface *surface)
 {
     const ca_vec3 segment = ca_mul(direction, t);
     const float reach = ca_max3(ca_abs3(segment)) + ca_max3(ca_abs3(origin));
@@ -79,7 +80,8 @@ static void surface_to_world(const ca_affine *map, ca_surface *surface)
     surface->dpdv = ca_map_vector(map->to, surface->dpdv);
 }
 
-void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit, ca_surface *surface)
+void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit,
+                      ca_surface *surface)
 {
     const ca_shape *shape = ca_accel_shape(accel, hit->shape);
     surface->shape = hit->shape;

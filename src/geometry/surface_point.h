@@ -25,7 +25,8 @@ static inline ca_surface_point ca_surface_point_of(const ca_surface *surface)
     };
 }
 
-/* The surface at the point: equal to the one it came from but for rounding, and for the error bound, which may be larger. */
+/* The surface at the point: equal to the one it came from but for rounding, and for the error bound, which may be
+ * larger. */
 void ca_accel_surface_at(const ca_accel *accel, const ca_surface_point *point, ca_surface *surface);
 
 #endif

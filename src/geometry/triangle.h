@@ -1,6 +1,6 @@
 /* Points of a mesh's triangles: position with its error bound, texture coordinates, normals, tangents. Shared by hits
- * (surface.c) and by points that are sampled (shape_sampling.c), so that both describe the same surface. In the mesh's own
- * space; barycentric coordinates are those of corners 1 and 2. Pure functions, inline for the hot path. */
+ * (surface.c) and by points that are sampled (shape_sampling.c), so that both describe the same surface. In the
+ * mesh's own space; barycentric coordinates are those of corners 1 and 2. Pure functions, inline for the hot path. */
 #ifndef CA_GEOMETRY_TRIANGLE_H
 #define CA_GEOMETRY_TRIANGLE_H
 
@@ -53,10 +53,10 @@ static inline void ca_triangle_tangents(const ca_mesh *mesh, const ca_triangle *
     surface->dpdv = ca_mul(ca_sub(ca_mul(e2, du1), ca_mul(e1, du2)), inverse);
 }
 
-/* The point of a triangle at barycentric coordinates b, and a bound on how far rounding may have moved it off the plane: seven operations
- * on the products, and the plane that the intersection itself computes with rounded edges, which errs as much again. The
- * bound is the same on every axis: where all corners have the coordinate 0 the position is exact, but the other axes'
- * rounding still enters the intersection's t, which may be 0 either way. */
+/* The point of a triangle at barycentric coordinates b, and a bound on how far rounding may have moved it off the
+ * plane: seven operations on the products, and the plane that the intersection itself computes with rounded edges,
+ * which errs as much again. The bound is the same on every axis: where all corners have the coordinate 0 the position
+ * is exact, but the other axes' rounding still enters the intersection's t, which may be 0 either way. */
 static inline void ca_triangle_position(const ca_triangle *t, ca_vec2 b, ca_surface *surface)
 {
     surface->position = ca_madd(ca_madd(ca_mul(t->p[0], 1.0f - b.x - b.y), b.x, t->p[1]), b.y, t->p[2]);

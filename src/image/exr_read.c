@@ -1,7 +1,7 @@
 /* OpenEXR input through the C core: the first part, scan lines or tiles of one level, every compression the core has.
  *
- * The file is read from memory, so a truncated one is noticed by the offset alone. Sizes are checked before pixels are
- * allocated, and each chunk's place is checked again before the decoder is given pointers into them. */
+ * The file is read from memory, so a truncated one is noticed by the offset alone. Sizes are checked before pixels
+ * are allocated, and each chunk's place is checked again before the decoder is given pointers into them. */
 #include "image/format.h"
 
 #include <assert.h>
@@ -85,8 +85,8 @@ static ca_status fail_library(const exr_input *input, exr_result_t result, ca_er
 
 static ca_status fail_unsupported(const exr_input *input, const char *what, ca_error *error)
 {
-    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: %s EXR files are not read; save it as a flat image", input->path,
-                   what);
+    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: %s EXR files are not read; save it as a flat image",
+                   input->path, what);
 }
 
 static ca_status check_storage(exr_input *input, ca_error *error)
@@ -94,7 +94,8 @@ static ca_status check_storage(exr_input *input, ca_error *error)
     exr_storage_t storage;
     exr_result_t result = exr_get_storage(input->context, 0, &storage);
     if (result != EXR_ERR_SUCCESS) return fail_library(input, result, error);
-    if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED) return fail_unsupported(input, "deep", error);
+    if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED)
+        return fail_unsupported(input, "deep", error);
     input->tiled = storage == EXR_STORAGE_TILED;
     if (!input->tiled) return CA_OK;
     uint32_t tile_width, tile_height;
@@ -221,7 +222,7 @@ static ca_status decode_pixels(const exr_input *input, const exr_target *targets
     return result == EXR_ERR_SUCCESS ? CA_OK : fail_library(input, result, error);
 }
 
-/* ---- a picture --------------------------------------------------------------------------------------------------- */
+/* ---- a picture ------------------------------------------------------------------------------------------------- */
 
 static int find_channel(const exr_input *input, const char *name)
 {
@@ -276,12 +277,13 @@ ca_status ca_exr_read_image(const char *path, const ca_bytes *bytes, ca_image *i
     return status;
 }
 
-/* ---- layers ------------------------------------------------------------------------------------------------------ */
+/* ---- layers ---------------------------------------------------------------------------------------------------- */
 
 /* Text and numbers; the header's own, which every file has, are not repeated. */
 static ca_status read_attribute(ca_image_layers *layers, const exr_attribute_t *attribute, ca_error *error)
 {
-    static const char *const own[] = {"name", "type", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth"};
+    static const char *const own[] = {
+        "name", "type", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth"};
     for (size_t i = 0; i < sizeof own / sizeof *own; ++i)
         if (strcmp(attribute->name, own[i]) == 0) return CA_OK;
     switch (attribute->type) {
@@ -313,8 +315,8 @@ static ca_status add_channels(const exr_input *input, ca_image_layers *layers, e
     enum { MAX_CHANNELS = 1024 };
     const int count = input->channels->num_channels;
     if (count > MAX_CHANNELS || (uint64_t)count * input->width * input->height > 4 * (uint64_t)CA_IMAGE_MAX_PIXELS)
-        return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: %d channels of %u x %u pixels are over the limit", input->path,
-                       count, input->width, input->height);
+        return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: %d channels of %u x %u pixels are over the limit",
+                       input->path, count, input->width, input->height);
     for (int c = 0; c < count; ++c) {
         const exr_attr_chlist_entry_t *channel = &input->channels->entries[c];
         if (ca_layers_find(layers, channel->name.str))

@@ -14,8 +14,8 @@ typedef struct exr_output {
     int write_errno;
 } exr_output;
 
-static int64_t write_bytes(exr_const_context_t context, void *user, const void *buffer, uint64_t size, uint64_t offset,
-                           exr_stream_error_func_ptr_t fail)
+static int64_t write_bytes(exr_const_context_t context, void *user, const void *buffer, uint64_t size,
+                           uint64_t offset, exr_stream_error_func_ptr_t fail)
 {
     exr_output *output = user;
     errno = 0;

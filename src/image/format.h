@@ -1,9 +1,9 @@
 /* The image file formats, one file each; image_read.c and layers_file.c choose between them.
  *
  * Readers take the whole file in memory and `path` for messages; on failure the image is empty. They never trust a
- * header: sizes are checked by ca_image_check_size before memory is taken, reading past the end is CA_ERROR_FORMAT, and
- * a message ends with what was expected. Writers put one complete file into an open stream and leave closing, renaming
- * and removing to the caller (base/file.h).
+ * header: sizes are checked by ca_image_check_size before memory is taken, reading past the end is CA_ERROR_FORMAT,
+ * and a message ends with what was expected. Writers put one complete file into an open stream and leave closing,
+ * renaming and removing to the caller (base/file.h).
  *
  * Nothing in a library below prints or exits; its messages go into the ca_error. */
 #ifndef CA_IMAGE_FORMAT_H
@@ -20,8 +20,8 @@
 ca_status ca_image_decode(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
                           ca_error *error);
 
-/* CA_ERROR_FORMAT where a picture has no pixels, is over the limits of image.h, or cannot possibly come from a file of
- * this many bytes (at one bit a pixel, deflate packs at most 1032 * 8 pixels into a byte). */
+/* CA_ERROR_FORMAT where a picture has no pixels, is over the limits of image.h, or cannot possibly come from a file
+ * of this many bytes (at one bit a pixel, deflate packs at most 1032 * 8 pixels into a byte). */
 ca_status ca_image_check_size(const char *path, uint64_t width, uint64_t height, size_t file_bytes, ca_error *error);
 
 /* The message for a file that ends too early. */
@@ -52,8 +52,8 @@ bool ca_exr_is(const ca_bytes *bytes);
 struct _priv_exr_context_t; /* the core's context */
 
 /* What the C core is given to call: its memory, and the keeper of its first complaint since ca_exr_message_clear. The
- * core complains with its own lock held, so the keeper may not ask the context for user data; there is one message per
- * thread instead. exr_read.c has them. */
+ * core complains with its own lock held, so the keeper may not ask the context for user data; there is one message
+ * per thread instead. exr_read.c has them. */
 void *ca_exr_allocate(size_t bytes);
 void ca_exr_keep_message(const struct _priv_exr_context_t *context, int32_t code, const char *message);
 void ca_exr_message_clear(void);

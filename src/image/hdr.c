@@ -66,13 +66,15 @@ static ca_status read_header(hdr_input *input, ca_error *error)
         return ca_image_fail_truncated(input->path, "HDR", input->bytes->size, error);
     const char *text = line;
     input->bottom_up = line[0] == '+';
-    if (!parse_size(&text, input->bottom_up ? "+Y " : "-Y ", &input->height) || !parse_size(&text, " +X ", &input->width))
+    if (!parse_size(&text, input->bottom_up ? "+Y " : "-Y ", &input->height) ||
+        !parse_size(&text, " +X ", &input->width))
         return ca_fail(error, CA_ERROR_UNSUPPORTED, &where,
                        "expected the HDR resolution as \"-Y height +X width\", not \"%s\"", line);
     return ca_image_check_size(input->path, input->width, input->height, input->bytes->size, error);
 }
 
-/* One component of a line: counts up to 128 are that many bytes, above they repeat the next byte count - 128 times. */
+/* One component of a line: counts up to 128 are that many bytes, above they repeat the next byte count - 128
+ * times. */
 static bool read_runs(hdr_input *input, unsigned char *component)
 {
     const unsigned char *data = input->bytes->data;
@@ -138,8 +140,9 @@ ca_status ca_hdr_read(const char *path, const ca_bytes *bytes, ca_image *image, 
     ca_status status = ca_image_create(image, input.width, input.height, 3, error);
     for (uint32_t y = 0; status == CA_OK && y < input.height; ++y) {
         if (!read_line(&input, line)) {
-            status = ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: the HDR file is damaged or ends too early: line %u, byte %zu",
-                             path, y, input.position);
+            status =
+                ca_fail(error, CA_ERROR_FORMAT, NULL,
+                        "%s: the HDR file is damaged or ends too early: line %u, byte %zu", path, y, input.position);
             break;
         }
         float *row = image->data + (size_t)(input.bottom_up ? input.height - 1 - y : y) * input.width * 3;

@@ -12,8 +12,9 @@ ca_status ca_image_create(ca_image *image, uint32_t width, uint32_t height, uint
     const size_t pixels = (size_t)width * height;
     if (pixels > CA_IMAGE_MAX_PIXELS) {
         *image = (ca_image){0};
-        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "an image of %u x %u pixels is over the limit of %zu pixels",
-                       width, height, CA_IMAGE_MAX_PIXELS);
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "an image of %u x %u pixels is over the limit of %zu pixels", width, height,
+                       CA_IMAGE_MAX_PIXELS);
     }
     image->data = ca_alloc_zeroed(pixels, channels * sizeof *image->data);
     if (image->data) return CA_OK;

@@ -10,7 +10,8 @@ bool ca_jpeg_is(const ca_bytes *bytes)
 
 static ca_status fail_library(tjhandle decoder, const char *path, ca_error *error)
 {
-    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated JPEG file: %s", path, tjGetErrorStr2(decoder));
+    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated JPEG file: %s", path,
+                   tjGetErrorStr2(decoder));
 }
 
 /* Even a warning of the library means missing or wrong pixels, and ends the reading. The number of progressive scans
@@ -22,7 +23,8 @@ static ca_status decode(tjhandle decoder, const char *path, const ca_bytes *byte
     if (tjDecompressHeader3(decoder, bytes->data, bytes->size, &width, &height, &subsampling, &colour_space) != 0)
         return fail_library(decoder, path, error);
     if (colour_space == TJCS_CMYK || colour_space == TJCS_YCCK)
-        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: JPEG files in printing colours (CMYK) are not read", path);
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: JPEG files in printing colours (CMYK) are not read",
+                       path);
     CA_TRY(ca_image_check_size(path, width > 0 ? (uint64_t)width : 0, height > 0 ? (uint64_t)height : 0, bytes->size,
                                error));
     const bool grey = colour_space == TJCS_GRAY;

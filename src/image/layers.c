@@ -56,7 +56,10 @@ static ca_attribute *find_attribute(const ca_image_layers *layers, const char *n
     return NULL;
 }
 
-const ca_attribute *ca_layers_attribute(const ca_image_layers *layers, const char *name) { return find_attribute(layers, name); }
+const ca_attribute *ca_layers_attribute(const ca_image_layers *layers, const char *name)
+{
+    return find_attribute(layers, name);
+}
 
 /* The attribute of that name, a new one where there is none; NULL when out of memory. */
 static ca_attribute *attribute_at(ca_image_layers *layers, const char *name)

@@ -1,5 +1,5 @@
-/* PFM, the portable float map: "PF" (colour) or "Pf" (grey), width, height, scale, then rows of floats from the bottom
- * up. A negative scale means little endian; its size multiplies the values. */
+/* PFM, the portable float map: "PF" (colour) or "Pf" (grey), width, height, scale, then rows of floats from the
+ * bottom up. A negative scale means little endian; its size multiplies the values. */
 #include "image/format.h"
 
 #include "base/text.h"
@@ -21,7 +21,8 @@ static bool next_number(const ca_bytes *bytes, size_t *position, double *value)
     char word[64];
     size_t length = 0, at = *position;
     while (at < bytes->size && isspace(bytes->data[at])) at++;
-    while (at < bytes->size && !isspace(bytes->data[at]) && length + 1 < sizeof word) word[length++] = (char)bytes->data[at++];
+    while (at < bytes->size && !isspace(bytes->data[at]) && length + 1 < sizeof word)
+        word[length++] = (char)bytes->data[at++];
     word[length] = '\0';
     if (at == bytes->size || !isspace(bytes->data[at])) return false;
     *position = at + 1;
@@ -30,8 +31,9 @@ static bool next_number(const ca_bytes *bytes, size_t *position, double *value)
 
 static float load_float(const unsigned char *p, bool little_endian)
 {
-    const uint32_t bits = little_endian ? (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24
-                                        : (uint32_t)p[3] | (uint32_t)p[2] << 8 | (uint32_t)p[1] << 16 | (uint32_t)p[0] << 24;
+    const uint32_t bits = little_endian
+                              ? (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24
+                              : (uint32_t)p[3] | (uint32_t)p[2] << 8 | (uint32_t)p[1] << 16 | (uint32_t)p[0] << 24;
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;
@@ -45,8 +47,8 @@ ca_status ca_pfm_read(const char *path, const ca_bytes *bytes, ca_image *image, 
     size_t position = 2;
     if (!next_number(bytes, &position, &width) || !next_number(bytes, &position, &height) ||
         !next_number(bytes, &position, &scale) || scale == 0.0 || width != floor(width) || height != floor(height))
-        return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: expected a PFM header: \"%s\", width, height and scale", path,
-                       channels == 3 ? "PF" : "Pf");
+        return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: expected a PFM header: \"%s\", width, height and scale",
+                       path, channels == 3 ? "PF" : "Pf");
     const bool fits = width >= 0.0 && height >= 0.0 && width < 4e9 && height < 4e9;
     CA_TRY(ca_image_check_size(path, fits ? (uint64_t)width : UINT32_MAX, fits ? (uint64_t)height : UINT32_MAX,
                                bytes->size, error));

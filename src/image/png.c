@@ -1,7 +1,8 @@
 /* PNG through libpng: every kind is read, 8 bit sRGB is written.
  *
  * libpng reports a failure by jumping back to the setjmp of the function that called it. Everything such a function
- * needs afterwards lives in a struct outside of it, so that no local variable is changed between setjmp and the jump. */
+ * needs afterwards lives in a struct outside of it, so that no local variable is changed between setjmp and the
+ * jump. */
 #include "image/format.h"
 
 #include <errno.h>
@@ -41,7 +42,7 @@ static void release(png_structp png, png_voidp memory)
     ca_free(memory);
 }
 
-/* ---- reading ----------------------------------------------------------------------------------------------------- */
+/* ---- reading --------------------------------------------------------------------------------------------------- */
 
 typedef struct png_input {
     char message[128];
@@ -139,7 +140,7 @@ ca_status ca_png_read(const char *path, const ca_bytes *bytes, ca_image_encoding
     return input.status;
 }
 
-/* ---- writing ----------------------------------------------------------------------------------------------------- */
+/* ---- writing --------------------------------------------------------------------------------------------------- */
 
 typedef struct png_output {
     char message[128];

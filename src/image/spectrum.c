@@ -2,8 +2,8 @@
 
 enum { TABLE_COUNT = 95, TABLE_FIRST_NM = 360, TABLE_STEP_NM = 5 };
 
-/* CIE 1931 2 degree colour matching functions and the CIE standard illuminant D65 (100 at 560 nm), 360 to 830 nm. Taken
- * from Mitsuba 3's src/core/spectrum.cpp and src/spectra/d65.cpp, which have them from CIE's publications. */
+/* CIE 1931 2 degree colour matching functions and the CIE standard illuminant D65 (100 at 560 nm), 360 to 830 nm.
+ * Taken from Mitsuba 3's src/core/spectrum.cpp and src/spectra/d65.cpp, which have them from CIE's publications. */
 static const double x_bar[TABLE_COUNT] = {
     0.0001299,      0.0002321,      0.0004149,      0.0007416,      0.001368,       0.002236,      0.004243,
     0.00765,        0.01431,        0.02319,        0.04351,        0.07763,        0.13438,       0.21477,
@@ -70,7 +70,8 @@ typedef struct xyz {
     double x, y, z;
 } xyz;
 
-static void add_weighted(xyz *sum, int index, double wavelength, double value, double weight, const double *illuminant)
+static void add_weighted(xyz *sum, int index, double wavelength, double value, double weight,
+                         const double *illuminant)
 {
     const double offset = wavelength - (TABLE_FIRST_NM + TABLE_STEP_NM * index);
     if (illuminant) value *= table_at(illuminant, index, offset);

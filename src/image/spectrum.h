@@ -1,6 +1,6 @@
-/* Spectra into colours: a list of (wavelength, value), linear in between and 0 outside, becomes linear Rec. 709 by the
- * CIE 1931 2 degree observer, tabulated every 5 nm from 360 to 830 nm. Integrals are exact for the piecewise linear
- * functions, so a narrow line is never missed.
+/* Spectra into colours: a list of (wavelength, value), linear in between and 0 outside, becomes linear Rec. 709 by
+ * the CIE 1931 2 degree observer, tabulated every 5 nm from 360 to 830 nm. Integrals are exact for the piecewise
+ * linear functions, so a narrow line is never missed.
  *
  * Colours outside of Rec. 709 have negative components; the caller decides what to do with them. Pure functions. */
 #ifndef CA_IMAGE_SPECTRUM_H

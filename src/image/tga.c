@@ -73,7 +73,8 @@ static ca_status read_header(tga_input *input, ca_error *error)
 }
 
 /* A colour of 15 to 32 bits, blue first. */
-static void decode_colour(const unsigned char *p, uint32_t bits, const float table[256], float *result, uint32_t channels)
+static void decode_colour(const unsigned char *p, uint32_t bits, const float table[256], float *result,
+                          uint32_t channels)
 {
     if (bits <= 16) {
         const uint32_t v = word(p);

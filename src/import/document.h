@@ -30,8 +30,8 @@ typedef struct ca_document {
     uint64_t content_hash; /* of all texts read so far, wherever they lie, and of the definitions */
 } ca_document;
 
-/* `text` may be NULL: the file is then read. `strings` outlives the document and keeps the file names of locations.
- */
+/* `text` may be NULL: the file is then read. `strings` outlives the document and keeps the file names of
+ * locations. */
 ca_status ca_document_load(ca_document *document, const char *path, const char *text, size_t size,
                            const ca_define *defines, size_t define_count, ca_arena *strings, ca_error *error);
 void ca_document_destroy(ca_document *document);

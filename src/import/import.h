@@ -12,11 +12,11 @@ ca_status ca_import_scene(const char *path, const ca_define *defines, size_t def
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
                                size_t define_count, ca_scene_desc *desc, ca_error *error);
 
-/* Meshes, in the file's own space, validated; normals only if the file has them, uv as the file has them (flipping v is
- * the caller's business). Polygons become fans of triangles around their first corner, which fits convex ones; faces
- * without area are kept. Colours are the attribute "vertex_color" or "face_color". On failure the mesh is empty.
- * Errors: a place (line and column, or byte) and what was expected there. No header makes the readers take more memory
- * than a file of its size could fill. */
+/* Meshes, in the file's own space, validated; normals only if the file has them, uv as the file has them (flipping v
+ * is the caller's business). Polygons become fans of triangles around their first corner, which fits convex ones;
+ * faces without area are kept. Colours are the attribute "vertex_color" or "face_color". On failure the mesh is
+ * empty. Errors: a place (line and column, or byte) and what was expected there. No header makes the readers take
+ * more memory than a file of its size could fill. */
 ca_status ca_import_obj(const char *path, ca_mesh *mesh, ca_error *error);
 ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error);
 /* `shape_index` counts the meshes of one .serialized file. */

@@ -1,5 +1,5 @@
-/* The integrator: its name and parameters are kept as they are; the integrator that is chosen in the end judges them.
- */
+/* The integrator: its name and parameters are kept as they are; the integrator that is chosen in the end judges
+ * them. */
 #include "import/importer.h"
 
 #include "import/number.h"

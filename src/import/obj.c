@@ -1,9 +1,9 @@
-/* Wavefront OBJ: v (with colours "v x y z r g b"), vt, vn and f; groups, objects, smoothing and material lines belong to
- * no mesh of ours and are skipped; free-form curves and surfaces are refused.
+/* Wavefront OBJ: v (with colours "v x y z r g b"), vt, vn and f; groups, objects, smoothing and material lines belong
+ * to no mesh of ours and are skipped; free-form curves and surfaces are refused.
  *
- * One vertex of the mesh is one distinct (v, vt, vn) of the faces, in order of appearance. Where only some corners have
- * a vn, the others get the smooth normal that a file without any would get; corners without vt get uv (0, 0); positions
- * without a colour, where others have one, are white. */
+ * One vertex of the mesh is one distinct (v, vt, vn) of the faces, in order of appearance. Where only some corners
+ * have a vn, the others get the smooth normal that a file without any would get; corners without vt get uv (0, 0);
+ * positions without a colour, where others have one, are white. */
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -67,8 +67,8 @@ static ca_status fail_at(const obj_reader *reader, const char *at, const char *e
 static bool line_ends(obj_reader *reader) { return ca_scan_line_ends(&reader->scan) || *reader->scan.cursor == '#'; }
 
 /* The numbers up to the end of the line: at least `least`, at most `most`. */
-static ca_status read_numbers(obj_reader *reader, const char *what, size_t least, size_t most, float *values, size_t *count,
-                              ca_error *error)
+static ca_status read_numbers(obj_reader *reader, const char *what, size_t least, size_t most, float *values,
+                              size_t *count, ca_error *error)
 {
     *count = 0;
     while (!line_ends(reader)) {
@@ -87,7 +87,8 @@ static ca_status read_position(obj_reader *reader, ca_error *error)
     float values[7];
     size_t count;
     CA_TRY(read_numbers(reader, "a position of three numbers", 3, 7, values, &count, error));
-    if (count == 5) return fail_at(reader, reader->scan.cursor, "a position, alone or with a colour of three numbers", error);
+    if (count == 5)
+        return fail_at(reader, reader->scan.cursor, "a position, alone or with a colour of three numbers", error);
     const bool coloured = count >= 6;
     reader->any_color |= coloured;
     bool stored = true;
@@ -142,7 +143,8 @@ static ca_status read_corner(obj_reader *reader, obj_corner *corner, ca_error *e
     CA_TRY(read_index(reader, reader->positions.count / 3, "position", &corner->v, error));
     if (**cursor == '/') {
         ++*cursor;
-        if (**cursor != '/') CA_TRY(read_index(reader, reader->uvs.count / 2, "texture coordinate", &corner->vt, error));
+        if (**cursor != '/')
+            CA_TRY(read_index(reader, reader->uvs.count / 2, "texture coordinate", &corner->vt, error));
         if (**cursor == '/') {
             ++*cursor;
             CA_TRY(read_index(reader, reader->normals.count / 3, "normal", &corner->vn, error));
@@ -261,7 +263,8 @@ static ca_status read_line(obj_reader *reader, ca_error *error)
     if (length == 2 && word[0] == 'v' && word[1] == 't') return read_uv(reader, error);
     if (length == 2 && word[0] == 'v' && word[1] == 'n') return read_normal(reader, error);
     if (is_skipped(word, length)) {
-        while (!ca_scan_line_ends(&reader->scan)) ca_scan_word(&reader->scan, &word); /* and the lines it goes on for */
+        while (!ca_scan_line_ends(&reader->scan))
+            ca_scan_word(&reader->scan, &word); /* and the lines it goes on for */
         return CA_OK;
     }
     const ca_location where = ca_scan_place(&reader->scan, word);
@@ -288,7 +291,8 @@ static ca_status fill_mesh(const obj_reader *reader, ca_mesh *mesh, ca_error *er
     if (!all_normals) CA_TRY(ca_mesh_compute_normals(mesh, error));
     for (size_t i = 0; i < reader->corner_count; ++i)
         if (reader->corners[i].vn != CA_NONE)
-            memcpy(mesh->normals + 3 * i, reader->normals.values + 3 * (size_t)reader->corners[i].vn, 3 * sizeof(float));
+            memcpy(mesh->normals + 3 * i, reader->normals.values + 3 * (size_t)reader->corners[i].vn,
+                   3 * sizeof(float));
     ca_mesh_normalize_normals(mesh);
     return CA_OK;
 }
@@ -299,8 +303,10 @@ static ca_status read_file(obj_reader *reader, ca_mesh *mesh, ca_error *error)
             CA_TRY(read_line(reader, error));
         } while (ca_scan_next_line(&reader->scan));
     if (reader->index_count == 0)
-        return ca_fail(error, CA_ERROR_FORMAT, &(ca_location){.file = reader->scan.where.file}, "the mesh has no faces");
-    CA_TRY(ca_mesh_create(mesh, reader->corner_count, reader->index_count / 3, reader->any_normal, reader->any_uv, error));
+        return ca_fail(error, CA_ERROR_FORMAT, &(ca_location){.file = reader->scan.where.file},
+                       "the mesh has no faces");
+    CA_TRY(ca_mesh_create(mesh, reader->corner_count, reader->index_count / 3, reader->any_normal, reader->any_uv,
+                          error));
     CA_TRY(fill_mesh(reader, mesh, error));
     return ca_mesh_validate(mesh, reader->scan.where.file, error);
 }

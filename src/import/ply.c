@@ -1,11 +1,11 @@
 /* PLY meshes: ascii and both binary forms.
  *
- * vertex: x y z; nx ny nz; u v, s t or texture_u texture_v; r g b (a) or red green blue (alpha) as "vertex_color". face:
- * vertex_indices or vertex_index; colours as "face_color". Further numbers become attributes named as Mitsuba 3 does
- * (src/shapes/ply.cpp): neighbours NAME_x NAME_y NAME_z (w), NAME_0.., NAME_1.. are one attribute vertex_NAME, and
- * NAME_r NAME_g NAME_b (a) one vertex_NAME_color; a number alone is vertex_NAME. Integer colours count from 0 to the
- * largest of their type and are sRGB encoded, as there; other integers stay what they are. Elements of other names are
- * skipped. */
+ * vertex: x y z; nx ny nz; u v, s t or texture_u texture_v; r g b (a) or red green blue (alpha) as "vertex_color".
+ * face: vertex_indices or vertex_index; colours as "face_color". Further numbers become attributes named as Mitsuba 3
+ * does (src/shapes/ply.cpp): neighbours NAME_x NAME_y NAME_z (w), NAME_0.., NAME_1.. are one attribute vertex_NAME,
+ * and NAME_r NAME_g NAME_b (a) one vertex_NAME_color; a number alone is vertex_NAME. Integer colours count from 0 to
+ * the largest of their type and are sRGB encoded, as there; other integers stay what they are. Elements of other
+ * names are skipped. */
 #include "import/ply.h"
 
 #include "base/file.h"
@@ -30,8 +30,8 @@ typedef struct ply_reader {
 } ply_reader;
 
 /* A place in the data, for messages: line and column, or byte, element and row. */
-static ca_status fail_data(const ply_reader *reader, const ca_ply_element *element, uint64_t row, const char *expected,
-                           ca_error *error)
+static ca_status fail_data(const ply_reader *reader, const ca_ply_element *element, uint64_t row,
+                           const char *expected, ca_error *error)
 {
     if (reader->header.format == CA_PLY_ASCII) {
         const ca_location where = ca_scan_place(&reader->scan, reader->scan.cursor);
@@ -43,7 +43,7 @@ static ca_status fail_data(const ply_reader *reader, const ca_ply_element *eleme
                    (size_t)(reader->scan.cursor - reader->data), element->name, (unsigned long long)row);
 }
 
-/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+/* ---- numbers --------------------------------------------------------------------------------------------------- */
 
 static double binary_number(const unsigned char *p, ca_ply_type type, bool big_endian)
 {
@@ -118,8 +118,8 @@ static ca_status read_scalar(ply_reader *reader, const ca_ply_element *element, 
     return CA_OK;
 }
 
-/* Every row takes at least this many bytes, so a count in the header is no reason to take more memory than the file can
- * fill. In ascii, the last number of the file has no separator behind it. */
+/* Every row takes at least this many bytes, so a count in the header is no reason to take more memory than the file
+ * can fill. In ascii, the last number of the file has no separator behind it. */
 static ca_status check_count(const ply_reader *reader, const ca_ply_element *element, ca_error *error)
 {
     uint64_t row_bytes = 0;
@@ -134,7 +134,7 @@ static ca_status check_count(const ply_reader *reader, const ca_ply_element *ele
                    (unsigned long long)element->count, element->name);
 }
 
-/* ---- what the properties mean ------------------------------------------------------------------------------------ */
+/* ---- what the properties mean ---------------------------------------------------------------------------------- */
 
 static bool is_integer(const ca_ply_property *property) { return property->type < CA_PLY_FLOAT32; }
 
@@ -186,7 +186,8 @@ static ca_status bind_colors(const ca_ply_element *element, ca_mesh *mesh, bool 
     return CA_OK;
 }
 
-/* Splits "NAME_x" into the length of NAME and the column of x in the endings of Mitsuba's groups; false for others. */
+/* Splits "NAME_x" into the length of NAME and the column of x in the endings of Mitsuba's groups; false for
+ * others. */
 static bool split_name(const char *name, uint32_t level, size_t *prefix, int *column)
 {
     static const char endings[4][5] = {"xr01", "yg12", "zb23", "wa34"};
@@ -210,7 +211,8 @@ static uint32_t group_length(const ca_ply_element *element, size_t first, size_t
         size_t next_prefix = 0;
         const char *ending = strrchr(next->name, '_');
         int next_column = -1;
-        if (next->is_list || next->target || !ending || !split_name(next->name, length, &next_prefix, &next_column)) break;
+        if (next->is_list || next->target || !ending || !split_name(next->name, length, &next_prefix, &next_column))
+            break;
         if (next_prefix != *prefix || next_column != *column || memcmp(next->name, name, *prefix) != 0) break;
     }
     return length;
@@ -243,7 +245,7 @@ static ca_status bind_others(const ca_ply_element *element, ca_mesh *mesh, bool 
     return CA_OK;
 }
 
-/* ---- elements ---------------------------------------------------------------------------------------------------- */
+/* ---- elements -------------------------------------------------------------------------------------------------- */
 
 static ca_status refuse_lists(const ca_ply_element *element, const ca_ply_property *but, ca_error *error)
 {
@@ -371,7 +373,8 @@ static ca_status finish(ply_reader *reader, ca_error *error)
 {
     ca_mesh *mesh = reader->mesh;
     const size_t triangles = reader->index_count / 3;
-    if (triangles > (size_t)1 << 30) return ca_fail(error, CA_ERROR_UNSUPPORTED, &reader->scan.where, "too many faces");
+    if (triangles > (size_t)1 << 30)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, &reader->scan.where, "too many faces");
     if (triangles > 0) {
         ca_free(mesh->indices);
         mesh->indices = reader->indices;
@@ -400,7 +403,8 @@ static ca_status read_file(ply_reader *reader, ca_error *error)
     ca_scan_skip_space(&reader->scan);
     if (reader->scan.cursor != reader->scan.end) {
         const ca_location where = {.file = reader->scan.where.file};
-        return ca_fail(error, CA_ERROR_FORMAT, &where, "expected the end of the file at byte %zu: the header counts less",
+        return ca_fail(error, CA_ERROR_FORMAT, &where,
+                       "expected the end of the file at byte %zu: the header counts less",
                        (size_t)(reader->scan.cursor - reader->data));
     }
     return finish(reader, error);

@@ -53,8 +53,8 @@ typedef struct ca_ply_header {
 /* Bytes of a number in a binary file. */
 size_t ca_ply_type_size(ca_ply_type type);
 
-/* Reads up to and with the line "end_header"; the cursor then stands on the first byte of the data. The header is to be
- * destroyed on failure too. */
+/* Reads up to and with the line "end_header"; the cursor then stands on the first byte of the data. The header is to
+ * be destroyed on failure too. */
 ca_status ca_ply_read_header(ca_text_scan *scan, ca_ply_header *header, ca_error *error);
 void ca_ply_header_destroy(ca_ply_header *header);
 

@@ -111,10 +111,12 @@ static ca_status read_element(ca_text_scan *scan, const word *keyword, ca_ply_he
     CA_TRY(read_name(scan, &header->names, &element.name, error));
     for (size_t i = 0; i < header->element_count; ++i)
         if (strcmp(header->elements[i].name, element.name) == 0)
-            return ca_fail(error, CA_ERROR_FORMAT, &keyword->where, "the element \"%s\" is there twice", element.name);
+            return ca_fail(error, CA_ERROR_FORMAT, &keyword->where, "the element \"%s\" is there twice",
+                           element.name);
     const word count = next_word(scan);
     int64_t value;
-    if (!ca_parse_integer(count.text, count.length, &value) || value < 0) return fail_expected(&count, "a count", error);
+    if (!ca_parse_integer(count.text, count.length, &value) || value < 0)
+        return fail_expected(&count, "a count", error);
     element.count = (uint64_t)value;
     header->elements[header->element_count++] = element;
     return CA_OK;
@@ -135,7 +137,8 @@ static ca_status read_property(ca_text_scan *scan, const word *keyword, ca_ply_h
     property.is_list = is_word(&type, "list");
     if (property.is_list) {
         CA_TRY(read_type(scan, &property.count_type, error));
-        if (property.count_type >= CA_PLY_FLOAT32) return fail_expected(&type, "a list whose length is an integer", error);
+        if (property.count_type >= CA_PLY_FLOAT32)
+            return fail_expected(&type, "a list whose length is an integer", error);
         CA_TRY(read_type(scan, &property.type, error));
     } else if (!parse_type(&type, &property.type)) {
         return fail_expected(&type, "a type (char to uint, float, double) or list", error);
@@ -159,7 +162,8 @@ ca_status ca_ply_read_header(ca_text_scan *scan, ca_ply_header *header, ca_error
         if (keyword.length == 0 || is_word(&keyword, "comment") || is_word(&keyword, "obj_info")) continue;
         if (is_word(&keyword, "end_header")) {
             if (!format_known) return fail_expected(&keyword, "a line \"format\"", error);
-            if (!ca_scan_line_ends(scan)) return fail_expected(&keyword, "a line of its own for \"end_header\"", error);
+            if (!ca_scan_line_ends(scan))
+                return fail_expected(&keyword, "a line of its own for \"end_header\"", error);
             ca_scan_next_line(scan);
             return CA_OK;
         }

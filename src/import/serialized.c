@@ -1,6 +1,6 @@
 /* Mitsuba's .serialized meshes, versions 3 and 4, little endian: for each mesh a short header (0x041C, version) and a
- * zlib stream with flags, name (version 4), counts and arrays; at the end of the file the offset of each mesh (4 bytes
- * each in version 3, 8 in version 4) and their number. Source: Mitsuba 3, src/shapes/serialized.cpp. */
+ * zlib stream with flags, name (version 4), counts and arrays; at the end of the file the offset of each mesh (4
+ * bytes each in version 3, 8 in version 4) and their number. Source: Mitsuba 3, src/shapes/serialized.cpp. */
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -107,7 +107,8 @@ static ca_status read_floats(mesh_stream *stream, float *values, size_t count, b
     return CA_OK;
 }
 
-static ca_status read_counts(mesh_stream *stream, uint32_t version, uint32_t *flags, uint64_t counts[2], ca_error *error)
+static ca_status read_counts(mesh_stream *stream, uint32_t version, uint32_t *flags, uint64_t counts[2],
+                             ca_error *error)
 {
     CA_TRY(inflate_bytes(stream, flags, sizeof *flags, "flags", error));
     char letter = 1;
@@ -149,7 +150,7 @@ static ca_status read_mesh(mesh_stream *stream, uint32_t version, ca_mesh *mesh,
     return CA_OK;
 }
 
-/* ---- the file ---------------------------------------------------------------------------------------------------- */
+/* ---- the file -------------------------------------------------------------------------------------------------- */
 
 static uint64_t load_little_endian(const unsigned char *p, size_t size)
 {
@@ -158,15 +159,18 @@ static uint64_t load_little_endian(const unsigned char *p, size_t size)
     return value;
 }
 
-static ca_status check_header(const char *path, const ca_bytes *bytes, size_t offset, uint32_t *version, ca_error *error)
+static ca_status check_header(const char *path, const ca_bytes *bytes, size_t offset, uint32_t *version,
+                              ca_error *error)
 {
     const ca_location where = {.file = path};
     if (offset > bytes->size || bytes->size - offset < HEADER_BYTES ||
         load_little_endian(bytes->data + offset, 2) != FORMAT_MARK)
-        return ca_fail(error, CA_ERROR_FORMAT, &where, "expected the mark 0x041c of a serialized mesh at byte %zu", offset);
+        return ca_fail(error, CA_ERROR_FORMAT, &where, "expected the mark 0x041c of a serialized mesh at byte %zu",
+                       offset);
     *version = (uint32_t)load_little_endian(bytes->data + offset + 2, 2);
     if (*version != 3 && *version != 4)
-        return ca_fail(error, CA_ERROR_FORMAT, &where, "expected version 3 or 4 of a serialized mesh, not %u", *version);
+        return ca_fail(error, CA_ERROR_FORMAT, &where, "expected version 3 or 4 of a serialized mesh, not %u",
+                       *version);
     return CA_OK;
 }
 
@@ -179,15 +183,16 @@ static uint64_t dictionary_entry(const ca_bytes *bytes, size_t entry, uint64_t c
 /* The meshes lie one behind the other from byte 0 on. A file that was cut ends in other numbers than these. */
 static bool is_dictionary(const ca_bytes *bytes, size_t entry, uint64_t count)
 {
-    if (count == 0 || count > (bytes->size - 4) / entry || dictionary_entry(bytes, entry, count, 0) != 0) return false;
+    if (count == 0 || count > (bytes->size - 4) / entry || dictionary_entry(bytes, entry, count, 0) != 0)
+        return false;
     for (uint64_t i = 1; i < count; ++i)
         if (dictionary_entry(bytes, entry, count, i) <= dictionary_entry(bytes, entry, count, i - 1)) return false;
     return dictionary_entry(bytes, entry, count, count - 1) < bytes->size - 4 - entry * count;
 }
 
 /* The first mesh starts the file and needs no dictionary; the dictionary knows the others. */
-static ca_status find_mesh(const char *path, const ca_bytes *bytes, uint32_t version, uint32_t shape_index, size_t *offset,
-                           ca_error *error)
+static ca_status find_mesh(const char *path, const ca_bytes *bytes, uint32_t version, uint32_t shape_index,
+                           size_t *offset, ca_error *error)
 {
     *offset = 0;
     if (shape_index == 0) return CA_OK;
@@ -197,13 +202,14 @@ static ca_status find_mesh(const char *path, const ca_bytes *bytes, uint32_t ver
     if (!is_dictionary(bytes, entry, count))
         return ca_fail(error, CA_ERROR_FORMAT, &where, "the dictionary of meshes at the end of the file is damaged");
     if (shape_index >= count)
-        return ca_fail(error, CA_ERROR_SCENE, &where, "there is no mesh %u: the file has %llu, counted from 0", shape_index,
-                       (unsigned long long)count);
+        return ca_fail(error, CA_ERROR_SCENE, &where, "there is no mesh %u: the file has %llu, counted from 0",
+                       shape_index, (unsigned long long)count);
     *offset = (size_t)dictionary_entry(bytes, entry, count, shape_index);
     return CA_OK;
 }
 
-static ca_status read_file(const char *path, const ca_bytes *bytes, uint32_t shape_index, ca_mesh *mesh, ca_error *error)
+static ca_status read_file(const char *path, const ca_bytes *bytes, uint32_t shape_index, ca_mesh *mesh,
+                           ca_error *error)
 {
     uint32_t version;
     size_t offset;

@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-/* ---- Meshes ------------------------------------------------------------------------------------------------------
- */
+/* ---- Meshes
+ * ------------------------------------------------------------------------------------------------------ */
 
 /* Takes the mesh over. */
 static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
@@ -91,8 +91,8 @@ static void import_obj(ca_props *props, void *result) { import_mesh_file(props, 
 static void import_ply(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_PLY); }
 static void import_serialized(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_SERIALIZED); }
 
-/* ---- Quadrics ----------------------------------------------------------------------------------------------------
- */
+/* ---- Quadrics
+ * ---------------------------------------------------------------------------------------------------- */
 
 static void require_similarity(ca_props *props, const ca_shape_desc *shape)
 {
@@ -141,8 +141,8 @@ static const ca_plugin plugins[] = {
     {"serialized", import_serialized},
 };
 
-/* ---- What all of them have ---------------------------------------------------------------------------------------
- */
+/* ---- What all of them have
+ * --------------------------------------------------------------------------------------- */
 
 static void import_material(ca_props *props, ca_shape_desc *shape)
 {
@@ -198,8 +198,8 @@ static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const c
         ca_import_fail_memory(importer, "shapes");
 }
 
-/* ---- Groups and instances ----------------------------------------------------------------------------------------
- */
+/* ---- Groups and instances
+ * ---------------------------------------------------------------------------------------- */
 
 static bool is_type(const ca_xml_node *node, const char *type)
 {
@@ -212,8 +212,8 @@ static const ca_plugin *find_plain_plugin(ca_importer *importer, const ca_xml_no
     ca_plugin all[CA_COUNT(plugins) + CA_COUNT(named)];
     memcpy(all, plugins, sizeof plugins);
     memcpy(all + CA_COUNT(plugins), named, sizeof named);
-    /* The search is over all names, so that the nearest may be one of a group; what is found is a row of `plugins`.
-     */
+    /* The search is over all names, so that the nearest may be one of a group; what is found is a row of
+     * `plugins`. */
     const ca_plugin *found = ca_import_find_plugin(importer, node, all, CA_COUNT(all));
     return found ? &plugins[found - all] : NULL;
 }

@@ -74,8 +74,9 @@ size_t ca_scan_word(ca_text_scan *scan, const char **word)
     return length;
 }
 
-/* Most numbers in meshes have few digits: a 64 bit integer and one exact power of ten give the correctly rounded double
- * (Clinger 1990, "How to Read Floating Point Numbers Accurately": both operands are exact). The rest goes the long way. */
+/* Most numbers in meshes have few digits: a 64 bit integer and one exact power of ten give the correctly rounded
+ * double (Clinger 1990, "How to Read Floating Point Numbers Accurately": both operands are exact). The rest goes the
+ * long way. */
 static bool parse_short_number(const char *text, size_t length, double *value)
 {
     static const double powers[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11};

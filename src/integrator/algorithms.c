@@ -1,5 +1,5 @@
-/* The named algorithms: rows of the integrator table, each a set of rules for the bidirectional engine and the parameters that
- * steer it.
+/* The named algorithms: rows of the integrator table, each a set of rules for the bidirectional engine and the
+ * parameters that steer it.
  *
  * Parameters mean the same in all of them:
  *     max_depth, rr_depth, hide_emitters  as in `path`
@@ -11,22 +11,31 @@
  */
 #include "integrator/bidirectional.h"
 
-#define PATH_PARAMETERS                                                                                            \
-    {"max_depth", CA_SPEC_INTEGER, .minimum = -1, .number = -1}, {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = 5},  \
-        {"hide_emitters", CA_SPEC_BOOLEAN, .number = 0}
-#define COUNT_PARAMETERS                                                                                           \
-    {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0}, {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1}
+#define PATH_PARAMETERS                                                                                              \
+    {"max_depth", CA_SPEC_INTEGER, .minimum = -1, .number = -1},                                                     \
+        {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = 5},                                                    \
+    {                                                                                                                \
+        "hide_emitters", CA_SPEC_BOOLEAN, .number = 0                                                                \
+    }
+#define COUNT_PARAMETERS                                                                                             \
+    {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},                                                     \
+    {                                                                                                                \
+        "camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1                                                   \
+    }
 #define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
-#define RADIUS_PARAMETERS                                                                                          \
-    {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0}, {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5}
+#define RADIUS_PARAMETERS                                                                                            \
+    {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},                                                             \
+    {                                                                                                                \
+        "alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5                                             \
+    }
 #define END_OF_PARAMETERS {NULL, CA_SPEC_INTEGER, 0, 0, 0, NULL}
 
-#define ENGINE_FUNCTIONS                                                                                           \
-    .destroy = ca_bidirectional_destroy, .rounds = ca_bidirectional_rounds,                                               \
-    .begin_round = ca_bidirectional_begin_round, .camera_path = ca_bidirectional_camera_path,                              \
+#define ENGINE_FUNCTIONS                                                                                             \
+    .destroy = ca_bidirectional_destroy, .rounds = ca_bidirectional_rounds,                                          \
+    .begin_round = ca_bidirectional_begin_round, .camera_path = ca_bidirectional_camera_path,                        \
     .begin_pixel = ca_pairs_begin_pixel, .end_pixel = ca_pairs_end_pixel, .splat = ca_bidirectional_splat
 
-/* ---- light ---------------------------------------------------------------------------------------------------------- */
+/* ---- light ----------------------------------------------------------------------------------------------------- */
 
 static ca_status create_light(const ca_integrator_input *input, void **state, ca_error *error)
 {
@@ -38,7 +47,7 @@ static const ca_parameter_spec light_parameters[] = {PATH_PARAMETERS, COUNT_PARA
 const ca_integrator_type ca_integrator_light = {
     .name = "light", .parameters = light_parameters, .create = create_light, ENGINE_FUNCTIONS};
 
-/* ---- bdpt ----------------------------------------------------------------------------------------------------------- */
+/* ---- bdpt ------------------------------------------------------------------------------------------------------ */
 
 static ca_status create_bdpt(const ca_integrator_input *input, void **state, ca_error *error)
 {
@@ -46,14 +55,15 @@ static ca_status create_bdpt(const ca_integrator_input *input, void **state, ca_
     return ca_bidirectional_create(&ca_integrator_bdpt, &rules, input, state, error);
 }
 
-/* Without splats these are the techniques of Sirak 2019, section 3.2: s >= 2 camera vertices, t >= 0 light vertices. */
+/* Without splats these are the techniques of Sirak 2019, section 3.2: s >= 2 camera vertices, t >= 0 light
+ * vertices. */
 static const ca_parameter_spec bdpt_parameters[] = {
     PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
     {"strategies", CA_SPEC_CHOICE, .choices = "all|no-splat", .number = 0}, END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_bdpt = {
     .name = "bdpt", .parameters = bdpt_parameters, .create = create_bdpt, ENGINE_FUNCTIONS};
 
-/* ---- ppm, bdpm: photons alone --------------------------------------------------------------------------------------- */
+/* ---- ppm, bdpm: photons alone ---------------------------------------------------------------------------------- */
 
 static const ca_mis_rules photon_rules = {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_ALL};
 
@@ -72,8 +82,8 @@ static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAME
 const ca_integrator_type ca_integrator_ppm = {
     .name = "ppm", .parameters = ppm_parameters, .create = create_ppm, ENGINE_FUNCTIONS};
 
-/* camera_diffuse_depth: the smooth events a camera path may have (BDD of Ershov et al.); merges happen after 0 to so many of
- * them, weighted, or at the last of these vertices only. */
+/* camera_diffuse_depth: the smooth events a camera path may have (BDD of Ershov et al.); merges happen after 0 to so
+ * many of them, weighted, or at the last of these vertices only. */
 static const ca_parameter_spec bdpm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
@@ -85,10 +95,10 @@ static const ca_parameter_spec bdpm_parameters[] = {
 const ca_integrator_type ca_integrator_bdpm = {
     .name = "bdpm", .parameters = bdpm_parameters, .create = create_bdpm, ENGINE_FUNCTIONS};
 
-/* ---- vcm and its kin: everything, told apart by what a merge counts for --------------------------------------------- */
+/* ---- vcm and its kin: everything, told apart by what a merge counts for ---------------------------------------- */
 
-static ca_status create_vcm_kind(const ca_integrator_type *type, ca_reuse_kind reuse, const ca_integrator_input *input,
-                                 void **state, ca_error *error)
+static ca_status create_vcm_kind(const ca_integrator_type *type, ca_reuse_kind reuse,
+                                 const ca_integrator_input *input, void **state, ca_error *error)
 {
     const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS,
                                 .next_event = true,
@@ -127,7 +137,8 @@ static ca_status create_ovcm(const ca_integrator_input *input, void **state, ca_
 
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
                                                    RADIUS_PARAMETERS, END_OF_PARAMETERS};
-/* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt (section 2.2). */
+/* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt
+ * (section 2.2). */
 static const ca_parameter_spec ovcm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,

@@ -3,22 +3,22 @@
 #include "base/memory.h"
 #include "photon/radius.h"
 
-
-/* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and variance
- * times time is near its smallest for vcm (half to one and a half of it differ little). */
+/* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and
+ * variance times time is near its smallest for vcm (half to one and a half of it differ little). */
 #define RADIUS_IN_PIXELS 1.0
 
 /* Unlimited paths rely on the roulette to end before CA_PATH_MAX_VERTICES. */
 enum { LATEST_ROULETTE = 512, FEW_PATHS = 1024 };
 
-/* ---- Settings ------------------------------------------------------------------------------------------------------- */
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 static ca_status check_depths(const ca_bidirectional *b, const char *name, ca_error *error)
 {
     if (b->max_depth < CA_PATH_MAX_VERTICES - 1 || b->rr_depth <= LATEST_ROULETTE) return CA_OK;
-    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
-                   "integrator \"%s\" keeps at most %d vertices of a path: set max_depth below %d or rr_depth to at most %d",
-                   name, CA_PATH_MAX_VERTICES, CA_PATH_MAX_VERTICES - 1, LATEST_ROULETTE);
+    return ca_fail(
+        error, CA_ERROR_UNSUPPORTED, NULL,
+        "integrator \"%s\" keeps at most %d vertices of a path: set max_depth below %d or rr_depth to at most %d",
+        name, CA_PATH_MAX_VERTICES, CA_PATH_MAX_VERTICES - 1, LATEST_ROULETTE);
 }
 
 static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, const ca_integrator_input *input)
@@ -84,7 +84,7 @@ static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca
     return CA_OK;
 }
 
-/* ---- Rounds --------------------------------------------------------------------------------------------------------- */
+/* ---- Rounds ---------------------------------------------------------------------------------------------------- */
 
 uint32_t ca_bidirectional_rounds(const void *state)
 {
@@ -120,7 +120,7 @@ ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
     return ca_splat_buffer_at(&b->splats, x, y);
 }
 
-/* ---- Memory --------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static ca_status create_chunk(ca_bidirectional *b, ca_light_chunk *chunk, ca_error *error)
 {
@@ -159,7 +159,8 @@ static ca_status plan_rounds(ca_bidirectional *b, ca_error *error)
     if (bytes > b->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "%u light paths need about %.0f MiB, more than the %.0f MiB left beside the film",
-                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), bytes / 1048576.0, b->input.memory_bytes / 1048576.0);
+                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), bytes / 1048576.0,
+                       b->input.memory_bytes / 1048576.0);
     const double fit = b->input.memory_bytes / bytes;
     b->resident = fit < (double)b->chunk_count ? (uint32_t)fit : b->chunk_count;
     return CA_OK;

@@ -1,23 +1,23 @@
 /* The bidirectional engine behind light, bdpt, ppm, bdpm, vcm and its kin. Internal to this folder.
  *
- * A pass traces N_F light paths and keeps their vertices; then every pixel traces N_B camera paths, which gather light in
- * up to five ways (path/technique.h):
+ * A pass traces N_F light paths and keeps their vertices; then every pixel traces N_B camera paths, which gather
+ * light in up to five ways (path/technique.h):
  *
  *     technique    where           estimates                                                  divided by
  *     hit          camera_walk.c   throughput_camera L_e                                      1
  *     next event   camera_walk.c   throughput_camera f |cos| L_e / pdf                        1
- *     connect      join.c          throughput_camera f G f throughput_light                   1   (with one light path)
- *     merge        join.c          throughput_camera f throughput_light / (pi r^2)            N_F (with all of them)
- *     splat        light_walk.c    throughput_light f |cos| W_e / pdf                         N_F (onto any pixel)
+ *     connect      join.c          throughput_camera f G f throughput_light                   1   (with one light
+ * path) merge        join.c          throughput_camera f throughput_light / (pi r^2)            N_F (with all of
+ * them) splat        light_walk.c    throughput_light f |cos| W_e / pdf                         N_F (onto any pixel)
  *
  * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
  *
- * Chunks: light paths are kept in chunks of a fixed number, each with a photon grid of its own. A camera path's light is
- * summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in memory at a time
- * (rounds, integrator.h).
+ * Chunks: light paths are kept in chunks of a fixed number, each with a photon grid of its own. A camera path's light
+ * is summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in
+ * memory at a time (rounds, integrator.h).
  *
- * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a camera path
- * (pairs.c), which reads what the image gets and changes nothing of it. */
+ * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a
+ * camera path (pairs.c), which reads what the image gets and changes nothing of it. */
 #ifndef CA_INTEGRATOR_BIDIRECTIONAL_H
 #define CA_INTEGRATOR_BIDIRECTIONAL_H
 
@@ -48,7 +48,8 @@ typedef struct ca_bidirectional_scratch {
     uint32_t light_ready;                      /* ... made up to this vertex */
     ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
     bool pairing;        /* between begin_pixel and end_pixel */
-    ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot says */
+    ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot
+                            says */
 } ca_bidirectional_scratch;
 
 /* Photons and splats of a block of light paths. */
@@ -71,7 +72,8 @@ typedef struct ca_merge_photon {
 } ca_merge_photon;
 
 _Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
-_Static_assert(CA_PATH_MAX_VERTICES < 1 << 14 && CA_CHUNK_PATHS <= 1 << 18, "they fit the records of photons and splats");
+_Static_assert(CA_PATH_MAX_VERTICES < 1 << 14 && CA_CHUNK_PATHS <= 1 << 18,
+               "they fit the records of photons and splats");
 
 typedef struct ca_light_chunk {
     uint32_t count; /* light paths */
@@ -113,11 +115,11 @@ static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
 }
 
-/* ---- The walks and joins -------------------------------------------------------------------------------------------- */
+/* ---- The walks and joins --------------------------------------------------------------------------------------- */
 
 /* Traces light path `path` of a chunk, the `number`-th of the whole render. */
-void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number, ca_light_block *block,
-                   ca_worker *worker);
+void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number,
+                   ca_light_block *block, ca_worker *worker);
 
 /* A camera path at one of its vertices. */
 typedef struct ca_camera_walk ca_camera_walk;
@@ -147,16 +149,17 @@ struct ca_camera_walk {
 /* For algorithms that join paths in another order. */
 typedef struct ca_walk_hooks {
     void (*at_vertex)(ca_camera_walk *walk); /* takes the place of gathering at a vertex that scatters smoothly */
-    bool (*shows_light)(const ca_camera_walk *walk); /* does the light that the last vertex lies on count? NULL: yes */
+    bool (*shows_light)(
+        const ca_camera_walk *walk); /* does the light that the last vertex lies on count? NULL: yes */
 } ca_walk_hooks;
 
-/* Adds weight times `unweighted` to what the walk has gathered with a chunk; the gate for defects: false where it was one, which
- * is counted and left out. s and t as in technique.h. */
+/* Adds weight times `unweighted` to what the walk has gathered with a chunk; the gate for defects: false where it was
+ * one, which is counted and left out. s and t as in technique.h. */
 bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight);
 
-/* The index-th camera path through a pixel, ready to be traced, and gathered light set to zero. The sample's first-hit
- * layers and filter weight are filled. */
+/* The index-th camera path through a pixel, ready to be traced, and gathered light set to zero. The sample's
+ * first-hit layers and filter weight are filled. */
 void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint32_t x, uint32_t y, uint32_t index,
                           ca_film_sample *sample, ca_worker *worker);
 void ca_camera_walk_trace(ca_camera_walk *walk);
@@ -165,23 +168,26 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted);
 
 /* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
 void ca_join_connect(ca_camera_walk *walk);
-/* Photons of all chunks near the last vertex. The first chunk's query is started apart: what it asks of the memory arrives
- * while something else is done. */
+/* Photons of all chunks near the last vertex. The first chunk's query is started apart: what it asks of the memory
+ * arrives while something else is done. */
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
 void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first);
 
-/* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for it. */
+/* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for
+ * it. */
 float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
                            const ca_bsdf_value *value);
 
-/* Traces light paths [number, number + count) of the whole render into a chunk, and splats and sorts them as the rules want. */
+/* Traces light paths [number, number + count) of the whole render into a chunk, and splats and sorts them as the
+ * rules want. */
 ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t number, uint32_t count,
                                  const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Traces light paths from `number` on into the first chunk until they take so many bytes: a multiple of a fixed step, one step at
- * least; *count of them. Not sorted. */
+/* Traces light paths from `number` on into the first chunk until they take so many bytes: a multiple of a fixed step,
+ * one step at least; *count of them. Not sorted. */
 ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
                               const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the chunks' contents are lost. */
+/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the chunks' contents are
+ * lost. */
 ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
                          const ca_parallel *parallel, ca_worker *workers, ca_error *error);
 /* What light paths take in memory. */
@@ -202,7 +208,7 @@ ca_status ca_light_blocks_sort(const ca_bidirectional *b, uint32_t paths, ca_pho
 void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
                                   ca_film_sample *sample, ca_worker *worker);
 
-/* ---- Pairs, where they are wanted ----------------------------------------------------------------------------------- */
+/* ---- Pairs, where they are wanted ------------------------------------------------------------------------------ */
 
 /* Refuses algorithms and settings of which the pixel's value is no mean over all pairs of independent paths. */
 ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *type, ca_error *error);
@@ -212,17 +218,17 @@ ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error);
 /* integrator.h. */
 void ca_pairs_begin_pixel(const void *state, ca_worker *worker);
 void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
-/* The walk found light alone, or by connecting to the paired light path, or merged with a photon of a chunk: what the image gets
- * for it before the filter's weight. */
+/* The walk found light alone, or by connecting to the paired light path, or merged with a photon of a chunk: what the
+ * image gets for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
                         float weight);
 
-/* ---- The engine ----------------------------------------------------------------------------------------------------- */
+/* ---- The engine ------------------------------------------------------------------------------------------------ */
 
-/* The median footprint of a pixel where camera paths first meet a smoothly scattering surface, m: the side of the square that a
- * pixel covers there. The scene's radius over 1000 where no camera path meets one. */
+/* The median footprint of a pixel where camera paths first meet a smoothly scattering surface, m: the side of the
+ * square that a pixel covers there. The scene's radius over 1000 where no camera path meets one. */
 float ca_median_pixel_footprint(const ca_integrator_input *input);
 
 /* `rules` say what the algorithm does; counts, radius and the parameters that `type` has are filled in. */

@@ -14,7 +14,7 @@ typedef struct record_walk {
     ca_camera_task *task;
 } record_walk;
 
-/* ---- One camera path -------------------------------------------------------------------------------------------------- */
+/* ---- One camera path ------------------------------------------------------------------------------------------- */
 
 /* Was there a Dirac event before the last vertex? */
 static bool met_dirac(const ca_camera_walk *walk)
@@ -58,7 +58,8 @@ static void keep_vertex(ca_camera_walk *walk)
                                                               .dirac = dirac};
 }
 
-static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_camera_task *task, ca_camera_record *record)
+static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_camera_task *task,
+                           ca_camera_record *record)
 {
     record->densities = (uint32_t)task->density_count;
     if (!q->weighted || record->count == 0) return;
@@ -93,7 +94,7 @@ static void trace_path(const ca_qmcppm *q, uint64_t number, ca_camera_task *task
     keep_densities(q, &walk, task, record);
 }
 
-/* ---- A block ---------------------------------------------------------------------------------------------------------- */
+/* ---- A block --------------------------------------------------------------------------------------------------- */
 
 typedef struct trace_job {
     ca_qmcppm *q;
@@ -125,7 +126,8 @@ static ca_status trace_tasks(ca_qmcppm *q, uint32_t first_task, uint64_t count, 
     if (!ca_array_reserve((void **)&records->records, &records->record_capacity, count, sizeof *records->records) ||
         !ca_array_reserve((void **)&records->tasks, &records->task_capacity, tasks, sizeof *records->tasks))
         return ca_fail_memory(error, "the camera paths");
-    for (; records->task_count < tasks; records->task_count++) records->tasks[records->task_count] = (ca_camera_task){0};
+    for (; records->task_count < tasks; records->task_count++)
+        records->tasks[records->task_count] = (ca_camera_task){0};
     records->count = count;
     trace_job job = {.q = q, .workers = workers, .first_task = first_task};
     ca_parallel_for(parallel, (uint32_t)(tasks - first_task), trace_task, &job);
@@ -156,8 +158,8 @@ double ca_camera_records_bytes(const ca_camera_records *records)
     return (double)records->count * sizeof *records->records + bytes_of_tasks(records, 0, task_count(records->count));
 }
 
-ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count, const ca_parallel *parallel,
-                                 ca_worker *workers, ca_error *error)
+ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count,
+                                 const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {
     enum { STEP = FILL_TASKS * CA_CAMERA_TASK };
     double used = 0.0;

@@ -25,7 +25,7 @@ static inline bool gathers_own_light(const ca_camera_walk *walk) { return walk->
 
 static inline ca_path_vertex *last_vertex(const ca_camera_walk *walk) { return &walk->scratch->camera[walk->vertex]; }
 
-/* ---- Hit ------------------------------------------------------------------------------------------------------------ */
+/* ---- Hit ------------------------------------------------------------------------------------------------------- */
 
 /* The path's last vertex lies on the light; surface NULL: at infinity. */
 static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface *surface)
@@ -43,8 +43,10 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
     const float choice = ca_light_choice_probability(&scene->light_choice, light_index);
     const float cos_light = surface ? ca_abs_dot(surface->ng, walk->direction) : 1.0f;
     ca_path_vertex end;
-    const ca_flight flight = ca_light_end(light, choice, hit.pdf_position, hit.pdf_direction, cos_light, &b->rules.reuse, &end);
-    const float to_light = surface ? v->distance : ca_light_disk_distance(light, ca_neg(walk->direction), walk->origin);
+    const ca_flight flight =
+        ca_light_end(light, choice, hit.pdf_position, hit.pdf_direction, cos_light, &b->rules.reuse, &end);
+    const float to_light =
+        surface ? v->distance : ca_light_disk_distance(light, ca_neg(walk->direction), walk->origin);
     const ca_mis_path path = {
         .camera = {.vertices = walk->scratch->camera,
                    .count = walk->vertex + 1,
@@ -59,7 +61,8 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
         .camera_distance = walk->scratch->camera[1].distance,
     };
     const float weight = ca_mis_weight(&b->rules, &path, CA_TECHNIQUE_HIT);
-    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) && walk->scratch->pairing)
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) &&
+        walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
 }
 
@@ -77,7 +80,7 @@ static void add_environment(ca_camera_walk *walk)
     add_hit(walk, scene->environment, NULL);
 }
 
-/* ---- Next event ----------------------------------------------------------------------------------------------------- */
+/* ---- Next event ------------------------------------------------------------------------------------------------ */
 
 static float next_event_weight(const ca_camera_walk *walk, const ca_light *light, float choice,
                                const ca_light_direct *direct, const ca_bsdf_value *value, float cos_out)
@@ -102,7 +105,8 @@ static float next_event_weight(const ca_camera_walk *walk, const ca_light *light
                    .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
                    .cos_ratio = cos_out / ca_abs_dot(walk->surface.ng, walk->wi)},
         .light = {.vertices = &end, .count = 1, .pdf_last = {value->pdf.v * hit_factor}, .cos_ratio = 1.0f},
-        .next_event_ratio = ca_next_event_ratio(light, direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance)),
+        .next_event_ratio =
+            ca_next_event_ratio(light, direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance)),
         .light_choice = choice,
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
@@ -127,16 +131,18 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
     const ca_bsdf_value value = ca_bsdf_eval(&walk->bsdf, walk->wi, direct.to_light, CA_FROM_CAMERA);
     const float cos_out = ca_abs_dot(walk->surface.ng, direct.to_light);
     const float factor = cos_out / (choice * direct.pdf_direct.v);
-    const ca_rgb unweighted = ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), direct.radiance), factor);
+    const ca_rgb unweighted =
+        ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), direct.radiance), factor);
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.shadow_rays++;
     if (!ca_walk_light_is_visible(scene->accel, &walk->surface, &direct)) return;
     const float weight = weighted ? next_event_weight(walk, light, choice, &direct, &value, cos_out) : 1.0f;
-    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight) && walk->scratch->pairing)
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight) &&
+        walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
 }
 
-/* ---- The walk ------------------------------------------------------------------------------------------------------- */
+/* ---- The walk -------------------------------------------------------------------------------------------------- */
 
 /* Follows the ray to the next vertex; false where the path ends. */
 static bool advance(ca_camera_walk *walk)
@@ -192,7 +198,8 @@ static bool scatter(ca_camera_walk *walk)
     const ca_vec2 u_lobe_roulette = ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
     ca_bsdf_sample event;
     if (!ca_bsdf_sample_direction(&walk->bsdf, walk->wi, u_lobe_roulette.x,
-                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_CAMERA, &event))
+                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_CAMERA,
+                                  &event))
         return false;
     ca_path_vertex *v = last_vertex(walk);
     walk->flight = ca_path_vertex_scatter(v, v - 1, walk->wi, walk->surface.ng, &event, &walk->b->rules.reuse);
@@ -237,8 +244,8 @@ static void start(ca_camera_walk *walk, uint32_t index)
                                  &walk->scratch->camera[0]);
 }
 
-/* Which light path this camera path connects to. Over the passes a pixel meets them all: it must not stay with one part of a
- * low-discrepancy sequence. */
+/* Which light path this camera path connects to. Over the passes a pixel meets them all: it must not stay with one
+ * part of a low-discrepancy sequence. */
 static void pair(ca_camera_walk *walk, uint32_t index)
 {
     const ca_bidirectional *b = walk->b;

@@ -56,9 +56,9 @@ static ca_status fail_unknown(const ca_integrator_type *type, const ca_parameter
     size_t count = 0;
     for (; type->parameters[count].name; count++) names[count] = type->parameters[count].name;
     const char *nearest = ca_nearest_name(parameter->name, names, count);
-    return ca_fail(error, blame(&parameter->where), &parameter->where, "integrator \"%s\" has no parameter \"%s\"%s%s%s",
-                   type->name, parameter->name, nearest ? "; did you mean \"" : "", nearest ? nearest : "",
-                   nearest ? "\"?" : "");
+    return ca_fail(error, blame(&parameter->where), &parameter->where,
+                   "integrator \"%s\" has no parameter \"%s\"%s%s%s", type->name, parameter->name,
+                   nearest ? "; did you mean \"" : "", nearest ? nearest : "", nearest ? "\"?" : "");
 }
 
 /* Index of `text` among "a|b|c", or -1. */
@@ -106,7 +106,8 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
         break;
     case CA_SPEC_BOOLEAN:
         if (parameter->kind != CA_PARAMETER_BOOLEAN)
-            return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be true or false", spec->name);
+            return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be true or false",
+                           spec->name);
         break;
     case CA_SPEC_CHOICE:
         value = parameter->kind == CA_PARAMETER_TEXT ? choice_index(spec->choices, parameter->text) : -1;

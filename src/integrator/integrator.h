@@ -1,12 +1,12 @@
 /* Integrators: from a scene and a pixel to a radiance.
  *
- * An integrator is a row of the table in integrator.c: its name, its parameters with their defaults, and functions. It
- * knows nothing of time, stopping or files (render/ does): it is given a pixel and an index of a camera path and
+ * An integrator is a row of the table in integrator.c: its name, its parameters with their defaults, and functions.
+ * It knows nothing of time, stopping or files (render/ does): it is given a pixel and an index of a camera path and
  * answers with one film sample, a pure function of (scene, settings, pixel, index). One that has light paths traces
  * those of a pass before the camera paths of that pass.
  *
- * A pass may take several rounds where the light paths of a pass do not fit the memory: each round has some of them, and
- * the same camera paths are made again for each. The sum does not depend on the number of rounds, to the bit. */
+ * A pass may take several rounds where the light paths of a pass do not fit the memory: each round has some of them,
+ * and the same camera paths are made again for each. The sum does not depend on the number of rounds, to the bit. */
 #ifndef CA_INTEGRATOR_INTEGRATOR_H
 #define CA_INTEGRATOR_INTEGRATOR_H
 
@@ -53,8 +53,9 @@ typedef struct ca_integrator_input {
     uint32_t workers;
     double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
     ca_technique_images *technique_images; /* NULL: not wanted */
-    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not wanted. Its crop and
-     * N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that connect fill it. */
+    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not wanted.
+     * Its crop and N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that
+     * connect fill it. */
     ca_pair_film *pairs;
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
@@ -63,7 +64,8 @@ typedef struct ca_integrator_input {
 typedef struct ca_integrator_type {
     const char *name;
     const ca_parameter_spec *parameters; /* ended by a NULL name */
-    ca_sampler_kind sampler; /* that it was made for: where nobody chose one for it. CA_SAMPLER_INDEPENDENT: any will do */
+    ca_sampler_kind
+        sampler; /* that it was made for: where nobody chose one for it. CA_SAMPLER_INDEPENDENT: any will do */
     /* Makes the state from the input; what that points to outlives it. Refuses what the integrator cannot do
      * (CA_ERROR_UNSUPPORTED, with the reason). */
     ca_status (*create)(const ca_integrator_input *input, void **state, ca_error *error);
@@ -71,40 +73,42 @@ typedef struct ca_integrator_type {
     /* Rounds of every pass; NULL: one. */
     uint32_t (*rounds)(const void *state);
     /* Traces the light paths of a pass' round; workers[i] belongs to worker i. NULL: there are none. */
-    ca_status (*begin_round)(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel, ca_worker *workers,
-                             ca_error *error);
-    /* Adds to `sample` what the round has for one camera path through pixel (x, y) of the full film, the index-th. The
-     * sample starts zeroed in round 0. */
-    void (*camera_path)(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round, ca_film_sample *sample,
-                        ca_worker *worker);
-    /* Around the camera paths of a pixel in a pass of one round, where pairs are wanted: all of them between the two, one after
-     * the other on one worker. NULL: pairs are refused. */
+    ca_status (*begin_round)(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
+                             ca_worker *workers, ca_error *error);
+    /* Adds to `sample` what the round has for one camera path through pixel (x, y) of the full film, the index-th.
+     * The sample starts zeroed in round 0. */
+    void (*camera_path)(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
+                        ca_film_sample *sample, ca_worker *worker);
+    /* Around the camera paths of a pixel in a pass of one round, where pairs are wanted: all of them between the two,
+     * one after the other on one worker. NULL: pairs are refused. */
     void (*begin_pixel)(const void *state, ca_worker *worker);
     void (*end_pixel)(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
     /* What the pass' light paths have splatted to a pixel, after its last round. NULL: nothing ever. */
     ca_rgb (*splat)(const void *state, uint32_t x, uint32_t y);
 
-    /* One that renders by blocks of pairs (film/block_film.h) has these instead of the four above. Makes ready what block
-     * number `block` needs; what the block before it left behind is used again where it serves. Any number may follow any. */
-    ca_status (*begin_block)(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+    /* One that renders by blocks of pairs (film/block_film.h) has these instead of the four above. Makes ready what
+     * block number `block` needs; what the block before it left behind is used again where it serves. Any number may
+     * follow any. */
+    ca_status (*begin_block)(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers,
+                             ca_error *error);
     /* What the block has for pixel (x, y) of the full film; the sample starts zeroed. */
     void (*block_pixel)(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);
-    /* How many blocks, from the first, give every pixel so many camera paths, each with all light paths so far; UINT64_MAX as
-     * long as that is not known. */
+    /* How many blocks, from the first, give every pixel so many camera paths, each with all light paths so far;
+     * UINT64_MAX as long as that is not known. */
     uint64_t (*blocks_needed)(const void *state, uint32_t samples_per_pixel);
 } ca_integrator_type;
 
 /* The rows one after the other; NULL behind the last. */
 const ca_integrator_type *ca_integrator_at(size_t index);
 
-/* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that is NULL
- * because the name came with the settings, CA_ERROR_ARGUMENT. Parameters likewise. */
+/* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that
+ * is NULL because the name came with the settings, CA_ERROR_ARGUMENT. Parameters likewise. */
 ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,
                              ca_error *error);
 
 /* Fills input->values: the type's defaults, over them the scene's parameters, over them `overrides`
- * ("max_depth=5,rr_depth=3", may be NULL). The scene's parameters must all be known to the type, unless the integrator
- * was chosen on the command line (`replaced`): then those with names it knows carry over. */
+ * ("max_depth=5,rr_depth=3", may be NULL). The scene's parameters must all be known to the type, unless the
+ * integrator was chosen on the command line (`replaced`): then those with names it knows carry over. */
 ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integrator_desc *desc, bool replaced,
                                   const char *overrides, ca_integrator_input *input, ca_error *error);
 
@@ -117,7 +121,8 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
                             ca_error *error);
 
 /* Writes "name:parameter=value,..." with all values, as recorded in images. */
-void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text, size_t size);
+void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text,
+                            size_t size);
 
 /* Rows of the table. */
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,

@@ -1,7 +1,7 @@
 /* Joins of a camera path with light paths: edges between vertices, and merges of vertices that are close. */
 #include "integrator/bidirectional.h"
 
-/* ---- Connect -------------------------------------------------------------------------------------------------------- */
+/* ---- Connect --------------------------------------------------------------------------------------------------- */
 
 /* A vertex of the paired light path, with its surface and BSDF. */
 typedef struct light_end {
@@ -22,8 +22,8 @@ static void make_ready(ca_camera_walk *walk, const ca_light_path *path, uint32_t
         scratch->light_ready = i;
         if (!v->capable) continue;
         ca_accel_surface_at(scene->accel, &v->point, &scratch->light_surfaces[i]);
-        ca_bsdf_init(&scratch->light_bsdfs[i], scene->materials, scene->desc.textures.items, &scratch->light_surfaces[i],
-                     v->wi);
+        ca_bsdf_init(&scratch->light_bsdfs[i], scene->materials, scene->desc.textures.items,
+                     &scratch->light_surfaces[i], v->wi);
     }
 }
 
@@ -95,7 +95,8 @@ static void connect_to(ca_camera_walk *walk, const light_end *end)
                           other->position, other->position_error, other->ng))
         return;
     const float weight = connect_weight(walk, end, &e);
-    if (ca_camera_walk_add(walk, walk->connect_slot, CA_TECHNIQUE_CONNECT, walk->vertex + 1, end->index + 1, unweighted, weight) &&
+    if (ca_camera_walk_add(walk, walk->connect_slot, CA_TECHNIQUE_CONNECT, walk->vertex + 1, end->index + 1,
+                           unweighted, weight) &&
         walk->scratch->pairing)
         ca_pairs_add_connection(walk, unweighted, weight);
 }
@@ -120,7 +121,7 @@ void ca_join_connect(ca_camera_walk *walk)
     }
 }
 
-/* ---- Merge ---------------------------------------------------------------------------------------------------------- */
+/* ---- Merge ----------------------------------------------------------------------------------------------------- */
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one; what leaves that towards the photon is in its record. */
@@ -168,7 +169,8 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_merge_phot
     walk->worker->counters.merges++;
     const ca_path_vertex *densities = ca_light_density_at(&walk->b->chunks[chunk].store, photon->first);
     const float weight = ca_join_merge_weight(walk, densities, photon, &value);
-    if (ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted, weight) &&
+    if (ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted,
+                           weight) &&
         walk->scratch->pairing)
         ca_pairs_add_merge(walk, chunk, photon, unweighted, weight);
 }
@@ -180,8 +182,8 @@ static inline bool may_merge(const ca_camera_walk *walk, const ca_merge_photon *
            ca_dot(photon->ng, walk->surface.ng) >= CA_MERGE_MIN_COS;
 }
 
-/* The earlier vertices of the photons' paths lie all over the memory. Asking for those of a batch before using the first
- * overlaps the waiting, which would be most of what a merge costs. */
+/* The earlier vertices of the photons' paths lie all over the memory. Asking for those of a batch before using the
+ * first overlaps the waiting, which would be most of what a merge costs. */
 static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *places, uint32_t count,
                         float normalisation)
 {
@@ -194,7 +196,8 @@ static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *pl
         if (!may_merge(walk, photon)) continue;
         kept[kept_count++] = photon;
         const char *densities = (const char *)ca_light_density_at(&c->store, photon->first);
-        for (uint32_t at = 0; at < photon->index * sizeof(ca_path_vertex); at += 64) __builtin_prefetch(densities + at);
+        for (uint32_t at = 0; at < photon->index * sizeof(ca_path_vertex); at += 64)
+            __builtin_prefetch(densities + at);
     }
     for (uint32_t i = 0; i < kept_count; i++) merge_with(walk, chunk, kept[i], normalisation);
 }

@@ -35,7 +35,8 @@ static ca_status trace_chunk(ca_bidirectional *b, ca_light_chunk *chunk, uint64_
 }
 
 /* Of light paths that are numbered from `first` on within the pass. */
-static ca_status add_splats(ca_bidirectional *b, uint32_t first, uint32_t paths, const ca_parallel *parallel, ca_error *error)
+static ca_status add_splats(ca_bidirectional *b, uint32_t first, uint32_t paths, const ca_parallel *parallel,
+                            ca_error *error)
 {
     ca_splat_list lists[CA_CHUNK_PATHS / CA_BLOCK_PATHS];
     const uint32_t count = ca_light_block_count(paths);
@@ -55,8 +56,8 @@ ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uin
     return ca_bidirectional_merges(b) ? ca_light_chunk_sort(b, chunk, parallel, error) : CA_OK;
 }
 
-/* What the light paths of some blocks take in memory: of what they are, not of where they lie, so that it is the same for any
- * number of threads. */
+/* What the light paths of some blocks take in memory: of what they are, not of where they lie, so that it is the same
+ * for any number of threads. */
 static double bytes_of_blocks(const ca_bidirectional *b, const ca_light_chunk *chunk, uint32_t first, uint32_t count)
 {
     double vertices = 0.0, photons = 0.0;

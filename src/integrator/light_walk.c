@@ -104,7 +104,7 @@ static bool store_vertex(light_walk *walk)
     return !capable || !ca_bidirectional_merges(walk->b) || store_photon(walk);
 }
 
-/* ---- Splats --------------------------------------------------------------------------------------------------------- */
+/* ---- Splats ---------------------------------------------------------------------------------------------------- */
 
 static bool camera_is_visible(const light_walk *walk, const ca_camera_direct *direct)
 {
@@ -116,7 +116,8 @@ static bool camera_is_visible(const light_walk *walk, const ca_camera_direct *di
 }
 
 /* The weight of the path lens, this vertex, ..., light. */
-static float splat_weight(const light_walk *walk, const ca_camera_direct *direct, const ca_bsdf_value *value, float cos_out)
+static float splat_weight(const light_walk *walk, const ca_camera_direct *direct, const ca_bsdf_value *value,
+                          float cos_out)
 {
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *v = &walk->densities[walk->vertex];
@@ -170,7 +171,7 @@ static bool splat(light_walk *walk)
     return ca_splat_list_add(&walk->block->splats, &record);
 }
 
-/* ---- The walk ------------------------------------------------------------------------------------------------------- */
+/* ---- The walk -------------------------------------------------------------------------------------------------- */
 
 static bool scatter(light_walk *walk)
 {
@@ -178,7 +179,8 @@ static bool scatter(light_walk *walk)
     const ca_vec2 u_lobe_roulette = ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
     ca_bsdf_sample event;
     if (!ca_bsdf_sample_direction(&walk->bsdf, walk->wi, u_lobe_roulette.x,
-                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_LIGHT, &event))
+                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_LIGHT,
+                                  &event))
         return false;
     ca_path_vertex *v = &walk->densities[walk->vertex];
     walk->flight =
@@ -215,7 +217,8 @@ void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t pa
     ca_light_path *record = &chunk->store.paths[path];
     *record = (ca_light_path){0};
     light_walk walk = {.b = b, .worker = worker, .block = block, .path = path};
-    if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices)) return;
+    if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices))
+        return;
     walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
     worker->counters.light_paths++;
     const uint32_t count = trace(&walk);

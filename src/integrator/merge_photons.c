@@ -37,7 +37,8 @@ static void fill_paths(const ca_light_chunk *chunk, uint32_t begin, uint32_t end
     for (uint32_t place = begin; place < end; place++) {
         if (place + LOOK_AHEAD < end)
             __builtin_prefetch(&ca_light_vertex_at(&chunk->store, chunk->photons[place + LOOK_AHEAD].first)->first);
-        chunk->photons[place].path = ca_light_vertex_at(&chunk->store, chunk->photons[place].first)->first & (CA_CHUNK_PATHS - 1);
+        chunk->photons[place].path =
+            ca_light_vertex_at(&chunk->store, chunk->photons[place].first)->first & (CA_CHUNK_PATHS - 1);
     }
 }
 

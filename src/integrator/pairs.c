@@ -5,22 +5,26 @@
 
 static ca_status refuse(const ca_integrator_type *type, const char *reason, ca_error *error)
 {
-    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "the noise components of integrator \"%s\" cannot be told: %s", type->name,
-                   reason);
+    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "the noise components of integrator \"%s\" cannot be told: %s",
+                   type->name, reason);
 }
 
 ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *type, ca_error *error)
 {
     if (!b->input.pairs) return CA_OK;
-    if (type->begin_block) return refuse(type, "it renders by blocks that share their paths, not by independent passes", error);
+    if (type->begin_block)
+        return refuse(type, "it renders by blocks that share their paths, not by independent passes", error);
     if (b->input.sampler->kind != CA_SAMPLER_INDEPENDENT)
         return refuse(type, "its paths must be independent, by the sampler \"independent\"", error);
     if (b->rules.connect && b->camera_paths > b->light_paths)
-        return refuse(type, "each camera path of a pixel must connect to a light path of its own, so there must be as many of them",
-                      error);
+        return refuse(
+            type,
+            "each camera path of a pixel must connect to a light path of its own, so there must be as many of them",
+            error);
     if (b->light_paths < 2) return refuse(type, "a pass needs at least 2 light paths", error);
     if (b->resident < b->chunk_count)
-        return refuse(type, "all light paths of a pass must fit the memory at once; allow more of it, or trace fewer", error);
+        return refuse(type, "all light paths of a pass must fit the memory at once; allow more of it, or trace fewer",
+                      error);
     assert(b->input.pairs->light_paths == b->light_paths);
     return CA_OK;
 }

@@ -1,8 +1,9 @@
-/* Unidirectional path tracing with next event estimation: a path from the camera finds light by hitting emitters and by
- * asking one light at every vertex, and each way is weighted by multiple importance sampling (Veach 1997, chapter 9).
+/* Unidirectional path tracing with next event estimation: a path from the camera finds light by hitting emitters and
+ * by asking one light at every vertex, and each way is weighted by multiple importance sampling (Veach 1997, chapter
+ * 9).
  *
- * max_depth, rr_depth and hide_emitters mean what Mitsuba 3's `path` means by them: a depth of 1 sees emitters only; the
- * roulette may end a path after vertex rr_depth, surviving with min(0.95, largest throughput * eta^2). */
+ * max_depth, rr_depth and hide_emitters mean what Mitsuba 3's `path` means by them: a depth of 1 sees emitters only;
+ * the roulette may end a path after vertex rr_depth, surviving with min(0.95, largest throughput * eta^2). */
 #include "base/memory.h"
 #include "integrator/integrator.h"
 #include "integrator/walk.h"
@@ -52,8 +53,8 @@ static inline float mis_weight(const path_state *state, float a, float b)
     return a > 0.0f ? a / (a + b) : 0.0f;
 }
 
-/* Adds what a technique found with a full path of s camera and t light vertices, already times its weight; a value that
- * is not finite or is negative is a defect of the technique: counted and dropped. */
+/* Adds what a technique found with a full path of s camera and t light vertices, already times its weight; a value
+ * that is not finite or is negative is a defect of the technique: counted and dropped. */
 static inline void contribute(const path_state *state, path_walk *walk, ca_technique technique, uint32_t s,
                               ca_rgb contribution, float weight, ca_counters *counters)
 {
@@ -84,8 +85,8 @@ static void add_emission(const path_state *state, path_walk *walk, uint32_t ligh
     const ca_light_hit hit = ca_light_eval_hit(light, walk->previous, surface, out);
     const float pdf_choice = ca_light_choice_probability(&state->scene->light_choice, light_index);
     const float weight = mis_weight(state, walk->pdf.v, pdf_choice * hit.pdf_direct.v);
-    contribute(state, walk, CA_TECHNIQUE_HIT, vertices, ca_rgb_scale(ca_rgb_mul(walk->throughput, hit.radiance), weight),
-               weight, counters);
+    contribute(state, walk, CA_TECHNIQUE_HIT, vertices,
+               ca_rgb_scale(ca_rgb_mul(walk->throughput, hit.radiance), weight), weight, counters);
 }
 
 /* Next event: ask one light, chosen by power. */
@@ -99,7 +100,8 @@ static void add_next_event(const path_state *state, path_walk *walk, const ca_su
     if (index == CA_NONE) return;
     const ca_light *light = &state->scene->lights[index];
     ca_light_direct direct;
-    if (!ca_light_sample_direct(light, surface->position, ca_sample_2d(stream, dimension + CA_DIM_NEXT_EVENT), &direct))
+    if (!ca_light_sample_direct(light, surface->position, ca_sample_2d(stream, dimension + CA_DIM_NEXT_EVENT),
+                                &direct))
         return;
     const ca_bsdf_value value = ca_bsdf_eval(bsdf, ca_neg(walk->direction), direct.to_light, CA_FROM_CAMERA);
     const float pdf_light = pdf_choice * direct.pdf_direct.v;
@@ -205,16 +207,17 @@ static ca_status path_create(const ca_integrator_input *input, void **state, ca_
     if (!next_event) CA_TRY(check_lights_can_be_hit(input->scene, error));
     path_state *created = ca_alloc(1, sizeof *created);
     if (!created) return ca_fail_memory(error, "the integrator");
-    *created = (path_state){.scene = input->scene,
-                            .camera = input->camera,
-                            .sampler = input->sampler,
-                            .filter = input->filter,
-                            .max_depth = input->values[MAX_DEPTH] < 0.0 ? UINT32_MAX : (uint32_t)input->values[MAX_DEPTH],
-                            .rr_depth = (uint32_t)input->values[RR_DEPTH],
-                            .hide_emitters = input->values[HIDE_EMITTERS] != 0.0,
-                            .power_heuristic = input->values[HEURISTIC] != 0.0,
-                            .next_event = next_event,
-                            .images = input->technique_images};
+    *created =
+        (path_state){.scene = input->scene,
+                     .camera = input->camera,
+                     .sampler = input->sampler,
+                     .filter = input->filter,
+                     .max_depth = input->values[MAX_DEPTH] < 0.0 ? UINT32_MAX : (uint32_t)input->values[MAX_DEPTH],
+                     .rr_depth = (uint32_t)input->values[RR_DEPTH],
+                     .hide_emitters = input->values[HIDE_EMITTERS] != 0.0,
+                     .power_heuristic = input->values[HEURISTIC] != 0.0,
+                     .next_event = next_event,
+                     .images = input->technique_images};
     *state = created;
     return CA_OK;
 }

@@ -31,7 +31,8 @@ static float distance_to_smooth(const ca_integrator_input *input, const ca_camer
         ca_bsdf_sample event;
         const uint32_t dimension = ca_vertex_dimension(depth);
         if (!ca_bsdf_sample_direction(&bsdf, wi, ca_sample_1d(stream, dimension + CA_DIM_BSDF_LOBE),
-                                      ca_sample_2d(stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_CAMERA, &event))
+                                      ca_sample_2d(stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_CAMERA,
+                                      &event))
             return -1.0f;
         origin = ca_offset_origin(surface.position, surface.position_error, surface.ng, event.wo_world);
         direction = event.wo_world;

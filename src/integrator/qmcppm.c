@@ -1,21 +1,16 @@
 /* qmcppm: its settings, and the blocks of either side as they are asked for. See qmcppm.h for the method.
  *
  * Parameters beside those that all algorithms share (algorithms.c):
- *     light_paths     n_b, light paths of a block; 0: one per pixel of the full film, or 16 where paths are joined by shadow rays
- *     camera_paths    camera paths per pixel of a block, so m_b is that times the pixels
- *     radius_pixels   r0 in sides of a pixel's median footprint, where `radius` is 0
- *     radius_photons  r0 differs from place to place: the distance to so many photons of a pilot map; 0: it does not
- *     kernel          disk | epanechnikov | sph
- *     gradients       layers IrradianceGradient.*
- *     camera_diffuse_depth, merges, heuristic   as in bdpm; a depth of 0 is ppm
- *     direct          photons | next-event
- *     join            merge | connect (by shadow rays)
- *     order           rectangular | diagonal
- *     blocks          equal | filled (as large as half of the memory each)
- *     total_light_paths   n, fixed in advance; 0: the radius shrinks as light paths come
- *     total_camera_paths  per pixel: there are only so many, and then only light paths go on; 0: no end
- *     transport       all | smooth | dirac: paths without Dirac events, and those with
- *     error_bars      layers Confidence*.Y and ValueVariance.Y; with the sampler independent only */
+ *     light_paths     n_b, light paths of a block; 0: one per pixel of the full film, or 16 where paths are joined by
+ * shadow rays camera_paths    camera paths per pixel of a block, so m_b is that times the pixels radius_pixels   r0
+ * in sides of a pixel's median footprint, where `radius` is 0 radius_photons  r0 differs from place to place: the
+ * distance to so many photons of a pilot map; 0: it does not kernel          disk | epanechnikov | sph gradients
+ * layers IrradianceGradient.* camera_diffuse_depth, merges, heuristic   as in bdpm; a depth of 0 is ppm direct
+ * photons | next-event join            merge | connect (by shadow rays) order           rectangular | diagonal blocks
+ * equal | filled (as large as half of the memory each) total_light_paths   n, fixed in advance; 0: the radius shrinks
+ * as light paths come total_camera_paths  per pixel: there are only so many, and then only light paths go on; 0: no
+ * end transport       all | smooth | dirac: paths without Dirac events, and those with error_bars      layers
+ * Confidence*.Y and ValueVariance.Y; with the sampler independent only */
 #include "integrator/qmcppm.h"
 
 #include "base/memory.h"
@@ -25,9 +20,29 @@
 enum { CONNECT_LIGHT_PATHS = 16, MAX_RADIUS_PHOTONS = 64 };
 
 enum {
-    MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, HEURISTIC, LIGHT_PATHS, CAMERA_PATHS, RADIUS, RADIUS_PIXELS, ALPHA, RADIUS_PHOTONS,
-    KERNEL, GRADIENTS, DIFFUSE_DEPTH, MERGES, DIRECT, JOIN, ORDER, BLOCKS, TOTAL_LIGHT_PATHS, TOTAL_CAMERA_PATHS, TRANSPORT,
-    ERROR_BARS, PARAMETER_COUNT
+    MAX_DEPTH,
+    RR_DEPTH,
+    HIDE_EMITTERS,
+    HEURISTIC,
+    LIGHT_PATHS,
+    CAMERA_PATHS,
+    RADIUS,
+    RADIUS_PIXELS,
+    ALPHA,
+    RADIUS_PHOTONS,
+    KERNEL,
+    GRADIENTS,
+    DIFFUSE_DEPTH,
+    MERGES,
+    DIRECT,
+    JOIN,
+    ORDER,
+    BLOCKS,
+    TOTAL_LIGHT_PATHS,
+    TOTAL_CAMERA_PATHS,
+    TRANSPORT,
+    ERROR_BARS,
+    PARAMETER_COUNT
 };
 
 static const ca_parameter_spec parameters[] = {
@@ -58,7 +73,7 @@ static const ca_parameter_spec parameters[] = {
 
 _Static_assert((int)PARAMETER_COUNT <= (int)CA_MAX_PARAMETERS, "an integrator has so many parameters at most");
 
-/* ---- Settings --------------------------------------------------------------------------------------------------------- */
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 typedef struct setting_rule {
     bool wrong;
@@ -85,8 +100,10 @@ static ca_status check(const ca_integrator_input *input, ca_error *error)
          "radius_photons needs camera_diffuse_depth=0: all merges that share a path's light must have one radius"},
         {v[RADIUS_PHOTONS] > MAX_RADIUS_PHOTONS, "radius_photons can be at most 64"},
         {v[DIRECT] != 0.0 && several, "direct=next-event needs camera_diffuse_depth=0"},
-        {connect && (v[KERNEL] != CA_KERNEL_DISK || v[GRADIENTS] != 0.0 || v[RADIUS_PHOTONS] > 0.0 || several || v[DIRECT] != 0.0),
-         "join=connect merges nothing: kernel, gradients, radius_photons, camera_diffuse_depth and direct have no meaning"},
+        {connect && (v[KERNEL] != CA_KERNEL_DISK || v[GRADIENTS] != 0.0 || v[RADIUS_PHOTONS] > 0.0 || several ||
+                     v[DIRECT] != 0.0),
+         "join=connect merges nothing: kernel, gradients, radius_photons, camera_diffuse_depth and direct have no "
+         "meaning"},
         {connect && v[TRANSPORT] != CA_TRANSPORT_ALL, "transport needs join=merge"},
         {connect && filled, "join=connect keeps few light paths and no camera paths: its blocks cannot be filled"},
         {connect && v[LIGHT_PATHS] > CA_CHUNK_PATHS, "join=connect can have at most 262144 light_paths"},
@@ -104,9 +121,11 @@ static ca_status check_error_bars(const ca_qmcppm *q, ca_error *error)
     const double *v = q->input.values;
     const setting_rule rules[] = {
         {q->input.sampler->kind != CA_SAMPLER_INDEPENDENT,
-         "error_bars need independent paths, by the sampler \"independent\"; of a sequence, replicates with different seeds tell the error"},
-        {v[CAMERA_PATHS] < 2.0, "error_bars need camera_paths of 2 or more: light's part of the noise shows only where two camera paths "
-                                "of a pixel meet the same light paths"},
+         "error_bars need independent paths, by the sampler \"independent\"; of a sequence, replicates with "
+         "different seeds tell the error"},
+        {v[CAMERA_PATHS] < 2.0,
+         "error_bars need camera_paths of 2 or more: light's part of the noise shows only where two camera paths "
+         "of a pixel meet the same light paths"},
         {q->light_block < 2 || q->light_block > UINT32_MAX, "error_bars need light_paths from 2 to 4294967295"},
         {q->connect, "error_bars need join=merge"},
         {q->filled, "error_bars need blocks=equal, which give every pixel as many camera paths in each"},
@@ -141,9 +160,11 @@ static void read_settings(ca_qmcppm *q)
 
 static ca_status fail_too_large(double bytes, double allowed, ca_error *error)
 {
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "a block of camera paths and one of light paths need about %.1f MiB, more than the %.1f MiB left beside the "
-                   "film; fewer light_paths or camera_paths, or blocks=filled, need less", bytes / 0x1p20, allowed / 0x1p20);
+    return ca_fail(
+        error, CA_ERROR_ARGUMENT, NULL,
+        "a block of camera paths and one of light paths need about %.1f MiB, more than the %.1f MiB left beside the "
+        "film; fewer light_paths or camera_paths, or blocks=filled, need less",
+        bytes / 0x1p20, allowed / 0x1p20);
 }
 
 /* What the records alone will take; the vertices are known when they are there. */
@@ -164,12 +185,14 @@ static ca_status create_engine(ca_qmcppm *q, ca_error *error)
         input.memory_bytes -= record_bytes(q);
         if (input.memory_bytes <= 0.0) return fail_too_large(record_bytes(q), q->input.memory_bytes, error);
     }
-    CA_TRY(ca_bidirectional_create(&ca_integrator_qmcppm, q->connect ? &connect_rules : &photon_rules, &input, &engine, error));
+    CA_TRY(ca_bidirectional_create(&ca_integrator_qmcppm, q->connect ? &connect_rules : &photon_rules, &input,
+                                   &engine, error));
     q->engine = engine;
     if (q->engine->resident < q->engine->chunk_count)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a block of %u light paths does not fit the memory allowed: choose fewer light_paths, or blocks=filled",
-                       q->engine->light_paths);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "a block of %u light paths does not fit the memory allowed: choose fewer light_paths, or blocks=filled",
+            q->engine->light_paths);
     return CA_OK;
 }
 
@@ -213,7 +236,7 @@ static ca_status create(const ca_integrator_input *input, void **state, ca_error
     return CA_OK;
 }
 
-/* ---- Filled blocks ---------------------------------------------------------------------------------------------------- */
+/* ---- Filled blocks --------------------------------------------------------------------------------------------- */
 
 typedef struct block_job {
     ca_qmcppm *q;
@@ -246,9 +269,10 @@ static ca_status keep_start(ca_block_starts *starts, uint64_t start, ca_error *e
     return CA_OK;
 }
 
-/* Fills the block-th block of a side. Those before it whose ends are not known are filled first, to learn where it begins. */
-static ca_status fill_block(const block_job *job, ca_block_starts *s, uint64_t block, fill_function fill, uint64_t *count,
-                            ca_error *error)
+/* Fills the block-th block of a side. Those before it whose ends are not known are filled first, to learn where it
+ * begins. */
+static ca_status fill_block(const block_job *job, ca_block_starts *s, uint64_t block, fill_function fill,
+                            uint64_t *count, ca_error *error)
 {
     if (s->known == 0) CA_TRY(keep_start(s, 0, error));
     for (uint64_t k = block + 1 < s->known ? block : s->known - 1; k <= block; k++) {
@@ -258,7 +282,7 @@ static ca_status fill_block(const block_job *job, ca_block_starts *s, uint64_t b
     return CA_OK;
 }
 
-/* ---- Light paths ------------------------------------------------------------------------------------------------------ */
+/* ---- Light paths ----------------------------------------------------------------------------------------------- */
 
 /* The radius of a block: it follows the light paths to the block's end, or is that for the n fixed in advance. */
 static void set_radius(ca_qmcppm *q, uint64_t light_end)
@@ -280,8 +304,8 @@ static ca_status trace_equal_light(const block_job *job, uint64_t j, ca_error *e
     for (uint32_t c = 0; c < q->engine->chunks_now; c++) {
         const uint64_t first = (uint64_t)c * CA_CHUNK_PATHS, left = q->light_count - first;
         const uint32_t count = left < CA_CHUNK_PATHS ? (uint32_t)left : CA_CHUNK_PATHS;
-        CA_TRY(ca_light_chunk_prepare(q->engine, &q->engine->chunks[c], begin + first, count, job->parallel, job->workers,
-                                      error));
+        CA_TRY(ca_light_chunk_prepare(q->engine, &q->engine->chunks[c], begin + first, count, job->parallel,
+                                      job->workers, error));
     }
     return CA_OK;
 }
@@ -295,7 +319,7 @@ static ca_status trace_filled_light(const block_job *job, uint64_t j, ca_error *
     return ca_light_chunk_sort(q->engine, &q->engine->chunks[0], job->parallel, error);
 }
 
-/* ---- Camera paths ----------------------------------------------------------------------------------------------------- */
+/* ---- Camera paths ---------------------------------------------------------------------------------------------- */
 
 /* Do the blocks of both sides fit the memory? */
 static ca_status check_memory(const ca_qmcppm *q, ca_error *error)
@@ -328,7 +352,7 @@ static ca_status trace_filled_camera(const block_job *job, uint64_t i, ca_error 
     return fill_block(job, &job->q->camera_starts, i, fill_camera, &count, error);
 }
 
-/* ---- Blocks ----------------------------------------------------------------------------------------------------------- */
+/* ---- Blocks ---------------------------------------------------------------------------------------------------- */
 
 /* Photons of a pilot, from whose distances the local radii follow. */
 static ca_status make_pilot(const block_job *job, ca_error *error)
@@ -340,14 +364,16 @@ static ca_status make_pilot(const block_job *job, ca_error *error)
     return ca_light_pilot(q->engine, reach, &q->pilot, &paths, job->parallel, job->workers, error);
 }
 
-static ca_status begin_block(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+static ca_status begin_block(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers,
+                             ca_error *error)
 {
     ca_qmcppm *q = state;
     if (block >= ca_block_count(&q->order))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there are only %llu blocks: block %llu does not exist",
                        (unsigned long long)ca_block_count(&q->order), (unsigned long long)block);
     const ca_block_pair pair = ca_block_pair_at(&q->order, block);
-    const bool same_light = q->ready && pair.light == q->now.light, same_camera = q->ready && pair.camera == q->now.camera;
+    const bool same_light = q->ready && pair.light == q->now.light,
+               same_camera = q->ready && pair.camera == q->now.camera;
     const block_job job = {.q = q, .parallel = parallel, .workers = workers};
     q->ready = false;
     if (q->radius_photons && !q->pilot) CA_TRY(make_pilot(&job, error));

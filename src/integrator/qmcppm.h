@@ -1,30 +1,32 @@
-/* Progressive photon mapping over all pairs of camera paths and light paths (Keller, Grünschloß, Droske, "Quasi-Monte Carlo
- * Progressive Photon Mapping"). Internal to this folder.
+/* Progressive photon mapping over all pairs of camera paths and light paths (Keller, Grünschloß, Droske, "Quasi-Monte
+ * Carlo Progressive Photon Mapping"). Internal to this folder.
  *
- * Camera paths (the paper's query paths) are numbered: path q is the (q / P)-th of pixel q % P among the P pixels of the crop, so a
- * run of P has one of every pixel; light paths are those of one sequence. Both numbers are cut into blocks, and every block of camera
- * paths meets every block of light paths, in an order that keeps one of the two from step to step (block_order.h).
+ * Camera paths (the paper's query paths) are numbered: path q is the (q / P)-th of pixel q % P among the P pixels of
+ * the crop, so a run of P has one of every pixel; light paths are those of one sequence. Both numbers are cut into
+ * blocks, and every block of camera paths meets every block of light paths, in an order that keeps one of the two
+ * from step to step (block_order.h).
  *
  *     step                          file                 kept while
  *     light paths of column j       light_chunk.c        j stays
  *     camera paths of row i         camera_records.c     i stays
  *     merges of every pair          qmcppm_gather.c
  *
- * A camera path's record holds what needs no light path (emitters that it saw, next event) and the vertices at which photons are looked
- * up. Joined by shadow rays instead of merges (section 6), camera paths are not kept but traced for each block: what they take is
- * little beside joining each with all light paths of the block.
+ * A camera path's record holds what needs no light path (emitters that it saw, next event) and the vertices at which
+ * photons are looked up. Joined by shadow rays instead of merges (section 6), camera paths are not kept but traced
+ * for each block: what they take is little beside joining each with all light paths of the block.
  *
- * Error bars (error_bars=true): while a pixel's camera paths gather, what each pair contributes is summed for the pixel's noise
- * (pair_covariances.h), which reads what the image gets and changes nothing of it. The law of all pairs asks for independent paths,
- * so the sampler must be independent; for halves of either side in every block, so a block has two camera paths of a pixel or more; and
- * for blocks of equal size. It is one for a single radius. Where the radius shrinks from column to column, light paths of
- * different columns are still independent, and so are a column's pairs: only the camera's term asks for products of different columns,
- * Cov(g_j, g_k), in whose place their mean square is used. It is no smaller, so that on a whole rectangle of blocks the variance, and
- * with it the interval, is too large rather than too small: that of the expectation at these radii.
+ * Error bars (error_bars=true): while a pixel's camera paths gather, what each pair contributes is summed for the
+ * pixel's noise (pair_covariances.h), which reads what the image gets and changes nothing of it. The law of all pairs
+ * asks for independent paths, so the sampler must be independent; for halves of either side in every block, so a
+ * block has two camera paths of a pixel or more; and for blocks of equal size. It is one for a single radius. Where
+ * the radius shrinks from column to column, light paths of different columns are still independent, and so are a
+ * column's pairs: only the camera's term asks for products of different columns, Cov(g_j, g_k), in whose place their
+ * mean square is used. It is no smaller, so that on a whole rectangle of blocks the variance, and with it the
+ * interval, is too large rather than too small: that of the expectation at these radii.
  *
- * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted; of light paths as
- * light_store.h and photon_grid.h say. Threads: blocks are prepared in parallel and pixels gathered at once; all of it in orders that do
- * not depend on threads. */
+ * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted; of
+ * light paths as light_store.h and photon_grid.h say. Threads: blocks are prepared in parallel and pixels gathered at
+ * once; all of it in orders that do not depend on threads. */
 #ifndef CA_INTEGRATOR_QMCPPM_H
 #define CA_INTEGRATOR_QMCPPM_H
 
@@ -124,19 +126,19 @@ static inline bool ca_qmcppm_shows(const ca_qmcppm *q, bool dirac)
 /* Local radii are bounded by this factor below and above the global one. */
 #define CA_LOCAL_RADIUS_RANGE 4.0f
 
-/* ---- camera_records.c ------------------------------------------------------------------------------------------------- */
+/* ---- camera_records.c ------------------------------------------------------------------------------------------ */
 
 /* Traces camera paths [first, first + count) into records. */
 ca_status ca_camera_records_trace(ca_qmcppm *q, uint64_t first, uint64_t count, const ca_parallel *parallel,
                                   ca_worker *workers, ca_error *error);
 /* The same for as many as `bytes` hold: a multiple of a fixed step, one step at least; *count of them. */
-ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count, const ca_parallel *parallel,
-                                 ca_worker *workers, ca_error *error);
+ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count,
+                                 const ca_parallel *parallel, ca_worker *workers, ca_error *error);
 /* What the records and their tasks hold in memory. */
 double ca_camera_records_bytes(const ca_camera_records *records);
 void ca_camera_records_destroy(ca_camera_records *records);
 
-/* ---- qmcppm_gather.c -------------------------------------------------------------------------------------------------- */
+/* ---- qmcppm_gather.c ------------------------------------------------------------------------------------------- */
 
 /* What the block has for a pixel, integrator.h. */
 void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);

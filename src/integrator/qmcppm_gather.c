@@ -1,10 +1,11 @@
-/* What a block of pairs brings to a pixel: every camera path of the pixel in the block with every light path of the block. */
+/* What a block of pairs brings to a pixel: every camera path of the pixel in the block with every light path of the
+ * block. */
 #include "integrator/qmcppm.h"
 
 #include <string.h>
 
-/* A vertex of a camera path that looks for photons. The walk has what merges read: the path's densities where merges are weighted,
- * and, made when the first photon is found, surface and BSDF. */
+/* A vertex of a camera path that looks for photons. The walk has what merges read: the path's densities where merges
+ * are weighted, and, made when the first photon is found, surface and BSDF. */
 typedef struct gather {
     const ca_qmcppm *q;
     const ca_gather_vertex *vertex;
@@ -17,7 +18,7 @@ typedef struct gather {
     ca_vec3 gradient; /* of irradiance, luminance; over the block's light paths */
 } gather;
 
-/* ---- Merges ----------------------------------------------------------------------------------------------------------- */
+/* ---- Merges ---------------------------------------------------------------------------------------------------- */
 
 static void make_surface(gather *g)
 {
@@ -105,7 +106,8 @@ static void merge_chunk(gather *g, const ca_light_chunk *chunk)
     g->walk.worker->counters.photons_tested += query.tested;
 }
 
-/* A kept camera path with all photons of the block. The gradient is that at the first vertex that looks for photons. */
+/* A kept camera path with all photons of the block. The gradient is that at the first vertex that looks for
+ * photons. */
 static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradient, ca_worker *worker)
 {
     const ca_camera_record *record = &q->camera.records[number];
@@ -135,7 +137,7 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
     return g.sum;
 }
 
-/* ---- Shadow rays ------------------------------------------------------------------------------------------------------ */
+/* ---- Shadow rays ----------------------------------------------------------------------------------------------- */
 
 /* Joins the last vertex with every light path of the block. */
 static void connect_all(ca_camera_walk *walk)
@@ -164,10 +166,11 @@ static ca_rgb connect_path(const ca_qmcppm *q, uint32_t x, uint32_t y, uint32_t 
     return walk.scratch->chunk_light[1];
 }
 
-/* ---- A pixel ---------------------------------------------------------------------------------------------------------- */
+/* ---- A pixel --------------------------------------------------------------------------------------------------- */
 
 /* Adds a camera path: what it found alone counts for each of the block's pairs. */
-static void add_path(const ca_qmcppm *q, const ca_film_sample *sample, ca_rgb own_light, ca_rgb joined, ca_block_sample *sum)
+static void add_path(const ca_qmcppm *q, const ca_film_sample *sample, ca_rgb own_light, ca_rgb joined,
+                     ca_block_sample *sum)
 {
     const ca_rgb light = ca_rgb_madd(joined, (float)q->light_count, own_light);
     sum->radiance = ca_rgb_madd(sum->radiance, sample->filter_weight, light);

@@ -1,4 +1,5 @@
-/* Steps that every walk of a camera path takes, whatever the algorithm does at its vertices. Internal to this folder. */
+/* Steps that every walk of a camera path takes, whatever the algorithm does at its vertices. Internal to this
+ * folder. */
 #ifndef CA_INTEGRATOR_WALK_H
 #define CA_INTEGRATOR_WALK_H
 
@@ -8,8 +9,8 @@
 #include "scene/scene.h"
 
 /* The first ray of a camera path through pixel (x, y) of the full film; *filter_weight as in sampling/filter.h. */
-static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca_filter *filter, const ca_stream *stream,
-                                               uint32_t x, uint32_t y, float *filter_weight)
+static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca_filter *filter,
+                                               const ca_stream *stream, uint32_t x, uint32_t y, float *filter_weight)
 {
     const ca_vec2 offset = ca_filter_sample(filter, ca_sample_2d(stream, CA_DIM_FILM), filter_weight);
     const ca_vec2 film_position = {(float)x + 0.5f + offset.x, (float)y + 0.5f + offset.y};
@@ -39,8 +40,9 @@ static inline bool ca_walk_light_is_visible(const ca_accel *accel, const ca_surf
     return !ca_accel_occluded(accel, origin, direct->to_light, 0.0f, INFINITY);
 }
 
-/* Russian roulette after `depth` edges: from rr_depth on a path survives with min(0.95, largest throughput * eta2), where
- * eta2 gives back what refraction took from the throughput. false: the walk ends; else *throughput is scaled. */
+/* Russian roulette after `depth` edges: from rr_depth on a path survives with min(0.95, largest throughput * eta2),
+ * where eta2 gives back what refraction took from the throughput. false: the walk ends; else *throughput is
+ * scaled. */
 static inline bool ca_walk_survives(uint32_t depth, uint32_t rr_depth, float eta2, float u, ca_rgb *throughput)
 {
     const float largest = ca_rgb_max(*throughput);

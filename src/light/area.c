@@ -28,8 +28,8 @@ void ca_light_area_prepare(ca_light *light)
     light->power = CA_PI * light->shape->area * mean;
 }
 
-/* Spheres are sampled by the cone in which they are seen; all other shapes by area, where one root and one division give
- * distance, direction and density together. */
+/* Spheres are sampled by the cone in which they are seen; all other shapes by area, where one root and one division
+ * give distance, direction and density together. */
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
     const ca_shape *shape = light->shape;

@@ -1,15 +1,15 @@
-/* Light sources: what they emit, and sampling them from a point of the scene (next event) or on their own (light paths).
+/* Light sources: what they emit, and sampling them from a point of the scene (next event) or on their own (light
+ * paths).
  *
- * Units: radiance W sr^-1 m^-2; point, spot and projector: radiant intensity W sr^-1; directional: irradiance W m^-2 on a
- * surface facing it. Directions called `direction` leave the light; directions called `to_light` go towards it.
+ * Units: radiance W sr^-1 m^-2; point, spot and projector: radiant intensity W sr^-1; directional: irradiance W m^-2
+ * on a surface facing it. Directions called `direction` leave the light; directions called `to_light` go towards it.
  *
  * Densities, all without the probability of choosing this light among others:
  *     pdf_direct     of the direction to the light as seen from a reference point, per solid angle *there*
- *     pdf_position   of the emitted ray's origin: area lights per area of the light; directional and environment per area
- *                    of the disk across the direction that covers the scene's bounding sphere
- *     pdf_direction  of the emitted direction given the origin, per solid angle
- * A Dirac part has the number 1 (its discrete probability), flagged by dirac_position (point, spot, projector) or
- * dirac_direction (directional).
+ *     pdf_position   of the emitted ray's origin: area lights per area of the light; directional and environment per
+ * area of the disk across the direction that covers the scene's bounding sphere pdf_direction  of the emitted
+ * direction given the origin, per solid angle A Dirac part has the number 1 (its discrete probability), flagged by
+ * dirac_position (point, spot, projector) or dirac_direction (directional).
  *
  * For infinite lights `distance` is CA_INFINITE_DISTANCE and position lies outside of the scene. Lights are immutable
  * and shared by all threads. */
@@ -88,8 +88,8 @@ typedef struct ca_light_emission {
 bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
                               ca_light_emission *emission);
 
-/* What a path that happened to hit the light sees, and with which densities the light's own techniques would have made
- * the same: for area lights the surface hit and the direction from it back along the path; for environments the
+/* What a path that happened to hit the light sees, and with which densities the light's own techniques would have
+ * made the same: for area lights the surface hit and the direction from it back along the path; for environments the
  * direction only (surface NULL). `reference` is the path's previous vertex. */
 typedef struct ca_light_hit {
     ca_rgb radiance;
@@ -98,9 +98,11 @@ typedef struct ca_light_hit {
     ca_pdf_solid_angle pdf_direction;
 } ca_light_hit;
 
-ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction);
+ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface,
+                               ca_vec3 direction);
 
-/* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`, alone. */
+/* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`,
+ * alone. */
 ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction);
 
 #endif

@@ -39,11 +39,11 @@ bool ca_light_environment_emission(const ca_light *light, ca_vec2 u_position, ca
 ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction);
 ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction);
 
-/* ---- Shared -------------------------------------------------------------------------------------------------------
- */
+/* ---- Shared
+ * ------------------------------------------------------------------------------------------------------- */
 
-/* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the light.
- */
+/* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the
+ * light. */
 bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 
 /* Lights at infinity: rays that travel along `direction` start on a disk that covers the scene's bounding sphere, in

@@ -6,8 +6,8 @@
  * sampled by the picture's luminance on that plane, whose density per solid angle has the same cos^-3: the flux of a
  * sample depends on the picture only as far as the table is coarser than it.
  *
- * The place in the picture is chosen by u_position, as a camera's first pair chooses the place on the film: where both read
- * the same sequence, a projector of one colour and a camera with its view send out the same rays. */
+ * The place in the picture is chosen by u_position, as a camera's first pair chooses the place on the film: where
+ * both read the same sequence, a projector of one colour and a camera with its view send out the same rays. */
 #include "base/memory.h"
 #include "light/light_kinds.h"
 #include "math/numeric.h"

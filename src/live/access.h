@@ -1,9 +1,10 @@
 /* Who may ask the live view for what: judged from a request's words alone.
  *
- * A path is "/TOKEN/resource". The token is a secret of 128 random bits in the address that the program prints; without it every
- * answer is the same refusal. The Host header must be the address that is served, so that a foreign page whose name resolves to
- * this machine gets nothing (DNS rebinding); for the same reason an Origin header, where there is one, must be http:// and that
- * host. No file is ever opened: a resource is a word of a fixed list, anything else does not exist. */
+ * A path is "/TOKEN/resource". The token is a secret of 128 random bits in the address that the program prints;
+ * without it every answer is the same refusal. The Host header must be the address that is served, so that a foreign
+ * page whose name resolves to this machine gets nothing (DNS rebinding); for the same reason an Origin header, where
+ * there is one, must be http:// and that host. No file is ever opened: a resource is a word of a fixed list, anything
+ * else does not exist. */
 #ifndef CA_LIVE_ACCESS_H
 #define CA_LIVE_ACCESS_H
 
@@ -46,7 +47,8 @@ typedef struct ca_live_request {
     const char *host, *origin;  /* NULL: there is no such header */
 } ca_live_request;
 
-/* The HTTP status: 200 and the resource, or a refusal: 400 (no Host, or a path that tries to climb), 403, 404, 405. */
+/* The HTTP status: 200 and the resource, or a refusal: 400 (no Host, or a path that tries to climb), 403, 404,
+ * 405. */
 int ca_live_judge(const ca_live_access *access, const ca_live_request *request, ca_live_resource *resource);
 
 /* A random token. false where the system gives no random numbers. */

@@ -1,10 +1,11 @@
 /* What looking at a render may cost it: at most a share of the processor time that the process has used.
  *
- * The account counts two things: the processor time of the thread that serves, and for each picture taken the time of the
- * rendering thread times the number of rendering threads, which wait meanwhile. Whoever wants to spend asks first; what a picture
- * will cost is told from the last one: the first one is taken whatever it costs, and paid off before the second. A small advance,
- * counted once, is there from the beginning, so that a page opens at once. A part of the share is kept for the end, when those who
- * look fetch the last picture, and with it what it takes to send this once; debts of before do not count then.
+ * The account counts two things: the processor time of the thread that serves, and for each picture taken the time of
+ * the rendering thread times the number of rendering threads, which wait meanwhile. Whoever wants to spend asks
+ * first; what a picture will cost is told from the last one: the first one is taken whatever it costs, and paid off
+ * before the second. A small advance, counted once, is there from the beginning, so that a page opens at once. A part
+ * of the share is kept for the end, when those who look fetch the last picture, and with it what it takes to send
+ * this once; debts of before do not count then.
  *
  * Threads: the caller's lock. */
 #ifndef CA_LIVE_BUDGET_H
@@ -12,8 +13,8 @@
 
 #include <stdbool.h>
 
-/* Shares of the process's processor time; advances beside them, in seconds of a processor. Of 30 s and more, shares and advances come to 3 % at
- * most. */
+/* Shares of the process's processor time; advances beside them, in seconds of a processor. Of 30 s and more, shares
+ * and advances come to 3 % at most. */
 #define CA_LIVE_SHARE 0.02 /* while it renders */
 #define CA_LIVE_ADVANCE 0.05
 #define CA_LIVE_WHOLE_SHARE 0.025 /* with the end */

@@ -29,7 +29,7 @@ struct ca_live {
     char url[URL_SIZE];
 };
 
-/* ---- The serving thread --------------------------------------------------------------------------------------------- */
+/* ---- The serving thread ---------------------------------------------------------------------------------------- */
 
 /* Up to `milliseconds`, or until somebody asks for something. With the lock held. */
 static void nap(ca_live_state *state, long milliseconds)
@@ -69,7 +69,8 @@ static void serve_tev(ca_live *live)
     ca_live_snapshot_release(picture);
     ca_tev_run(live->tev);
     pthread_mutex_lock(&state->lock);
-    const bool ready = ca_tev_is_ready(live->tev), newest = !state->snapshot || state->snapshot->version == live->tev_version;
+    const bool ready = ca_tev_is_ready(live->tev),
+               newest = !state->snapshot || state->snapshot->version == live->tev_version;
     if (ready && newest) state->wants_picture = true;
     state->tev_is_behind = ca_tev_descriptor(live->tev) >= 0 && !(ready && newest);
     pthread_cond_broadcast(&state->asked);
@@ -107,7 +108,7 @@ static void *serve(void *user)
     return NULL;
 }
 
-/* ---- Life ------------------------------------------------------------------------------------------------------------ */
+/* ---- Life ------------------------------------------------------------------------------------------------------ */
 
 /* Signals are the business of the program's first thread. */
 static ca_status start_thread(ca_live *live, ca_error *error)
@@ -125,11 +126,12 @@ static ca_status start_thread(ca_live *live, ca_error *error)
 static ca_status open_server(ca_live *live, ca_error *error)
 {
     const char *address = live->settings.address ? live->settings.address : "127.0.0.1";
-    CA_TRY(ca_live_server_create(&live->server, address, (uint16_t)live->settings.port, live->settings.title, &live->state, error));
+    CA_TRY(ca_live_server_create(&live->server, address, (uint16_t)live->settings.port, live->settings.title,
+                                 &live->state, error));
     const ca_live_access *access = ca_live_server_access(live->server);
     const bool bracketed = strchr(access->address, ':') != NULL;
-    snprintf(live->url, sizeof live->url, bracketed ? "http://[%s]:%u/%s/" : "http://%s:%u/%s/", access->address, access->port,
-             access->token);
+    snprintf(live->url, sizeof live->url, bracketed ? "http://[%s]:%u/%s/" : "http://%s:%u/%s/", access->address,
+             access->port, access->token);
     return CA_OK;
 }
 
@@ -171,7 +173,7 @@ void ca_live_destroy(ca_live *live)
 
 const char *ca_live_url(const ca_live *live) { return live->url; }
 
-/* ---- The render's side ------------------------------------------------------------------------------------------------ */
+/* ---- The render's side ----------------------------------------------------------------------------------------- */
 
 /* With the lock held. */
 static void set_phase(ca_live_state *state, ca_live_phase phase)
@@ -234,7 +236,8 @@ static bool picture_is_due(ca_live *live, const ca_render_progress *progress)
     if (!progress->snapshot) return false;
     if (live->last_picture >= 0.0 && ca_clock_seconds() - live->last_picture < picture_seconds) return false;
     pthread_mutex_lock(&state->lock);
-    const bool due = state->wants_picture && ca_live_budget_allows(&state->budget, ca_live_process_seconds(), state->budget.picture_cost);
+    const bool due = state->wants_picture &&
+                     ca_live_budget_allows(&state->budget, ca_live_process_seconds(), state->budget.picture_cost);
     pthread_mutex_unlock(&state->lock);
     return due;
 }
@@ -251,7 +254,8 @@ static bool picture_is_old(const ca_live *live, const ca_render_progress *progre
     return progress->snapshot && !(live->state.snapshot && live->state.snapshot->passes == progress->passes_done);
 }
 
-/* The picture that is saved is that of the passes done: a new one, if need be. Only this thread changes state.snapshot. */
+/* The picture that is saved is that of the passes done: a new one, if need be. Only this thread changes
+ * state.snapshot. */
 static void save(ca_live *live, const ca_render_progress *progress)
 {
     const ca_live_settings *settings = &live->settings;
@@ -263,8 +267,8 @@ static void save(ca_live *live, const ca_render_progress *progress)
     else if (picture_is_old(live, progress))
         status = take_picture(live, progress, false, &error);
     if (status == CA_OK)
-        status = settings->save(live->state.snapshot->image, &live->state.snapshot->statistics, settings->user, message, sizeof message,
-                                &error);
+        status = settings->save(live->state.snapshot->image, &live->state.snapshot->statistics, settings->user,
+                                message, sizeof message, &error);
     say(&live->state, status == CA_OK ? message : error.message);
 }
 
@@ -309,17 +313,20 @@ bool ca_live_report(ca_live *live, const ca_render_progress *progress)
     return !stops;
 }
 
-/* With the lock held: somebody has not got the last picture yet, and there is something left of what that may cost. */
+/* With the lock held: somebody has not got the last picture yet, and there is something left of what that may
+ * cost. */
 static bool farewell_goes_on(const ca_live_state *state)
 {
-    return (state->watchers > 0 || state->tev_is_behind) && ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
+    return (state->watchers > 0 || state->tev_is_behind) &&
+           ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
 }
 
 void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_statistics *statistics)
 {
     ca_live_state *state = &live->state;
     ca_live_snapshot *picture;
-    const double start = ca_clock_seconds(), bytes = (double)image->width * image->height * (double)image->channel_count * sizeof(float);
+    const double start = ca_clock_seconds(),
+                 bytes = (double)image->width * image->height * (double)image->channel_count * sizeof(float);
     if (ca_live_snapshot_create(&picture, image, statistics, NULL) == CA_OK) {
         picture->passes = (uint32_t)statistics->iterations;
         show(live, picture);
@@ -327,7 +334,8 @@ void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_stati
     pthread_mutex_lock(&state->lock);
     ca_live_budget_end(&state->budget, ca_live_process_seconds(), bytes);
     set_phase(state, CA_LIVE_DONE);
-    while (farewell_goes_on(state) && !live->settings.is_interrupted() && ca_clock_seconds() - start < farewell_seconds)
+    while (farewell_goes_on(state) && !live->settings.is_interrupted() &&
+           ca_clock_seconds() - start < farewell_seconds)
         nap(state, NAP_MILLISECONDS);
     pthread_mutex_unlock(&state->lock);
 }

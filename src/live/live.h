@@ -1,11 +1,12 @@
 /* Looking at a render while it goes on: a page in a browser (server.h), or the viewer tev (tev.h).
  *
- * One thread of its own serves all who look; the render is asked in its progress callback, which takes a picture when somebody waits
- * for one, at most every 250 ms, and waits itself while it is paused. Both together may cost 3 % of the process's processor time
- * (budget.h): beyond, answers come later, whoever asks for how much. Nobody who looks can make the render wait.
+ * One thread of its own serves all who look; the render is asked in its progress callback, which takes a picture when
+ * somebody waits for one, at most every 250 ms, and waits itself while it is paused. Both together may cost 3 % of
+ * the process's processor time (budget.h): beyond, answers come later, whoever asks for how much. Nobody who looks
+ * can make the render wait.
  *
- * Memory: pictures of all layers, about 120 bytes a pixel each: usually two of them, and one more for each of at most 8 clients that are
- * slow to fetch theirs. */
+ * Memory: pictures of all layers, about 120 bytes a pixel each: usually two of them, and one more for each of at most
+ * 8 clients that are slow to fetch theirs. */
 #ifndef CA_LIVE_LIVE_H
 #define CA_LIVE_LIVE_H
 
@@ -21,8 +22,8 @@ typedef struct ca_live_settings {
     const char *title;    /* of the page and of tev's image; borrowed */
     uint32_t threads;     /* of the render, which wait while a picture is taken */
     /* Writes the picture so far, because somebody asked for it. Says in `message` what was written. */
-    ca_status (*save)(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message, size_t size,
-                      ca_error *error);
+    ca_status (*save)(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message,
+                      size_t size, ca_error *error);
     bool (*is_interrupted)(void); /* ends a pause, and the wait at the end */
     void *user;
 } ca_live_settings;
@@ -37,8 +38,8 @@ const char *ca_live_url(const ca_live *live);
 /* To be called from the render's progress callback; false: somebody wants the render to end here. */
 bool ca_live_report(ca_live *live, const ca_render_progress *progress);
 
-/* The render is over: shows its picture, which it takes over, and waits until all who look have it, 5 seconds at most, and no longer
- * than what looking may cost allows. */
+/* The render is over: shows its picture, which it takes over, and waits until all who look have it, 5 seconds at
+ * most, and no longer than what looking may cost allows. */
 void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_statistics *statistics);
 
 #endif

@@ -45,9 +45,10 @@ struct ca_live_server {
     bool closes;
 };
 
-/* ---- Answers -------------------------------------------------------------------------------------------------------- */
+/* ---- Answers --------------------------------------------------------------------------------------------------- */
 
-static enum MHD_Result answer(struct MHD_Connection *connection, unsigned status, struct MHD_Response *response, const char *type)
+static enum MHD_Result answer(struct MHD_Connection *connection, unsigned status, struct MHD_Response *response,
+                              const char *type)
 {
     if (!response) return MHD_NO;
     MHD_add_response_header(response, "Content-Type", type);
@@ -56,7 +57,8 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned status
     MHD_add_response_header(response, "Referrer-Policy", "no-referrer");
     MHD_add_response_header(response, "Cross-Origin-Resource-Policy", "same-origin");
     MHD_add_response_header(response, "Content-Security-Policy",
-                            "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; base-uri 'none'; "
+                            "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src "
+                            "data:; base-uri 'none'; "
                             "form-action 'none'; frame-ancestors 'none'");
     const enum MHD_Result result = MHD_queue_response(connection, status, response);
     MHD_destroy_response(response);
@@ -65,7 +67,8 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned status
 
 static enum MHD_Result answer_text(struct MHD_Connection *connection, unsigned status, const char *text)
 {
-    return answer(connection, status, MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text, MHD_RESPMEM_MUST_COPY),
+    return answer(connection, status,
+                  MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text, MHD_RESPMEM_MUST_COPY),
                   "text/plain; charset=utf-8");
 }
 
@@ -82,12 +85,14 @@ static enum MHD_Result answer_file(struct MHD_Connection *connection, const char
 {
     const ca_page_file *file = ca_page_file_named(name);
     return answer(connection, MHD_HTTP_OK,
-                  MHD_create_response_from_buffer(file->size, (void *)(uintptr_t)file->data, MHD_RESPMEM_PERSISTENT), type);
+                  MHD_create_response_from_buffer(file->size, (void *)(uintptr_t)file->data, MHD_RESPMEM_PERSISTENT),
+                  type);
 }
 
 /* What `write` puts into a buffer. */
 static enum MHD_Result answer_written(ca_live_server *server, struct MHD_Connection *connection, const char *type,
-                                      void (*write)(FILE *stream, ca_live_server *server, const ca_live_snapshot *picture, size_t pixel),
+                                      void (*write)(FILE *stream, ca_live_server *server,
+                                                    const ca_live_snapshot *picture, size_t pixel),
                                       const ca_live_snapshot *picture, size_t pixel)
 {
     enum MHD_Result result = MHD_NO;
@@ -114,7 +119,9 @@ static void write_page(FILE *stream, ca_live_server *server, const ca_live_snaps
     const ca_page_file *body = ca_page_file_named("live.html");
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>", stream);
     ca_page_put_html(stream, server->title);
-    fputs("</title>\n<link rel=\"stylesheet\" href=\"style.css\">\n<link rel=\"icon\" href=\"data:,\">\n</head>\n<body>\n", stream);
+    fputs("</title>\n<link rel=\"stylesheet\" href=\"style.css\">\n<link rel=\"icon\" "
+          "href=\"data:,\">\n</head>\n<body>\n",
+          stream);
     fwrite(body->data, 1, body->size, stream);
     fputs("<script src=\"viewer.js\"></script>\n<script src=\"live.js\"></script>\n</body>\n</html>\n", stream);
 }
@@ -145,7 +152,7 @@ static void write_pixel(FILE *stream, ca_live_server *server, const ca_live_snap
     fputs("}}", stream);
 }
 
-/* ---- Pictures ------------------------------------------------------------------------------------------------------- */
+/* ---- Pictures -------------------------------------------------------------------------------------------------- */
 
 /* A watcher more or less: the end of a render waits for them. */
 static void count_watcher(ca_live_server *server, int change)
@@ -187,11 +194,13 @@ static void close_planes(void *user)
     ca_free(a);
 }
 
-static enum MHD_Result answer_planes(ca_live_server *server, struct MHD_Connection *connection, ca_live_snapshot *picture)
+static enum MHD_Result answer_planes(ca_live_server *server, struct MHD_Connection *connection,
+                                     ca_live_snapshot *picture)
 {
     char version[16];
     const char *names = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "names");
-    if (server->pictures >= MOST_PICTURES) return answer_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "too many at once\n");
+    if (server->pictures >= MOST_PICTURES)
+        return answer_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "too many at once\n");
     picture_answer *a = ca_alloc_zeroed(1, sizeof *a);
     if (!a || !names || !ca_live_planes_open(&a->planes, picture, names)) {
         ca_free(a);
@@ -202,8 +211,8 @@ static enum MHD_Result answer_planes(ca_live_server *server, struct MHD_Connecti
     count_watcher(server, 1);
     /* Who takes a picture waits for the next one. */
     want_picture(server);
-    struct MHD_Response *response =
-        MHD_create_response_from_callback(ca_live_planes_bytes(&a->planes), PLANES_BLOCK, read_planes, a, close_planes);
+    struct MHD_Response *response = MHD_create_response_from_callback(ca_live_planes_bytes(&a->planes), PLANES_BLOCK,
+                                                                      read_planes, a, close_planes);
     if (!response) {
         close_planes(a);
         return MHD_NO;
@@ -227,7 +236,8 @@ static bool find_pixel(struct MHD_Connection *connection, const ca_image_layers 
     return true;
 }
 
-static enum MHD_Result answer_picture(ca_live_server *server, struct MHD_Connection *connection, ca_live_resource resource)
+static enum MHD_Result answer_picture(ca_live_server *server, struct MHD_Connection *connection,
+                                      ca_live_resource resource)
 {
     ca_live_snapshot *picture = ca_live_state_picture(server->state);
     size_t pixel = 0;
@@ -248,7 +258,7 @@ static enum MHD_Result answer_picture(ca_live_server *server, struct MHD_Connect
     return result;
 }
 
-/* ---- Events --------------------------------------------------------------------------------------------------------- */
+/* ---- Events ---------------------------------------------------------------------------------------------------- */
 
 static uint64_t newest(ca_live_state *state)
 {
@@ -336,7 +346,7 @@ static enum MHD_Result answer_events(ca_live_server *server, struct MHD_Connecti
     return answer(connection, MHD_HTTP_OK, response, "text/event-stream");
 }
 
-/* ---- Requests ------------------------------------------------------------------------------------------------------- */
+/* ---- Requests -------------------------------------------------------------------------------------------------- */
 
 static enum MHD_Result ask(ca_live_server *server, struct MHD_Connection *connection, ca_live_resource resource)
 {
@@ -349,10 +359,12 @@ static enum MHD_Result ask(ca_live_server *server, struct MHD_Connection *connec
     if (resource == CA_LIVE_SAVE) state->wants_save = true;
     pthread_cond_broadcast(&state->asked);
     pthread_mutex_unlock(&state->lock);
-    return over ? answer_text(connection, MHD_HTTP_CONFLICT, "the render is over\n") : answer_text(connection, MHD_HTTP_ACCEPTED, "\n");
+    return over ? answer_text(connection, MHD_HTTP_CONFLICT, "the render is over\n")
+                : answer_text(connection, MHD_HTTP_ACCEPTED, "\n");
 }
 
-static enum MHD_Result answer_resource(ca_live_server *server, struct MHD_Connection *connection, ca_live_resource resource)
+static enum MHD_Result answer_resource(ca_live_server *server, struct MHD_Connection *connection,
+                                       ca_live_resource resource)
 {
     switch (resource) {
     case CA_LIVE_PAGE: return answer_written(server, connection, "text/html; charset=utf-8", write_page, NULL, 0);
@@ -372,8 +384,8 @@ static enum MHD_Result answer_resource(ca_live_server *server, struct MHD_Connec
     return MHD_NO;
 }
 
-/* Called with the headers, with each piece of a body, and at its end. Who is refused is so before a body is read; bodies say
- * nothing here. */
+/* Called with the headers, with each piece of a body, and at its end. Who is refused is so before a body is read;
+ * bodies say nothing here. */
 static enum MHD_Result on_request(void *user, struct MHD_Connection *connection, const char *path, const char *method,
                                   const char *version, const char *body, size_t *body_size, void **seen)
 {
@@ -400,18 +412,19 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *connection,
     return answer_resource(server, connection, resource);
 }
 
-/* ---- Life ----------------------------------------------------------------------------------------------------------- */
+/* ---- Life ------------------------------------------------------------------------------------------------------ */
 
 static ca_status listen_on(ca_live_server *server, const struct addrinfo *place, uint16_t port, ca_error *error)
 {
     const unsigned family = place->ai_family == AF_INET6 ? MHD_USE_IPv6 : 0;
     errno = 0;
-    server->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | family, port, NULL, NULL, on_request, server,
-                                      MHD_OPTION_SOCK_ADDR, place->ai_addr, MHD_OPTION_CONNECTION_LIMIT, (unsigned)MOST_CONNECTIONS,
-                                      MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_SECONDS, MHD_OPTION_END);
+    server->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | family, port, NULL, NULL, on_request,
+                                      server, MHD_OPTION_SOCK_ADDR, place->ai_addr, MHD_OPTION_CONNECTION_LIMIT,
+                                      (unsigned)MOST_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
+                                      (unsigned)IDLE_SECONDS, MHD_OPTION_END);
     if (!server->daemon)
-        return ca_fail(error, CA_ERROR_FILE, NULL, "the live view cannot listen on %s, port %u: %s", server->access.address, port,
-                       errno ? strerror(errno) : "the system refuses");
+        return ca_fail(error, CA_ERROR_FILE, NULL, "the live view cannot listen on %s, port %u: %s",
+                       server->access.address, port, errno ? strerror(errno) : "the system refuses");
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(server->daemon, MHD_DAEMON_INFO_BIND_PORT);
     server->access.port = info ? info->port : port;
     return CA_OK;
@@ -421,22 +434,25 @@ static ca_status open_server(ca_live_server *server, const char *address, uint16
 {
     char port_text[8];
     struct addrinfo *place = NULL;
-    const struct addrinfo hints = {.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE, .ai_socktype = SOCK_STREAM};
+    const struct addrinfo hints = {.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE,
+                                   .ai_socktype = SOCK_STREAM};
     snprintf(port_text, sizeof port_text, "%u", port);
     if (strlen(address) >= CA_LIVE_ADDRESS_SIZE || getaddrinfo(address, port_text, &hints, &place) != 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not an address in numbers, such as 127.0.0.1", address);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not an address in numbers, such as 127.0.0.1",
+                       address);
     strcpy(server->access.address, address);
     server->access.any_address = strcmp(address, "0.0.0.0") == 0 || strcmp(address, "::") == 0;
     ca_status status = CA_OK;
     if (!ca_live_make_token(server->access.token))
-        status = ca_fail(error, CA_ERROR_FILE, NULL, "the system gives no random numbers for the live view's address");
+        status =
+            ca_fail(error, CA_ERROR_FILE, NULL, "the system gives no random numbers for the live view's address");
     if (status == CA_OK) status = listen_on(server, place, port, error);
     freeaddrinfo(place);
     return status;
 }
 
-ca_status ca_live_server_create(ca_live_server **server, const char *address, uint16_t port, const char *title, ca_live_state *state,
-                                ca_error *error)
+ca_status ca_live_server_create(ca_live_server **server, const char *address, uint16_t port, const char *title,
+                                ca_live_state *state, ca_error *error)
 {
     *server = ca_alloc_zeroed(1, sizeof **server);
     if (!*server) return ca_fail_memory(error, "the live view");

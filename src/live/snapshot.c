@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-ca_status ca_live_snapshot_create(ca_live_snapshot **snapshot, ca_image_layers *image, const ca_render_statistics *statistics,
-                                  ca_error *error)
+ca_status ca_live_snapshot_create(ca_live_snapshot **snapshot, ca_image_layers *image,
+                                  const ca_render_statistics *statistics, ca_error *error)
 {
     *snapshot = ca_alloc_zeroed(1, sizeof **snapshot);
     if (!*snapshot) {

@@ -1,5 +1,5 @@
-/* A picture of a render so far, shared by the render and those who look at it: never changed once it is made, released when the
- * last one lets it go. Threads: any. */
+/* A picture of a render so far, shared by the render and those who look at it: never changed once it is made,
+ * released when the last one lets it go. Threads: any. */
 #ifndef CA_LIVE_SNAPSHOT_H
 #define CA_LIVE_SNAPSHOT_H
 
@@ -14,8 +14,8 @@ typedef struct ca_live_snapshot {
 } ca_live_snapshot;
 
 /* Takes the image over, also on failure. One holder: the caller. */
-ca_status ca_live_snapshot_create(ca_live_snapshot **snapshot, ca_image_layers *image, const ca_render_statistics *statistics,
-                                  ca_error *error);
+ca_status ca_live_snapshot_create(ca_live_snapshot **snapshot, ca_image_layers *image,
+                                  const ca_render_statistics *statistics, ca_error *error);
 ca_live_snapshot *ca_live_snapshot_hold(ca_live_snapshot *snapshot); /* NULL is allowed */
 void ca_live_snapshot_release(ca_live_snapshot *snapshot);           /* likewise */
 
@@ -28,10 +28,14 @@ typedef struct ca_live_planes {
     size_t count, plane_bytes;
 } ca_live_planes;
 
-/* `names`: "R,G,B". Holds the snapshot. false where a channel is not there, or too many are asked for: nothing is held. */
+/* `names`: "R,G,B". Holds the snapshot. false where a channel is not there, or too many are asked for: nothing is
+ * held. */
 bool ca_live_planes_open(ca_live_planes *planes, ca_live_snapshot *snapshot, const char *names);
 void ca_live_planes_close(ca_live_planes *planes);
-static inline size_t ca_live_planes_bytes(const ca_live_planes *planes) { return planes->count * planes->plane_bytes; }
+static inline size_t ca_live_planes_bytes(const ca_live_planes *planes)
+{
+    return planes->count * planes->plane_bytes;
+}
 /* Copies what begins at `position`, at most `size` bytes; gives back how many these are, 0 at the end. */
 size_t ca_live_planes_read(const ca_live_planes *planes, size_t position, char *buffer, size_t size);
 

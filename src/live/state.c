@@ -54,7 +54,7 @@ bool ca_live_state_may_serve(const ca_live_state *state)
     return ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
 }
 
-/* ---- As JSON ------------------------------------------------------------------------------------------------------- */
+/* ---- As JSON --------------------------------------------------------------------------------------------------- */
 
 static void put(FILE *stream, const char *name, double value)
 {
@@ -73,8 +73,10 @@ static double noise_percent(const ca_live_state *state)
 static void put_picture(FILE *stream, const ca_live_snapshot *picture)
 {
     const ca_image_layers *image = picture->image;
-    fprintf(stream, ",\"picture\":{\"version\":%u,\"passes\":%u,\"width\":%u,\"height\":%u,\"x0\":%d,\"y0\":%d,\"channels\":%zu",
-            picture->version, picture->passes, image->width, image->height, image->x0, image->y0, image->channel_count);
+    fprintf(
+        stream,
+        ",\"picture\":{\"version\":%u,\"passes\":%u,\"width\":%u,\"height\":%u,\"x0\":%d,\"y0\":%d,\"channels\":%zu",
+        picture->version, picture->passes, image->width, image->height, image->x0, image->y0, image->channel_count);
     put(stream, "samples", picture->statistics.samples_per_pixel);
     put(stream, "light_paths", picture->statistics.numbers_of_rays.light_paths);
     put(stream, "camera_paths", picture->statistics.numbers_of_rays.camera_paths);

@@ -1,5 +1,5 @@
-/* What the render and the thread that serves it know of each other. Everything is guarded by `lock`; neither side holds it while it
- * makes, sends or writes a picture. */
+/* What the render and the thread that serves it know of each other. Everything is guarded by `lock`; neither side
+ * holds it while it makes, sends or writes a picture. */
 #ifndef CA_LIVE_STATE_H
 #define CA_LIVE_STATE_H
 
@@ -8,7 +8,13 @@
 
 #include <pthread.h>
 
-typedef enum ca_live_phase { CA_LIVE_WAITING, CA_LIVE_RENDERING, CA_LIVE_PAUSED, CA_LIVE_STOPPING, CA_LIVE_DONE } ca_live_phase;
+typedef enum ca_live_phase {
+    CA_LIVE_WAITING,
+    CA_LIVE_RENDERING,
+    CA_LIVE_PAUSED,
+    CA_LIVE_STOPPING,
+    CA_LIVE_DONE
+} ca_live_phase;
 
 typedef struct ca_live_state {
     pthread_mutex_t lock;

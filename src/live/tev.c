@@ -23,7 +23,7 @@ struct ca_tev {
     size_t size, sent, capacity;
 };
 
-/* ---- Connecting ------------------------------------------------------------------------------------------------------ */
+/* ---- Connecting ------------------------------------------------------------------------------------------------ */
 
 static ca_status split_place(const char *place, char host[256], const char **port, ca_error *error)
 {
@@ -93,7 +93,7 @@ void ca_tev_destroy(ca_tev *tev)
     ca_free(tev);
 }
 
-/* ---- Packets --------------------------------------------------------------------------------------------------------- */
+/* ---- Packets --------------------------------------------------------------------------------------------------- */
 
 static void put_bytes(ca_tev *tev, const void *bytes, size_t count)
 {
@@ -184,10 +184,11 @@ void ca_tev_show(ca_tev *tev, const ca_live_snapshot *picture)
     if (!tev->created) put_create(tev);
     tev->created = true;
     const uint32_t rows = rows_of_a_band(tev);
-    for (uint32_t y = 0; y < tev->height; y += rows) put_update(tev, planes, y, tev->height - y < rows ? tev->height : y + rows);
+    for (uint32_t y = 0; y < tev->height; y += rows)
+        put_update(tev, planes, y, tev->height - y < rows ? tev->height : y + rows);
 }
 
-/* ---- Sending --------------------------------------------------------------------------------------------------------- */
+/* ---- Sending --------------------------------------------------------------------------------------------------- */
 
 bool ca_tev_has_more(const ca_tev *tev) { return tev->sent < tev->size; }
 bool ca_tev_is_ready(const ca_tev *tev) { return tev->socket >= 0 && !ca_tev_has_more(tev); }

@@ -84,8 +84,8 @@ ca_bsdf_value ca_bsdf_eval(const ca_bsdf *bsdf, ca_vec3 wi_world, ca_vec3 wo_wor
     return sum;
 }
 
-/* The lobe whose share of [0, 1) holds *u, which becomes its place in that share; NULL for the null part. The last lobe
- * also takes what rounding leaves over. */
+/* The lobe whose share of [0, 1) holds *u, which becomes its place in that share; NULL for the null part. The last
+ * lobe also takes what rounding leaves over. */
 static const ca_bsdf_lobe *choose_lobe(const ca_bsdf *bsdf, float *u)
 {
     if (bsdf->lobe_count == 0) return NULL;

@@ -1,16 +1,17 @@
 /* The BSDF at a point: a weighted set of elementary BSDFs and a part that lets light straight through, in world
  * directions, with respect to the *geometric* normal.
  *
- *     f̄(w_eye, w_light) = f(w_eye, w_light) |w_light . ns| / |w_light . ng|        (0 where the sides of ns and ng differ)
+ *     f̄(w_eye, w_light) = f(w_eye, w_light) |w_light . ns| / |w_light . ng|        (0 where the sides of ns and ng
+ * differ)
  *
- * so that the transport equation holds with the geometric cosine everywhere; the factor does for paths from the camera
- * nothing else than use the shading cosine, and for paths from the light it is the adjoint correction (Veach 1997,
- * section 5.3). Every leaf may have its own shading normal (bump and normal maps). Directions point away from the
- * surface, wi towards the path's previous vertex, wo towards the next; `from` as in bxdf.h.
+ * so that the transport equation holds with the geometric cosine everywhere; the factor does for paths from the
+ * camera nothing else than use the shading cosine, and for paths from the light it is the adjoint correction (Veach
+ * 1997, section 5.3). Every leaf may have its own shading normal (bump and normal maps). Directions point away from
+ * the surface, wi towards the path's previous vertex, wo towards the next; `from` as in bxdf.h.
  *
- * A leaf is chosen with the probability of its weight, whatever the direction, so that the reverse pdf is exactly what
- * a walk from the other end would use. Which side of a twosided material is seen follows from ng, not from a shading
- * normal: both ends of a path then agree on it.
+ * A leaf is chosen with the probability of its weight, whatever the direction, so that the reverse pdf is exactly
+ * what a walk from the other end would use. Which side of a twosided material is seen follows from ng, not from a
+ * shading normal: both ends of a path then agree on it.
  *
  * Directions within 1e-6 of the plane of ng or of a leaf's shading normal count as in it and get zeros: there the
  * rounding of the dot product decides the side. */

@@ -154,8 +154,8 @@ static inline ca_frame shading_frame(const ca_surface *surface)
 }
 
 /* The frame around a normal given in another frame, s as near to the other's s as can be. The back of a twosided
- * material is its front seen in a mirror that lies in the surface: what leans to the left still does, so the normal of
- * the mirrored frame leans the other way. */
+ * material is its front seen in a mirror that lies in the surface: what leans to the left still does, so the normal
+ * of the mirrored frame leans the other way. */
 static ca_frame perturbed_frame(const tree_branch *branch, ca_vec3 n_local)
 {
     const float length = ca_length(n_local);

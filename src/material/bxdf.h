@@ -1,7 +1,7 @@
 /* Elementary BSDFs in the local shading frame (z = shading normal), textures already evaluated.
  *
- * Directions point away from the surface. wi is the direction the path came from (towards its previous vertex), wo the
- * one it goes to; both may lie on either side. `from` says at which end of the transport the path began:
+ * Directions point away from the surface. wi is the direction the path came from (towards its previous vertex), wo
+ * the one it goes to; both may lie on either side. `from` says at which end of the transport the path began:
  * CA_FROM_CAMERA carries importance against the light and scatters *radiance* (refraction scales it by the square of
  * the relative index), CA_FROM_LIGHT carries flux and does not scale.
  *
@@ -96,8 +96,8 @@ typedef struct ca_bxdf {
         } rough_plastic;
         struct {
             ca_rgb base_color;
-            float roughness, anisotropic, metallic, spec_trans, eta, spec_tint, sheen, sheen_tint, flatness, clearcoat,
-                clearcoat_gloss;
+            float roughness, anisotropic, metallic, spec_trans, eta, spec_tint, sheen, sheen_tint, flatness,
+                clearcoat, clearcoat_gloss;
             float diffuse_rate, specular_rate, clearcoat_rate; /* sampling rates, as Mitsuba 3 has them */
         } principled;
     } as;

@@ -3,8 +3,8 @@
 #include <string.h>
 
 /* Linear Rec. 709 values as the Tungsten renderer tabulates them (src/core/bsdfs/ComplexIorData.hpp), under the names
- * that Mitsuba documents; the measurements behind them are those of the Luxpop database, many by Palik. Values below 0
- * by at most 5e-4, which only the conversion to RGB makes, are 0 here. AlSb is left out: that conversion gives it a
+ * that Mitsuba documents; the measurements behind them are those of the Luxpop database, many by Palik. Values below
+ * 0 by at most 5e-4, which only the conversion to RGB makes, are 0 here. AlSb is left out: that conversion gives it a
  * negative index for red. */
 static const ca_conductor conductors[] = {
     {"none", {0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f}},

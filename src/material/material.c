@@ -119,7 +119,8 @@ static tree_summary summarize(const ca_material *table, ca_material_id id, uint3
     case CA_MATERIAL_BUMP:
     case CA_MATERIAL_NORMAL_MAP: summary.tangents = true; break;
     default: {
-        if (node->kind == CA_MATERIAL_TWOSIDED && (node->child[1] == CA_NONE || node->child[1] == node->child[0])) break;
+        if (node->kind == CA_MATERIAL_TWOSIDED && (node->child[1] == CA_NONE || node->child[1] == node->child[0]))
+            break;
         const tree_summary other = summarize(table, node->child[1], depth + 1, budget);
         summary.leaves = node->kind == CA_MATERIAL_BLEND
                              ? saturating_add(summary.leaves, other.leaves)

@@ -42,7 +42,8 @@ typedef struct ca_material {
     ca_texture_id reflectance;      /* diffuse: reflectance; plastic: diffuse_reflectance; principled: base_color */
     ca_texture_id specular;         /* specular_reflectance */
     ca_texture_id transmittance;    /* specular_transmittance */
-    ca_texture_id alpha_u, alpha_v; /* roughness; isotropic: the same id, or no alpha_v. principled: roughness, anisotropic */
+    ca_texture_id alpha_u,
+        alpha_v; /* roughness; isotropic: the same id, or no alpha_v. principled: roughness, anisotropic */
     ca_texture_id eta_rgb, k_rgb;   /* conductors: complex index of refraction over the outside's */
     float eta;                      /* dielectrics: interior over exterior index */
     ca_microfacet_kind distribution;
@@ -53,10 +54,11 @@ typedef struct ca_material {
         float diffuse_rate, specular_rate, clearcoat_rate;
     } principled;
 
-    /* Nodes: twosided (front, back; CA_NONE: the back is the front again), mask (child), blend (a, b), bump and normal
-     * map (child). */
+    /* Nodes: twosided (front, back; CA_NONE: the back is the front again), mask (child), blend (a, b), bump and
+     * normal map (child). */
     ca_material_id child[2];
-    ca_texture_id modifier; /* mask: opacity; blend: weight of child[1]; bump: height; normal map: (n + 1) / 2 (raw) */
+    ca_texture_id
+        modifier; /* mask: opacity; blend: weight of child[1]; bump: height; normal map: (n + 1) / 2 (raw) */
     float scale;            /* bump: factor on the height */
 
     /* Made by ca_material_prepare. */
@@ -74,8 +76,8 @@ uint32_t ca_material_scatter(const ca_material *table, ca_material_id id);
 /* Does the tree use dpdu and dpdv (bump or normal maps, anisotropy)? */
 bool ca_material_needs_tangents(const ca_material *table, ca_material_id id);
 /* Number of leaves that one evaluation can reach (both children of a blend, one of a twosided; null counts as one).
- * UINT32_MAX where the tree has more than CA_MATERIAL_MAX_DEPTH levels or CA_MATERIAL_MAX_NODES nodes (or a cycle): the
- * two above then speak of a part of it only, and such a tree is refused when a scene is compiled. */
+ * UINT32_MAX where the tree has more than CA_MATERIAL_MAX_DEPTH levels or CA_MATERIAL_MAX_NODES nodes (or a cycle):
+ * the two above then speak of a part of it only, and such a tree is refused when a scene is compiled. */
 enum { CA_MATERIAL_MAX_DEPTH = 32, CA_MATERIAL_MAX_NODES = 256 };
 uint32_t ca_material_leaf_count(const ca_material *table, ca_material_id id);
 

@@ -19,9 +19,9 @@ static ca_vec2 texture_uv(const ca_texture *texture, ca_vec2 uv)
 
 /* ---- Bitmaps --------------------------------------------------------------------------------------------------- */
 
-/* A coordinate brought into one period of the wrap mode, [0, 1) or (mirror) [0, 2), before it is scaled by the size, so
- * that a large coordinate keeps its digits and the index below fits an integer. The upper ends are open because a tiny
- * negative coordinate would round to them and belongs to the last texel. One that overflowed reads as 0. */
+/* A coordinate brought into one period of the wrap mode, [0, 1) or (mirror) [0, 2), before it is scaled by the size,
+ * so that a large coordinate keeps its digits and the index below fits an integer. The upper ends are open because a
+ * tiny negative coordinate would round to them and belongs to the last texel. One that overflowed reads as 0. */
 static float wrap_coordinate(float u, ca_texture_wrap wrap)
 {
     float periodic;

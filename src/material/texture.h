@@ -1,9 +1,9 @@
 /* Textures: colours and numbers that vary over a surface.
  *
- * A texture-valued parameter is a ca_texture_id into the scene's table; a constant is a texture too. Values are linear
- * Rec. 709. uv (0, 0) is the lower left corner of a bitmap: v runs upwards, rows run downwards; pixel (x, y) is centred
- * on ((x + 0.5) / width, 1 - (y + 0.5) / height). In Mitsuba 3 (src/textures/bitmap.cpp) row 0 lies at v = 0: its scene
- * files get a to_uv that turns v around. Nothing here allocates; all functions are pure. */
+ * A texture-valued parameter is a ca_texture_id into the scene's table; a constant is a texture too. Values are
+ * linear Rec. 709. uv (0, 0) is the lower left corner of a bitmap: v runs upwards, rows run downwards; pixel (x, y)
+ * is centred on ((x + 0.5) / width, 1 - (y + 0.5) / height). In Mitsuba 3 (src/textures/bitmap.cpp) row 0 lies at v =
+ * 0: its scene files get a to_uv that turns v around. Nothing here allocates; all functions are pure. */
 #ifndef CA_MATERIAL_TEXTURE_H
 #define CA_MATERIAL_TEXTURE_H
 

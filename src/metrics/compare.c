@@ -27,7 +27,7 @@ typedef struct comparison_job {
 static const char *const color_names[3] = {"R", "G", "B"};
 static const char *const variance_names[3] = {"Variance.R", "Variance.G", "Variance.B"};
 
-/* ---- Looking at the pictures ------------------------------------------------------------------------------------ */
+/* ---- Looking at the pictures ----------------------------------------------------------------------------------- */
 
 static double stored_rounding(const ca_image_layers *layers, const char *name)
 {
@@ -48,9 +48,12 @@ static void open_picture(const ca_image_layers *layers, const float *const color
     }
 }
 
-static ca_rgb pixel_of(const picture *p, size_t at) { return (ca_rgb){p->color[0][at], p->color[1][at], p->color[2][at]}; }
+static ca_rgb pixel_of(const picture *p, size_t at)
+{
+    return (ca_rgb){p->color[0][at], p->color[1][at], p->color[2][at]};
+}
 
-/* ---- Metrics ---------------------------------------------------------------------------------------------------- */
+/* ---- Metrics --------------------------------------------------------------------------------------------------- */
 
 static void measure(const comparison_job *job, ca_comparison *result)
 {
@@ -87,7 +90,7 @@ static void measure(const comparison_job *job, ca_comparison *result)
     result->reference_mean_luminance = reference_luminance / pixels;
 }
 
-/* ---- Blocks ----------------------------------------------------------------------------------------------------- */
+/* ---- Blocks ---------------------------------------------------------------------------------------------------- */
 
 /* Sums over a block for one picture and channel, later means. Variances are those of the block's mean. */
 typedef struct block_channel {
@@ -251,7 +254,8 @@ static void judge(const block_record *records, uint32_t count, ca_block_test *te
 
 static uint32_t blocks_along(uint32_t pixels, uint32_t side) { return pixels / side + (pixels % side != 0); }
 
-static void compare_blocks(const comparison_job *job, block_record *records, double *differences, ca_comparison *result)
+static void compare_blocks(const comparison_job *job, block_record *records, double *differences,
+                           ca_comparison *result)
 {
     const ca_pixel_rect *roi = &job->pair.roi;
     const uint64_t block_width = roi->x1 - roi->x0 < job->side ? roi->x1 - roi->x0 : job->side;
@@ -265,7 +269,8 @@ static void compare_blocks(const comparison_job *job, block_record *records, dou
                 result->blocks_left_out++;
                 continue;
             }
-            differences[result->blocks++] = relative_difference(block_luminance(b.image), block_luminance(b.reference));
+            differences[result->blocks++] =
+                relative_difference(block_luminance(b.image), block_luminance(b.reference));
             if (b.known_variance)
                 records[tested++] = record_block(job, &b);
             else if (job->image.has_variance)
@@ -276,8 +281,8 @@ static void compare_blocks(const comparison_job *job, block_record *records, dou
     judge(records, tested, &result->test);
 }
 
-ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *reference, const ca_compare_settings *settings,
-                     ca_comparison *comparison, ca_error *error)
+ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *reference,
+                     const ca_compare_settings *settings, ca_comparison *comparison, ca_error *error)
 {
     *comparison = (ca_comparison){0};
     comparison_job job = {.side = settings->block_side ? settings->block_side : DEFAULT_BLOCK_SIDE};
@@ -286,7 +291,8 @@ ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *refere
     open_picture(reference, job.pair.reference, &job.reference);
     measure(&job, comparison);
     if (comparison->pixels == 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "nothing is left to compare: all pixels are masked or not finite");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "nothing is left to compare: all pixels are masked or not finite");
 
     const size_t blocks = (size_t)blocks_along(job.pair.roi.x1 - job.pair.roi.x0, job.side) *
                           blocks_along(job.pair.roi.y1 - job.pair.roi.y0, job.side);

@@ -9,12 +9,12 @@
  * A pixel that is not finite in one of the two is counted and left out.
  *
  * Block test: the region is cut into square blocks from its upper left corner. In each block and channel the
- * difference of the means is tested against zero (Welch's test; with many samples it is the Z-test). The variance of a
- * pixel's mean is Variance.C / Samples.Y, where Variance.C is the unbiased sample variance of one sample; pixels are
- * independent of each other. A reference without these layers counts as exact. Šidák's correction makes the chance of
- * one or more false rejections in the whole picture 5 % (less where the channels' noise is correlated, or where stratified
- * samples make Variance an overestimate). Means of few, heavy-tailed samples are not normal: below some tens of samples
- * per pixel a rejected block may be a firefly.
+ * difference of the means is tested against zero (Welch's test; with many samples it is the Z-test). The variance of
+ * a pixel's mean is Variance.C / Samples.Y, where Variance.C is the unbiased sample variance of one sample; pixels
+ * are independent of each other. A reference without these layers counts as exact. Šidák's correction makes the
+ * chance of one or more false rejections in the whole picture 5 % (less where the channels' noise is correlated, or
+ * where stratified samples make Variance an overestimate). Means of few, heavy-tailed samples are not normal: below
+ * some tens of samples per pixel a rejected block may be a firefly.
  *
  * All functions are pure. */
 #ifndef CA_METRICS_COMPARE_H
@@ -67,11 +67,11 @@ static inline double ca_symmetric_error(double a, double b) { return fabs(a - b)
 
 /* Errors: CA_ERROR_ARGUMENT (different sizes or places, no R G B, an empty region, nothing left to compare),
  * CA_ERROR_MEMORY. */
-ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *reference, const ca_compare_settings *settings,
-                     ca_comparison *comparison, ca_error *error);
+ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *reference,
+                     const ca_compare_settings *settings, ca_comparison *comparison, ca_error *error);
 
-/* The picture with each `factor` x `factor` pixels averaged into one: channels R G B, and Variance.* and Samples.Y such
- * that Variance / Samples stays the variance of a pixel's mean. Both sides must be multiples of `factor`. */
+/* The picture with each `factor` x `factor` pixels averaged into one: channels R G B, and Variance.* and Samples.Y
+ * such that Variance / Samples stays the variance of a pixel's mean. Both sides must be multiples of `factor`. */
 ca_status ca_compare_downsample(const ca_image_layers *layers, uint32_t factor, ca_image_layers **result,
                                 ca_error *error);
 

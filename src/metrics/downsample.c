@@ -38,8 +38,8 @@ static ca_status add_summed(const ca_image_layers *from, const char *name, uint3
     return CA_OK;
 }
 
-/* A pixel's mean has the variance V / N; the mean of k of them sum(V / N) / k^2, and it has all their samples. A pixel
- * without samples makes it not a number, which a comparison reports as an unknown variance. */
+/* A pixel's mean has the variance V / N; the mean of k of them sum(V / N) / k^2, and it has all their samples. A
+ * pixel without samples makes it not a number, which a comparison reports as an unknown variance. */
 static ca_status add_variance(const ca_image_layers *from, const char *name, uint32_t factor, ca_image_layers *to,
                               ca_error *error)
 {

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Constants of the paper, in its notation: exponents of the colour and feature differences, where the colour difference
- * bends (p_c of the largest goes to p_t), width of the feature detectors in degrees. */
+/* Constants of the paper, in its notation: exponents of the colour and feature differences, where the colour
+ * difference bends (p_c of the largest goes to p_t), width of the feature detectors in degrees. */
 static const double q_c = 0.7, p_c = 0.4, p_t = 0.95, q_f = 0.5, w_degrees = 0.082;
 
 /* What the shown values of the brightest and the median pixel are when HDR-FLIP starts and stops. */
@@ -20,8 +20,13 @@ enum { IMAGE, REFERENCE, PICTURES };
 enum { Y, CX, CZ, COLORS };
 
 /* Rows of a worker's memory, each `width` values. */
-enum { COLOR_ROWS = PICTURES * COLORS, EDGE_ROW = COLOR_ROWS, POINT_ROW = EDGE_ROW + PICTURES, SPARE_ROW = POINT_ROW + PICTURES,
-       ROWS = SPARE_ROW + 2 };
+enum {
+    COLOR_ROWS = PICTURES * COLORS,
+    EDGE_ROW = COLOR_ROWS,
+    POINT_ROW = EDGE_ROW + PICTURES,
+    SPARE_ROW = POINT_ROW + PICTURES,
+    ROWS = SPARE_ROW + 2
+};
 
 struct ca_flip {
     uint32_t width, height;
@@ -45,10 +50,10 @@ typedef struct flip_job {
     float *map;
 } flip_job;
 
-/* ---- Filters ------------------------------------------------------------------------------------------------------ */
+/* ---- Filters --------------------------------------------------------------------------------------------------- */
 
-/* Samples sqrt(a sqrt(pi / b)) exp(-(pi x)^2 / b), x in degrees: applied along both axes, a Gaussian of the contrast sensitivity.
- * Returns their sum. */
+/* Samples sqrt(a sqrt(pi / b)) exp(-(pi x)^2 / b), x in degrees: applied along both axes, a Gaussian of the contrast
+ * sensitivity. Returns their sum. */
 static double sample_contrast(double *weights, uint32_t radius, double pixels_per_degree, double a, double b)
 {
     double sum = 0.0;
@@ -111,7 +116,7 @@ static void fill_features(ca_flip *flip, double *weights, uint32_t radius, doubl
     flip->gauss_second = (ca_kernel){radius, second};
 }
 
-/* ---- Memory ------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static bool allocate(ca_flip *flip, uint32_t contrast_radius, uint32_t feature_radius)
 {
@@ -119,7 +124,8 @@ static bool allocate(ca_flip *flip, uint32_t contrast_radius, uint32_t feature_r
     const uint32_t widest = contrast_radius > feature_radius ? contrast_radius : feature_radius;
     flip->scratch_size = (size_t)(ROWS + 1) * flip->width + 2 * (size_t)widest;
     flip->scratch = ca_alloc(flip->scratch_size * flip->parallel->workers, sizeof *flip->scratch);
-    flip->weights = ca_alloc(4 * (2 * (size_t)contrast_radius + 1) + 3 * (2 * (size_t)feature_radius + 1), sizeof *flip->weights);
+    flip->weights =
+        ca_alloc(4 * (2 * (size_t)contrast_radius + 1) + 3 * (2 * (size_t)feature_radius + 1), sizeof *flip->weights);
     flip->exposed_map = ca_alloc(pixels, sizeof(float));
     bool complete = flip->scratch && flip->weights && flip->exposed_map;
     for (int p = 0; p < PICTURES; p++)
@@ -169,7 +175,7 @@ void ca_flip_destroy(ca_flip *flip)
     ca_free(flip);
 }
 
-/* ---- LDR ---------------------------------------------------------------------------------------------------------- */
+/* ---- LDR ------------------------------------------------------------------------------------------------------- */
 
 static double clip(double v) { return fmin(fmax(v, 0.0), 1.0); }
 
@@ -205,7 +211,8 @@ static void add_rows(const double *added, uint32_t width, double *sum)
 }
 
 /* What the eye makes of the colours of one row: rows Y, Cx and Cz of `colors`. `columns` and `spare` are used up. */
-static void filter_colors(const ca_flip *flip, int picture, uint32_t y, double *colors, double *spare, double *columns)
+static void filter_colors(const ca_flip *flip, int picture, uint32_t y, double *colors, double *spare,
+                          double *columns)
 {
     const ca_kernel *const kernels[COLORS] = {&flip->contrast_y, &flip->contrast_cx, &flip->contrast_cz[0]};
     for (int c = 0; c < COLORS; c++) {
@@ -219,10 +226,10 @@ static void filter_colors(const ca_flip *flip, int picture, uint32_t y, double *
     add_rows(spare, flip->width, colors + (size_t)CZ * flip->width);
 }
 
-/* How strong the edge (first derivatives) or the point (second ones) is at each pixel of a row, of Y in [0, 1]. The weights
- * of a derivative come to 0: the offset of Y does not matter. */
-static void filter_features(const ca_flip *flip, int picture, uint32_t y, const ca_kernel *derivative, double *strength,
-                            double *spare, double *columns)
+/* How strong the edge (first derivatives) or the point (second ones) is at each pixel of a row, of Y in [0, 1]. The
+ * weights of a derivative come to 0: the offset of Y does not matter. */
+static void filter_features(const ca_flip *flip, int picture, uint32_t y, const ca_kernel *derivative,
+                            double *strength, double *spare, double *columns)
 {
     const ca_filter_source source = source_of(flip, picture, Y);
     double *along_x = spare, *along_y = spare + flip->width;
@@ -251,7 +258,8 @@ static double color_difference(const ca_flip *flip, ca_flip_color image, ca_flip
 
 static double feature_difference(const double *edges, const double *points, uint32_t width, uint32_t x)
 {
-    const double edge = fabs(edges[x] - edges[width + (size_t)x]), point = fabs(points[x] - points[width + (size_t)x]);
+    const double edge = fabs(edges[x] - edges[width + (size_t)x]),
+                 point = fabs(points[x] - points[width + (size_t)x]);
     return pow(fmax(edge, point) / sqrt(2.0), q_f);
 }
 
@@ -270,7 +278,8 @@ static void map_row(void *user, uint32_t y, uint32_t worker)
         filter_features(flip, p, y, &flip->gauss_second, points + (size_t)p * width, spare, columns);
     }
     for (uint32_t x = 0; x < width; x++) {
-        const double color = color_difference(flip, seen_color(colors[IMAGE], width, x), seen_color(colors[REFERENCE], width, x));
+        const double color =
+            color_difference(flip, seen_color(colors[IMAGE], width, x), seen_color(colors[REFERENCE], width, x));
         job->map[(size_t)y * width + x] = (float)pow(color, 1.0 - feature_difference(edges, points, width, x));
     }
 }
@@ -282,7 +291,7 @@ void ca_flip_ldr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve 
     ca_parallel_for(flip->parallel, flip->height, map_row, &job);
 }
 
-/* ---- HDR ---------------------------------------------------------------------------------------------------------- */
+/* ---- HDR ------------------------------------------------------------------------------------------------------- */
 
 static int compare_floats(const void *a, const void *b)
 {
@@ -319,14 +328,15 @@ ca_status ca_flip_choose_exposures(const float *const reference[3], size_t pixel
         if (!*known) return CA_OK;
     }
     if (exposures->start > exposures->stop)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "FLIP's exposures start at %.4g stops, after their stop at %.4g",
-                       exposures->start, exposures->stop);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "FLIP's exposures start at %.4g stops, after their stop at %.4g", exposures->start,
+                       exposures->stop);
     if (exposures->count == 0) exposures->count = (uint32_t)fmax(2.0, ceil(exposures->stop - exposures->start));
     return CA_OK;
 }
 
-void ca_flip_hdr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone, const ca_flip_exposures *exposures,
-                 float *map, float *exposure_map)
+void ca_flip_hdr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone,
+                 const ca_flip_exposures *exposures, float *map, float *exposure_map)
 {
     const size_t pixels = (size_t)flip->width * flip->height;
     for (uint32_t i = 0; i < exposures->count; i++) {

@@ -1,6 +1,6 @@
-/* The colour spaces of FLIP, in double precision. Linear Rec. 709 RGB in [0, 1]; XYZ here are divided by those of the white
- * (1, 1, 1). The matrix is that of flip.h's source, cpp/FLIP.h, which takes it from the technical note on sRGB and CIE XYZ of
- * image-engineering.de; each row divided by its sum. */
+/* The colour spaces of FLIP, in double precision. Linear Rec. 709 RGB in [0, 1]; XYZ here are divided by those of the
+ * white (1, 1, 1). The matrix is that of flip.h's source, cpp/FLIP.h, which takes it from the technical note on sRGB
+ * and CIE XYZ of image-engineering.de; each row divided by its sum. */
 #ifndef CA_METRICS_FLIP_COLOR_H
 #define CA_METRICS_FLIP_COLOR_H
 

@@ -31,7 +31,7 @@ ca_metric_settings ca_metric_defaults(void)
     };
 }
 
-/* ---- Planes ------------------------------------------------------------------------------------------------------- */
+/* ---- Planes ---------------------------------------------------------------------------------------------------- */
 
 static ca_status allocate_planes(picture_planes planes, size_t pixels, ca_error *error)
 {
@@ -87,7 +87,7 @@ static void make_signal_row(void *user, uint32_t y, uint32_t worker)
         }
 }
 
-/* ---- Averages ----------------------------------------------------------------------------------------------------- */
+/* ---- Averages -------------------------------------------------------------------------------------------------- */
 
 static bool is_inside(uint32_t i, uint32_t count, uint32_t margin)
 {
@@ -122,7 +122,7 @@ static bool any_pixel_counts(const measurement *m)
     return false;
 }
 
-/* ---- SSIM and FLIP ------------------------------------------------------------------------------------------------ */
+/* ---- SSIM and FLIP --------------------------------------------------------------------------------------------- */
 
 static ca_status measure_ssim(measurement *m, ca_image_metrics *metrics, ca_error *error)
 {
@@ -156,7 +156,8 @@ static ca_status measure_flip_hdr(measurement *m, ca_flip *flip, const ca_flip_p
 {
     ca_flip_exposures exposures = m->settings->flip_exposures;
     bool known = false;
-    CA_TRY(ca_flip_choose_exposures(pictures->reference, m->pixels, m->settings->flip_tone, &exposures, &known, error));
+    CA_TRY(
+        ca_flip_choose_exposures(pictures->reference, m->pixels, m->settings->flip_tone, &exposures, &known, error));
     if (!known) return CA_OK;
     float *map = NULL, *exposure_map = NULL;
     CA_TRY(ca_layers_add(m->layers, "FLIP.HDR", &map, error));
@@ -184,7 +185,7 @@ static ca_status measure_flip(measurement *m, ca_image_metrics *metrics, ca_erro
     return status;
 }
 
-/* ---- Maps --------------------------------------------------------------------------------------------------------- */
+/* ---- Maps ------------------------------------------------------------------------------------------------------ */
 
 enum { ERROR_RMSE, ERROR_MAE, ERROR_RELMSE, ERROR_SMAPE, ERROR_MAPS };
 
@@ -239,7 +240,8 @@ ca_status ca_measure_image(const ca_image_layers *image, const ca_image_layers *
     measurement m = {.settings = settings, .parallel = {.workers = settings->threads}};
     CA_TRY(ca_picture_pair_open(image, reference, region, &m.pair, error));
     if (!any_pixel_counts(&m))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "nothing is left to compare: all pixels are masked or not finite");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "nothing is left to compare: all pixels are masked or not finite");
     m.pixels = (size_t)m.pair.width * m.pair.height;
     ca_status status = create_layers(&m, image, error);
     if (status == CA_OK) status = allocate_planes(m.finite, m.pixels, error);

@@ -1,5 +1,5 @@
-/* The two pictures of a comparison, and which of their pixels count: those of the region that no mask covers and that are
- * finite in both.
+/* The two pictures of a comparison, and which of their pixels count: those of the region that no mask covers and that
+ * are finite in both.
  *
  * All data is borrowed from the layers and settings that the pair was opened with. All functions are pure. */
 #ifndef CA_METRICS_PICTURE_PAIR_H

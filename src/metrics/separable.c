@@ -20,7 +20,8 @@ static void add_product_row(const float *row, const float *times, double weight,
     for (uint32_t x = 0; x < width; x++) sum[x] += weight * ((double)row[x] * (double)times[x]);
 }
 
-void ca_filter_columns(const ca_filter_source *source, uint32_t y, const ca_kernel *kernel, uint32_t margin, double *filtered)
+void ca_filter_columns(const ca_filter_source *source, uint32_t y, const ca_kernel *kernel, uint32_t margin,
+                       double *filtered)
 {
     double *inside = filtered + margin;
     memset(inside, 0, source->width * sizeof *inside);

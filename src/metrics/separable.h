@@ -1,6 +1,6 @@
 /* Separable filters, one row of the result at a time: first down the columns of the picture, then along the row. No
- * picture of intermediate values is needed, rows are independent of each other, and a row costs no more than in two passes
- * over the picture. Sums are in double precision and in the order of the kernel's weights.
+ * picture of intermediate values is needed, rows are independent of each other, and a row costs no more than in two
+ * passes over the picture. Sums are in double precision and in the order of the kernel's weights.
  *
  * Beyond its border a picture goes on by the rule ca_border. */
 #ifndef CA_METRICS_SEPARABLE_H
@@ -31,7 +31,8 @@ uint32_t ca_border_index(ca_border border, int64_t i, uint32_t count);
 
 /* Row `y` of the source filtered down its columns, with `margin` values more on both sides: `filtered` has room for
  * width + 2 margin. */
-void ca_filter_columns(const ca_filter_source *source, uint32_t y, const ca_kernel *kernel, uint32_t margin, double *filtered);
+void ca_filter_columns(const ca_filter_source *source, uint32_t y, const ca_kernel *kernel, uint32_t margin,
+                       double *filtered);
 
 /* Filters such a row, made with margin = kernel->radius, along itself: width values. */
 void ca_filter_row(const double *filtered, uint32_t width, const ca_kernel *kernel, double *result);

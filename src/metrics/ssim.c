@@ -76,7 +76,8 @@ ca_status ca_ssim_map(const ca_ssim_pictures *pictures, const ca_ssim_settings *
                       float *map, ca_error *error)
 {
     if (settings->window % 2 == 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "SSIM's window must have an odd side, not %u", settings->window);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "SSIM's window must have an odd side, not %u",
+                       settings->window);
     const uint32_t radius = settings->window / 2;
     const double c1 = settings->k1 * settings->range, c2 = settings->k2 * settings->range;
     ssim_job job = {.pictures = pictures, .c1 = c1 * c1, .c2 = c2 * c2, .map = map};

@@ -25,8 +25,8 @@ ca_status ca_tone_find(const char *name, ca_tone_curve *curve, ca_error *error)
             *curve = (ca_tone_curve)i;
             return CA_OK;
         }
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a tone curve: srgb, aces, hable, reinhard, linear",
-                   name);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "\"%.100s\" is not a tone curve: srgb, aces, hable, reinhard, linear", name);
 }
 
 static double rational(const double k[5], double x)

@@ -1,16 +1,16 @@
 /* Tone curves: from light of any strength to what a display shows.
  *
- * A curve takes linear Rec. 709 values, multiplied by 2^exposure, to values proportional to the display's light. All but
- * CA_TONE_LINEAR give [0, 1]: negative values count as 0 first, and what the curve makes of the rest is clipped at 1. In
- * double precision inside, so that no float overflows.
+ * A curve takes linear Rec. 709 values, multiplied by 2^exposure, to values proportional to the display's light. All
+ * but CA_TONE_LINEAR give [0, 1]: negative values count as 0 first, and what the curve makes of the rest is clipped
+ * at 1. In double precision inside, so that no float overflows.
  *
  *     srgb      clips only
  *     aces      (0.9036 x^2 + 0.018 x) / (0.8748 x^2 + 0.354 x + 0.14), a fit of the ACES curve
  *     hable     (0.231683 x^2 + 0.013791 x) / (0.18 x^2 + 0.3 x + 0.018)
  *     reinhard  x / (1 + Y) with the luminance Y of the pixel
  *     linear    leaves the value as it is
- * aces, hable and reinhard are those of HDR-FLIP, with the coefficients of its authors' program (github.com/NVlabs/flip,
- * cpp/FLIP.h). */
+ * aces, hable and reinhard are those of HDR-FLIP, with the coefficients of its authors' program
+ * (github.com/NVlabs/flip, cpp/FLIP.h). */
 #ifndef CA_METRICS_TONE_H
 #define CA_METRICS_TONE_H
 

@@ -9,7 +9,8 @@ typedef struct pixel_sums {
     const ca_pair_connections *connections; /* NULL: there are none */
 } pixel_sums;
 
-/* An estimate that is linear in the means of the iterations' quantities, and in L^2, L L_D and L_D^2; L_D is what connections bring. */
+/* An estimate that is linear in the means of the iterations' quantities, and in L^2, L L_D and L_D^2; L_D is what
+ * connections bring. */
 typedef struct combination {
     double means[CA_PAIR_ALL_QUANTITIES]; /* factors; what has the factor 0 may be unknown */
     double luminance2, cross, connected2;
@@ -17,13 +18,15 @@ typedef struct combination {
 
 static double sum_over_iterations(const pixel_sums *s, int quantity)
 {
-    return quantity < CA_PAIR_QUANTITIES ? s->pixel->sums[quantity] : s->connections->sums[quantity - CA_PAIR_QUANTITIES];
+    return quantity < CA_PAIR_QUANTITIES ? s->pixel->sums[quantity]
+                                         : s->connections->sums[quantity - CA_PAIR_QUANTITIES];
 }
 
 static double product_over_iterations(const pixel_sums *s, int a, int b)
 {
-    return a < CA_PAIR_QUANTITIES && b < CA_PAIR_QUANTITIES ? s->pixel->products[ca_pair_product(a, b)]
-                                                            : s->connections->products[ca_pair_connected_product(a, b)];
+    return a < CA_PAIR_QUANTITIES && b < CA_PAIR_QUANTITIES
+               ? s->pixel->products[ca_pair_product(a, b)]
+               : s->connections->products[ca_pair_connected_product(a, b)];
 }
 
 static double mean_of(const pixel_sums *s, int quantity)
@@ -35,7 +38,8 @@ static double mean_of(const pixel_sums *s, int quantity)
 static double product_of_means(const pixel_sums *s, int a, int b)
 {
     const double n = (double)s->pixel->iterations;
-    return (sum_over_iterations(s, a) * sum_over_iterations(s, b) - product_over_iterations(s, a, b)) / (n * (n - 1.0));
+    return (sum_over_iterations(s, a) * sum_over_iterations(s, b) - product_over_iterations(s, a, b)) /
+           (n * (n - 1.0));
 }
 
 /* Unbiased covariance of two quantities of one iteration. */
@@ -48,8 +52,8 @@ static double covariance(const pixel_sums *s, int a, int b)
 /* Of a sum of squares that rounding may have made slightly negative; what is unknown stays so. */
 static double root(double variance) { return variance < 0.0 ? 0.0 : sqrt(variance); }
 
-/* The delta method: to first order an iteration moves the estimate by `influence` times its quantities over the number of
- * iterations, and it moves L^2 by 2 L l. */
+/* The delta method: to first order an iteration moves the estimate by `influence` times its quantities over the
+ * number of iterations, and it moves L^2 by 2 L l. */
 static ca_noise_value estimate(const pixel_sums *s, const combination *c)
 {
     const int count = s->connections ? CA_PAIR_ALL_QUANTITIES : CA_PAIR_QUANTITIES;
@@ -69,7 +73,8 @@ static ca_noise_value estimate(const pixel_sums *s, const combination *c)
     }
     for (int a = 0; a < count; a++)
         for (int b = 0; b < count; b++)
-            if (influence[a] != 0.0 && influence[b] != 0.0) variance += influence[a] * influence[b] * covariance(s, a, b);
+            if (influence[a] != 0.0 && influence[b] != 0.0)
+                variance += influence[a] * influence[b] * covariance(s, a, b);
     return (ca_noise_value){value, root(variance / (double)s->pixel->iterations)};
 }
 
@@ -86,18 +91,20 @@ ca_noise_components ca_noise_components_of(const ca_pair_pixel *pixel)
     };
 }
 
-/* The unbiased sample variance s^2 of the value. The variance of s^2 is (m4 - s^4 (n - 3) / (n - 1)) / n with the fourth central
- * moment m4, which is made of raw moments here: of values whose scatter is below 1e-3 of their mean it begins to lose digits. */
+/* The unbiased sample variance s^2 of the value. The variance of s^2 is (m4 - s^4 (n - 3) / (n - 1)) / n with the
+ * fourth central moment m4, which is made of raw moments here: of values whose scatter is below 1e-3 of their mean it
+ * begins to lose digits. */
 static ca_noise_value sample_variance(const pixel_sums *s)
 {
     const double n = (double)s->pixel->iterations, mean = mean_of(s, CA_PAIR_VALUE), mean2 = mean * mean;
     const double squares = product_over_iterations(s, CA_PAIR_VALUE, CA_PAIR_VALUE);
     const double s2 = covariance(s, CA_PAIR_VALUE, CA_PAIR_VALUE);
-    const double m4 = (s->pixel->fourths - 4.0 * mean * s->pixel->cubes + 6.0 * mean2 * squares) / n - 3.0 * mean2 * mean2;
+    const double m4 =
+        (s->pixel->fourths - 4.0 * mean * s->pixel->cubes + 6.0 * mean2 * squares) / n - 3.0 * mean2 * mean2;
     return (ca_noise_value){s2, root((m4 - s2 * s2 * (n - 3.0) / (n - 1.0)) / n)};
 }
 
-/* ---- Terms ---------------------------------------------------------------------------------------------------------- */
+/* ---- Terms ----------------------------------------------------------------------------------------------------- */
 
 /* A term of (6): its factor times a component without L^2, which is (L - L_D)^2 where L has connections in it. */
 static combination term(int quantity, double factor)
@@ -128,7 +135,8 @@ static combination sum_of(const combination *a, const combination *b)
 static combination connections_term(double light_paths, double camera_paths)
 {
     const combination pair = connected_term(CA_PAIR_CONNECTED_PAIR, 2.0 / (light_paths * camera_paths));
-    const combination camera = connected_term(CA_PAIR_CONNECTED_CAMERA, 2.0 * (1.0 - 1.0 / light_paths) / camera_paths);
+    const combination camera =
+        connected_term(CA_PAIR_CONNECTED_CAMERA, 2.0 * (1.0 - 1.0 / light_paths) / camera_paths);
     const combination light = connected_term(CA_PAIR_CONNECTED_LIGHT, 2.0 * (1.0 - 1.0 / camera_paths) / light_paths);
     combination own = {.connected2 = -1.0 / camera_paths};
     own.means[CA_PAIR_CONNECTED_SQUARE] = 1.0 / camera_paths;
@@ -167,7 +175,7 @@ ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double 
     return terms_of(&sums, light_paths, camera_paths);
 }
 
-/* ---- Averages ------------------------------------------------------------------------------------------------------ */
+/* ---- Averages -------------------------------------------------------------------------------------------------- */
 
 /* Adds one pixel's variance to the sums of variances, of their roots, and of pixels below zero. */
 static void add_variance(double variance, double *sum, double *root_sum, uint64_t *negative)
@@ -177,7 +185,8 @@ static void add_variance(double variance, double *sum, double *root_sum, uint64_
     if (variance < 0.0) ++*negative;
 }
 
-static void add_pixel(ca_noise_summary *s, const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths)
+static void add_pixel(ca_noise_summary *s, const ca_pair_film *film, size_t pixel, double light_paths,
+                      double camera_paths)
 {
     const ca_noise_terms t = ca_noise_terms_at(film, pixel, light_paths, camera_paths);
     s->pixels++;

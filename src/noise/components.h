@@ -1,17 +1,18 @@
-/* The three-term law of noise of bidirectional photon mapping (Ershov, Birukov, Voloboy, Galaktionov 2020, "Calculation of Noise
- * Components for Bidirectional Path Tracing with Photon Maps", equation 6):
+/* The three-term law of noise of bidirectional photon mapping (Ershov, Birukov, Voloboy, Galaktionov 2020,
+ * "Calculation of Noise Components for Bidirectional Path Tracing with Photon Maps", equation 6):
  *
  *     V = (C - L^2) / (N_F N_B) + (1 - 1/N_F) (B - L^2) / N_B + (1 - 1/N_B) (F - L^2) / N_F
  *
- * is the variance of a pixel's luminance in one iteration of N_F light paths and N_B camera paths. C, B, F and L do not depend on these
- * numbers, so that they are estimated for some and predict the noise for any.
+ * is the variance of a pixel's luminance in one iteration of N_F light paths and N_B camera paths. C, B, F and L do
+ * not depend on these numbers, so that they are estimated for some and predict the noise for any.
  *
- * Where camera paths of a pixel also connect to light paths of their own (docs/papers/000.md, section C), a fourth term is added: the
- * variance of what connections bring and twice its covariance with the rest. C, B and F are those of the rest, without connections.
+ * Where camera paths of a pixel also connect to light paths of their own (docs/papers/000.md, section C), a fourth
+ * term is added: the variance of what connections bring and twice its covariance with the rest. C, B and F are those
+ * of the rest, without connections.
  *
- * Everything here is linear in the estimators and unbiased, L^2 too: it is estimated by products of different iterations. So
- * variances may come out negative where they are small; they stay so. Standard errors: by the delta method, from the scatter of the
- * iterations. Units: variances of luminance, W^2 sr^-2 m^-4. */
+ * Everything here is linear in the estimators and unbiased, L^2 too: it is estimated by products of different
+ * iterations. So variances may come out negative where they are small; they stay so. Standard errors: by the delta
+ * method, from the scatter of the iterations. Units: variances of luminance, W^2 sr^-2 m^-4. */
 #ifndef CA_NOISE_COMPONENTS_H
 #define CA_NOISE_COMPONENTS_H
 
@@ -28,24 +29,26 @@ typedef struct ca_noise_components {
     ca_noise_value pair, camera, light;   /* C, B, F */
 } ca_noise_components;
 
-/* Of one iteration with some N_F, N_B: the law's terms, their sum; and, for the numbers that the iterations had, the sample
- * variance. */
+/* Of one iteration with some N_F, N_B: the law's terms, their sum; and, for the numbers that the iterations had, the
+ * sample variance. */
 typedef struct ca_noise_terms {
     ca_noise_value pair, camera, light; /* the first, second and third term */
     ca_noise_value predicted;           /* their sum */
     ca_noise_value measured;
-    ca_noise_value connect;             /* the fourth term, in `predicted` too; may be negative; 0 without connections */
+    ca_noise_value connect; /* the fourth term, in `predicted` too; may be negative; 0 without connections */
 } ca_noise_terms;
 
 /* From at least two iterations, without connections. */
 ca_noise_components ca_noise_components_of(const ca_pair_pixel *pixel);
 ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths, double camera_paths);
-/* The same of a film's pixel, counted row by row, and its connections; these terms are NAN for more camera than light paths. */
+/* The same of a film's pixel, counted row by row, and its connections; these terms are NAN for more camera than light
+ * paths. */
 ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths);
 
-/* Averages over a rectangle of pixels of the full film, as the paper prints them: of the roots of variances, those below zero counted
- * as zero and their pixels told; and of the variances themselves (ca_noise_summary of caustica.h). What is not known is NAN.
- * rect: x0, y0, x1, y1, within the film's part. */
-ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths, double camera_paths);
+/* Averages over a rectangle of pixels of the full film, as the paper prints them: of the roots of variances, those
+ * below zero counted as zero and their pixels told; and of the variances themselves (ca_noise_summary of caustica.h).
+ * What is not known is NAN. rect: x0, y0, x1, y1, within the film's part. */
+ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths,
+                                    double camera_paths);
 
 #endif

@@ -30,7 +30,7 @@ ca_status ca_noise_add_layers(const ca_pair_film *film, ca_image_layers *image, 
     return CA_OK;
 }
 
-/* ---- The picture -------------------------------------------------------------------------------------------------- */
+/* ---- The picture ----------------------------------------------------------------------------------------------- */
 
 static int by_size(const void *a, const void *b)
 {
@@ -52,8 +52,8 @@ static ca_status percentile_99(float *const channels[CHANNELS], size_t count, do
 
 static ca_status fill_picture(const ca_image_layers *image, ca_image_layers *picture, double *scale, ca_error *error)
 {
-    static const char *const names[CHANNELS] = {"R", "G", "B"}, *const terms[CHANNELS] = {"Noise.Pair", "Noise.Camera",
-                                                                                         "Noise.Light"};
+    static const char *const names[CHANNELS] = {"R", "G", "B"}, *const terms[CHANNELS] = {
+                                                                    "Noise.Pair", "Noise.Camera", "Noise.Light"};
     const size_t count = (size_t)image->width * image->height;
     float *channels[CHANNELS];
     for (int c = 0; c < CHANNELS; c++) {

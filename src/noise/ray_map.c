@@ -13,9 +13,10 @@ ca_status ca_ray_map_add(ca_image_layers *image, uint32_t light_paths, const uin
     return ca_layers_set_text(image, CA_RAY_MAP_LIGHT_PATHS, text, error);
 }
 
-/* ---- Reading ------------------------------------------------------------------------------------------------------ */
+/* ---- Reading --------------------------------------------------------------------------------------------------- */
 
-static ca_status check_place(const ca_image_layers *image, const char *path, const ca_ray_map_place *place, ca_error *error)
+static ca_status check_place(const ca_image_layers *image, const char *path, const ca_ray_map_place *place,
+                             ca_error *error)
 {
     const uint32_t *c = place->crop;
     const bool same_film = image->full_width == place->full_width && image->full_height == place->full_height;
@@ -23,10 +24,12 @@ static ca_status check_place(const ca_image_layers *image, const char *path, con
                            image->height == c[3] - c[1];
     if (same_film && same_part) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "%s: its numbers of rays are for the part %d,%d,%lld,%lld of a film of %u x %u pixels, not for %u,%u,%u,%u of "
-                   "%u x %u", path, image->x0, image->y0, (long long)image->x0 + image->width,
-                   (long long)image->y0 + image->height, image->full_width, image->full_height, c[0], c[1], c[2], c[3],
-                   place->full_width, place->full_height);
+                   "%s: its numbers of rays are for the part %d,%d,%lld,%lld of a film of %u x %u pixels, not for "
+                   "%u,%u,%u,%u of "
+                   "%u x %u",
+                   path, image->x0, image->y0, (long long)image->x0 + image->width,
+                   (long long)image->y0 + image->height, image->full_width, image->full_height, c[0], c[1], c[2],
+                   c[3], place->full_width, place->full_height);
 }
 
 /* A whole number of digits only, 1 to `most`; 0: it is none. */
@@ -42,12 +45,14 @@ static uint32_t count_of(const char *text, uint32_t most)
     return (uint32_t)count;
 }
 
-static ca_status light_paths_of(const ca_image_layers *image, const char *path, uint32_t *light_paths, ca_error *error)
+static ca_status light_paths_of(const ca_image_layers *image, const char *path, uint32_t *light_paths,
+                                ca_error *error)
 {
     const ca_attribute *attribute = ca_layers_attribute(image, CA_RAY_MAP_LIGHT_PATHS);
     if (!attribute)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                       "%s: there is no attribute \"%s\": numbers of rays come from `caustica noise -o x.exr` or from a render with --rays",
+                       "%s: there is no attribute \"%s\": numbers of rays come from `caustica noise -o x.exr` or "
+                       "from a render with --rays",
                        path, CA_RAY_MAP_LIGHT_PATHS);
     *light_paths = attribute->text ? count_of(attribute->text, CA_RAY_MAP_MOST_LIGHT_PATHS) : 0;
     if (*light_paths > 0) return CA_OK;
@@ -63,21 +68,23 @@ static ca_status camera_paths_of(const ca_image_layers *image, const char *path,
         const bool in_range = data[p] >= 1.0f && data[p] <= (float)CA_RAY_MAP_MOST_CAMERA_PATHS;
         counts[p] = in_range ? (uint32_t)data[p] : 0;
         if (!in_range || (float)counts[p] != data[p])
-            return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: \"%s\" has %g at pixel %u,%u, which is no number of 1 to %d camera paths",
-                           path, CA_RAY_MAP_LAYER, (double)data[p], (uint32_t)(p % image->width),
+            return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                           "%s: \"%s\" has %g at pixel %u,%u, which is no number of 1 to %d camera paths", path,
+                           CA_RAY_MAP_LAYER, (double)data[p], (uint32_t)(p % image->width),
                            (uint32_t)(p / image->width), CA_RAY_MAP_MOST_CAMERA_PATHS);
     }
     return CA_OK;
 }
 
-ca_status ca_ray_map_of(const ca_image_layers *image, const char *path, const ca_ray_map_place *place, uint32_t *light_paths,
-                        uint32_t **camera_paths, ca_error *error)
+ca_status ca_ray_map_of(const ca_image_layers *image, const char *path, const ca_ray_map_place *place,
+                        uint32_t *light_paths, uint32_t **camera_paths, ca_error *error)
 {
     *camera_paths = NULL;
     const float *data = ca_layers_find(image, CA_RAY_MAP_LAYER);
     if (!data)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                       "%s: there is no layer \"%s\": numbers of rays come from `caustica noise -o x.exr` or from a render with --rays",
+                       "%s: there is no layer \"%s\": numbers of rays come from `caustica noise -o x.exr` or from a "
+                       "render with --rays",
                        path, CA_RAY_MAP_LAYER);
     CA_TRY(check_place(image, path, place, error));
     CA_TRY(light_paths_of(image, path, light_paths, error));

@@ -28,10 +28,10 @@ typedef struct ca_ray_map_place {
     uint32_t crop[4];                 /* x0, y0, x1, y1 */
 } ca_ray_map_place;
 
-/* Reads the two back; *camera_paths is the caller's, to be released with ca_free. `path` is for messages. Errors, all with nothing
- * allocated: CA_ERROR_FORMAT (an image without the layer or the attribute, numbers that are none), CA_ERROR_ARGUMENT (a map of another
- * part of a film or of another film), CA_ERROR_MEMORY. */
-ca_status ca_ray_map_of(const ca_image_layers *image, const char *path, const ca_ray_map_place *place, uint32_t *light_paths,
-                        uint32_t **camera_paths, ca_error *error);
+/* Reads the two back; *camera_paths is the caller's, to be released with ca_free. `path` is for messages. Errors, all
+ * with nothing allocated: CA_ERROR_FORMAT (an image without the layer or the attribute, numbers that are none),
+ * CA_ERROR_ARGUMENT (a map of another part of a film or of another film), CA_ERROR_MEMORY. */
+ca_status ca_ray_map_of(const ca_image_layers *image, const char *path, const ca_ray_map_place *place,
+                        uint32_t *light_paths, uint32_t **camera_paths, ca_error *error);
 
 #endif

@@ -22,7 +22,7 @@ typedef struct chooser {
     uint32_t *map;        /* N_B(p) */
 } chooser;
 
-/* ---- Checks --------------------------------------------------------------------------------------------------------- */
+/* ---- Checks ---------------------------------------------------------------------------------------------------- */
 
 static ca_status check_limits(const ca_ray_search *search, ca_error *error)
 {
@@ -44,16 +44,17 @@ static ca_status check_image(const ca_ray_image *image, ca_error *error)
         const ca_ray_pixel *p = &image->pixels[i];
         const unsigned x = (unsigned)(i % image->width), y = (unsigned)(i / image->width);
         if (!isfinite(p->pair) || !isfinite(p->camera) || !isfinite(p->light) || !isfinite(p->luminance2))
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the noise components of pixel (%u, %u) are not finite", x, y);
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the noise components of pixel (%u, %u) are not finite", x,
+                           y);
         if (!(p->camera_time > 0.0 && isfinite(p->camera_time)) || !(p->merge_time >= 0.0 && isfinite(p->merge_time)))
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "times of %g s and %g s at pixel (%u, %u): expected more than 0 and at least 0", p->camera_time,
-                           p->merge_time, x, y);
+                           "times of %g s and %g s at pixel (%u, %u): expected more than 0 and at least 0",
+                           p->camera_time, p->merge_time, x, y);
     }
     return CA_OK;
 }
 
-/* ---- Smoothing ------------------------------------------------------------------------------------------------------ */
+/* ---- Smoothing ------------------------------------------------------------------------------------------------- */
 
 /* The average over a box of `radius` pixels to each side, cut at the border. */
 static double box_average(const ca_ray_image *image, const double *plane, uint32_t x, uint32_t y, uint32_t radius)
@@ -107,9 +108,11 @@ static void smooth_estimates(chooser *c)
     ca_ray_term *terms = c->search.terms;
     const size_t count = c->search.count;
     double *given = c->plane, *result = c->luminance2;
-    for (size_t i = 0; i < count; i++) given[i] = pixels[i].pair - pixels[i].camera - pixels[i].light + pixels[i].luminance2;
+    for (size_t i = 0; i < count; i++)
+        given[i] = pixels[i].pair - pixels[i].camera - pixels[i].light + pixels[i].luminance2;
     smooth(c, given, result);
-    for (size_t i = 0; i < count; i++) terms[i].interaction = result[i], given[i] = pixels[i].camera - pixels[i].luminance2;
+    for (size_t i = 0; i < count; i++)
+        terms[i].interaction = result[i], given[i] = pixels[i].camera - pixels[i].luminance2;
     smooth(c, given, result);
     for (size_t i = 0; i < count; i++) terms[i].camera = result[i], given[i] = pixels[i].light - pixels[i].luminance2;
     smooth(c, given, result);
@@ -117,7 +120,7 @@ static void smooth_estimates(chooser *c)
     smooth(c, given, result);
 }
 
-/* ---- Objectives ----------------------------------------------------------------------------------------------------- */
+/* ---- Objectives ------------------------------------------------------------------------------------------------ */
 
 static void set_weights(chooser *c)
 {
@@ -184,7 +187,7 @@ static double objective_value(const chooser *c)
     return sum;
 }
 
-/* ---- One N_B for all pixels ----------------------------------------------------------------------------------------- */
+/* ---- One N_B for all pixels ------------------------------------------------------------------------------------ */
 
 static void make_uniform(const chooser *c, ca_ray_search *uniform, ca_ray_term *sum)
 {
@@ -202,7 +205,7 @@ static void make_uniform(const chooser *c, ca_ray_search *uniform, ca_ray_term *
     uniform->count = 1;
 }
 
-/* ---- Weights of the worst decile ------------------------------------------------------------------------------------ */
+/* ---- Weights of the worst decile ------------------------------------------------------------------------------- */
 
 static void set_relaxed_variances(const chooser *c, const ca_ray_search *search, const ca_ray_point *point)
 {
@@ -214,7 +217,8 @@ static void set_relaxed_variances(const chooser *c, const ca_ray_search *search,
     }
 }
 
-/* One of Frank and Wolfe's steps: towards all weight on the worst tenth. Pixels at its limit share what is left of it. */
+/* One of Frank and Wolfe's steps: towards all weight on the worst tenth. Pixels at its limit share what is left of
+ * it. */
 static void step_weights(const chooser *c, double limit, double step)
 {
     const size_t worst = worst_count(c);
@@ -244,8 +248,8 @@ static ca_ray_point relax(const chooser *c, bool uniform, double low, double hig
     return point;
 }
 
-/* The minimum for weights w is a concave function of them, and its largest value the minimum for the worst decile. Numbers that
- * are the best for some weights are judged by their own worst decile. */
+/* The minimum for weights w is a concave function of them, and its largest value the minimum for the worst decile.
+ * Numbers that are the best for some weights are judged by their own worst decile. */
 static ca_ray_point relax_worst_decile(chooser *c, bool uniform)
 {
     const ca_ray_search *s = &c->search;
@@ -270,7 +274,7 @@ static ca_ray_point relax_worst_decile(chooser *c, bool uniform)
     return best;
 }
 
-/* ---- Choices -------------------------------------------------------------------------------------------------------- */
+/* ---- Choices --------------------------------------------------------------------------------------------------- */
 
 /* N_B of all pixels, or of a map. */
 static ca_ray_choice judge(const chooser *c, double light_paths, const uint32_t *map, double camera_paths)
@@ -379,7 +383,7 @@ static void choose(chooser *c, ca_ray_numbers *numbers)
     numbers->gain_over_given = gain(&numbers->given, &numbers->best);
 }
 
-/* ---- Names ---------------------------------------------------------------------------------------------------------- */
+/* ---- Names ----------------------------------------------------------------------------------------------------- */
 
 ca_status ca_ray_objective_find(const char *name, ca_ray_objective *objective, ca_error *error)
 {
@@ -392,11 +396,11 @@ ca_status ca_ray_objective_find(const char *name, ca_ray_objective *objective, c
         *objective = (ca_ray_objective)i;
         return CA_OK;
     }
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the objective \"%.100s\" is not known; there are mean, relative, worst-decile",
-                   name);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "the objective \"%.100s\" is not known; there are mean, relative, worst-decile", name);
 }
 
-/* ---- Interface ------------------------------------------------------------------------------------------------------ */
+/* ---- Interface ------------------------------------------------------------------------------------------------- */
 
 static void release(chooser *c)
 {

@@ -1,33 +1,36 @@
-/* How many light paths and how many camera paths a pixel: what gives the least noise after a given time (the last paragraph of
- * section 3 of Ershov, Birukov, Voloboy, Galaktionov 2020, "Calculation of Noise Components for Bidirectional Path Tracing with
- * Photon Maps"; derived in docs/papers/000.md). Pure functions of estimates; nothing is rendered.
+/* How many light paths and how many camera paths a pixel: what gives the least noise after a given time (the last
+ * paragraph of section 3 of Ershov, Birukov, Voloboy, Galaktionov 2020, "Calculation of Noise Components for
+ * Bidirectional Path Tracing with Photon Maps"; derived in docs/papers/000.md). Pure functions of estimates; nothing
+ * is rendered.
  *
  * What is minimised is the variance of an iteration times its time, since iterations average:
  *
  *     sum_p w_p V_p x T,   V_p = Q_p / (N_F N_B(p)) + B_p / N_B(p) + F_p / N_F,
  *                          T   = t_0 + N_F t_F + sum_p N_B(p) (t_B(p) + N_F t_M(p)),
  *
- * the law of noise/components.h with its coefficients sorted: B_p = B - L^2 and F_p = F - L^2 are the variances of what camera
- * paths and light paths contribute each on their own, Q_p = C - B - F + L^2 that of their interaction. Since none of the three can
- * be negative the problem is convex in the logarithms of the numbers: it has one minimum, and that is found.
+ * the law of noise/components.h with its coefficients sorted: B_p = B - L^2 and F_p = F - L^2 are the variances of
+ * what camera paths and light paths contribute each on their own, Q_p = C - B - F + L^2 that of their interaction.
+ * Since none of the three can be negative the problem is convex in the logarithms of the numbers: it has one minimum,
+ * and that is found.
  *
- * Noisy estimates. Q_p, B_p, F_p are averaged over boxes of `smoothing` pixels to each side (cut at the image's border). One that
- * is not positive then gets the average of the smaller box of 3 x 3 and 5 x 5 of these that is positive; 0 where neither is. As this
- * takes negative noise away, all of the image's are then scaled down to the sum that the given ones had, which has no bias (to
- * 0 where that is not positive). Positive estimates with `smoothing` 0 are taken as they are.
+ * Noisy estimates. Q_p, B_p, F_p are averaged over boxes of `smoothing` pixels to each side (cut at the image's
+ * border). One that is not positive then gets the average of the smaller box of 3 x 3 and 5 x 5 of these that is
+ * positive; 0 where neither is. As this takes negative noise away, all of the image's are then scaled down to the sum
+ * that the given ones had, which has no bias (to 0 where that is not positive). Positive estimates with `smoothing` 0
+ * are taken as they are.
  *
  * Objectives, w_p:
  *     mean           1 / P, P the number of pixels
  *     relative       1 / P / (L^2 + delta), delta a hundredth of the image's mean L^2; L^2 smoothed like the others
- *     worst decile   1 / P' for the P' = ceil(P / 10) pixels with the largest V_p, 0 for the rest. Which these are depends on the
- *                    numbers: the weights are iterated (Frank and Wolfe's steps towards the largest minimum), the best numbers
- *                    met are kept. Within some tenths of a percent of the best for real numbers;
- *                    integers of a handful of pixels may lose a few percent
- * An image that is black for all that is known has the mean's weights instead of relative ones.
+ *     worst decile   1 / P' for the P' = ceil(P / 10) pixels with the largest V_p, 0 for the rest. Which these are
+ * depends on the numbers: the weights are iterated (Frank and Wolfe's steps towards the largest minimum), the best
+ * numbers met are kept. Within some tenths of a percent of the best for real numbers; integers of a handful of pixels
+ * may lose a few percent An image that is black for all that is known has the mean's weights instead of relative
+ * ones.
  *
- * Integers: for a fixed N_F the best integer N_B(p) is the smallest n with n (n + 1) >= kappa^2 w_p a_p / tau_p for some kappa,
- * a_p = Q_p / N_F + B_p, tau_p = t_B + N_F t_M; kappa and N_F are improved in turns until neither changes.
- * 1 <= N_B <= max_camera_paths always.
+ * Integers: for a fixed N_F the best integer N_B(p) is the smallest n with n (n + 1) >= kappa^2 w_p a_p / tau_p for
+ * some kappa, a_p = Q_p / N_F + B_p, tau_p = t_B + N_F t_M; kappa and N_F are improved in turns until neither
+ * changes. 1 <= N_B <= max_camera_paths always.
  *
  * Units: V of luminance squared, W^2 sr^-2 m^-4; times in seconds of one processor or of the clock, all alike. */
 #ifndef CA_NOISE_RAY_NUMBERS_H
@@ -76,13 +79,13 @@ typedef struct ca_ray_numbers {
     ca_ray_choice relaxed;  /* the minimum over real numbers >= 1: no integers are better */
     ca_ray_choice uniform;  /* the best integers of one N_B for all pixels */
     ca_ray_choice given;    /* 0 without given numbers */
-    double gain_over_given, gain_over_uniform; /* variance x time there over that of `best`; 1 where nothing is noisy, NAN without
-                                                  given numbers */
+    double gain_over_given, gain_over_uniform; /* variance x time there over that of `best`; 1 where nothing is noisy,
+                                                  NAN without given numbers */
 } ca_ray_numbers;
 
-/* Errors: CA_ERROR_ARGUMENT (no pixels, an estimate or a time that is not finite, a time out of its range, limits that exclude
- * all numbers), CA_ERROR_MEMORY. Cost: some ten sweeps over the image, some hundreds for the worst decile (a tenth of a second and
- * five seconds for 512 x 512 pixels); 108 bytes a pixel. */
+/* Errors: CA_ERROR_ARGUMENT (no pixels, an estimate or a time that is not finite, a time out of its range, limits
+ * that exclude all numbers), CA_ERROR_MEMORY. Cost: some ten sweeps over the image, some hundreds for the worst
+ * decile (a tenth of a second and five seconds for 512 x 512 pixels); 108 bytes a pixel. */
 ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *image, const ca_ray_settings *settings,
                                 ca_error *error);
 void ca_ray_numbers_destroy(ca_ray_numbers *numbers);

@@ -29,7 +29,7 @@ uint32_t ca_ray_integer_paths(const ca_ray_search *search, const ca_ray_term *te
     return (uint32_t)clamp(ceil(0.5 * (sqrt(1.0 + 4.0 * real * real) - 1.0)), 1.0, search->max_camera_paths);
 }
 
-/* ---- Real numbers, N_F fixed ---------------------------------------------------------------------------------------- */
+/* ---- Real numbers, N_F fixed ----------------------------------------------------------------------------------- */
 
 /* What does not depend on the terms' N_B, and how far their roots reach. */
 typedef struct fixed_parts {
@@ -105,7 +105,7 @@ static ca_ray_point relaxed_at(const ca_ray_search *search, double light_paths)
                           .time = parts.time + sums.time + sums.between * kappa};
 }
 
-/* ---- Over N_F ------------------------------------------------------------------------------------------------------- */
+/* ---- Over N_F -------------------------------------------------------------------------------------------------- */
 
 ca_ray_point ca_ray_search_relaxed(const ca_ray_search *search, double low, double high)
 {
@@ -132,7 +132,7 @@ ca_ray_point ca_ray_search_relaxed(const ca_ray_search *search, double low, doub
     return ca_ray_cost(&p1) <= ca_ray_cost(&p2) ? p1 : p2;
 }
 
-/* ---- Integers ------------------------------------------------------------------------------------------------------- */
+/* ---- Integers -------------------------------------------------------------------------------------------------- */
 
 /* With the terms' integers the variance is per_light / N_F + rest, the time fixed + N_F each. */
 typedef struct map_sums {
@@ -162,14 +162,15 @@ static double cost_with(const map_sums *sums, double light_paths)
 static double best_light_paths(const ca_ray_search *search, const map_sums *sums)
 {
     if (!(sums->per_light > 0.0)) return search->min_light_paths;
-    const double real = sqrt(sums->per_light * sums->fixed / (sums->rest * sums->each)); /* infinite where rest is 0 */
+    const double real =
+        sqrt(sums->per_light * sums->fixed / (sums->rest * sums->each)); /* infinite where rest is 0 */
     const double below = clamp(floor(real), search->min_light_paths, search->max_light_paths);
     const double above = clamp(ceil(real), search->min_light_paths, search->max_light_paths);
     return cost_with(sums, below) <= cost_with(sums, above) ? below : above;
 }
 
-/* A map for kappa, N_F for the map, kappa^2 = time / variance for both, and so on: no step makes the cost larger, since the map
- * minimises V + T / kappa^2, and where that is not more than before neither is the product. */
+/* A map for kappa, N_F for the map, kappa^2 = time / variance for both, and so on: no step makes the cost larger,
+ * since the map minimises V + T / kappa^2, and where that is not more than before neither is the product. */
 static ca_ray_point descend(const ca_ray_search *search, double light_paths, double kappa)
 {
     ca_ray_point best = {.variance = HUGE_VAL, .time = 1.0};

@@ -1,12 +1,14 @@
-/* The numbers of rays with the least variance x time for fixed weights: the search behind ray_numbers.h. Internal to this folder.
+/* The numbers of rays with the least variance x time for fixed weights: the search behind ray_numbers.h. Internal to
+ * this folder.
  *
  * For a fixed N_F a pixel has a_p = w_p (interaction / N_F + camera), tau_p = t_B + N_F t_M, and all have
- * b = sum_p w_p light / N_F, T_0 = t_0 + N_F t_F. The minimum over real N_B(p) in [1, max] has N_B(p) = kappa sqrt(a_p / tau_p), cut to that range, where
+ * b = sum_p w_p light / N_F, T_0 = t_0 + N_F t_F. The minimum over real N_B(p) in [1, max] has N_B(p) = kappa
+ * sqrt(a_p / tau_p), cut to that range, where
  *
  *     kappa^2 = (T_0 + times of the pixels that were cut) / (b + variances of the pixels that were cut):
  *
- * kappa^2 times the denominator less the numerator grows with kappa, so there is one such kappa; Newton's method in kappa^2
- * within a bracket. Over N_F: a golden section in log N_F, in which the minimum is convex. */
+ * kappa^2 times the denominator less the numerator grows with kappa, so there is one such kappa; Newton's method in
+ * kappa^2 within a bracket. Over N_F: a golden section in log N_F, in which the minimum is convex. */
 #ifndef CA_NOISE_RAY_SEARCH_H
 #define CA_NOISE_RAY_SEARCH_H
 
@@ -20,7 +22,8 @@ typedef struct ca_ray_term {
     double a, tau, root;               /* at the N_F last looked at; root = sqrt(a / tau) */
 } ca_ray_term;
 
-/* Pixels; or one term that stands for all, whose variances are weighted sums and whose times are sums: one N_B for all of them. */
+/* Pixels; or one term that stands for all, whose variances are weighted sums and whose times are sums: one N_B for
+ * all of them. */
 typedef struct ca_ray_search {
     ca_ray_term *terms; /* owned by the caller */
     size_t count;

@@ -8,9 +8,9 @@
 
 _Static_assert((int)CA_PATH_MAX_VERTICES <= (int)CA_LIGHT_SLAB, "a path lies in one slab");
 
-/* Slabs that `paths` of the greatest length can need: one is left when it has no room for another such path, and every
- * worker has one under way. More than vertex numbers reach there never are. The table is of this size from the start, for
- * it may not move while workers read it; its untouched part costs address space only. */
+/* Slabs that `paths` of the greatest length can need: one is left when it has no room for another such path, and
+ * every worker has one under way. More than vertex numbers reach there never are. The table is of this size from the
+ * start, for it may not move while workers read it; its untouched part costs address space only. */
 static uint32_t slabs_needed(uint32_t paths, uint32_t workers)
 {
     const uint64_t paths_a_slab = CA_LIGHT_SLAB / (uint64_t)CA_PATH_MAX_VERTICES;

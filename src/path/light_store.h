@@ -1,12 +1,12 @@
 /* The light paths of a pass, and their vertices.
  *
- * Paths are numbered; a path's vertices lie next to each other, v[0] on the light first. Vertices live in slabs which the
- * workers fill one path after the other, so a vertex' number says where it is, not when it was made: whatever must not
- * depend on threads goes through the paths in order (ca_light_path). Slabs are kept from pass to pass. Densities lie apart from
- * the rest, so that those of a path are an array for weighting.
+ * Paths are numbered; a path's vertices lie next to each other, v[0] on the light first. Vertices live in slabs which
+ * the workers fill one path after the other, so a vertex' number says where it is, not when it was made: whatever
+ * must not depend on threads goes through the paths in order (ca_light_path). Slabs are kept from pass to pass.
+ * Densities lie apart from the rest, so that those of a path are an array for weighting.
  *
- * State: 8 bytes a path, 120 a vertex. Threads: ca_light_store_path_begin/end/fail of different workers at once; everything else
- * only between. */
+ * State: 8 bytes a path, 120 a vertex. Threads: ca_light_store_path_begin/end/fail of different workers at once;
+ * everything else only between. */
 #ifndef CA_PATH_LIGHT_STORE_H
 #define CA_PATH_LIGHT_STORE_H
 
@@ -64,8 +64,8 @@ void ca_light_store_destroy(ca_light_store *store);
 /* Forgets all paths and keeps the memory. */
 void ca_light_store_clear(ca_light_store *store);
 
-/* Room for CA_PATH_MAX_VERTICES more vertices of one path next to each other, their number, densities and the rest; false after
- * a failure, which ca_light_store_check reports. */
+/* Room for CA_PATH_MAX_VERTICES more vertices of one path next to each other, their number, densities and the rest;
+ * false after a failure, which ca_light_store_check reports. */
 bool ca_light_store_path_begin(ca_light_store *store, uint32_t worker, uint32_t *first, ca_path_vertex **densities,
                                ca_light_vertex **vertices);
 /* `count` of them were filled. */

@@ -48,7 +48,8 @@ static inline double split_term(const mis_split *m, const ca_mis_path *path, uin
     const ca_mis_rules *rules = m->rules;
     double value = 0.0;
     if (k == m->n) {
-        const bool allowed = rules->hit == CA_HIT_ALWAYS || (rules->hit == CA_HIT_DIRECT ? m->n == 2 : m->connectable == 0);
+        const bool allowed =
+            rules->hit == CA_HIT_ALWAYS || (rules->hit == CA_HIT_DIRECT ? m->n == 2 : m->connectable == 0);
         value = allowed ? ratio : 0.0;
     } else if (m->n == 2) {
         return 0.0;
@@ -63,7 +64,8 @@ static inline double split_term(const mis_split *m, const ca_mis_path *path, uin
     return raised(rules, value);
 }
 
-/* The merge at x[j], the ordinal-th connectable vertex from the camera, of density `density` D_s without area and count. */
+/* The merge at x[j], the ordinal-th connectable vertex from the camera, of density `density` D_s without area and
+ * count. */
 static inline double merge_term(const mis_split *m, uint32_t j, uint32_t ordinal, double density, const float *reuse,
                                 mis_sum *sum)
 {
@@ -84,7 +86,8 @@ static inline double camera_side(const mis_split *m, const ca_mis_path *path, mi
         const float pdf_light = j + 1 == m->s   ? path->camera.pdf_last.v
                                 : j + 2 == m->s ? path->camera.pdf_before.v
                                                 : v->pdf_reverse.v;
-        const uint32_t ordinal = j + 1 == m->s ? count_connectable(m->camera, m->s, connectable) : v->connectable_count;
+        const uint32_t ordinal =
+            j + 1 == m->s ? count_connectable(m->camera, m->s, connectable) : v->connectable_count;
         if (connectable) {
             const double term = merge_term(m, j, ordinal, ratio * (double)pdf_light, &m->reuse_camera[j], sum);
             if (j + 1 == m->s) sum->merge = term;
@@ -110,7 +113,8 @@ static inline double light_side(const mis_split *m, const ca_mis_path *path, mis
                                  : i + 2 == m->t ? path->light.pdf_before.v
                                                  : v->pdf_reverse.v;
         if (connectable) {
-            const uint32_t from_light = i + 1 == m->t ? count_connectable(m->light, m->t, true) : v->connectable_count;
+            const uint32_t from_light =
+                i + 1 == m->t ? count_connectable(m->light, m->t, true) : v->connectable_count;
             total += merge_term(m, m->n - 1 - i, m->connectable - from_light + 1, ratio * (double)pdf_camera,
                                 &m->reuse_light[i], sum);
         }
@@ -142,7 +146,8 @@ static inline mis_split split_of(const ca_mis_rules *rules, const ca_mis_path *p
 }
 
 /* All techniques relative to D_s. */
-static inline void sum_densities(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, mis_sum *sum)
+static inline void sum_densities(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique,
+                                 mis_sum *sum)
 {
     mis_split m = split_of(rules, path, technique);
     float reuse_camera[CA_PATH_MAX_VERTICES], reuse_light[CA_PATH_MAX_VERTICES];
@@ -159,7 +164,8 @@ static inline bool has_one_technique(const ca_mis_rules *rules)
 {
     if (rules->next_event || rules->connect) return false;
     if (rules->hit == CA_HIT_DIRECT) return rules->merge == CA_MERGE_NONE;
-    return rules->hit == CA_HIT_UNMERGEABLE && !rules->splat && rules->merge != CA_MERGE_NONE && rules->merge_limit <= 1;
+    return rules->hit == CA_HIT_UNMERGEABLE && !rules->splat && rules->merge != CA_MERGE_NONE &&
+           rules->merge_limit <= 1;
 }
 
 static inline float weight_of_one(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)

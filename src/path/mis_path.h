@@ -17,8 +17,8 @@ typedef struct ca_mis_side {
 } ca_mis_side;
 
 /* A full path, split into x[0 .. camera.count-1] and the light's vertices in reverse. A merge is given as the split
- * behind the merged vertex: it is the camera's last and not among the light's. A hit has no light vertices. The vertices
- * next to the split must be connectable (or ends) for connect, next event and splat. */
+ * behind the merged vertex: it is the camera's last and not among the light's. A hit has no light vertices. The
+ * vertices next to the split must be connectable (or ends) for connect, next event and splat. */
 typedef struct ca_mis_path {
     ca_mis_side camera, light;
     float next_event_ratio; /* density of choosing x[n-1] for x[n-2] over pdf_light[n-1] */

@@ -2,7 +2,7 @@
 
 #include "math/numeric.h"
 
-/* ---- Density -------------------------------------------------------------------------------------------------------- */
+/* ---- Density --------------------------------------------------------------------------------------------------- */
 
 static inline float density_reuse(const ca_reuse_rules *rules, const ca_path_vertex *v)
 {
@@ -46,7 +46,7 @@ static void normalise(const ca_reuse_rules *rules, const ca_mis_path *path, bool
     for (uint32_t i = 1; i < path->light.count; i++) light[i] *= scale;
 }
 
-/* ---- Footprint ------------------------------------------------------------------------------------------------------ */
+/* ---- Footprint ------------------------------------------------------------------------------------------------- */
 
 /* What does not change along a path in equation 8c. */
 typedef struct footprint_ratio {
@@ -67,7 +67,8 @@ static inline footprint_ratio footprint_ratio_of(const ca_reuse_rules *rules, fl
                              .inverse_light_paths = 1.0f / rules->light_paths};
 }
 
-/* n from the square roots of the two areas. The light's may be 0 and the power may overflow: then reuse gains nothing. */
+/* n from the square roots of the two areas. The light's may be 0 and the power may overflow: then reuse gains
+ * nothing. */
 static inline float footprint_reuse(const footprint_ratio *r, float sqrt_area_camera, float sqrt_area_light)
 {
     const float q = sqrt_area_camera / sqrt_area_light, q2 = ca_sqr(q);
@@ -115,13 +116,13 @@ static void fill_footprint(const ca_reuse_rules *rules, const ca_mis_path *path,
     }
 }
 
-/* ---- Correlation ---------------------------------------------------------------------------------------------------- */
+/* ---- Correlation ----------------------------------------------------------------------------------------------- */
 
 /* tan 1 degree: paths whose vertices all lie within so much of the first camera segment's length are alike. */
 #define ALIKE_TAN 0.017455065f
 
-/* Chance that another path which came as far has its next vertex in the area, too. Behind a Dirac event it follows from the
- * one before (and the density there is no density: path_vertex.h). */
+/* Chance that another path which came as far has its next vertex in the area, too. Behind a Dirac event it follows
+ * from the one before (and the density there is no density: path_vertex.h). */
 static inline double alike(bool after_dirac, float pdf, float area)
 {
     return after_dirac ? 1.0 : (double)ca_min(pdf * area, 1.0f);
@@ -142,7 +143,8 @@ static inline float correlation_reuse(const ca_reuse_rules *rules, double camera
     return either > 0.0 ? (float)((double)rules->light_paths * (camera / either)) : rules->light_paths;
 }
 
-/* The light's own vertex: an area light's point, else only which light it is (a direction has no area to compare with). */
+/* The light's own vertex: an area light's point, else only which light it is (a direction has no area to compare
+ * with). */
 static double alike_light_ends(const ca_mis_path *path, float area)
 {
     const ca_pdf_area pdf = path->light.count > 0 ? path->light.vertices[0].pdf_forward : path->camera.pdf_last;
@@ -190,8 +192,8 @@ static void fill_correlation(const ca_reuse_rules *rules, const ca_mis_path *pat
     else if (t > 1) light[t - 1] = rules->light_paths;
 }
 
-void ca_reuse_fill(const ca_reuse_rules *rules, const ca_mis_path *path, bool camera_last, bool light_last, float *camera,
-                   float *light)
+void ca_reuse_fill(const ca_reuse_rules *rules, const ca_mis_path *path, bool camera_last, bool light_last,
+                   float *camera, float *light)
 {
     switch (rules->kind) {
     case CA_REUSE_FULL:

@@ -1,7 +1,8 @@
 #include "path/subpath.h"
 
-ca_flight ca_light_end(const ca_light *light, float choice, ca_pdf_area pdf_position, ca_pdf_solid_angle pdf_direction,
-                       float cos_light, const ca_reuse_rules *rules, ca_path_vertex *vertex)
+ca_flight ca_light_end(const ca_light *light, float choice, ca_pdf_area pdf_position,
+                       ca_pdf_solid_angle pdf_direction, float cos_light, const ca_reuse_rules *rules,
+                       ca_path_vertex *vertex)
 {
     const bool infinite = ca_light_is_infinite(light), point = ca_light_has_dirac_position(light);
     const float sqrt_area = point ? 0.0f : sqrtf(1.0f / pdf_position.v);

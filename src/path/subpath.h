@@ -1,9 +1,9 @@
 /* Extending a subpath: the densities and footprints of its vertices, as it goes.
  *
- * A segment under way is a ca_flight; arriving somewhere turns it into a vertex, scattering there into the next flight.
- * Both ends of a path start by the same two functions whether a subpath begins there (emission, camera ray) or the end is
- * met by the other side's means (next event, hit, splat): so all techniques agree on what a path's densities are. Measures and
- * formulas: path_vertex.h. */
+ * A segment under way is a ca_flight; arriving somewhere turns it into a vertex, scattering there into the next
+ * flight. Both ends of a path start by the same two functions whether a subpath begins there (emission, camera ray)
+ * or the end is met by the other side's means (next event, hit, splat): so all techniques agree on what a path's
+ * densities are. Measures and formulas: path_vertex.h. */
 #ifndef CA_PATH_SUBPATH_H
 #define CA_PATH_SUBPATH_H
 
@@ -36,10 +36,11 @@ static inline float ca_flight_sqrt_area(const ca_flight *flight, float distance)
     return flight->sqrt_area + distance * flight->sqrt_omega;
 }
 
-/* The light's end of a path: fills its vertex and gives the segment that leaves it. pdf_position, pdf_direction, cos_light
- * as in light.h, `choice` the probability of choosing the light. */
-ca_flight ca_light_end(const ca_light *light, float choice, ca_pdf_area pdf_position, ca_pdf_solid_angle pdf_direction,
-                       float cos_light, const ca_reuse_rules *rules, ca_path_vertex *vertex);
+/* The light's end of a path: fills its vertex and gives the segment that leaves it. pdf_position, pdf_direction,
+ * cos_light as in light.h, `choice` the probability of choosing the light. */
+ca_flight ca_light_end(const ca_light *light, float choice, ca_pdf_area pdf_position,
+                       ca_pdf_solid_angle pdf_direction, float cos_light, const ca_reuse_rules *rules,
+                       ca_path_vertex *vertex);
 
 /* The camera's end, likewise. */
 ca_flight ca_camera_end(const ca_camera *camera, ca_pdf_area pdf_position, ca_pdf_solid_angle pdf_direction,
@@ -51,8 +52,8 @@ static inline float ca_light_disk_distance(const ca_light *light, ca_vec3 direct
     return ca_dot(ca_sub(position, light->scene_center), direction) + light->scene_radius;
 }
 
-/* The density of choosing the light's point by next event over that of starting there, both given per area: only spheres, which are
- * sampled by the cone in which they are seen, differ from 1. */
+/* The density of choosing the light's point by next event over that of starting there, both given per area: only
+ * spheres, which are sampled by the cone in which they are seen, differ from 1. */
 static inline float ca_next_event_ratio(const ca_light *light, ca_pdf_solid_angle pdf_direct, float cos_light,
                                         float distance2)
 {
@@ -60,10 +61,10 @@ static inline float ca_next_event_ratio(const ca_light *light, ca_pdf_solid_angl
     return ca_pdf_to_area(pdf_direct, cos_light, distance2).v * light->shape->area;
 }
 
-/* Fills `vertex`, where the flight meets a surface; `previous` is the vertex it left. Until it scatters the vertex counts as not
- * connectable. */
-static inline void ca_path_vertex_arrive(ca_path_vertex *vertex, const ca_path_vertex *previous, const ca_flight *flight,
-                                         float distance, float cos_in, float photon_density)
+/* Fills `vertex`, where the flight meets a surface; `previous` is the vertex it left. Until it scatters the vertex
+ * counts as not connectable. */
+static inline void ca_path_vertex_arrive(ca_path_vertex *vertex, const ca_path_vertex *previous,
+                                         const ca_flight *flight, float distance, float cos_in, float photon_density)
 {
     vertex->pdf_forward.v = ca_flight_density(flight, distance, cos_in);
     vertex->pdf_reverse.v = 0.0f;
@@ -96,8 +97,8 @@ static inline float ca_sqrt_area_out(const ca_reuse_rules *rules, float sqrt_are
 }
 
 /* A sampled event at `vertex`: fills what depends on it there and at `previous`, and gives the next segment. */
-static inline ca_flight ca_path_vertex_scatter(ca_path_vertex *vertex, ca_path_vertex *previous, ca_vec3 wi, ca_vec3 ng,
-                                               const ca_bsdf_sample *event, const ca_reuse_rules *rules)
+static inline ca_flight ca_path_vertex_scatter(ca_path_vertex *vertex, ca_path_vertex *previous, ca_vec3 wi,
+                                               ca_vec3 ng, const ca_bsdf_sample *event, const ca_reuse_rules *rules)
 {
     const bool dirac = (event->scatter & CA_SCATTER_DIRAC) != 0;
     const float cos_in = ca_abs_dot(ng, wi), cos_out = ca_abs_dot(ng, event->wo_world);

@@ -1,7 +1,7 @@
 /* The ways in which a camera path of s vertices and a light path of t vertices make a full path.
  *
- * A full path has the vertices x[0] (on the lens) to x[n-1] (on the light), n - 1 segments. Vertices counted by s and t
- * include both ends. */
+ * A full path has the vertices x[0] (on the lens) to x[n-1] (on the light), n - 1 segments. Vertices counted by s and
+ * t include both ends. */
 #ifndef CA_PATH_TECHNIQUE_H
 #define CA_PATH_TECHNIQUE_H
 

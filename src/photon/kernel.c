@@ -5,8 +5,8 @@
 
 #include "math/numeric.h"
 
-/* Spline of half the support as its length h = r / 2: 10 / (7 pi h^2) makes its integral over the plane one (Monaghan's
- * M4 in two dimensions). Times r^2: */
+/* Spline of half the support as its length h = r / 2: 10 / (7 pi h^2) makes its integral over the plane one
+ * (Monaghan's M4 in two dimensions). Times r^2: */
 #define SPH_SCALE (40.0f / 7.0f * CA_INV_PI)
 
 /* 1 - 3/2 q^2 + 3/4 q^3 up to q = 1, 1/4 (2 - q)^3 from there to 2. */

@@ -1,8 +1,8 @@
 /* The inside of a photon grid, shared by its building (photon_grid.c) and its queries (photon_query.c).
  *
- * Cells count from the low corner of the photons' bounds. Everything up to the cell's number is in double precision, where
- * each step is monotone in the coordinate: a photon within reach in exact numbers then lies in a cell from that of
- * position - reach to that of position + reach, and a cell is wide enough that these are neighbours at most. */
+ * Cells count from the low corner of the photons' bounds. Everything up to the cell's number is in double precision,
+ * where each step is monotone in the coordinate: a photon within reach in exact numbers then lies in a cell from that
+ * of position - reach to that of position + reach, and a cell is wide enough that these are neighbours at most. */
 #ifndef CA_PHOTON_PHOTON_CELLS_H
 #define CA_PHOTON_PHOTON_CELLS_H
 
@@ -46,9 +46,9 @@ struct ca_photon_grid {
     size_t run_capacity;
 };
 
-/* No photon farther than this along an axis passes the distance test. The test is in single precision: the difference, its
- * square and the radius' are rounded once each, which the factor covers many times; the last term covers squares that
- * underflow. Where the radius' square overflows, everything is in reach. */
+/* No photon farther than this along an axis passes the distance test. The test is in single precision: the
+ * difference, its square and the radius' are rounded once each, which the factor covers many times; the last term
+ * covers squares that underflow. Where the radius' square overflows, everything is in reach. */
 static inline double ca_photon_reach(float radius)
 {
     return isinf(radius * radius) ? (double)INFINITY : (double)radius * (1.0 + 0x1p-20) + 0x1p-72;
@@ -60,8 +60,8 @@ static inline uint32_t ca_photon_cell(const ca_photon_lattice *lattice, int axis
     return (uint32_t)(int32_t)((coordinate - lattice->low[axis]) * lattice->cells_per_meter);
 }
 
-/* Cells that follow each other along x are neighbours in memory; rows of cells are strewn over the buckets. The mixing is
- * the finaliser of MurmurHash3, which its author put into the public domain. */
+/* Cells that follow each other along x are neighbours in memory; rows of cells are strewn over the buckets. The
+ * mixing is the finaliser of MurmurHash3, which its author put into the public domain. */
 static inline uint32_t ca_photon_row(uint32_t cell_y, uint32_t cell_z)
 {
     uint32_t h = cell_y * 0x9e3779b1u ^ cell_z * 0x85ebca77u;

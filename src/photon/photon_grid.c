@@ -1,6 +1,7 @@
-/* Building: a stable sort by bucket in two steps, so that every write stays within a cache. First into partitions, which
- * are stretches of buckets, chunk of photons by chunk; then within each partition by counting. Chunks and partitions depend
- * on the number of photons only, and each step keeps the order of equals: so the result is the same for any threads. */
+/* Building: a stable sort by bucket in two steps, so that every write stays within a cache. First into partitions,
+ * which are stretches of buckets, chunk of photons by chunk; then within each partition by counting. Chunks and
+ * partitions depend on the number of photons only, and each step keeps the order of equals: so the result is the same
+ * for any threads. */
 #include "base/memory.h"
 #include "math/numeric.h"
 #include "photon/photon_cells.h"
@@ -71,7 +72,7 @@ size_t ca_photon_grid_bytes(const ca_photon_grid *grid)
            grid->run_capacity * sizeof *grid->run_starts;
 }
 
-/* ---- Memory ------------------------------------------------------------------------------------------------------ */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 /* Room for `needed` elements whose old values are of no use. */
 static bool make_room(void **memory, size_t *capacity, size_t needed, size_t size)
@@ -127,7 +128,7 @@ static ca_status number_runs(photon_build *build, uint32_t *count, ca_error *err
     return CA_OK;
 }
 
-/* ---- Walking through runs ---------------------------------------------------------------------------------------- */
+/* ---- Walking through runs -------------------------------------------------------------------------------------- */
 
 /* The photons of a chunk as pieces of runs. */
 typedef struct chunk_walk {
@@ -166,7 +167,7 @@ static bool next_piece(chunk_walk *walk, ca_photon_run *piece)
     return false;
 }
 
-/* ---- The steps --------------------------------------------------------------------------------------------------- */
+/* ---- The steps ------------------------------------------------------------------------------------------------- */
 
 static void bound_chunk(void *user, uint32_t chunk, uint32_t worker)
 {
@@ -256,7 +257,7 @@ static void sort_partition(void *user, uint32_t partition, uint32_t worker)
     }
 }
 
-/* ---- All together ------------------------------------------------------------------------------------------------ */
+/* ---- All together ---------------------------------------------------------------------------------------------- */
 
 static void set_cells(ca_photon_lattice *lattice, const struct photon_bounds *bounds, float radius)
 {

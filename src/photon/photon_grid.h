@@ -1,17 +1,18 @@
 /* Photons by place: a counting sort into cells of two radii, so that a query looks at 2 x 2 x 2 of them.
  *
- * Cells are hashed into buckets, about as many as there are photons: photons lie on surfaces, which leave most of a dense
- * grid's cells empty. Cells that follow each other along x share a stretch of memory, so a query reads four stretches. Its
- * cells may share buckets; each bucket is looked at once, and photons of other cells in it fail the distance test like all
- * that are too far. Within a cell photons stand in the order in which they were given, light path by light path, so sums
- * over a query are the same whatever the threads.
+ * Cells are hashed into buckets, about as many as there are photons: photons lie on surfaces, which leave most of a
+ * dense grid's cells empty. Cells that follow each other along x share a stretch of memory, so a query reads four
+ * stretches. Its cells may share buckets; each bucket is looked at once, and photons of other cells in it fail the
+ * distance test like all that are too far. Within a cell photons stand in the order in which they were given, light
+ * path by light path, so sums over a query are the same whatever the threads.
  *
- * Positions are finite; they may lie anywhere and the radius may be of any size: cells are numbered in double precision
- * from the photons' bounds, and the distance test is length2(photon - position) <= radius * radius in single precision.
+ * Positions are finite; they may lie anywhere and the radius may be of any size: cells are numbered in double
+ * precision from the photons' bounds, and the distance test is length2(photon - position) <= radius * radius in
+ * single precision.
  *
- * State: 32 bytes a photon, of which 16 serve the sort only, and 4 a bucket. Cost: 15 to 25 ns a photon to build, about 2 ns for
- * each photon that a query tests in a cached grid (bench/bench_photons.c). Threads: immutable between builds; the memory is
- * kept from build to build. A build that fails leaves the grid empty. */
+ * State: 32 bytes a photon, of which 16 serve the sort only, and 4 a bucket. Cost: 15 to 25 ns a photon to build,
+ * about 2 ns for each photon that a query tests in a cached grid (bench/bench_photons.c). Threads: immutable between
+ * builds; the memory is kept from build to build. A build that fails leaves the grid empty. */
 #ifndef CA_PHOTON_PHOTON_GRID_H
 #define CA_PHOTON_PHOTON_GRID_H
 
@@ -60,7 +61,8 @@ typedef struct ca_photon_query {
     uint64_t tested;
 } ca_photon_query;
 
-/* Asks the memory for what a query at this position will read first; for callers with something else to do meanwhile. */
+/* Asks the memory for what a query at this position will read first; for callers with something else to do
+ * meanwhile. */
 void ca_photon_grid_prefetch(const ca_photon_grid *grid, ca_vec3 position);
 void ca_photon_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
 /* With a radius of its own, from zero to the grid's. */
@@ -68,23 +70,24 @@ void ca_photon_query_start_within(ca_photon_query *query, const ca_photon_grid *
 /* Up to CA_PHOTON_BATCH vertices; 0 at the end. */
 uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
 
-/* Sorted photons stand in places 0 to count - 1, those of a cell next to each other. A caller that keeps what it needs of each
- * photon in the same order reads memory in runs instead of here and there: it exchanges every vertex for its place, after which
- * queries answer with places. Threads: different places at once. */
+/* Sorted photons stand in places 0 to count - 1, those of a cell next to each other. A caller that keeps what it
+ * needs of each photon in the same order reads memory in runs instead of here and there: it exchanges every vertex
+ * for its place, after which queries answer with places. Threads: different places at once. */
 uint32_t ca_photon_grid_vertex(const ca_photon_grid *grid, uint32_t place);
 ca_vec3 ca_photon_grid_position(const ca_photon_grid *grid, uint32_t place);
 void ca_photon_grid_answer_place(ca_photon_grid *grid, uint32_t place);
 
-/* Distance from a position to its k-th nearest photon, 1 <= k <= CA_PHOTON_NEAREST_MAX, where at least k are within the grid's
- * radius; else INFINITY. The distance is then the square root of the k-th smallest length2(photon - position). */
+/* Distance from a position to its k-th nearest photon, 1 <= k <= CA_PHOTON_NEAREST_MAX, where at least k are within
+ * the grid's radius; else INFINITY. The distance is then the square root of the k-th smallest length2(photon -
+ * position). */
 enum { CA_PHOTON_NEAREST_MAX = 64 };
 float ca_photon_grid_nearest(const ca_photon_grid *grid, ca_vec3 position, uint32_t k);
 
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid);
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid);
 
-/* Photons per m^2 around a position, from the number in its cell: count / (2 radius)^2, as if a plane crossed the cell through its
- * middle. An estimate for reuse rules, not for radiance; 0 where the cell is empty. */
+/* Photons per m^2 around a position, from the number in its cell: count / (2 radius)^2, as if a plane crossed the
+ * cell through its middle. An estimate for reuse rules, not for radiance; 0 where the cell is empty. */
 float ca_photon_grid_density(const ca_photon_grid *grid, ca_vec3 position);
 
 #endif

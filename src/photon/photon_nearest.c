@@ -51,7 +51,8 @@ float ca_photon_grid_nearest(const ca_photon_grid *grid, ca_vec3 position, uint3
     heap.count = 0;
     heap.capacity = k;
     for (uint32_t r = 0; r < query.range_count; r++)
-        for (uint32_t next = query.begin[r]; next < query.end[r]; next = (next / CA_PHOTON_LANES + 1) * CA_PHOTON_LANES) {
+        for (uint32_t next = query.begin[r]; next < query.end[r];
+             next = (next / CA_PHOTON_LANES + 1) * CA_PHOTON_LANES) {
             const uint32_t lane = next % CA_PHOTON_LANES;
             const uint32_t end = ca_min_u32(CA_PHOTON_LANES, query.end[r] - (next - lane));
             add_block(&heap, &grid->blocks[next / CA_PHOTON_LANES], &query, lane, end);

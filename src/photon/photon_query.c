@@ -8,7 +8,7 @@
 #include <immintrin.h>
 #endif
 
-/* ---- Which buckets ----------------------------------------------------------------------------------------------- */
+/* ---- Which buckets --------------------------------------------------------------------------------------------- */
 
 static inline void add_range(ca_photon_query *query, uint32_t bucket, uint32_t bucket_count)
 {
@@ -48,8 +48,8 @@ static inline bool rows_are_apart(const uint32_t *rows, uint32_t row_count, uint
     return apart;
 }
 
-/* The cells from position - reach to position + reach, as far as there are photons: rows of one or two along x. `reach` is the
- * grid's at most. */
+/* The cells from position - reach to position + reach, as far as there are photons: rows of one or two along x.
+ * `reach` is the grid's at most. */
 typedef struct query_rows {
     uint32_t row[4], row_count, row_length;
 } query_rows;
@@ -83,7 +83,8 @@ void ca_photon_grid_prefetch(const ca_photon_grid *grid, ca_vec3 position)
     for (uint32_t r = 0; r < rows.row_count; r++) __builtin_prefetch(&grid->starts[rows.row[r]]);
 }
 
-static inline void start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius2, double reach)
+static inline void start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius2,
+                         double reach)
 {
     query->grid = grid;
     query->position = position;
@@ -109,10 +110,10 @@ void ca_photon_query_start_within(ca_photon_query *query, const ca_photon_grid *
     start(query, grid, position, radius * radius, ca_photon_reach(radius));
 }
 
-/* ---- The distance test ------------------------------------------------------------------------------------------- */
+/* ---- The distance test ----------------------------------------------------------------------------------------- */
 
-/* Of the block's eight photons the lanes set in `lanes` are tested; the vertices of those within the radius go to `found`,
- * which has room for eight. Returns how many. Both versions compute the same bits in the same order. */
+/* Of the block's eight photons the lanes set in `lanes` are tested; the vertices of those within the radius go to
+ * `found`, which has room for eight. Returns how many. Both versions compute the same bits in the same order. */
 #if defined(__AVX2__) && !defined(CA_PHOTON_PLAIN)
 
 /* Moves the lanes set in a mask of four to the front. */
@@ -182,7 +183,7 @@ uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTO
     return count;
 }
 
-/* ---- Density ----------------------------------------------------------------------------------------------------- */
+/* ---- Density --------------------------------------------------------------------------------------------------- */
 
 float ca_photon_grid_density(const ca_photon_grid *grid, ca_vec3 position)
 {

@@ -1,8 +1,8 @@
 /* The merge radius of each pass, and the default for the first.
  *
- * r^2 = r0^2 / (n / N_ref)^alpha, n counts light paths to the end of the pass, N_ref those of one pass (Keller, Grünschloß,
- * Droske, "Quasi-Monte Carlo Progressive Photon Mapping"). alpha = 0 keeps the radius, larger ones shrink it faster; others write
- * 1 - alpha for it. */
+ * r^2 = r0^2 / (n / N_ref)^alpha, n counts light paths to the end of the pass, N_ref those of one pass (Keller,
+ * Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon Mapping"). alpha = 0 keeps the radius, larger ones shrink
+ * it faster; others write 1 - alpha for it. */
 #ifndef CA_PHOTON_RADIUS_H
 #define CA_PHOTON_RADIUS_H
 

@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- How far, and what is told ---------------------------------------------------------------------------------------- */
+/* ---- How far, and what is told --------------------------------------------------------------------------------- */
 
 double ca_auto_work(const ca_auto_rays *a) { return ca_auto_by_samples(a) ? a->camera_paths : a->seconds; }
 
@@ -17,7 +17,8 @@ double ca_auto_work_end(const ca_auto_rays *a)
 {
     const ca_render_plan *plan = a->plan;
     if (!ca_auto_by_samples(a)) return plan->settings->seconds > 0.0 ? plan->settings->seconds : (double)INFINITY;
-    return plan->settings->samples_per_pixel ? plan->settings->samples_per_pixel : plan->scene->desc.samples_per_pixel;
+    return plan->settings->samples_per_pixel ? plan->settings->samples_per_pixel
+                                             : plan->scene->desc.samples_per_pixel;
 }
 
 bool ca_auto_is_over(const ca_auto_rays *a)
@@ -27,11 +28,12 @@ bool ca_auto_is_over(const ca_auto_rays *a)
            a->numbered + a->most > (double)UINT32_MAX;
 }
 
-static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
+static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **image, ca_render_statistics *statistics,
+                            ca_error *error);
 
 /* ca_render_progress.snapshot */
-static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
-                               ca_error *error)
+static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
+                               ca_render_statistics *statistics, ca_error *error)
 {
     return join_image(progress->render, true, image, statistics, error);
 }
@@ -58,10 +60,10 @@ void ca_auto_report(ca_auto_rays *a)
     a->interrupted = !ca_render_tell(a->plan, &progress, &a->start);
 }
 
-/* ---- Joining ------------------------------------------------------------------------------------------------------------- */
+/* ---- Joining --------------------------------------------------------------------------------------------------- */
 
-/* By the geometric mean of how much the variance could differ, light paths and camera paths: neither samples nor clocks are asked. The
- * plain mean of n iterations has the n^2-th part of the sum of their variances. */
+/* By the geometric mean of how much the variance could differ, light paths and camera paths: neither samples nor
+ * clocks are asked. The plain mean of n iterations has the n^2-th part of the sum of their variances. */
 static double ramp_in_ordinary_iterations(const ca_auto_rays *a)
 {
     const ca_auto_group *ramp = &a->groups[CA_AUTO_RAMP], *ordinary = &a->groups[CA_AUTO_ORDINARY];
@@ -80,16 +82,16 @@ double ca_auto_group_share(const ca_auto_rays *a, int group)
     return group == CA_AUTO_RAMP ? ramp : 1.0 - ramp;
 }
 
-/* How long the render is with the numbers that this half would have chosen: those in use, and so the seconds of a render to a number
- * of samples, know the other half. */
+/* How long the render is with the numbers that this half would have chosen: those in use, and so the seconds of a
+ * render to a number of samples, know the other half. */
 static double render_seconds(const ca_auto_rays *a, const ca_auto_half *half)
 {
     const double done = fmin(ca_auto_work(a), ca_auto_work_end(a)) - a->pilot_work;
     return fmax(done * (ca_auto_by_samples(a) ? half->seconds_per_sample : 1.0), 1e-9);
 }
 
-/* Of the render beside both halves of the pilot: precision grows with time and with efficiency, which is what this half's estimates
- * say. Its own samples are not multiplied by it. */
+/* Of the render beside both halves of the pilot: precision grows with time and with efficiency, which is what this
+ * half's estimates say. Its own samples are not multiplied by it. */
 static double weight_of(const ca_auto_rays *a, const ca_auto_half *half)
 {
     if (a->render_iterations == 0) return 0.0;
@@ -147,7 +149,7 @@ static void show_parts(ca_auto_rays *a)
     a->observer->parts(&parts, a->observer->user);
 }
 
-/* ---- The image ------------------------------------------------------------------------------------------------------------ */
+/* ---- The image ------------------------------------------------------------------------------------------------- */
 
 static void fill_statistics(const ca_auto_rays *a, ca_render_statistics *statistics)
 {
@@ -178,23 +180,26 @@ static double camera_paths_of(const ca_auto_rays *a, size_t pixel, bool at_work)
     return a->first[pixel] + (at_work ? (double)a->phase.pixels[pixel].samples * a->numbers[pixel] : 0.0);
 }
 
-static ca_status add_layers(const ca_auto_rays *a, bool at_work, const ca_render_statistics *statistics, ca_image_layers *image,
-                            ca_error *error)
+static ca_status add_layers(const ca_auto_rays *a, bool at_work, const ca_render_statistics *statistics,
+                            ca_image_layers *image, ca_error *error)
 {
     char text[160];
     float *camera;
     CA_TRY(ca_joined_film_add_confidence(&a->joined, image, error));
     CA_TRY(ca_layers_add(image, "Rays.Camera", &camera, error));
-    for (size_t p = 0; p < (size_t)image->width * image->height; p++) camera[p] = (float)camera_paths_of(a, p, at_work);
+    for (size_t p = 0; p < (size_t)image->width * image->height; p++)
+        camera[p] = (float)camera_paths_of(a, p, at_work);
     CA_TRY(ca_render_attach_record(a->plan, statistics, image, error));
     CA_TRY(ca_ray_map_add(image, a->light_paths, a->numbers, error));
     CA_TRY(ca_auto_add_terms(a, image, error));
-    snprintf(text, sizeof text, "auto: %u light paths and %.4g camera paths per pixel in the end; pilot %.3g s of %.3g s",
+    snprintf(text, sizeof text,
+             "auto: %u light paths and %.4g camera paths per pixel in the end; pilot %.3g s of %.3g s",
              a->light_paths, a->mean_numbers, a->pilot_seconds, a->seconds);
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }
 
-static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **image, ca_render_statistics *statistics,
+                            ca_error *error)
 {
     ca_auto_join(a);
     fill_statistics(a, statistics);
@@ -206,13 +211,14 @@ static ca_status join_image(ca_auto_rays *a, bool at_work, ca_image_layers **ima
     return status;
 }
 
-static ca_status make_image(ca_auto_rays *a, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+static ca_status make_image(ca_auto_rays *a, ca_image_layers **image, ca_render_statistics *statistics,
+                            ca_error *error)
 {
     show_parts(a);
     return join_image(a, false, image, statistics, error);
 }
 
-/* ---- Life ------------------------------------------------------------------------------------------------------------------ */
+/* ---- Life ------------------------------------------------------------------------------------------------------ */
 
 static ca_status create_half(ca_auto_half *half, const ca_render_plan *plan, ca_error *error)
 {
@@ -229,7 +235,8 @@ static ca_status create(ca_auto_rays *a, ca_error *error)
     for (int h = 0; h < CA_AUTO_HALVES; h++) CA_TRY(create_half(&a->halves[h], plan, error));
     CA_TRY(ca_film_create(&a->phase, plan->camera.width, plan->camera.height, plan->crop, error));
     CA_TRY(ca_film_create(&a->image, plan->camera.width, plan->camera.height, plan->crop, error));
-    CA_TRY(ca_film_set_replicates(&a->image, 0, error)); /* a joined image has no samples that are distributed alike */
+    CA_TRY(
+        ca_film_set_replicates(&a->image, 0, error)); /* a joined image has no samples that are distributed alike */
     CA_TRY(ca_joined_film_create(&a->render, &a->phase, error));
     CA_TRY(ca_joined_film_create(&a->joined, &a->phase, error));
     const size_t count = (size_t)a->phase.width * a->phase.height;
@@ -255,15 +262,16 @@ static void destroy(ca_auto_rays *a)
     ca_free(a->known);
 }
 
-/* What it takes beside the one film that the plan has counted: films, pairs, joined films, times, numbers; and while it chooses an
- * estimate of each pixel and what the choice itself needs. */
+/* What it takes beside the one film that the plan has counted: films, pairs, joined films, times, numbers; and while
+ * it chooses an estimate of each pixel and what the choice itself needs. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     enum {
         BYTES_OF_CHOICE = 108,
         BYTES_OF_TIMES = 24,
         BYTES_OF_A_PIXEL = 5 * sizeof(ca_film_pixel) + 2 * sizeof(ca_pair_pixel) + 2 * sizeof(ca_joined_pixel) +
-                           2 * BYTES_OF_TIMES + 2 * sizeof(uint32_t) + sizeof(ca_auto_known) + sizeof(ca_ray_pixel) + BYTES_OF_CHOICE
+                           2 * BYTES_OF_TIMES + 2 * sizeof(uint32_t) + sizeof(ca_auto_known) + sizeof(ca_ray_pixel) +
+                           BYTES_OF_CHOICE
     };
     _Static_assert(BYTES_OF_A_PIXEL == 1492, "auto_rays.h tells the bytes of a pixel");
     const double bytes = (double)BYTES_OF_A_PIXEL * (plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
@@ -271,7 +279,8 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
     if (bytes >= plan->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "the films and estimates of rays \"auto\" need %.1f MiB, more than the %.1f MiB allowed",
-                       plan->settings->memory_mib + (bytes - plan->input.memory_bytes) / 0x1p20, plan->settings->memory_mib);
+                       plan->settings->memory_mib + (bytes - plan->input.memory_bytes) / 0x1p20,
+                       plan->settings->memory_mib);
     plan->input.memory_bytes -= bytes;
     return CA_OK;
 }

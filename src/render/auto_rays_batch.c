@@ -25,8 +25,8 @@ ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_error *e
     return ca_pass_runner_create(&batch->runner, plan, batch->integrator, &a->phase, &batch->counts, error);
 }
 
-ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs, ca_ray_times *times,
-                            double *seconds, ca_error *error)
+ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs,
+                            ca_ray_times *times, double *seconds, ca_error *error)
 {
     const double start = ca_clock_seconds();
     batch->runner.film = film;

@@ -11,10 +11,11 @@ enum { MOST_LIGHT_PATHS = 1 << 22, MOST_LIGHT_PATHS_EVER = 1 << 30, MOST_CAMERA_
 
 static bool one_camera_path(const ca_auto_rays *a) { return strcmp(a->plan->type->name, "ppm") == 0; }
 
-/* ---- What is known --------------------------------------------------------------------------------------------------- */
+/* ---- What is known --------------------------------------------------------------------------------------------- */
 
 /* With one camera path F is not known, nor needed: its factor is 0. */
-static ca_auto_known known_of(const ca_auto_rays *a, const ca_pair_film *pairs, size_t p, double light_paths, double camera_paths)
+static ca_auto_known known_of(const ca_auto_rays *a, const ca_pair_film *pairs, size_t p, double light_paths,
+                              double camera_paths)
 {
     const ca_pair_pixel *pixel = &pairs->pixels[p];
     const ca_noise_components c = ca_noise_components_of(pixel);
@@ -53,10 +54,11 @@ void ca_auto_know_more(ca_auto_rays *a, const ca_pair_film *pairs)
     }
 }
 
-/* ---- The image of estimates ------------------------------------------------------------------------------------------ */
+/* ---- The image of estimates ------------------------------------------------------------------------------------ */
 
 /* Means over the halves that may be used. */
-static void set_times(const ca_auto_rays *a, unsigned halves, const ca_ray_costs *costs, uint32_t x, uint32_t y, ca_ray_pixel *to)
+static void set_times(const ca_auto_rays *a, unsigned halves, const ca_ray_costs *costs, uint32_t x, uint32_t y,
+                      ca_ray_pixel *to)
 {
     double camera_time, merge_time;
     to->camera_time = to->merge_time = 0.0;
@@ -151,16 +153,17 @@ static double relative_variance(const ca_auto_rays *a, const ca_ray_numbers *num
     return luminance > 0.0 ? variance * (double)count / (luminance * luminance) : (double)NAN;
 }
 
-/* ---- Choosing -------------------------------------------------------------------------------------------------------- */
+/* ---- Choosing -------------------------------------------------------------------------------------------------- */
 
-/* How many iterations with these numbers there would be until the end. A half's choice must not look at the noise of both. */
+/* How many iterations with these numbers there would be until the end. A half's choice must not look at the noise of
+ * both. */
 static double iterations_left(const ca_auto_rays *a, const ca_auto_choice *choice, bool of_all)
 {
     const ca_ray_choice *best = &choice->numbers.best;
     const double one = best->time * a->speed, work_left = ca_auto_work_end(a) - ca_auto_work(a);
     if (!ca_auto_by_samples(a) && isfinite(work_left)) return work_left / one;
-    /* Where nobody said how long it may take, an iteration is to be no longer than all before it: estimates that see no noise of
-     * camera paths, right or wrong, would ask for light paths without end. */
+    /* Where nobody said how long it may take, an iteration is to be no longer than all before it: estimates that see
+     * no noise of camera paths, right or wrong, would ask for light paths without end. */
     double left = one > a->seconds ? 0.0 : (double)INFINITY;
     if (ca_auto_by_samples(a)) return fmin(left, work_left / best->camera_paths);
     const double target = 0.01 * a->looks.target, noise = 0.01 * a->looks.noise;
@@ -183,14 +186,16 @@ static bool lower_limits(ca_ray_settings *settings, const ca_ray_numbers *number
     const uint32_t light_paths = (uint32_t)numbers->best.light_paths, most = largest(numbers->camera_paths, count);
     if (light_paths <= settings->min_light_paths && (memory || most == 1)) return false;
     if (light_paths > settings->min_light_paths)
-        settings->max_light_paths = light_paths / 2 > settings->min_light_paths ? light_paths / 2 : settings->min_light_paths;
+        settings->max_light_paths =
+            light_paths / 2 > settings->min_light_paths ? light_paths / 2 : settings->min_light_paths;
     if (!memory && most > 1) settings->max_camera_paths = most / 2;
     return true;
 }
 
-/* Of numbers that are as good for all that is known, those with the fewest light paths: costs are a secant's, while photons in ever
- * slower memory cost ever more; and the image comes in more iterations. */
-static ca_status prefer_fewer(const ca_ray_image *image, ca_ray_settings *settings, ca_ray_numbers *numbers, ca_error *error)
+/* Of numbers that are as good for all that is known, those with the fewest light paths: costs are a secant's, while
+ * photons in ever slower memory cost ever more; and the image comes in more iterations. */
+static ca_status prefer_fewer(const ca_ray_image *image, ca_ray_settings *settings, ca_ray_numbers *numbers,
+                              ca_error *error)
 {
     static const double as_good = 1.03;
     const double limit = as_good * numbers->best.variance * numbers->best.time;
@@ -230,16 +235,18 @@ static ca_status choose_within_limits(ca_auto_rays *a, const ca_ray_image *image
 }
 
 /* By the costs. */
-static double iteration_time(const ca_ray_image *image, uint32_t light_paths, const uint32_t *numbers, uint32_t uniform)
+static double iteration_time(const ca_ray_image *image, uint32_t light_paths, const uint32_t *numbers,
+                             uint32_t uniform)
 {
     double time = image->fixed_time + light_paths * image->light_time;
     for (size_t p = 0; p < (size_t)image->width * image->height; p++)
-        time += (numbers ? numbers[p] : uniform) * (image->pixels[p].camera_time + light_paths * image->pixels[p].merge_time);
+        time += (numbers ? numbers[p] : uniform) *
+                (image->pixels[p].camera_time + light_paths * image->pixels[p].merge_time);
     return time;
 }
 
-/* What an iteration took by the clock, over what its paths cost: how parallel it ran, and what else it did. Of the last phase that
- * knows, else of the pilot. */
+/* What an iteration took by the clock, over what its paths cost: how parallel it ran, and what else it did. Of the
+ * last phase that knows, else of the pilot. */
 static double speed_of(const ca_auto_rays *a, const ca_ray_image *image, unsigned halves)
 {
     const ca_auto_group *pilot = &a->groups[CA_AUTO_ORDINARY];

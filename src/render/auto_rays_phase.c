@@ -1,4 +1,5 @@
-/* One phase of the render: iterations with the numbers in use, what they measure for the numbers of the next one, and when it ends. */
+/* One phase of the render: iterations with the numbers in use, what they measure for the numbers of the next one, and
+ * when it ends. */
 #include "render/auto_rays_state.h"
 
 #include <math.h>
@@ -28,8 +29,8 @@ static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_ph
     double seconds;
     const uint32_t turn = phase->iterations % PAIRS_EVERY;
     const bool pairs = phase->revise && turn == 0 && phase->paired < MOST_PAIRS, times = phase->revise && turn == 1;
-    CA_TRY(ca_auto_batch_run(a, batch, &a->phase, pairs ? &a->halves[0].pairs : NULL, times ? a->halves[0].times : NULL, &seconds,
-                             error));
+    CA_TRY(ca_auto_batch_run(a, batch, &a->phase, pairs ? &a->halves[0].pairs : NULL,
+                             times ? a->halves[0].times : NULL, &seconds, error));
     phase->paired += pairs;
     if (!pairs && phase->iterations > 0) {
         phase->plain++;

@@ -1,14 +1,15 @@
-/* The render after its pilot: trials, a proof and phases, each with numbers chosen from all that was seen before it. */
+/* The render after its pilot: trials, a proof and phases, each with numbers chosen from all that was seen before
+ * it. */
 #include "render/auto_rays_state.h"
 
 #include <math.h>
 
 enum { MOST_PHASES = 3, ITERATIONS_OF_A_PHASE = 4 };
-/* An iteration may take an eighth of what is left of the render: shorter ones are little worse, and a few long ones would neither
- * tell their noise nor end when they should. Trials are to be short. */
+/* An iteration may take an eighth of what is left of the render: shorter ones are little worse, and a few long ones
+ * would neither tell their noise nor end when they should. Trials are to be short. */
 enum { ITERATIONS_TO_COME = 8, ITERATIONS_BEYOND_A_TRIAL = 64, MOST_TRIALS = 3, TRIAL_ITERATIONS = 3 };
-/* What many light paths cost is not known from few, as photons outgrow the caches and candidates come by the dozen; nor is their noise.
- * So N_F is at most so many times the one that was measured, in a trial and in what is not. */
+/* What many light paths cost is not known from few, as photons outgrow the caches and candidates come by the dozen;
+ * nor is their noise. So N_F is at most so many times the one that was measured, in a trial and in what is not. */
 enum { REACH_OF_A_TRIAL = 16, REACH = 4 };
 /* A noise target is foretold from so much of the render itself. */
 enum { PROOF_ITERATIONS = 6 };
@@ -21,7 +22,7 @@ typedef struct phase_plan {
     double begin, ends[MOST_PHASES]; /* in units of work; the last may be INFINITY */
 } phase_plan;
 
-/* ---- Estimates -------------------------------------------------------------------------------------------------------- */
+/* ---- Estimates ------------------------------------------------------------------------------------------------- */
 
 /* Once the halves have told their weights they are one. */
 static void pool_halves(ca_auto_rays *a)
@@ -36,7 +37,8 @@ static ca_status weigh_halves(ca_auto_rays *a, ca_error *error)
     for (unsigned h = 0; h < CA_AUTO_HALVES; h++) {
         ca_auto_choice own;
         ca_auto_know(a, &a->halves[h].pairs);
-        CA_TRY(ca_auto_choose(a, &(ca_auto_question){1u << h, SMOOTHING, ITERATIONS_TO_COME, REACH_OF_A_TRIAL}, &own, error));
+        CA_TRY(ca_auto_choose(a, &(ca_auto_question){1u << h, SMOOTHING, ITERATIONS_TO_COME, REACH_OF_A_TRIAL}, &own,
+                              error));
         a->halves[h].gain = own.numbers.gain_over_given;
         a->halves[h].seconds_per_sample = own.numbers.best.time * a->speed / own.numbers.best.camera_paths;
         ca_ray_numbers_destroy(&own.numbers);
@@ -54,9 +56,10 @@ static ca_status choose(ca_auto_rays *a, uint32_t iterations, uint32_t reach, ca
     return ca_auto_choose(a, &question, choice, error);
 }
 
-/* ---- When it will end ---------------------------------------------------------------------------------------------------- */
+/* ---- When it will end ------------------------------------------------------------------------------------------ */
 
-/* How many iterations with numbers of this variance all precision so far is worth: those of its law's variance that have its noise. */
+/* How many iterations with numbers of this variance all precision so far is worth: those of its law's variance that
+ * have its noise. */
 static double worth_so_far(const ca_auto_rays *a, double relative_variance)
 {
     const double noise = 0.01 * a->looks.noise;
@@ -64,8 +67,8 @@ static double worth_so_far(const ca_auto_rays *a, double relative_variance)
     return ca_auto_pilot_iterations(a) + a->render_iterations;
 }
 
-/* Shares 1 : 2 : 4. To a noise target the whole is what the pilot predicts, which may be far too long: then the first phases end
- * after a few times the pilot. */
+/* Shares 1 : 2 : 4. To a noise target the whole is what the pilot predicts, which may be far too long: then the first
+ * phases end after a few times the pilot. */
 static phase_plan plan_phases(const ca_auto_rays *a, double iteration_work)
 {
     enum { LONGEST_IN_PILOTS = 28 }; /* 4, 8, and on */
@@ -83,22 +86,25 @@ static phase_plan plan_phases(const ca_auto_rays *a, double iteration_work)
     return plan;
 }
 
-/* ---- Trials --------------------------------------------------------------------------------------------------------------- */
+/* ---- Trials ---------------------------------------------------------------------------------------------------- */
 
 /* By how many doublings N_F differs from where times were measured. */
-static double distance(const ca_auto_rays *a, double light_paths) { return fabs(log2(light_paths / a->timed_light_paths)); }
+static double distance(const ca_auto_rays *a, double light_paths)
+{
+    return fabs(log2(light_paths / a->timed_light_paths));
+}
 
-/* A trial has worth x its work over all that was left before it, which is settled before its samples are seen; the rest of the render shares
- * out what remains, however many trials are still to come. */
+/* A trial has worth x its work over all that was left before it, which is settled before its samples are seen; the
+ * rest of the render shares out what remains, however many trials are still to come. */
 static void give_to_the_rest(ca_auto_rays *a, const ca_auto_phase *trial)
 {
     const double left = ca_auto_work_end(a) - trial->begin, work = ca_auto_work(a) - trial->begin;
     if (isfinite(left) && work < left) a->share_of_work *= (left - trial->worth * work) / (left - work);
 }
 
-/* Where the numbers that seem best are far from those that the pilot had, three iterations with numbers on the way tell what paths cost
- * there, and more of the noise. They have a share like any phase, but a smaller one for the same work where the pilot already knows that they
- * are worse than what follows. */
+/* Where the numbers that seem best are far from those that the pilot had, three iterations with numbers on the way
+ * tell what paths cost there, and more of the noise. They have a share like any phase, but a smaller one for the same
+ * work where the pilot already knows that they are worse than what follows. */
 static ca_status run_trials(ca_auto_rays *a, ca_auto_choice *choice, ca_error *error)
 {
     for (int k = 0; k < MOST_TRIALS && distance(a, choice->numbers.best.light_paths) > 1.0; k++) {
@@ -130,9 +136,10 @@ static ca_status run_trials(ca_auto_rays *a, ca_auto_choice *choice, ca_error *e
     return choose(a, ITERATIONS_TO_COME, REACH, choice, error);
 }
 
-/* ---- All ------------------------------------------------------------------------------------------------------------------ */
+/* ---- All ------------------------------------------------------------------------------------------------------- */
 
-/* Foretells the time to a noise target from all so far and iterations to come, of which each has the relative variance. */
+/* Foretells the time to a noise target from all so far and iterations to come, of which each has the relative
+ * variance. */
 static void predict(ca_auto_rays *a, double relative_variance, double seconds)
 {
     const double noise = ca_auto_noise(a);
@@ -141,16 +148,17 @@ static void predict(ca_auto_rays *a, double relative_variance, double seconds)
     ca_noise_looks_take(&a->looks, a->worth_before, noise, a->seconds, seconds);
 }
 
-/* The law's word for numbers that were chosen by it is too good: where estimates err, the choice goes where they err to the good side.
- * The phase before has shown by how much. Where they say nothing at all, new numbers are taken to be as good as those before. */
+/* The law's word for numbers that were chosen by it is too good: where estimates err, the choice goes where they err
+ * to the good side. The phase before has shown by how much. Where they say nothing at all, new numbers are taken to
+ * be as good as those before. */
 static void predict_by_law(ca_auto_rays *a, const ca_auto_choice *choice)
 {
     const double seconds = choice->numbers.best.time * a->speed, by_law = a->surprise * choice->relative_variance;
     predict(a, by_law > 0.0 ? by_law : a->measured / seconds, seconds);
 }
 
-/* Some seconds of the render itself, with its numbers, before its end is foretold where that is a noise target: neither the law's
- * estimates nor costs of other numbers are in what they say. */
+/* Some seconds of the render itself, with its numbers, before its end is foretold where that is a noise target:
+ * neither the law's estimates nor costs of other numbers are in what they say. */
 static ca_status run_proof(ca_auto_rays *a, ca_auto_choice *choice, ca_error *error)
 {
     ca_auto_phase phase = {.begin = ca_auto_work(a),

@@ -17,10 +17,11 @@ enum {
 };
 static const double share_of_seconds = 0.06, share_of_samples = 0.125;
 static const double seconds_to_a_target = 2.0; /* of a pilot where only the noise was said */
-/* An iteration over the one before it on the ramp, with eight times the merges. And what gathering pairs adds to that. */
+/* An iteration over the one before it on the ramp, with eight times the merges. And what gathering pairs adds to
+ * that. */
 static const double cost_of_step = LIGHT_STEP * CAMERA_STEP, cost_of_pairs = 1.4;
 
-/* ---- The plan -------------------------------------------------------------------------------------------------------- */
+/* ---- The plan -------------------------------------------------------------------------------------------------- */
 
 static bool is_ppm(const ca_auto_rays *a) { return strcmp(a->plan->type->name, "ppm") == 0; }
 
@@ -34,9 +35,10 @@ static ca_status plan_camera_paths(const ca_auto_rays *a, uint32_t *camera_paths
     *camera_paths = a->plan->camera_paths;
     if (is_ppm(a)) {
         if (*camera_paths == 1) return CA_OK;
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" ppm has one camera path per pixel and chooses its light paths alone, not with %u",
-                       *camera_paths);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "with rays \"auto\" ppm has one camera path per pixel and chooses its light paths alone, not with %u",
+            *camera_paths);
     }
     if (*camera_paths > CA_RAY_MAP_MOST_CAMERA_PATHS)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a pilot can have at most %d camera paths per pixel, not %u",
@@ -57,7 +59,8 @@ static ca_status plan_light_paths(const ca_auto_rays *a, uint32_t *light_paths, 
     const double number = given > 0.0 ? given : fmin(fmax(pixels, LEAST_LIGHT_PATHS), CA_RAY_MAP_MOST_LIGHT_PATHS);
     if (number < LEAST_LIGHT_PATHS)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a pilot estimates from two halves of the light paths: it needs at least %d, not %.0f", LEAST_LIGHT_PATHS, number);
+                       "a pilot estimates from two halves of the light paths: it needs at least %d, not %.0f",
+                       LEAST_LIGHT_PATHS, number);
     *light_paths = (uint32_t)number;
     return CA_OK;
 }
@@ -77,30 +80,33 @@ ca_status ca_auto_pilot_plan(ca_auto_rays *a, ca_error *error)
     if (!ca_auto_by_samples(a)) return CA_OK;
     const double least = RAMP_ITERATIONS * ramp->camera_paths + LEAST_ITERATIONS * ordinary->camera_paths;
     if (ca_auto_work_end(a) >= 2.0 * least) return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "%.0f samples per pixel are too few for rays \"auto\": its pilot has %.0f, so at least %.0f are needed",
-                   ca_auto_work_end(a), least, 2.0 * least);
+    return ca_fail(
+        error, CA_ERROR_ARGUMENT, NULL,
+        "%.0f samples per pixel are too few for rays \"auto\": its pilot has %.0f, so at least %.0f are needed",
+        ca_auto_work_end(a), least, 2.0 * least);
 }
 
-/* ---- Its numbers from the clock ----------------------------------------------------------------------------------------- */
+/* ---- Its numbers from the clock -------------------------------------------------------------------------------- */
 
 static double pilot_seconds(const ca_auto_rays *a)
 {
     return a->plan->settings->seconds > 0.0 ? share_of_seconds * a->plan->settings->seconds : seconds_to_a_target;
 }
 
-/* How many times longer than `seconds` an iteration may take, for the rest of the pilot to have `iterations` of them. */
+/* How many times longer than `seconds` an iteration may take, for the rest of the pilot to have `iterations` of
+ * them. */
 static double room_for(const ca_auto_rays *a, uint32_t iterations, double seconds)
 {
     return (pilot_seconds(a) - a->seconds) / (iterations * cost_of_pairs * fmax(seconds, 1e-9));
 }
 
-/* Numbers of another size, which differ by `step` in camera paths and by its square in light paths, within what the image's own map
- * can hold. */
+/* Numbers of another size, which differ by `step` in camera paths and by its square in light paths, within what the
+ * image's own map can hold. */
 static void resize(const ca_auto_rays *a, ca_auto_group *g, double step)
 {
     const double light_paths = fmin(g->light_paths * step * step, CA_RAY_MAP_MOST_LIGHT_PATHS);
-    const double least = is_ppm(a) || g == &a->groups[CA_AUTO_RAMP] ? 1.0 : 2.0, most = is_ppm(a) ? 1.0 : MOST_CAMERA_PATHS;
+    const double least = is_ppm(a) || g == &a->groups[CA_AUTO_RAMP] ? 1.0 : 2.0,
+                 most = is_ppm(a) ? 1.0 : MOST_CAMERA_PATHS;
     g->light_paths = light_paths > LEAST_LIGHT_PATHS ? (uint32_t)light_paths : LEAST_LIGHT_PATHS;
     g->camera_paths = (uint32_t)fmin(fmax(g->camera_paths * step + 0.5, least), most);
 }
@@ -117,14 +123,15 @@ static ca_status scale_to_memory(ca_auto_rays *a, ca_auto_group *g, uint32_t lea
     return CA_OK;
 }
 
-/* The ordinary iterations after a ramp whose last one took `seconds`: a step further, or more where there is time for the usual
- * number of them, less where there would not be for the least. The larger they are the more a pilot tells in its time: of pairs
- * as many more, and what paths cost when there are many. */
+/* The ordinary iterations after a ramp whose last one took `seconds`: a step further, or more where there is time for
+ * the usual number of them, less where there would not be for the least. The larger they are the more a pilot tells
+ * in its time: of pairs as many more, and what paths cost when there are many. */
 static ca_status plan_ordinary(ca_auto_rays *a, double seconds, ca_error *error)
 {
     ca_auto_group *ordinary = &a->groups[CA_AUTO_ORDINARY];
     const uint32_t planned = ordinary->light_paths;
-    const double usual = cbrt(room_for(a, USUAL_ITERATIONS, seconds)), most = cbrt(room_for(a, LEAST_ITERATIONS, seconds));
+    const double usual = cbrt(room_for(a, USUAL_ITERATIONS, seconds)),
+                 most = cbrt(room_for(a, LEAST_ITERATIONS, seconds));
     const double step = a->groups[CA_AUTO_RAMP].iterations == CA_AUTO_HALVES ? CAMERA_STEP : 1.0;
     ordinary->light_paths = a->groups[CA_AUTO_RAMP].light_paths;
     ordinary->camera_paths = a->groups[CA_AUTO_RAMP].camera_paths;
@@ -132,7 +139,7 @@ static ca_status plan_ordinary(ca_auto_rays *a, double seconds, ca_error *error)
     return scale_to_memory(a, ordinary, planned < ordinary->light_paths ? planned : ordinary->light_paths, error);
 }
 
-/* ---- Iterations ------------------------------------------------------------------------------------------------------- */
+/* ---- Iterations ------------------------------------------------------------------------------------------------ */
 
 /* A noise target may be reached on the way: looked at when the ordinary iterations have doubled. */
 static bool is_quiet_enough(ca_auto_rays *a)
@@ -157,8 +164,8 @@ static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, int group,
     ca_auto_group *g = &a->groups[group];
     ca_auto_half *half = &a->halves[g->iterations % CA_AUTO_HALVES];
     const bool plain = group == CA_AUTO_RAMP || g->iterations / CA_AUTO_HALVES % PLAIN_EVERY == 0;
-    CA_TRY(ca_auto_batch_run(a, batch, &half->films[group], plain ? NULL : &half->pairs, plain ? half->times : NULL, seconds,
-                             error));
+    CA_TRY(ca_auto_batch_run(a, batch, &half->films[group], plain ? NULL : &half->pairs, plain ? half->times : NULL,
+                             seconds, error));
     g->iterations++;
     g->variances += 1.0 / sqrt((double)g->light_paths * g->camera_paths);
     if (plain && group == CA_AUTO_ORDINARY) {
@@ -169,8 +176,8 @@ static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, int group,
     return CA_OK;
 }
 
-/* Iterations with the group's numbers: two, or ordinary ones to the pilot's end. Both halves have the same whenever that is. *seconds: of
- * the last one; those before it have warmed up memory and caches. */
+/* Iterations with the group's numbers: two, or ordinary ones to the pilot's end. Both halves have the same whenever
+ * that is. *seconds: of the last one; those before it have warmed up memory and caches. */
 static ca_status run_group(ca_auto_rays *a, int group, double *seconds, ca_error *error)
 {
     ca_auto_batch batch;

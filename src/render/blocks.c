@@ -21,8 +21,8 @@ typedef struct block_render {
     bool out_of_memory; /* atomic: a worker, while it made a sample */
 } block_render;
 
-/* ---- Which blocks -----------------------------------------------------------------------------------------------
- */
+/* ---- Which blocks
+ * ----------------------------------------------------------------------------------------------- */
 
 /* The block to stop before, as far as it is known; UINT64_MAX: it is not. An integrator may have only so many blocks:
  * then it has no use for more, however many samples are asked for. */
@@ -62,8 +62,8 @@ static uint32_t samples_after(const block_render *r, uint64_t count)
     return whole < UINT32_MAX ? (uint32_t)whole : UINT32_MAX;
 }
 
-/* ---- The loop ---------------------------------------------------------------------------------------------------
- */
+/* ---- The loop
+ * --------------------------------------------------------------------------------------------------- */
 
 static void render_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
 {
@@ -90,8 +90,8 @@ static ca_status render_block(block_render *r, ca_error *error)
 static void count_what_is_done(block_render *r);
 
 /* ca_render_progress.snapshot */
-static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
-                               ca_error *error)
+static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
+                               ca_render_statistics *statistics, ca_error *error)
 {
     block_render *r = progress->render;
     count_what_is_done(r);
@@ -133,8 +133,8 @@ static ca_status run_blocks(block_render *r, ca_error *error)
     }
 }
 
-/* ---- What is left -----------------------------------------------------------------------------------------------
- */
+/* ---- What is left
+ * ----------------------------------------------------------------------------------------------- */
 
 /* Where a part file keeps which count. */
 enum { LIGHT_PATHS, CAMERA_PATHS, RAYS, SHADOW_RAYS, PHOTONS, PHOTONS_TESTED, MERGES, NON_FINITE };
@@ -187,7 +187,8 @@ void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statisti
 static const char *confidence_of(const ca_part *part)
 {
     if (!ca_block_film_described(part->film)->error_bars) return NULL;
-    return part->blocks[0] == 0 ? "95 % for the expectation at the radii of this render, from the law of all pairs of independent paths"
+    return part->blocks[0] == 0 ? "95 % for the expectation at the radii of this render, from the law of all pairs "
+                                  "of independent paths"
                                 : "none: the first blocks are not there";
 }
 

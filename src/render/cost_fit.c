@@ -6,8 +6,8 @@
 
 enum { HUBER_STEPS = 6, TUKEY_STEPS = 10 };
 
-/* Samples further off than this many standard deviations weigh less; in Tukey's weights, nothing. Both keep 95 % of the efficiency
- * of least squares where the scatter is normal. */
+/* Samples further off than this many standard deviations weigh less; in Tukey's weights, nothing. Both keep 95 % of
+ * the efficiency of least squares where the scatter is normal. */
 #define HUBER_LIMIT 1.345
 #define TUKEY_LIMIT 4.685
 
@@ -54,7 +54,8 @@ static double robust_scatter(const fit_state *f, double *scratch)
     for (size_t i = 0; i < f->count; i++) scratch[i] = fabs(deviation(&f->samples[i], f->cost));
     qsort(scratch, f->count, sizeof *scratch, by_size);
     const double of_normal = 1.4826 * scratch[f->count / 2], n = (double)f->count;
-    return sqrt((of_normal * of_normal * n + SCATTER_GUESS * SCATTER_GUESS * SCATTER_GUESS_COUNT) / (n + SCATTER_GUESS_COUNT));
+    return sqrt((of_normal * of_normal * n + SCATTER_GUESS * SCATTER_GUESS * SCATTER_GUESS_COUNT) /
+                (n + SCATTER_GUESS_COUNT));
 }
 
 static double weight_of(double deviations, bool tukey)
@@ -91,7 +92,8 @@ static void sum_up(fit_state *f, bool tukey)
     f->sums.b1 += variance * f->prior_weight[1] * f->prior[1];
 }
 
-/* The smallest sum of squares with costs of at least 0: inside, or on the border of the one that would be negative. */
+/* The smallest sum of squares with costs of at least 0: inside, or on the border of the one that would be
+ * negative. */
 static void solve(const normal_equations *n, double cost[2])
 {
     const double determinant = n->a00 * n->a11 - n->a01 * n->a01;
@@ -144,7 +146,8 @@ ca_cost_fit ca_fit_costs(const ca_cost_sample *samples, size_t count, ca_cost_gu
     for (int i = 0; i < TUKEY_STEPS; i++) refine(&f, scratch, true);
     const normal_equations *n = &f.sums;
     const double determinant = n->a00 * n->a11 - n->a01 * n->a01;
-    const ca_cost_fit fit = {.cost = {f.cost[0], f.cost[1]},
-                             .error = {f.scatter * sqrt(n->a11 / determinant), f.scatter * sqrt(n->a00 / determinant)}};
+    const ca_cost_fit fit = {
+        .cost = {f.cost[0], f.cost[1]},
+        .error = {f.scatter * sqrt(n->a11 / determinant), f.scatter * sqrt(n->a00 / determinant)}};
     return units[1] > 0.0 ? fit : without(1, fit);
 }

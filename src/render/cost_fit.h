@@ -2,13 +2,14 @@
  *
  *     seconds = units[0] cost[0] + units[1] cost[1], both costs at least 0.
  *
- * Least squares of relative deviations, since a sample of twice the work scatters twice as far; samples that lie far off what the
- * others say (an interrupt, a page fault) lose their weight (Tukey's bisquare, after steps with Huber's weights that do not need
- * a good start).
+ * Least squares of relative deviations, since a sample of twice the work scatters twice as far; samples that lie far
+ * off what the others say (an interrupt, a page fault) lose their weight (Tukey's bisquare, after steps with Huber's
+ * weights that do not need a good start).
  *
- * Where the two kinds keep one ratio in all samples, only the sum of their times can be told. So a guess is put in, of what the
- * second costs in terms of the first: where samples can tell it has no influence, where they cannot it decides, and the standard
- * errors are then as large as it is unsure. (Of the first it says what all samples together give, give or take all of it.)
+ * Where the two kinds keep one ratio in all samples, only the sum of their times can be told. So a guess is put in,
+ * of what the second costs in terms of the first: where samples can tell it has no influence, where they cannot it
+ * decides, and the standard errors are then as large as it is unsure. (Of the first it says what all samples together
+ * give, give or take all of it.)
  *
  * Standard errors come from the scatter of the samples, as if they were independent and the model were right. */
 #ifndef CA_RENDER_COST_FIT_H

@@ -6,8 +6,8 @@
 
 #include <string.h>
 
-ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations, ca_noise_setup *setup,
-                         ca_error *error)
+ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
+                         ca_noise_setup *setup, ca_error *error)
 {
     ca_noise_plan p;
     CA_TRY(ca_noise_plan_make(&p, scene, settings, iterations, error));
@@ -21,16 +21,18 @@ ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settin
 
 ca_status ca_noise_check_region(const uint32_t r[4], const uint32_t picture[4], ca_error *error)
 {
-    if (r[0] < r[2] && r[1] < r[3] && r[0] >= picture[0] && r[1] >= picture[1] && r[2] <= picture[2] && r[3] <= picture[3])
+    if (r[0] < r[2] && r[1] < r[3] && r[0] >= picture[0] && r[1] >= picture[1] && r[2] <= picture[2] &&
+        r[3] <= picture[3])
         return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the region %u,%u,%u,%u is empty or leaves the picture %u,%u,%u,%u", r[0],
-                   r[1], r[2], r[3], picture[0], picture[1], picture[2], picture[3]);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "the region %u,%u,%u,%u is empty or leaves the picture %u,%u,%u,%u", r[0], r[1], r[2], r[3],
+                   picture[0], picture[1], picture[2], picture[3]);
 }
 
-/* ---- Measuring ---------------------------------------------------------------------------------------------------- */
+/* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
-static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers **image, ca_render_statistics *statistics,
-                         ca_error *error)
+static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers **image,
+                         ca_render_statistics *statistics, ca_error *error)
 {
     CA_TRY(ca_pair_film_create(film, p->plan.crop, p->light_paths, p->plan.camera_paths, error));
     p->plan.input.pairs = film;
@@ -40,7 +42,8 @@ static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers *
 }
 
 ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
-                           ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+                           ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
+                           ca_error *error)
 {
     ca_render_settings defaults;
     ca_image_layers *made = NULL;
@@ -51,7 +54,8 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
     CA_TRY(ca_noise_plan_make(&p, scene, settings ? settings : &defaults, iterations, error));
     *noise = ca_alloc_zeroed(1, sizeof **noise);
     ca_status status = *noise ? CA_OK : ca_fail_memory(error, "the noise");
-    if (status == CA_OK) (*noise)->light_paths_only = strcmp(p.plan.type->name, "ppm") == 0 || p.plan.camera_paths == 1;
+    if (status == CA_OK)
+        (*noise)->light_paths_only = strcmp(p.plan.type->name, "ppm") == 0 || p.plan.camera_paths == 1;
     if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, statistics, error);
     if (status == CA_OK && image) {
         *image = made;
@@ -72,13 +76,16 @@ ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32
     if (!region) region = picture;
     CA_TRY(ca_noise_check_region(region, picture, error));
     if (light_paths < 1 || camera_paths < 1)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "noise is predicted for at least one light path and one camera path");
-    if (film->camera_paths == 1 && camera_paths > 1)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "one camera path per pixel and iteration does not tell the noise of more: measure with at least 2");
+                       "noise is predicted for at least one light path and one camera path");
+    if (film->camera_paths == 1 && camera_paths > 1)
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "one camera path per pixel and iteration does not tell the noise of more: measure with at least 2");
     if (film->connections && camera_paths > light_paths)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "of connected paths noise is predicted for no more camera paths per pixel than light paths, not for %u, %u",
+                       "of connected paths noise is predicted for no more camera paths per pixel than light paths, "
+                       "not for %u, %u",
                        light_paths, camera_paths);
     *summary = ca_noise_summarise(film, region, light_paths, camera_paths);
     return CA_OK;

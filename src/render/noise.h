@@ -1,7 +1,8 @@
-/* Measuring noise components (ca_noise_measure): the iterations of a render with every pixel's pairs summed beside its film.
+/* Measuring noise components (ca_noise_measure): the iterations of a render with every pixel's pairs summed beside
+ * its film.
  *
- * The law needs independent iterations of one distribution: independent random numbers, and one radius unless the settings say
- * otherwise. */
+ * The law needs independent iterations of one distribution: independent random numbers, and one radius unless the
+ * settings say otherwise. */
 #ifndef CA_RENDER_NOISE_H
 #define CA_RENDER_NOISE_H
 
@@ -24,15 +25,15 @@ typedef struct ca_noise_setup {
 } ca_noise_setup;
 
 /* All that can be wrong with the settings, before any work. Errors as of ca_render_plan_make. */
-ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations, ca_noise_setup *setup,
-                         ca_error *error);
+ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
+                         ca_noise_setup *setup, ca_error *error);
 
 /* CA_ERROR_ARGUMENT where a region is empty or not within the picture. */
 ca_status ca_noise_check_region(const uint32_t region[4], const uint32_t picture[4], ca_error *error);
 
-/* The numbers that ca_noise_recommend chooses, for times that are known: `times` says what its pixels' paths do, `costs` how long that
- * takes. A pure function. numbers->given is what was measured. */
-ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
-                          ca_ray_numbers *numbers, ca_error *error);
+/* The numbers that ca_noise_recommend chooses, for times that are known: `times` says what its pixels' paths do,
+ * `costs` how long that takes. A pure function. numbers->given is what was measured. */
+ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs,
+                          ca_ray_objective objective, ca_ray_numbers *numbers, ca_error *error);
 
 #endif

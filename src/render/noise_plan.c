@@ -37,9 +37,11 @@ static ca_status check_integrator(const char *text, ca_error *error)
     char name[NAME_SIZE];
     const ca_integrator_type *type;
     name_of(text, name);
-    if (is_photon_mapping(name) || connects(name) || ca_integrator_find(name, NULL, &type, NULL) != CA_OK) return CA_OK;
+    if (is_photon_mapping(name) || connects(name) || ca_integrator_find(name, NULL, &type, NULL) != CA_OK)
+        return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "noise components are those of light and camera paths that meet: the integrator must be bdpm, ppm, bdpt, vcm or "
+                   "noise components are those of light and camera paths that meet: the integrator must be bdpm, "
+                   "ppm, bdpt, vcm or "
                    "ovcm, not %s",
                    name);
 }
@@ -47,23 +49,28 @@ static ca_status check_integrator(const char *text, ca_error *error)
 static ca_status check_settings(const ca_render_settings *s, uint32_t iterations, ca_error *error)
 {
     if (iterations < 2)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "noise is measured in at least 2 iterations, not in %u", iterations);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "noise is measured in at least 2 iterations, not in %u",
+                       iterations);
     if (s->samples_per_pixel > 0 || s->seconds != 0.0 || s->noise_percent != 0.0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "noise is measured in a number of iterations: samples per pixel, time or a noise target cannot end it");
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "noise is measured in a number of iterations: samples per pixel, time or a noise target cannot end it");
     if (s->rays || s->rays_objective)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "noise is measured with the same numbers of paths for all pixels: rays and their objective are for renders");
+                       "noise is measured with the same numbers of paths for all pixels: rays and their objective "
+                       "are for renders");
     if (s->replicates > 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "noise is measured in single iterations, which are independent already: replicates are for renders");
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "noise is measured in single iterations, which are independent already: replicates are for renders");
     if (s->strategies_directory || s->has_blocks || s->part_path)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "noise is measured without blocks, part files and images of the strategies");
     if (s->sampler && strcmp(s->sampler, "independent") != 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the law of noise holds for independent paths: the sampler must be \"independent\", not \"%.100s\"",
-                       s->sampler);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "the law of noise holds for independent paths: the sampler must be \"independent\", not \"%.100s\"",
+            s->sampler);
     return CA_OK;
 }
 
@@ -102,9 +109,10 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
     const double pixels = (double)plan->camera.width * (double)plan->camera.height; /* 0 light paths: one per pixel */
     p->light_paths = (uint32_t)(light_paths > 0.0 ? light_paths : pixels);
     if (p->light_paths < 2)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the noise components are estimated from two halves of the light paths: at least 2 are needed, not %u",
-                       p->light_paths);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "the noise components are estimated from two halves of the light paths: at least 2 are needed, not %u",
+            p->light_paths);
     const uint32_t most = UINT32_MAX / plan->camera_paths; /* camera paths are numbered in 32 bits */
     if (iterations > most)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u iterations of %u camera paths are over the limit of %u",
@@ -113,8 +121,8 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
     return CA_OK;
 }
 
-/* Bytes of a pixel beside the film: sums of pairs; where numbers are recommended, what its paths do and its number. `choice`: what
- * choosing takes beside them, when light paths are gone. */
+/* Bytes of a pixel beside the film: sums of pairs; where numbers are recommended, what its paths do and its number.
+ * `choice`: what choosing takes beside them, when light paths are gone. */
 static double pixel_bytes(const char *integrator, double *choice)
 {
     enum { BYTES_OF_TIMES = 24, BYTES_OF_CHOICE = 108 };
@@ -132,15 +140,16 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
     const double bytes = pixels * pixel_bytes(plan->type->name, &choice), most = bytes + pixels * choice;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (most >= plan->input.memory_bytes)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the film, the sums of pairs and what chooses numbers need %.4g MiB, more than the %.4g MiB allowed",
-                       plan->settings->memory_mib + (most - plan->input.memory_bytes) / 0x1p20, plan->settings->memory_mib);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "the film, the sums of pairs and what chooses numbers need %.4g MiB, more than the %.4g MiB allowed",
+            plan->settings->memory_mib + (most - plan->input.memory_bytes) / 0x1p20, plan->settings->memory_mib);
     plan->input.memory_bytes -= bytes;
     return CA_OK;
 }
 
-ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_render_settings *given, uint32_t iterations,
-                             ca_error *error)
+ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_render_settings *given,
+                             uint32_t iterations, ca_error *error)
 {
     CA_TRY(check_settings(given, iterations, error));
     *p = (ca_noise_plan){.settings = *given, .given = given};

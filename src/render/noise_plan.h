@@ -1,4 +1,5 @@
-/* The plan of a render for measuring noise: one radius, independent paths, iterations that can be counted. Internal to this folder. */
+/* The plan of a render for measuring noise: one radius, independent paths, iterations that can be counted. Internal
+ * to this folder. */
 #ifndef CA_RENDER_NOISE_PLAN_H
 #define CA_RENDER_NOISE_PLAN_H
 
@@ -15,7 +16,7 @@ typedef struct ca_noise_plan {
 } ca_noise_plan;
 
 /* All that can be wrong with the settings, before any work: errors as of ca_noise_measure. */
-ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_render_settings *given, uint32_t iterations,
-                             ca_error *error);
+ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_render_settings *given,
+                             uint32_t iterations, ca_error *error);
 
 #endif

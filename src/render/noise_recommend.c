@@ -1,4 +1,5 @@
-/* Which numbers of paths to render with (ca_noise_recommend): times are measured, then noise/ray_numbers.h chooses. */
+/* Which numbers of paths to render with (ca_noise_recommend): times are measured, then noise/ray_numbers.h
+ * chooses. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "noise/ray_map.h"
@@ -8,18 +9,20 @@
 
 #include <math.h>
 
-/* Light paths of a pass stay in memory; and far from the numbers that were measured the smallest terms decide, which are the least
- * certain ones. */
+/* Light paths of a pass stay in memory; and far from the numbers that were measured the smallest terms decide, which
+ * are the least certain ones. */
 enum { MOST_LIGHT_PATHS = 1 << 22, MOST_TIMES_MEASURED = 128 };
 
 /* Where memory is not limited. */
 static uint32_t most_light_paths(const ca_pair_film *film)
 {
-    return film->light_paths < MOST_LIGHT_PATHS / MOST_TIMES_MEASURED ? film->light_paths * MOST_TIMES_MEASURED : MOST_LIGHT_PATHS;
+    return film->light_paths < MOST_LIGHT_PATHS / MOST_TIMES_MEASURED ? film->light_paths * MOST_TIMES_MEASURED
+                                                                      : MOST_LIGHT_PATHS;
 }
 /* Estimates of single pixels are averaged over 3 x 3 of them. */
 enum { SMOOTHING = 1 };
-/* Passes that are timed, of N_F / LIGHT_STEP and of N_F LIGHT_STEP, with this many camera paths where there are as many. */
+/* Passes that are timed, of N_F / LIGHT_STEP and of N_F LIGHT_STEP, with this many camera paths where there are as
+ * many. */
 enum { TIMED_PASSES = 3, LIGHT_STEP = 2, TIMED_CAMERA_PATHS = 4, TIMED_AGAIN_CAMERA_PATHS = 2, LEVELS = 3 };
 /* Numbers further apart than this factor do not have the same costs. */
 static const double near_numbers = 2.0;
@@ -32,7 +35,7 @@ static const double asking_seconds = 0.03;
 /* The most light paths that fit a memory are found to this factor. */
 static const double fitting_step = 1.02;
 
-/* ---- Choosing ------------------------------------------------------------------------------------------------------- */
+/* ---- Choosing -------------------------------------------------------------------------------------------------- */
 
 /* With a single camera path F is not known, and not needed for numbers with one. */
 static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel *to)
@@ -44,8 +47,8 @@ static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel 
     to->light = film->camera_paths > 1 ? c.light.value : c.luminance2.value;
 }
 
-static ca_status choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
-                        uint32_t most, ca_ray_numbers *numbers, ca_error *error)
+static ca_status choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs,
+                        ca_ray_objective objective, uint32_t most, ca_ray_numbers *numbers, ca_error *error)
 {
     const ca_pair_film *film = &noise->film;
     *numbers = (ca_ray_numbers){0};
@@ -75,13 +78,13 @@ static ca_status choose(const ca_noise *noise, const ca_ray_times *times, const 
     return status;
 }
 
-ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs, ca_ray_objective objective,
-                          ca_ray_numbers *numbers, ca_error *error)
+ca_status ca_noise_choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs,
+                          ca_ray_objective objective, ca_ray_numbers *numbers, ca_error *error)
 {
     return choose(noise, times, costs, objective, most_light_paths(&noise->film), numbers, error);
 }
 
-/* ---- Times ---------------------------------------------------------------------------------------------------------- */
+/* ---- Times ----------------------------------------------------------------------------------------------------- */
 
 typedef struct timing {
     const ca_noise *noise;
@@ -116,8 +119,8 @@ static ca_status set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, c
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
-/* The first use of memory, and the first steps in a new integrator, take longer than all later ones and are not timed: all light
- * paths, and a camera path of every pixel (all of them where they are kept from round to round). */
+/* The first use of memory, and the first steps in a new integrator, take longer than all later ones and are not
+ * timed: all light paths, and a camera path of every pixel (all of them where they are kept from round to round). */
 static ca_status warm_up(timing *t, ca_pass_runner *runner, ca_error *error)
 {
     const uint32_t camera_paths = t->p.plan.camera_paths;
@@ -165,7 +168,8 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
     return status;
 }
 
-/* The most light paths that may be timed and recommended: those measured, and more where they fit the memory at once. */
+/* The most light paths that may be timed and recommended: those measured, and more where they fit the memory at
+ * once. */
 static ca_status limit_light_paths(timing *t, ca_error *error)
 {
     double low = t->noise->film.light_paths, high = most_light_paths(&t->noise->film);
@@ -182,12 +186,13 @@ static ca_status limit_light_paths(timing *t, ca_error *error)
     return CA_OK;
 }
 
-/* Costs of about this number of light paths. Two numbers of them, one on each side, tell a segment from a candidate and an
- * iteration from a light path; what is not linear in N_F is followed by its secant between them. */
+/* Costs of about this number of light paths. Two numbers of them, one on each side, tell a segment from a candidate
+ * and an iteration from a light path; what is not linear in N_F is followed by its secant between them. */
 static ca_status time_level(timing *t, uint32_t light_paths, uint32_t camera_paths, ca_error *error)
 {
     if (camera_paths > t->noise->film.camera_paths) camera_paths = t->noise->film.camera_paths;
-    const uint32_t more = light_paths < t->most_light_paths / LIGHT_STEP ? light_paths * LIGHT_STEP : t->most_light_paths;
+    const uint32_t more =
+        light_paths < t->most_light_paths / LIGHT_STEP ? light_paths * LIGHT_STEP : t->most_light_paths;
     ca_ray_times_thin(t->times, 0);
     CA_TRY(time_passes(t, light_paths > LIGHT_STEP ? light_paths / LIGHT_STEP : 1, camera_paths, error));
     if (goes_on(t)) CA_TRY(time_passes(t, more, camera_paths, error));
@@ -200,18 +205,22 @@ static double iteration_seconds(const timing *t, double light_paths, double came
 {
     const ca_ray_costs *c = &t->costs;
     const double pixels = (double)t->film.width * t->film.height;
-    return c->iteration + light_paths * c->light_path + pixels * camera_paths * (c->camera_path + light_paths * c->merge);
+    return c->iteration + light_paths * c->light_path +
+           pixels * camera_paths * (c->camera_path + light_paths * c->merge);
 }
 
-/* The most light paths that may be timed; costs change little beyond them, compared with what is gained by knowing. */
+/* The most light paths that may be timed; costs change little beyond them, compared with what is gained by
+ * knowing. */
 static uint32_t affordable(const timing *t)
 {
     const ca_pair_film *film = &t->noise->film;
-    const double measured = iteration_seconds(t, film->light_paths, film->camera_paths) * (double)film->pixels[0].iterations;
+    const double measured =
+        iteration_seconds(t, film->light_paths, film->camera_paths) * (double)film->pixels[0].iterations;
     const double seconds = fmax(timing_share * measured, timing_seconds) / (TIMED_PASSES + 1);
     const double fixed = iteration_seconds(t, 0.0, 2.0 * TIMED_AGAIN_CAMERA_PATHS);
-    const double each = (iteration_seconds(t, 1.0, TIMED_AGAIN_CAMERA_PATHS) - iteration_seconds(t, 0.0, TIMED_AGAIN_CAMERA_PATHS)) *
-                        (LIGHT_STEP + 1.0 / LIGHT_STEP);
+    const double each =
+        (iteration_seconds(t, 1.0, TIMED_AGAIN_CAMERA_PATHS) - iteration_seconds(t, 0.0, TIMED_AGAIN_CAMERA_PATHS)) *
+        (LIGHT_STEP + 1.0 / LIGHT_STEP);
     return (uint32_t)fmin(fmax((seconds - fixed) / each, film->light_paths), MOST_LIGHT_PATHS / LIGHT_STEP);
 }
 
@@ -232,7 +241,7 @@ static ca_status time_and_choose(timing *t, ca_ray_objective objective, ca_error
     }
 }
 
-/* ---- The recommendation --------------------------------------------------------------------------------------------- */
+/* ---- The recommendation ---------------------------------------------------------------------------------------- */
 
 static ca_noise_numbers numbers_of(const ca_ray_choice *choice)
 {
@@ -295,11 +304,13 @@ static ca_status plan_timing(timing *t, const ca_scene *scene, const ca_render_s
     const ca_pair_film *film = &t->noise->film;
     CA_TRY(ca_noise_plan_make(&t->p, scene, settings, 2, error));
     const uint32_t *crop = t->p.plan.crop;
-    if (crop[0] == film->x0 && crop[1] == film->y0 && crop[2] - crop[0] == film->width && crop[3] - crop[1] == film->height &&
-        t->p.light_paths == film->light_paths && t->p.plan.camera_paths == film->camera_paths)
+    if (crop[0] == film->x0 && crop[1] == film->y0 && crop[2] - crop[0] == film->width &&
+        crop[3] - crop[1] == film->height && t->p.light_paths == film->light_paths &&
+        t->p.plan.camera_paths == film->camera_paths)
         return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "paths are timed with the scene and the settings that the noise was measured with, not with others");
+    return ca_fail(
+        error, CA_ERROR_ARGUMENT, NULL,
+        "paths are timed with the scene and the settings that the noise was measured with, not with others");
 }
 
 static ca_status prepare(timing *t, ca_error *error)
@@ -320,7 +331,8 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
     CA_TRY(ca_ray_objective_find(objective, &wanted, error));
     if (noise->film.connections)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
-                       "numbers of paths are not recommended where paths are connected: the weights of what they bring change with "
+                       "numbers of paths are not recommended where paths are connected: the weights of what they "
+                       "bring change with "
                        "the numbers");
     CA_TRY(plan_timing(&t, scene, settings ? settings : &defaults, error));
     ca_status status = prepare(&t, error);

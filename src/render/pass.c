@@ -11,12 +11,12 @@ typedef struct pass_task {
     uint64_t light_paths; /* of the round; where times are measured */
 } pass_task;
 
-/* ---- Pixels ----------------------------------------------------------------------------------------------------- */
+/* ---- Pixels ---------------------------------------------------------------------------------------------------- */
 
 static bool is_radiance(ca_rgb a) { return ca_rgb_is_finite(a) && a.r >= 0.0f && a.g >= 0.0f && a.b >= 0.0f; }
 
-/* The mean of a pixel's camera paths, each judged here as the film judges a single one. Negative lobes of the filter may
- * make the mean negative, as they may a splat: so it takes the place of one, behind the filter. */
+/* The mean of a pixel's camera paths, each judged here as the film judges a single one. Negative lobes of the filter
+ * may make the mean negative, as they may a splat: so it takes the place of one, behind the filter. */
 static ca_film_sample mean_of_camera_paths(const ca_film_sample *samples, uint32_t count, uint64_t *rejects)
 {
     ca_film_sample mean = {.filter_weight = 1.0f};
@@ -38,8 +38,8 @@ static ca_film_sample mean_of_camera_paths(const ca_film_sample *samples, uint32
     return mean;
 }
 
-static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const ca_film_sample *samples, uint32_t count,
-                         uint64_t *rejects)
+static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const ca_film_sample *samples,
+                         uint32_t count, uint64_t *rejects)
 {
     const ca_render_plan *plan = runner->plan;
     ca_film_sample sample = count == 1 ? samples[0] : mean_of_camera_paths(samples, count, rejects);
@@ -54,8 +54,8 @@ static uint32_t most_camera_paths(const ca_pass_runner *runner)
     return runner->counts ? runner->counts->most : runner->plan->camera_paths;
 }
 
-/* Where the samples of a pixel's camera paths are kept; in a pass of one round, where one pixel is finished before the
- * next one begins, in the worker's own row. */
+/* Where the samples of a pixel's camera paths are kept; in a pass of one round, where one pixel is finished before
+ * the next one begins, in the worker's own row. */
 static ca_film_sample *samples_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t worker)
 {
     const size_t row = runner->rounds > 1 ? (size_t)y * runner->film->width + x : worker;
@@ -93,7 +93,7 @@ static uint32_t run_pixel(const pass_task *task, uint32_t x, uint32_t y, uint32_
     return count;
 }
 
-/* ---- Tiles, and what they take --------------------------------------------------------------------------------------- */
+/* ---- Tiles, and what they take --------------------------------------------------------------------------------- */
 
 typedef struct camera_work {
     uint64_t segments, candidates;
@@ -155,10 +155,11 @@ static void time_tile(void *user, const ca_tile *tile, uint32_t worker)
             before = now;
         }
     const camera_work work = between(at_start, before);
-    ca_ray_times_tile(runner->times, worker, runner->gathers_pairs, work.segments, work.candidates, seconds_of_tile(clock, start));
+    ca_ray_times_tile(runner->times, worker, runner->gathers_pairs, work.segments, work.candidates,
+                      seconds_of_tile(clock, start));
 }
 
-/* ---- Rounds ---------------------------------------------------------------------------------------------------------- */
+/* ---- Rounds ---------------------------------------------------------------------------------------------------- */
 
 /* What it takes: what threads do in loops, and one thread between them, but not waiting for each other. */
 static ca_status run_light(pass_task *task, ca_error *error)
@@ -190,7 +191,7 @@ ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
     return CA_OK;
 }
 
-/* ---- Memory ----------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 double ca_pass_buffer_bytes(const ca_render_plan *plan)
 {

@@ -1,4 +1,5 @@
-/* One pass: the light paths of each round, then the camera paths by tiles, then one sample for every pixel of the film.
+/* One pass: the light paths of each round, then the camera paths by tiles, then one sample for every pixel of the
+ * film.
  *
  * The film gets the mean of a pixel's camera paths plus its splats, as one sample. In a pass of one round a pixel is
  * finished as soon as its camera paths are made; with several rounds each camera path keeps its sample from round to
@@ -15,16 +16,16 @@
 
 #include <stdatomic.h>
 
-/* Camera paths of each pixel where they are not the same for all, and where their counting begins; arrays of the film's pixels, row by
- * row. */
+/* Camera paths of each pixel where they are not the same for all, and where their counting begins; arrays of the
+ * film's pixels, row by row. */
 typedef struct ca_pass_counts {
     const uint32_t *camera_paths; /* N_B(p) in a pass, >= 1 */
     const uint32_t *first;        /* number of the first one in pass 0; each pass has N_B(p) more */
     uint32_t most;                /* the largest N_B(p) */
 } ca_pass_counts;
 
-/* A worker's clock when it had finished its last tile of the round, where times are measured: the next one begins there, so that
- * one look at the clock does for a tile. In a cache line of its own, nearly. */
+/* A worker's clock when it had finished its last tile of the round, where times are measured: the next one begins
+ * there, so that one look at the clock does for a tile. In a cache line of its own, nearly. */
 typedef struct ca_tile_clock {
     double seconds;
     bool runs;
@@ -38,8 +39,8 @@ typedef struct ca_pass_runner {
     const ca_pass_counts *counts; /* borrowed; NULL: plan->camera_paths for every pixel, counted from 0 */
     ca_ray_times *times;          /* borrowed; NULL: times are not measured. May change between passes; likewise: */
     bool gathers_pairs;           /* does the pass fill the integrator's pair film? */
-    /* Asked between tiles, by the thread that runs the pass: false ends the pass (and those after it) soon, and the film is worth
-     * nothing. NULL: passes are finished. */
+    /* Asked between tiles, by the thread that runs the pass: false ends the pass (and those after it) soon, and the
+     * film is worth nothing. NULL: passes are finished. */
     bool (*goes_on)(void *user);
     void *goes_on_user;
     atomic_bool ended; /* by that */

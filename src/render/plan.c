@@ -23,8 +23,8 @@ static ca_status plan_film(ca_render_plan *plan, uint32_t *width, uint32_t *heig
     *width = settings->width ? settings->width : film->width;
     *height = settings->height ? settings->height : film->height;
     if (*width > CA_IMAGE_MAX_SIDE || *height > CA_IMAGE_MAX_SIDE)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a film of %u x %u pixels is over the limit of %d a side", *width,
-                       *height, CA_IMAGE_MAX_SIDE);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a film of %u x %u pixels is over the limit of %d a side",
+                       *width, *height, CA_IMAGE_MAX_SIDE);
     if (settings->has_crop) {
         memcpy(plan->crop, settings->crop, sizeof plan->crop);
     } else {
@@ -56,7 +56,7 @@ static ca_status plan_sampler(ca_render_plan *plan, ca_error *error)
                    ca_sampler_names());
 }
 
-/* ---- The integrator and its parameters -------------------------------------------------------------------------- */
+/* ---- The integrator and its parameters ------------------------------------------------------------------------- */
 
 bool ca_render_overrides_mention(const char *overrides, const char *name)
 {
@@ -73,16 +73,18 @@ typedef struct own_setting {
     double value;
 } own_setting;
 
-static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting, const char *overrides, ca_error *error)
+static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting, const char *overrides,
+                               ca_error *error)
 {
     if (!setting->given) return CA_OK;
     const double before = ca_integrator_value(plan->type, &plan->input, setting->name, (double)NAN);
     if (isnan(before))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" has no %s", plan->type->name, setting->what);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" has no %s", plan->type->name,
+                       setting->what);
     if (ca_render_overrides_mention(overrides, setting->name) && before != setting->value)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "\"%s\" is %.9g among the integrator's own parameters but %.9g as a setting", setting->name, before,
-                       setting->value);
+                       "\"%s\" is %.9g among the integrator's own parameters but %.9g as a setting", setting->name,
+                       before, setting->value);
     const ca_parameter parameter = {.name = setting->name, .kind = CA_PARAMETER_NUMBER, .number = setting->value};
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
@@ -126,13 +128,14 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
     return CA_OK;
 }
 
-/* ---- Numbers of rays --------------------------------------------------------------------------------------------- */
+/* ---- Numbers of rays ------------------------------------------------------------------------------------------- */
 
 static ca_status plan_objective(ca_render_plan *plan, ca_error *error)
 {
     const char *wanted = plan->settings->rays_objective;
     if (wanted && plan->rays != CA_RAYS_AUTO)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "an objective is for numbers of rays that are chosen: with rays \"auto\" only");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "an objective is for numbers of rays that are chosen: with rays \"auto\" only");
     return ca_ray_objective_find(wanted, &plan->objective, error);
 }
 
@@ -143,20 +146,24 @@ static bool is_asked(const ca_render_plan *plan, const char *parameter)
     return ca_render_overrides_mention(overrides ? overrides + 1 : NULL, parameter);
 }
 
-/* The law that numbers are chosen by is one of independent paths and, as iterations are to be alike, of one radius. */
+/* The law that numbers are chosen by is one of independent paths and, as iterations are to be alike, of one
+ * radius. */
 static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     const bool asked = settings->has_alpha || is_asked(plan, "alpha");
     const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
     if (asked && ca_integrator_value(plan->type, &plan->input, "alpha", 0.0) > 0.0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "numbers of rays are chosen for iterations that are alike: with rays \"auto\" the radius cannot shrink, "
-                       "alpha must be 0");
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "numbers of rays are chosen for iterations that are alike: with rays \"auto\" the radius cannot shrink, "
+            "alpha must be 0");
     if (settings->sampler && strcmp(settings->sampler, "independent") != 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "numbers of rays are chosen by a law of independent paths: with rays \"auto\" the sampler must be "
-                       "\"independent\", not \"%.100s\"", settings->sampler);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "numbers of rays are chosen by a law of independent paths: with rays \"auto\" the sampler must be "
+            "\"independent\", not \"%.100s\"",
+            settings->sampler);
     plan->sampler.kind = CA_SAMPLER_INDEPENDENT;
     return ca_integrator_set(plan->type, &one_radius, &plan->input, error);
 }
@@ -170,13 +177,16 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     if (plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
     if (strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "numbers of rays are chosen by the law of photon mapping: rays are for integrators bdpm and ppm, not for %s",
+                       "numbers of rays are chosen by the law of photon mapping: rays are for integrators bdpm and "
+                       "ppm, not for %s",
                        name);
     if (settings->strategies_directory)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
     if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
-    if (settings->light_paths > 0 || settings->camera_paths > 0 || is_asked(plan, "light_paths") || is_asked(plan, "camera_paths"))
+    if (settings->light_paths > 0 || settings->camera_paths > 0 || is_asked(plan, "light_paths") ||
+        is_asked(plan, "camera_paths"))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "light paths and camera paths are those of the file of rays: they cannot be set as well");
     return CA_OK;
@@ -188,7 +198,8 @@ static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
     if (!plan->settings->strategies_directory) return CA_OK;
     if (ca_render_plan_by_blocks(plan))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "integrator \"%s\" renders by blocks of pairs and makes no images of the strategies", plan->type->name);
+                       "integrator \"%s\" renders by blocks of pairs and makes no images of the strategies",
+                       plan->type->name);
     const double max_depth = ca_integrator_value(plan->type, &plan->input, "max_depth", -1.0);
     if (max_depth >= 0.0 && max_depth <= CA_TECHNIQUE_MAX_VERTICES - 1) return CA_OK;
     char now[32] = "it is not limited";
@@ -198,7 +209,7 @@ static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
                    CA_TECHNIQUE_MAX_VERTICES - 1, now);
 }
 
-/* ---- When to stop, and memory ----------------------------------------------------------------------------------- */
+/* ---- When to stop, and memory ---------------------------------------------------------------------------------- */
 
 static ca_status check_targets(const ca_render_settings *settings, ca_error *error)
 {
@@ -223,17 +234,22 @@ static ca_status check_block_settings(const ca_render_plan *plan, ca_error *erro
     const char *name = plan->type->name;
     if (!ca_render_plan_by_blocks(plan)) {
         if (!settings->has_blocks && !settings->part_path) return CA_OK;
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose and no "
-                       "part file to write", name);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose and no "
+            "part file to write",
+            name);
     }
     if (settings->noise_percent > 0.0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "integrator \"%s\" renders by blocks that share their paths: one render does not know its noise; "
-                       "compare renders with different seeds instead", name);
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "integrator \"%s\" renders by blocks that share their paths: one render does not know its noise; "
+            "compare renders with different seeds instead",
+            name);
     if (!settings->has_blocks) return CA_OK;
     if (settings->samples_per_pixel > 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "either samples per pixel or a range of blocks can be given, not both");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "either samples per pixel or a range of blocks can be given, not both");
     const unsigned long long begin = settings->blocks[0], end = settings->blocks[1];
     if (begin >= end || end - begin > UINT32_MAX)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%llu:%llu is no range of 1 to 4294967295 blocks", begin, end);
@@ -255,7 +271,8 @@ static void plan_blocks(ca_render_plan *plan)
 
 static float largest_coordinate(const ca_scene *scene)
 {
-    const float coordinates[6] = {scene->low.x, scene->low.y, scene->low.z, scene->high.x, scene->high.y, scene->high.z};
+    const float coordinates[6] = {scene->low.x,  scene->low.y,  scene->low.z,
+                                  scene->high.x, scene->high.y, scene->high.z};
     float largest = FLT_MIN;
     for (int i = 0; i < 6; i++)
         if (isfinite(coordinates[i])) largest = fmaxf(largest, fabsf(coordinates[i]));
@@ -315,8 +332,9 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
                                   ca_film_pixel_bytes(ca_replicates_passes(plan));
     if (allowed <= 0.0) return CA_OK;
     if (film > allowed)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the film alone needs %.1f MiB, more than the %.1f MiB allowed",
-                       film / 0x1p20, plan->settings->memory_mib);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the film alone needs %.1f MiB, more than the %.1f MiB allowed", film / 0x1p20,
+                       plan->settings->memory_mib);
     plan->input.memory_bytes = fmax(1.0, allowed - film); /* 0 would lift the limit */
     return CA_OK;
 }
@@ -350,7 +368,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     return CA_OK;
 }
 
-/* ---- Other numbers of light paths --------------------------------------------------------------------------------- */
+/* ---- Other numbers of light paths ------------------------------------------------------------------------------ */
 
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error)
 {

@@ -27,7 +27,8 @@ static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_erro
 /* The integrator's own number of camera paths is not asked where counts are given. */
 static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
 {
-    const ca_parameter light_paths = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = file->light_paths};
+    const ca_parameter light_paths = {
+        .name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = file->light_paths};
     CA_TRY(ca_integrator_set(plan->type, &light_paths, &plan->input, error));
     plan->camera_paths = file->counts.most;
     plan->samples_per_pass = file->mean;
@@ -71,6 +72,7 @@ ca_status ca_ray_file_add_layers(const ca_ray_file *file, uint32_t passes, ca_im
     for (size_t p = 0; p < (size_t)image->width * image->height; p++)
         camera[p] = (float)((double)passes * file->camera_paths[p]);
     CA_TRY(ca_ray_map_add(image, file->light_paths, file->camera_paths, error));
-    snprintf(text, sizeof text, "given: %u light paths and %.4g camera paths per pixel", file->light_paths, file->mean);
+    snprintf(text, sizeof text, "given: %u light paths and %.4g camera paths per pixel", file->light_paths,
+             file->mean);
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }

@@ -45,7 +45,7 @@ struct ca_ray_times {
     double *scratch;        /* owned */
 };
 
-/* ---- Memory --------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static sample_list empty_list(ca_cost_sample *samples, size_t capacity)
 {
@@ -79,7 +79,8 @@ void ca_ray_times_thin(ca_ray_times *t, size_t most)
     thin(&t->light, most);
 }
 
-ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t height, uint32_t workers, ca_error *error)
+ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t height, uint32_t workers,
+                              ca_error *error)
 {
     ca_ray_times *t = *times = ca_alloc_zeroed(1, sizeof *t);
     if (!t) return ca_fail_memory(error, "the times of paths");
@@ -112,10 +113,10 @@ void ca_ray_times_destroy(ca_ray_times *t)
     ca_free(t);
 }
 
-/* ---- Measuring ------------------------------------------------------------------------------------------------------ */
+/* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
-/* Each of the n seen is kept with the same probability (reservoir sampling): whatever takes turns among them does so among those
- * kept. */
+/* Each of the n seen is kept with the same probability (reservoir sampling): whatever takes turns among them does so
+ * among those kept. */
 static void add_sample(sample_list *list, const ca_cost_sample *sample)
 {
     const uint64_t number = list->seen++;
@@ -133,8 +134,8 @@ void ca_ray_times_light(ca_ray_times *t, uint64_t light_paths, double seconds)
     add_sample(&t->light, &(ca_cost_sample){.units = {(double)light_paths, 1.0}, .seconds = seconds});
 }
 
-void ca_ray_times_pixel(ca_ray_times *t, uint32_t x, uint32_t y, uint64_t light_paths, uint32_t camera_paths, uint64_t segments,
-                        uint64_t candidates)
+void ca_ray_times_pixel(ca_ray_times *t, uint32_t x, uint32_t y, uint64_t light_paths, uint32_t camera_paths,
+                        uint64_t segments, uint64_t candidates)
 {
     assert(x < t->width && y < t->height);
     pixel_work *work = &t->pixels[(size_t)y * t->width + x];
@@ -143,14 +144,15 @@ void ca_ray_times_pixel(ca_ray_times *t, uint32_t x, uint32_t y, uint64_t light_
     if (light_paths > 0) work->candidates_per_light_path += (double)candidates / (double)light_paths;
 }
 
-void ca_ray_times_tile(ca_ray_times *t, uint32_t worker, bool with_pairs, uint64_t segments, uint64_t candidates, double seconds)
+void ca_ray_times_tile(ca_ray_times *t, uint32_t worker, bool with_pairs, uint64_t segments, uint64_t candidates,
+                       double seconds)
 {
     assert(worker < t->workers);
     add_sample(&t->tiles[worker].tiles[with_pairs ? WITH_PAIRS : WITHOUT_PAIRS],
                &(ca_cost_sample){.units = {(double)segments, (double)candidates}, .seconds = seconds});
 }
 
-/* ---- Costs ---------------------------------------------------------------------------------------------------------- */
+/* ---- Costs ----------------------------------------------------------------------------------------------------- */
 
 static size_t gather(const ca_ray_times *t, int kind)
 {
@@ -195,13 +197,14 @@ ca_ray_costs ca_ray_times_costs(const ca_ray_times *t)
     return costs;
 }
 
-void ca_ray_times_of_pixel(const ca_ray_times *t, const ca_ray_costs *costs, uint32_t x, uint32_t y, double *camera_time,
-                           double *merge_time)
+void ca_ray_times_of_pixel(const ca_ray_times *t, const ca_ray_costs *costs, uint32_t x, uint32_t y,
+                           double *camera_time, double *merge_time)
 {
     assert(x < t->width && y < t->height);
     const pixel_work *work = &t->pixels[(size_t)y * t->width + x];
     const double candidate = isnan(costs->candidate) ? 0.0 : costs->candidate;
     const bool known = work->camera_paths > 0.0;
     *camera_time = costs->segment * (known ? work->segments / work->camera_paths : costs->segments_per_camera_path);
-    *merge_time = candidate * (known ? work->candidates_per_light_path / work->camera_paths : costs->candidates_per_pair);
+    *merge_time =
+        candidate * (known ? work->candidates_per_light_path / work->camera_paths : costs->candidates_per_pair);
 }

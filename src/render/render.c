@@ -39,11 +39,12 @@ bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progre
 }
 
 static void fill_statistics(const render *r, ca_render_statistics *statistics);
-static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image, ca_error *error);
+static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image,
+                         ca_error *error);
 
 /* ca_render_progress.snapshot */
-static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
-                               ca_error *error)
+static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
+                               ca_render_statistics *statistics, ca_error *error)
 {
     const render *r = progress->render;
     fill_statistics(r, statistics);
@@ -124,8 +125,8 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
     ca_workers_count(&r->runner.workers, statistics);
 }
 
-ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics, ca_image_layers *layers,
-                                  ca_error *error)
+ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics,
+                                  ca_image_layers *layers, ca_error *error)
 {
     char integrator[1024], confidence[256];
     ca_integrator_describe(plan->type, &plan->input, integrator, sizeof integrator);
@@ -145,11 +146,13 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
     return ca_render_record_attach(&record, layers, error);
 }
 
-static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
+static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image,
+                         ca_error *error)
 {
     CA_TRY(ca_film_develop(&r->film, image, error));
     ca_status status = ca_render_attach_record(r->plan, statistics, *image, error);
-    if (status == CA_OK && r->rays.light_paths > 0) status = ca_ray_file_add_layers(&r->rays, r->passes, *image, error);
+    if (status == CA_OK && r->rays.light_paths > 0)
+        status = ca_ray_file_add_layers(&r->rays, r->passes, *image, error);
     if (status != CA_OK) {
         ca_layers_destroy(*image);
         *image = NULL;
@@ -190,7 +193,8 @@ static ca_status create_integrator(render *r, ca_error *error)
     return plan->type->create(&plan->input, &r->integrator, error);
 }
 
-static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                          ca_error *error)
 {
     render r = {.plan = plan};
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);

@@ -1,9 +1,9 @@
 /* Rendering: passes or blocks over tiles, threads, time, noise and stopping. The only place that knows them.
  *
- * A pass (iteration) adds one sample to every pixel: the mean of a number of camera paths, and what light paths bring.
- * Tiles are handed to threads as they come free; each pixel's sums are written by one thread at a time in the order of
- * passes, so the image is a function of (scene, settings, number of passes) and not of threads. Integrators that have
- * begin_block render blocks of pairs instead (blocks.h). The public face is in caustica.h (ca_render). */
+ * A pass (iteration) adds one sample to every pixel: the mean of a number of camera paths, and what light paths
+ * bring. Tiles are handed to threads as they come free; each pixel's sums are written by one thread at a time in the
+ * order of passes, so the image is a function of (scene, settings, number of passes) and not of threads. Integrators
+ * that have begin_block render blocks of pairs instead (blocks.h). The public face is in caustica.h (ca_render). */
 #ifndef CA_RENDER_RENDER_H
 #define CA_RENDER_RENDER_H
 
@@ -31,7 +31,8 @@ typedef struct ca_render_plan {
     bool open_ended; /* until time or noise say so; pass_limit is then as many as can be counted */
     uint32_t passes_per_replicate; /* 0: no number of replicates was asked for */
     uint64_t seed;                 /* as given; the sampler's changes from replicate to replicate */
-    double samples_per_pass; /* what --spp counts: camera paths of a pixel; `light`: light paths per pixel of the film */
+    double
+        samples_per_pass; /* what --spp counts: camera paths of a pixel; `light`: light paths per pixel of the film */
     uint32_t threads;
 
     /* Of integrators that render by blocks, instead of limits on passes. */
@@ -46,8 +47,9 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
-/* How many passes give the samples that are wanted, with plan->samples_per_pass in each: sets pass_limit and open_ended. `most`: the
- * largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors: CA_ERROR_ARGUMENT. */
+/* How many passes give the samples that are wanted, with plan->samples_per_pass in each: sets pass_limit and
+ * open_ended. `most`: the largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors:
+ * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
 
 /* Light paths of a pass from now on. */
@@ -62,11 +64,11 @@ bool ca_render_overrides_mention(const char *overrides, const char *name);
 void ca_render_summarise(const ca_film *film, ca_render_statistics *statistics);
 
 /* Settings and timings travel with the picture. */
-ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics, ca_image_layers *layers,
-                                  ca_error *error);
+ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics,
+                                  ca_image_layers *layers, ca_error *error);
 
-/* Calls the progress callback, if there is one; false where the render should end. What it takes is no rendering time: *start, when
- * the render began, moves on by it. */
+/* Calls the progress callback, if there is one; false where the render should end. What it takes is no rendering
+ * time: *start, when the render began, moves on by it. */
 bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start);
 
 /* Renders a plan; ca_render is this after ca_render_plan_make. */

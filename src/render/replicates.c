@@ -5,9 +5,15 @@
 #include <math.h>
 #include <stdio.h>
 
-static bool has_independent_passes(const ca_render_plan *plan) { return plan->sampler.kind == CA_SAMPLER_INDEPENDENT; }
+static bool has_independent_passes(const ca_render_plan *plan)
+{
+    return plan->sampler.kind == CA_SAMPLER_INDEPENDENT;
+}
 
-static bool is_scrambled(ca_sampler_kind kind) { return kind != CA_SAMPLER_HALTON_PLAIN && kind != CA_SAMPLER_SOBOL_PLAIN; }
+static bool is_scrambled(ca_sampler_kind kind)
+{
+    return kind != CA_SAMPLER_HALTON_PLAIN && kind != CA_SAMPLER_SOBOL_PLAIN;
+}
 
 ca_status ca_replicates_plan(ca_render_plan *plan, ca_error *error)
 {
@@ -15,19 +21,22 @@ ca_status ca_replicates_plan(ca_render_plan *plan, ca_error *error)
     plan->seed = plan->sampler.seed;
     if (replicates == 0) return CA_OK;
     if (replicates == 1)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "one replicate tells nothing of the error: at least 2 are needed");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "one replicate tells nothing of the error: at least 2 are needed");
     if (ca_render_plan_by_blocks(plan))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" renders by blocks of pairs and makes no replicates",
-                       plan->type->name);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" renders by blocks of pairs and makes no replicates", plan->type->name);
     if (plan->rays != CA_RAYS_OF_SETTINGS)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "replicates have the numbers of rays of the settings: not with rays");
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "replicates have the numbers of rays of the settings: not with rays");
     if (!is_scrambled(plan->sampler.kind))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "the sampler \"%s\" is not scrambled by the seed: its replicates would all be the same",
                        ca_sampler_name(plan->sampler.kind));
     if (plan->open_ended)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "replicates share a number of samples per pixel, which must be given instead of a time or a noise target");
+                       "replicates share a number of samples per pixel, which must be given instead of a time or a "
+                       "noise target");
     if (plan->pass_limit % replicates != 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "the number of samples per pixel comes to %u passes, which is not a multiple of %u replicates",
@@ -57,17 +66,21 @@ void ca_replicates_describe(const ca_render_plan *plan, uint32_t passes, char *t
     const bool merges = !isnan(ca_integrator_value(plan->type, &plan->input, "radius", (double)NAN));
     const char *where = merges ? " at the merge radii of its passes" : "";
     if (plan->rays == CA_RAYS_AUTO)
-        snprintf(text, size, "95 %% for the expectation%s, from %u independent iterations in parts with different numbers of rays", where,
-                 passes);
+        snprintf(
+            text, size,
+            "95 %% for the expectation%s, from %u independent iterations in parts with different numbers of rays",
+            where, passes);
     else if (each == 0)
-        snprintf(text, size, "none: the samples of one sequence (%s) are not independent of each other; replicates are",
+        snprintf(text, size,
+                 "none: the samples of one sequence (%s) are not independent of each other; replicates are",
                  ca_sampler_name(plan->sampler.kind));
     else if (!has_independent_passes(plan))
-        snprintf(text, size, "95 %% for the expectation%s, from %u replicates: independent scramblings of %u passes each", where,
+        snprintf(text, size,
+                 "95 %% for the expectation%s, from %u replicates: independent scramblings of %u passes each", where,
                  passes / each, each);
     else if (each > 1)
-        snprintf(text, size, "95 %% for the expectation%s, from %u replicates: groups of %u independent passes", where,
-                 passes / each, each);
+        snprintf(text, size, "95 %% for the expectation%s, from %u replicates: groups of %u independent passes",
+                 where, passes / each, each);
     else
         snprintf(text, size, "95 %% for the expectation%s, from %u replicates: independent passes", where, passes);
 }

@@ -1,9 +1,9 @@
 /* The independent replicates of a render by passes, which its error bars come from (film/confidence.h).
  *
- * With the sampler `independent` each pass is one, or each group of passes where a number of replicates was asked for; the
- * numbers of paths are the same either way. The passes of a low-discrepancy sequence depend on each other: there are
- * replicates only where their number was asked for, and each begins the sequence again with a scrambling of its own. Each
- * also begins again with the first radius, so that all are distributed alike. */
+ * With the sampler `independent` each pass is one, or each group of passes where a number of replicates was asked
+ * for; the numbers of paths are the same either way. The passes of a low-discrepancy sequence depend on each other:
+ * there are replicates only where their number was asked for, and each begins the sequence again with a scrambling of
+ * its own. Each also begins again with the first radius, so that all are distributed alike. */
 #ifndef CA_RENDER_REPLICATES_H
 #define CA_RENDER_REPLICATES_H
 

@@ -57,7 +57,7 @@ uint64_t ca_workers_light_paths(const ca_workers *workers)
     return sum;
 }
 
-/* ---- Tiles and pixels --------------------------------------------------------------------------------------------- */
+/* ---- Tiles and pixels ------------------------------------------------------------------------------------------ */
 
 typedef struct tile_loop {
     ca_tile_task task;

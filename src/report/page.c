@@ -1,6 +1,6 @@
-/* The page's file: its head and sources, a record of each picture and a mark that these were all, then the channels: small
- * previews, colours, the others. Each part waits in a nameless file of its own until the last picture is there: a kill before leaves
- * nothing behind. */
+/* The page's file: its head and sources, a record of each picture and a mark that these were all, then the channels:
+ * small previews, colours, the others. Each part waits in a nameless file of its own until the last picture is there:
+ * a kill before leaves nothing behind. */
 #include "report/page.h"
 
 #include "base/file.h"
@@ -26,7 +26,7 @@ struct ca_page {
     float *values;             /* of a derived channel at work */
 };
 
-/* ---- The names of layers to keep ---------------------------------------------------------------------------------- */
+/* ---- The names of layers to keep ------------------------------------------------------------------------------- */
 
 /* The next name of a list with commas, NULL at its end. */
 static const char *next_name(const char **list, size_t *length)
@@ -69,7 +69,7 @@ static bool is_wanted(ca_page *page, const char *channel)
     return wanted;
 }
 
-/* ---- Planes ------------------------------------------------------------------------------------------------------- */
+/* ---- Planes ---------------------------------------------------------------------------------------------------- */
 
 /* Where a picture's planes go while its record is written. */
 typedef struct plane_list {
@@ -80,8 +80,8 @@ typedef struct plane_list {
 } plane_list;
 
 /* Writes the plane and its line of the picture's record. */
-static void put_values(plane_list *list, page_part part, const char *kind, const char *name, const float *values, size_t count,
-                       int bits)
+static void put_values(plane_list *list, page_part part, const char *kind, const char *name, const float *values,
+                       size_t count, int bits)
 {
     if (list->status != CA_OK) return;
     ca_page *page = list->page;
@@ -94,7 +94,8 @@ static void put_values(plane_list *list, page_part part, const char *kind, const
     list->status = ca_plane_write(&plane, page->parts[part], list->error);
 }
 
-static void put_plane(plane_list *list, page_part part, const char *kind, const char *name, const float *values, int bits)
+static void put_plane(plane_list *list, page_part part, const char *kind, const char *name, const float *values,
+                      int bits)
 {
     put_values(list, part, kind, name, values, (size_t)list->page->width * list->page->height, bits);
 }
@@ -112,7 +113,8 @@ static void standard_errors(const float *variance, const float *samples, size_t 
 
 static void put_standard_errors(plane_list *list, const ca_image_layers *layers)
 {
-    static const char *const names[3] = {"Variance.R", "Variance.G", "Variance.B"}, *const channels[3] = {"R", "G", "B"};
+    static const char *const names[3] = {"Variance.R", "Variance.G", "Variance.B"}, *const channels[3] = {"R", "G",
+                                                                                                          "B"};
     const float *samples = ca_layers_find(layers, "Samples.Y");
     for (int c = 0; c < 3 && samples; c++) {
         const float *variance = ca_layers_find(layers, names[c]);
@@ -122,7 +124,8 @@ static void put_standard_errors(plane_list *list, const ca_image_layers *layers)
     }
 }
 
-/* How far the ends of luminance's confidence interval are from it: a few bits say that better than many of the ends. */
+/* How far the ends of luminance's confidence interval are from it: a few bits say that better than many of the
+ * ends. */
 static void put_interval(plane_list *list, const ca_image_layers *layers)
 {
     static const char *const ends[2] = {"ConfidenceLow.Y", "ConfidenceHigh.Y"}, *const kinds[2] = {"below", "above"};
@@ -133,7 +136,8 @@ static void put_interval(plane_list *list, const ca_image_layers *layers)
         const float *bound = ca_layers_find(layers, ends[end]);
         if (!bound) continue;
         for (size_t i = 0; i < count; i++) {
-            const double luminance = 0.2126 * (double)rgb[0][i] + 0.7152 * (double)rgb[1][i] + 0.0722 * (double)rgb[2][i];
+            const double luminance =
+                0.2126 * (double)rgb[0][i] + 0.7152 * (double)rgb[1][i] + 0.0722 * (double)rgb[2][i];
             values[i] = (float)(end == 0 ? luminance - (double)bound[i] : (double)bound[i] - luminance);
         }
         put_plane(list, PART_OTHERS, kinds[end], "Y", values, ERROR_BITS);
@@ -155,7 +159,7 @@ static void put_other_channels(plane_list *list, const ca_page_image *image)
     }
 }
 
-/* ---- Pictures ----------------------------------------------------------------------------------------------------- */
+/* ---- Pictures -------------------------------------------------------------------------------------------------- */
 
 static ca_status check_image(ca_page *page, const ca_page_image *image, ca_error *error)
 {
@@ -264,10 +268,11 @@ static ca_status append_part(const ca_page *page, page_part part, FILE *to, ca_e
         good = fwrite(buffer, 1, size, to) == size && !ferror(from);
     }
     ca_free(buffer);
-    return good ? CA_OK : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page; is the disk full?", page->path);
+    return good ? CA_OK
+                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page; is the disk full?", page->path);
 }
 
-/* ---- The page around them ----------------------------------------------------------------------------------------- */
+/* ---- The page around them -------------------------------------------------------------------------------------- */
 
 /* 'sha256-BASE64', as a Content-Security-Policy names a script or style that may run. */
 static void put_hash(FILE *stream, const char *name)
@@ -354,7 +359,8 @@ ca_status ca_page_create(ca_page **page, const char *path, const ca_page_setting
     made->path = path;
     made->wanted_found = ca_alloc_zeroed(count_names(settings->layers), sizeof *made->wanted_found);
     ca_status status = made->wanted_found ? CA_OK : ca_fail_memory(error, "the page");
-    for (int part = 0; part < PARTS && status == CA_OK; part++) status = ca_file_open_scratch(&made->parts[part], path, error);
+    for (int part = 0; part < PARTS && status == CA_OK; part++)
+        status = ca_file_open_scratch(&made->parts[part], path, error);
     if (status == CA_OK) {
         put_head(made->parts[PART_RECORDS], settings);
         return CA_OK;
@@ -390,7 +396,8 @@ ca_status ca_page_finish(ca_page *page, ca_error *error)
     ca_file_writer file;
     CA_TRY(ca_file_create(&file, page->path, error));
     ca_status status = CA_OK;
-    for (int part = 0; part < PARTS && status == CA_OK; part++) status = append_part(page, (page_part)part, file.stream, error);
+    for (int part = 0; part < PARTS && status == CA_OK; part++)
+        status = append_part(page, (page_part)part, file.stream, error);
     fputs("</body>\n</html>\n", file.stream);
     if (status == CA_OK) return ca_file_commit(&file, error);
     ca_file_abandon(&file);

@@ -1,5 +1,5 @@
-/* The page's sources (*.html, *.css, *.js of this folder) as cmake/EmbedFiles.cmake put them into the library. A script or style
- * is run by a browser only if its hash stands in the page's Content-Security-Policy. */
+/* The page's sources (*.html, *.css, *.js of this folder) as cmake/EmbedFiles.cmake put them into the library. A
+ * script or style is run by a browser only if its hash stands in the page's Content-Security-Policy. */
 #ifndef CA_REPORT_PAGE_FILES_H
 #define CA_REPORT_PAGE_FILES_H
 

@@ -26,7 +26,8 @@ static size_t put_sequence(FILE *stream, const char *text, const char *replaceme
         fputs(replacement, stream);
         return 1;
     }
-    return fwrite(text, 1, length, stream) == length ? length : strlen(text); /* a stream with an error gets no more */
+    return fwrite(text, 1, length, stream) == length ? length
+                                                     : strlen(text); /* a stream with an error gets no more */
 }
 
 void ca_page_put_html(FILE *stream, const char *text)

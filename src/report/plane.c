@@ -31,7 +31,7 @@ float ca_plane_round(float value, int bits)
     return value;
 }
 
-/* ---- 16 bit floats ------------------------------------------------------------------------------------------------ */
+/* ---- 16 bit floats --------------------------------------------------------------------------------------------- */
 
 /* IEEE 754 binary16; false where the value is none. */
 static bool half_of(float value, uint16_t *half)
@@ -78,7 +78,7 @@ static void shuffle(const ca_plane *plane, unsigned char *bytes)
     }
 }
 
-/* ---- Text --------------------------------------------------------------------------------------------------------- */
+/* ---- Text ------------------------------------------------------------------------------------------------------ */
 
 typedef struct piece_buffers {
     unsigned char deflated[PIECE_BYTES];

@@ -1,12 +1,13 @@
 /* One channel as text in a page: what viewer.js decodes.
  *
- * Values are rounded to so many significant bits, stored as 32 bit floats, or as 16 bit floats where that loses nothing,
- * byte by byte (the lowest bytes of all values first), deflated as a zlib stream, and written as base64 in pieces of at
- * most 256 KiB, each a script element of a type that no browser runs:
+ * Values are rounded to so many significant bits, stored as 32 bit floats, or as 16 bit floats where that loses
+ * nothing, byte by byte (the lowest bytes of all values first), deflated as a zlib stream, and written as base64 in
+ * pieces of at most 256 KiB, each a script element of a type that no browser runs:
  *
  *     <script type="text/plain" data-plane="3-0">...</script>            (the last one with data-end)
  *
- * A piece is base64 of its own. Values that are not finite stay so. Cost: about 30 ns a value; memory: 5 bytes a value. */
+ * A piece is base64 of its own. Values that are not finite stay so. Cost: about 30 ns a value; memory: 5 bytes a
+ * value. */
 #ifndef CA_REPORT_PLANE_H
 #define CA_REPORT_PLANE_H
 

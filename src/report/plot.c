@@ -5,7 +5,16 @@
 #include <math.h>
 #include <string.h>
 
-enum { PANEL_WIDTH = 460, PANEL_HEIGHT = 380, LEFT = 62, RIGHT = 14, TOP = 34, BOTTOM = 46, LEGEND_LINE = 16, ROW_GAP = 18 };
+enum {
+    PANEL_WIDTH = 460,
+    PANEL_HEIGHT = 380,
+    LEFT = 62,
+    RIGHT = 14,
+    TOP = 34,
+    BOTTOM = 46,
+    LEGEND_LINE = 16,
+    ROW_GAP = 18
+};
 
 const char *ca_plot_colour(unsigned colour)
 {
@@ -14,7 +23,7 @@ const char *ca_plot_colour(unsigned colour)
     return colours[colour % (sizeof colours / sizeof colours[0])];
 }
 
-/* ---- Numbers and texts -------------------------------------------------------------------------------------------- */
+/* ---- Numbers and texts ----------------------------------------------------------------------------------------- */
 
 /* A length in pixels; some locales write a comma. */
 static void put(FILE *out, const char *before, double value)
@@ -56,7 +65,7 @@ static void line(FILE *out, double x0, double y0, double x1, double y1)
     fputc('"', out);
 }
 
-/* ---- Axes --------------------------------------------------------------------------------------------------------- */
+/* ---- Axes ------------------------------------------------------------------------------------------------------ */
 
 /* The logarithms at an axis' ends. */
 typedef struct axis {
@@ -120,7 +129,7 @@ static void draw_ticks(FILE *out, const frame *f, bool is_x)
         }
 }
 
-/* ---- Series ------------------------------------------------------------------------------------------------------- */
+/* ---- Series ---------------------------------------------------------------------------------------------------- */
 
 static void put_stroke(FILE *out, const ca_plot_series *series)
 {
@@ -159,9 +168,12 @@ static void draw_series(FILE *out, const ca_plot_series *series, const frame *f)
     }
 }
 
-/* ---- Panels ------------------------------------------------------------------------------------------------------- */
+/* ---- Panels ---------------------------------------------------------------------------------------------------- */
 
-static unsigned legend_columns(const ca_plot_panel *panel) { return panel->legend_columns ? panel->legend_columns : 2; }
+static unsigned legend_columns(const ca_plot_panel *panel)
+{
+    return panel->legend_columns ? panel->legend_columns : 2;
+}
 
 /* Below the panel. */
 static void draw_legend(FILE *out, const ca_plot_panel *panel, double x, double top)

@@ -1,7 +1,8 @@
 /* Plots as SVG: panels with two logarithmic axes, side by side or in rows.
  *
- * What is not positive has no place on such an axis and is left out; error bars end at the panel's border. An axis spans the
- * points of all series of its panel. Texts may be any bytes: they are escaped. Same input, same bytes, in every locale. */
+ * What is not positive has no place on such an axis and is left out; error bars end at the panel's border. An axis
+ * spans the points of all series of its panel. Texts may be any bytes: they are escaped. Same input, same bytes, in
+ * every locale. */
 #ifndef CA_REPORT_PLOT_H
 #define CA_REPORT_PLOT_H
 

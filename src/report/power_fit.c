@@ -21,7 +21,8 @@ static double scatter(const ca_power_fit *fit, const double *x, const double *y,
 
 ca_power_fit ca_power_fit_of(const double *x, const double *y, size_t count)
 {
-    ca_power_fit fit = {.exponent = (double)NAN, .offset = (double)NAN, .error = (double)NAN, .half_width = (double)NAN};
+    ca_power_fit fit = {
+        .exponent = (double)NAN, .offset = (double)NAN, .error = (double)NAN, .half_width = (double)NAN};
     double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0;
     for (size_t i = 0; i < count; i++)
         if (counts(x[i], y[i])) fit.points++, mean_x += log(x[i]), mean_y += log(y[i]);

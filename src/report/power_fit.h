@@ -7,7 +7,8 @@
 typedef struct ca_power_fit {
     double exponent, offset; /* NAN: fewer than two different x */
     double error;            /* standard error of the exponent; NAN: fewer than three points */
-    double half_width;       /* of its 95 % interval, Student's with two degrees of freedom less than points; NAN likewise */
+    double
+        half_width; /* of its 95 % interval, Student's with two degrees of freedom less than points; NAN likewise */
     size_t points;           /* that counted: those with x > 0 and y > 0, both finite */
 } ca_power_fit;
 

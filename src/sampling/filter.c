@@ -106,7 +106,8 @@ float ca_filter_eval(const ca_filter *filter, float x)
     return distance < filter->radius ? shape_of(filter, distance) / filter->integral : 0.0f;
 }
 
-/* Interval of the table that holds u, from the one where u's cell of the guide begins: one or two steps on average. */
+/* Interval of the table that holds u, from the one where u's cell of the guide begins: one or two steps on
+ * average. */
 static uint32_t find_interval(const ca_filter *filter, float u)
 {
     uint32_t i = filter->guide[(uint32_t)(u * CA_FILTER_TABLE)];

@@ -1,22 +1,24 @@
 /* Kinds halton and halton-plain: one Halton sequence over the whole image, and one of light paths.
  *
- * The place on the film is (radical inverse in base 2, in base 3) of the path's number, stretched to 2^a by 3^b pixels,
- * the smallest that cover the film. The first a digits in base 2 are then the pixel's column and the first b in base 3
- * its row, so the paths of a pixel are those whose numbers leave two given remainders, one in each 2^a 3^b, and the
- * Chinese remainder theorem finds it (an idea of Gruenschloss, Raab, Keller; told in Pharr, Jakob, Humphreys 2018,
- * "Physically Based Rendering", third edition, section 7.4). The digits behind the pixel's are the place within it.
+ * The place on the film is (radical inverse in base 2, in base 3) of the path's number, stretched to 2^a by 3^b
+ * pixels, the smallest that cover the film. The first a digits in base 2 are then the pixel's column and the first b
+ * in base 3 its row, so the paths of a pixel are those whose numbers leave two given remainders, one in each 2^a 3^b,
+ * and the Chinese remainder theorem finds it (an idea of Gruenschloss, Raab, Keller; told in Pharr, Jakob, Humphreys
+ * 2018, "Physically Based Rendering", third edition, section 7.4). The digits behind the pixel's are the place within
+ * it.
  *
  * Scrambling is nested, as Owen's: the permutation of a digit depends on all digits before it, so every elementary
- * interval keeps its share of points. Here a digit x in the prime base p goes to m x + c modulo p with m from 1 to p - 1
- * and c from 0 to p - 1. Two different digits go to each pair of different digits under exactly one (m, c), so pairs of
- * points are distributed as under a scrambling by all p! permutations. The variance of a mean depends on pairs alone:
- * it is the same too. In base 2 these are all permutations there are.
+ * interval keeps its share of points. Here a digit x in the prime base p goes to m x + c modulo p with m from 1 to p
+ * - 1 and c from 0 to p - 1. Two different digits go to each pair of different digits under exactly one (m, c), so
+ * pairs of points are distributed as under a scrambling by all p! permutations. The variance of a mean depends on
+ * pairs alone: it is the same too. In base 2 these are all permutations there are.
  *
  * Five numbers of a path's start and seven of each vertex have a prime to themselves, in this order. The table ends
  * within vertex 35. From there on, and for dimensions without a use, numbers are radical inverses in base 2 again, of
- * the paths in an order shuffled for each dimension: else two dimensions of one base would be functions of each other.
- * Shuffling and scrambling are both nested there (in halton-plain too, by the dimension alone), so that any 2^k paths
- * from a multiple of 2^k on are spread evenly: paths of the pixel where halton has pixels, else of the sequence. */
+ * the paths in an order shuffled for each dimension: else two dimensions of one base would be functions of each
+ * other. Shuffling and scrambling are both nested there (in halton-plain too, by the dimension alone), so that any
+ * 2^k paths from a multiple of 2^k on are spread evenly: paths of the pixel where halton has pixels, else of the
+ * sequence. */
 #include "sampling/owen.h"
 #include "sampling/primes.h"
 #include "sampling/sampler_kinds.h"
@@ -32,7 +34,7 @@ static inline uint64_t multiply_high(uint64_t a, uint64_t b)
     return (uint64_t)(((wide)a * b) >> 64);
 }
 
-/* ---- Bases ------------------------------------------------------------------------------------------------------ */
+/* ---- Bases ----------------------------------------------------------------------------------------------------- */
 
 /* All that a radical inverse needs to do without divisions. Numbers are multiples of 2^-24, so digits count up to the
  * first power of the base that is no less than 2^24; all these powers are below 2^32. */
@@ -84,7 +86,7 @@ static inline uint32_t row_of(uint32_t dimension)
     return decision < VERTEX_USED && row < CA_PRIME_COUNT ? row : CA_PRIME_COUNT;
 }
 
-/* ---- Radical inverses ------------------------------------------------------------------------------------------- */
+/* ---- Radical inverses ------------------------------------------------------------------------------------------ */
 
 static inline uint32_t last_digits(const radix *r, uint64_t number)
 {
@@ -92,7 +94,8 @@ static inline uint32_t last_digits(const radix *r, uint64_t number)
     return (uint32_t)(rest >= r->power ? rest - r->power : rest);
 }
 
-/* inverse / power as a multiple of 2^-24, rounded up: a point on the lower edge of an elementary interval stays in. */
+/* inverse / power as a multiple of 2^-24, rounded up: a point on the lower edge of an elementary interval stays
+ * in. */
 static inline float unit_float_up(const radix *r, uint64_t inverse)
 {
     const uint32_t up = (uint32_t)ceil((double)(int64_t)inverse * r->scale);
@@ -119,8 +122,8 @@ static float scrambled_base_2(uint64_t number, uint64_t key)
 }
 
 /* The permutation of `digit` that `bits` choose. As fractions of 2^64: bits (p - 1) is m - 1 and a rest, which is as
- * uniform; the rest is c / p and a little. Adding m digit / p to it, modulo 1, is all: the bits cleared leave more room
- * below the next multiple of 1 / p than the error of m digit / p, so that this stays exactly a permutation. */
+ * uniform; the rest is c / p and a little. Adding m digit / p to it, modulo 1, is all: the bits cleared leave more
+ * room below the next multiple of 1 / p than the error of m digit / p, so that this stays exactly a permutation. */
 static inline uint32_t permuted(const radix *r, uint32_t digit, uint64_t bits)
 {
     const uint64_t m = 1 + multiply_high(bits, r->base - 1);
@@ -145,7 +148,7 @@ static float scrambled(const radix *r, uint64_t number, uint64_t key)
     return unit_float_up(r, inverse);
 }
 
-/* ---- Pixels ----------------------------------------------------------------------------------------------------- */
+/* ---- Pixels ---------------------------------------------------------------------------------------------------- */
 
 void ca_halton_prepare(ca_sampler *sampler)
 {

@@ -1,8 +1,8 @@
-/* Bits of nets in base 2: reversal, and Owen's scramble by hashing (Burley 2020, "Practical Hash-based Owen Scrambling",
- * JCGT 9(4)). Internal to this folder.
+/* Bits of nets in base 2: reversal, and Owen's scramble by hashing (Burley 2020, "Practical Hash-based Owen
+ * Scrambling", JCGT 9(4)). Internal to this folder.
  *
- * A nested uniform scramble flips each bit of a fraction or not, at random, depending on all bits above it. On reversed
- * words that is a function where each bit depends on the lower ones, which sums and products are. */
+ * A nested uniform scramble flips each bit of a fraction or not, at random, depending on all bits above it. On
+ * reversed words that is a function where each bit depends on the lower ones, which sums and products are. */
 #ifndef CA_SAMPLING_OWEN_H
 #define CA_SAMPLING_OWEN_H
 
@@ -21,8 +21,8 @@ static inline uint64_t ca_reverse_bits64(uint64_t x)
     return (uint64_t)ca_reverse_bits((uint32_t)x) << 32 | ca_reverse_bits((uint32_t)(x >> 32));
 }
 
-/* The scramble of a reversed word. The constants are those of Vegdahl 2021, "Building a Better LK Hash" (psychopath.io),
- * found by search. */
+/* The scramble of a reversed word. The constants are those of Vegdahl 2021, "Building a Better LK Hash"
+ * (psychopath.io), found by search. */
 static inline uint32_t ca_scramble_reversed(uint32_t x, uint32_t seed)
 {
     x ^= x * 0x3d20adeau;

@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
-/* ---- Streams ------------------------------------------------------------------------------------------------------ */
+/* ---- Streams --------------------------------------------------------------------------------------------------- */
 
 static ca_stream independent_start(const ca_sampler *sampler, uint64_t sequence, uint64_t index)
 {
@@ -60,7 +60,7 @@ void ca_sampler_prepare(ca_sampler *sampler, uint32_t width, uint32_t height)
     if (sampler->kind == CA_SAMPLER_SOBOL_PLAIN) ca_sobol_prepare(sampler);
 }
 
-/* ---- Names -------------------------------------------------------------------------------------------------------- */
+/* ---- Names ----------------------------------------------------------------------------------------------------- */
 
 static const char *const names[CA_SAMPLER_KIND_COUNT] = {
     [CA_SAMPLER_INDEPENDENT] = "independent",   [CA_SAMPLER_HALTON] = "halton",

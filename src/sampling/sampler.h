@@ -2,15 +2,16 @@
  *
  *     value = f(seed, sequence, index, dimension)
  *
- * `sequence` is the pixel (its number y * width + x in the *full* film, so that a crop sees the same numbers) or the stream of
- * light paths (CA_SEQUENCE_LIGHT); `index` counts the paths of that sequence; `dimension` names the decision. A path can
- * therefore be made again from its address alone, on any thread. Asking for more paths never changes earlier ones, no kind
- * runs out of dimensions or of indices, and none asks for a special size of the image. All numbers are multiples of 2^-24.
+ * `sequence` is the pixel (its number y * width + x in the *full* film, so that a crop sees the same numbers) or the
+ * stream of light paths (CA_SEQUENCE_LIGHT); `index` counts the paths of that sequence; `dimension` names the
+ * decision. A path can therefore be made again from its address alone, on any thread. Asking for more paths never
+ * changes earlier ones, no kind runs out of dimensions or of indices, and none asks for a special size of the image.
+ * All numbers are multiples of 2^-24.
  *
- * Kinds that sample the whole image by one sequence (halton, halton-plain, sobol-plain) find for a pixel and an index the
- * number of that path in the sequence: dimensions CA_DIM_FILM are then the place within the pixel. Their numbers of paths are
- * counted modulo 2^64. Past its table of bases Halton goes on with base 2, each dimension shuffled and scrambled by itself, in
- * halton-plain too. */
+ * Kinds that sample the whole image by one sequence (halton, halton-plain, sobol-plain) find for a pixel and an index
+ * the number of that path in the sequence: dimensions CA_DIM_FILM are then the place within the pixel. Their numbers
+ * of paths are counted modulo 2^64. Past its table of bases Halton goes on with base 2, each dimension shuffled and
+ * scrambled by itself, in halton-plain too. */
 #ifndef CA_SAMPLING_SAMPLER_H
 #define CA_SAMPLING_SAMPLER_H
 
@@ -41,7 +42,10 @@ enum {
     CA_DIM_VERTEX_COUNT = 8,
 };
 
-static inline uint32_t ca_vertex_dimension(uint32_t vertex) { return CA_DIM_START_COUNT + CA_DIM_VERTEX_COUNT * vertex; }
+static inline uint32_t ca_vertex_dimension(uint32_t vertex)
+{
+    return CA_DIM_START_COUNT + CA_DIM_VERTEX_COUNT * vertex;
+}
 
 /* The sequence of light paths; all smaller numbers are pixels. */
 #define CA_SEQUENCE_LIGHT (UINT64_C(1) << 63)
@@ -50,10 +54,10 @@ typedef enum ca_sampler_kind {
     CA_SAMPLER_INDEPENDENT,  /* a PCG permutation of the address */
     CA_SAMPLER_HALTON,       /* over the whole image; digits scrambled (nested), by the seed */
     CA_SAMPLER_HALTON_PLAIN, /* the same without scrambling: light and camera paths see one and the same sequence */
-    CA_SAMPLER_SOBOL,        /* a sequence of its own for each pixel; Owen-scrambled, padded in groups of four dimensions */
-    CA_SAMPLER_SOBOL_PLAIN,  /* over the whole image, not scrambled: light and camera paths see the same sequence */
-    CA_SAMPLER_ZSOBOL,       /* sobol with its samples spread over neighbouring pixels so that their errors differ */
-    CA_SAMPLER_LATTICE,      /* an extensible rank-1 lattice, shifted apart for each pixel */
+    CA_SAMPLER_SOBOL, /* a sequence of its own for each pixel; Owen-scrambled, padded in groups of four dimensions */
+    CA_SAMPLER_SOBOL_PLAIN, /* over the whole image, not scrambled: light and camera paths see the same sequence */
+    CA_SAMPLER_ZSOBOL,      /* sobol with its samples spread over neighbouring pixels so that their errors differ */
+    CA_SAMPLER_LATTICE,     /* an extensible rank-1 lattice, shifted apart for each pixel */
     CA_SAMPLER_KIND_COUNT
 } ca_sampler_kind;
 
@@ -67,7 +71,7 @@ typedef struct ca_halton_pixels {
 } ca_halton_pixels;
 
 typedef struct ca_sobol_pixels {
-    uint32_t bits;           /* 2^bits >= width and height: each run of 4^bits paths has one in every pixel of that square */
+    uint32_t bits; /* 2^bits >= width and height: each run of 4^bits paths has one in every pixel of that square */
     uint64_t rows[64];       /* the matrix that turns a pixel's coordinates into the low bits of the path's number */
 } ca_sobol_pixels;
 
@@ -111,8 +115,8 @@ static inline float ca_unit_float(uint64_t bits, uint32_t shift)
     return (float)((uint32_t)(bits >> shift) & 0xffffffu) * 0x1p-24f;
 }
 
-/* The bits of dimensions 2 p and 2 p + 1 of an independent path: the first in bits 40 to 63, the second in 8 to 31. The
- * factor (2^64 over the golden ratio) sends the few small pair numbers far apart. */
+/* The bits of dimensions 2 p and 2 p + 1 of an independent path: the first in bits 40 to 63, the second in 8 to 31.
+ * The factor (2^64 over the golden ratio) sends the few small pair numbers far apart. */
 static inline uint64_t ca_independent_pair(uint64_t key, uint32_t pair)
 {
     return ca_pcg_permute(key + pair * 0x9e3779b97f4a7c15u);
@@ -136,7 +140,8 @@ static inline ca_vec2 ca_sample_2d(const ca_stream *stream, uint32_t dimension)
     return (ca_vec2){ca_unit_float(bits, 40), ca_unit_float(bits, 8)};
 }
 
-/* Name as in scene files and on the command line ("independent", "halton-plain", ...); NULL for a kind out of range. */
+/* Name as in scene files and on the command line ("independent", "halton-plain", ...); NULL for a kind out of
+ * range. */
 const char *ca_sampler_name(ca_sampler_kind kind);
 
 /* The kind of that name; false: there is none. */

@@ -1,20 +1,20 @@
 /* Kind sobol: each pixel has a sequence of its own, and so have the light paths.
  *
- * Groups of four dimensions are one 4-D Sobol' sequence, whose order is shuffled by a nested uniform (Owen) scramble of
- * the index and whose coordinates are Owen-scrambled, with seeds hashed from the stream's key and the group, so that
- * groups are independent of each other: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). A scramble
- * permutes each aligned block of 2^k indices among such blocks, so every block of 2^k paths is a net.
+ * Groups of four dimensions are one 4-D Sobol' sequence, whose order is shuffled by a nested uniform (Owen) scramble
+ * of the index and whose coordinates are Owen-scrambled, with seeds hashed from the stream's key and the group, so
+ * that groups are independent of each other: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). A
+ * scramble permutes each aligned block of 2^k indices among such blocks, so every block of 2^k paths is a net.
  *
- * All is done on bit-reversed words, in which a nested scramble is a function where each bit depends on the lower ones.
- * The directions are therefore stored reversed, and so is their order: directions[d][i] belongs to bit 31 - i of the
- * index, its bit 0 is worth 1/2. */
+ * All is done on bit-reversed words, in which a nested scramble is a function where each bit depends on the lower
+ * ones. The directions are therefore stored reversed, and so is their order: directions[d][i] belongs to bit 31 - i
+ * of the index, its bit 0 is worth 1/2. */
 #include "sampling/owen.h"
 #include "sampling/sampler_kinds.h"
 #include "sampling/zsobol.h"
 
-/* Dimensions 2 to 4 of Joe and Kuo's table new-joe-kuo-6 (2008, "Constructing Sobol sequences with better two-dimensional
- * projections"): polynomials x + 1, x^2 + x + 1, x^3 + x + 1 (a = 0, 1, 1), m = 1; 1 3; 1 3 1. The first dimension is
- * the reversed index itself. */
+/* Dimensions 2 to 4 of Joe and Kuo's table new-joe-kuo-6 (2008, "Constructing Sobol sequences with better
+ * two-dimensional projections"): polynomials x + 1, x^2 + x + 1, x^3 + x + 1 (a = 0, 1, 1), m = 1; 1 3; 1 3 1. The
+ * first dimension is the reversed index itself. */
 static const uint32_t directions[3][32] = {
     {0xffffffff, 0x55555555, 0x33333333, 0x11111111, 0x0f0f0f0f, 0x05050505, 0x03030303, 0x01010101,
      0x00ff00ff, 0x00550055, 0x00330033, 0x00110011, 0x000f000f, 0x00050005, 0x00030003, 0x00010001,

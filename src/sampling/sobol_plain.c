@@ -1,20 +1,21 @@
-/* Kind sobol-plain: one Sobol' sequence over the whole image, not scrambled, the same for every seed, and the same for
- * camera and light paths. Path `number` has the coordinates (generating matrix of the dimension) * (bits of the number).
+/* Kind sobol-plain: one Sobol' sequence over the whole image, not scrambled, the same for every seed, and the same
+ * for camera and light paths. Path `number` has the coordinates (generating matrix of the dimension) * (bits of the
+ * number).
  *
- * The first two dimensions are a (0, 2)-sequence: each run of 4^bits paths has exactly one in each pixel of a square of
- * 2^bits pixels a side, so the index-th path of a pixel is one of the run that starts at index * 4^bits. They are
+ * The first two dimensions are a (0, 2)-sequence: each run of 4^bits paths has exactly one in each pixel of a square
+ * of 2^bits pixels a side, so the index-th path of a pixel is one of the run that starts at index * 4^bits. They are
  * computed in 64 bits, and what remains below the pixel is exact.
  *
  * Past its ends the sequence goes on so: dimensions from 256 on repeat the first 256, Owen-scrambled and in an order
- * shuffled by a key of the repeat; numbers from 2^53 on (2^64 in the first two dimensions) repeat the first ones with a
- * digital shift of their own. */
+ * shuffled by a key of the repeat; numbers from 2^53 on (2^64 in the first two dimensions) repeat the first ones with
+ * a digital shift of their own. */
 #include "sampling/owen.h"
 #include "sampling/sampler_kinds.h"
 #include "sampling/sobol_table.h"
 
 #include <string.h>
 
-/* ---- The first two dimensions ------------------------------------------------------------------------------------- */
+/* ---- The first two dimensions ---------------------------------------------------------------------------------- */
 
 /* The product with Pascal's triangle modulo 2 (binomial(column, row), bit 0 first) in six steps: the triangle of side
  * 2^(k+1) is that of side 2^k three times over. */
@@ -36,7 +37,7 @@ static inline uint64_t film_y(uint64_t number) { return ca_reverse_bits64(pascal
 static inline uint64_t drop_high(uint64_t x, uint32_t count) { return count < 64 ? x << count : 0; }
 static inline uint64_t take_high(uint64_t x, uint32_t count) { return count > 0 ? x >> (64 - count) : 0; }
 
-/* ---- Pixels ------------------------------------------------------------------------------------------------------- */
+/* ---- Pixels ---------------------------------------------------------------------------------------------------- */
 
 /* The pixel of a path, as one word: x in the low `bits`, y above. */
 static inline uint64_t pixel_of(uint64_t number, uint32_t bits)
@@ -51,8 +52,9 @@ void ca_sobol_prepare(ca_sampler *sampler)
     ca_sobol_pixels *pixels = &sampler->pixels.sobol;
     pixels->bits = bits_for(sampler->width > sampler->height ? sampler->width : sampler->height);
 
-    /* Gauss and Jordan's elimination over the field of two elements. Rows are pairs of a pixel and the number in the run
-     * from 0 that falls into it; sums of rows are such pairs again, and in the end the pixels are the powers of two. */
+    /* Gauss and Jordan's elimination over the field of two elements. Rows are pairs of a pixel and the number in the
+     * run from 0 that falls into it; sums of rows are such pairs again, and in the end the pixels are the powers of
+     * two. */
     uint64_t pixel[64], *const number = pixels->rows;
     const uint32_t count = 2 * pixels->bits;
     for (uint32_t i = 0; i < count; i++) {
@@ -90,7 +92,7 @@ ca_stream ca_sobol_plain_start(const ca_sampler *sampler, uint64_t sequence, uin
     return stream;
 }
 
-/* ---- Coordinates -------------------------------------------------------------------------------------------------- */
+/* ---- Coordinates ----------------------------------------------------------------------------------------------- */
 
 /* Eight columns side by side: the compilers' vectors, as they do not find this by themselves. */
 typedef uint32_t lanes __attribute__((vector_size(32)));
@@ -117,7 +119,8 @@ static inline uint32_t hash(uint64_t a, uint64_t b)
     return (uint32_t)(ca_pcg_permute(ca_pcg_permute(ca_pcg_permute(a) + b)) >> 32);
 }
 
-/* The shuffle is a scramble of the number's low 32 bits, by a seed of the high ones: blocks of 2^k numbers stay together. */
+/* The shuffle is a scramble of the number's low 32 bits, by a seed of the high ones: blocks of 2^k numbers stay
+ * together. */
 static uint32_t repeated_coordinate(uint64_t number, uint32_t dimension)
 {
     const uint32_t repeat = dimension / CA_SOBOL_DIMENSION_COUNT;

@@ -1,7 +1,8 @@
-/* Direction numbers: rows 2 to 256 of new-joe-kuo-6.21201 (https://web.maths.unsw.edu.au/~fkuo/sobol/, S. Joe and F. Y. Kuo
- * 2008, "Constructing Sobol sequences with better two-dimensional projections", SIAM J. Sci. Comput. 30), in its order and
- * notation: DEGREE_s(d, a, m_1, ..., m_s) is dimension d, from 1; its primitive polynomial has degree s and the inner
- * coefficients a, the highest first; m_j / 2^j are the first directions. Dimension 1, the radical inverse, has no row.
+/* Direction numbers: rows 2 to 256 of new-joe-kuo-6.21201 (https://web.maths.unsw.edu.au/~fkuo/sobol/, S. Joe and F.
+ * Y. Kuo 2008, "Constructing Sobol sequences with better two-dimensional projections", SIAM J. Sci. Comput. 30), in
+ * its order and notation: DEGREE_s(d, a, m_1, ..., m_s) is dimension d, from 1; its primitive polynomial has degree s
+ * and the inner coefficients a, the highest first; m_j / 2^j are the first directions. Dimension 1, the radical
+ * inverse, has no row.
  *
  * Included by sobol_table.c, more than once, with other meanings of DEGREE_s. */
 DEGREE_1(2, 0, 1)

@@ -5,8 +5,8 @@
  *
  *     v_j = a_1 v_(j-1) ^ ... ^ a_(s-1) v_(j-s+1) ^ v_(j-s) ^ (v_(j-s) >> s).
  *
- * Columns 0 to 10 end with the row's own numbers, after zeros, so that each recurrence can look back by 11, the largest
- * degree. Bits only move downwards, so the 31 are exact. */
+ * Columns 0 to 10 end with the row's own numbers, after zeros, so that each recurrence can look back by 11, the
+ * largest degree. Bits only move downwards, so the 31 are exact. */
 #define FRACTION(m, j) ((m) << (31 - (j)))
 
 #define DEGREE_1(d, a, m1) ROW(d, 1, a, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, FRACTION(m1, 1))

@@ -41,9 +41,9 @@ ca_vec2 ca_warp_disk(ca_vec2 u)
     return (ca_vec2){b * s, b * c};
 }
 
-/* The radius is the root of one number and the angle the other, in quarter turns that need no reduction. Concentric squares
- * would keep squares squarer, at the price of a division and of a branch that cannot be predicted. z is never 0: u.x is at
- * most 1 - 2^-24. */
+/* The radius is the root of one number and the angle the other, in quarter turns that need no reduction. Concentric
+ * squares would keep squares squarer, at the price of a division and of a branch that cannot be predicted. z is never
+ * 0: u.x is at most 1 - 2^-24. */
 ca_vec3 ca_warp_cosine_hemisphere(ca_vec2 u)
 {
     const float quarters = 4.0f * u.y;

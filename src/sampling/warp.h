@@ -7,8 +7,8 @@
 #include "math/numeric.h"
 #include "math/vec.h"
 
-/* sin and cos of an angle of at most a few turns, without libm: the same bits on every machine. Largest error found over
- * 20 million angles in [-20, 20]: 7.8e-8 (1.3 x 2^-24). */
+/* sin and cos of an angle of at most a few turns, without libm: the same bits on every machine. Largest error found
+ * over 20 million angles in [-20, 20]: 7.8e-8 (1.3 x 2^-24). */
 void ca_sincos(float angle, float *sine, float *cosine);
 
 /* Unit disk, area-preserving, concentric squares to circles (Shirley and Chiu 1997). Density 1/pi. */

@@ -1,26 +1,28 @@
-/* Kind zsobol: sobol with its samples spread over neighbouring pixels, so that their errors differ: what is left of them
- * after some blur (of the eye, or a filter) is less than that of independent errors, and they look like blue noise.
+/* Kind zsobol: sobol with its samples spread over neighbouring pixels, so that their errors differ: what is left of
+ * them after some blur (of the eye, or a filter) is less than that of independent errors, and they look like blue
+ * noise.
  *
  * Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
- * Pixels" (ACM TOG 39(6)): pixels are ordered along a Z curve, the four quadrants of each of its squares in a random order,
- * and get consecutive stretches of one Sobol' sequence, so that squares of pixels have nets together. A stretch has its
- * length, but here samples may be added at any time; so the place on the curve does not select a stretch. Each pixel has
- * the points of the first two Sobol' dimensions from the start, digitally shifted (exclusive or) by a vector that depends
- * linearly on its place. All is then Owen-scrambled, the same in all pixels, which keeps nets. A pixel alone therefore has a
- * scrambled (0, 2)-sequence, which converges as sobol does.
+ * Pixels" (ACM TOG 39(6)): pixels are ordered along a Z curve, the four quadrants of each of its squares in a random
+ * order, and get consecutive stretches of one Sobol' sequence, so that squares of pixels have nets together. A
+ * stretch has its length, but here samples may be added at any time; so the place on the curve does not select a
+ * stretch. Each pixel has the points of the first two Sobol' dimensions from the start, digitally shifted (exclusive
+ * or) by a vector that depends linearly on its place. All is then Owen-scrambled, the same in all pixels, which keeps
+ * nets. A pixel alone therefore has a scrambled (0, 2)-sequence, which converges as sobol does.
  *
  * The shifts are such that any 2^e samples (from a multiple of 2^e on) of the pixels of any square of the curve are a
- * (0, m, 2)-net together. Over the field of two elements, let bits k_c of the index and d_b of the place (lowest first) be
+ * (0, m, 2)-net together. Over the field of two elements, let bits k_c of the index and d_b of the place (lowest
+ * first) be
  *
  *     g(z) = sum k_c z^c + sum (d_2j + d_(2j+1) z) / q(z)^(j+1),   q(z) = z^2 + z + 1,
  *
- * and the digits of x and y be the coefficients of its power series around z = 0 and z = 1. For a pixel alone these are the
- * first two Sobol' dimensions. The samples of a square of 4^j pixels are all g = h / q^j with h of degree below e + 2 j. If
- * the first a digits of x and b of y are 0, then h is a multiple of z^a (z + 1)^b, as q is 1 at 0 and 1; where a + b = e + 2 j,
- * h is 0. So each elementary interval of that size has one point.
+ * and the digits of x and y be the coefficients of its power series around z = 0 and z = 1. For a pixel alone these
+ * are the first two Sobol' dimensions. The samples of a square of 4^j pixels are all g = h / q^j with h of degree
+ * below e + 2 j. If the first a digits of x and b of y are 0, then h is a multiple of z^a (z + 1)^b, as q is 1 at 0
+ * and 1; where a + b = e + 2 j, h is 0. So each elementary interval of that size has one point.
  *
- * Pairs of dimensions are independent of each other: each orders samples and pixels in its own way. So are tiles of 256 x
- * 256 pixels. Light paths have no neighbours: their sequence is that of kind sobol. */
+ * Pairs of dimensions are independent of each other: each orders samples and pixels in its own way. So are tiles of
+ * 256 x 256 pixels. Light paths have no neighbours: their sequence is that of kind sobol. */
 #include "sampling/zsobol.h"
 
 #include "sampling/owen.h"
@@ -28,8 +30,8 @@
 
 enum { TILE_BITS = 8, PLACE_BITS = 2 * TILE_BITS };
 
-/* What bit 15 - i of the place adds: [coordinate][i], reversed fractions. Bit n is the coefficient of z^n in 1 / q^(j+1) or
- * z / q^(j+1) for the bits 2 j and 2 j + 1; of w^n, w = z + 1, for the second coordinate. */
+/* What bit 15 - i of the place adds: [coordinate][i], reversed fractions. Bit n is the coefficient of z^n in 1 /
+ * q^(j+1) or z / q^(j+1) for the bits 2 j and 2 j + 1; of w^n, w = z + 1, for the second coordinate. */
 static const uint32_t directions[2][16] = {
     {0x02000202, 0x01000101, 0x0e000e0e, 0x07000707, 0x2a002a2a, 0x15001515, 0xd600d6d6, 0x6b006b6b,
      0x22022022, 0x11011011, 0xee0ee0ee, 0x77077077, 0x8a28a28a, 0x45145145, 0xb6db6db6, 0xdb6db6db},
@@ -77,8 +79,9 @@ ca_stream ca_zsobol_start(const ca_sampler *sampler, uint64_t sequence, uint64_t
                        .kind = CA_SAMPLER_ZSOBOL};
 }
 
-/* A random order of the quadrants: by rows, columns or diagonals, the same in all squares of one size, and then a nested
- * scramble, whose flips are each square's own. (Of the 24 orders of four, each has one of three pairings, times 8 flips.) */
+/* A random order of the quadrants: by rows, columns or diagonals, the same in all squares of one size, and then a
+ * nested scramble, whose flips are each square's own. (Of the 24 orders of four, each has one of three pairings,
+ * times 8 flips.) */
 static inline uint32_t reorder_place(uint32_t reversed_place, uint32_t random)
 {
     const uint32_t even = 0x5555u;

@@ -21,7 +21,8 @@
     }
 
 /* Appends a zeroed element; false when out of memory. The new element is table.items[table.count - 1]. */
-#define CA_TABLE_ADD(table) ca_table_add((void **)&(table)->items, &(table)->count, &(table)->capacity, sizeof *(table)->items)
+#define CA_TABLE_ADD(table)                                                                                          \
+    ca_table_add((void **)&(table)->items, &(table)->count, &(table)->capacity, sizeof *(table)->items)
 bool ca_table_add(void **items, size_t *count, size_t *capacity, size_t size);
 
 typedef struct ca_material_desc {

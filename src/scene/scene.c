@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Shapes ----------------------------------------------------------------------------------------------------- */
+/* ---- Shapes ---------------------------------------------------------------------------------------------------- */
 
 static double column_length(const ca_matrix *m, int column)
 {
@@ -36,7 +36,8 @@ static ca_status fail_map(const ca_shape_desc *desc, const char *kind, ca_error 
 static ca_status set_map(ca_shape *shape, const ca_shape_desc *desc, const ca_matrix *to_world, ca_error *error)
 {
     if (ca_affine_from_matrix(to_world, &shape->map)) return CA_OK;
-    return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this shape's to_world is singular, not affine or not finite");
+    return ca_fail(error, CA_ERROR_SCENE, &desc->where,
+                   "this shape's to_world is singular, not affine or not finite");
 }
 
 static ca_status compile_sphere(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
@@ -166,7 +167,7 @@ static ca_status compile_shapes(ca_scene *scene, uint32_t *group_first, uint32_t
     return CA_OK;
 }
 
-/* ---- Bounds ----------------------------------------------------------------------------------------------------- */
+/* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
 static void grow(ca_scene *scene, ca_vec3 p)
 {
@@ -212,7 +213,7 @@ static void compute_bounds(ca_scene *scene, uint32_t world_count)
     scene->radius = radius > 0.0f ? radius * (1.0f + CA_GAMMA(64)) : 1.0f;
 }
 
-/* ---- Materials, textures, lights, camera ------------------------------------------------------------------------ */
+/* ---- Materials, textures, lights, camera ----------------------------------------------------------------------- */
 
 static void link_textures(ca_scene *scene)
 {
@@ -250,7 +251,8 @@ static ca_status compile_materials(ca_scene *scene, ca_error *error)
         CA_TRY(ca_material_prepare(&scene->materials[i], scene->desc.textures.items, error));
         if (ca_material_leaf_count(scene->materials, i) > CA_BSDF_MAX_LOBES)
             return ca_fail(error, CA_ERROR_SCENE, &scene->desc.materials.items[i].where,
-                           "this material is a tree of more than %d leaves, too deep, or holds itself", CA_BSDF_MAX_LOBES);
+                           "this material is a tree of more than %d leaves, too deep, or holds itself",
+                           CA_BSDF_MAX_LOBES);
     }
     return CA_OK;
 }

@@ -1,4 +1,5 @@
-/* libFuzzer on the mesh readers, through a file in memory. The first byte chooses the format, the rest is the file. */
+/* libFuzzer on the mesh readers, through a file in memory. The first byte chooses the format, the rest is the
+ * file. */
 #define _GNU_SOURCE
 #include "import/import.h"
 

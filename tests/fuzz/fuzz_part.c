@@ -1,4 +1,5 @@
-/* libFuzzer on part files. The hash at their end, which keeps all but one of 2^64 mutations out, is put right first. */
+/* libFuzzer on part files. The hash at their end, which keeps all but one of 2^64 mutations out, is put right
+ * first. */
 #include "base/hash.h"
 #include "film/part_file.h"
 

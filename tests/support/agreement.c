@@ -93,8 +93,9 @@ static bool differs_at_second_look(const ca_scene *scene, const contender *one, 
     const double alpha = ca_sidak_alpha(family_alpha, count_comparisons(settings));
     const bool differs = comparison.test.p_value < alpha;
     print_message("      again: mean %+6.2f %%, p %.2g, detectable bias %.2f %%%s\n",
-                  100.0 * (comparison.mean_luminance / comparison.reference_mean_luminance - 1.0), comparison.test.p_value,
-                  100.0 * detectable_block_bias(image, other, alpha), differs ? "  DIFFERS" : "");
+                  100.0 * (comparison.mean_luminance / comparison.reference_mean_luminance - 1.0),
+                  comparison.test.p_value, 100.0 * detectable_block_bias(image, other, alpha),
+                  differs ? "  DIFFERS" : "");
     ca_image_release(image);
     ca_image_release(other);
     return differs;
@@ -109,7 +110,8 @@ static void compare(const ca_scene *scene, const char *scene_name, const contend
     result->comparisons++;
     result->largest_detectable = fmax(result->largest_detectable, detectable);
     print_message("    %-46s %-34s %5u spp, mean %+6.2f %%, p %.3f, detectable bias %.2f %%\n", scene_name, one->name,
-                  one->samples * BATCHES, 100.0 * (comparison.mean_luminance / comparison.reference_mean_luminance - 1.0), p,
+                  one->samples * BATCHES,
+                  100.0 * (comparison.mean_luminance / comparison.reference_mean_luminance - 1.0), p,
                   100.0 * detectable);
     if (p >= suspicious_alpha) return;
     result->suspicious++;

@@ -1,9 +1,9 @@
-/* Do two integrators make the same picture? Block-wise tests of the means with the noise that repeated renders have, corrected
- * for the number of blocks and channels, and with the bias of the whole picture that they would have shown.
+/* Do two integrators make the same picture? Block-wise tests of the means with the noise that repeated renders have,
+ * corrected for the number of blocks and channels, and with the bias of the whole picture that they would have shown.
  *
- * One comparison of twenty looks suspicious (p < 5 %) by chance. Such a one is made again, with other seeds and four times the
- * samples, and then counts as failed below a p-value at which all comparisons together have one false alarm or more in 1 % of
- * runs. */
+ * One comparison of twenty looks suspicious (p < 5 %) by chance. Such a one is made again, with other seeds and four
+ * times the samples, and then counts as failed below a p-value at which all comparisons together have one false alarm
+ * or more in 1 % of runs. */
 #ifndef CA_TEST_AGREEMENT_H
 #define CA_TEST_AGREEMENT_H
 
@@ -12,7 +12,8 @@
 #include <stdint.h>
 
 typedef struct agreement_settings {
-    const char *const *integrators; /* those to compare with the reference; NULL ends. "%g" stands for the scene's radius */
+    const char *const
+        *integrators; /* those to compare with the reference; NULL ends. "%g" stands for the scene's radius */
     bool (*wanted)(const agreement_scene *scene);
     double target;        /* a bias to detect: each picture gets as many samples as that needs, judging by a pilot */
     uint32_t max_samples; /* but no more than this per pixel, at the first look */

@@ -1,6 +1,6 @@
-/* Small scenes of mixed lights, materials, shapes and sensors on which integrators are compared with each other. Among them are
- * every emitter, every BSDF, every shape and every sensor that the importer knows. Where `path` is the reference, its noise is
- * finite: Dirac lights meet rough surfaces only, mirrors and glass see large lights. */
+/* Small scenes of mixed lights, materials, shapes and sensors on which integrators are compared with each other.
+ * Among them are every emitter, every BSDF, every shape and every sensor that the importer knows. Where `path` is the
+ * reference, its noise is finite: Dirac lights meet rough surfaces only, mirrors and glass see large lights. */
 #ifndef CA_TEST_AGREEMENT_SCENES_H
 #define CA_TEST_AGREEMENT_SCENES_H
 

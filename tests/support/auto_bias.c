@@ -18,18 +18,22 @@ ca_scene *auto_bias_scene(void)
         "<scene version='3.0.0'><integrator type='bdpm'><integer name='max_depth' value='5'/>"
         "<float name='radius' value='0.08'/></integrator><sensor type='perspective'><float name='fov' value='50'/>"
         "<transform name='to_world'><lookat origin='0,2.2,-2.6' target='0,0.2,0' up='0,1,0'/></transform>"
-        "<film type='hdrfilm'><integer name='width' value='12'/><integer name='height' value='12'/><rfilter type='box'/></film>"
-        "</sensor><shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='2'/></transform>"
+        "<film type='hdrfilm'><integer name='width' value='12'/><integer name='height' value='12'/><rfilter "
+        "type='box'/></film>"
+        "</sensor><shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale "
+        "value='2'/></transform>"
         "<bsdf type='diffuse'/></shape>"
-        "<shape type='rectangle'><transform name='to_world'><scale value='0.5'/><translate x='-0.4' y='0.5' z='0.6'/></transform>"
+        "<shape type='rectangle'><transform name='to_world'><scale value='0.5'/><translate x='-0.4' y='0.5' "
+        "z='0.6'/></transform>"
         "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf></shape>"
         "<shape type='sphere'><point name='center' value='0.5,0.5,0'/><float name='radius' value='0.4'/>"
         "<bsdf type='dielectric'/></shape>"
-        "<emitter type='point'><point name='position' value='0.3,2.5,0.5'/><rgb name='intensity' value='6,5,4'/></emitter>"
+        "<emitter type='point'><point name='position' value='0.3,2.5,0.5'/><rgb name='intensity' "
+        "value='6,5,4'/></emitter>"
         "</scene>");
 }
 
-/* ---- Sums over renders -------------------------------------------------------------------------------------------------- */
+/* ---- Sums over renders ----------------------------------------------------------------------------------------- */
 
 typedef struct region_sums {
     double sum[AUTO_BIAS_REGIONS], squares[AUTO_BIAS_REGIONS];
@@ -45,7 +49,8 @@ static void region_means(const double pixels[PIXELS], double means[AUTO_BIAS_REG
         for (int x = 0; x < AUTO_BIAS_SIDE; x++) {
             const double value = pixels[y * AUTO_BIAS_SIDE + x];
             means[0] += value / PIXELS;
-            means[1 + y / AUTO_BIAS_BLOCK * blocks + x / AUTO_BIAS_BLOCK] += value / (AUTO_BIAS_BLOCK * AUTO_BIAS_BLOCK);
+            means[1 + y / AUTO_BIAS_BLOCK * blocks + x / AUTO_BIAS_BLOCK] +=
+                value / (AUTO_BIAS_BLOCK * AUTO_BIAS_BLOCK);
         }
 }
 
@@ -69,7 +74,7 @@ static auto_bias_means means_of(const region_sums *sums, double n)
     return means;
 }
 
-/* ---- The naive way ------------------------------------------------------------------------------------------------------- */
+/* ---- The naive way --------------------------------------------------------------------------------------------- */
 
 /* Of the mean of both halves' ordinary iterations: mean and variance of the luminance. */
 static void pilot_of(const ca_auto_parts *parts, int p, double *mean, double *variance)
@@ -90,7 +95,8 @@ static void join_naively(const ca_auto_parts *parts, void *user)
 {
     double *pixels = user;
     assert_non_null(parts->render);
-    assert_true(parts->weights[0] > 0.0 && parts->weights[0] < 1.0 && parts->weights[1] > 0.0 && parts->weights[1] < 1.0);
+    assert_true(parts->weights[0] > 0.0 && parts->weights[0] < 1.0 && parts->weights[1] > 0.0 &&
+                parts->weights[1] < 1.0);
     for (int p = 0; p < PIXELS; p++) {
         double mean, variance;
         pilot_of(parts, p, &mean, &variance);
@@ -100,7 +106,7 @@ static void join_naively(const ca_auto_parts *parts, void *user)
     }
 }
 
-/* ---- Renders -------------------------------------------------------------------------------------------------------------- */
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 static void luminances(const ca_image_layers *image, double pixels[PIXELS])
 {
@@ -112,8 +118,8 @@ static void luminances(const ca_image_layers *image, double pixels[PIXELS])
     }
 }
 
-double auto_bias_render(const ca_scene *scene, uint32_t renders, uint32_t samples, uint64_t seed, auto_bias_means *joined,
-                        auto_bias_means *naive)
+double auto_bias_render(const ca_scene *scene, uint32_t renders, uint32_t samples, uint64_t seed,
+                        auto_bias_means *joined, auto_bias_means *naive)
 {
     region_sums sums[2] = {0};
     double phases = 0.0;
@@ -132,7 +138,8 @@ double auto_bias_render(const ca_scene *scene, uint32_t renders, uint32_t sample
         settings.has_seed = true;
         settings.seed = seed + k;
         if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s", error.message);
-        if (ca_auto_rays_render(&plan, &observer, &image, &statistics, &error) != CA_OK) fail_msg("%s", error.message);
+        if (ca_auto_rays_render(&plan, &observer, &image, &statistics, &error) != CA_OK)
+            fail_msg("%s", error.message);
         luminances(image, pixels);
         add_image(&sums[0], pixels);
         add_image(&sums[1], naive_pixels);
@@ -167,7 +174,7 @@ void auto_bias_reference(const ca_scene *scene, uint32_t passes, auto_bias_means
     *reference = means_of(&sums, PARTS);
 }
 
-/* ---- The test --------------------------------------------------------------------------------------------------------------- */
+/* ---- The test -------------------------------------------------------------------------------------------------- */
 
 /* Two-sided probability beyond z standard deviations. */
 static double beyond(double z) { return erfc(z / sqrt(2.0)); }
@@ -181,14 +188,18 @@ double auto_bias_test(const char *what, const auto_bias_means *means, const auto
         if (beyond(middle) > each) low = middle; else high = middle;
     }
     for (int r = 0; r < AUTO_BIAS_REGIONS; r++) {
-        const double error = hypot(means->error[r], reference->error[r]), z = fabs(means->mean[r] - reference->mean[r]) / error;
+        const double error = hypot(means->error[r], reference->error[r]),
+                     z = fabs(means->mean[r] - reference->mean[r]) / error;
         if (r == 0) whole = (means->mean[r] - reference->mean[r]) / error;
         worst = fmax(worst, z);
         least_bias = fmax(least_bias, high * error / reference->mean[r]);
     }
-    print_message("    %s: image %+.2f standard errors (one is %.3f %%), largest of %d regions %.2f of %.2f; a bias of %.2f %% of "
-                  "the image or %.2f %% of any block would be seen\n", what, whole,
-                  100.0 * hypot(means->error[0], reference->error[0]) / reference->mean[0], AUTO_BIAS_REGIONS, worst, high,
-                  100.0 * high * hypot(means->error[0], reference->error[0]) / reference->mean[0], 100.0 * least_bias);
+    print_message("    %s: image %+.2f standard errors (one is %.3f %%), largest of %d regions %.2f of %.2f; a bias "
+                  "of %.2f %% of "
+                  "the image or %.2f %% of any block would be seen\n",
+                  what, whole, 100.0 * hypot(means->error[0], reference->error[0]) / reference->mean[0],
+                  AUTO_BIAS_REGIONS, worst, high,
+                  100.0 * high * hypot(means->error[0], reference->error[0]) / reference->mean[0],
+                  100.0 * least_bias);
     return worst / high;
 }

@@ -139,10 +139,10 @@ double p_value_of(measured value, double expected, double tolerance)
     return value.error > 0.0 ? ca_student_two_sided_p(difference / value.error, value.degrees) : 0.0;
 }
 
-/* ---- What a comparison of block pictures would see ---------------------------------------------------------------- */
+/* ---- What a comparison of block pictures would see ------------------------------------------------------------- */
 
-/* One block and channel: the reference's mean in standard errors of the difference, and how many of these make the test
- * reject. */
+/* One block and channel: the reference's mean in standard errors of the difference, and how many of these make the
+ * test reject. */
 typedef struct power_term {
     double signal, threshold;
 } power_term;
@@ -160,7 +160,8 @@ static double student_two_sided_quantile(double alpha, double degrees)
     return high;
 }
 
-static power_term term_of(const ca_image_layers *image, const ca_image_layers *reference, size_t pixel, int c, double alpha)
+static power_term term_of(const ca_image_layers *image, const ca_image_layers *reference, size_t pixel, int c,
+                          double alpha)
 {
     const double n = (double)ca_layers_find(image, "Samples.Y")[pixel];
     const double m = (double)ca_layers_find(reference, "Samples.Y")[pixel];

@@ -145,8 +145,8 @@ static int compare_theta(const void *a, const void *b)
 }
 
 /* Edges between `low` and `high` at the quantiles of sorted values. The first and the last bin begin well outside of
- * all values, so that no tail of a narrow peak shares a bin with a wide empty range that quadrature would step over.
- */
+ * all values, so that no tail of a narrow peak shares a bin with a wide empty range that quadrature would step
+ * over. */
 static void quantile_edges(const double *sorted, uint32_t count, double low, double high, uint32_t bins,
                            double *edges)
 {

@@ -13,7 +13,8 @@
 
 enum { BATCHES = 20 };
 static const double t_95 = 2.093; /* Student's two-sided quantile for 19 degrees of freedom */
-/* Of the tolerance: how well a mean is measured (95 % confidence), and what is aimed at, for pilots know their noise roughly. */
+/* Of the tolerance: how well a mean is measured (95 % confidence), and what is aimed at, for pilots know their noise
+ * roughly. */
 static const double precision_needed = 0.65, precision_aimed = 0.55;
 static const double family_alpha = 0.01;
 /* All that a seed makes independent of another: the plain ones are the same whatever the seed. */
@@ -40,8 +41,9 @@ typedef struct closed_form_case {
     uint32_t step, max_samples;
 } closed_form_case;
 
-/* Measures to `precision` times the tolerance: as many samples as the noise of the attempt before asks for, and other seeds; the
- * first attempt is a pilot. (Judging the pilot itself would prefer pilots that look less noisy than they are.) */
+/* Measures to `precision` times the tolerance: as many samples as the noise of the attempt before asks for, and other
+ * seeds; the first attempt is a pilot. (Judging the pilot itself would prefer pilots that look less noisy than they
+ * are.) */
 static measured measure(const closed_form_case *c, double precision, uint64_t seed)
 {
     batch_settings settings = {.integrator = c->integrator,
@@ -49,7 +51,8 @@ static measured measure(const closed_form_case *c, double precision, uint64_t se
                                .samples = c->step,
                                .batches = BATCHES,
                                .seed = seed};
-    const double aim = precision * precision_aimed * c->tolerance, limit = precision * precision_needed * c->tolerance;
+    const double aim = precision * precision_aimed * c->tolerance,
+                 limit = precision * precision_needed * c->tolerance;
     measured value = measure_mean(c->scene, &settings);
     for (int attempt = 0; attempt < 3; attempt++) {
         const double error = t_95 * value.error / c->expected;
@@ -95,7 +98,8 @@ static void check(const closed_form *form, size_t sensor, const char *integrator
     if (close) return;
     tally->failed++;
     print_message("    %s: %s, %s, %s: expected %.5f, got %.5f +- %.5f\n", integrator, form->name,
-                  form->sensor ? "own sensor" : general_sensor_name(sensor), sampler, c.expected, value.mean, value.error);
+                  form->sensor ? "own sensor" : general_sensor_name(sensor), sampler, c.expected, value.mean,
+                  value.error);
 }
 
 closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *effort)
@@ -112,8 +116,8 @@ closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *e
             if ((effort->all_cases && !v->in_turns) || k == (7 * variant + i) % (SAMPLERS * sensors))
                 check(form, k / SAMPLERS, integrator, v->step, samplers[k % SAMPLERS], effort, &tally);
     }
-    print_message("    %s: %u cases, largest deviation %.2f %%, largest standard error %.2f %%\n", v->text, tally.cases,
-                  100.0 * tally.largest_deviation, 100.0 * tally.largest_error);
+    print_message("    %s: %u cases, largest deviation %.2f %%, largest standard error %.2f %%\n", v->text,
+                  tally.cases, 100.0 * tally.largest_deviation, 100.0 * tally.largest_error);
     return tally;
 }
 

@@ -13,19 +13,21 @@
 
 #define PI 3.14159265358979323846
 
-/* ---- Sensors ------------------------------------------------------------------------------------------------------ */
+/* ---- Sensors --------------------------------------------------------------------------------------------------- */
 
-#define FILM(width, height, filter)                                                                                      \
-    "<film type='hdrfilm'><integer name='width' value='" width "'/><integer name='height' value='" height "'/>"           \
+#define FILM(width, height, filter)                                                                                  \
+    "<film type='hdrfilm'><integer name='width' value='" width "'/><integer name='height' value='" height "'/>"      \
     "<rfilter type='" filter "'/></film></sensor>"
-#define LOOK_INSIDE "<transform name='to_world'><lookat origin='0.3,0.1,-0.4' target='0,0.2,1' up='0,1,0'/></transform>"
+#define LOOK_INSIDE                                                                                                  \
+    "<transform name='to_world'><lookat origin='0.3,0.1,-0.4' target='0,0.2,1' up='0,1,0'/></transform>"
 
 static const struct general_sensor {
     const char *name, *text;
 } general_sensors[GENERAL_SENSORS] = {
     {"perspective", "<sensor type='perspective'><float name='fov' value='70'/>" LOOK_INSIDE FILM("24", "16", "tent")},
-    {"orthographic", "<sensor type='orthographic'><transform name='to_world'><scale value='0.3'/>"
-                     "<lookat origin='0,0.1,-0.5' target='0,0.1,1' up='0,1,0'/></transform>" FILM("24", "16", "gaussian")},
+    {"orthographic",
+     "<sensor type='orthographic'><transform name='to_world'><scale value='0.3'/>"
+     "<lookat origin='0,0.1,-0.5' target='0,0.1,1' up='0,1,0'/></transform>" FILM("24", "16", "gaussian")},
     {"thinlens", "<sensor type='thinlens'><float name='fov' value='50'/><float name='aperture_radius' value='0.1'/>"
                  "<float name='focus_distance' value='0.8'/>" LOOK_INSIDE FILM("24", "16", "box")},
 };
@@ -33,36 +35,39 @@ static const struct general_sensor {
 const char *general_sensor_name(size_t sensor) { return general_sensors[sensor].name; }
 
 /* Straight down from `y`, on the square of half side `half` around the origin. */
-#define LOOK_DOWN(half, y)                                                                                               \
-    "<sensor type='orthographic'><transform name='to_world'><scale value='" half "'/>"                                    \
+#define LOOK_DOWN(half, y)                                                                                           \
+    "<sensor type='orthographic'><transform name='to_world'><scale value='" half "'/>"                               \
     "<lookat origin='0," y ",0' target='0,0,0' up='0,0,1'/></transform>" FILM("24", "24", "box")
 
-/* ---- Scenes ------------------------------------------------------------------------------------------------------- */
+/* ---- Scenes ---------------------------------------------------------------------------------------------------- */
 
 #define DIFFUSE(rho) "<bsdf type='diffuse'><rgb name='reflectance' value='" rho "'/></bsdf>"
 #define MIRROR "<bsdf type='conductor'><string name='material' value='none'/></bsdf>"
 #define ENCLOSING_SPHERE(inside) "<shape type='sphere'><boolean name='flip_normals' value='true'/>" inside "</shape>"
-#define BALL(bsdf)                                                                                                       \
-    "<shape type='sphere'><point name='center' value='0.1,0.2,0.4'/><float name='radius' value='0.3'/>" bsdf "</shape>"
-#define DISK(z, bsdf)                                                                                                    \
-    "<shape type='disk'><transform name='to_world'><scale value='0.5'/><rotate y='1' angle='180'/><translate z='" z        \
+#define BALL(bsdf)                                                                                                   \
+    "<shape type='sphere'><point name='center' value='0.1,0.2,0.4'/><float name='radius' value='0.3'/>" bsdf         \
+    "</shape>"
+#define DISK(z, bsdf)                                                                                                \
+    "<shape type='disk'><transform name='to_world'><scale value='0.5'/><rotate y='1' angle='180'/><translate z='" z  \
     "'/></transform>" bsdf "</shape>"
 #define UNLIMITED "<integrator type='path'><integer name='rr_depth' value='5'/></integrator>"
 #define DEPTH(n) "<integrator type='path'><integer name='max_depth' value='" n "'/></integrator>"
 #define CENTRE_LIGHT "<emitter type='point'><rgb name='intensity' value='2'/></emitter>"
 #define GLOW "<emitter type='area'><rgb name='radiance' value='0.5'/></emitter>"
-#define FLOOR(rho)                                                                                                       \
-    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>"         \
-    DIFFUSE(rho) "</shape>"
-#define SQUARE_ABOVE                                                                                                     \
-    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate y='1'/></transform>"          \
-    DIFFUSE("0") "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>"
+#define FLOOR(rho)                                                                                                   \
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' "                            \
+    "angle='-90'/></transform>" DIFFUSE(rho) "</shape>"
+#define SQUARE_ABOVE                                                                                                 \
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate "                       \
+    "y='1'/></transform>" DIFFUSE("0") "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>"
 
-/* Of a small element to a square of half side 1 straight above it at height 1: 4 times that of a quarter with a = b = 1. */
+/* Of a small element to a square of half side 1 straight above it at height 1: 4 times that of a quarter with a = b
+ * = 1. */
 static double element_to_square(void) { return 4.0 / (2.0 * PI) * 2.0 * sqrt(0.5) * atan(sqrt(0.5)); }
 
-/* Of a square of side 2 to an equal one straight above it at height 1; by reciprocity the mean radiance of the lower one, where
- * it is white. With X = Y = 2: F = 2 / (pi X Y) (ln sqrt((1+X^2)(1+Y^2) / (1+X^2+Y^2)) + X sqrt(1+Y^2) atan(X / sqrt(1+Y^2))
+/* Of a square of side 2 to an equal one straight above it at height 1; by reciprocity the mean radiance of the lower
+ * one, where it is white. With X = Y = 2: F = 2 / (pi X Y) (ln sqrt((1+X^2)(1+Y^2) / (1+X^2+Y^2)) + X sqrt(1+Y^2)
+ * atan(X / sqrt(1+Y^2))
  * + Y sqrt(1+X^2) atan(Y / sqrt(1+X^2)) - X atan X - Y atan Y). */
 static double square_to_square(void)
 {
@@ -71,10 +76,10 @@ static double square_to_square(void)
            (log(root * root / sqrt(1.0 + 2.0 * x * x)) + 2.0 * x * root * atan(x / root) - 2.0 * x * atan(x));
 }
 
-/* ---- Caustics through glass and water ----------------------------------------------------------------------------- */
+/* ---- Caustics through glass and water -------------------------------------------------------------------------- */
 
-/* A point light of intensity 1 above a floor of reflectance 0.8; in between, light passes through air and through a denser medium,
- * which it enters, and leaves again or not. */
+/* A point light of intensity 1 above a floor of reflectance 0.8; in between, light passes through air and through a
+ * denser medium, which it enters, and leaves again or not. */
 typedef struct layers {
     double air, dense; /* m along the axis */
     double eta;
@@ -132,39 +137,46 @@ static double under_slab(void) { return floor_radiance(&slab); }
 static double under_water(void) { return floor_radiance(&water); }
 /* Seen from above at normal incidence; leaving water, radiance falls by the square of the index. */
 static double through_slab(void) { return transmittance(&slab, 0.0) * floor_radiance(&slab); }
-static double through_water(void) { return transmittance(&water, 0.0) / (water.eta * water.eta) * floor_radiance(&water); }
+static double through_water(void)
+{
+    return transmittance(&water, 0.0) / (water.eta * water.eta) * floor_radiance(&water);
+}
 
 /* Full intensity inside of 32 degrees, which is all that the view sees. */
-#define SPOT_DOWN                                                                                                        \
-    "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='36'/>"                        \
-    "<float name='beam_width' value='32'/>"                                                                               \
+#define SPOT_DOWN                                                                                                    \
+    "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='36'/>"                  \
+    "<float name='beam_width' value='32'/>"                                                                          \
     "<transform name='to_world'><lookat origin='0,1,0' target='0,0,0' up='0,0,1'/></transform></emitter>"
-#define SLAB                                                                                                             \
-    "<shape type='cube'><transform name='to_world'><scale x='3' y='0.15' z='3'/><translate y='0.55'/></transform>"         \
+#define SLAB                                                                                                         \
+    "<shape type='cube'><transform name='to_world'><scale x='3' y='0.15' z='3'/><translate y='0.55'/></transform>"   \
     "<bsdf type='dielectric'><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/></bsdf></shape>"
 
 /* On a sphere of radius R, merging of light from all sides loses r^2 / (8 R^2): what comes from below the horizon of
  * the point looked at, though not of the photon's. */
 #define CAVITY_RADIUS 0.1f
-#define WATER                                                                                                            \
-    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/><translate y='0.5'/>"  \
-    "</transform><bsdf type='dielectric'><float name='int_ior' value='1.33'/><float name='ext_ior' value='1'/></bsdf></shape>"
+#define WATER                                                                                                        \
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/><translate "    \
+    "y='0.5'/>"                                                                                                      \
+    "</transform><bsdf type='dielectric'><float name='int_ior' value='1.33'/><float name='ext_ior' "                 \
+    "value='1'/></bsdf></shape>"
 
 static const closed_form closed_forms[] = {
     /* E = I / r^2 everywhere; one bounce */
-    {"point light in a sphere, direct", DEPTH("2"), NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")), 0.6 / PI * 2.0,
-     NULL, 0, CAVITY_RADIUS},
+    {"point light in a sphere, direct", DEPTH("2"), NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")),
+     0.6 / PI * 2.0, NULL, 0, CAVITY_RADIUS},
     /* a cavity of reflectance rho multiplies by 1 / (1 - rho) */
     {"point light in a sphere, all bounces", UNLIMITED, NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")),
      0.6 / PI * 2.0 / 0.4, NULL, 0, CAVITY_RADIUS},
-    {"emissive enclosing sphere", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 1.0, NULL, 0, CAVITY_RADIUS},
+    {"emissive enclosing sphere", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 1.0, NULL, 0,
+     CAVITY_RADIUS},
     {"emissive enclosing sphere, 3 edges", DEPTH("3"), NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 0.5 * 1.75, NULL,
      0, CAVITY_RADIUS},
     /* a mirror in a cavity in equilibrium is invisible */
-    {"the same with a mirror ball in it", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL(MIRROR), 1.0, NULL,
-     NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
+    {"the same with a mirror ball in it", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL(MIRROR), 1.0,
+     NULL, NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
     {"the same with a glass ball in it", UNLIMITED, NULL,
-     ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL("<bsdf type='dielectric'/>"), 1.0, NULL, NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
+     ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) BALL("<bsdf type='dielectric'/>"), 1.0, NULL, NEEDS_SPECULAR_VIEW,
+     CAVITY_RADIUS},
     /* a mirror before the wall returns what the rest sends: the radiance stays Le / (1 - rho) */
     {"the same with a mirror on the wall", UNLIMITED, NULL,
      ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW) DISK("0.8", "<bsdf type='twosided'>" MIRROR "</bsdf>"), 1.0, NULL,
@@ -172,7 +184,8 @@ static const closed_form closed_forms[] = {
     /* a mask lets the cavity's light pass */
     {"the same with a half transparent disk", UNLIMITED, NULL,
      ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW)
-         DISK("0.6", "<bsdf type='mask'><float name='opacity' value='0.5'/><bsdf type='twosided'>" MIRROR "</bsdf></bsdf>"),
+         DISK("0.6",
+              "<bsdf type='mask'><float name='opacity' value='0.5'/><bsdf type='twosided'>" MIRROR "</bsdf></bsdf>"),
      1.0, NULL, NEEDS_SPECULAR_VIEW, CAVITY_RADIUS},
     /* constant environment seen by a white ball: the furnace */
     {"white ball in a constant environment", UNLIMITED, NULL,
@@ -181,16 +194,16 @@ static const closed_form closed_forms[] = {
      1.0, NULL, 0, 0.05f},
     {"form factor of an element to a square", DEPTH("2"), LOOK_DOWN("0.001", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0,
      element_to_square, NEEDS_NARROW_VIEW, 0.0f},
-    {"form factor of a square to a square", DEPTH("2"), LOOK_DOWN("1", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0, square_to_square,
-     0, 0.05f},
+    {"form factor of a square to a square", DEPTH("2"), LOOK_DOWN("1", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0,
+     square_to_square, 0, 0.05f},
     {"floor under a slab of glass", DEPTH("4"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, under_slab,
      NEEDS_CAUSTICS, 0.03f},
-    {"floor through the same slab", DEPTH("6"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, through_slab,
-     NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
-    {"floor under water, seen in it", DEPTH("3"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") WATER SPOT_DOWN, 0.0, under_water,
-     NEEDS_CAUSTICS, 0.03f},
-    {"the same, seen from above", DEPTH("4"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") WATER SPOT_DOWN, 0.0, through_water,
-     NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
+    {"floor through the same slab", DEPTH("6"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0,
+     through_slab, NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
+    {"floor under water, seen in it", DEPTH("3"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") WATER SPOT_DOWN, 0.0,
+     under_water, NEEDS_CAUSTICS, 0.03f},
+    {"the same, seen from above", DEPTH("4"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") WATER SPOT_DOWN, 0.0,
+     through_water, NEEDS_SDS | NEEDS_CAUSTICS, 0.03f},
 };
 
 const closed_form *closed_form_named(const char *name)
@@ -216,11 +229,11 @@ ca_scene *closed_form_scene(const closed_form *form, size_t sensor)
     return scene_from_text(text);
 }
 
-/* ---- Integrators -------------------------------------------------------------------------------------------------- */
+/* ---- Integrators ----------------------------------------------------------------------------------------------- */
 
 #define RADIUS "radius=%g,alpha=0"
-/* Many light paths a block: the number of blocks grows with the square of that of camera paths, and these scenes are even. As
- * many as test_closed_forms.c's tolerance asks for, which is twice as large where builds have asserts. */
+/* Many light paths a block: the number of blocks grows with the square of that of camera paths, and these scenes are
+ * even. As many as test_closed_forms.c's tolerance asks for, which is twice as large where builds have asserts. */
 #ifdef NDEBUG
 #define ALL_PAIRS "light_paths=8000,"
 #else

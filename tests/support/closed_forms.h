@@ -1,5 +1,5 @@
-/* Scenes whose picture is known in closed form: furnaces, a sphere lit from its centre, form factors, a caustic through a
- * slab of glass. The mean over the picture is the number to find. */
+/* Scenes whose picture is known in closed form: furnaces, a sphere lit from its centre, form factors, a caustic
+ * through a slab of glass. The mean over the picture is the number to find. */
 #ifndef CA_TEST_CLOSED_FORMS_H
 #define CA_TEST_CLOSED_FORMS_H
 
@@ -12,9 +12,9 @@
 /* What an algorithm must be able to do to find all the light of a scene. */
 enum {
     NEEDS_SPECULAR_VIEW = 1, /* see light through a mirror or glass: camera paths that scatter */
-    NEEDS_CAUSTICS = 2,      /* a Dirac light through glass onto a diffuse surface: light paths seen by splats or merges */
-    NEEDS_NARROW_VIEW = 4,   /* look at so small a place that light paths hardly ever get there */
-    NEEDS_SDS = 8,           /* see such a caustic through glass: merges */
+    NEEDS_CAUSTICS = 2, /* a Dirac light through glass onto a diffuse surface: light paths seen by splats or merges */
+    NEEDS_NARROW_VIEW = 4, /* look at so small a place that light paths hardly ever get there */
+    NEEDS_SDS = 8,         /* see such a caustic through glass: merges */
 };
 
 typedef struct closed_form {
@@ -64,12 +64,12 @@ typedef struct closed_form_effort {
 
 /* One variant on all the scenes it can do. A case passes if its mean is within the tolerance of the known one, was
  * measured to better than two thirds of that (95 % confidence), and differs by no more than its noise explains (false
- * alarms in all cases of all variants together: 1 %). One that does not is measured again, twice as precisely and with
- * other seeds, and that counts. Prints a line, and one more for each failure. */
+ * alarms in all cases of all variants together: 1 %). One that does not is measured again, twice as precisely and
+ * with other seeds, and that counts. Prints a line, and one more for each failure. */
 closed_form_tally check_closed_forms(size_t variant, const closed_form_effort *effort);
 
-/* The main() of a test program: one test for each variant. An argument is a pattern: only variants of matching names are
- * tested. */
+/* The main() of a test program: one test for each variant. An argument is a pattern: only variants of matching names
+ * are tested. */
 int run_closed_forms(int argc, char **argv, const closed_form_effort *effort);
 
 #endif

@@ -35,7 +35,8 @@ static void judge(interval_tally *tally, double mean, double others, double low,
     }
 }
 
-interval_tally tally_intervals(const ca_scene *scene, const ca_render_settings *settings, int renders, const char *channel)
+interval_tally tally_intervals(const ca_scene *scene, const ca_render_settings *settings, int renders,
+                               const char *channel)
 {
     ca_image_layers *images[INTERVAL_TALLY_RENDERS] = {NULL};
     interval_tally tally = {0};
@@ -53,7 +54,8 @@ interval_tally tally_intervals(const ca_scene *scene, const ca_render_settings *
         for (int r = 0; r < renders; r++) sum += (double)channel_of(images[r], "", channel)[i];
         for (int r = 0; r < renders; r++) {
             const double mean = (double)channel_of(images[r], "", channel)[i];
-            judge(&tally, mean, (sum - mean) / (renders - 1.0), (double)channel_of(images[r], "ConfidenceLow.", channel)[i],
+            judge(&tally, mean, (sum - mean) / (renders - 1.0),
+                  (double)channel_of(images[r], "ConfidenceLow.", channel)[i],
                   (double)channel_of(images[r], "ConfidenceHigh.", channel)[i], sqrt(1.0 + 1.0 / (renders - 1.0)));
         }
     }

@@ -12,14 +12,17 @@
 bool ca_live_find_place(ca_live_place *place, const char *url)
 {
     const char *start = strstr(url, "http://");
-    if (!start || sscanf(start, "http://%31[^/]%63[^ \n]", place->host, place->path) != 2 || !strchr(place->host, ':')) return false;
+    if (!start || sscanf(start, "http://%31[^/]%63[^ \n]", place->host, place->path) != 2 ||
+        !strchr(place->host, ':'))
+        return false;
     place->port = atoi(strchr(place->host, ':') + 1);
     return true;
 }
 
 int ca_live_connect(int port)
 {
-    const struct sockaddr_in place = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port), .sin_addr = {htonl(INADDR_LOOPBACK)}};
+    const struct sockaddr_in place = {
+        .sin_family = AF_INET, .sin_port = htons((uint16_t)port), .sin_addr = {htonl(INADDR_LOOPBACK)}};
     const struct timeval patience = {.tv_sec = 20};
     const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
@@ -38,7 +41,8 @@ int ca_live_ask(int port, const char *method, const char *path, const char *host
     char request[512];
     const int client = ca_live_connect(port);
     if (client < 0) return -1;
-    snprintf(request, sizeof request, "%s %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\nContent-Length: 0\r\n\r\n", method, path, host);
+    snprintf(request, sizeof request, "%s %s HTTP/1.1\r\nHost: %s\r\nConnection: close\r\nContent-Length: 0\r\n\r\n",
+             method, path, host);
     ca_live_send(client, request);
     return client;
 }

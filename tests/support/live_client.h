@@ -1,5 +1,5 @@
-/* A client of the live view as plain as can be, over a socket of its own: for tests that look at a page without a browser. No
- * function asserts, so that threads of clients may call them. */
+/* A client of the live view as plain as can be, over a socket of its own: for tests that look at a page without a
+ * browser. No function asserts, so that threads of clients may call them. */
 #ifndef CA_TEST_LIVE_CLIENT_H
 #define CA_TEST_LIVE_CLIENT_H
 

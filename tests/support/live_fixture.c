@@ -41,8 +41,8 @@ static void work(double seconds)
     for (const double end = ca_clock_thread_seconds() + seconds; ca_clock_thread_seconds() < end;) continue;
 }
 
-static ca_status snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_render_statistics *statistics,
-                          ca_error *error)
+static ca_status snapshot(const ca_render_progress *progress, ca_image_layers **image,
+                          ca_render_statistics *statistics, ca_error *error)
 {
     (void)error;
     work(fake.picture_seconds);
@@ -52,8 +52,8 @@ static ca_status snapshot(const ca_render_progress *progress, ca_image_layers **
     return CA_OK;
 }
 
-ca_status ca_live_fake_save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message, size_t size,
-                            ca_error *error)
+ca_status ca_live_fake_save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user,
+                            char *message, size_t size, ca_error *error)
 {
     (void)error;
     ca_live_fake *f = user;
@@ -67,8 +67,13 @@ void ca_live_fake_open(bool serves, const char *tev)
 {
     ca_error error = {""};
     fake = (ca_live_fake){.width = CA_LIVE_WIDTH, .height = CA_LIVE_HEIGHT, .pass_seconds = 0.005};
-    const ca_live_settings settings = {.serves = serves, .tev = tev, .title = CA_LIVE_TITLE, .threads = 1, .save = ca_live_fake_save,
-                                       .is_interrupted = ca_live_fake_interrupted, .user = &fake};
+    const ca_live_settings settings = {.serves = serves,
+                                       .tev = tev,
+                                       .title = CA_LIVE_TITLE,
+                                       .threads = 1,
+                                       .save = ca_live_fake_save,
+                                       .is_interrupted = ca_live_fake_interrupted,
+                                       .user = &fake};
     if (ca_live_create(&fake.live, &settings, &error) != CA_OK) fail_msg("%s", error.message);
     if (serves) assert_true(ca_live_find_place(&fake.place, ca_live_url(fake.live)));
 }
@@ -81,8 +86,11 @@ void ca_live_fake_close(void)
 
 bool ca_live_fake_pass(void)
 {
-    const ca_render_progress progress = {.passes_done = ++fake.passes, .passes_total = 100000, .seconds = 0.01 * fake.passes,
-                                         .noise_percent = -1.0, .snapshot = snapshot};
+    const ca_render_progress progress = {.passes_done = ++fake.passes,
+                                         .passes_total = 100000,
+                                         .seconds = 0.01 * fake.passes,
+                                         .noise_percent = -1.0,
+                                         .snapshot = snapshot};
     work(fake.pass_seconds); /* so that there is processor time to spend a share of */
     return ca_live_report(fake.live, &progress);
 }

@@ -1,5 +1,5 @@
-/* A render that is none, to be looked at by tests of the live view: its passes take a few milliseconds and its pictures tell which
- * they are. Functions fail the cmocka test on errors of their own. */
+/* A render that is none, to be looked at by tests of the live view: its passes take a few milliseconds and its
+ * pictures tell which they are. Functions fail the cmocka test on errors of their own. */
 #ifndef CA_TEST_LIVE_FIXTURE_H
 #define CA_TEST_LIVE_FIXTURE_H
 
@@ -49,8 +49,8 @@ bool ca_live_fake_beside(void (*act)(char *seen, size_t size), char *seen, size_
 ca_image_layers *ca_live_fake_picture(uint32_t passes);
 
 bool ca_live_fake_interrupted(void);
-ca_status ca_live_fake_save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message, size_t size,
-                            ca_error *error);
+ca_status ca_live_fake_save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user,
+                            char *message, size_t size, ca_error *error);
 
 void assert_says(const char *text, const char *words);
 

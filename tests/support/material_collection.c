@@ -22,7 +22,8 @@ static ca_material *set(uint32_t id, ca_material_kind kind)
     material->distribution = CA_MICROFACET_GGX;
     material->sample_visible = true;
     material->nonlinear = false;
-    material->principled.diffuse_rate = material->principled.specular_rate = material->principled.clearcoat_rate = 1.0f;
+    material->principled.diffuse_rate = material->principled.specular_rate = material->principled.clearcoat_rate =
+        1.0f;
     return material;
 }
 
@@ -86,8 +87,10 @@ int ca_test_make_collection(void **state)
     set(PLASTIC, CA_MATERIAL_PLASTIC)->reflectance = RED;
     set_rough(ROUGH_PLASTIC, CA_MATERIAL_ROUGH_PLASTIC, ROUGH_04, ROUGH_04);
     set_rough(PRINCIPLED, CA_MATERIAL_PRINCIPLED, HALF, CA_NONE);
-    ca_test_all.materials[PRINCIPLED].principled.clearcoat = ca_test_all.materials[PRINCIPLED].principled.sheen = HALF;
-    ca_test_all.materials[PRINCIPLED].principled.clearcoat_gloss = ca_test_all.materials[PRINCIPLED].principled.metallic = THIRD;
+    ca_test_all.materials[PRINCIPLED].principled.clearcoat = ca_test_all.materials[PRINCIPLED].principled.sheen =
+        HALF;
+    ca_test_all.materials[PRINCIPLED].principled.clearcoat_gloss =
+        ca_test_all.materials[PRINCIPLED].principled.metallic = THIRD;
     set_rough(GLASSY, CA_MATERIAL_PRINCIPLED, HALF, CA_NONE);
     ca_test_all.materials[GLASSY].principled.spec_trans = HALF;
     set(NOTHING, CA_MATERIAL_NULL);

@@ -5,8 +5,8 @@
 #include "material/bsdf.h"
 #include "support/test_random.h"
 
-/* Textures: greys 0.6, 0.5, 1/3, 0, 1 and roughnesses 0.2, 0.4; a red; the optical constants of a metal; a bump map and
- * a normal map of 4 x 4 random texels. */
+/* Textures: greys 0.6, 0.5, 1/3, 0, 1 and roughnesses 0.2, 0.4; a red; the optical constants of a metal; a bump map
+ * and a normal map of 4 x 4 random texels. */
 enum {
     GREY, RED, HALF, ROUGH_02, ROUGH_04, METAL_ETA, METAL_K, THIRD, HEIGHT, NORMALS, ZERO, ONE, TEXTURE_COUNT
 };
@@ -41,8 +41,8 @@ ca_surface ca_test_flat_surface(uint32_t material);
 ca_bsdf ca_test_bsdf_at(const ca_surface *surface, ca_vec3 wi);
 bool ca_test_sample(const ca_bsdf *bsdf, ca_vec3 wi, ca_test_random *random, ca_from from, ca_bsdf_sample *result);
 
-/* Fail the cmocka test beyond a relative error. Tails far below any image lose digits by cancellation: the tolerance has
- * a floor of that part of 0.01. */
+/* Fail the cmocka test beyond a relative error. Tails far below any image lose digits by cancellation: the tolerance
+ * has a floor of that part of 0.01. */
 void ca_test_assert_close(const char *what, uint32_t material, float value, float expected, float relative);
 void ca_test_assert_close_rgb(const char *what, uint32_t material, ca_rgb value, ca_rgb expected, float relative);
 

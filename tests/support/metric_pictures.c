@@ -91,7 +91,8 @@ void fill_metric_picture(ca_image_layers *picture, float r, float g, float b)
 {
     const float values[3] = {r, g, b};
     for (int c = 0; c < 3; c++)
-        for (size_t i = 0; i < (size_t)picture->width * picture->height; i++) picture->channels[c].data[i] = values[c];
+        for (size_t i = 0; i < (size_t)picture->width * picture->height; i++)
+            picture->channels[c].data[i] = values[c];
 }
 
 ca_image_metrics measure_pair(const ca_image_layers *image, const ca_image_layers *reference,
@@ -100,11 +101,13 @@ ca_image_metrics measure_pair(const ca_image_layers *image, const ca_image_layer
     ca_image_metrics metrics;
     ca_error error = {""};
     const ca_compare_settings whole = {0};
-    if (ca_measure_image(image, reference, &whole, settings, &metrics, maps, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_measure_image(image, reference, &whole, settings, &metrics, maps, &error) != CA_OK)
+        fail_msg("%s", error.message);
     return metrics;
 }
 
 void assert_near(const char *what, double value, double expected, double tolerance)
 {
-    if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
 }

@@ -1,7 +1,7 @@
 /* Pairs of pictures by formula, and what independent implementations say of them: SSIM by scikit-image 0.26.0
- * (structural_similarity, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=1, channel_axis=2, on sRGB
- * signals of the clipped values), FLIP by flip-evaluator 1.7 (inputsRGB=False). `scripts/check-metrics.py recorded` has the same
- * formulas and prints the numbers. */
+ * (structural_similarity, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, data_range=1,
+ * channel_axis=2, on sRGB signals of the clipped values), FLIP by flip-evaluator 1.7 (inputsRGB=False).
+ * `scripts/check-metrics.py recorded` has the same formulas and prints the numbers. */
 #ifndef CA_TEST_METRIC_PICTURES_H
 #define CA_TEST_METRIC_PICTURES_H
 

@@ -4,7 +4,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* ---- Reuse ---------------------------------------------------------------------------------------------------------- */
+/* ---- Reuse ----------------------------------------------------------------------------------------------------- */
 
 static double limited(const ca_reuse_rules *rules, const ca_full_path *path, uint32_t m)
 {
@@ -23,7 +23,10 @@ static double mean_limited(const ca_reuse_rules *rules, const ca_full_path *path
     return sum / count;
 }
 
-static double event(const ca_reuse_rules *rules, float pdf) { return 1.0 / ((double)rules->epsilon + sqrt((double)pdf)); }
+static double event(const ca_reuse_rules *rules, float pdf)
+{
+    return 1.0 / ((double)rules->epsilon + sqrt((double)pdf));
+}
 
 static double tilt(const ca_reuse_rules *rules, float cos_out, float cos_in)
 {
@@ -103,7 +106,7 @@ void ca_oracle_reuse(const ca_reuse_rules *rules, const ca_full_path *path, doub
     }
 }
 
-/* ---- Techniques ----------------------------------------------------------------------------------------------------- */
+/* ---- Techniques ------------------------------------------------------------------------------------------------ */
 
 double ca_oracle_density(const ca_full_path *path, uint32_t k)
 {
@@ -167,7 +170,8 @@ void ca_oracle_techniques(const ca_mis_rules *rules, const ca_full_path *path, d
     }
 }
 
-double ca_oracle_weight(const ca_mis_rules *rules, uint32_t n, const double *splits, const double *merges, double value)
+double ca_oracle_weight(const ca_mis_rules *rules, uint32_t n, const double *splits, const double *merges,
+                        double value)
 {
     const double beta = rules->power ? 2.0 : 1.0;
     double sum = 0.0;

@@ -1,5 +1,5 @@
-/* The weights of a full path by brute force: every technique's density is written out on its own, in double precision, from
- * the whole path. Nothing is shared with src/path. */
+/* The weights of a full path by brute force: every technique's density is written out on its own, in double
+ * precision, from the whole path. Nothing is shared with src/path. */
 #ifndef CA_TEST_MIS_ORACLE_H
 #define CA_TEST_MIS_ORACLE_H
 
@@ -15,6 +15,7 @@ double ca_oracle_density(const ca_full_path *path, uint32_t k);
 void ca_oracle_techniques(const ca_mis_rules *rules, const ca_full_path *path, double *splits, double *merges);
 
 /* (value)^beta over the sum of all of them. */
-double ca_oracle_weight(const ca_mis_rules *rules, uint32_t n, const double *splits, const double *merges, double value);
+double ca_oracle_weight(const ca_mis_rules *rules, uint32_t n, const double *splits, const double *merges,
+                        double value);
 
 #endif

@@ -21,6 +21,9 @@ static inline float *named_layer(const ca_image_layers *image, const char *name)
     return NULL;
 }
 
-static inline float layer_at(const ca_image_layers *image, const char *name, uint32_t pixel) { return named_layer(image, name)[pixel]; }
+static inline float layer_at(const ca_image_layers *image, const char *name, uint32_t pixel)
+{
+    return named_layer(image, name)[pixel];
+}
 
 #endif

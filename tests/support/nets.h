@@ -6,8 +6,8 @@
 
 enum { CA_NET_MOST_BITS = 16 };
 
-/* The smallest t for which the 2^m points (x[i], y[i]) of the unit square have 2^t in each box of 2^-k by 2^(t-m+k), for all
- * k: 0 is a perfect net, m none at all. m is at most CA_NET_MOST_BITS. One thread at a time. */
+/* The smallest t for which the 2^m points (x[i], y[i]) of the unit square have 2^t in each box of 2^-k by 2^(t-m+k),
+ * for all k: 0 is a perfect net, m none at all. m is at most CA_NET_MOST_BITS. One thread at a time. */
 uint32_t ca_net_quality(const float *x, const float *y, uint32_t m);
 
 #endif

@@ -13,10 +13,12 @@
 
 enum { CROP_X = 1, CROP_Y = 2 };
 
-ca_status try_pair_render(const ca_scene *scene, const pair_render *r, ca_pair_film *film, ca_image_layers **image, ca_error *error)
+ca_status try_pair_render(const ca_scene *scene, const pair_render *r, ca_pair_film *film, ca_image_layers **image,
+                          ca_error *error)
 {
     char integrator[128];
-    snprintf(integrator, sizeof integrator, "%s,light_paths=%u,camera_paths=%u", r->integrator, r->light_paths, r->camera_paths);
+    snprintf(integrator, sizeof integrator, "%s,light_paths=%u,camera_paths=%u", r->integrator, r->light_paths,
+             r->camera_paths);
     const ca_render_settings settings = {.integrator = integrator,
                                          .samples_per_pixel = r->passes * r->camera_paths,
                                          .threads = r->threads,
@@ -82,13 +84,15 @@ void check_pair_values(const ca_scene *scene, const pair_render *r)
 {
     ca_pair_film film;
     ca_image_layers *image = render_pairs(scene, r, &film);
-    const float *red = ca_image_channel(image, "R"), *green = ca_image_channel(image, "G"), *blue = ca_image_channel(image, "B");
+    const float *red = ca_image_channel(image, "R"), *green = ca_image_channel(image, "G"),
+                *blue = ca_image_channel(image, "B");
     for (int p = 0; p < CROP_PIXELS; p++) {
         const double luminance = (double)ca_luminance((ca_rgb){red[p], green[p], blue[p]});
         assert_int_equal(film.pixels[p].iterations, r->passes);
         const double value = film.pixels[p].sums[CA_PAIR_VALUE] / (double)film.pixels[p].iterations;
         if (!(fabs(value - luminance) <= 1e-5 * fabs(luminance) + 1e-6))
-            fail_msg("%s, pixel %d: the pairs' value is %.9g, the image has %.9g", r->integrator, p, value, luminance);
+            fail_msg("%s, pixel %d: the pairs' value is %.9g, the image has %.9g", r->integrator, p, value,
+                     luminance);
     }
     ca_pair_film_destroy(&film);
     ca_image_release(image);

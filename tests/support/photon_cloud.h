@@ -26,7 +26,8 @@ static inline ca_photon_grid *create_grid(void)
 }
 
 /* As one run; a photon's vertex is its number. */
-static inline void build_grid(ca_photon_grid *grid, ca_photon *photons, uint32_t count, float radius, uint32_t workers)
+static inline void build_grid(ca_photon_grid *grid, ca_photon *photons, uint32_t count, float radius,
+                              uint32_t workers)
 {
     for (uint32_t i = 0; i < count; i++) photons[i].vertex = i;
     const ca_photon_run run = {photons, count};

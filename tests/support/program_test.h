@@ -1,5 +1,5 @@
-/* What tests of the program from outside share: a scene, looking at files and messages, and a main that skips, and says
- * so, where there is no program. Included by the test programs only; *state is the ca_program. */
+/* What tests of the program from outside share: a scene, looking at files and messages, and a main that skips, and
+ * says so, where there is no program. Included by the test programs only; *state is the ca_program. */
 #ifndef CA_TEST_PROGRAM_TEST_H
 #define CA_TEST_PROGRAM_TEST_H
 
@@ -30,7 +30,8 @@ static const char scene_text[] =
     "    <float name=\"fov\" value=\"20\"/>\n"
     "    <transform name=\"to_world\"><lookat origin=\"0,0,9\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n"
     "    <sampler type=\"independent\"><integer name=\"sample_count\" value=\"4\"/></sampler>\n"
-    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"24\"/><integer name=\"height\" value=\"16\"/></film>\n"
+    "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"24\"/><integer name=\"height\" "
+    "value=\"16\"/></film>\n"
     "  </sensor>\n"
     "  <shape type=\"sphere\"><float name=\"radius\" value=\"3\"/>\n"
     "    <bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"$albedo\"/></bsdf></shape>\n"

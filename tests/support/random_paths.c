@@ -16,19 +16,23 @@ static bool happens(ca_test_random *random, float probability) { return ca_test_
 
 static uint32_t below(ca_test_random *random, uint32_t count) { return ca_test_random_u32(random) % count; }
 
-/* ---- Rules ---------------------------------------------------------------------------------------------------------- */
+/* ---- Rules ----------------------------------------------------------------------------------------------------- */
 
 static ca_mis_rules algorithm_rules(ca_test_random *random)
 {
     const uint32_t depth = 1 + below(random, 4);
     const ca_mis_rules algorithms[] = {
-        {.hit = CA_HIT_ALWAYS, .next_event = true},                                                      /* path */
-        {.hit = CA_HIT_DIRECT, .splat = true},                                                           /* light */
-        {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true},                      /* bdpt */
-        {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_ALL, .merge_limit = 1},                            /* ppm */
-        {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_ALL, .merge_limit = depth},                        /* bdpm */
-        {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_LAST, .merge_limit = depth},                       /* bdpm, last */
-        {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true, .merge = CA_MERGE_ALL, /* vcm */
+        {.hit = CA_HIT_ALWAYS, .next_event = true},                                 /* path */
+        {.hit = CA_HIT_DIRECT, .splat = true},                                      /* light */
+        {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true}, /* bdpt */
+        {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_ALL, .merge_limit = 1},       /* ppm */
+        {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_ALL, .merge_limit = depth},   /* bdpm */
+        {.hit = CA_HIT_UNMERGEABLE, .merge = CA_MERGE_LAST, .merge_limit = depth},  /* bdpm, last */
+        {.hit = CA_HIT_ALWAYS,
+         .next_event = true,
+         .connect = true,
+         .splat = true,
+         .merge = CA_MERGE_ALL, /* vcm */
          .merge_limit = UINT32_MAX},
     };
     return algorithms[below(random, sizeof algorithms / sizeof *algorithms)];
@@ -60,13 +64,15 @@ ca_mis_rules ca_random_rules(ca_test_random *random)
     return rules;
 }
 
-/* ---- Paths ---------------------------------------------------------------------------------------------------------- */
+/* ---- Paths ----------------------------------------------------------------------------------------------------- */
 
 static void draw_camera(ca_test_random *random, ca_full_path *path)
 {
     const uint32_t kind = below(random, 3); /* pinhole, thin lens, orthographic */
     path->camera_parallel = kind == 2;
-    path->camera_area = kind == 0 ? 0.0f : kind == 1 ? log_uniform(random, 1e-8f, 1e-5f) : log_uniform(random, 1e-7f, 1e-4f);
+    path->camera_area = kind == 0   ? 0.0f
+                        : kind == 1 ? log_uniform(random, 1e-8f, 1e-5f)
+                                    : log_uniform(random, 1e-7f, 1e-4f);
     path->pdf_camera[0] = kind == 1 ? 1.0f / path->camera_area : 1.0f;
     path->pdf_to_light[0] = log_uniform(random, 1e4f, 1e6f); /* within a pixel */
     path->distance[0] = uniform(random, 1.0f, 10.0f);
@@ -77,7 +83,9 @@ static void draw_light(ca_test_random *random, ca_full_path *path)
     const uint32_t last = path->n - 1, kind = below(random, 4); /* point, area, environment, directional */
     const bool infinite = kind >= 2;
     path->light_choice = happens(random, 0.5f) ? 1.0f : uniform(random, 0.01f, 1.0f);
-    path->light_area = kind == 0 ? 0.0f : infinite ? log_uniform(random, 10.0f, 1e4f) : log_uniform(random, 1e-3f, 10.0f);
+    path->light_area = kind == 0  ? 0.0f
+                       : infinite ? log_uniform(random, 10.0f, 1e4f)
+                                  : log_uniform(random, 1e-3f, 10.0f);
     path->light_parallel = kind == 3;
     path->light_infinite = infinite;
     path->pdf_to_camera[last] = log_uniform(random, 0.05f, 100.0f);
@@ -114,7 +122,7 @@ ca_full_path ca_random_path(ca_test_random *random)
     return path;
 }
 
-/* ---- Splits --------------------------------------------------------------------------------------------------------- */
+/* ---- Splits ---------------------------------------------------------------------------------------------------- */
 
 /* The path as walked from one of its ends, vertex 0 there. */
 typedef struct walk {
@@ -132,7 +140,10 @@ static float pdf_other(const walk *w, uint32_t i)
 {
     return w->from_light ? w->path->pdf_camera[at(w, i)] : w->path->pdf_light[at(w, i)];
 }
-static float distance_before(const walk *w, uint32_t i) { return w->path->distance[w->from_light ? at(w, i) : i - 1]; }
+static float distance_before(const walk *w, uint32_t i)
+{
+    return w->path->distance[w->from_light ? at(w, i) : i - 1];
+}
 static float cos_ratio(const walk *w, uint32_t i)
 {
     const ca_full_path *p = w->path;
@@ -166,7 +177,8 @@ static void footprints(const walk *w, uint32_t count, float *sqrt_area, float *s
     }
 }
 
-static void fill_vertices(const walk *w, uint32_t count, bool last_is_recorded, ca_test_random *random, ca_path_vertex *v)
+static void fill_vertices(const walk *w, uint32_t count, bool last_is_recorded, ca_test_random *random,
+                          ca_path_vertex *v)
 {
     float sqrt_area[CA_FULL_PATH_MAX], sqrt_omega[CA_FULL_PATH_MAX];
     footprints(w, count, sqrt_area, sqrt_omega);

@@ -43,8 +43,8 @@ typedef struct ca_split_path {
     ca_mis_path path; /* points into the arrays: do not copy */
 } ca_split_path;
 
-/* The split after s camera vertices. What an engine could not know, since another event happened in the stored path behind
- * the split, is NaN or random. */
+/* The split after s camera vertices. What an engine could not know, since another event happened in the stored path
+ * behind the split, is NaN or random. */
 void ca_split(const ca_full_path *path, const ca_reuse_rules *rules, uint32_t s, ca_technique technique,
               ca_test_random *random, ca_split_path *split);
 

@@ -18,8 +18,8 @@ sample_bytes sample_jpeg(bool grey, bool progressive)
     unsigned char *data = NULL;
     unsigned long size = 0;
     const int flags = progressive ? TJFLAG_PROGRESSIVE : 0;
-    if (!encoder || tjCompress2(encoder, pixels, SAMPLE_WIDTH, 0, SAMPLE_HEIGHT, grey ? TJPF_GRAY : TJPF_RGB, &data, &size,
-                                grey ? TJSAMP_GRAY : TJSAMP_444, 98, flags) != 0)
+    if (!encoder || tjCompress2(encoder, pixels, SAMPLE_WIDTH, 0, SAMPLE_HEIGHT, grey ? TJPF_GRAY : TJPF_RGB, &data,
+                                &size, grey ? TJSAMP_GRAY : TJSAMP_444, 98, flags) != 0)
         abort();
     sample_bytes jpeg = {0};
     sample_append(&jpeg, data, size);
@@ -33,8 +33,8 @@ static void check(exr_result_t result)
     if (result != EXR_ERR_SUCCESS) abort();
 }
 
-static int64_t write_bytes(exr_const_context_t context, void *user, const void *buffer, uint64_t size, uint64_t offset,
-                           exr_stream_error_func_ptr_t fail)
+static int64_t write_bytes(exr_const_context_t context, void *user, const void *buffer, uint64_t size,
+                           uint64_t offset, exr_stream_error_func_ptr_t fail)
 {
     (void)context;
     (void)fail;
@@ -49,7 +49,8 @@ static int64_t write_bytes(exr_const_context_t context, void *user, const void *
 }
 
 /* The chunk at (x, y), `from` being the planes of the whole image. */
-static void encode_chunk(exr_context_t file, const exr_chunk_info_t *chunk, const float *planes, unsigned x, unsigned y)
+static void encode_chunk(exr_context_t file, const exr_chunk_info_t *chunk, const float *planes, unsigned x,
+                         unsigned y)
 {
     static const char order[] = "RGBA";
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
@@ -95,7 +96,8 @@ sample_bytes sample_exr(int compression, bool tiled, bool grey)
         for (unsigned y = 0; y < SAMPLE_HEIGHT; ++y)
             for (unsigned x = 0; x < SAMPLE_WIDTH; ++x)
                 planes[(c * SAMPLE_HEIGHT + y) * SAMPLE_WIDTH + x] = (float)sample_code(x, y, c) / 64.0f;
-    /* The library pads the 4 x 4 blocks of B44 in tiles at the edge to more bytes than it reads back: one tile for all. */
+    /* The library pads the 4 x 4 blocks of B44 in tiles at the edge to more bytes than it reads back: one tile for
+     * all. */
     const int tile = compression >= EXR_COMPRESSION_B44 ? 16 : 4;
     sample_bytes bytes = {0};
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -105,8 +107,11 @@ sample_bytes sample_exr(int compression, bool tiled, bool grey)
     int part;
     check(exr_start_write(&file, "sample.exr", EXR_WRITE_FILE_DIRECTLY, &settings));
     check(exr_add_part(file, NULL, tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, &part));
-    check(exr_initialize_required_attr_simple(file, part, SAMPLE_WIDTH, SAMPLE_HEIGHT, (exr_compression_t)compression));
-    if (tiled) check(exr_set_tile_descriptor(file, part, (uint32_t)tile, (uint32_t)tile, EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN));
+    check(
+        exr_initialize_required_attr_simple(file, part, SAMPLE_WIDTH, SAMPLE_HEIGHT, (exr_compression_t)compression));
+    if (tiled)
+        check(exr_set_tile_descriptor(file, part, (uint32_t)tile, (uint32_t)tile, EXR_TILE_ONE_LEVEL,
+                                      EXR_TILE_ROUND_DOWN));
     static const char *const names[4] = {"R", "G", "B", "A"};
     for (int c = 0; c < (grey ? 1 : 4); ++c)
         check(exr_add_channel(file, part, grey ? "Y" : names[c], grey ? EXR_PIXEL_FLOAT : EXR_PIXEL_HALF,

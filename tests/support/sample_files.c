@@ -28,7 +28,10 @@ static void little_endian(sample_bytes *bytes, uint64_t value, size_t size)
 }
 
 void sample_text(sample_bytes *bytes, const char *text) { sample_append(bytes, text, strlen(text)); }
-void sample_u8(sample_bytes *bytes, unsigned value) { sample_append(bytes, &(unsigned char){(unsigned char)value}, 1); }
+void sample_u8(sample_bytes *bytes, unsigned value)
+{
+    sample_append(bytes, &(unsigned char){(unsigned char)value}, 1);
+}
 void sample_u16(sample_bytes *bytes, unsigned value) { little_endian(bytes, value, 2); }
 void sample_u32(sample_bytes *bytes, uint32_t value) { little_endian(bytes, value, 4); }
 void sample_u64(sample_bytes *bytes, uint64_t value) { little_endian(bytes, value, 8); }
@@ -80,7 +83,7 @@ void sample_zlib(sample_bytes *bytes, const sample_bytes *content)
     sample_big_endian(bytes, b << 16 | a, 4);
 }
 
-/* ---- images ------------------------------------------------------------------------------------------------------ */
+/* ---- images ---------------------------------------------------------------------------------------------------- */
 
 unsigned sample_code(unsigned x, unsigned y, unsigned c)
 {
@@ -214,7 +217,8 @@ sample_bytes sample_tga(unsigned kind, unsigned bits, bool packed, bool top_down
     for (unsigned i = 0; kind == 1 && i < SAMPLE_WIDTH; ++i) tga_pixel(&tga, 2, 24, i, 0);
     for (unsigned row = 0; row < SAMPLE_HEIGHT; ++row) {
         const unsigned y = top_down ? row : SAMPLE_HEIGHT - 1 - row;
-        if (packed) { /* two equal pixels (the second overwrites column 1 in the expected image), then the rest as they are */
+        if (packed) { /* two equal pixels (the second overwrites column 1 in the expected image), then the rest as
+                         they are */
             sample_u8(&tga, 128 + 1);
             tga_pixel(&tga, kind, bits, 0, y);
             sample_u8(&tga, SAMPLE_WIDTH - 2 - 1);
@@ -272,7 +276,7 @@ sample_bytes sample_pfm(bool colour, bool big_endian)
     return pfm;
 }
 
-/* ---- meshes ------------------------------------------------------------------------------------------------------ */
+/* ---- meshes ---------------------------------------------------------------------------------------------------- */
 
 static const float vertices[5][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0.5f, 0}};
 
@@ -304,7 +308,10 @@ static void ply_number(sample_bytes *ply, sample_ply_format format, const char *
     else if (strcmp(type, "double") == 0)
         sample_f64(&number, value);
     else
-        little_endian(&number, (uint64_t)(int64_t)value, strcmp(type, "uchar") == 0 ? 1 : strcmp(type, "short") == 0 ? 2 : 4);
+        little_endian(&number, (uint64_t)(int64_t)value,
+                      strcmp(type, "uchar") == 0   ? 1
+                      : strcmp(type, "short") == 0 ? 2
+                                                   : 4);
     for (size_t i = 0; i < number.size; ++i)
         sample_u8(ply, number.data[format == SAMPLE_PLY_BIG_ENDIAN ? number.size - 1 - i : i]);
     sample_free(&number);
@@ -392,7 +399,7 @@ sample_bytes sample_serialized(unsigned version, bool doubles)
     return file;
 }
 
-/* ---- all of them ------------------------------------------------------------------------------------------------- */
+/* ---- all of them ----------------------------------------------------------------------------------------------- */
 
 typedef struct file_list {
     sample_file *files;

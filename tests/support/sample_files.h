@@ -1,5 +1,5 @@
-/* Small mesh and image files of every format that is read, made from scratch: what the tests of readers start from, cut
- * and damage. The byte-level formats are written by hand, JPEG and the kinds of EXR that we never write by their
+/* Small mesh and image files of every format that is read, made from scratch: what the tests of readers start from,
+ * cut and damage. The byte-level formats are written by hand, JPEG and the kinds of EXR that we never write by their
  * libraries. Aborts where even the test machine's memory or disk fails. */
 #ifndef CA_TESTS_SAMPLE_FILES_H
 #define CA_TESTS_SAMPLE_FILES_H
@@ -27,7 +27,7 @@ void sample_big_endian(sample_bytes *bytes, uint64_t value, size_t size);
 void sample_zlib(sample_bytes *bytes, const sample_bytes *content);
 void sample_free(sample_bytes *bytes);
 
-/* ---- images: the pixels are a function of their place, the same for all formats ----------------------------------- */
+/* ---- images: the pixels are a function of their place, the same for all formats -------------------------------- */
 
 enum { SAMPLE_WIDTH = 9, SAMPLE_HEIGHT = 5 };
 /* 8 bit code of channel c (0 to 2: colour, 3: alpha). */
@@ -40,7 +40,8 @@ sample_bytes sample_png(unsigned depth, unsigned channels, bool interlaced);
 /* 4 bit palette indices (x + y) % 16, of which entry i is (16 i, 255 - 16 i, 7 i); entry 0 has alpha 0. */
 sample_bytes sample_png_palette(void);
 sample_bytes sample_jpeg(bool grey, bool progressive);
-/* kind: 1 palette, 2 colour, 3 grey; bits of a pixel (24 or 32; 8 otherwise); run-length encoded; first row on top. */
+/* kind: 1 palette, 2 colour, 3 grey; bits of a pixel (24 or 32; 8 otherwise); run-length encoded; first row on
+ * top. */
 sample_bytes sample_tga(unsigned kind, unsigned bits, bool packed, bool top_down);
 /* Run-length encoded or flat; mantissas are the codes, the exponent is 128 + x % 3. */
 sample_bytes sample_hdr(bool packed);
@@ -48,15 +49,19 @@ sample_bytes sample_pfm(bool colour, bool big_endian);
 /* compression: an exr_compression_t; channels R G B A as halves, or Y as float. Values are code / 64. */
 sample_bytes sample_exr(int compression, bool tiled, bool grey);
 
-/* ---- meshes: a unit square in z = 0 and a triangle beside it, 5 vertices, 3 triangles ------------------------------ */
+/* ---- meshes: a unit square in z = 0 and a triangle beside it, 5 vertices, 3 triangles -------------------------- */
 
 sample_bytes sample_obj(void);
-typedef enum sample_ply_format { SAMPLE_PLY_ASCII, SAMPLE_PLY_LITTLE_ENDIAN, SAMPLE_PLY_BIG_ENDIAN } sample_ply_format;
+typedef enum sample_ply_format {
+    SAMPLE_PLY_ASCII,
+    SAMPLE_PLY_LITTLE_ENDIAN,
+    SAMPLE_PLY_BIG_ENDIAN
+} sample_ply_format;
 sample_bytes sample_ply(sample_ply_format format);
 /* Two meshes; the second is twice as large as the first. */
 sample_bytes sample_serialized(unsigned version, bool doubles);
 
-/* ---- all of them --------------------------------------------------------------------------------------------------- */
+/* ---- all of them ----------------------------------------------------------------------------------------------- */
 
 typedef struct sample_file {
     char name[64]; /* with the extension */

@@ -40,7 +40,8 @@ static ca_status read_with_a_failure(const sample_file *file, const char *path, 
     ca_memory_fail_after(n);
     const ca_status status = sample_read(path, meshes, &error);
     ca_memory_fail_after(-1);
-    if (status != CA_OK && status != CA_ERROR_MEMORY) fail_msg("%s, allocation %ld: %s", file->name, n, error.message);
+    if (status != CA_OK && status != CA_ERROR_MEMORY)
+        fail_msg("%s, allocation %ld: %s", file->name, n, error.message);
     return status;
 }
 

@@ -1,4 +1,5 @@
-/* Mean and scatter of independent values, from their sums; for values whose mean is not much larger than their scatter. */
+/* Mean and scatter of independent values, from their sums; for values whose mean is not much larger than their
+ * scatter. */
 #ifndef CA_TEST_SAMPLE_MEAN_H
 #define CA_TEST_SAMPLE_MEAN_H
 

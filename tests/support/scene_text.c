@@ -84,7 +84,8 @@ const char *reference_scenes(void)
     const char *folder = getenv("CAUSTICA_SCENES");
     if (!folder) folder = CA_SOURCE_DIR "/../shared/scenes";
     if (access(folder, R_OK) == 0) return folder;
-    print_message("SKIPPED, reference scenes are missing: set CAUSTICA_SCENES to their folder (looked in %s)\n", folder);
+    print_message("SKIPPED, reference scenes are missing: set CAUSTICA_SCENES to their folder (looked in %s)\n",
+                  folder);
     return NULL;
 }
 
