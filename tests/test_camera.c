@@ -68,8 +68,7 @@ static ca_vec2 random2(ca_test_random *random)
     return (ca_vec2){x, ca_test_random_float(random)};
 }
 
-/* ---- Geometry
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Geometry -------------------------------------------------------------------------------------------------- */
 
 static void test_orientation(void **state)
 {
@@ -210,8 +209,7 @@ static void test_dirac(void **state)
     assert_true(isfinite(ca_camera_sample_ray(&closed, (ca_vec2){1, 1}, (ca_vec2){0, 0}).pdf_position.v));
 }
 
-/* ---- Densities
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ------------------------------------------------------------------------------------------------- */
 
 static const ca_vec2 fixed_lens = {0.2f, 0.9f};
 
@@ -254,8 +252,7 @@ static void test_direction_density(void **state)
     }
 }
 
-/* ---- Rays against splats
- * ------------------------------------------------------------------------------------------ */
+/* ---- Rays against splats --------------------------------------------------------------------------------------- */
 
 /* A tilted square in front of the cameras that shines with a pattern, from both sides alike. */
 typedef struct wall {

@@ -236,8 +236,7 @@ static void old_spellings(void **state)
     ca_scene_desc_destroy(&desc);
 }
 
-/* ---- Hostile files
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Hostile files --------------------------------------------------------------------------------------------- */
 
 static char *repeat(const char *before, const char *piece, size_t count, const char *after)
 {

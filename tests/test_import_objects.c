@@ -40,8 +40,7 @@ static void is_rgb(ca_rgb c, double r, double g, double b)
 
 static void is_grey(ca_texture_id id, double value) { is_rgb(constant(id), value, value, value); }
 
-/* ---- Sensors, films, samplers, integrators
- * ----------------------------------------------------------------------- */
+/* ---- Sensors, films, samplers, integrators --------------------------------------------------------------------- */
 
 static void sensor_defaults(void **state)
 {
@@ -199,8 +198,7 @@ static void integrator_parameters(void **state)
     done();
 }
 
-/* ---- Shapes
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- Shapes ---------------------------------------------------------------------------------------------------- */
 
 static void quadrics(void **state)
 {
@@ -280,8 +278,7 @@ static void groups_and_instances(void **state)
     done();
 }
 
-/* ---- Emitters
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Emitters -------------------------------------------------------------------------------------------------- */
 
 static void area_lights(void **state)
 {
@@ -385,8 +382,7 @@ static void projectors(void **state)
     done();
 }
 
-/* ---- Textures and colours
- * ---------------------------------------------------------------------------------------- */
+/* ---- Textures and colours -------------------------------------------------------------------------------------- */
 
 static void textures(void **state)
 {

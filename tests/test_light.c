@@ -35,8 +35,7 @@ static ca_vec3 random_reference(int light, ca_test_random *random)
     return ca_add(center, (ca_vec3){a.x - 0.5f, a.y - 0.5f, ca_test_random_float(random) - 0.5f});
 }
 
-/* ---- Agreement of densities
- * --------------------------------------------------------------------------------------- */
+/* ---- Agreement of densities ------------------------------------------------------------------------------------ */
 
 static void check_hit(int light, ca_vec3 reference, const ca_light_direct *direct)
 {
@@ -155,8 +154,7 @@ static void test_emission_agrees(void **state)
     }
 }
 
-/* ---- Irradiance and power
- * ----------------------------------------------------------------------------------------- */
+/* ---- Irradiance and power -------------------------------------------------------------------------------------- */
 
 typedef struct estimate {
     double sum, squares;
@@ -253,8 +251,7 @@ static void test_power(void **state)
     }
 }
 
-/* ---- Closed forms
- * ------------------------------------------------------------------------------------------------- */
+/* ---- Closed forms ---------------------------------------------------------------------------------------------- */
 
 /* Irradiance on a surface at `reference` with normal n, by a grid of samples. */
 static double irradiance(const ca_light *light, ca_vec3 reference, ca_vec3 n)
@@ -365,8 +362,7 @@ static void test_projector_picture(void **state)
     assert_true(irradiance(light, (ca_vec3){-0.2f, 6.0f, 0.3f}, (ca_vec3){0, -1, 0}) == 0.0);
 }
 
-/* ---- Environment maps
- * --------------------------------------------------------------------------------------------- */
+/* ---- Environment maps ------------------------------------------------------------------------------------------ */
 
 static void test_envmap_orientation(void **state)
 {

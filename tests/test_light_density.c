@@ -23,8 +23,7 @@ static ca_chi_square_test coarse(int light)
                                 .test_count = TESTS};
 }
 
-/* ---- Next event
- * --------------------------------------------------------------------------------------------------- */
+/* ---- Next event ------------------------------------------------------------------------------------------------ */
 
 static bool draw_direct(const void *context, const float u[3], ca_vec3 *direction)
 {
@@ -68,8 +67,7 @@ static void test_direct(void **state)
     }
 }
 
-/* ---- Emission
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Emission -------------------------------------------------------------------------------------------------- */
 
 static bool draw_emission(const void *context, const float u[3], ca_vec3 *direction)
 {

@@ -35,8 +35,7 @@ static ca_vec2 random2(ca_test_random *random)
 
 static ca_vec3 direction_between(ca_vec3 from, ca_vec3 to) { return ca_normalize(ca_sub(to, from)); }
 
-/* ---- Densities
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ------------------------------------------------------------------------------------------------- */
 
 typedef struct view {
     int shape;
@@ -114,8 +113,7 @@ static void test_chi_square(void **state)
     }
 }
 
-/* ---- Points
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Points ---------------------------------------------------------------------------------------------------- */
 
 static void check_point(const ca_shape *shape, const ca_surface *surface)
 {
@@ -172,8 +170,7 @@ static void test_direct_agrees_with_pdf(void **state)
     }
 }
 
-/* ---- Spheres at the limits of precision
- * --------------------------------------------------------------------------- */
+/* ---- Spheres at the limits of precision ------------------------------------------------------------------------ */
 
 static ca_shape plain_sphere(ca_vec3 center, float radius)
 {
@@ -242,8 +239,7 @@ static void test_near_spheres(void **state)
     }
 }
 
-/* ---- Bounds
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
 static void test_bounds(void **state)
 {

@@ -76,8 +76,7 @@ static ca_pdf_area position_pdf(const ca_camera *camera)
     return (ca_pdf_area){CA_INV_PI / ca_sqr(camera->lens_radius)};
 }
 
-/* ---- Rays
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Rays ------------------------------------------------------------------------------------------------------ */
 
 static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
 {
@@ -123,8 +122,7 @@ ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_positio
                            .cos_camera = cos_camera};
 }
 
-/* ---- Splats
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Splats ---------------------------------------------------------------------------------------------------- */
 
 static bool on_film(const ca_camera *camera, ca_vec2 film, float margin)
 {

@@ -4,8 +4,7 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* ---- By area
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- By area --------------------------------------------------------------------------------------------------- */
 
 /* The point as ca_accel_surface would make it from a hit there. */
 static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 barycentric, ca_surface *surface)
@@ -58,8 +57,7 @@ ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *s
     return (ca_pdf_area){1.0f / shape->area};
 }
 
-/* ---- Seen from a point
- * -------------------------------------------------------------------------------------------- */
+/* ---- Seen from a point ----------------------------------------------------------------------------------------- */
 
 /* Density per solid angle at the reference of a point chosen by area. */
 static ca_pdf_solid_angle area_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
@@ -136,8 +134,7 @@ ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference,
     return area_pdf_direct(shape, reference, position, ng);
 }
 
-/* ---- Bounds
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
 static ca_vec3 column(const ca_shape *shape, int i)
 {

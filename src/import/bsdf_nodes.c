@@ -3,8 +3,7 @@
 
 #include <string.h>
 
-/* ---- Children
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Children -------------------------------------------------------------------------------------------------- */
 
 /* Imports the nested BSDFs, at least `low` and at most `high` of them, and returns how many there are. */
 static size_t import_children(ca_props *props, ca_material *m, size_t low, size_t high)
@@ -56,8 +55,7 @@ static bool transmits(const ca_scene_desc *desc, ca_material_id id)
     return true;
 }
 
-/* ---- The plugins
- * ------------------------------------------------------------------------------------------------- */
+/* ---- The plugins ----------------------------------------------------------------------------------------------- */
 
 static void import_twosided(ca_props *props, void *result)
 {
@@ -138,8 +136,7 @@ static const ca_plugin plugins[] = {
     {"normalmap", import_normal_map},
 };
 
-/* ---- Any BSDF
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Any BSDF -------------------------------------------------------------------------------------------------- */
 
 static ca_material empty_material(void)
 {

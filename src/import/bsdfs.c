@@ -6,8 +6,7 @@
 
 #include <string.h>
 
-/* ---- Indices of refraction
- * --------------------------------------------------------------------------------------- */
+/* ---- Indices of refraction ------------------------------------------------------------------------------------- */
 
 typedef struct named_index {
     const char *name;
@@ -45,8 +44,7 @@ static float relative_index(ca_props *props, double interior)
                    ca_import_index_of_refraction(props, "ext_ior", air));
 }
 
-/* ---- Microfacets
- * ------------------------------------------------------------------------------------------------- */
+/* ---- Microfacets ----------------------------------------------------------------------------------------------- */
 
 static void import_facets(ca_props *props, ca_material *m)
 {
@@ -72,8 +70,7 @@ static void import_roughness(ca_props *props, ca_material *m)
     m->alpha_v = ca_props_texture(props, "alpha_v", 0.1f, CA_COLOR_INDEX);
 }
 
-/* ---- The plugins
- * ------------------------------------------------------------------------------------------------- */
+/* ---- The plugins ----------------------------------------------------------------------------------------------- */
 
 void ca_import_diffuse(ca_props *props, void *result)
 {

@@ -7,8 +7,7 @@
 
 #include "import/number.h"
 
-/* ---- Field of view
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Field of view --------------------------------------------------------------------------------------------- */
 
 /* "50mm" or "50": a focal length for 35 mm film, whose picture is 36 mm x 24 mm; the field of view is its
  * diagonal's. */
@@ -36,8 +35,7 @@ ca_field_of_view ca_import_field_of_view(ca_props *props)
                               .axis = values[ca_props_choice(props, "fov_axis", axes, CA_COUNT(axes), 0)]};
 }
 
-/* ---- Sensors
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Sensors --------------------------------------------------------------------------------------------------- */
 
 static void set_map(ca_props *props, ca_camera_desc *sensor, bool rigid)
 {
@@ -136,8 +134,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
         ca_import_fail(importer, &node->where, "the horizontal field of view is not between 0 and 180 degrees");
 }
 
-/* ---- Sampler
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Sampler --------------------------------------------------------------------------------------------------- */
 
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node)
 {

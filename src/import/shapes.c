@@ -3,8 +3,7 @@
 
 #include <string.h>
 
-/* ---- Meshes
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- Meshes ---------------------------------------------------------------------------------------------------- */
 
 /* Takes the mesh over. */
 static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
@@ -91,8 +90,7 @@ static void import_obj(ca_props *props, void *result) { import_mesh_file(props, 
 static void import_ply(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_PLY); }
 static void import_serialized(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_SERIALIZED); }
 
-/* ---- Quadrics
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Quadrics -------------------------------------------------------------------------------------------------- */
 
 static void require_similarity(ca_props *props, const ca_shape_desc *shape)
 {
@@ -141,8 +139,7 @@ static const ca_plugin plugins[] = {
     {"serialized", import_serialized},
 };
 
-/* ---- What all of them have
- * --------------------------------------------------------------------------------------- */
+/* ---- What all of them have ------------------------------------------------------------------------------------- */
 
 static void import_material(ca_props *props, ca_shape_desc *shape)
 {
@@ -198,8 +195,7 @@ static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const c
         ca_import_fail_memory(importer, "shapes");
 }
 
-/* ---- Groups and instances
- * ---------------------------------------------------------------------------------------- */
+/* ---- Groups and instances -------------------------------------------------------------------------------------- */
 
 static bool is_type(const ca_xml_node *node, const char *type)
 {

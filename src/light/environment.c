@@ -11,8 +11,7 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* ---- Lookup
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Lookup ---------------------------------------------------------------------------------------------------- */
 
 /* Longitude and latitude, each in [0, 1], of a direction in the light's frame, and sin theta. */
 static ca_vec2 direction_to_uv(ca_vec3 local, float *sin_theta)
@@ -51,8 +50,7 @@ ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
     return ca_rgb_mul(light->radiance, bilinear(light->image, uv));
 }
 
-/* ---- Table
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- Table ----------------------------------------------------------------------------------------------------- */
 
 static uint32_t cell_rows(const ca_image *image) { return ca_max_u32(image->height - 1, 1); }
 
@@ -127,8 +125,7 @@ ca_status ca_light_environment_prepare(ca_light *light, ca_error *error)
     return CA_OK;
 }
 
-/* ---- Sampling
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Sampling -------------------------------------------------------------------------------------------------- */
 
 /* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a
  * pole, a set without area, it would be infinite: 0 there. */

@@ -84,8 +84,7 @@ ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_ve
     }
 }
 
-/* ---- Shared by the kinds
- * ------------------------------------------------------------------------------------------ */
+/* ---- Shared by the kinds --------------------------------------------------------------------------------------- */
 
 bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct)
 {

@@ -39,8 +39,7 @@ bool ca_light_environment_emission(const ca_light *light, ca_vec2 u_position, ca
 ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction);
 ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction);
 
-/* ---- Shared
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Shared ---------------------------------------------------------------------------------------------------- */
 
 /* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the
  * light. */
