@@ -204,9 +204,9 @@ ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, 
 ca_status ca_light_blocks_sort(const ca_bidirectional *b, uint32_t paths, ca_photon_grid *grid, float radius,
                                const ca_parallel *parallel, ca_error *error);
 
-/* One camera path; integrator.h. */
-void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                                  ca_film_sample *sample, ca_worker *worker);
+/* integrator.h. */
+void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,
+                                   ca_worker *worker);
 
 /* ---- Pairs, where they are wanted ------------------------------------------------------------------------------ */
 

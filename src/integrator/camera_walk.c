@@ -276,16 +276,26 @@ void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint3
     for (uint32_t c = 0; c <= b->chunks_now; c++) walk->scratch->chunk_light[c] = (ca_rgb){0};
 }
 
-void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                                  ca_film_sample *sample, ca_worker *worker)
+static void camera_path(const ca_bidirectional *b, const ca_camera_path *path, uint32_t round, ca_worker *worker)
 {
-    const ca_bidirectional *b = state;
     ca_camera_walk walk;
-    ca_camera_walk_start(&walk, b, x, y, index, sample, worker);
-    pair(&walk, index);
+    ca_camera_walk_start(&walk, b, path->x, path->y, path->index, path->sample, worker);
+    pair(&walk, path->index);
     if (round == 0) worker->counters.camera_paths++;
     if (walk.scratch->pairing) ca_pair_sums_next_path(walk.scratch->pairs);
     if (b->max_depth > 0) ca_camera_walk_trace(&walk);
     for (uint32_t c = 0; c < b->chunks_now; c++)
-        sample->radiance = ca_rgb_add(sample->radiance, walk.scratch->chunk_light[c]);
+        path->sample->radiance = ca_rgb_add(path->sample->radiance, walk.scratch->chunk_light[c]);
+}
+
+void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,
+                                   ca_worker *worker)
+{
+    const ca_counters *counters = &worker->counters;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint64_t segments = counters->rays + counters->shadow_rays, merges = counters->merges;
+        camera_path(state, &paths[i], round, worker);
+        paths[i].segments += (uint32_t)(counters->rays + counters->shadow_rays - segments);
+        paths[i].merges += (uint32_t)(counters->merges - merges);
+    }
 }

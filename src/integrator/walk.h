@@ -28,16 +28,30 @@ static inline void ca_walk_record_primary_hit(const ca_surface *surface, const c
     sample->position = surface->position;
 }
 
-/* Next event: is the way from the surface to the chosen point of the light free? */
+/* Next event: the ray that asks whether the way from the surface to the chosen point of the light is free. */
+typedef struct ca_next_event_ray {
+    ca_vec3 origin, direction;
+    float t_max;
+} ca_next_event_ray;
+
+static inline ca_next_event_ray ca_walk_next_event_ray(const ca_surface *surface, const ca_light_direct *direct)
+{
+    if (isfinite(direct->distance)) {
+        const ca_segment segment =
+            ca_segment_between(surface->position, surface->position_error, surface->ng, direct->position,
+                               direct->position_error, direct->ng);
+        return (ca_next_event_ray){segment.origin, segment.direction, ca_visible_t_max};
+    }
+    return (ca_next_event_ray){
+        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light), direct->to_light,
+        INFINITY};
+}
+
 static inline bool ca_walk_light_is_visible(const ca_accel *accel, const ca_surface *surface,
                                             const ca_light_direct *direct)
 {
-    if (isfinite(direct->distance))
-        return ca_accel_visible(accel, surface->position, surface->position_error, surface->ng, direct->position,
-                                direct->position_error, direct->ng);
-    const ca_vec3 origin =
-        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light);
-    return !ca_accel_occluded(accel, origin, direct->to_light, 0.0f, INFINITY);
+    const ca_next_event_ray ray = ca_walk_next_event_ray(surface, direct);
+    return !ca_accel_occluded(accel, ray.origin, ray.direction, 0.0f, ray.t_max);
 }
 
 /* Russian roulette after `depth` edges: from rr_depth on a path survives with min(0.95, largest throughput * eta2),

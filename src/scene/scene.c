@@ -333,6 +333,15 @@ static ca_status compile_instances(ca_scene *scene, const uint32_t *group_first,
     return CA_OK;
 }
 
+static ca_status find_regular(ca_scene *scene, uint32_t world_count, ca_error *error)
+{
+    const ca_texture *textures = scene->desc.textures.items;
+    scene->mattes =
+        ca_matte_shapes_create(scene->shapes, scene->shape_count, world_count, scene->materials, textures);
+    scene->even_lights = ca_even_lights_create(scene->lights, scene->light_count, textures);
+    return scene->mattes && scene->even_lights ? CA_OK : ca_fail_memory(error, "the scene");
+}
+
 static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error)
 {
     uint32_t world_count = 0;
@@ -343,6 +352,7 @@ static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error
     CA_TRY(compile_instances(scene, group_first, error));
     compute_bounds(scene, world_count);
     CA_TRY(compile_lights(scene, error));
+    CA_TRY(find_regular(scene, world_count, error));
     return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count, 0,
                            &scene->accel, error);
 }
@@ -390,6 +400,8 @@ void ca_scene_destroy(ca_scene *scene)
     for (uint32_t i = 0; i < scene->light_count; i++) ca_light_release(&scene->lights[i]);
     for (uint32_t i = 0; i < scene->shape_count; i++) ca_distribution_1d_destroy(&scene->shapes[i].triangles);
     for (uint32_t i = 0; i < scene->material_count; i++) ca_material_release(&scene->materials[i]);
+    ca_free(scene->mattes);
+    ca_free(scene->even_lights);
     ca_free(scene->lights);
     ca_free(scene->shapes);
     ca_free(scene->materials);
