@@ -12,9 +12,10 @@
  *
  * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
  *
- * Chunks: light paths are kept in chunks of a fixed number, each with a photon grid of its own. A camera path's light
- * is summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in
- * memory at a time (rounds, integrator.h).
+ * Chunks: light paths are traced in chunks of a fixed number, and all that are in memory share one photon grid. A
+ * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not depend
+ * on what else is in it (photon_grid.h). So it does not matter how many chunks are in memory at a time (rounds,
+ * integrator.h).
  *
  * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a
  * camera path (pairs.c), which reads what the image gets and changes nothing of it. */
@@ -35,10 +36,7 @@
 /* Light paths of pilots are numbered from here: no pass gets so far. */
 #define CA_PILOT_NUMBER (UINT64_C(1) << 62)
 
-enum {
-    CA_CHUNK_PATHS = 1 << 18,
-    CA_BLOCK_PATHS = 512, /* light paths of one task */
-};
+enum { CA_BLOCK_PATHS = 512 }; /* light paths of one task */
 
 /* What a worker needs for a camera path. */
 typedef struct ca_bidirectional_scratch {
@@ -49,39 +47,18 @@ typedef struct ca_bidirectional_scratch {
     ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
     bool pairing;        /* between begin_pixel and end_pixel */
     ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot
-                            says */
+                            says. Zero where not in use: */
+    uint64_t *chunk_used; /* owned: a bit for each */
 } ca_bidirectional_scratch;
 
-/* Photons and splats of a block of light paths. */
+/* What else a block of light paths has. */
 typedef struct ca_light_block {
-    ca_photon *photons; /* owned */
-    size_t photon_count, photon_capacity;
     ca_splat_list splats;
+    uint32_t photons; /* how many */
 } ca_light_block;
 
-/* What a merge reads of a photon: one cache line. */
-typedef struct ca_merge_photon {
-    ca_vec3 wi;        /* as the light vertex has them */
-    ca_rgb throughput;
-    ca_vec3 ng;
-    ca_pdf_area pdf_forward;
-    float to_previous, distance, sqrt_area, sqrt_omega;
-    uint32_t first; /* number of its path's v[0] ... */
-    uint32_t index : 14; /* ... and its own in the path */
-    uint32_t path : 18;  /* number of its path in the chunk, where pairs are wanted */
-} ca_merge_photon;
-
-_Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
-_Static_assert(CA_PATH_MAX_VERTICES < 1 << 14 && CA_CHUNK_PATHS <= 1 << 18,
-               "they fit the records of photons and splats");
-
-typedef struct ca_light_chunk {
-    uint32_t count; /* light paths */
-    ca_light_store store;
-    ca_photon_grid *grid;     /* NULL where nothing is merged */
-    ca_merge_photon *photons; /* owned; in the grid's places */
-    size_t photon_capacity;
-} ca_light_chunk;
+_Static_assert(CA_PATH_MAX_VERTICES < 1 << 13 && CA_CHUNK_PATHS <= 1 << 18,
+               "they fit the records of vertices and splats");
 
 typedef struct ca_bidirectional {
     ca_integrator_input input;
@@ -93,8 +70,11 @@ typedef struct ca_bidirectional {
     float radius;              /* of this pass */
 
     uint32_t chunk_count, resident; /* chunks of a pass, and how many are in memory at a time */
-    ca_light_chunk *chunks;         /* owned; [resident] */
     uint32_t first_chunk, chunks_now; /* of this round */
+    uint32_t paths_now;             /* light paths in memory: those of these chunks, one chunk after the other */
+    ca_light_store store;
+    uint64_t photons_now;           /* how many photons they have */
+    ca_photon_grid *grid;           /* of these, which answers with vertex numbers; NULL where nothing is merged */
     uint64_t pairing_shift;         /* camera path i connects to light path (i + shift) mod N_F */
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
@@ -109,6 +89,9 @@ static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b
 /* Tasks that it takes to trace so many light paths. */
 static inline uint32_t ca_light_block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
 
+/* Words of ca_bidirectional_scratch.chunk_used. */
+static inline uint32_t ca_chunk_words(const ca_bidirectional *b) { return b->resident / 64 + 1; }
+
 /* Photons per m^2 around a vertex where the weights want to know, else 0. */
 static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
 {
@@ -117,8 +100,8 @@ static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 
 
 /* ---- The walks and joins --------------------------------------------------------------------------------------- */
 
-/* Traces light path `path` of a chunk, the `number`-th of the whole render. */
-void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number,
+/* Traces light path `path` of those in memory, the `number`-th of the whole render. */
+void ca_light_walk(const ca_bidirectional *b, ca_light_store *store, uint32_t path, uint64_t number,
                    ca_light_block *block, ca_worker *worker);
 
 /* A camera path at one of its vertices. */
@@ -139,7 +122,7 @@ struct ca_camera_walk {
     ca_vec3 wi;            /* from the last vertex to the one before */
     ca_surface surface;    /* of the last vertex */
     ca_bsdf bsdf;
-    const ca_light_chunk *paired_chunk; /* of the light path to connect to; NULL: not in this round */
+    bool has_paired;       /* is the light path to connect to in memory? */
     uint32_t paired;       /* its number there */
     uint32_t connect_slot; /* where what connections bring is added: the chunk's number, or one behind the last */
     const struct ca_walk_hooks *hooks; /* NULL: gather */
@@ -168,41 +151,38 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted);
 
 /* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
 void ca_join_connect(ca_camera_walk *walk);
-/* Photons of all chunks near the last vertex. The first chunk's query is started apart: what it asks of the memory
- * arrives while something else is done. */
+/* Photons near the last vertex. The query is started apart: what it asks of the memory arrives while something else is
+ * done. */
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
-void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first);
+void ca_join_merge(ca_camera_walk *walk, ca_photon_query *query);
 
 /* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for
  * it. */
-float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_light_vertex *photon,
                            const ca_bsdf_value *value);
 
-/* Traces light paths [number, number + count) of the whole render into a chunk, and splats and sorts them as the
+/* Traces light paths [number, number + count) of the whole render into the memory, and splats and sorts them as the
  * rules want. */
-ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t number, uint32_t count,
-                                 const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Traces light paths from `number` on into the first chunk until they take so many bytes: a multiple of a fixed step,
- * one step at least; *count of them. Not sorted. */
+ca_status ca_light_paths_prepare(ca_bidirectional *b, uint64_t number, uint32_t count, const ca_parallel *parallel,
+                                 ca_worker *workers, ca_error *error);
+/* Traces light paths from `number` on until they take so many bytes or are a chunk: a multiple of a fixed step, one
+ * step at least; *count of them. Not sorted. */
 ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
                               const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the chunks' contents are
- * lost. */
+/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the light paths in memory
+ * are lost. */
 ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
                          const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* What light paths take in memory. */
-static inline double ca_light_bytes(double paths, double vertices, double photons, double splats)
+/* What light paths take in memory; a photon has up to two buckets. */
+static inline double ca_light_bytes(double paths, double vertices, double photons)
 {
     return paths * sizeof(ca_light_path) + vertices * (sizeof(ca_path_vertex) + sizeof(ca_light_vertex)) +
-           photons * (3 * sizeof(ca_photon) + sizeof(uint32_t) + sizeof(ca_merge_photon)) + splats * sizeof(ca_splat);
+           photons * (sizeof(ca_photon) + 2 * sizeof(uint32_t));
 }
 
-/* Sorts the blocks' photons into the chunk's grid, and what merges read into the same order. */
-ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, const ca_parallel *parallel,
-                              ca_error *error);
-/* The blocks' photons of `paths` light paths into any grid. */
-ca_status ca_light_blocks_sort(const ca_bidirectional *b, uint32_t paths, ca_photon_grid *grid, float radius,
-                               const ca_parallel *parallel, ca_error *error);
+/* Sorts the photons of the light paths in memory into a grid. */
+ca_status ca_light_photons_sort(const ca_bidirectional *b, ca_photon_grid *grid, float radius,
+                                const ca_parallel *parallel, ca_error *error);
 
 /* integrator.h. */
 void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,
@@ -222,7 +202,7 @@ void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *wo
  * image gets for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
-void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, ca_rgb unweighted,
                         float weight);
 
 /* ---- The engine ------------------------------------------------------------------------------------------------ */

@@ -12,6 +12,7 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
     }
     ca_rgb *sum = &walk->scratch->chunk_light[chunk];
     *sum = ca_rgb_add(*sum, value);
+    walk->scratch->chunk_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
     ca_technique_images *images = walk->b->input.technique_images;
     if (images)
         ca_technique_images_add(images, technique, s, t, walk->x, walk->y,
@@ -177,10 +178,10 @@ static void gather(ca_camera_walk *walk)
         walk->hooks->at_vertex(walk);
         return;
     }
-    if (merges) ca_photon_grid_prefetch(walk->b->chunks[0].grid, walk->surface.position);
+    if (merges) ca_photon_grid_prefetch(walk->b->grid, walk->surface.position);
     if (rules->next_event && gathers_own_light(walk)) ca_camera_walk_next_event(walk, true);
     if (merges) ca_join_merge_start(walk, &query);
-    if (rules->connect && walk->paired_chunk) ca_join_connect(walk);
+    if (rules->connect && walk->has_paired) ca_join_connect(walk);
     if (merges) ca_join_merge(walk, &query);
 }
 
@@ -255,9 +256,21 @@ static void pair(ca_camera_walk *walk, uint32_t index)
     const uint64_t chunk = number / CA_CHUNK_PATHS;
     if (chunk < b->first_chunk || chunk >= b->first_chunk + b->chunks_now) return;
     walk->connect_slot = (uint32_t)(chunk - b->first_chunk);
-    walk->paired_chunk = &b->chunks[walk->connect_slot];
-    walk->paired = (uint32_t)(number % CA_CHUNK_PATHS);
+    walk->has_paired = true;
+    walk->paired = (uint32_t)(number - (uint64_t)b->first_chunk * CA_CHUNK_PATHS);
     walk->scratch->light_ready = 0;
+}
+
+/* Adds the light gathered with all chunks, in order; it is zero afterwards. */
+static void take_chunk_light(const ca_camera_walk *walk, ca_rgb *sum)
+{
+    ca_bidirectional_scratch *scratch = walk->scratch;
+    for (uint32_t w = 0; w < ca_chunk_words(walk->b); w++)
+        for (; scratch->chunk_used[w]; scratch->chunk_used[w] &= scratch->chunk_used[w] - 1) {
+            ca_rgb *light = &scratch->chunk_light[64 * w + (uint32_t)__builtin_ctzll(scratch->chunk_used[w])];
+            *sum = ca_rgb_add(*sum, *light);
+            *light = (ca_rgb){0};
+        }
 }
 
 void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint32_t x, uint32_t y, uint32_t index,
@@ -270,10 +283,10 @@ void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint3
     walk->x = x;
     walk->y = y;
     walk->vertex = 0;
-    walk->paired_chunk = NULL;
+    walk->has_paired = false;
     walk->hooks = NULL;
     start(walk, index);
-    for (uint32_t c = 0; c <= b->chunks_now; c++) walk->scratch->chunk_light[c] = (ca_rgb){0};
+    take_chunk_light(walk, &(ca_rgb){0}); /* of the path before, where nobody has */
 }
 
 static void camera_path(const ca_bidirectional *b, const ca_camera_path *path, uint32_t round, ca_worker *worker)
@@ -284,8 +297,7 @@ static void camera_path(const ca_bidirectional *b, const ca_camera_path *path, u
     if (round == 0) worker->counters.camera_paths++;
     if (walk.scratch->pairing) ca_pair_sums_next_path(walk.scratch->pairs);
     if (b->max_depth > 0) ca_camera_walk_trace(&walk);
-    for (uint32_t c = 0; c < b->chunks_now; c++)
-        path->sample->radiance = ca_rgb_add(path->sample->radiance, walk.scratch->chunk_light[c]);
+    take_chunk_light(&walk, &path->sample->radiance);
 }
 
 void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,

@@ -1,6 +1,8 @@
 /* Joins of a camera path with light paths: edges between vertices, and merges of vertices that are close. */
 #include "integrator/bidirectional.h"
 
+#include <stddef.h>
+
 /* ---- Connect --------------------------------------------------------------------------------------------------- */
 
 /* A vertex of the paired light path, with its surface and BSDF. */
@@ -18,7 +20,7 @@ static void make_ready(ca_camera_walk *walk, const ca_light_path *path, uint32_t
     const ca_scene *scene = walk->b->input.scene;
     ca_bidirectional_scratch *scratch = walk->scratch;
     for (uint32_t i = scratch->light_ready + 1; i <= vertex; i++) {
-        const ca_light_vertex *v = ca_light_vertex_at(&walk->paired_chunk->store, path->first + i);
+        const ca_light_vertex *v = ca_light_vertex_at(&walk->b->store, path->first + i);
         scratch->light_ready = i;
         if (!v->capable) continue;
         ca_accel_surface_at(scene->accel, &v->point, &scratch->light_surfaces[i]);
@@ -103,7 +105,7 @@ static void connect_to(ca_camera_walk *walk, const light_end *end)
 
 void ca_join_connect(ca_camera_walk *walk)
 {
-    const ca_light_store *store = &walk->paired_chunk->store;
+    const ca_light_store *store = &walk->b->store;
     const ca_light_path *path = &store->paths[walk->paired];
     if (path->count < 2) return;
     const ca_path_vertex *densities = ca_light_density_at(store, path->first);
@@ -124,8 +126,8 @@ void ca_join_connect(ca_camera_walk *walk)
 /* ---- Merge ----------------------------------------------------------------------------------------------------- */
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
- * previous one; what leaves that towards the photon is in its record. */
-float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
+ * previous one. */
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_light_vertex *photon,
                            const ca_bsdf_value *value)
 {
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
@@ -135,20 +137,21 @@ float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *den
     const float omega_camera = c->sqrt_omega + ca_footprint_spread(reuse->epsilon, value->pdf);
     const float area_camera = ca_sqrt_area_out(reuse, c->sqrt_area, ratio);
     const uint32_t t = photon->index; /* vertices before the photon */
+    const ca_path_vertex *l = &densities[t];
     const ca_mis_path path = {
         .camera = {.vertices = walk->scratch->camera,
                    .count = walk->vertex + 1,
-                   .pdf_last = photon->pdf_forward,
+                   .pdf_last = l->pdf_forward,
                    .pdf_before = {value->pdf_reverse.v * c->to_previous},
-                   .sqrt_area = photon->sqrt_area,
-                   .sqrt_omega = photon->sqrt_omega,
+                   .sqrt_area = l->sqrt_area,
+                   .sqrt_omega = l->sqrt_omega,
                    .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
                    .cos_ratio = ratio},
         .light = {.vertices = densities,
                   .count = t,
-                  .pdf_last = {value->pdf.v * photon->to_previous},
+                  .pdf_last = {value->pdf.v * l->to_previous},
                   .pdf_before = t > 1 ? densities[t - 2].pdf_reverse : (ca_pdf_area){0.0f},
-                  .sqrt_area = area_camera + photon->distance * omega_camera,
+                  .sqrt_area = area_camera + l->distance * omega_camera,
                   .sqrt_omega = omega_camera,
                   .spread = densities[t - 1].spread_reverse,
                   .cos_ratio = densities[t - 1].cos_ratio},
@@ -160,14 +163,14 @@ float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *den
     return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_MERGE);
 }
 
-static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, float normalisation)
+static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, float normalisation)
 {
     const ca_bsdf_value value = ca_bsdf_eval(&walk->bsdf, walk->wi, photon->wi, CA_FROM_CAMERA);
     const ca_rgb unweighted = ca_rgb_scale(
         ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), photon->throughput), normalisation);
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.merges++;
-    const ca_path_vertex *densities = ca_light_density_at(&walk->b->chunks[chunk].store, photon->first);
+    const ca_path_vertex *densities = ca_light_density_at(&walk->b->store, photon->first);
     const float weight = ca_join_merge_weight(walk, densities, photon, &value);
     if (ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted,
                            weight) &&
@@ -176,52 +179,45 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_merge_phot
 }
 
 /* Not too long a path, and on the same surface. */
-static inline bool may_merge(const ca_camera_walk *walk, const ca_merge_photon *photon)
+static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *photon)
 {
     return walk->vertex + photon->index <= walk->b->max_depth &&
-           ca_dot(photon->ng, walk->surface.ng) >= CA_MERGE_MIN_COS;
+           ca_dot(photon->point.ng, walk->surface.ng) >= CA_MERGE_MIN_COS;
 }
 
-/* The earlier vertices of the photons' paths lie all over the memory. Asking for those of a batch before using the
- * first overlaps the waiting, which would be most of what a merge costs. */
-static void merge_batch(ca_camera_walk *walk, uint32_t chunk, const uint32_t *places, uint32_t count,
-                        float normalisation)
+/* Light vertices and the densities of their paths lie all over the memory. Asking for those of a batch before using
+ * the first overlaps the waiting, which would be most of what a merge costs. */
+static void merge_batch(ca_camera_walk *walk, const uint32_t *found, uint32_t count, float normalisation)
 {
-    const ca_light_chunk *c = &walk->b->chunks[chunk];
-    const ca_merge_photon *kept[CA_PHOTON_BATCH];
-    for (uint32_t i = 0; i < count; i++) __builtin_prefetch(&c->photons[places[i]]);
-    uint32_t kept_count = 0;
+    const ca_light_store *store = &walk->b->store;
+    uint32_t kept[CA_PHOTON_BATCH], kept_count = 0;
     for (uint32_t i = 0; i < count; i++) {
-        const ca_merge_photon *photon = &c->photons[places[i]];
+        const char *photon = (const char *)ca_light_vertex_at(store, found[i]);
+        __builtin_prefetch(photon);
+        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_light_vertex *photon = ca_light_vertex_at(store, found[i]);
         if (!may_merge(walk, photon)) continue;
-        kept[kept_count++] = photon;
-        const char *densities = (const char *)ca_light_density_at(&c->store, photon->first);
-        for (uint32_t at = 0; at < photon->index * sizeof(ca_path_vertex); at += 64)
+        kept[kept_count++] = found[i];
+        const char *densities = (const char *)ca_light_density_at(store, photon->first);
+        for (uint32_t at = 0; at < (photon->index + 1u) * sizeof(ca_path_vertex); at += 64)
             __builtin_prefetch(densities + at);
     }
-    for (uint32_t i = 0; i < kept_count; i++) merge_with(walk, chunk, kept[i], normalisation);
+    for (uint32_t i = 0; i < kept_count; i++)
+        merge_with(walk, ca_light_chunk_of(store, kept[i]), ca_light_vertex_at(store, kept[i]), normalisation);
 }
 
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query)
 {
-    ca_photon_query_start(query, walk->b->chunks[0].grid, walk->surface.position);
+    ca_photon_query_start(query, walk->b->grid, walk->surface.position);
 }
 
-static void merge_with_chunk(ca_camera_walk *walk, uint32_t chunk, ca_photon_query *query)
+void ca_join_merge(ca_camera_walk *walk, ca_photon_query *query)
 {
     const ca_bidirectional *b = walk->b;
     const float normalisation = 1.0f / (b->rules.merge_area * (float)b->light_paths);
     uint32_t found[CA_PHOTON_BATCH], count;
-    while ((count = ca_photon_query_next(query, found)) > 0) merge_batch(walk, chunk, found, count, normalisation);
+    while ((count = ca_photon_query_next(query, found)) > 0) merge_batch(walk, found, count, normalisation);
     walk->worker->counters.photons_tested += query->tested;
-}
-
-void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first)
-{
-    merge_with_chunk(walk, 0, first);
-    for (uint32_t c = 1; c < walk->b->chunks_now; c++) {
-        ca_photon_query query;
-        ca_photon_query_start(&query, walk->b->chunks[c].grid, walk->surface.position);
-        merge_with_chunk(walk, c, &query);
-    }
 }

@@ -2,14 +2,12 @@
 #include "integrator/bidirectional.h"
 #include "integrator/walk.h"
 
-#include "base/memory.h"
-
 typedef struct light_walk {
     const ca_bidirectional *b;
     ca_worker *worker;
     ca_light_block *block;
     ca_stream stream;
-    uint32_t path;               /* its number in the chunk */
+    uint32_t path;               /* its number in memory */
     uint32_t first;              /* number of v[0] in the store */
     ca_path_vertex *densities;   /* of the path, v[0] first */
     ca_light_vertex *vertices;
@@ -80,28 +78,19 @@ static bool advance(light_walk *walk)
     return true;
 }
 
-static bool store_photon(light_walk *walk)
-{
-    ca_light_block *block = walk->block;
-    if (!ca_array_reserve((void **)&block->photons, &block->photon_capacity, block->photon_count + 1,
-                          sizeof *block->photons))
-        return false;
-    block->photons[block->photon_count++] =
-        (ca_photon){.position = walk->surface.position, .vertex = walk->first + walk->vertex};
-    walk->worker->counters.photons++;
-    return true;
-}
-
-static bool store_vertex(light_walk *walk)
+static void store_vertex(light_walk *walk)
 {
     const bool capable = (walk->bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
-    walk->vertices[walk->vertex] = (ca_light_vertex){.point = ca_surface_point_of(&walk->surface),
-                                                     .wi = walk->wi,
+    walk->vertices[walk->vertex] = (ca_light_vertex){.wi = walk->wi,
                                                      .throughput = walk->throughput,
                                                      .first = walk->first,
-                                                     .index = (uint16_t)walk->vertex,
-                                                     .capable = capable};
-    return !capable || !ca_bidirectional_merges(walk->b) || store_photon(walk);
+                                                     .index = walk->vertex & 0x1fff,
+                                                     .capable = capable,
+                                                     .path = walk->path & (CA_CHUNK_PATHS - 1),
+                                                     .point = ca_surface_point_of(&walk->surface)};
+    if (!capable || !ca_bidirectional_merges(walk->b)) return;
+    walk->block->photons++;
+    walk->worker->counters.photons++;
 }
 
 /* ---- Splats ---------------------------------------------------------------------------------------------------- */
@@ -204,27 +193,25 @@ static uint32_t trace(light_walk *walk)
     while (walk->vertex + 1 < CA_PATH_MAX_VERTICES && walk->vertex + 1 < b->max_depth) {
         if (!advance(walk)) break;
         const bool capable = (walk->bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
-        if (!store_vertex(walk)) return 0;
+        store_vertex(walk);
         if (b->rules.splat && capable && !splat(walk)) return 0;
         if (!scatter(walk)) break;
     }
     return walk->vertex + 1;
 }
 
-void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number,
+void ca_light_walk(const ca_bidirectional *b, ca_light_store *store, uint32_t path, uint64_t number,
                    ca_light_block *block, ca_worker *worker)
 {
-    ca_light_path *record = &chunk->store.paths[path];
+    ca_light_path *record = &store->paths[path];
     *record = (ca_light_path){0};
     light_walk walk = {.b = b, .worker = worker, .block = block, .path = path};
-    if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices))
-        return;
+    if (!ca_light_store_path_begin(store, worker->index, &walk.first, &walk.densities, &walk.vertices)) return;
     walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
     worker->counters.light_paths++;
     const uint32_t count = trace(&walk);
-    if (count == 0) ca_light_store_fail(&chunk->store);
-    walk.vertices[0].first = path;
+    if (count == 0) ca_light_store_fail(store);
     record->first = walk.first;
     record->count = count > 1 ? count : 0;
-    ca_light_store_path_end(&chunk->store, worker->index, record->count);
+    ca_light_store_path_end(store, worker->index, record->count);
 }

@@ -71,13 +71,11 @@ void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float wei
 
 void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
 {
-    const uint32_t chunk = (uint32_t)(walk->paired_chunk - walk->b->chunks);
-    ca_pair_sums_connect(walk->scratch->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + walk->paired,
-                         luminance_of(walk, unweighted, weight));
+    ca_pair_sums_connect(walk->scratch->pairs, walk->paired, luminance_of(walk, unweighted, weight));
 }
 
 /* The image gets the mean over all light paths: what the pair contributes is N_F times that. */
-void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, ca_rgb unweighted,
                         float weight)
 {
     const ca_bidirectional *b = walk->b;
