@@ -185,7 +185,7 @@ static void test_known_dirac_events(void **state)
     (void)state;
     const ca_rgb white = {1.0f, 1.0f, 1.0f};
     const ca_bxdf glass = {.kind = CA_BXDF_DIELECTRIC, .as.dielectric = {1.5f, white, white}};
-    const ca_bxdf sheet = {.kind = CA_BXDF_THIN_DIELECTRIC, .as.dielectric = {1.5f, white, white}};
+    const ca_bxdf sheet = {.kind = CA_BXDF_THIN_DIELECTRIC, .as.thin_dielectric = {1.5f, white, white}};
     const ca_vec3 down = {0.0f, 0.0f, 1.0f}, up = {0.0f, 0.0f, -1.0f}, slanted = {0.6f, 0.0f, 0.8f};
     const ca_vec2 u = {0.5f, 0.5f};
     ca_bxdf_sample s;

@@ -290,10 +290,10 @@ static void test_area_closed_forms(void **state)
 
     /* A disk on its axis: pi L r^2 / (r^2 + d^2), and nothing behind it. */
     ca_shape disk = fixture.shapes[LIGHT_DISK];
-    disk.map = (ca_affine){.to = {{1.5f, 0, 0, 0}, {0, 1.5f, 0, 0}, {0, 0, 1.5f, 0}}};
+    disk.as.disk.map = (ca_affine){.to = {{1.5f, 0, 0, 0}, {0, 1.5f, 0, 0}, {0, 0, 1.5f, 0}}};
     disk.area = CA_PI * 2.25f;
     ca_light light = fixture.lights[LIGHT_DISK];
-    light.shape = &disk;
+    light.as.area.shape = &disk;
     const ca_vec3 ahead = {0.0f, 0.0f, 2.0f}, behind = {0.0f, 0.0f, -2.0f}, towards = {0.0f, 0.0f, -1.0f};
     assert_near(irradiance(&light, ahead, towards), CA_PI_D * radiance * 2.25 / 6.25, 1e-4);
     assert_true(irradiance(&light, behind, up) == 0.0);
@@ -333,8 +333,8 @@ static void test_narrow_spot(void **state)
 {
     (void)state;
     ca_light spot = fixture.lights[LIGHT_SPOT];
-    spot.cutoff = 1e-3f;
-    spot.beam = 0.5e-3f;
+    spot.as.spot.cutoff = 1e-3f;
+    spot.as.spot.beam = 0.5e-3f;
     assert_int_equal(ca_light_prepare(&spot, (ca_vec3){0}, 1.0f, NULL), CA_OK);
     assert_near((double)spot.power, CA_PI_D * 1e-6 * (7.0 / 12.0) * (0.2126 * 5 + 0.7152 * 4 + 0.0722 * 3), 1e-4);
     const ca_vec3 reference = {0.3f + 0.75e-3f, 4.0f, 0.1f};
@@ -368,7 +368,7 @@ static void test_envmap_orientation(void **state)
 {
     (void)state;
     ca_light light = fixture.lights[LIGHT_ENVMAP];
-    light.radiance = (ca_rgb){1.0f, 1.0f, 1.0f};
+    light.as.envmap.scale = (ca_rgb){1.0f, 1.0f, 1.0f};
     const ca_image *image = &fixture.environment;                                          /* 16 x 9 */
     const ca_vec3 s = {0.6f, 0.0f, -0.8f}, t = {0.0f, 1.0f, 0.0f}, n = {0.8f, 0.0f, 0.6f}; /* the light's axes */
     /* Columns 3 and 4 meet at phi = pi/2, the light's +x; columns 7 and 8 at +z; row 0 is +y, row 4 the equator. */

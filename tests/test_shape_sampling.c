@@ -176,12 +176,14 @@ static ca_shape plain_sphere(ca_vec3 center, float radius)
 {
     return (ca_shape){.kind = CA_SHAPE_SPHERE,
                       .area = 4.0f * CA_PI * radius * radius,
-                      .map = {.to = {{radius, 0, 0, center.x}, {0, radius, 0, center.y}, {0, 0, radius, center.z}},
+                      .as.sphere.map = {.to = {{radius, 0, 0, center.x},
+                                               {0, radius, 0, center.y},
+                                               {0, 0, radius, center.z}},
                               .from = {{1 / radius, 0, 0, -center.x / radius},
                                        {0, 1 / radius, 0, -center.y / radius},
                                        {0, 0, 1 / radius, -center.z / radius}}},
-                      .center = center,
-                      .radius = radius};
+                      .as.sphere.center = center,
+                      .as.sphere.radius = radius};
 }
 
 /* Seen under a tiny angle, sin^2 of the incidence is uniform in [0, 1], and the density is that of its disk. */

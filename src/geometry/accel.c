@@ -84,7 +84,7 @@ static void quadric_occluded(const struct RTCOccludedFunctionNArguments *argumen
 static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
 {
     if (shape->kind == CA_SHAPE_MESH) {
-        const ca_mesh *mesh = shape->mesh;
+        const ca_mesh *mesh = shape->as.mesh.mesh;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh->positions, 0,
                                    3 * sizeof(float), mesh->vertex_count);

@@ -14,24 +14,41 @@
 
 #define CA_NONE UINT32_MAX
 
-typedef enum ca_shape_kind { CA_SHAPE_MESH, CA_SHAPE_SPHERE, CA_SHAPE_DISK, CA_SHAPE_CYLINDER } ca_shape_kind;
+typedef enum ca_shape_kind {
+    CA_SHAPE_MESH,
+    CA_SHAPE_SPHERE,
+    CA_SHAPE_DISK,
+    CA_SHAPE_CYLINDER,
+    CA_SHAPE_KIND_COUNT
+} ca_shape_kind;
 
 typedef struct ca_shape {
     ca_shape_kind kind;
-    bool flip_normals;      /* quadrics only; a mesh is flipped when it is compiled */
-    bool needs_tangents;    /* its material uses dpdu, dpdv */
-    uint32_t material;      /* index in the scene's materials */
-    uint32_t light;         /* index in the scene's lights, or CA_NONE */
-    float area;             /* m^2 */
-    const ca_mesh *mesh;    /* CA_SHAPE_MESH; borrowed */
-    float extent;           /* mesh: largest absolute value of a coordinate */
-    ca_distribution_1d triangles; /* by area; only for meshes that emit */
-    /* Quadrics: the unit sphere; the unit disk in z = 0; the cylinder of radius 1 around z from z = 0 to 1. `map` may
-     * only scale uniformly for spheres, and rigidly with one radius and one length for cylinders. */
-    ca_affine map;
-    ca_vec3 center; /* sphere */
-    float radius;   /* sphere, cylinder */
-    float length;   /* cylinder */
+    bool flip_normals;   /* quadrics only; a mesh is flipped when it is compiled */
+    bool needs_tangents; /* its material uses dpdu, dpdv */
+    uint32_t material;   /* index in the scene's materials */
+    uint32_t light;      /* index in the scene's lights, or CA_NONE */
+    float area;          /* m^2 */
+    union {              /* the member of the kind's name */
+        struct {
+            const ca_mesh *mesh;          /* borrowed */
+            float extent;                 /* largest absolute value of a coordinate */
+            ca_distribution_1d triangles; /* by area; only for meshes that emit */
+        } mesh;
+        struct {
+            ca_affine map; /* from the unit sphere; scales uniformly */
+            ca_vec3 center;
+            float radius;
+        } sphere;
+        struct {
+            ca_affine map; /* from the unit disk in z = 0 */
+        } disk;
+        struct {
+            ca_affine map; /* from the cylinder of radius 1 around z from z = 0 to 1; one radius, one length */
+            float radius;
+            float length;
+        } cylinder;
+    } as;
 } ca_shape;
 
 /* A point of a surface, with what is needed to leave it and to shade it. World space. */

@@ -52,10 +52,10 @@ static bool emit(light_walk *walk)
 static float next_event_ratio_of_start(const light_walk *walk, float distance)
 {
     const ca_light *light = walk->light;
-    if (light->kind != CA_LIGHT_AREA || light->shape->kind != CA_SHAPE_SPHERE) return 1.0f;
+    if (light->kind != CA_LIGHT_AREA || light->as.area.shape->kind != CA_SHAPE_SPHERE) return 1.0f;
     const ca_surface_point *start = &walk->vertices[0].point;
     const ca_pdf_solid_angle pdf =
-        ca_shape_pdf_direct(light->shape, walk->surface.position, start->position, start->ng);
+        ca_shape_pdf_direct(light->as.area.shape, walk->surface.position, start->position, start->ng);
     return ca_next_event_ratio(light, pdf, ca_abs_dot(start->ng, walk->direction), ca_sqr(distance));
 }
 

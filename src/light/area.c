@@ -5,13 +5,14 @@
 
 static ca_rgb radiance_at(const ca_light *light, const ca_surface *surface)
 {
-    return light->texture == CA_NONE ? light->radiance : ca_texture_eval(light->textures, light->texture, surface);
+    if (light->as.area.radiance == CA_NONE) return ca_rgb_grey(1.0f);
+    return ca_texture_eval(light->textures, light->as.area.radiance, surface);
 }
 
 static float luminance_at(const ca_light *light, ca_vec2 u)
 {
     ca_surface surface;
-    ca_shape_sample_area(light->shape, u, &surface);
+    ca_shape_sample_area(light->as.area.shape, u, &surface);
     return ca_light_weight(radiance_at(light, &surface));
 }
 
@@ -19,20 +20,21 @@ static float luminance_at(const ca_light *light, ca_vec2 u)
  * shine must be chosen sometimes: it counts as at least a hundredth of its brightest. */
 void ca_light_area_prepare(ca_light *light)
 {
-    float mean = ca_light_weight(light->radiance);
-    if (light->texture != CA_NONE) {
-        const bool constant = light->textures[light->texture].kind == CA_TEXTURE_CONSTANT;
+    const ca_texture_id texture = light->as.area.radiance;
+    float mean = 1.0f;
+    if (texture != CA_NONE) {
+        const bool constant = light->textures[texture].kind == CA_TEXTURE_CONSTANT;
         mean = (float)ca_light_square_mean(light, luminance_at, constant ? 1 : 64);
-        if (!constant) mean = fmaxf(mean, 0.01f * ca_texture_max(light->textures, light->texture));
+        if (!constant) mean = fmaxf(mean, 0.01f * ca_texture_max(light->textures, texture));
     }
-    light->power = CA_PI * light->shape->area * mean;
+    light->power = CA_PI * light->as.area.shape->area * mean;
 }
 
 /* Spheres are sampled by the cone in which they are seen; all other shapes by area, where one root and one division
  * give distance, direction and density together. */
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
-    const ca_shape *shape = light->shape;
+    const ca_shape *shape = light->as.area.shape;
     ca_surface surface;
     ca_pdf_solid_angle pdf_cone = {0.0f};
     if (shape->kind == CA_SHAPE_SPHERE)
@@ -62,7 +64,7 @@ bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u
                             ca_light_emission *emission)
 {
     ca_surface surface;
-    const ca_pdf_area pdf_position = ca_shape_sample_area(light->shape, u_position, &surface);
+    const ca_pdf_area pdf_position = ca_shape_sample_area(light->as.area.shape, u_position, &surface);
     const ca_vec3 local = ca_warp_cosine_hemisphere(u_direction);
     const ca_frame frame = ca_frame_from_normal(surface.ng);
     *emission = (ca_light_emission){.origin = surface.position,
@@ -78,11 +80,12 @@ bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u
 
 ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction)
 {
+    const ca_shape *shape = light->as.area.shape;
     const float cos_light = ca_dot(surface->ng, direction);
     if (!(cos_light > 0.0f)) return (ca_light_hit){0};
     return (ca_light_hit){.radiance = radiance_at(light, surface),
-                          .pdf_direct = ca_shape_pdf_direct(light->shape, reference, surface->position, surface->ng),
-                          .pdf_position = {1.0f / light->shape->area},
+                          .pdf_direct = ca_shape_pdf_direct(shape, reference, surface->position, surface->ng),
+                          .pdf_position = {1.0f / shape->area},
                           .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light)};
 }
 

@@ -43,7 +43,7 @@ ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction);
 
 /* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the
  * light. */
-bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
+bool ca_light_direct_from_point(ca_vec3 position, ca_vec3 reference, ca_light_direct *direct);
 
 /* Lights at infinity: rays that travel along `direction` start on a disk that covers the scene's bounding sphere, in
  * front of it. */
@@ -52,20 +52,20 @@ ca_pdf_area ca_light_disk_pdf(const ca_light *light);
 /* A point towards the light, out of the scene. */
 ca_vec3 ca_light_far_point(const ca_light *light, ca_vec3 reference, ca_vec3 to_light);
 
-/* The light's texture at coordinates that belong to no surface; white where it has none. */
-ca_rgb ca_light_texture_at(const ca_light *light, ca_vec2 uv);
+/* A texture that a light throws, at coordinates that belong to no surface; white where there is none. */
+ca_rgb ca_light_texture_at(const ca_light *light, ca_texture_id texture, ca_vec2 uv);
 
 /* Mean of a function over the unit square, from the centres of side x side cells. */
 double ca_light_square_mean(const ca_light *light, float (*value)(const ca_light *light, ca_vec2 u), uint32_t side);
 
-static inline ca_vec3 ca_light_to_local(const ca_light *light, ca_vec3 direction)
+static inline ca_vec3 ca_light_to_local(const ca_affine *map, ca_vec3 direction)
 {
-    return ca_normalize(ca_map_vector(light->map.from, direction));
+    return ca_normalize(ca_map_vector(map->from, direction));
 }
 
-static inline ca_vec3 ca_light_to_world(const ca_light *light, ca_vec3 direction_local)
+static inline ca_vec3 ca_light_to_world(const ca_affine *map, ca_vec3 direction_local)
 {
-    return ca_normalize(ca_map_vector(light->map.to, direction_local));
+    return ca_normalize(ca_map_vector(map->to, direction_local));
 }
 
 /* Luminance in which negative components (which some measured pictures have) count as much as positive ones: a weight

@@ -57,8 +57,8 @@ static inline float ca_light_disk_distance(const ca_light *light, ca_vec3 direct
 static inline float ca_next_event_ratio(const ca_light *light, ca_pdf_solid_angle pdf_direct, float cos_light,
                                         float distance2)
 {
-    if (light->kind != CA_LIGHT_AREA || light->shape->kind != CA_SHAPE_SPHERE) return 1.0f;
-    return ca_pdf_to_area(pdf_direct, cos_light, distance2).v * light->shape->area;
+    if (light->kind != CA_LIGHT_AREA || light->as.area.shape->kind != CA_SHAPE_SPHERE) return 1.0f;
+    return ca_pdf_to_area(pdf_direct, cos_light, distance2).v * light->as.area.shape->area;
 }
 
 /* Fills `vertex`, where the flight meets a surface; `previous` is the vertex it left. Until it scatters the vertex
