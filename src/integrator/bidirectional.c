@@ -173,6 +173,9 @@ static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
     for (uint32_t i = 0; i < b->input.workers; i++) {
         b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident + 1, sizeof(ca_rgb));
         if (!b->scratch[i].chunk_light) return ca_fail_memory(error, "the integrator");
+        if (!b->input.observer) continue;
+        b->scratch[i].points = ca_alloc(CA_PATH_MAX_VERTICES, sizeof *b->scratch[i].points);
+        if (!b->scratch[i].points) return ca_fail_memory(error, "the integrator");
     }
     return CA_OK;
 }
@@ -225,6 +228,7 @@ void ca_bidirectional_destroy(void *state)
     }
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) {
         ca_free(b->scratch[i].chunk_light);
+        ca_free(b->scratch[i].points);
         ca_pair_sums_destroy(b->scratch[i].pairs);
     }
     ca_photon_grid_destroy(b->pilot);

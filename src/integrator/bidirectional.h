@@ -48,6 +48,7 @@ typedef struct ca_bidirectional_scratch {
     uint32_t light_ready;                      /* ... made up to this vertex */
     ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
     bool pairing;        /* between begin_pixel and end_pixel */
+    ca_surface_point *points; /* owned: of the camera path, for the observer; NULL where there is none */
     ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot
                             says */
 } ca_bidirectional_scratch;
@@ -115,6 +116,14 @@ static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
 }
 
+/* The weight of a full path; its points for the observer as in path_observer.h. */
+static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_technique technique,
+                                            const ca_mis_path *path, const ca_surface_point *camera,
+                                            const ca_light_vertex *light)
+{
+    return ca_observed_weight(b->input.observer, &b->rules, technique, path, camera, light);
+}
+
 /* ---- The walks and joins --------------------------------------------------------------------------------------- */
 
 /* Traces light path `path` of a chunk, the `number`-th of the whole render. */
@@ -173,9 +182,8 @@ void ca_join_connect(ca_camera_walk *walk);
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
 void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first);
 
-/* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for
- * it. */
-float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
+/* The weight of a merge of the last vertex with a photon, whose path is in `store`; `value` of the BSDF for it. */
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_merge_photon *photon,
                            const ca_bsdf_value *value);
 
 /* Traces light paths [number, number + count) of the whole render into a chunk, and splats and sorts them as the

@@ -16,7 +16,8 @@
 #include "math/rgb.h"
 #include "path/path_vertex.h"
 
-/* A vertex of a light path but for its densities; v[0] has only its point, and the number of its path. */
+/* A vertex of a light path but for its densities; v[0] has only its point, whose shape is the light's number in the
+ * scene, and the number of its path. */
 typedef struct ca_light_vertex {
     ca_surface_point point;
     ca_vec3 wi;        /* unit, towards the previous vertex */
