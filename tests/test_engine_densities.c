@@ -1,0 +1,381 @@
+/* What the engine hands to the weight function is the truth: for paths that it traced, each record is held against
+ * densities that are recomputed in double precision from the path's points alone (support/traced_path.h), and the
+ * weight against the one that all techniques' densities give (support/mis_oracle.h), so that over the techniques of
+ * a path weights sum to one. */
+#include "integrator/bidirectional.h"
+#include "render/render.h"
+#include "render/workers.h"
+#include "support/agreement_scenes.h"
+#include "support/mis_oracle.h"
+#include "support/scene_text.h"
+#include "support/traced_path.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define TOLERANCE 1e-4
+/* Of all paths at most so many may be farther off than that, by what rounding may have done to their points. */
+#define ILL_CONDITIONED 0.001
+
+enum { LIGHT_PATHS = 150, CAMERA_PATHS = 3, WIDTH = 10, HEIGHT = 8, FREELY = 40 };
+
+/* ---- What is compared ------------------------------------------------------------------------------------------ */
+
+typedef struct tally {
+    uint64_t seen, checked, ill;
+    double largest;
+} tally;
+
+static tally tallies[CA_TECHNIQUE_COUNT];
+
+typedef struct check {
+    const char *scene_name, *integrator;
+    const ca_scene *scene;
+    const ca_render_plan *plan;
+    const ca_bidirectional *engine;
+    double radius;
+    uint64_t seen[CA_TECHNIQUE_COUNT];
+    uint32_t failures;
+} check;
+
+/* The numbers of a path that are compared: the count * density of every technique as a share of all together, and the
+ * weight of the one that found it. */
+typedef struct technique_values {
+    double splits[CA_FULL_PATH_MAX + 1], merges[CA_FULL_PATH_MAX], weight;
+} technique_values;
+
+static void make_shares(uint32_t n, technique_values *v)
+{
+    double sum = 0.0;
+    for (uint32_t k = 0; k <= n; k++) sum += v->splits[k];
+    for (uint32_t m = 0; m < n; m++) sum += v->merges[m];
+    if (sum == 0.0) return;
+    for (uint32_t k = 0; k <= n; k++) v->splits[k] /= sum;
+    for (uint32_t m = 0; m < n; m++) v->merges[m] /= sum;
+}
+
+static technique_values values_of_engine(const ca_observed_path *observed)
+{
+    technique_values v = {.weight = (double)observed->weight};
+    ca_mis_densities(observed->rules, observed->path, observed->technique, v.splits, v.merges);
+    make_shares(observed->path->camera.count + observed->path->light.count, &v);
+    return v;
+}
+
+static technique_values values_of_points(const ca_mis_rules *rules, const traced_path *path, ca_technique technique)
+{
+    technique_values v;
+    ca_full_path full;
+    traced_path_recompute(path, &full);
+    ca_oracle_techniques(rules, &full, v.splits, v.merges);
+    const double own = technique == CA_TECHNIQUE_MERGE ? v.merges[path->split - 1] : v.splits[path->split];
+    v.weight = own > 0.0 ? ca_oracle_weight(rules, path->n, v.splits, v.merges, own) : 0.0;
+    make_shares(path->n, &v);
+    return v;
+}
+
+static double deviation(double got, double expected)
+{
+    const double least = 1e-30;
+    if (got < least && expected < least) return 0.0;
+    if (!(got >= least && expected >= least && got < 1e300 && expected < 1e300)) return INFINITY;
+    return fabs(log(got / expected));
+}
+
+/* Deviations of all numbers; the largest is the result. */
+static double deviations(uint32_t n, const technique_values *got, const technique_values *expected,
+                         technique_values *each)
+{
+    double largest = 0.0;
+    for (uint32_t k = 0; k <= n; k++)
+        largest = fmax(largest, each->splits[k] = deviation(got->splits[k], expected->splits[k]));
+    for (uint32_t m = 0; m < n; m++)
+        largest = fmax(largest, each->merges[m] = deviation(got->merges[m], expected->merges[m]));
+    each->weight = fabs(got->weight - expected->weight);
+    return fmax(largest, each->weight);
+}
+
+/* ---- Conditioning ---------------------------------------------------------------------------------------------- */
+
+static void displace(traced_path *path, uint32_t i, int axis, double by)
+{
+    path->facing_camera[i] = dv_madd(path->facing_camera[i], by, dv_axis(axis));
+    path->facing_light[i] = dv_madd(path->facing_light[i], by, dv_axis(axis));
+}
+
+static void add_values(uint32_t n, const technique_values *more, technique_values *sum)
+{
+    for (uint32_t k = 0; k <= n; k++) sum->splits[k] += more->splits[k];
+    for (uint32_t m = 0; m < n; m++) sum->merges[m] += more->merges[m];
+    sum->weight += more->weight;
+}
+
+/* How far each number moves, to first order, when every point is displaced along every axis by what the engine's
+ * rounding may have displaced it. */
+static technique_values conditioning(const ca_mis_rules *rules, const traced_path *path, ca_technique technique)
+{
+    const technique_values centre = values_of_points(rules, path, technique);
+    technique_values sum = {{0.0}, {0.0}, 0.0};
+    for (uint32_t i = 0; i < path->n; i++)
+        for (int axis = 0; axis < 3; axis++) {
+            traced_path moved = *path;
+            technique_values each;
+            displace(&moved, i, axis, traced_path_uncertainty(path, i));
+            const technique_values there = values_of_points(rules, &moved, technique);
+            deviations(path->n, &there, &centre, &each);
+            add_values(path->n, &each, &sum);
+        }
+    return sum;
+}
+
+static bool within(uint32_t n, const technique_values *each, const technique_values *bound)
+{
+    for (uint32_t k = 0; k <= n; k++)
+        if (!(each->splits[k] <= TOLERANCE + bound->splits[k])) return false;
+    for (uint32_t m = 0; m < n; m++)
+        if (!(each->merges[m] <= TOLERANCE + bound->merges[m])) return false;
+    return each->weight <= TOLERANCE + bound->weight;
+}
+
+/* ---- One path -------------------------------------------------------------------------------------------------- */
+
+static void complain(check *c, const ca_observed_path *observed, const traced_path *path, const char *what)
+{
+    if (c->failures++ > 3) return;
+    print_error("%s, %s, %s with s = %u, n = %u: %s\n", c->scene_name, c->integrator,
+                ca_technique_name(observed->technique), path->split, path->n, what);
+}
+
+static void show_values(uint32_t n, const technique_values *got, const technique_values *expected,
+                        const technique_values *bound)
+{
+    for (uint32_t k = 0; k <= n; k++)
+        if (deviation(got->splits[k], expected->splits[k]) > TOLERANCE)
+            print_error("    split %u: %.9g, from the points %.9g +- %.2g\n", k, got->splits[k], expected->splits[k],
+                        expected->splits[k] * bound->splits[k]);
+    for (uint32_t m = 0; m < n; m++)
+        if (deviation(got->merges[m], expected->merges[m]) > TOLERANCE)
+            print_error("    merge %u: %.9g, from the points %.9g +- %.2g\n", m, got->merges[m], expected->merges[m],
+                        expected->merges[m] * bound->merges[m]);
+    print_error("    weight %.9g, from the points %.9g +- %.2g\n", got->weight, expected->weight, bound->weight);
+}
+
+/* Kinds of events as the record has them. */
+static bool kinds_agree(const ca_observed_path *observed, const traced_path *path)
+{
+    const ca_mis_path *record = observed->path;
+    const uint32_t s = record->camera.count, t = record->light.count, n = s + t;
+    const uint32_t known = observed->technique == CA_TECHNIQUE_MERGE ? t : t > 0 ? t - 1 : 0;
+    for (uint32_t i = 1; i + 1 < s; i++)
+        if (record->camera.vertices[i].connectable == path->dirac[i]) return false;
+    for (uint32_t i = 1; i < known; i++)
+        if (record->light.vertices[i].connectable == path->dirac[n - 1 - i]) return false;
+    return true;
+}
+
+static void compare(check *c, const ca_observed_path *observed, const traced_path *path)
+{
+    tally *t = &tallies[observed->technique];
+    const technique_values got = values_of_engine(observed),
+                           expected = values_of_points(observed->rules, path, observed->technique);
+    technique_values each;
+    const double largest = deviations(path->n, &got, &expected, &each);
+    t->checked++;
+    if (largest <= TOLERANCE) return;
+    t->ill++;
+    t->largest = fmax(t->largest, largest);
+    const technique_values bound = conditioning(observed->rules, path, observed->technique);
+    if (within(path->n, &each, &bound)) return;
+    complain(c, observed, path, "the record disagrees with the points");
+    if (c->failures <= 4) show_values(path->n, &got, &expected, &bound);
+}
+
+static float photon_density(const void *engine, ca_vec3 position)
+{
+    return ca_bidirectional_density(engine, position);
+}
+
+/* After the first paths of a technique ever fewer are looked at. */
+static bool is_wanted(check *c, ca_technique technique)
+{
+    const uint64_t number = c->seen[technique]++;
+    tallies[technique].seen++;
+    return number % (1 + number / FREELY) == 0;
+}
+
+static void see(void *user, const ca_observed_path *observed)
+{
+    check *c = user;
+    if (!is_wanted(c, observed->technique)) return;
+    traced_path path;
+    const char *complaint = NULL;
+    assert_true(traced_path_read(observed, c->scene, c->plan->input.camera, photon_density, c->engine, &path));
+    if (!traced_path_find_events(&path, observed->technique, &complaint))
+        complain(c, observed, &path, complaint);
+    else if (!kinds_agree(observed, &path))
+        complain(c, observed, &path, "an event is of another kind");
+    else
+        compare(c, observed, &path);
+}
+
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
+
+static const char *const integrators[] = {
+    "light",
+    "bdpt",
+    "bdpt:heuristic=power,rr_depth=2",
+    "bdpt:strategies=no-splat",
+    "ppm",
+    "bdpm",
+    "bdpm:camera_diffuse_depth=3,heuristic=power",
+    "bdpm:camera_diffuse_depth=2,merges=last",
+    "vcm",
+    "vcm:heuristic=power,rr_depth=2",
+    "vcm-plus",
+    "vcm-star",
+    "ovcm",
+    "ovcm:footprint=projected,heuristic=power,c=1,epsilon=0.1",
+    "cavcm",
+};
+enum { INTEGRATORS = sizeof integrators / sizeof integrators[0] };
+
+/* The counts, which the points do not tell. */
+static void check_counts(const check *c)
+{
+    const ca_mis_rules *rules = &c->engine->rules;
+    const double area = rules->merge == CA_MERGE_NONE ? (double)rules->merge_area : CA_PI_D * c->radius * c->radius;
+    assert_true(deviation((double)rules->splat_count, (double)LIGHT_PATHS / CAMERA_PATHS) < 1e-6);
+    assert_true(deviation((double)rules->reuse.light_paths, LIGHT_PATHS) < 1e-6);
+    assert_true(deviation((double)rules->merge_area, area) < 1e-5);
+    assert_true(deviation((double)rules->reuse.merge_area, area) < 1e-5);
+}
+
+/* One pass. */
+static void trace_pass(check *c, const ca_render_plan *plan)
+{
+    void *state = NULL;
+    ca_workers workers;
+    ca_error error;
+    assert_int_equal(plan->type->create(&plan->input, &state, &error), CA_OK);
+    assert_int_equal(ca_workers_create(&workers, 1, &error), CA_OK);
+    c->engine = state;
+    assert_int_equal(plan->type->begin_round(state, 0, 0, &workers.parallel, workers.list, &error), CA_OK);
+    check_counts(c);
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        for (uint32_t x = 0; x < WIDTH; x++)
+            for (uint32_t i = 0; i < CAMERA_PATHS; i++) {
+                ca_film_sample sample = {0};
+                plan->type->camera_path(state, x, y, i, 0, &sample, &workers.list[0]);
+            }
+    plan->type->destroy(state);
+    ca_workers_destroy(&workers);
+}
+
+static uint32_t check_integrator(const ca_scene *scene, const char *name, const char *integrator)
+{
+    check c = {.scene_name = name, .integrator = integrator, .scene = scene, .radius = 0.01 * (double)scene->radius};
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    char text[256];
+    snprintf(text, sizeof text, "%s%clight_paths=%d,camera_paths=%d", integrator, strchr(integrator, ':') ? ',' : ':',
+             LIGHT_PATHS, CAMERA_PATHS);
+    settings.integrator = text;
+    settings.samples_per_pixel = CAMERA_PATHS;
+    settings.width = WIDTH;
+    settings.height = HEIGHT;
+    settings.max_depth = 8;
+    settings.has_max_depth = true;
+    settings.sampler = "independent";
+    settings.threads = 1;
+    ca_render_plan plan;
+    ca_error error;
+    if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s: %s", name, error.message);
+    if (ca_integrator_value(plan.type, &plan.input, "radius", -1.0) >= 0.0) {
+        const ca_parameter radius = {.name = "radius", .kind = CA_PARAMETER_NUMBER, .number = c.radius};
+        assert_int_equal(ca_integrator_set(plan.type, &radius, &plan.input, &error), CA_OK);
+    }
+    const ca_path_observer observer = {see, &c};
+    plan.input.observer = &observer;
+    c.plan = &plan;
+    trace_pass(&c, &plan);
+    return c.failures;
+}
+
+static uint32_t check_scene(const ca_scene *scene, const char *name)
+{
+    uint32_t failures = 0;
+    for (int i = 0; i < INTEGRATORS; i++) failures += check_integrator(scene, name, integrators[i]);
+    return failures;
+}
+
+static void test_agreement_scenes(void **state)
+{
+    (void)state;
+    uint32_t failures = 0;
+    for (size_t i = 0; i < agreement_scene_count(); i++) {
+        ca_scene *scene = agreement_scene_load(agreement_scene_at(i));
+        failures += check_scene(scene, agreement_scene_at(i)->name);
+        ca_scene_release(scene);
+    }
+    assert_int_equal(failures, 0);
+}
+
+static const char *const bundled[] = {
+    "small-light-far/small-light-far", "perceptual-study/visible-mixed", "perceptual-study/occluded-diffuse",
+    "paper-003/two-small-lights",      "paper-003/large-light",          "cornell-box/cornell-box",
+    "paper-000/few-merges",            "paper-000/blurred-tiles",        "paper-000/water-caustic",
+    "paper-000/behind-glass",          "paper-000/cornell-point",        "furnace/furnace",
+    "textured/textured",               "long-diffuse/long-diffuse",      "caustics/caustics",
+    "mis/mis",                         "rough-glass/rough-glass",        "depth-of-field/depth-of-field",
+    "glass-slab/glass-slab",           "paper-004/mirror-room",          "paper-004/interleaved",
+    "paper-004/pointwise",             "paper-004/camera-is-light",      "speed/cornell-spheres",
+};
+
+static void test_bundled_scenes(void **state)
+{
+    (void)state;
+    uint32_t failures = 0;
+    for (size_t i = 0; i < sizeof bundled / sizeof bundled[0]; i++) {
+        char path[512];
+        ca_scene *scene;
+        ca_error error;
+        snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, bundled[i]);
+        if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
+        failures += check_scene(scene, bundled[i]);
+        ca_scene_release(scene);
+    }
+    assert_int_equal(failures, 0);
+}
+
+static void test_nearly_all_are_well_conditioned(void **state)
+{
+    (void)state;
+    uint64_t checked = 0, ill = 0;
+    for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) {
+        print_message("%-10s %8llu of %9llu paths checked, %5llu (%.3f %%) ill conditioned, by at most %.2g\n",
+                      ca_technique_name((ca_technique)t), (unsigned long long)tallies[t].checked,
+                      (unsigned long long)tallies[t].seen, (unsigned long long)tallies[t].ill,
+                      100.0 * (double)tallies[t].ill / (double)tallies[t].checked, tallies[t].largest);
+        assert_true(tallies[t].checked > 2000);
+        checked += tallies[t].checked;
+        ill += tallies[t].ill;
+    }
+    assert_true((double)ill <= ILL_CONDITIONED * (double)checked);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_agreement_scenes),
+        cmocka_unit_test(test_bundled_scenes),
+        cmocka_unit_test(test_nearly_all_are_well_conditioned),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
