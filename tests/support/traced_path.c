@@ -1,5 +1,7 @@
 #include "support/traced_path.h"
 
+#include "support/specular_chain.h"
+
 static const double pi = 3.14159265358979323846;
 
 /* A direction this near to a Dirac event's is that event. */
@@ -160,8 +162,9 @@ bool traced_path_find_events(traced_path *path, ca_technique technique, const ch
     return true;
 }
 
-/* Refraction stretches solid angles: n^2 cos d(omega) stays (etendue). */
-double traced_path_jacobian(const traced_path *path, uint32_t i)
+/* d(omega towards the light) / d(omega towards the camera) of the Dirac event at x[i]: n^2 cos d(omega) stays
+ * (etendue). */
+static double jacobian_of_event(const traced_path *path, uint32_t i)
 {
     const double_vec from = to_camera(path, i), to = to_light(path, i);
     const dirac_event event = find_event(path, i, from, to);
@@ -301,7 +304,7 @@ static void recompute_densities(const traced_path *path, ca_full_path *full)
     for (uint32_t i = 1; i + 1 < path->n; i++) {
         const bool parallel = i + 2 == path->n && full->light_infinite;
         const double pdf = parallel ? 1.0 : (double)full->pdf_to_camera[i + 1];
-        const double jacobian = path->dirac[i + 1] ? traced_path_jacobian(path, i + 1) : 1.0;
+        const double jacobian = path->dirac[i + 1] ? jacobian_of_event(path, i + 1) : 1.0;
         full->pdf_light[i] = (float)(pdf * jacobian * thinning_to_camera(path, full, i));
     }
 }
@@ -315,6 +318,69 @@ static void recompute_distances(const traced_path *path, ca_full_path *full)
     full->distance[i] = (float)((double)path->light->scene_radius - dv_dot(offset, to_light(path, i)));
 }
 
+/* ---- Dirac events as one map ----------------------------------------------------------------------------------- */
+
+/* A sphere, or the plane of a triangle. */
+static chain_surface surface_at(const traced_path *path, uint32_t i)
+{
+    const double_vec met = path->facing_camera[i];
+    chain_surface surface = {.place = met, .normal = dv_unit(path->ng[i]), .met = met};
+    const bool light = i + 1 == path->n;
+    if (light && path->light->kind != CA_LIGHT_AREA) return surface; /* a point: never met */
+    const ca_shape *shape = light ? path->light->shape : &path->scene->shapes[path->points[i].shape];
+    if (shape->kind != CA_SHAPE_SPHERE) return surface;
+    surface.sphere = true;
+    surface.place = dv_from(shape->center);
+    surface.radius = (double)shape->radius;
+    return surface;
+}
+
+/* Of the walk that comes to x[i] from `from` and goes on to `to`. */
+static chain_surface event_at(const traced_path *path, uint32_t i, double_vec from, double_vec to)
+{
+    chain_surface surface = surface_at(path, i);
+    const dirac_event event = find_event(path, i, from, to);
+    surface.reflects = dv_dot(event.normal, from) * dv_dot(event.normal, to) > 0.0;
+    surface.eta = event.eta;
+    return surface;
+}
+
+static double area_per_solid_angle(const traced_path *path, uint32_t first, uint32_t last)
+{
+    chain_surface chain[CA_FULL_PATH_MAX];
+    uint32_t count = 0;
+    const bool onward = last > first;
+    for (uint32_t i = onward ? first + 1 : first - 1; i != last; i += onward ? 1 : UINT32_MAX) {
+        const double_vec to_eye = to_camera(path, i), on = to_light(path, i);
+        chain[count++] = event_at(path, i, onward ? to_eye : on, onward ? on : to_eye);
+    }
+    chain[count++] = surface_at(path, last);
+    return chain_area_per_solid_angle(chain, count, onward ? path->facing_light[first] : path->facing_camera[first],
+                                      onward ? to_light(path, first) : to_camera(path, first));
+}
+
+/* Walks jump from x[a] to x[b] and back, through Dirac events alone, which have their probabilities. */
+static void recompute_chain(const traced_path *path, uint32_t a, uint32_t b, ca_full_path *full)
+{
+    for (uint32_t i = a + 1; i < b; i++) {
+        full->pdf_camera[i] = full->pdf_to_light[i];
+        full->pdf_light[i] = full->pdf_to_camera[i];
+    }
+    if (full->pdf_camera[b] > 0.0f)
+        full->pdf_camera[b] = (float)((double)full->pdf_to_light[a] / area_per_solid_angle(path, a, b));
+    if (a > 0) full->pdf_light[a] = (float)((double)full->pdf_to_camera[b] / area_per_solid_angle(path, b, a));
+}
+
+static void recompute_chains(const traced_path *path, ca_full_path *full)
+{
+    for (uint32_t a = 0; a + 2 < path->n; a++) {
+        uint32_t b = a + 1;
+        while (path->dirac[b]) b++;
+        if (b > a + 1) recompute_chain(path, a, b, full);
+        a = b - 1;
+    }
+}
+
 void traced_path_recompute(const traced_path *path, ca_full_path *full)
 {
     *full = (ca_full_path){.n = path->n};
@@ -323,4 +389,5 @@ void traced_path_recompute(const traced_path *path, ca_full_path *full)
     recompute_events(path, full);
     recompute_densities(path, full);
     recompute_distances(path, full);
+    if (path->by_differences) recompute_chains(path, full);
 }

@@ -24,6 +24,10 @@ typedef struct traced_path {
     double_vec ng[CA_FULL_PATH_MAX]; /* where densities per area count: of the photon where merged */
     double photon_density[CA_FULL_PATH_MAX];
     bool dirac[CA_FULL_PATH_MAX];
+    /* How Dirac events stretch densities: from finite differences of the whole map from smooth vertex to smooth
+     * vertex, instead of event by event. For spheres and flat surfaces, perspective cameras and lights that are not
+     * at infinity. */
+    bool by_differences;
 } traced_path;
 
 /* Reads the points. false: more vertices than there is room for. `density` gives photons per m^2; NULL: 0. */
@@ -39,9 +43,5 @@ void traced_path_recompute(const traced_path *path, ca_full_path *full);
 
 /* A bound on how far the engine's arithmetic may have displaced vertex i, m. */
 double traced_path_uncertainty(const traced_path *path, uint32_t i);
-
-/* Turns a density of x[b] on the light's side of Dirac events ... : d(omega towards the light) / d(omega towards the
- * camera) of the event at x[i]. */
-double traced_path_jacobian(const traced_path *path, uint32_t i);
 
 #endif
