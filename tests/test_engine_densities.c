@@ -34,12 +34,13 @@ typedef struct tally {
 } tally;
 
 static tally tallies[CA_TECHNIQUE_COUNT];
+static uint64_t of_light[CA_LIGHT_ENVMAP + 1], of_camera[CA_CAMERA_ORTHOGRAPHIC + 1]; /* checked, of each kind */
 
 typedef struct check {
     const char *scene_name, *integrator;
     const ca_scene *scene;
     const ca_render_plan *plan;
-    const ca_bidirectional *engine;
+    const ca_bidirectional *engine; /* NULL: `path` */
     double radius;
     bool by_differences;
     uint64_t seen[CA_TECHNIQUE_COUNT];
@@ -64,7 +65,7 @@ static void make_shares(uint32_t n, technique_values *v)
 
 static technique_values values_of_engine(const ca_observed_path *observed)
 {
-    technique_values v = {.weight = (double)observed->weight};
+    technique_values v;
     ca_mis_densities(observed->rules, observed->path, observed->technique, v.splits, v.merges);
     make_shares(observed->path->camera.count + observed->path->light.count, &v);
     return v;
@@ -169,11 +170,12 @@ static void show_values(uint32_t n, const technique_values *got, const technique
     print_error("    weight %.9g, from the points %.9g +- %.2g\n", got->weight, expected->weight, bound->weight);
 }
 
-/* Kinds of events as the record has them. */
+/* Kinds of events as the record has them; `path` weighs none but smooth ones. */
 static bool kinds_agree(const ca_observed_path *observed, const traced_path *path)
 {
     const ca_mis_path *record = observed->path;
     const uint32_t s = record->camera.count, t = record->light.count, n = s + t;
+    if (!record->camera.vertices) return !path->dirac[1];
     const uint32_t known = observed->technique == CA_TECHNIQUE_MERGE ? t : t > 0 ? t - 1 : 0;
     for (uint32_t i = 1; i + 1 < s; i++)
         if (record->camera.vertices[i].connectable == path->dirac[i]) return false;
@@ -195,12 +197,15 @@ static bool tells_of_dirac(const traced_path *path, const technique_values *v)
 static void compare(check *c, const ca_observed_path *observed, const traced_path *path)
 {
     tally *t = &tallies[observed->technique];
-    const technique_values got = values_of_engine(observed),
-                           expected = values_of_points(observed->rules, path, observed->technique);
-    technique_values each;
+    const technique_values expected = values_of_points(observed->rules, path, observed->technique);
+    technique_values got = expected, each;
+    if (c->engine) got = values_of_engine(observed);
+    got.weight = (double)observed->weight;
     const double largest = deviations(path->n, &got, &expected, &each);
     t->checked++;
     t->dirac += tells_of_dirac(path, &expected);
+    of_light[path->light->kind]++;
+    of_camera[path->camera->kind]++;
     if (largest <= TOLERANCE) return;
     t->ill++;
     t->largest = fmax(t->largest, largest);
@@ -229,7 +234,8 @@ static void see(void *user, const ca_observed_path *observed)
     if (!is_wanted(c, observed->technique)) return;
     traced_path path;
     const char *complaint = NULL;
-    assert_true(traced_path_read(observed, c->scene, c->plan->input.camera, photon_density, c->engine, &path));
+    assert_true(traced_path_read(observed, c->scene, c->plan->input.camera, c->engine ? photon_density : NULL, c->engine,
+                                 &path));
     path.by_differences = c->by_differences;
     if (!traced_path_find_events(&path, observed->technique, &complaint))
         complain(c, observed, &path, complaint);
@@ -242,6 +248,8 @@ static void see(void *user, const ca_observed_path *observed)
 /* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 static const char *const integrators[] = {
+    "path",
+    "path:heuristic=balance,rr_depth=2",
     "light",
     "bdpt",
     "bdpt:heuristic=power,rr_depth=2",
@@ -271,7 +279,15 @@ static void check_counts(const check *c)
     assert_true(deviation((double)rules->reuse.merge_area, area) < 1e-5);
 }
 
-/* One pass. */
+static void prepare_pass(check *c, const ca_render_plan *plan, void *state, ca_workers *workers)
+{
+    ca_error error;
+    if (!plan->type->begin_round) return;
+    c->engine = state;
+    assert_int_equal(plan->type->begin_round(state, 0, 0, &workers->parallel, workers->list, &error), CA_OK);
+    check_counts(c);
+}
+
 static void trace_pass(check *c, const ca_render_plan *plan)
 {
     void *state = NULL;
@@ -279,9 +295,7 @@ static void trace_pass(check *c, const ca_render_plan *plan)
     ca_error error;
     assert_int_equal(plan->type->create(&plan->input, &state, &error), CA_OK);
     assert_int_equal(ca_workers_create(&workers, 1, &error), CA_OK);
-    c->engine = state;
-    assert_int_equal(plan->type->begin_round(state, 0, 0, &workers.parallel, workers.list, &error), CA_OK);
-    check_counts(c);
+    prepare_pass(c, plan, state, &workers);
     for (uint32_t y = 0; y < HEIGHT; y++)
         for (uint32_t x = 0; x < WIDTH; x++)
             for (uint32_t i = 0; i < CAMERA_PATHS; i++) {
@@ -301,10 +315,8 @@ static uint32_t check_integrator(const ca_scene *scene, const char *name, const 
                .by_differences = by_differences};
     ca_render_settings settings;
     ca_render_settings_init(&settings);
-    char text[256];
-    snprintf(text, sizeof text, "%s%clight_paths=%d,camera_paths=%d", integrator, strchr(integrator, ':') ? ',' : ':',
-             LIGHT_PATHS, CAMERA_PATHS);
-    settings.integrator = text;
+    settings.integrator = integrator;
+    if (strncmp(integrator, "path", 4) != 0) settings.light_paths = LIGHT_PATHS, settings.camera_paths = CAMERA_PATHS;
     settings.samples_per_pixel = CAMERA_PATHS;
     settings.width = WIDTH;
     settings.height = HEIGHT;
@@ -411,6 +423,27 @@ static const char glass_scene[] =
                     FLAT("<scale value='0.9'/><rotate x='1' angle='90'/><translate y='3'/>", MATT GLOW)
     "<emitter type='point'><point name='position' value='0.8,2.4,1.2'/></emitter></scene>";
 
+/* A lamp that shines to both sides, and balls in instances, seen through a lens. */
+static const char lamps_scene[] =
+    "<scene version='3.0.0'><sensor type='thinlens'><float name='fov' value='55'/>"
+    "<float name='aperture_radius' value='0.1'/><float name='focus_distance' value='4'/>" LOOK("0.3,2.2,4", "0,0.5,0")
+    "</sensor><shape type='shapegroup' id='balls'>" BALL("0,0.4,0", "0.4", GLASS) BALL("0.8,0.3,0", "0.3", MIRROR)
+    "</shape><shape type='instance'><ref id='balls'/><transform name='to_world'><scale value='1.2'/>"
+    "<rotate y='1' angle='40'/><translate x='-0.8' z='0.6'/></transform></shape>"
+    "<shape type='instance'><ref id='balls'/><transform name='to_world'><translate x='0.6' z='-0.7'/></transform></shape>"
+    FLAT("<scale value='2'/>" LEVEL, MATT) FLAT("<scale value='2'/><translate y='1' z='-1.9'/>", MATT)
+        FLAT("<scale value='0.5'/><rotate y='1' angle='60'/><translate x='-0.2' y='1.6'/>", MATT GLOW)
+            FLAT("<scale value='0.5'/><rotate y='1' angle='240'/><translate x='-0.2' y='1.6'/>", MATT GLOW)
+    "</scene>";
+
+static void test_lamps(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(lamps_scene);
+    assert_int_equal(check_scene(scene, "lamps"), 0);
+    ca_scene_release(scene);
+}
+
 static void test_rows_of_dirac_events(void **state)
 {
     (void)state;
@@ -441,6 +474,8 @@ static void test_nearly_all_are_well_conditioned(void **state)
         ill += tallies[t].ill;
     }
     assert_true((double)ill <= ILL_CONDITIONED * (double)checked);
+    for (int k = 0; k <= CA_LIGHT_ENVMAP; k++) assert_true(of_light[k] > 500);
+    for (int k = 0; k <= CA_CAMERA_ORTHOGRAPHIC; k++) assert_true(of_camera[k] > 5000);
 }
 
 int main(int argc, char **argv)
@@ -449,6 +484,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_agreement_scenes),
         cmocka_unit_test(test_bundled_scenes),
+        cmocka_unit_test(test_lamps),
         cmocka_unit_test(test_rows_of_dirac_events),
         cmocka_unit_test(test_nearly_all_are_well_conditioned),
     };

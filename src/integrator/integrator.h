@@ -58,7 +58,7 @@ typedef struct ca_integrator_input {
      * Its crop and N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that
      * connect fill it. */
     ca_pair_film *pairs;
-    const ca_path_observer *observer; /* of weights; NULL: none. Of the bidirectional engine only, not of `qmcppm` */
+    const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;

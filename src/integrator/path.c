@@ -29,6 +29,7 @@ typedef struct path_state {
     uint32_t max_depth, rr_depth;
     bool hide_emitters, power_heuristic, next_event;
     ca_technique_images *images; /* NULL: not wanted */
+    const ca_path_observer *observer; /* NULL: none */
 } path_state;
 
 /* A path that is being traced. */
@@ -44,7 +45,30 @@ typedef struct path_walk {
     uint32_t depth; /* edges so far */
     uint32_t x, y;  /* the pixel, and the weight of the sample in it: */
     float filter_weight;
+    ca_surface_point last[3]; /* where somebody observes: the last vertices */
 } path_walk;
+
+static inline void keep_point(const path_state *state, path_walk *walk, ca_surface_point point)
+{
+    if (!state->observer) return;
+    walk->last[0] = walk->last[1];
+    walk->last[1] = walk->last[2];
+    walk->last[2] = point;
+}
+
+/* Shows the last three vertices and a weight; `light` NULL: a hit, the last vertex lies on the light. */
+static void observe(const path_state *state, const path_walk *walk, const ca_light_vertex *light, float weight)
+{
+    const ca_mis_rules rules = {.power = state->power_heuristic, .hit = CA_HIT_ALWAYS, .next_event = true};
+    const ca_mis_path record = {.camera = {.count = light ? 2 : 3}, .light = {.count = light ? 1 : 0}};
+    const ca_observed_path observed = {.rules = &rules,
+                                       .technique = light ? CA_TECHNIQUE_NEXT_EVENT : CA_TECHNIQUE_HIT,
+                                       .path = &record,
+                                       .weight = weight,
+                                       .camera = light ? &walk->last[1] : walk->last,
+                                       .light = light};
+    state->observer->see(state->observer->user, &observed);
+}
 
 /* Weight of a technique with density a against another with density b for the same path. */
 static inline float mis_weight(const path_state *state, float a, float b)
@@ -85,6 +109,7 @@ static void add_emission(const path_state *state, path_walk *walk, uint32_t ligh
     const ca_light_hit hit = ca_light_eval_hit(light, walk->previous, surface, out);
     const float pdf_choice = ca_light_choice_probability(&state->scene->light_choice, light_index);
     const float weight = mis_weight(state, walk->pdf.v, pdf_choice * hit.pdf_direct.v);
+    if (state->observer && !ca_rgb_is_black(hit.radiance)) observe(state, walk, NULL, weight);
     contribute(state, walk, CA_TECHNIQUE_HIT, vertices,
                ca_rgb_scale(ca_rgb_mul(walk->throughput, hit.radiance), weight), weight, counters);
 }
@@ -113,6 +138,8 @@ static void add_next_event(const path_state *state, path_walk *walk, const ca_su
     if (ca_rgb_is_black(contribution)) return;
     counters->shadow_rays++;
     if (!ca_walk_light_is_visible(state->scene->accel, surface, &direct)) return;
+    const ca_light_vertex start = {.point = {.position = direct.position, .ng = direct.ng, .shape = index}};
+    if (state->observer) observe(state, walk, &start, weight);
     contribute(state, walk, CA_TECHNIQUE_NEXT_EVENT, walk->depth + 2, contribution, weight, counters);
 }
 
@@ -148,11 +175,16 @@ static void trace(const path_state *state, path_walk *walk, const ca_stream *str
         ca_hit hit;
         counters->rays++;
         if (!ca_accel_intersect(scene->accel, walk->origin, walk->direction, walk->t_min, walk->t_max, &hit)) {
-            if (scene->environment != CA_NONE) add_emission(state, walk, scene->environment, NULL, counters);
+            if (scene->environment == CA_NONE) return;
+            const ca_vec3 far_point = ca_madd(walk->origin, 4.0f * scene->lights[scene->environment].scene_radius,
+                                              walk->direction);
+            keep_point(state, walk, (ca_surface_point){.position = far_point, .shape = CA_NONE});
+            add_emission(state, walk, scene->environment, NULL, counters);
             return;
         }
         ca_surface surface;
         ca_accel_surface(scene->accel, walk->origin, walk->direction, &hit, &surface);
+        keep_point(state, walk, ca_surface_point_of(&surface));
         if (surface.light != CA_NONE) add_emission(state, walk, surface.light, &surface, counters);
         const bool last = walk->depth + 1 >= state->max_depth;
         if (last && walk->depth > 0) return;
@@ -186,6 +218,7 @@ static void path_camera_path(const void *opaque, uint32_t x, uint32_t y, uint32_
                       .x = x,
                       .y = y,
                       .filter_weight = filter_weight};
+    keep_point(state, &walk, (ca_surface_point){.position = ray.origin});
     sample->filter_weight = filter_weight;
     worker->counters.camera_paths++;
     if (state->max_depth > 0) trace(state, &walk, &stream, sample, &worker->counters);
@@ -217,7 +250,8 @@ static ca_status path_create(const ca_integrator_input *input, void **state, ca_
                      .hide_emitters = input->values[HIDE_EMITTERS] != 0.0,
                      .power_heuristic = input->values[HEURISTIC] != 0.0,
                      .next_event = next_event,
-                     .images = input->technique_images};
+                     .images = input->technique_images,
+                     .observer = input->observer};
     *state = created;
     return CA_OK;
 }

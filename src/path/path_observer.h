@@ -3,8 +3,10 @@
  * observer changes nothing of the image.
  *
  * The record's subpaths and the points have the same numbers: camera[i] belongs to path->camera.vertices[i], light[i]
- * to path->light.vertices[i]. Threads: called by whichever thread traces. Everything pointed to is the engine's, and
- * lasts for the call. */
+ * to path->light.vertices[i]. The integrator `path` weighs two techniques, for which the last three vertices are all
+ * that counts: its records have counts and no vertices, and its camera[0] is the third vertex from the light, which
+ * may be a surface. Threads: called by whichever thread traces. Everything pointed to is the engine's, and lasts for
+ * the call. */
 #ifndef CA_PATH_PATH_OBSERVER_H
 #define CA_PATH_PATH_OBSERVER_H
 

@@ -183,11 +183,12 @@ static double pdf_of_event(const traced_path *path, uint32_t i, double_vec from,
 
 /* ---- Ends ------------------------------------------------------------------------------------------------------ */
 
-/* A pixel is seen under pixel_width pixel_height cos^3 steradians, on the plane z = 1 of the camera's space. */
+/* A pixel is seen under pixel_width pixel_height cos^3 steradians, on the plane z = 1 of the camera's space. (Where the
+ * path's first vertex is no lens this is some number, and all techniques have it.) */
 static double pixel_pdf(const ca_camera *camera, double_vec direction)
 {
     const ca_vec3 axis = {camera->map.to[0][2], camera->map.to[1][2], camera->map.to[2][2]};
-    const double cos_camera = dv_dot(dv_unit(dv_from(axis)), direction);
+    const double cos_camera = fabs(dv_dot(dv_unit(dv_from(axis)), direction));
     return 1.0 / ((double)camera->pixel_width * (double)camera->pixel_height * pow(cos_camera, 3.0));
 }
 
