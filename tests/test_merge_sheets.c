@@ -65,6 +65,7 @@ static void check_dark_and_lit(const char *dark_view, const char *dark, const ch
     "<shape type='" type "'><transform name='to_world'>" steps "</transform>" bsdf "</shape>"
 #define LEVEL "<rotate x='1' angle='-90'/>"
 #define MATT "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf>"
+#define ROUGH_GLASS "<bsdf type='roughdielectric'><float name='alpha' value='0.5'/></bsdf>"
 #define LAMP                                                                                                         \
     "<emitter type='spot'><rgb name='intensity' value='5'/><float name='cutoff_angle' value='30'/>"                  \
     "<transform name='to_world'><lookat origin='0,1.5,0' target='0,0,0' up='0,0,1'/></transform></emitter>"
@@ -83,8 +84,7 @@ static void test_pane(void **state)
 {
     (void)state;
     static const char pane[] =
-        SHAPE("cube", "<scale x='1' y='0.0005' z='1'/>", "<bsdf type='roughdielectric'><float name='alpha' value='0.5'/>"
-                                                         "</bsdf>") LAMP;
+        SHAPE("cube", "<scale x='1' y='0.0005' z='1'/>", ROUGH_GLASS) LAMP;
     check_dark_and_lit(FROM_BELOW, pane, FROM_ABOVE, pane);
 }
 

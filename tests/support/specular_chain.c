@@ -53,7 +53,8 @@ static double_vec slope(const chain_surface *chain, uint32_t count, double_vec o
     return dv_mul(dv_sub(ahead, behind), 0.5 / STEP);
 }
 
-double chain_area_per_solid_angle(const chain_surface *chain, uint32_t count, double_vec origin, double_vec direction)
+double chain_area_per_solid_angle(const chain_surface *chain, uint32_t count, double_vec origin,
+                                 double_vec direction)
 {
     const double_vec any = dv_axis(fabs(direction.x) < 0.5 ? 0 : 1);
     const double_vec s = dv_unit(dv_cross(direction, any)), t = dv_cross(direction, s);

@@ -21,6 +21,7 @@ typedef struct chain_surface {
 } chain_surface;
 
 /* Square metres of the last surface for a steradian at `origin`, for rays that start near `direction`. */
-double chain_area_per_solid_angle(const chain_surface *chain, uint32_t count, double_vec origin, double_vec direction);
+double chain_area_per_solid_angle(const chain_surface *chain, uint32_t count, double_vec origin,
+                                 double_vec direction);
 
 #endif

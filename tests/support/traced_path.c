@@ -126,7 +126,7 @@ static dirac_event find_event(const traced_path *path, uint32_t i, double_vec fr
 {
     ca_bsdf bsdf;
     bsdf_seen_from(path, i, from, &bsdf);
-    dirac_event best = {.miss = INFINITY};
+    dirac_event best = {.miss = (double)INFINITY};
     if (bsdf.null_weight > 0.0f) try_event(&bsdf, bsdf.ng, from, to, 0.0f, &best);
     float begin = bsdf.null_weight;
     for (uint32_t k = 0; k < bsdf.lobe_count; k++) {
@@ -183,8 +183,8 @@ static double pdf_of_event(const traced_path *path, uint32_t i, double_vec from,
 
 /* ---- Ends ------------------------------------------------------------------------------------------------------ */
 
-/* A pixel is seen under pixel_width pixel_height cos^3 steradians, on the plane z = 1 of the camera's space. (Where the
- * path's first vertex is no lens this is some number, and all techniques have it.) */
+/* A pixel is seen under pixel_width pixel_height cos^3 steradians, on the plane z = 1 of the camera's space. (Where
+ * the path's first vertex is no lens this is some number, and all techniques have it.) */
 static double pixel_pdf(const ca_camera *camera, double_vec direction)
 {
     const ca_vec3 axis = {camera->map.to[0][2], camera->map.to[1][2], camera->map.to[2][2]};
@@ -209,7 +209,10 @@ static void recompute_camera_end(const traced_path *path, ca_full_path *full)
     full->pdf_to_light[0] = full->camera_parallel ? 1.0f : (float)pixel_pdf(path->camera, to_light(path, 0));
 }
 
-static double disk_area(const ca_light *light) { return pi * (double)light->scene_radius * (double)light->scene_radius; }
+static double disk_area(const ca_light *light)
+{
+    return pi * (double)light->scene_radius * (double)light->scene_radius;
+}
 
 /* Of leaving the light towards x[n-2], per solid angle. */
 static double emission_pdf(const traced_path *path)
