@@ -13,6 +13,7 @@
 #include "geometry/ray_batch.h"
 #include "integrator/integrator.h"
 #include "math/numeric.h"
+#include "path/light_store.h"
 
 enum { CA_BATCH = CA_RAY_BATCH };
 
@@ -36,6 +37,7 @@ typedef struct ca_visibility_batch {
     float weight[CA_BATCH]; /* that is in the contribution */
     uint32_t slot[CA_BATCH];
     uint8_t occluded[CA_BATCH];
+    ca_light_vertex lights[CA_BATCH]; /* the point asked for; only where the paths are observed */
 } ca_visibility_batch;
 
 /* The numbers of a decision, for each place. */
@@ -66,6 +68,7 @@ typedef struct ca_batch {
     ca_stream streams[CA_BATCH];
     ca_rgb radiance[CA_BATCH];
     ca_camera_path *paths; /* borrowed: as handed in */
+    ca_surface_point (*points)[3]; /* borrowed: each path's last vertices, where they are observed; else NULL */
 } ca_batch;
 
 /* Numbers `dimension` and `dimension + 1` of each path. */

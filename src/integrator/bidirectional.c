@@ -167,6 +167,9 @@ static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
         b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident + 1, sizeof(ca_rgb));
         b->scratch[i].chunk_used = ca_alloc_zeroed(ca_chunk_words(b), sizeof *b->scratch[i].chunk_used);
         if (!b->scratch[i].chunk_light || !b->scratch[i].chunk_used) return ca_fail_memory(error, "the integrator");
+        if (!b->input.observer) continue;
+        b->scratch[i].points = ca_alloc(CA_PATH_MAX_VERTICES, sizeof *b->scratch[i].points);
+        if (!b->scratch[i].points) return ca_fail_memory(error, "the integrator");
     }
     return CA_OK;
 }
@@ -214,6 +217,7 @@ void ca_bidirectional_destroy(void *state)
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) {
         ca_free(b->scratch[i].chunk_light);
         ca_free(b->scratch[i].chunk_used);
+        ca_free(b->scratch[i].points);
         ca_pair_sums_destroy(b->scratch[i].pairs);
     }
     ca_photon_grid_destroy(b->pilot);

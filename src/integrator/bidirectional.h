@@ -13,9 +13,9 @@
  * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
  *
  * Chunks: light paths are traced in chunks of a fixed number, and all that are in memory share one photon grid. A
- * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not depend
- * on what else is in it (photon_grid.h). So it does not matter how many chunks are in memory at a time (rounds,
- * integrator.h).
+ * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not
+ * depend on what else is in it (photon_grid.h). So it does not matter how many chunks are in memory at a time
+ * (rounds, integrator.h).
  *
  * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a
  * camera path (pairs.c), which reads what the image gets and changes nothing of it. */
@@ -46,6 +46,7 @@ typedef struct ca_bidirectional_scratch {
     uint32_t light_ready;                      /* ... made up to this vertex */
     ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
     bool pairing;        /* between begin_pixel and end_pixel */
+    ca_surface_point *points; /* owned: of the camera path, for the observer; NULL where there is none */
     ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot
                             says. Zero where not in use: */
     uint64_t *chunk_used; /* owned: a bit for each */
@@ -96,6 +97,14 @@ static inline uint32_t ca_chunk_words(const ca_bidirectional *b) { return b->res
 static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
 {
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
+}
+
+/* The weight of a full path; its points for the observer as in path_observer.h. */
+static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_technique technique,
+                                            const ca_mis_path *path, const ca_surface_point *camera,
+                                            const ca_light_vertex *light)
+{
+    return ca_observed_weight(b->input.observer, &b->rules, technique, path, camera, light);
 }
 
 /* ---- The walks and joins --------------------------------------------------------------------------------------- */
@@ -151,14 +160,13 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted);
 
 /* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
 void ca_join_connect(ca_camera_walk *walk);
-/* Photons near the last vertex. The query is started apart: what it asks of the memory arrives while something else is
- * done. */
+/* Photons near the last vertex. The query is started apart: what it asks of the memory arrives while something else
+ * is done. */
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
 void ca_join_merge(ca_camera_walk *walk, ca_photon_query *query);
 
-/* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for
- * it. */
-float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_light_vertex *photon,
+/* The weight of a merge of the last vertex with a photon, whose path is in `store`; `value` of the BSDF for it. */
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
                            const ca_bsdf_value *value);
 
 /* Traces light paths [number, number + count) of the whole render into the memory, and splats and sorts them as the

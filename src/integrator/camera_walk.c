@@ -26,6 +26,12 @@ static inline bool gathers_own_light(const ca_camera_walk *walk) { return walk->
 
 static inline ca_path_vertex *last_vertex(const ca_camera_walk *walk) { return &walk->scratch->camera[walk->vertex]; }
 
+/* Keeps the last vertex' point where somebody observes. */
+static inline void keep_point(ca_camera_walk *walk, ca_surface_point point)
+{
+    if (walk->scratch->points) walk->scratch->points[walk->vertex] = point;
+}
+
 /* ---- Hit ------------------------------------------------------------------------------------------------------- */
 
 /* The path's last vertex lies on the light; surface NULL: at infinity. */
@@ -61,7 +67,7 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
     };
-    const float weight = ca_mis_weight(&b->rules, &path, CA_TECHNIQUE_HIT);
+    const float weight = ca_bidirectional_weight(b, CA_TECHNIQUE_HIT, &path, walk->scratch->points, NULL);
     if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) &&
         walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
@@ -78,6 +84,8 @@ static void add_environment(ca_camera_walk *walk)
                           .distance = ca_light_disk_distance(light, ca_neg(walk->direction), walk->origin),
                           .cos_ratio = 1.0f,
                           .connectable_count = (v - 1)->connectable_count};
+    const ca_vec3 far_point = ca_madd(walk->origin, 4.0f * light->scene_radius, walk->direction);
+    keep_point(walk, (ca_surface_point){.position = far_point, .shape = CA_NONE});
     add_hit(walk, scene->environment, NULL);
 }
 
@@ -112,7 +120,9 @@ static float next_event_weight(const ca_camera_walk *walk, const ca_light *light
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
     };
-    return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_NEXT_EVENT);
+    const uint32_t number = (uint32_t)(light - walk->b->input.scene->lights);
+    const ca_light_vertex start = {.point = {.position = direct->position, .ng = direct->ng, .shape = number}};
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_NEXT_EVENT, &path, walk->scratch->points, &start);
 }
 
 void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
@@ -163,6 +173,7 @@ static bool advance(ca_camera_walk *walk)
     ca_path_vertex *v = &walk->scratch->camera[k];
     ca_path_vertex_arrive(v, v - 1, &walk->flight, hit.t, cos_in,
                           ca_bidirectional_density(walk->b, walk->surface.position));
+    keep_point(walk, ca_surface_point_of(&walk->surface));
     if (walk->surface.light != CA_NONE) add_hit(walk, walk->surface.light, &walk->surface);
     return k == 1 || k < walk->b->max_depth;
 }
@@ -243,6 +254,7 @@ static void start(ca_camera_walk *walk, uint32_t index)
     walk->eta2 = 1.0f;
     walk->flight = ca_camera_end(input->camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
                                  &walk->scratch->camera[0]);
+    keep_point(walk, (ca_surface_point){.position = ray.origin});
 }
 
 /* Which light path this camera path connects to. Over the passes a pixel meets them all: it must not stay with one

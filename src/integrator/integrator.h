@@ -15,6 +15,7 @@
 #include "film/film.h"
 #include "film/pair_film.h"
 #include "film/technique_images.h"
+#include "path/path_observer.h"
 #include "path/technique.h"
 #include "scene/scene.h"
 
@@ -66,6 +67,7 @@ typedef struct ca_integrator_input {
      * Its crop and N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that
      * connect fill it. */
     ca_pair_film *pairs;
+    const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;

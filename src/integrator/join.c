@@ -70,7 +70,8 @@ static float connect_weight(const ca_camera_walk *walk, const light_end *end, co
         .light_infinite = end->densities->at_infinity,
         .camera_distance = walk->scratch->camera[1].distance,
     };
-    return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_CONNECT);
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_CONNECT, &path, walk->scratch->points,
+                                   end->vertex - end->index);
 }
 
 static void connect_to(ca_camera_walk *walk, const light_end *end)
@@ -127,9 +128,10 @@ void ca_join_connect(ca_camera_walk *walk)
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one. */
-float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_light_vertex *photon,
+float ca_join_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
                            const ca_bsdf_value *value)
 {
+    const ca_path_vertex *densities = ca_light_density_at(store, photon->first);
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *c = &walk->scratch->camera[walk->vertex];
     const float cos_in = ca_abs_dot(walk->surface.ng, walk->wi), cos_out = ca_abs_dot(walk->surface.ng, photon->wi);
@@ -160,7 +162,8 @@ float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *den
         .light_infinite = densities->at_infinity,
         .camera_distance = walk->scratch->camera[1].distance,
     };
-    return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_MERGE);
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_MERGE, &path, walk->scratch->points,
+                                   ca_light_vertex_at(store, photon->first));
 }
 
 static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, float normalisation)
@@ -170,8 +173,7 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vert
         ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), photon->throughput), normalisation);
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.merges++;
-    const ca_path_vertex *densities = ca_light_density_at(&walk->b->store, photon->first);
-    const float weight = ca_join_merge_weight(walk, densities, photon, &value);
+    const float weight = ca_join_merge_weight(walk, &walk->b->store, photon, &value);
     if (ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->vertex + 1, photon->index + 1u, unweighted,
                            weight) &&
         walk->scratch->pairing)

@@ -42,7 +42,7 @@ static bool emit(light_walk *walk)
     if (!(walk->start > 0.0f) || !ca_rgb_is_finite(walk->throughput)) return false;
     walk->flight = ca_light_end(walk->light, choice, e.pdf_position, e.pdf_direction, e.cos_light, &b->rules.reuse,
                                 &walk->densities[0]);
-    walk->vertices[0].point = (ca_surface_point){.position = e.origin, .ng = e.ng};
+    walk->vertices[0].point = (ca_surface_point){.position = e.origin, .ng = e.ng, .shape = index};
     walk->origin = ca_offset_origin(e.origin, e.origin_error, e.ng, e.direction);
     walk->direction = e.direction;
     return true;
@@ -128,7 +128,8 @@ static float splat_weight(const light_walk *walk, const ca_camera_direct *direct
         .light_infinite = walk->densities[0].at_infinity,
         .camera_distance = direct->distance,
     };
-    return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_SPLAT);
+    const ca_surface_point lens_point = {.position = direct->position};
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_SPLAT, &path, &lens_point, walk->vertices);
 }
 
 /* Connects the last vertex to a point of the lens; false when out of memory. */

@@ -34,6 +34,54 @@ void path_contribute(const path_state *state, ca_batch *batch, uint32_t slot, ca
                             ca_rgb_scale(contribution, path->sample->filter_weight / weight), weight);
 }
 
+/* ---- Observers ------------------------------------------------------------------------------------------------- */
+
+static void keep_point(ca_batch *batch, uint32_t slot, ca_surface_point point)
+{
+    ca_surface_point *last = batch->points[slot];
+    last[0] = last[1];
+    last[1] = last[2];
+    last[2] = point;
+}
+
+static void keep_starts(ca_batch *batch)
+{
+    for (uint32_t i = 0; i < batch->count; i++)
+        keep_point(batch, batch->slot[i], (ca_surface_point){.position = ca_column3_at(&batch->rays.origin, i)});
+}
+
+static void keep_vertices(ca_batch *batch, const ca_scene *scene)
+{
+    for (uint32_t i = 0; i < batch->count; i++) {
+        ca_surface_point point = {.shape = CA_NONE};
+        const ca_vec3 origin = ca_column3_at(&batch->rays.origin, i), to = ca_column3_at(&batch->rays.direction, i);
+        if (!ca_batch_left(batch, i)) {
+            ca_surface surface;
+            const ca_hit hit = ca_hit_batch_at(&batch->hits, i);
+            ca_accel_surface(scene->accel, origin, to, &hit, &surface);
+            point = ca_surface_point_of(&surface);
+        } else if (scene->environment != CA_NONE) {
+            point.position = ca_madd(origin, 4.0f * scene->radius, to);
+        }
+        keep_point(batch, batch->slot[i], point);
+    }
+}
+
+void path_observe(const path_state *state, const ca_batch *batch, uint32_t slot, const ca_light_vertex *light,
+                  float weight)
+{
+    const ca_surface_point *last = batch->points[slot];
+    const ca_mis_rules rules = {.power = state->power_heuristic, .hit = CA_HIT_ALWAYS, .next_event = true};
+    const ca_mis_path record = {.camera = {.count = light ? 2 : 3}, .light = {.count = light ? 1 : 0}};
+    const ca_observed_path observed = {.rules = &rules,
+                                       .technique = light ? CA_TECHNIQUE_NEXT_EVENT : CA_TECHNIQUE_HIT,
+                                       .path = &record,
+                                       .weight = weight,
+                                       .camera = light ? &last[1] : last,
+                                       .light = light};
+    state->input.observer->see(state->input.observer->user, &observed);
+}
+
 /* ---- Hit ------------------------------------------------------------------------------------------------------- */
 
 /* The path hit an emitter (surface NULL: left the scene for the environment). */
@@ -54,6 +102,7 @@ static void add_emission(const path_state *state, ca_batch *batch, uint32_t i, u
     const ca_light_hit hit = ca_light_eval_hit(light, ca_column3_at(&batch->previous, i), surface, out);
     const float pdf_choice = ca_light_choice_probability(&state->scene->light_choice, light_index);
     const float weight = path_mis_weight(state, batch->pdf[i], pdf_choice * hit.pdf_direct.v);
+    if (batch->points && !ca_rgb_is_black(hit.radiance)) path_observe(state, batch, slot, NULL, weight);
     path_contribute(state, batch, slot, CA_TECHNIQUE_HIT, vertices,
                     ca_rgb_scale(ca_rgb_mul(throughput, hit.radiance), weight), weight, counters);
 }
@@ -79,11 +128,13 @@ static void add_emissions(const path_state *state, ca_batch *batch, ca_counters 
 
 static void trace(const path_state *state, ca_batch *batch, ca_worker *worker)
 {
+    if (batch->points) keep_starts(batch);
     while (batch->count > 0) {
         ca_batch_intersect(batch, state->scene, worker);
         const bool last = batch->segments >= state->max_depth;
         const bool wants_bsdf = !last || batch->segments == 1;
         ca_batch_arrive(batch, state->scene, wants_bsdf);
+        if (batch->points) keep_vertices(batch, state->scene);
         add_emissions(state, batch, &worker->counters);
         if (batch->segments == 1) ca_batch_record_primary(batch);
         if (last) return;
@@ -98,6 +149,7 @@ static void path_camera_paths(const void *opaque, ca_camera_path *paths, uint32_
     (void)round; /* always the first: there are no light paths */
     const path_state *state = opaque;
     ca_batch *batch = &state->batches[worker->index];
+    batch->points = state->points ? state->points + (size_t)worker->index * CA_BATCH : NULL;
     for (uint32_t first = 0; first < count; first += CA_BATCH) {
         const uint32_t size = ca_min_u32(count - first, CA_BATCH);
         ca_batch_start_camera(batch, &state->input, paths + first, size);
@@ -120,6 +172,7 @@ static void path_destroy(void *opaque)
 {
     path_state *state = opaque;
     ca_free(state->batches);
+    ca_free(state->points);
     ca_free(state);
 }
 
@@ -139,8 +192,10 @@ static ca_status path_create(const ca_integrator_input *input, void **state, ca_
                      .next_event = next_event,
                      .images = input->technique_images,
                      .batches = ca_alloc_large(input->workers, sizeof *created->batches)};
+    if (input->observer)
+        created->points = ca_alloc_zeroed((size_t)input->workers * CA_BATCH, sizeof *created->points);
     *state = created;
-    if (created->batches) return CA_OK;
+    if (created->batches && (created->points || !input->observer)) return CA_OK;
     path_destroy(created);
     return ca_fail_memory(error, "the integrator");
 }

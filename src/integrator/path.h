@@ -13,6 +13,7 @@ typedef struct path_state {
     bool hide_emitters, power_heuristic, next_event;
     ca_technique_images *images; /* NULL: not wanted */
     ca_batch *batches;           /* owned; one a worker */
+    ca_surface_point (*points)[3]; /* owned; [workers * CA_BATCH]: the last vertices, where somebody observes */
 } path_state;
 
 /* Weight of a technique with density a against another with density b for the same path. */
@@ -26,6 +27,11 @@ static inline float path_mis_weight(const path_state *state, float a, float b)
  * finite or is negative is a defect of the technique: counted and dropped. */
 void path_contribute(const path_state *state, ca_batch *batch, uint32_t slot, ca_technique technique, uint32_t s,
                      ca_rgb contribution, float weight, ca_counters *counters);
+
+/* Shows a weight and the last three vertices of the path to the observer; `light` NULL: a hit, the last vertex lies
+ * on the light. */
+void path_observe(const path_state *state, const ca_batch *batch, uint32_t slot, const ca_light_vertex *light,
+                  float weight);
 
 /* Next event at the vertices. */
 void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *worker);

@@ -35,8 +35,8 @@ static void choose_triangle(const path_state *state, ca_number_batch *u, uint32_
     const ca_even_light *light = &state->scene->even_lights[choices->light[i]];
     float probability;
     const uint32_t primitive =
-        ca_distribution_1d_sample(&light->shape->triangles, u->x[i], &probability, &u->x[i]);
-    const ca_triangle triangle = ca_triangle_load(light->shape->mesh, primitive);
+        ca_distribution_1d_sample(&light->shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
+    const ca_triangle triangle = ca_triangle_load(light->shape->as.mesh.mesh, primitive);
     for (int k = 0; k < 3; k++) ca_column3_set(&choices->corner[k], i, triangle.p[k]);
     choices->pdf_area[i] = 1.0f / light->shape->area;
     choices->radiance.x[i] = light->radiance.r;
@@ -87,6 +87,13 @@ static void ask(ca_batch *batch, uint32_t i, ca_vec3 origin, ca_vec3 direction, 
     visibility->slot[k] = batch->slot[i];
 }
 
+static void keep_light(ca_batch *batch, ca_vec3 position, ca_vec3 ng, uint32_t light)
+{
+    if (!batch->points) return;
+    batch->visibility.lights[batch->visibility.count - 1] =
+        (ca_light_vertex){.point = {.position = position, .ng = ng, .shape = light}};
+}
+
 /* ca_light_area_direct, eval_diffuse and the sum of both, eight at a time. */
 static void ask_lanes(const path_state *state, ca_batch *batch, const ca_number_batch *u, const choice_batch *choices,
                       uint32_t i)
@@ -123,6 +130,8 @@ static void ask_lanes(const path_state *state, ca_batch *batch, const ca_number_
         ask(batch, i + (uint32_t)k, (ca_vec3){origin.x[k], origin.y[k], origin.z[k]},
             (ca_vec3){ray.x[k], ray.y[k], ray.z[k]}, ca_visible_t_max, (ca_rgb){light.x[k], light.y[k], light.z[k]},
             weight[k]);
+        keep_light(batch, (ca_vec3){point.position.x[k], point.position.y[k], point.position.z[k]},
+                   (ca_vec3){point.ng.x[k], point.ng.y[k], point.ng.z[k]}, choices->light[i + (uint32_t)k]);
     }
 }
 
@@ -155,6 +164,7 @@ static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const c
     if (ca_rgb_is_black(contribution)) return;
     const ca_next_event_ray ray = ca_walk_next_event_ray(surface, &direct);
     ask(batch, i, ray.origin, ray.direction, ray.t_max, contribution, weight);
+    keep_light(batch, direct.position, direct.ng, choices->light[i]);
 }
 
 static void add_visible(const path_state *state, ca_batch *batch, ca_worker *worker)
@@ -165,6 +175,7 @@ static void add_visible(const path_state *state, ca_batch *batch, ca_worker *wor
     for (uint32_t k = 0; k < v->count; k++) {
         batch->paths[v->slot[k]].segments++;
         if (v->occluded[k]) continue;
+        if (batch->points) path_observe(state, batch, v->slot[k], &v->lights[k], v->weight[k]);
         const ca_rgb contribution = {v->contribution.x[k], v->contribution.y[k], v->contribution.z[k]};
         path_contribute(state, batch, v->slot[k], CA_TECHNIQUE_NEXT_EVENT, batch->segments + 1, contribution,
                         v->weight[k], &worker->counters);

@@ -179,6 +179,7 @@ static ca_status create_engine(ca_qmcppm *q, ca_error *error)
     static const ca_mis_rules connect_rules = {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true};
     ca_integrator_input input = q->input;
     void *engine;
+    input.observer = NULL; /* kept camera paths keep no points */
     input.values[LIGHT_PATHS] = q->filled ? CA_CHUNK_PATHS : (double)q->light_block;
     if (q->filled) input.memory_bytes = 0.0;
     if (input.memory_bytes > 0.0) {

@@ -81,10 +81,8 @@ static void merge(gather *g, uint32_t number)
         ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(g->vertex->throughput, value.f), photon->throughput), kernel);
     if (ca_rgb_is_black(contribution)) return;
     g->walk.worker->counters.merges++;
-    if (q->weighted) {
-        const ca_path_vertex *densities = ca_light_density_at(store, photon->first);
-        contribution = ca_rgb_scale(contribution, ca_join_merge_weight(&g->walk, densities, photon, &value));
-    }
+    if (q->weighted)
+        contribution = ca_rgb_scale(contribution, ca_join_merge_weight(&g->walk, store, photon, &value));
     if (!ca_rgb_is_finite(contribution) || contribution.r < 0.0f || contribution.g < 0.0f || contribution.b < 0.0f) {
         g->walk.worker->counters.non_finite[CA_TECHNIQUE_MERGE]++;
         return;

@@ -18,7 +18,8 @@
 #include "math/rgb.h"
 #include "path/path_vertex.h"
 
-/* A vertex of a light path but for its densities; v[0] has only its point. What merges read comes first. */
+/* A vertex of a light path but for its densities; v[0] has only its point, whose shape is the light's number in the
+ * scene. What merges read comes first. */
 typedef struct ca_light_vertex {
     ca_vec3 wi;          /* unit, towards the previous vertex */
     ca_rgb throughput;   /* flux that arrives, W, before scattering here */
