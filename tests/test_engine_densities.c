@@ -13,7 +13,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -101,8 +100,10 @@ static void trace_pass(watch *w, const ca_render_plan *plan, double radius)
     ca_workers_destroy(&workers);
 }
 
+/* Every pass has paths of its own. */
 static ca_render_settings small_settings(const char *integrator)
 {
+    static uint64_t seed;
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     settings.integrator = integrator;
@@ -113,6 +114,8 @@ static ca_render_settings small_settings(const char *integrator)
     settings.has_max_depth = true;
     settings.sampler = "independent";
     settings.threads = 1;
+    settings.has_seed = true;
+    settings.seed = seed++;
     if (strncmp(integrator, "path", 4) == 0) return settings;
     settings.light_paths = LIGHT_PATHS;
     settings.camera_paths = CAMERA_PATHS;

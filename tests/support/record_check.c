@@ -84,17 +84,17 @@ static void add_values(uint32_t n, const technique_values *more, technique_value
     sum->weight += more->weight;
 }
 
-/* How far each number moves, to first order, when every point is displaced along every axis by what the engine's
- * rounding may have displaced it. */
+/* How far each number moves, to first order, when every point is displaced along every axis, to and fro, by what the
+ * engine's rounding may have displaced it. */
 static technique_values conditioning(const ca_mis_rules *rules, const traced_path *path, ca_technique technique)
 {
     const technique_values centre = values_of_points(rules, path, technique);
-    technique_values sum = {{0.0}, {0.0}, 0.0};
+    technique_values sum = {.weight = 0.0};
     for (uint32_t i = 0; i < path->n; i++)
-        for (int axis = 0; axis < 3; axis++) {
+        for (int side = 0; side < 6; side++) {
             traced_path moved = *path;
             technique_values each;
-            displace(&moved, i, axis, traced_path_uncertainty(path, i));
+            displace(&moved, i, side / 2, traced_path_uncertainty(path, i) * (side % 2 ? 0.5 : -0.5));
             const technique_values there = values_of_points(rules, &moved, technique);
             deviations(path->n, &there, &centre, &each);
             add_values(path->n, &each, &sum);
@@ -102,14 +102,16 @@ static technique_values conditioning(const ca_mis_rules *rules, const traced_pat
     return sum;
 }
 
-/* Twice: the normals that directions are measured against are rounded as well. */
+/* The normals that directions are measured against are rounded as well. */
+#define SLACK 2.0
+
 static bool within(uint32_t n, const technique_values *each, const technique_values *bound)
 {
     for (uint32_t k = 0; k <= n; k++)
-        if (!(each->splits[k] <= CHECK_TOLERANCE + 2.0 * bound->splits[k])) return false;
+        if (!(each->splits[k] <= CHECK_TOLERANCE + SLACK * bound->splits[k])) return false;
     for (uint32_t m = 0; m < n; m++)
-        if (!(each->merges[m] <= CHECK_TOLERANCE + 2.0 * bound->merges[m])) return false;
-    return each->weight <= CHECK_TOLERANCE + 2.0 * bound->weight;
+        if (!(each->merges[m] <= CHECK_TOLERANCE + SLACK * bound->merges[m])) return false;
+    return each->weight <= CHECK_TOLERANCE + SLACK * bound->weight;
 }
 
 /* ---- One path -------------------------------------------------------------------------------------------------- */

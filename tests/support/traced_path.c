@@ -4,8 +4,10 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A direction this near to a Dirac event's is that event. */
+/* A direction this near to a Dirac event's is that event. Where nothing else can happen it is it from farther, too:
+ * points that are close together, as at edges, leave a direction few digits. */
 #define SAME_DIRECTION 3e-4
+#define ONLY_DIRECTION 0.05
 
 /* ---- Points ---------------------------------------------------------------------------------------------------- */
 
@@ -153,7 +155,8 @@ bool traced_path_find_events(traced_path *path, ca_technique technique, const ch
         bsdf_seen_from(path, i, from, &bsdf);
         const bool smooth = (bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
         path->dirac[i] = false;
-        if (!is_joined(path, technique, i)) path->dirac[i] = find_event(path, i, from, to).miss < SAME_DIRECTION;
+        const double near = smooth ? SAME_DIRECTION : ONLY_DIRECTION;
+        if (!is_joined(path, technique, i)) path->dirac[i] = find_event(path, i, from, to).miss < near;
         if (path->dirac[i] || smooth) continue;
         *complaint = is_joined(path, technique, i) ? "a joined vertex has no smooth part"
                                                    : "a vertex has no event that explains where the path goes";
