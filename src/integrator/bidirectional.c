@@ -128,11 +128,9 @@ static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, double
     ca_light_block *block = &b->blocks[0];
     ca_light_store store;
     CA_TRY(ca_light_store_create(&store, few, 1, error));
+    ca_light_walks(b, &store, 0, few, CA_PILOT_NUMBER, block, &worker);
     double vertices = 0.0;
-    for (uint32_t i = 0; i < few; i++) {
-        ca_light_walk(b, &store, i, CA_PILOT_NUMBER + i, block, &worker);
-        vertices += store.paths[i].count;
-    }
+    for (uint32_t i = 0; i < few; i++) vertices += store.paths[i].count;
     const ca_status status = ca_light_store_check(&store, error);
     *bytes = ca_light_bytes(few, vertices, (double)block->photons) / few * paths;
     *once = (double)block->splats.count * sizeof(ca_splat) / few * paths;
@@ -163,14 +161,15 @@ static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
 {
     b->scratch = ca_alloc_zeroed(b->input.workers, sizeof *b->scratch);
     if (!b->scratch) return ca_fail_memory(error, "the integrator");
-    for (uint32_t i = 0; i < b->input.workers; i++) {
-        b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident + 1, sizeof(ca_rgb));
-        b->scratch[i].chunk_used = ca_alloc_zeroed(ca_chunk_words(b), sizeof *b->scratch[i].chunk_used);
-        if (!b->scratch[i].chunk_light || !b->scratch[i].chunk_used) return ca_fail_memory(error, "the integrator");
-        if (!b->input.observer) continue;
-        b->scratch[i].points = ca_alloc(CA_PATH_MAX_VERTICES, sizeof *b->scratch[i].points);
-        if (!b->scratch[i].points) return ca_fail_memory(error, "the integrator");
-    }
+    for (uint32_t i = 0; i < b->input.workers; i++)
+        CA_TRY(ca_bidirectional_scratch_create(&b->scratch[i], b, error));
+    return CA_OK;
+}
+
+static ca_status create_chunk_sums(ca_bidirectional *b, ca_error *error)
+{
+    for (uint32_t i = 0; i < b->input.workers; i++)
+        CA_TRY(ca_bidirectional_scratch_add_chunks(&b->scratch[i], b, error));
     return CA_OK;
 }
 
@@ -194,9 +193,10 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
     b->input = *input;
     b->rules = *rules;
     ca_status status = read_settings(b, type, input, error);
+    if (status == CA_OK) status = create_scratch(b, error);
     if (status == CA_OK) status = create_light_paths(b, error);
     if (status == CA_OK) status = ca_pairs_check(b, type, error);
-    if (status == CA_OK) status = create_scratch(b, error);
+    if (status == CA_OK) status = create_chunk_sums(b, error);
     if (status == CA_OK) status = ca_pairs_create(b, error);
     if (status == CA_OK) status = ca_splat_buffer_create(&b->splats, input->crop, error);
     if (status != CA_OK) {
@@ -214,12 +214,7 @@ void ca_bidirectional_destroy(void *state)
     for (uint32_t i = 0; i < blocks; i++) ca_splat_list_destroy(&b->blocks[i].splats);
     ca_light_store_destroy(&b->store);
     ca_photon_grid_destroy(b->grid);
-    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) {
-        ca_free(b->scratch[i].chunk_light);
-        ca_free(b->scratch[i].chunk_used);
-        ca_free(b->scratch[i].points);
-        ca_pair_sums_destroy(b->scratch[i].pairs);
-    }
+    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_bidirectional_scratch_destroy(&b->scratch[i]);
     ca_photon_grid_destroy(b->pilot);
     ca_splat_buffer_destroy(&b->splats);
     ca_pair_splats_destroy(&b->pair_splats);

@@ -20,8 +20,7 @@ static void trace_block(void *user, uint32_t index, uint32_t worker)
     block->photons = 0;
     block->splats.count = 0;
     const uint32_t begin = number * CA_BLOCK_PATHS, end = ca_min_u32(begin + CA_BLOCK_PATHS, b->paths_now);
-    for (uint32_t i = begin; i < end; i++)
-        ca_light_walk(b, &b->store, i, task->first_number + i, block, &task->workers[worker]);
+    ca_light_walks(b, &b->store, begin, end - begin, task->first_number + begin, block, &task->workers[worker]);
 }
 
 /* Traces so many blocks of light paths into the store, and counts their photons. */

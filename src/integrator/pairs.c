@@ -61,7 +61,7 @@ void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *wo
 /* Of what the image gets, behind the filter's weight. */
 static double luminance_of(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
 {
-    return (double)ca_luminance(ca_rgb_scale(unweighted, weight)) * (double)walk->sample->filter_weight;
+    return (double)ca_luminance(ca_rgb_scale(unweighted, weight)) * (double)walk->path->sample->filter_weight;
 }
 
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight)

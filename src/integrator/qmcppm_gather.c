@@ -24,8 +24,8 @@ static void make_surface(gather *g)
 {
     const ca_scene *scene = g->q->input.scene;
     if (g->made) return;
-    ca_accel_surface_at(scene->accel, &g->vertex->point, &g->walk.surface);
-    ca_bsdf_init(&g->walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.surface, g->walk.wi);
+    ca_accel_surface_at(scene->accel, &g->vertex->point, &g->walk.walk.surface);
+    ca_bsdf_init(&g->walk.walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.walk.surface, g->walk.walk.wi);
     g->made = true;
 }
 
@@ -75,14 +75,14 @@ static void merge(gather *g, uint32_t number)
         if (q->gradients) add_gradient(g, photon, offset);
     }
     make_surface(g);
-    const ca_bsdf_value value = ca_bsdf_eval(&g->walk.bsdf, g->walk.wi, photon->wi, CA_FROM_CAMERA);
+    const ca_bsdf_value value = ca_bsdf_eval(&g->walk.walk.bsdf, g->walk.walk.wi, photon->wi, CA_FROM_CAMERA);
     const float kernel = ca_kernel_value(q->kernel, t) / ca_sqr(g->radius);
     ca_rgb contribution =
         ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(g->vertex->throughput, value.f), photon->throughput), kernel);
     if (ca_rgb_is_black(contribution)) return;
     g->walk.worker->counters.merges++;
     if (q->weighted)
-        contribution = ca_rgb_scale(contribution, ca_join_merge_weight(&g->walk, store, photon, &value));
+        contribution = ca_rgb_scale(contribution, ca_merge_weight(&g->walk, store, photon, &value));
     if (!ca_rgb_is_finite(contribution) || contribution.r < 0.0f || contribution.g < 0.0f || contribution.b < 0.0f) {
         g->walk.worker->counters.non_finite[CA_TECHNIQUE_MERGE]++;
         return;
@@ -115,17 +115,19 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
     g.walk.b = q->engine;
     g.walk.worker = worker;
     g.walk.scratch = &q->engine->scratch[worker->index];
+    g.walk.points = NULL;
+    g.walk.walk.densities = g.walk.scratch->densities;
     g.sum = (ca_rgb){0};
     g.pairs = q->pairs ? &q->pairs[worker->index] : NULL;
     g.filter_weight = record->sample.filter_weight;
     if (q->weighted && record->count > 0) {
         const uint32_t last = task->vertices[record->first + record->count - 1].vertex;
-        memcpy(g.walk.scratch->camera, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
+        memcpy(g.walk.walk.densities, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
     }
     for (uint32_t i = 0; i < record->count; i++) {
         g.vertex = &task->vertices[record->first + i];
-        g.walk.vertex = g.vertex->vertex;
-        g.walk.wi = g.vertex->wi;
+        g.walk.walk.vertex = g.vertex->vertex;
+        g.walk.walk.wi = g.vertex->wi;
         g.radius = g.vertex->radius0 * q->shrink;
         g.gradient = (ca_vec3){0};
         g.made = false;
@@ -141,12 +143,12 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
 static void connect_all(ca_camera_walk *walk)
 {
     const ca_bidirectional *b = walk->b;
-    ca_camera_walk_next_event(walk, true);
+    ca_next_event_now(walk, true);
     walk->has_paired = true;
     walk->connect_slot = 1;
     for (walk->paired = 0; walk->paired < b->paths_now; walk->paired++) {
-        walk->scratch->light_ready = 0;
-        ca_join_connect(walk);
+        walk->light_ready = 0;
+        ca_connect_all(&walk, 1);
     }
 }
 
@@ -155,13 +157,14 @@ static ca_rgb connect_path(const ca_qmcppm *q, uint32_t x, uint32_t y, uint32_t 
                            ca_rgb *own_light, ca_worker *worker)
 {
     static const ca_walk_hooks hooks = {.at_vertex = connect_all};
-    ca_camera_walk walk;
-    ca_camera_walk_start(&walk, q->engine, x, y, index, sample, worker);
-    walk.hooks = &hooks;
+    ca_camera_walk *walk = &q->engine->scratch[worker->index].camera_walks[0];
+    ca_camera_path path = {.x = x, .y = y, .index = index, .sample = sample};
+    ca_camera_walk_start(walk, q->engine, &path, 0, worker);
+    walk->hooks = &hooks;
     worker->counters.camera_paths++;
-    if (q->engine->max_depth > 0) ca_camera_walk_trace(&walk);
-    *own_light = walk.scratch->chunk_light[0];
-    return walk.scratch->chunk_light[1];
+    if (q->engine->max_depth > 0) ca_camera_walks_trace(&walk, 1);
+    *own_light = walk->light[0];
+    return walk->light[1];
 }
 
 /* ---- A pixel --------------------------------------------------------------------------------------------------- */
