@@ -96,7 +96,8 @@ static double build_seconds(ca_photon_grid *grid, const photon_set *set, uint32_
     const ca_parallel parallel = {.workers = workers};
     ca_error error;
     const double start = ca_clock_seconds();
-    if (ca_photon_grid_build(grid, &source, &bounds, set->radius, &parallel, &error) != CA_OK) bench_die("build", &error);
+    if (ca_photon_grid_build(grid, &source, &bounds, set->radius, &parallel, &error) != CA_OK)
+        bench_die("build", &error);
     return ca_clock_seconds() - start;
 }
 

@@ -13,9 +13,9 @@
  * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
  *
  * Chunks: light paths are traced in chunks of a fixed number, and all that are in memory share one photon grid. A
- * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not depend
- * on what else is in it (photon_grid.h). So it does not matter how many chunks are in memory at a time (rounds,
- * integrator.h).
+ * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not
+ * depend on what else is in it (photon_grid.h). So it does not matter how many chunks are in memory at a time
+ * (rounds, integrator.h).
  *
  * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a
  * camera path (pairs.c), which reads what the image gets and changes nothing of it. */
@@ -151,8 +151,8 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted);
 
 /* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
 void ca_join_connect(ca_camera_walk *walk);
-/* Photons near the last vertex. The query is started apart: what it asks of the memory arrives while something else is
- * done. */
+/* Photons near the last vertex. The query is started apart: what it asks of the memory arrives while something else
+ * is done. */
 void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
 void ca_join_merge(ca_camera_walk *walk, ca_photon_query *query);
 

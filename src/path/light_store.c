@@ -9,13 +9,15 @@
 _Static_assert((int)CA_PATH_MAX_VERTICES <= (int)CA_LIGHT_SLAB, "a path lies in one slab");
 
 /* Slabs that `paths` of the greatest length can need: one is left when it has no room for another such path, and
- * every worker has one under way when a chunk ends. More than vertex numbers reach there never are. The table is of this size from the
- * start, for it may not move while workers read it; its untouched part costs address space only. */
+ * every worker has one under way when a chunk ends. More than vertex numbers reach there never are. The table is of
+ * this size from the start, for it may not move while workers read it; its untouched part costs address space
+ * only. */
 static uint32_t slabs_needed(uint32_t paths, uint32_t workers)
 {
     const uint64_t paths_a_slab = CA_LIGHT_SLAB / (uint64_t)CA_PATH_MAX_VERTICES;
     const uint64_t chunks = ((uint64_t)paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS;
-    const uint64_t needed = paths / paths_a_slab + 1 + workers * chunks, numbered = UINT64_C(1) << (32 - CA_LIGHT_SLAB_BITS);
+    const uint64_t needed = paths / paths_a_slab + 1 + workers * chunks;
+    const uint64_t numbered = UINT64_C(1) << (32 - CA_LIGHT_SLAB_BITS);
     return (uint32_t)(needed < numbered ? needed : numbered);
 }
 
@@ -115,6 +117,7 @@ size_t ca_light_store_bytes(const ca_light_store *store)
 {
     size_t slabs = 0;
     for (uint32_t i = 0; i < slabs_touched(store); i++) slabs += store->slabs[i] != NULL;
-    return store->path_count * sizeof *store->paths + store->slab_capacity * (sizeof *store->slabs + sizeof *store->slab_chunks) +
+    return store->path_count * sizeof *store->paths +
+           store->slab_capacity * (sizeof *store->slabs + sizeof *store->slab_chunks) +
            store->worker_count * sizeof *store->cursors + slabs * sizeof(ca_light_slab);
 }

@@ -1,9 +1,9 @@
 /* The inside of a photon grid, shared by its building (photon_grid.c) and its queries (photon_query.c).
  *
- * Cells count from the low corner of the bounds. Everything up to the cell's number is in double precision, where each
- * step is monotone in the coordinate, also that which takes what lies beyond the bounds to their border: a photon
- * within reach in exact numbers then lies in a cell from that of position - reach to that of position + reach, and a
- * cell is wide enough that these are neighbours at most. */
+ * Cells count from the low corner of the bounds. Everything up to the cell's number is in double precision, where
+ * each step is monotone in the coordinate, also that which takes what lies beyond the bounds to their border: a
+ * photon within reach in exact numbers then lies in a cell from that of position - reach to that of position + reach,
+ * and a cell is wide enough that these are neighbours at most. */
 #ifndef CA_PHOTON_PHOTON_CELLS_H
 #define CA_PHOTON_PHOTON_CELLS_H
 
