@@ -3,10 +3,11 @@
  *
  * The Cornell box, up to 8 segments. Time is that of the processors, all threads together, and of the second pass of
  * a render: the first one allocates. Pictures that are wide see the dark beside the box at either side and have fewer
- * merges, so small ones are measured in both shapes. Figures are medians, of the large ones of single runs. Writes its part of
- * bench/results.json (or of the file given as argument). */
+ * merges, so small ones are measured in both shapes. Figures are medians, of the large ones of single runs. Writes
+ * its part of bench/results.json (or of the file given as argument). */
 #include "bench_support.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <sys/resource.h>
 
@@ -19,10 +20,15 @@ typedef struct size {
     uint32_t width, height, light_paths, runs;
 } size;
 
+enum { SQUARE, WIDE, LARGE, MANY, SIZES };
+static const size sizes[SIZES] = {{"512x512", 512, 512, 0, RUNS},
+                                  {"480x270", 480, 270, 0, RUNS},
+                                  {"3840x2160", 3840, 2160, 0, 1},
+                                  {"30M light", 512, 512, MANY_LIGHT_PATHS, 1}};
+
 typedef struct figures {
     double microseconds;  /* a pixel */
     double merges, tested; /* a camera path, a merge */
-    double bytes;         /* the process' peak so far */
 } figures;
 
 typedef struct pass_watch {
@@ -46,10 +52,9 @@ static bool watch_pass(const ca_render_progress *progress, void *user)
     return true;
 }
 
-static double render(const ca_scene *scene, const char *integrator, const size *s, ca_render_statistics *statistics)
+static ca_render_settings settings_of(const char *integrator, const size *s)
 {
     ca_render_settings settings;
-    pass_watch watch = {0};
     ca_render_settings_init(&settings);
     settings.integrator = integrator;
     settings.samples_per_pixel = 2;
@@ -58,6 +63,13 @@ static double render(const ca_scene *scene, const char *integrator, const size *
     settings.light_paths = s->light_paths;
     settings.has_max_depth = true;
     settings.max_depth = MAX_DEPTH;
+    return settings;
+}
+
+static double render(const ca_scene *scene, const char *integrator, const size *s, ca_render_statistics *statistics)
+{
+    pass_watch watch = {0};
+    ca_render_settings settings = settings_of(integrator, s);
     settings.progress = watch_pass;
     settings.progress_user = &watch;
     ca_image_layers *image;
@@ -74,18 +86,17 @@ static figures measure(const ca_scene *scene, const char *integrator, const size
     for (uint32_t i = 0; i < s->runs; i++) seconds[i] = render(scene, integrator, s, &statistics);
     const figures f = {.microseconds = 1e6 * bench_median(seconds, (int)s->runs) / ((double)s->width * s->height),
                        .merges = (double)statistics.merges / (double)statistics.camera_paths,
-                       .tested = (double)statistics.photons_tested / (double)statistics.merges,
-                       .bytes = (double)statistics.peak_memory_bytes};
-    printf("%-5s %-12s %7.2f us a pixel  %7.2f merges a camera path  %5.2f photons tested a merge  %5.2f GiB\n",
-           integrator, s->name, f.microseconds, f.merges, f.tested, f.bytes / 0x1p30);
+                       .tested = (double)statistics.photons_tested / (double)statistics.merges};
+    printf("%-5s %-12s %7.2f us a pixel  %7.2f merges a camera path  %5.2f photons tested a merge\n", integrator,
+           s->name, f.microseconds, f.merges, f.tested);
     fflush(stdout);
     return f;
 }
 
 static json_t *figures_json(const figures *f)
 {
-    return json_pack("{s:f, s:f, s:f, s:f}", "microseconds_per_pixel", f->microseconds, "merges_per_camera_path",
-                     f->merges, "tested_per_merge", f->tested, "peak_bytes", f->bytes);
+    return json_pack("{s:f, s:f, s:f}", "microseconds_per_pixel", f->microseconds, "merges_per_camera_path",
+                     f->merges, "tested_per_merge", f->tested);
 }
 
 static void verdict(const char *integrator, const char *what, double value, double goal)
@@ -94,35 +105,37 @@ static void verdict(const char *integrator, const char *what, double value, doub
            value <= goal ? "reached" : "missed");
 }
 
+/* Also of the pass with many light paths, where `many`. */
+static json_t *measure_sizes(const ca_scene *scene, const char *integrator, bool many)
+{
+    figures all[SIZES];
+    json_t *json = json_object();
+    for (int k = 0; k < (many ? SIZES : MANY); k++) {
+        all[k] = measure(scene, integrator, &sizes[k]);
+        json_object_set_new(json, sizes[k].name, figures_json(&all[k]));
+    }
+    const figures *large = &all[LARGE], *small = &all[SQUARE];
+    verdict(integrator, "3840x2160 over 512x512, time a pixel", large->microseconds / small->microseconds, 1.3);
+    verdict(integrator, "3840x2160 over 480x270, tested a merge", large->tested / all[WIDE].tested, 1.1);
+    if (many)
+        verdict(integrator, "30M light paths over 512x512, tested a merge", all[MANY].tested / small->tested, 1.1);
+    return json;
+}
+
 int main(int argc, char **argv)
 {
     static const char *const integrators[] = {"vcm", "ovcm", "ppm", "bdpm"};
-    static const size sizes[] = {{"512x512", 512, 512, 0, RUNS},
-                                 {"480x270", 480, 270, 0, RUNS},
-                                 {"3840x2160", 3840, 2160, 0, 1},
-                                 {"30M light", 512, 512, MANY_LIGHT_PATHS, 1}};
-    enum { SIZES = sizeof sizes / sizeof sizes[0], SQUARE = 0, WIDE = 1, LARGE = 2, MANY = 3 };
+    ca_render_settings large = settings_of(integrators[0], &sizes[LARGE]);
+    large.samples_per_pixel = 1;
+    const double bytes = bench_peak_memory(scene_path, &large);
+    printf("%-5s %-12s %7.2f GiB\n", integrators[0], sizes[LARGE].name, bytes / 0x1p30);
     ca_error error;
     ca_scene *scene;
     if (ca_scene_load(scene_path, NULL, 0, &scene, &error) != CA_OK) bench_die(scene_path, &error);
     json_t *json = json_object();
-    for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
-        figures all[SIZES];
-        json_t *mine = json_object();
-        for (int k = 0; k < SIZES; k++) {
-            if (k == MANY && i != 0) continue;
-            all[k] = measure(scene, integrators[i], &sizes[k]);
-            json_object_set_new(mine, sizes[k].name, figures_json(&all[k]));
-        }
-        const figures *small = &all[SQUARE], *alike = &all[WIDE];
-        verdict(integrators[i], "3840x2160 over 512x512, time a pixel", all[LARGE].microseconds / small->microseconds,
-                1.3);
-        verdict(integrators[i], "3840x2160 over 480x270, tested a merge", all[LARGE].tested / alike->tested, 1.1);
-        if (i == 0)
-            verdict(integrators[i], "30M light paths over 512x512, tested a merge", all[MANY].tested / small->tested,
-                    1.1);
-        json_object_set_new(json, integrators[i], mine);
-    }
+    json_object_set_new(json, "peak_bytes", json_real(bytes));
+    for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++)
+        json_object_set_new(json, integrators[i], measure_sizes(scene, integrators[i], i == 0));
     bench_write_results(argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json", "sizes", json);
     ca_scene_release(scene);
     return 0;
