@@ -1,5 +1,4 @@
-/* The photon grid's answers about single photons, against a linear search: the k-th nearest one, and which stands in
- * which place. */
+/* The photon grid's answers about single photons, against a linear search: the k-th nearest one. */
 #include "math/numeric.h"
 #include "photon/photon_grid.h"
 #include "support/photon_cloud.h"
@@ -76,11 +75,26 @@ static void test_nearest(void **state)
     ca_photon_grid_destroy(grid);
 }
 
+/* Of 16 buckets a query's cells share some; a photon counts once. */
+static void test_nearest_of_few(void **state)
+{
+    (void)state;
+    ca_photon_grid *grid = create_grid();
+    for (uint32_t i = 0; i < 16; i++) photons[i].position = random_point_of(&random_source, 1.0f);
+    build_grid(grid, photons, 16, 0.4f, 1);
+    uint32_t answered = 0;
+    for (uint32_t i = 0; i < 2000; i++)
+        answered += check_nearest(grid, 16, 0.4f, random_point_of(&random_source, 1.0f));
+    assert_in_range(answered, 500, 2000 * 16);
+    ca_photon_grid_destroy(grid);
+}
+
 int main(void)
 {
     random_source = ca_test_random_seed(1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest),
+        cmocka_unit_test(test_nearest_of_few),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,8 +16,8 @@ static uint32_t slabs_needed(uint32_t paths, uint32_t workers)
 {
     const uint64_t paths_a_slab = CA_LIGHT_SLAB / (uint64_t)CA_PATH_MAX_VERTICES;
     const uint64_t chunks = ((uint64_t)paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS;
-    const uint64_t needed = paths / paths_a_slab + 1 + workers * chunks, numbered = UINT64_C(1)
-                                                                                    << (32 - CA_LIGHT_SLAB_BITS);
+    const uint64_t needed = paths / paths_a_slab + 1 + workers * chunks;
+    const uint64_t numbered = UINT64_C(1) << (32 - CA_LIGHT_SLAB_BITS);
     return (uint32_t)(needed < numbered ? needed : numbered);
 }
 

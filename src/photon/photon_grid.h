@@ -4,8 +4,8 @@
  * dense grid's cells empty. Cells that follow each other along x share a stretch of memory, so a query reads four
  * stretches. Photons of other cells in the same buckets fail the distance test like all that are too far.
  *
- * Order: a query finds photons cell by cell, within a cell in the order in which they were given. Cells depend on the
- * bounds and the radius only. So which other photons there are changes nothing of the order in which those of one
+ * Order: a query finds photons cell by cell, within a cell in the order in which they were given. Cells depend on
+ * the bounds and the radius only. So which other photons there are changes nothing of the order in which those of one
  * light path, or of one chunk of them, are found; nor do threads. Where two of a query's cells share a bucket
  * (seldom) each photon's own cell is asked for.
  *

@@ -17,8 +17,8 @@
  * as long as photons are few their number hardly depends on N_F (photon_grid.h: what shares a bucket), so that they
  * are a part of the segments.
  *
- * The law is a tangent. A candidate costs more where it comes alone, and where the photons have outgrown the caches;
- * a segment more where photons are in several chunks. Costs are those of the N_F that were measured, and should be
+ * The law is a tangent. A candidate costs more where it comes alone, and where the photons have outgrown the caches.
+ * Costs are those of the N_F that were measured, and should be
  * measured again for numbers far from them.
  *
  * A candidate costs more where pairs are gathered (film/pair_sums.h). Tiles of such passes are kept apart, and count
