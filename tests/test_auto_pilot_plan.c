@@ -27,124 +27,59 @@ static ca_auto_progress progress_of(double seconds, double camera_paths, double 
 /* Settings say 4,000 light paths and 2 camera paths; a render of 100 s has 6 s of pilot, a noise target 2 s. */
 typedef struct numbers_case {
     const char *what;
-    ca_auto_goal goal;
-    bool given, one_camera_path;
-    uint32_t most, ramp[2], iterations; /* light paths that fit the memory; the ramp so far */
-    double elapsed, seconds;            /* of the render; of the last iteration */
-    ca_pilot_step step;
+    double wanted_seconds, wanted_samples; /* of the render */
+    char kind;                             /* g: the user gave the numbers, p: ppm, -: neither */
+    uint32_t most, ramp[2], iterations;    /* light paths that fit the memory; the ramp so far */
+    double elapsed, seconds;               /* of the render; of the last iteration */
+    char step;                             /* r: ramp, o: ordinary */
     uint32_t expected[2], least;
 } numbers_case;
+
+#define ANY UINT32_MAX
+
+/* With 5.376 s left and 0.03 s an iteration, 16 iterations with pairs may be 5.376 / (16 x 1.4 x 0.03) = 8 times as
+ * long, and a step makes them 8 times as long; six may be 8 times as long with 0.08 s, and no longer with 0.64 s. */
+static const numbers_case numbers_cases[] = {
+    {"begins with a quarter", 100, 0, '-', ANY, {0, 0}, 0, 0.0, 0.0, 'r', {1000, 1}, 1000},
+    {"so do given numbers", 100, 0, 'g', ANY, {0, 0}, 0, 0.0, 0.0, 'r', {1000, 1}, 1000},
+    {"a step", 100, 0, '-', ANY, {1000, 1}, 2, 0.1, 0.02, 'r', {4000, 2}, 1000},
+    {"a step of ppm", 100, 0, 'p', ANY, {1000, 1}, 2, 0.1, 0.02, 'r', {4000, 1}, 1000},
+    {"at most 16 camera paths", 100, 0, '-', ANY, {1000, 12}, 2, 0.1, 0.02, 'r', {4000, 16}, 1000},
+    {"what fits the memory", 100, 0, '-', 1500, {1000, 1}, 2, 0.1, 0.02, 'r', {1500, 2}, 1000},
+    {"nothing more fits", 100, 0, '-', 1000, {1000, 4}, 4, 0.1, 0.02, 'o', {1000, 9}, 1000},
+    {"no time for the next step", 100, 0, '-', ANY, {1000, 4}, 4, 0.624, 0.03001, 'o', {3998, 8}, 3998},
+    {"time for the next step", 100, 0, '-', ANY, {1000, 4}, 4, 0.624, 0.02999, 'r', {4000, 8}, 1000},
+    {"given: no steps", 100, 0, 'g', ANY, {1000, 1}, 2, 0.1, 0.02, 'o', {4000, 2}, 4000},
+    {"samples: no steps", 0, 99, '-', ANY, {1000, 1}, 2, 0.1, 1e-6, 'o', {4000, 2}, 4000},
+    {"slow: still a step after the first", 100, 0, '-', ANY, {1000, 1}, 2, 0.624, 0.0799, 'o', {4000, 2}, 4000},
+    {"slow: not after others", 100, 0, '-', ANY, {1000, 4}, 4, 0.624, 0.24, 'o', {1000, 4}, 1000},
+    {"too slow for six", 100, 0, '-', ANY, {1000, 8}, 4, 0.624, 1.28, 'o', {630, 6}, 630},
+    {"far too slow", 100, 0, '-', ANY, {1000, 4}, 2, 6.0, 1.0, 'o', {250, 2}, 250},
+    {"two seconds to a target", 0, 0, '-', ANY, {1000, 4}, 4, 0.208, 0.0101, 'o', {3973, 8}, 3973},
+    {"no fewer than the settings say", 100, 0, '-', ANY, {4000, 4}, 4, 0.624, 0.03001, 'o', {15996, 8}, 4000},
+};
+
+static ca_pilot_situation situation_of(const numbers_case *c)
+{
+    return (ca_pilot_situation){.goal = {.samples = c->wanted_samples, .seconds = c->wanted_seconds},
+                                .progress = progress_of(c->elapsed, 0.0, -1.0, 0.0),
+                                .settings = {4000, c->kind == 'p' ? 1 : 2},
+                                .given = c->kind == 'g',
+                                .one_camera_path = c->kind == 'p',
+                                .most_light_paths = c->most,
+                                .ramp = {.numbers = {c->ramp[0], c->ramp[1]}, .iterations = c->iterations},
+                                .iteration_seconds = c->seconds};
+}
 
 static void test_numbers(void **state)
 {
     (void)state;
-    enum { RAMP = CA_PILOT_RAMP, ORDINARY = CA_PILOT_ORDINARY };
-    static const numbers_case cases[] = {
-        {"begins with a quarter", {.seconds = 100}, false, false, UINT32_MAX, {0}, 0, 0, 0, RAMP, {1000, 1}, 1000},
-        {"so do given numbers", {.seconds = 100}, true, false, UINT32_MAX, {0}, 0, 0, 0, RAMP, {1000, 1}, 1000},
-        {"a step", {.seconds = 100}, false, false, UINT32_MAX, {1000, 1}, 2, .1, .02, RAMP, {4000, 2}, 1000},
-        {"a step of ppm", {.seconds = 100}, false, true, UINT32_MAX, {1000, 1}, 2, .1, .02, RAMP, {4000, 1}, 1000},
-        {"at most 16", {.seconds = 100}, false, false, UINT32_MAX, {1000, 12}, 2, .1, .02, RAMP, {4000, 16}, 1000},
-        {"what fits the memory", {.seconds = 100}, false, false, 1500, {1000, 1}, 2, .1, .02, RAMP, {1500, 2}, 1000},
-        {"nothing more fits", {.seconds = 100}, false, false, 1000, {1000, 4}, 4, .1, .02, ORDINARY, {1000, 8}, 1000},
-        {"no time for 16 like the next",
-         {.seconds = 100},
-         false,
-         false,
-         UINT32_MAX,
-         {1000, 4},
-         4,
-         .624,
-         .03,
-         ORDINARY,
-         {4000, 8},
-         4000}, /* 5.376 s / (16 x 1.4 x 0.03 s) = 8 times the length: a step of 2 */
-        {"given: no steps",
-         {.seconds = 100},
-         true,
-         false,
-         UINT32_MAX,
-         {1000, 1},
-         2,
-         .1,
-         .02,
-         ORDINARY,
-         {4000, 2},
-         4000},
-        {"samples: no steps",
-         {.samples = 99},
-         false,
-         false,
-         UINT32_MAX,
-         {1000, 1},
-         2,
-         .1,
-         1e-6,
-         ORDINARY,
-         {4000, 2},
-         4000},
-        {"slow, after one step",
-         {.seconds = 100},
-         false,
-         false,
-         UINT32_MAX,
-         {1000, 1},
-         2,
-         .624,
-         .08,
-         ORDINARY,
-         {4000, 2},
-         4000}, /* a step of the ramp, for which there is time: 8 times the length of six iterations */
-        {"too slow for that",
-         {.seconds = 100},
-         false,
-         false,
-         UINT32_MAX,
-         {1000, 4},
-         2,
-         .624,
-         .64,
-         ORDINARY,
-         {1000, 4},
-         1000}, /* 5.376 s / (6 x 1.4 x 0.64 s) = 1 */
-        {"far too slow", {.seconds = 100}, false, false, UINT32_MAX, {1000, 4}, 2, 6, 1, ORDINARY, {250, 2}, 250},
-        {"two seconds to a target",
-         {0},
-         false,
-         false,
-         UINT32_MAX,
-         {1000, 4},
-         4,
-         .208,
-         .01,
-         ORDINARY,
-         {4000, 8},
-         4000},
-        {"at least as the settings say",
-         {.seconds = 100},
-         false,
-         false,
-         UINT32_MAX,
-         {4000, 4},
-         4,
-         .624,
-         .03,
-         ORDINARY,
-         {16000, 8},
-         4000},
-    };
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        const numbers_case *c = &cases[i];
-        const ca_pilot_situation s = {.goal = c->goal,
-                                      .progress = progress_of(c->elapsed, 0.0, -1.0, 0.0),
-                                      .settings = {4000, c->one_camera_path ? 1 : 2},
-                                      .given = c->given,
-                                      .one_camera_path = c->one_camera_path,
-                                      .most_light_paths = c->most,
-                                      .ramp = {.numbers = {c->ramp[0], c->ramp[1]}, .iterations = c->iterations},
-                                      .iteration_seconds = c->seconds};
+    for (size_t i = 0; i < sizeof numbers_cases / sizeof numbers_cases[0]; i++) {
+        const numbers_case *c = &numbers_cases[i];
+        const ca_pilot_situation s = situation_of(c);
         const ca_pilot_decision d = ca_pilot_decide(&s);
-        if (d.step != c->step || fabs((double)d.numbers.light_paths - c->expected[0]) > 1.0 ||
+        if (d.step != (c->step == 'r' ? CA_PILOT_RAMP : CA_PILOT_ORDINARY) ||
+            fabs((double)d.numbers.light_paths - c->expected[0]) > 1.0 ||
             d.numbers.camera_paths != c->expected[1] || fabs((double)d.least_light_paths - c->least) > 1.0)
             fail_msg("%s: step %d, %u light paths (at least %u), %u camera paths", c->what, (int)d.step,
                      d.numbers.light_paths, d.least_light_paths, d.numbers.camera_paths);
