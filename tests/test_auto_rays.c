@@ -80,6 +80,71 @@ static void test_joined_film(void **state)
     ca_joined_film_destroy(&joined);
 }
 
+/* Two groups of two halves, joined once their weights are known: as if the four films had been added with them. */
+static void test_halved_film(void **state)
+{
+    (void)state;
+    static const float greens[4][6] = {{1, 3, 4}, {6, 2, 5}, {2, 9}, {7, 1}};
+    static const double share[2] = {0.3, 0.7}, weights[3][2] = {{0.5, 0.5}, {0.4, 0.15}, {0.0, 0.25}};
+    ca_film films[4], out = film_of(NULL, 0);
+    for (int k = 0; k < 4; k++) films[k] = film_of(greens[k], k < 2 ? 3 : 2);
+    ca_halved_film halved;
+    assert_int_equal(ca_halved_film_create(&halved, &out, NULL), CA_OK);
+    ca_halved_film_add(&halved, &films[0], &films[1], 1.0);
+    ca_halved_film_scale(&halved, share[0]);
+    ca_halved_film_add(&halved, &films[2], &films[3], share[1]);
+    assert_near(ca_halved_film_mean(&halved, 0, 0, 1), 0.3 * 8.0 / 3.0 + 0.7 * 5.5, 1e-6);
+    assert_near(ca_halved_film_mean(&halved, 0, 1, 1), 0.3 * 13.0 / 3.0 + 0.7 * 4.0, 1e-6);
+    for (int k = 0; k < 3; k++) {
+        const double a = weights[k][0], b = weights[k][1];
+        ca_joined_film joined, expected;
+        assert_int_equal(ca_joined_film_create(&joined, &out, NULL), CA_OK);
+        assert_int_equal(ca_joined_film_create(&expected, &out, NULL), CA_OK);
+        ca_halved_film_join(&halved, a, b, &joined);
+        ca_joined_film_add_two(&expected, &films[0], a * share[0], &films[1], b * share[0]);
+        ca_joined_film_add_two(&expected, &films[2], a * share[1], &films[3], b * share[1]);
+        const ca_joined_pixel *p = &joined.pixels[0], *q = &expected.pixels[0];
+        assert_near(p->mean[1], q->mean[1], 1e-6); /* a float's part in it */
+        assert_near(p->variance[1], q->variance[1], 1e-12);
+        assert_near(p->luminance_variance, q->luminance_variance, 1e-12);
+        for (int c = 0; c < 4; c++) assert_near(p->third[c], q->third[c], 1e-12);
+        assert_near(p->scatter[1], q->scatter[1], 1e-12);
+        assert_near((double)p->albedo[0], (double)q->albedo[0], 1e-6);
+        assert_int_equal(p->samples, q->samples);
+        const ca_joined_sums sums = ca_halved_film_sums(&halved, a, b), whole = ca_joined_sums_of(&expected);
+        assert_near(sums.luminance, whole.luminance, 1e-6);
+        assert_near(sums.variance, whole.variance, 1e-12);
+        ca_joined_film_destroy(&joined);
+        ca_joined_film_destroy(&expected);
+    }
+    ca_halved_film_destroy(&halved);
+    for (int k = 0; k < 4; k++) ca_film_destroy(&films[k]);
+    ca_film_destroy(&out);
+}
+
+/* The noise of an image is known from sums over its parts. */
+static void test_sums_of_parts(void **state)
+{
+    (void)state;
+    ca_film a = film_of((const float[]){1.0f, 3.0f, 8.0f}, 3), b = film_of((const float[]){6.0f, 2.0f, 7.0f}, 3);
+    ca_joined_film joined;
+    assert_int_equal(ca_joined_film_create(&joined, &a, NULL), CA_OK);
+    ca_joined_film_add(&joined, &a, 0.25);
+    ca_joined_film_add_two(&joined, &a, 0.5 * 0.75, &b, 0.5 * 0.75);
+    const ca_joined_sums whole = ca_joined_sums_of(&joined);
+    ca_joined_sums sums = ca_joined_sums_add((ca_joined_sums){0}, ca_joined_sums_of_film(&a), 0.25);
+    sums = ca_joined_sums_add(sums, ca_joined_sums_of_two(&a, &b), 0.75);
+    assert_near(sums.luminance, whole.luminance, 1e-12);
+    assert_near(sums.variance, whole.variance, 1e-12);
+    const ca_film_summary summary = ca_joined_film_summarise(&joined, 6, &a);
+    assert_near(sqrt(sums.variance) / sums.luminance, summary.noise, 1e-12);
+    ca_film_clear(&a);
+    assert_true(a.pixels[0].samples == 0 && a.pixels[0].sum[1] == 0.0);
+    ca_joined_film_destroy(&joined);
+    ca_film_destroy(&a);
+    ca_film_destroy(&b);
+}
+
 /* ---- Maps in files --------------------------------------------------------------------------------------------- */
 
 static const ca_ray_map_place place = {.full_width = 5, .full_height = 4, .crop = {1, 1, 4, 3}};
@@ -511,6 +576,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_joined_film),
+        cmocka_unit_test(test_halved_film),
+        cmocka_unit_test(test_sums_of_parts),
         cmocka_unit_test(test_ray_map),
         cmocka_unit_test(test_rays_of_a_file),
         cmocka_unit_test(test_components),
