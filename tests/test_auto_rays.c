@@ -434,7 +434,7 @@ static void test_time(void **state)
     ca_scene_release(scene);
 }
 
-/* A target that the pilot reaches ends it; one that it does not is foretold. */
+/* A target that the pilot reaches ends the render; else its time is predicted. */
 static void test_noise(void **state)
 {
     (void)state;
@@ -445,7 +445,7 @@ static void test_noise(void **state)
     render_and_check(scene, &settings, &statistics);
     assert_true(statistics.noise_percent < 25.0 && statistics.noise_percent > 10.0);
     assert_true(statistics.first_predicted_seconds == 0.0 && statistics.numbers_of_rays.phases == 0);
-    /* The faster the machine the less is left to foretell. */
+    /* On a fast machine the first targets are reached before a time is predicted. */
     for (settings.noise_percent = 2.0; statistics.first_predicted_seconds == 0.0 && settings.noise_percent > 0.2;
          settings.noise_percent *= 0.7)
         render_and_check(scene, &settings, &statistics);

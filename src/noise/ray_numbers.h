@@ -41,8 +41,8 @@
 
 enum {
     CA_RAY_MOST_LIGHT_PATHS = 1 << 30,    /* of an iteration */
-    CA_RAY_MOST_LIGHT_PATHS_HELD = 1 << 22, /* where no limit of memory is set: they are all in memory at once */
-    CA_RAY_MOST_CAMERA_PATHS = 4096,      /* of a pixel in an iteration, where nobody says otherwise */
+    CA_RAY_MOST_LIGHT_PATHS_HELD = 1 << 22, /* if no limit of memory is set: all are in memory at once */
+    CA_RAY_MOST_CAMERA_PATHS = 4096,      /* of a pixel in an iteration: the default */
     CA_RAY_CHOICE_PIXEL_BYTES = 108,      /* what ca_ray_numbers_choose allocates for each pixel */
 };
 

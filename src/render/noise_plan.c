@@ -84,7 +84,7 @@ static bool is_set(const ca_scene *scene, const char *integrator, const char *pa
     return ca_render_overrides_mention(overrides_of(integrator), parameter);
 }
 
-/* Numbers that nobody has set. */
+/* Numbers that neither the scene nor the settings give. */
 static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
 {
     ca_render_settings *s = &p->settings;

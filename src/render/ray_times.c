@@ -91,6 +91,7 @@ static void pool_lists(sample_list *list, const sample_list *other)
     for (size_t i = 0; i < kept; i++) list->samples[list->count + i] = other->samples[i * other->count / kept];
     list->count += kept;
     list->seen = list->count;
+    assert(list->count <= list->capacity);
 }
 
 void ca_ray_times_pool(ca_ray_times *t, const ca_ray_times *other)
