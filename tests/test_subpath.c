@@ -11,7 +11,8 @@
 
 static void assert_near(float got, double expected)
 {
-    if (!(fabs((double)got - expected) <= 1e-6 * fabs(expected))) fail_msg("%.9g instead of %.9g", (double)got, expected);
+    if (!(fabs((double)got - expected) <= 1e-6 * fabs(expected)))
+        fail_msg("%.9g instead of %.9g", (double)got, expected);
 }
 
 /* With epsilon 0.01 the density 0.2401 gives 1 / (0.01 + 0.49) = 2. */
@@ -97,15 +98,15 @@ static void test_cameras(void **state)
     assert_true(flight.sqrt_omega == 0.0f && flight.parallel && !flight.reversible);
 }
 
-/* 2 m away, at 60 degrees: 0.2401 * 0.5 / 4; the footprint grows by 2 * 2. */
+/* 2 m away, where the cosine is 1/4: 0.2401 * 0.25 / 4, and 0.5 / 4 back; the footprint grows by 2 * 2. */
 static void test_arrival(void **state)
 {
     (void)state;
     ca_path_vertex light, v;
     ca_flight flight = leave_light(CA_LIGHT_AREA, 0.0625f, pdf_two.v, &light);
     light.connectable_count = 3;
-    ca_path_vertex_arrive(&v, &light, &flight, 2.0f, 0.5f, 7.0f);
-    assert_near(v.pdf_forward.v, 0.2401 * 0.5 / 4.0);
+    ca_path_vertex_arrive(&v, &light, &flight, 2.0f, 0.25f, 7.0f);
+    assert_near(v.pdf_forward.v, 0.2401 * 0.25 / 4.0);
     assert_near(v.to_previous, 0.5 / 4.0);
     assert_near(v.distance, 2.0);
     assert_near(v.sqrt_area, 4.0 + 2.0 * 2.0);
@@ -115,11 +116,11 @@ static void test_arrival(void **state)
     assert_int_equal(v.connectable, 0);
 
     flight = leave_light(CA_LIGHT_CONSTANT, 0.0625f, pdf_two.v, &light);
-    ca_path_vertex_arrive(&v, &light, &flight, 2.0f, 0.5f, 0.0f);
-    assert_near(v.pdf_forward.v, 0.0625 * 0.5);
+    ca_path_vertex_arrive(&v, &light, &flight, 2.0f, 0.25f, 0.0f);
+    assert_near(v.pdf_forward.v, 0.0625 * 0.25);
     assert_near(v.to_previous, 1.0);
     flight = leave_light(CA_LIGHT_POINT, 1.0f, pdf_two.v, &light);
-    ca_path_vertex_arrive(&v, &light, &flight, 2.0f, 0.5f, 0.0f);
+    ca_path_vertex_arrive(&v, &light, &flight, 2.0f, 0.25f, 0.0f);
     assert_true(v.to_previous == 0.0f);
 }
 
@@ -128,8 +129,11 @@ static ca_flight scatter(const ca_reuse_rules *reuse, uint32_t kind, float eta, 
                          ca_path_vertex *v)
 {
     const ca_vec3 ng = {0.0f, 0.0f, 1.0f}, wi = {sqrtf(0.75f), 0.0f, 0.5f};
-    const ca_bsdf_sample event = {
-        .wo_world = ng, .pdf = {15.9201f}, .pdf_reverse = pdf_two, .scatter = CA_SCATTER_REFLECTION | kind, .eta = eta};
+    const ca_bsdf_sample event = {.wo_world = ng,
+                                  .pdf = {15.9201f},
+                                  .pdf_reverse = pdf_two,
+                                  .scatter = CA_SCATTER_REFLECTION | kind,
+                                  .eta = eta};
     const ca_flight flight = leave_light(CA_LIGHT_AREA, 0.0625f, pdf_two.v, light);
     light->connectable_count = 3;
     ca_path_vertex_arrive(v, light, &flight, 2.0f, 0.5f, 0.0f);
@@ -183,7 +187,8 @@ static void test_dirac_jacobian(void **state)
 static void test_next_event_ratio(void **state)
 {
     (void)state;
-    const ca_shape sphere = {.kind = CA_SHAPE_SPHERE, .area = 4.0f * CA_PI}, disk = {.kind = CA_SHAPE_DISK, .area = CA_PI};
+    const ca_shape sphere = {.kind = CA_SHAPE_SPHERE, .area = 4.0f * CA_PI};
+    const ca_shape disk = {.kind = CA_SHAPE_DISK, .area = CA_PI};
     ca_light light = {.kind = CA_LIGHT_AREA, .shape = &sphere};
     const float cone = CA_INV_TWO_PI / (1.0f - sqrtf(0.75f));
     assert_near(ca_next_event_ratio(&light, (ca_pdf_solid_angle){cone}, 0.5f, 9.0f),
