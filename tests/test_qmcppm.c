@@ -125,16 +125,16 @@ static void test_the_cut_into_blocks_does_not_matter(void **state)
     ca_scene_release(scene);
 }
 
-/* A last block of 200 light paths behind one of 300 is a block of 500, where a lamp is in view, too. */
+/* A block of 300 light paths and one of 200 are one of 500; what camera paths find alone, once for each of them. */
 static void test_a_smaller_last_block(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(room_text);
-    ca_image_layers *two =
-        render_blocks(scene, "qmcppm:alpha=0,radius=0.2,light_paths=300,total_light_paths=500,total_camera_paths=1",
-                      "halton", 2, 2);
-    ca_image_layers *one =
-        render_blocks(scene, "qmcppm:alpha=0,radius=0.2,light_paths=500,total_camera_paths=1", "halton", 1, 2);
+    const char *const cut = "qmcppm:alpha=0,radius=0.2,direct=next-event,light_paths=300,total_light_paths=500,"
+                            "total_camera_paths=1";
+    const char *const whole = "qmcppm:alpha=0,radius=0.2,direct=next-event,light_paths=500,total_camera_paths=1";
+    ca_image_layers *two = render_blocks(scene, cut, "halton", 2, 2);
+    ca_image_layers *one = render_blocks(scene, whole, "halton", 1, 2);
     const double difference = largest_difference(one, two);
     if (!(difference < 1e-4)) fail_msg("differs by %g", difference);
     ca_image_release(one);

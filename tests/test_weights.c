@@ -32,6 +32,7 @@ enum { LEAST = 3, MOST = 6 }; /* vertices of a path with camera and light */
     "<rfilter type='box'/></film></sensor>"
 #define LOOK "<transform name='to_world'><lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform>"
 #define PINHOLE "<sensor type='perspective'><float name='fov' value='4'/>" LOOK FILM
+#define WIDE "<sensor type='perspective'><float name='fov' value='60'/>" LOOK FILM
 #define LENS                                                                                                         \
     "<sensor type='thinlens'><float name='fov' value='3'/><float name='aperture_radius' value='0.05'/>"              \
     "<float name='focus_distance' value='4'/>" LOOK FILM
@@ -58,6 +59,7 @@ static const struct {
     double direct, tolerance; /* with three vertices, and with more */
 } scenes[] = {
     {"in a ball, pinhole", SCENE(PINHOLE BALL), MOST, 12, 0.002, 0.002},
+    {"in a ball, wide", SCENE(WIDE BALL), MOST, 40, 0.01, 0.01}, /* light paths find the film as often */
     {"in a ball, lens", SCENE(LENS BALL), MOST, 12, 0.002, 0.002},
     {"in a ball, parallel", SCENE(PARALLEL BALL), MOST, 12, 0.002, 0.002},
     {"in a ball, small lamp", SCENE(PINHOLE BALL LAMP_BALL), 4, 80, 0.02, 0.02},
