@@ -13,13 +13,14 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-long check-metrics bench paper-000 paper-002 paper-004 lint install clean dependencies
+.PHONY: help build demo test test-long mutants check-metrics bench paper-000 paper-002 paper-004 lint install clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
 	@echo "make test       every fast test           (PRESET=asan, tsan, debug: with that build)"
 	@echo "make check-metrics  compare's SSIM and FLIP against other programs, from the Python package index"
 	@echo "make test-long  the slow, statistical tests"
+	@echo "make mutants    deliberate bugs, and whether its test finds each (ONLY=pattern: those with such names)"
 	@echo "make bench      measures speed, writes bench/results.json"
 	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only)"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
@@ -49,6 +50,9 @@ test: dependencies
 test-long: dependencies
 	@$(call build_targets,$(PRESET),all tests-long,$(BUILD))
 	@CA_TEST_TIMEOUT=$${CA_TEST_TIMEOUT:-3600} scripts/run-tests.sh $(BUILD) tests-long
+
+mutants: dependencies
+	@scripts/run-mutants.sh $(ONLY)
 
 check-metrics: build
 	@scripts/install-dependencies.sh check

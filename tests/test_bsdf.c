@@ -285,9 +285,41 @@ static void mirrors_scale_flux_by_the_cosines(void **state)
     assert_true(compared > 300);
 }
 
+/* One number chooses among lobes and then within the lobe: of glass in a mixture, the Fresnel reflectance of its
+ * samples are reflections, as of glass alone. */
+static void the_choice_of_a_lobe_leaves_a_number_for_it(void **state)
+{
+    (void)state;
+    enum { COUNT = 10000 };
+    const ca_vec3 up = {0.0f, 0.0f, 1.0f};
+    const ca_bxdf glass = {.kind = CA_BXDF_DIELECTRIC,
+                           .as.dielectric = {.reflectance = {1, 1, 1}, .transmittance = {1, 1, 1}, .eta = 1.5f}};
+    const ca_bxdf paint = {.kind = CA_BXDF_DIFFUSE, .as.diffuse = {.reflectance = {1, 1, 1}}};
+    ca_bsdf bsdf = {.ng = up, .null_weight = 0.125f, .lobe_count = 3};
+    for (int i = 0; i < 3; i++)
+        bsdf.lobes[i] = (ca_bsdf_lobe){
+            .frame = ca_frame_from_normal(up), .weight = i == 1 ? 0.375f : 0.25f, .bxdf = i == 1 ? paint : glass};
+    bsdf.scatter = CA_SCATTER_REFLECTION | CA_SCATTER_TRANSMISSION | CA_SCATTER_SMOOTH | CA_SCATTER_DIRAC;
+    uint32_t reflected = 0, refracted = 0, scattered = 0, straight = 0;
+    for (int i = 0; i < COUNT; i++) {
+        ca_bsdf_sample sample;
+        const float u = ((float)i + 0.5f) / COUNT;
+        assert_true(ca_bsdf_sample_direction(&bsdf, up, u, (ca_vec2){0.3f, 0.6f}, CA_FROM_CAMERA, &sample));
+        if (sample.scatter & CA_SCATTER_NULL) straight++;
+        else if (sample.scatter & CA_SCATTER_SMOOTH) scattered++;
+        else if (sample.scatter & CA_SCATTER_REFLECTION) reflected++;
+        else refracted++;
+    }
+    assert_in_range(straight, COUNT / 8 - 2, COUNT / 8 + 2);
+    assert_in_range(scattered, 3 * COUNT / 8 - 2, 3 * COUNT / 8 + 2);
+    assert_in_range(reflected, COUNT / 2 * 0.04 - 3, COUNT / 2 * 0.04 + 3); /* (0.5 / 2.5)^2 */
+    assert_int_equal(straight + scattered + reflected + refracted, COUNT);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_choice_of_a_lobe_leaves_a_number_for_it),
         cmocka_unit_test(trees_become_weighted_lobes),
         cmocka_unit_test(weightless_children_are_left_out),
         cmocka_unit_test(as_many_leaves_as_allowed),

@@ -304,6 +304,30 @@ static void test_detectable_bias_is_what_is_detected(void **state)
     ca_layers_destroy(b);
 }
 
+/* One pixel of few samples against an exact one: Student's distribution with two degrees has a closed form. Of two
+ * pixels, variances v and V with n and N samples have (v + V)^2 / (v^2 / (n - 1) + V^2 / (N - 1)) degrees. */
+static void test_degrees_of_freedom(void **state)
+{
+    (void)state;
+    ca_image_layers *image = make_picture(1, 1, true), *exact = make_picture(1, 1, false);
+    fill(image, "Samples.Y", 3.0f);
+    for (int i = 3; i < 6; i++) fill(image, layer_names[i], 12.0f); /* of the mean: 4 */
+    fill_colors(image, 105.0f, 100.0f, 100.0f);
+    fill_colors(exact, 100.0f, 100.0f, 100.0f);
+    const double t = 5.0 / 2.0, p = 1.0 - t / sqrt(2.0 + t * t);
+    assert_near(compare(image, exact, NULL).test.p_value, 1.0 - pow(1.0 - p, 3.0), 1e-4);
+    ca_layers_destroy(exact);
+    exact = make_picture(1, 1, true);
+    fill(exact, "Samples.Y", 5.0f);
+    for (int i = 3; i < 6; i++) fill(exact, layer_names[i], 40.0f); /* of the mean: 8 */
+    fill_colors(exact, 100.0f, 100.0f, 100.0f);
+    const double degrees = 144.0 / (16.0 / 2.0 + 64.0 / 4.0);
+    const double both = ca_student_two_sided_p(5.0 / sqrt(12.0), degrees);
+    assert_near(compare(image, exact, NULL).test.p_value, 1.0 - pow(1.0 - both, 3.0), 1e-4);
+    ca_layers_destroy(image);
+    ca_layers_destroy(exact);
+}
+
 static void test_exact_reference_and_unknown_variance(void **state)
 {
     (void)state;
@@ -407,6 +431,7 @@ int main(void)
         cmocka_unit_test(test_false_alarm_rate_of_small_blocks),
         cmocka_unit_test(test_injected_bias_is_found),
         cmocka_unit_test(test_detectable_bias_is_what_is_detected),
+        cmocka_unit_test(test_degrees_of_freedom),
         cmocka_unit_test(test_exact_reference_and_unknown_variance),
         cmocka_unit_test(test_downsampling_keeps_means_and_their_variance),
         cmocka_unit_test(test_out_of_memory),

@@ -192,6 +192,24 @@ static void test_interval_without_scatter(void **state)
     assert_true(nothing.low == 0.0 && nothing.high == 0.0);
 }
 
+/* Limits between two floats go outwards, to the nearest one; those that are floats stay. */
+static void test_limits_are_rounded_outwards(void **state)
+{
+    (void)state;
+    static const double values[] = {1.0 + 0x1p-30, 1.0 - 0x1p-30, 0.1, 0.3, 1e-44, 1e-50, 3.0e38, 0.0, 7.5};
+    for (int i = 0; i < 9; i++)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const double value = sign * values[i];
+            float low, high;
+            ca_interval_round((ca_interval){value, value}, &low, &high);
+            assert_true((double)low <= value && (double)high >= value);
+            if ((double)(float)value == value)
+                assert_true((double)low == value && (double)high == value);
+            else
+                assert_true(nextafterf(low, INFINITY) == high);
+        }
+}
+
 /* ---- Marks ----------------------------------------------------------------------------------------------------- */
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
@@ -517,6 +535,7 @@ int main(void)
         cmocka_unit_test(test_interval_inverts_the_transformation),
         cmocka_unit_test(test_long_tail_is_poissons),
         cmocka_unit_test(test_interval_without_scatter),
+        cmocka_unit_test(test_limits_are_rounded_outwards),
         cmocka_unit_test(test_too_few_replicates),
         cmocka_unit_test(test_constant_pixels),
         cmocka_unit_test(test_fireflies_that_most_pixels_miss),

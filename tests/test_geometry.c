@@ -338,6 +338,52 @@ static void test_spheres_are_exact(void **state)
         }
 }
 
+/* The first of the two places where a ray in the cylinder's own space meets it, INFINITY if there is none. `doubt`: a
+ * place is too near the end to tell. */
+static float cylinder_oracle(ca_vec3 o, ca_vec3 d, bool *doubt)
+{
+    const double a = (double)d.x * (double)d.x + (double)d.y * (double)d.y;
+    const double b = (double)o.x * (double)d.x + (double)o.y * (double)d.y;
+    const double c = (double)o.x * (double)o.x + (double)o.y * (double)o.y - 1.0, inside = b * b - a * c;
+    *doubt = fabs(inside) < 1e-4 || a < 1e-4;
+    if (*doubt || inside < 0.0) return INFINITY;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double t = (-b + sign * sqrt(inside)) / a, z = (double)o.z + t * (double)d.z;
+        *doubt = *doubt || fabs(t) < 1e-3 || fabs(z) < 1e-3 || fabs(z - 1.0) < 1e-3;
+        if (t > 0.0 && z >= 0.0 && z <= 1.0) return (float)t;
+    }
+    return INFINITY;
+}
+
+/* From outside and inside of it, through its ends too. */
+static void test_cylinders_against_their_equation(void **state)
+{
+    (void)state;
+    const ca_matrix turn = ca_matrix_rotate(1, -1, 2, 70.0), move = ca_matrix_translate(-1.0, 0.5, 2.0);
+    ca_matrix map = ca_matrix_scale(0.5, 0.5, 2.0);
+    map = ca_matrix_multiply(&turn, &map);
+    map = ca_matrix_multiply(&move, &map);
+    ca_shape cylinder = {.kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .radius = 0.5f, .length = 2.0f};
+    assert_true(ca_affine_from_matrix(&map, &cylinder.map));
+    const ca_affine *to = &cylinder.map;
+    uint32_t inside = 0, missed = 0, hits = 0;
+    for (int i = 0; i < 50000; i++) {
+        const ca_vec3 lo = {between(-1.6f, 1.6f), between(-1.6f, 1.6f), between(-0.3f, 1.3f)};
+        const ca_vec3 o = ca_map_point(to->to, lo), d = random_direction();
+        bool doubt;
+        const float expected = cylinder_oracle(ca_map_point(to->from, o), ca_map_vector(to->from, d), &doubt);
+        if (doubt) continue;
+        float t = INFINITY;
+        const bool hit = ca_quadric_intersect(&cylinder, o, d, 0.0f, INFINITY, &t);
+        assert_int_equal(hit, isfinite(expected));
+        if (hit) assert_true(fabsf(t - expected) < 1e-3f * (1.0f + expected));
+        hits += hit;
+        missed += !hit;
+        inside += hit && lo.x * lo.x + lo.y * lo.y < 1.0f;
+    }
+    assert_true(inside > 5000 && missed > 5000 && hits > 15000);
+}
+
 static void test_disks_and_cylinders(void **state)
 {
     (void)state;
@@ -485,6 +531,7 @@ int main(void)
         cmocka_unit_test(test_edges_do_not_leak),
         cmocka_unit_test(test_spheres_are_exact),
         cmocka_unit_test(test_disks_and_cylinders),
+        cmocka_unit_test(test_cylinders_against_their_equation),
         cmocka_unit_test(test_an_instance_equals_a_transformed_copy),
         cmocka_unit_test(test_instances_share_memory),
 #ifdef NDEBUG

@@ -170,6 +170,31 @@ static void test_degrees_of_freedom(void **state)
     }
 }
 
+/* As a film it has the means, and the variances of the value as those of its samples over their number. */
+static void test_as_a_film(void **state)
+{
+    (void)state;
+    enum { SAMPLES = 9 };
+    ca_film film = film_of(12, 2), out = film_of(0, 0);
+    ca_joined_film joined = joined_like(&film);
+    ca_image_layers *image;
+    ca_joined_film_add(&joined, &film, 1.0);
+    ca_joined_film_to_film(&joined, SAMPLES, &out);
+    assert_int_equal(ca_film_develop(&out, &image, NULL), CA_OK);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        const ca_joined_pixel *pixel = &joined.pixels[i];
+        expect_near((double)ca_layers_find(image, "B")[i], pixel->mean[2], 1e-6);
+        expect_near((double)ca_layers_find(image, "Variance.B")[i], SAMPLES * pixel->variance[2], 1e-6);
+        expect_near((double)ca_layers_find(image, "StandardDeviation.Y")[i],
+                    sqrt(SAMPLES * pixel->luminance_variance), 1e-6);
+        assert_true(ca_layers_find(image, "Samples.Y")[i] == (float)SAMPLES);
+    }
+    ca_layers_destroy(image);
+    ca_joined_film_destroy(&joined);
+    ca_film_destroy(&film);
+    ca_film_destroy(&out);
+}
+
 static void test_memory(void **state)
 {
     (void)state;
@@ -195,7 +220,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_one_part), cmocka_unit_test(test_constant_parts),
         cmocka_unit_test(test_parts),    cmocka_unit_test(test_degrees_of_freedom),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_as_a_film), cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -359,6 +359,19 @@ static void test_projector_picture(void **state)
             assert_true(fabs(e - expected) < 1e-4 * (expected + 1.0));
         }
     assert_true(irradiance(light, (ca_vec3){-0.2f + 0.61f, 4.0f, 0.3f}, (ca_vec3){0, 1, 0}) == 0.0);
+    ca_test_random random = ca_test_random_seed(4);
+    for (int i = 0; i < 1000; i++) { /* a direction's density is the same, whoever asks */
+        ca_light_emission emission;
+        ca_light_direct direct;
+        if (!ca_light_sample_emission(light, random2(&random), (ca_vec2){0}, &emission)) continue;
+        const ca_vec3 reference = ca_madd(emission.origin, 2.0f, emission.direction);
+        if (!ca_light_sample_direct(light, reference, (ca_vec2){0}, &direct)) continue;
+        const ca_vec3 moved = ca_add(reference, (ca_vec3){1e-4f, 0.0f, 1e-4f});
+        ca_light_direct beside; /* in another cell of the table: rounding decides in which one this direction is */
+        if (!ca_light_sample_direct(light, moved, (ca_vec2){0}, &beside)) continue;
+        if (!close_to(direct.pdf_direction.v, beside.pdf_direction.v, 1e-2f)) continue;
+        assert_true(close_to(direct.pdf_direction.v, emission.pdf_direction.v, 1e-2f));
+    }
     assert_true(irradiance(light, (ca_vec3){-0.2f, 6.0f, 0.3f}, (ca_vec3){0, -1, 0}) == 0.0);
 }
 

@@ -137,6 +137,33 @@ static void test_sums_of_connections(void **state)
     ca_pair_film_destroy(&film);
 }
 
+/* Two films of iterations are, pooled, the film of all of them, and with one taken out again the other. */
+static void test_pool(void **state)
+{
+    (void)state;
+    const uint32_t crop[4] = {5, 7, 8, 9};
+    ca_test_random random = ca_test_random_seed(5);
+    ca_pair_film films[2], all;
+    for (int f = 0; f < 2; f++) assert_int_equal(ca_pair_film_create(&films[f], crop, 30, 4, NULL), CA_OK);
+    assert_int_equal(ca_pair_film_create(&all, crop, 30, 4, NULL), CA_OK);
+    for (int k = 0; k < 200; k++) {
+        double q[CA_PAIR_QUANTITIES]; /* eighths: sums are exact */
+        for (int a = 0; a < CA_PAIR_QUANTITIES; a++) q[a] = (double)(ca_test_random_u32(&random) % 16) / 8.0;
+        const ca_pair_moments m = {.value = q[0], .pair = q[1], .camera = q[2], .light = q[3]};
+        const uint32_t x = 5 + (uint32_t)k % 3, y = 7 + (uint32_t)k % 2;
+        ca_pair_film_add(&films[k % 5 == 0], x, y, &m);
+        ca_pair_film_add(&all, x, y, &m);
+    }
+    ca_pair_pixel first[6];
+    memcpy(first, films[0].pixels, sizeof first);
+    ca_pair_film_pool(&films[0], &films[1], 1);
+    assert_memory_equal(films[0].pixels, all.pixels, sizeof first);
+    ca_pair_film_pool(&films[0], &films[1], -1);
+    assert_memory_equal(films[0].pixels, first, sizeof first);
+    for (int f = 0; f < 2; f++) ca_pair_film_destroy(&films[f]);
+    ca_pair_film_destroy(&all);
+}
+
 static void test_film_out_of_memory(void **state)
 {
     (void)state;
@@ -365,6 +392,7 @@ int main(void)
         cmocka_unit_test(test_sums),
         cmocka_unit_test(test_means),
         cmocka_unit_test(test_sums_of_connections),
+        cmocka_unit_test(test_pool),
         cmocka_unit_test(test_film_out_of_memory),
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_values),

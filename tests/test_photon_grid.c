@@ -146,6 +146,8 @@ static void test_many(void **state)
     }
     check_cloud(MAX_PHOTONS, 0.01f, 300);
     check_cloud(MAX_PHOTONS, 0.2f, 50);
+    for (uint32_t i = 0; i < MAX_PHOTONS; i++) photons[i].position.y += 1e-3f * (float)i; /* the last lie farthest */
+    check_cloud(MAX_PHOTONS, 0.1f, 300);
 }
 
 static void test_clusters(void **state)

@@ -125,6 +125,41 @@ static void test_the_cut_into_blocks_does_not_matter(void **state)
     ca_scene_release(scene);
 }
 
+/* A block of 300 light paths and one of 200 are one of 500; what camera paths find alone, once for each of them. */
+static void test_a_smaller_last_block(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(room_text);
+    const char *const cut = "qmcppm:alpha=0,radius=0.2,direct=next-event,light_paths=300,total_light_paths=500,"
+                            "total_camera_paths=1";
+    const char *const whole = "qmcppm:alpha=0,radius=0.2,direct=next-event,light_paths=500,total_camera_paths=1";
+    ca_image_layers *two = render_blocks(scene, cut, "halton", 2, 2);
+    ca_image_layers *one = render_blocks(scene, whole, "halton", 1, 2);
+    const double difference = largest_difference(one, two);
+    if (!(difference < 1e-4)) fail_msg("differs by %g", difference);
+    ca_image_release(one);
+    ca_image_release(two);
+    ca_scene_release(scene);
+}
+
+/* A first block has the first radius; where four times as many light paths are fixed, with alpha 1, half of it. */
+static void test_the_radius_follows_the_light_paths(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(room_text);
+    ca_image_layers *first = render_blocks(scene, "qmcppm:alpha=1,radius=0.2,light_paths=500", "halton", 1, 2);
+    ca_image_layers *fixed = render_blocks(scene, "qmcppm:alpha=0,radius=0.2,light_paths=500", "halton", 1, 2);
+    assert_true(largest_difference(first, fixed) < 1e-6);
+    ca_image_release(first);
+    ca_image_release(fixed);
+    first = render_blocks(scene, "qmcppm:alpha=1,radius=0.2,light_paths=500,total_light_paths=2000", "halton", 1, 2);
+    fixed = render_blocks(scene, "qmcppm:alpha=0,radius=0.1,light_paths=500", "halton", 1, 2);
+    assert_true(largest_difference(first, fixed) < 1e-6);
+    ca_image_release(first);
+    ca_image_release(fixed);
+    ca_scene_release(scene);
+}
+
 static void test_threads_do_not_change_a_bit(void **state)
 {
     (void)state;
@@ -430,6 +465,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_cut_into_blocks_does_not_matter),
+        cmocka_unit_test(test_a_smaller_last_block),
+        cmocka_unit_test(test_the_radius_follows_the_light_paths),
         cmocka_unit_test(test_threads_do_not_change_a_bit),
         cmocka_unit_test(test_filled_blocks_estimate_the_same),
         cmocka_unit_test(test_filled_blocks_follow_each_other),

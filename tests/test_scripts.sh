@@ -1,6 +1,7 @@
 #!/bin/bash
 # The scripts that judge the project are judged here: run-tests.sh must count crashes, silence, leaks and time limits as
-# failures, and check-sources.sh must find each kind of breach and nothing else. Speaks TAP.
+# failures, check-sources.sh must find each kind of breach and nothing else, and run-mutants.sh must tell what a test
+# finds from what none finds. Speaks TAP.
 set -u
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -29,7 +30,7 @@ counted() {
     echo "$(printf '%s\n' "$output" | tail -n 1), status $status"
 }
 
-echo "1..17"
+echo "1..23"
 verdict "all pass" "2 passed, 0 failed, status 0" "$(counted 'echo 1..2; echo ok 1 - a; echo ok 2 - b')"
 verdict "two groups" "2 passed, 0 failed, status 0" "$(counted 'echo 1..1; echo ok 1 - a; echo 1..1; echo ok 1 - b')"
 verdict "one fails" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a; echo not ok 2 - b; exit 1')"
@@ -63,3 +64,47 @@ verdict "words in comments and strings are fine" 0 \
     "$(complaints src/math/a.c $'/* malloc(3)\n   exit(1) */ const char *s = "printf(\\"x\\")"; // free(s)')"
 verdict "exit below cli" 1 "$(complaints src/math/a.c '/* last */ exit(1);')"
 verdict "exit in cli is fine" 0 "$(complaints src/cli/a.c 'exit(1); printf("x");')"
+
+# ---- run-mutants.sh: one of each kind, in a project of one source and two tests
+mkdir -p "$folder/mutated/scripts" "$folder/mutated/src" "$folder/mutated/tests/mutants"
+cp "$scripts/run-mutants.sh" "$scripts/run-tests.sh" "$folder/mutated/scripts/"
+printf '%s\n' 'int one(void) { return 1; }' '' 'int two(void) { return 2; }' '' 'int unseen(void) { return 3; }' \
+    >"$folder/mutated/src/numbers.c"
+for number_of in one=1 two=2; do
+    name=${number_of%=*}
+    printf '%s\n' '#include <stdio.h>' "int $name(void);" 'int main(void)' '{' \
+        "    puts($name() == ${number_of#*=} ? \"1..1\\nok 1\" : \"1..1\\nnot ok 1\");" '}' \
+        >"$folder/mutated/tests/test_$name.c"
+done
+cat >"$folder/mutated/CMakeLists.txt" <<'END'
+cmake_minimum_required(VERSION 3.22)
+project(numbers LANGUAGES C)
+add_custom_target(tests)
+foreach(name test_one test_two)
+    add_executable(${name} src/numbers.c tests/${name}.c)
+    add_dependencies(tests ${name})
+    file(APPEND ${CMAKE_BINARY_DIR}/new.list "${CMAKE_BINARY_DIR}/${name}\n")
+endforeach()
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+file(RENAME ${CMAKE_BINARY_DIR}/new.list ${CMAKE_BINARY_DIR}/tests/tests.list)
+END
+mutant() { # mutant NAME TEST OLD NEW
+    printf 'Bug: %s.\nKilled-by: %s\n\n' "$1" "$2" >"$folder/mutated/tests/mutants/$1.patch"
+    sed "s/$3/$4/" "$folder/mutated/src/numbers.c" |
+        diff -u --label a/src/numbers.c --label b/src/numbers.c "$folder/mutated/src/numbers.c" - \
+            >>"$folder/mutated/tests/mutants/$1.patch"
+}
+mutant finds test_one 'return 1' 'return 0'
+mutant other test_one 'return 2' 'return 1'
+mutant passes test_two 'return 3' 'return 4'
+mutant broken test_two 'return 3' 'return return'
+mutant stale test_two 'return 3' 'return 4'
+sed -i 's/^ int two.*/ int second(void) { return 2; }/' "$folder/mutated/tests/mutants/stale.patch"
+told=$(CA_MUTANT_JOBS=2 "$folder/mutated/scripts/run-mutants.sh")
+said() { grep -o "^$1 .*" <<<"$told" | head -n 1 | sed -E "s/^$1 *//; s/ ?\(.*//"; }
+verdict "a mutant that its test finds" "killed by test_one: 0 passed, 1 failed" "$(said finds)"
+verdict "a mutant that another test finds" "FAILED: survives test_one, killed by test_two" "$(said other)"
+verdict "a mutant that no test finds" "FAILED: survives test_two and all other tests" "$(said passes)"
+verdict "a mutant that does not compile" "FAILED: does not compile" "$(said broken)"
+verdict "a mutant whose context is gone" "FAILED: no longer applies" "$(said stale)"
+verdict "the count of mutants" "1 killed, 4 failed" "$(printf '%s\n' "$told" | tail -n 1)"

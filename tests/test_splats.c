@@ -1,6 +1,7 @@
 /* Splats against a sum over all pixels and records in double precision, for every filter, on and around borders; the
- * same bits for any number of threads and lists; energy; failures of memory. */
+ * same bits for any number of threads and lists; energy; failures of memory; and the same splats for pairs. */
 #include "base/memory.h"
+#include "film/pair_splats.h"
 #include "film/splats.h"
 #include "support/test_random.h"
 
@@ -318,6 +319,48 @@ static void test_allocation_failures(void **state)
     destroy_lists(lists, LISTS);
 }
 
+/* ---- Pairs ----------------------------------------------------------------------------------------------------- */
+
+/* What splats bring the pairs of a pixel is what they bring the image: its luminance, over the light paths. */
+static void check_pairs(const ca_filter *filter, const ca_splat_list *lists)
+{
+    enum { LIGHT_PATHS = 50 };
+    static const uint32_t crop[4] = {20, 30, 45, 50};
+    ca_pair_splats splats;
+    ca_pair_sums *sums;
+    assert_int_equal(ca_pair_splats_create(&splats, crop, filter, NULL), CA_OK);
+    assert_int_equal(ca_pair_splats_add(&splats, lists, LISTS, 3, NULL), CA_OK);
+    assert_int_equal(ca_pair_splats_sort(&splats, NULL), CA_OK);
+    assert_int_equal(ca_pair_sums_create(&sums, NULL), CA_OK);
+    for (uint32_t y = crop[1]; y < crop[3]; y++)
+        for (uint32_t x = crop[0]; x < crop[2]; x++) {
+            const oracle_sum sum = oracle(lists, filter, 1.0, x, y);
+            const double expected = 0.2126 * sum.value[0] + 0.7152 * sum.value[1] + 0.0722 * sum.value[2];
+            ca_pair_sums_begin(sums, LIGHT_PATHS);
+            ca_pair_sums_next_path(sums);
+            ca_pair_splats_gather(&splats, x, y, sums);
+            const double got = LIGHT_PATHS * ca_pair_sums_finish(sums).value;
+            if (!(fabs(got - expected) <= 1e-6 * sum.magnitude)) fail_msg("%g instead of %g", got, expected);
+        }
+    ca_pair_sums_destroy(sums);
+    ca_pair_splats_destroy(&splats);
+}
+
+static void test_pairs(void **state)
+{
+    (void)state;
+    ca_splat_list lists[LISTS];
+    make_lists(lists, 20000);
+    for (int l = 0; l < LISTS; l++)
+        for (size_t i = 0; i < lists[l].count; i++) lists[l].items[i].light_path = (uint32_t)i % 40;
+    for (int kind = 0; kind < KINDS; kind++)
+        for (int stretch = 0; stretch < 3; stretch++) {
+            const ca_filter filter = prepared(kind, 1.0f + 0.4f * (float)stretch);
+            check_pairs(&filter, lists);
+        }
+    destroy_lists(lists, LISTS);
+}
+
 int main(void)
 {
     random_source = ca_test_random_seed(31);
@@ -329,6 +372,7 @@ int main(void)
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_crop_is_a_piece),
         cmocka_unit_test(test_allocation_failures),
+        cmocka_unit_test(test_pairs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
