@@ -55,7 +55,7 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
                    .sqrt_area = end.sqrt_area,
                    .spread = flight.sqrt_omega,
                    .cos_ratio = 1.0f},
-        .next_event_ratio = ca_next_event_ratio(light, hit.pdf_direct, cos_light, ca_sqr(v->distance)),
+        .next_event_ratio = hit.next_event_ratio,
         .light_choice = choice,
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
@@ -105,8 +105,7 @@ static float next_event_weight(const ca_camera_walk *walk, const ca_light *light
                    .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
                    .cos_ratio = cos_out / ca_abs_dot(walk->surface.ng, walk->wi)},
         .light = {.vertices = &end, .count = 1, .pdf_last = {value->pdf.v * hit_factor}, .cos_ratio = 1.0f},
-        .next_event_ratio =
-            ca_next_event_ratio(light, direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance)),
+        .next_event_ratio = direct->next_event_ratio,
         .light_choice = choice,
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,

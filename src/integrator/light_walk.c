@@ -51,14 +51,10 @@ static bool emit(light_walk *walk)
 }
 
 /* How next event from v[1] would choose v[0]. */
-static float next_event_ratio_of_start(const light_walk *walk, float distance)
+static float next_event_ratio_of_start(const light_walk *walk)
 {
-    const ca_light *light = walk->light;
-    if (light->kind != CA_LIGHT_AREA || light->as.area.shape->kind != CA_SHAPE_SPHERE) return 1.0f;
     const ca_surface_point *start = &walk->vertices[0].point;
-    const ca_pdf_solid_angle pdf =
-        ca_shape_pdf_direct(light->as.area.shape, walk->surface.position, start->position, start->ng);
-    return ca_next_event_ratio(light, pdf, ca_abs_dot(start->ng, walk->direction), ca_sqr(distance));
+    return ca_light_next_event_ratio(walk->light, walk->surface.position, start->position, start->ng);
 }
 
 /* Follows the ray to the next surface; false where it leaves the scene. */
@@ -75,7 +71,7 @@ static bool advance(light_walk *walk)
     const uint32_t k = ++walk->vertex;
     ca_path_vertex_arrive(&walk->densities[k], &walk->densities[k - 1], &walk->flight, hit.t, cos_in,
                           ca_bidirectional_density(walk->b, walk->surface.position));
-    if (k == 1) walk->densities[0].next_event_ratio = next_event_ratio_of_start(walk, hit.t);
+    if (k == 1) walk->densities[0].next_event_ratio = next_event_ratio_of_start(walk);
     ca_bsdf_init(&walk->bsdf, scene->materials, scene->desc.textures.items, &walk->surface, walk->wi);
     return true;
 }
