@@ -108,5 +108,6 @@ ca_vec2 ca_spherical_rectangle_sample(const ca_spherical_rectangle *seen, ca_vec
     const double h0 = side_normal(seen->y0, strip), h1 = side_normal(seen->y1, strip);
     const double h = h0 + (double)u.y * (h1 - h0);
     const double y = clamp_double(h * strip / sqrt(1.0 - h * h), seen->y0, seen->y1);
-    return (ca_vec2){(float)((x - seen->x0) / (seen->x1 - seen->x0)), (float)((y - seen->y0) / (seen->y1 - seen->y0))};
+    return (ca_vec2){(float)((x - seen->x0) / (seen->x1 - seen->x0)),
+                     (float)((y - seen->y0) / (seen->y1 - seen->y0))};
 }

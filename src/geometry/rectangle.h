@@ -1,8 +1,9 @@
 /* Rectangles: meshes of two triangles that form one, and points of them by solid angle as seen from a point.
  *
- * Seen from somewhere a rectangle is a spherical rectangle. ca_spherical_rectangle_sample maps the unit square to it so
- * that equal areas go to equal solid angles, without rejection and continuously: stratified numbers stay stratified.
- * The map is that of Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles".
+ * Seen from somewhere a rectangle is a spherical rectangle. ca_spherical_rectangle_sample maps the unit square to it
+ * so that equal areas go to equal solid angles, without rejection and continuously: stratified numbers stay
+ * stratified. The map is that of Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical
+ * Rectangles".
  *
  * In double precision: the solid angle is an excess over 2 pi, and of a small one little else would be left. Pure
  * functions. */

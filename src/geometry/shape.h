@@ -75,9 +75,9 @@ ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, c
  * barycentric, primitive (instance CA_NONE) and returns its density 1/area. */
 ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface);
 
-/* A point seen from `reference`, uniform in the solid angle where the shape allows that and it is worth while (spheres
- * from outside: the cone; rectangles that are not too small), else by area. *by_solid_angle gets the density of the
- * first, and 0 says that it was the second, with the density 1/area. */
+/* A point seen from `reference`, uniform in the solid angle where the shape allows that and it is worth while
+ * (spheres from outside: the cone; rectangles that are not too small), else by area. *by_solid_angle gets the density
+ * of the first, and 0 says that it was the second, with the density 1/area. */
 void ca_shape_sample_seen(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface,
                           ca_pdf_solid_angle *by_solid_angle);
 /* The same density without a sample: a function of shape and reference, the same for all points that are seen. */

@@ -132,6 +132,7 @@ struct ca_camera_walk {
     uint32_t x, y;         /* pixel */
     uint32_t vertex;       /* number of the last vertex, = segments so far */
     ca_vec3 origin, direction; /* of the next segment */
+    ca_light_receiver receiver; /* the last vertex, as it asked for light */
     float t_min, t_max;
     ca_flight flight;
     ca_rgb throughput;

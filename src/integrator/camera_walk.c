@@ -55,7 +55,8 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
                    .sqrt_area = end.sqrt_area,
                    .spread = flight.sqrt_omega,
                    .cos_ratio = 1.0f},
-        .next_event_ratio = hit.next_event_ratio,
+        .next_event_ratio =
+            hit.next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &walk->receiver, light_index),
         .light_choice = choice,
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
@@ -82,14 +83,18 @@ static void add_environment(ca_camera_walk *walk)
 
 /* ---- Next event ------------------------------------------------------------------------------------------------ */
 
-static float next_event_weight(const ca_camera_walk *walk, const ca_light *light, float choice,
+/* `choice`: the probability of choosing the light here, which for emission is another. */
+static float next_event_weight(const ca_camera_walk *walk, uint32_t light_index, float choice,
                                const ca_light_direct *direct, const ca_bsdf_value *value, float cos_out)
 {
+    const ca_scene *scene = walk->b->input.scene;
+    const ca_light *light = &scene->lights[light_index];
+    const float emission_choice = ca_light_choice_probability(&scene->light_choice, light_index);
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *v = last_vertex(walk);
     ca_path_vertex end;
-    const ca_flight flight =
-        ca_light_end(light, choice, direct->pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
+    const ca_flight flight = ca_light_end(light, emission_choice, direct->pdf_position, direct->pdf_direction,
+                                          direct->cos_light, reuse, &end);
     const bool infinite = ca_light_is_infinite(light);
     const float distance = infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->surface.position)
                                     : direct->distance;
@@ -105,8 +110,8 @@ static float next_event_weight(const ca_camera_walk *walk, const ca_light *light
                    .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
                    .cos_ratio = cos_out / ca_abs_dot(walk->surface.ng, walk->wi)},
         .light = {.vertices = &end, .count = 1, .pdf_last = {value->pdf.v * hit_factor}, .cos_ratio = 1.0f},
-        .next_event_ratio = direct->next_event_ratio,
-        .light_choice = choice,
+        .next_event_ratio = direct->next_event_ratio * (choice / emission_choice),
+        .light_choice = emission_choice,
         .light_infinite = ca_light_is_infinite(light),
         .camera_distance = walk->scratch->camera[1].distance,
     };
@@ -119,8 +124,9 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
     const ca_scene *scene = b->input.scene;
     const uint32_t dimension = ca_vertex_dimension(walk->vertex - 1);
     float choice;
-    const uint32_t index = ca_light_choice_sample(
-        &scene->light_choice, ca_sample_1d(&walk->stream, dimension + CA_DIM_NEXT_LIGHT), &choice);
+    const ca_light_receiver receiver = ca_walk_receiver(&walk->surface, &walk->bsdf, walk->wi);
+    const uint32_t index = ca_light_choice_sample_direct(
+        &scene->light_choice, &receiver, ca_sample_1d(&walk->stream, dimension + CA_DIM_NEXT_LIGHT), &choice);
     if (index == CA_NONE) return;
     const ca_light *light = &scene->lights[index];
     ca_light_direct direct;
@@ -135,7 +141,7 @@ void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
     if (ca_rgb_is_black(unweighted)) return;
     walk->worker->counters.shadow_rays++;
     if (!ca_walk_light_is_visible(scene->accel, &walk->surface, &direct)) return;
-    const float weight = weighted ? next_event_weight(walk, light, choice, &direct, &value, cos_out) : 1.0f;
+    const float weight = weighted ? next_event_weight(walk, index, choice, &direct, &value, cos_out) : 1.0f;
     if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight) &&
         walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
@@ -205,6 +211,7 @@ static bool scatter(ca_camera_walk *walk)
     if (is_finished(walk)) return false;
     walk->throughput = ca_rgb_mul(walk->throughput, event.weight);
     walk->eta2 *= ca_sqr(event.eta);
+    walk->receiver = ca_walk_receiver(&walk->surface, &walk->bsdf, walk->wi);
     walk->origin =
         ca_offset_origin(walk->surface.position, walk->surface.position_error, walk->surface.ng, event.wo_world);
     walk->direction = event.wo_world;
@@ -233,6 +240,7 @@ static void start(ca_camera_walk *walk, uint32_t index)
     walk->stream = ca_stream_start(input->sampler, (uint64_t)walk->y * input->camera->width + walk->x, index);
     const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &walk->stream, walk->x, walk->y,
                                                  &walk->sample->filter_weight);
+    walk->receiver = (ca_light_receiver){.position = ray.origin};
     walk->origin = ray.origin;
     walk->direction = ray.direction;
     walk->t_min = ray.t_min;

@@ -14,6 +14,7 @@ typedef struct light_walk {
     ca_path_vertex *densities;   /* of the path, v[0] first */
     ca_light_vertex *vertices;
     uint32_t vertex;             /* number of the last vertex, = segments so far */
+    uint32_t light_index;
     const ca_light *light;
     ca_vec3 origin, direction;
     ca_flight flight;
@@ -33,6 +34,7 @@ static bool emit(light_walk *walk)
     const uint32_t index =
         ca_light_choice_sample(&scene->light_choice, ca_sample_1d(&walk->stream, CA_DIM_LIGHT_CHOICE), &choice);
     if (index == CA_NONE) return false;
+    walk->light_index = index;
     walk->light = &scene->lights[index];
     ca_light_emission e;
     if (!ca_light_sample_emission(walk->light, ca_sample_2d(&walk->stream, CA_DIM_LIGHT_POSITION),
@@ -50,11 +52,13 @@ static bool emit(light_walk *walk)
     return true;
 }
 
-/* How next event from v[1] would choose v[0]. */
+/* How next event from v[1] would choose light and v[0]. */
 static float next_event_ratio_of_start(const light_walk *walk)
 {
     const ca_surface_point *start = &walk->vertices[0].point;
-    return ca_light_next_event_ratio(walk->light, walk->surface.position, start->position, start->ng);
+    const ca_light_receiver receiver = ca_walk_receiver(&walk->surface, &walk->bsdf, walk->wi);
+    return ca_light_next_event_ratio(walk->light, walk->surface.position, start->position, start->ng) *
+           ca_light_choice_ratio(&walk->b->input.scene->light_choice, &receiver, walk->light_index);
 }
 
 /* Follows the ray to the next surface; false where it leaves the scene. */
@@ -71,8 +75,8 @@ static bool advance(light_walk *walk)
     const uint32_t k = ++walk->vertex;
     ca_path_vertex_arrive(&walk->densities[k], &walk->densities[k - 1], &walk->flight, hit.t, cos_in,
                           ca_bidirectional_density(walk->b, walk->surface.position));
-    if (k == 1) walk->densities[0].next_event_ratio = next_event_ratio_of_start(walk);
     ca_bsdf_init(&walk->bsdf, scene->materials, scene->desc.textures.items, &walk->surface, walk->wi);
+    if (k == 1) walk->densities[0].next_event_ratio = next_event_ratio_of_start(walk);
     return true;
 }
 

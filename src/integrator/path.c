@@ -38,7 +38,7 @@ typedef struct path_walk {
     ca_rgb throughput; /* f |cos| / pdf of all vertices so far */
     ca_rgb radiance;   /* found so far */
     float eta2;        /* square of the product of relative indices: what refraction took from the throughput */
-    ca_vec3 previous;  /* the last vertex, and how the direction away from it was sampled: */
+    ca_light_receiver previous; /* the last vertex, and how the direction away from it was sampled: */
     ca_pdf_solid_angle pdf;
     bool dirac;
     uint32_t depth; /* edges so far */
@@ -82,21 +82,24 @@ static void add_emission(const path_state *state, path_walk *walk, uint32_t ligh
         contribute(state, walk, CA_TECHNIQUE_HIT, vertices, ca_rgb_mul(walk->throughput, radiance), 1.0f, counters);
         return;
     }
-    const ca_light_hit hit = ca_light_eval_hit(light, walk->previous, surface, out);
-    const float pdf_choice = ca_light_choice_probability(&state->scene->light_choice, light_index);
+    const ca_light_hit hit = ca_light_eval_hit(light, walk->previous.position, surface, out);
+    const float pdf_choice =
+        ca_light_choice_direct_probability(&state->scene->light_choice, &walk->previous, light_index);
     const float weight = mis_weight(state, walk->pdf.v, pdf_choice * hit.pdf_direct.v);
     contribute(state, walk, CA_TECHNIQUE_HIT, vertices,
                ca_rgb_scale(ca_rgb_mul(walk->throughput, hit.radiance), weight), weight, counters);
 }
 
-/* Next event: ask one light, chosen by power. */
+/* Next event: ask one light. */
 static void add_next_event(const path_state *state, path_walk *walk, const ca_surface *surface, const ca_bsdf *bsdf,
                            const ca_stream *stream, ca_counters *counters)
 {
     const uint32_t dimension = ca_vertex_dimension(walk->depth);
     float pdf_choice;
-    const uint32_t index = ca_light_choice_sample(
-        &state->scene->light_choice, ca_sample_1d(stream, dimension + CA_DIM_NEXT_LIGHT), &pdf_choice);
+    const ca_light_receiver receiver = ca_walk_receiver(surface, bsdf, ca_neg(walk->direction));
+    const uint32_t index =
+        ca_light_choice_sample_direct(&state->scene->light_choice, &receiver,
+                                      ca_sample_1d(stream, dimension + CA_DIM_NEXT_LIGHT), &pdf_choice);
     if (index == CA_NONE) return;
     const ca_light *light = &state->scene->lights[index];
     ca_light_direct direct;
@@ -128,7 +131,7 @@ static bool scatter(const path_state *state, path_walk *walk, const ca_surface *
         return false;
     walk->throughput = ca_rgb_mul(walk->throughput, sample.weight);
     walk->eta2 *= ca_sqr(sample.eta);
-    walk->previous = surface->position;
+    walk->previous = ca_walk_receiver(surface, bsdf, ca_neg(walk->direction));
     walk->origin =
         ca_offset_origin(surface->position, surface->position_error, surface->ng, sample.wo_world);
     walk->direction = sample.wo_world;
@@ -181,7 +184,7 @@ static void path_camera_path(const void *opaque, uint32_t x, uint32_t y, uint32_
                       .t_max = ray.t_max,
                       .throughput = ray.weight,
                       .eta2 = 1.0f,
-                      .previous = ray.origin,
+                      .previous = {.position = ray.origin},
                       .dirac = true,
                       .x = x,
                       .y = y,

@@ -28,6 +28,16 @@ static inline void ca_walk_record_primary_hit(const ca_surface *surface, const c
     sample->position = surface->position;
 }
 
+/* Who asks for light at a surface where the path came from wi: what lies behind one that only reflects cannot
+ * help. */
+static inline ca_light_receiver ca_walk_receiver(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi)
+{
+    ca_light_receiver receiver = {.position = surface->position};
+    if (!(bsdf->scatter & CA_SCATTER_TRANSMISSION))
+        receiver.normal = ca_dot(surface->ng, wi) < 0.0f ? ca_neg(surface->ng) : surface->ng;
+    return receiver;
+}
+
 /* Next event: is the way from the surface to the chosen point of the light free? */
 static inline bool ca_walk_light_is_visible(const ca_accel *accel, const ca_surface *surface,
                                             const ca_light_direct *direct)

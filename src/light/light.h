@@ -132,8 +132,8 @@ ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const c
                                ca_vec3 direction);
 
 /* The density of choosing a point of the light (geometric normal ng) by next event from `reference` over that of a
- * light path's starting there, in one measure and without the choice of the light: 1 but for surfaces that are sampled
- * by the solid angle under which they are seen. */
+ * light path's starting there, in one measure and without the choice of the light: 1 but for surfaces that are
+ * sampled by the solid angle under which they are seen. */
 float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
 /* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`,
