@@ -173,7 +173,7 @@ static double cheapest_plane(const tree_item *items, const tree_range *range, co
     }
     const ca_vec3 size = ca_sub(range->bounds.high, range->bounds.low);
     const double stretch = (double)ca_max3(size) / fmax((double)component(size, a->axis), 1e-30);
-    double least = INFINITY;
+    double least = (double)INFINITY;
     for (uint32_t i = 0; i + 1 < BINS; i++) {
         if (filled[i]) merge_bounds(&below, &any, &bins[i]);
         if (!any || !any_above[i + 1]) continue;
@@ -201,7 +201,7 @@ static uint32_t partition(tree_item *items, const tree_range *range, const tree_
 /* Divides a range of at least two: it becomes the lower part, and the upper is returned. */
 static tree_range divide(tree_item *items, tree_range *range)
 {
-    double least = INFINITY;
+    double least = (double)INFINITY;
     uint32_t plane = 0, lower = range->count / 2; /* where all are in one place */
     tree_axis best = {0};
     for (int axis = 0; axis < 3; axis++) {
