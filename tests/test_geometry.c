@@ -363,9 +363,10 @@ static void test_cylinders_against_their_equation(void **state)
     ca_matrix map = ca_matrix_scale(0.5, 0.5, 2.0);
     map = ca_matrix_multiply(&turn, &map);
     map = ca_matrix_multiply(&move, &map);
-    ca_shape cylinder = {.kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .radius = 0.5f, .length = 2.0f};
-    assert_true(ca_affine_from_matrix(&map, &cylinder.map));
-    const ca_affine *to = &cylinder.map;
+    ca_shape cylinder = {
+        .kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .as.cylinder = {.radius = 0.5f, .length = 2.0f}};
+    assert_true(ca_affine_from_matrix(&map, &cylinder.as.cylinder.map));
+    const ca_affine *to = &cylinder.as.cylinder.map;
     uint32_t inside = 0, missed = 0, hits = 0;
     for (int i = 0; i < 50000; i++) {
         const ca_vec3 lo = {between(-1.6f, 1.6f), between(-1.6f, 1.6f), between(-0.3f, 1.3f)};

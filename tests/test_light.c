@@ -37,6 +37,23 @@ static ca_vec3 random_reference(int light, ca_test_random *random)
 
 /* ---- Agreement of densities ------------------------------------------------------------------------------------ */
 
+/* The same whoever asks, and what the two densities say, brought to one measure. */
+static void check_next_event_ratio(int light, ca_vec3 reference, const ca_light_direct *direct,
+                                   const ca_light_hit *hit, float tolerance)
+{
+    const ca_light *l = &fixture.lights[light];
+    const float walked = ca_light_next_event_ratio(l, reference, direct->position, direct->ng);
+    assert_true(close_to(direct->next_event_ratio, walked, tolerance));
+    assert_true(close_to(direct->next_event_ratio, hit->next_event_ratio, tolerance));
+    if (light >= LIGHT_SHAPES) {
+        assert_true(walked == 1.0f);
+        return;
+    }
+    const ca_pdf_area chosen =
+        ca_pdf_to_area(direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance));
+    assert_true(close_to(chosen.v / direct->pdf_position.v, walked, tolerance));
+}
+
 static void check_hit(int light, ca_vec3 reference, const ca_light_direct *direct)
 {
     ca_surface surface, *met = NULL;
@@ -58,6 +75,7 @@ static void check_hit(int light, ca_vec3 reference, const ca_light_direct *direc
     assert_true(close_to(hit.pdf_position.v, direct->pdf_position.v, 1e-6f));
     assert_true(close_to(hit.pdf_direction.v, direct->pdf_direction.v, tolerance));
     assert_true(close_rgb(hit.radiance, direct->radiance, 1e-3f));
+    check_next_event_ratio(light, reference, direct, &hit, tolerance);
     assert_true(close_rgb(ca_light_radiance(&fixture.lights[light], met, direction), hit.radiance, 0.0f));
 }
 

@@ -51,8 +51,8 @@ static float direct_density(const void *context, ca_vec3 direction)
 static void test_direct(void **state)
 {
     (void)state;
-    static const int lights[] = {LIGHT_SPHERE,   LIGHT_SPHERE_IN, LIGHT_DISK,
-                                 LIGHT_CYLINDER, LIGHT_RECTANGLE, LIGHT_CONSTANT};
+    static const int lights[] = {LIGHT_SPHERE,     LIGHT_SPHERE_IN, LIGHT_DISK,    LIGHT_CYLINDER,
+                                 LIGHT_QUADRANGLE, LIGHT_RECTANGLE, LIGHT_CONSTANT};
     for (size_t k = 0; k < sizeof lights / sizeof lights[0]; k++) {
         ca_chi_square_test test = coarse(lights[k]);
         test.sample = draw_direct;

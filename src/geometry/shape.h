@@ -8,6 +8,7 @@
 #define CA_GEOMETRY_SHAPE_H
 
 #include "geometry/mesh.h"
+#include "geometry/rectangle.h"
 #include "math/frame.h"
 #include "math/measure.h"
 #include "sampling/distribution.h"
@@ -33,7 +34,8 @@ typedef struct ca_shape {
         struct {
             const ca_mesh *mesh;          /* borrowed */
             float extent;                 /* largest absolute value of a coordinate */
-            ca_distribution_1d triangles; /* by area; only for meshes that emit */
+            ca_distribution_1d triangles; /* by area; this and the next only for meshes that emit */
+            ca_rectangle rectangle;
         } mesh;
         struct {
             ca_affine map; /* from the unit sphere; scales uniformly */
@@ -73,9 +75,16 @@ ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, c
  * barycentric, primitive (instance CA_NONE) and returns its density 1/area. */
 ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface);
 
-/* A point seen from `reference`, by a density per solid angle as near to uniform in the solid angle as the shape
- * allows (spheres from outside: the cone; everything else: by area). Returns the density at `reference`, 0 where
- * there is none. Agrees with ca_shape_pdf_direct for the same point. */
+/* A point seen from `reference`, uniform in the solid angle where the shape allows that and it is worth while
+ * (spheres from outside: the cone; rectangles that are not too small), else by area. *by_solid_angle gets the density
+ * of the first, and 0 says that it was the second, with the density 1/area. */
+void ca_shape_sample_seen(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface,
+                          ca_pdf_solid_angle *by_solid_angle);
+/* The same density without a sample: a function of shape and reference, the same for all points that are seen. */
+ca_pdf_solid_angle ca_shape_pdf_seen(const ca_shape *shape, ca_vec3 reference);
+
+/* The same with the density at `reference` in either case, 0 where there is none. Agrees with ca_shape_pdf_direct for
+ * the same point. */
 ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface);
 /* The density with which ca_shape_sample_direct picks `position` (on the shape, geometric normal ng) from
  * reference. */

@@ -116,27 +116,70 @@ static ca_vec3 cone_normal(const sphere_cone *cone, ca_vec2 u)
     return ca_to_world(&frame, (ca_vec3){d.x * across, d.y * across, -cos_centre});
 }
 
-ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface)
+static ca_pdf_solid_angle sample_cone(const ca_shape *shape, const sphere_cone *cone, ca_vec2 u, ca_surface *surface)
 {
-    sphere_cone cone;
-    if (shape->kind != CA_SHAPE_SPHERE || !sphere_cone_from(shape, reference, &cone)) {
-        ca_shape_sample_area(shape, u, surface);
-        return area_pdf_direct(shape, reference, surface->position, surface->ng);
-    }
     *surface = blank_surface(shape);
-    const ca_vec3 normal = cone_normal(&cone, u);
+    const ca_vec3 normal = cone_normal(cone, u);
     ca_quadric_surface(shape, ca_madd(shape->as.sphere.center, shape->as.sphere.radius, normal), surface);
     /* The normal from the rounded position would be a coarse one for a tiny sphere far from the origin. */
     surface->ng = surface->ns = shape->flip_normals ? ca_neg(normal) : normal;
-    return ca_warp_cone_pdf(cone.one_minus_cos_max);
+    return ca_warp_cone_pdf(cone->one_minus_cos_max);
+}
+
+static ca_pdf_solid_angle sample_rectangle(const ca_shape *shape, const ca_spherical_rectangle *seen, ca_vec2 u,
+                                           ca_surface *surface)
+{
+    *surface = blank_surface(shape);
+    ca_vec2 barycentric;
+    const ca_vec2 st = ca_spherical_rectangle_sample(seen, u);
+    const uint32_t primitive = ca_rectangle_triangle(&shape->as.mesh.rectangle, st, &barycentric);
+    triangle_surface(shape->as.mesh.mesh, primitive, barycentric, surface);
+    return (ca_pdf_solid_angle){(float)(1.0 / seen->solid_angle)};
+}
+
+static bool rectangle_from(const ca_shape *shape, ca_vec3 reference, ca_spherical_rectangle *seen)
+{
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    return rectangle->exists && ca_spherical_rectangle_from(rectangle, reference, seen);
+}
+
+void ca_shape_sample_seen(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface,
+                          ca_pdf_solid_angle *by_solid_angle)
+{
+    sphere_cone cone;
+    ca_spherical_rectangle seen;
+    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone)) {
+        *by_solid_angle = sample_cone(shape, &cone, u, surface);
+    } else if (shape->kind == CA_SHAPE_MESH && rectangle_from(shape, reference, &seen)) {
+        *by_solid_angle = sample_rectangle(shape, &seen, u, surface);
+    } else {
+        *by_solid_angle = (ca_pdf_solid_angle){0.0f};
+        ca_shape_sample_area(shape, u, surface);
+    }
+}
+
+ca_pdf_solid_angle ca_shape_pdf_seen(const ca_shape *shape, ca_vec3 reference)
+{
+    sphere_cone cone;
+    ca_spherical_rectangle seen;
+    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone))
+        return ca_warp_cone_pdf(cone.one_minus_cos_max);
+    if (shape->kind == CA_SHAPE_MESH && rectangle_from(shape, reference, &seen))
+        return (ca_pdf_solid_angle){(float)(1.0 / seen.solid_angle)};
+    return (ca_pdf_solid_angle){0.0f};
+}
+
+ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface)
+{
+    ca_pdf_solid_angle pdf;
+    ca_shape_sample_seen(shape, reference, u, surface, &pdf);
+    return pdf.v > 0.0f ? pdf : area_pdf_direct(shape, reference, surface->position, surface->ng);
 }
 
 ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
 {
-    sphere_cone cone;
-    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone))
-        return ca_warp_cone_pdf(cone.one_minus_cos_max);
-    return area_pdf_direct(shape, reference, position, ng);
+    const ca_pdf_solid_angle pdf = ca_shape_pdf_seen(shape, reference);
+    return pdf.v > 0.0f ? pdf : area_pdf_direct(shape, reference, position, ng);
 }
 
 /* ---- Bounds ---------------------------------------------------------------------------------------------------- */

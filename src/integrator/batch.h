@@ -53,7 +53,8 @@ typedef struct ca_batch {
     ca_ray_batch rays;
     ca_column3 throughput;  /* f |cos| / pdf of all vertices so far */
     float eta2[CA_BATCH];   /* square of the product of relative indices: what refraction took from the throughput */
-    ca_column3 previous;    /* the vertex that the segment leaves, and how its direction was sampled: */
+    ca_column3 previous, previous_normal; /* the vertex that the segment leaves, as it asked for light; and how the
+                                             direction was sampled: */
     float pdf[CA_BATCH];    /* per solid angle; a Dirac event's probability */
     uint32_t dirac[CA_BATCH];
     uint64_t key[CA_BATCH]; /* of the independent sampler's stream */

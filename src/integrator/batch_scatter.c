@@ -5,7 +5,7 @@
 
 /* What sampling gives each place; go_on: all bits, or 0 where the path ends. */
 typedef struct event_batch {
-    ca_column3 direction, origin, throughput;
+    ca_column3 direction, origin, throughput, receiver_normal;
     _Alignas(32) float pdf[CA_BATCH];
     float eta2[CA_BATCH];
     uint32_t dirac[CA_BATCH], go_on[CA_BATCH];
@@ -26,6 +26,7 @@ static void scatter_matte(const ca_batch *batch, const ca_number_batch *u, event
     const ca_m8 leaves = (cos_i > grazing) & (cos_local > grazing) & (cos_o > grazing);
     ca_store8_u32(events->go_on, i, ca_load8_u32(v->matte, i) & leaves);
     ca_column3_store(&events->direction, i, wo);
+    ca_column3_store(&events->receiver_normal, i, ca_select_v8(ca_dot_v8(n, wi) < 0.0f, ca_neg_v8(n), n));
     const ca_v8 position = ca_column3_load(&v->position, i);
     ca_column3_store(&events->origin, i, ca_offset_origin8(position, ca_load8(v->error, i), n, wo));
     const ca_v8 throughput = ca_column3_load(&batch->throughput, i), f = ca_column3_load(&v->reflectance, i);
@@ -47,6 +48,8 @@ static void scatter_one(const ca_batch *batch, float u_lobe, ca_vec2 u, event_ba
     }
     events->go_on[i] = UINT32_MAX;
     ca_column3_set(&events->direction, i, event.wo_world);
+    ca_column3_set(&events->receiver_normal, i,
+                   ca_walk_receiver(surface, &v->bsdfs[i], ca_column3_at(&v->wi, i)).normal);
     ca_column3_set(&events->origin, i,
                    ca_offset_origin(surface->position, surface->position_error, surface->ng, event.wo_world));
     events->throughput.x[i] = batch->throughput.x[i] * event.weight.r;
@@ -77,6 +80,7 @@ static void move_on(ca_batch *batch, const event_batch *events, uint32_t from, u
     ca_column3_set(&batch->rays.direction, to, ca_column3_at(&events->direction, from));
     ca_column3_set(&batch->throughput, to, ca_column3_at(&events->throughput, from));
     ca_column3_set(&batch->previous, to, ca_column3_at(&batch->vertices.position, from));
+    ca_column3_set(&batch->previous_normal, to, ca_column3_at(&events->receiver_normal, from));
     batch->rays.t_min[to] = 0.0f;
     batch->rays.t_max[to] = INFINITY;
     batch->eta2[to] = events->eta2[from];

@@ -46,6 +46,7 @@ static void start_one(ca_batch *batch, const ca_integrator_input *input, uint32_
     batch->rays.t_min[i] = ray.t_min;
     batch->rays.t_max[i] = ray.t_max;
     ca_column3_set(&batch->previous, i, ray.origin);
+    ca_column3_set(&batch->previous_normal, i, (ca_vec3){0});
     batch->throughput.x[i] = ray.weight.r, batch->throughput.y[i] = ray.weight.g,
     batch->throughput.z[i] = ray.weight.b;
     batch->eta2[i] = 1.0f;

@@ -30,16 +30,20 @@ static inline void keep_point(ca_camera_walk *walk, ca_surface_point point)
 
 /* ---- Hit ------------------------------------------------------------------------------------------------------- */
 
-static float hit_weight(const ca_camera_walk *walk, const ca_light *light, const ca_light_hit *hit, float choice,
+static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const ca_light_hit *hit,
                         const ca_surface *surface)
 {
+    const ca_scene *scene = walk->b->input.scene;
+    const ca_light *light = &scene->lights[light_index];
+    const float choice = ca_light_choice_probability(&scene->light_choice, light_index);
     const ca_walk *w = &walk->walk;
     const float distance = ca_camera_walk_vertex(walk)->distance;
     const float cos_light = surface ? ca_abs_dot(surface->ng, w->direction) : 1.0f;
     ca_path_vertex end;
     const ca_flight flight = ca_light_end(light, choice, hit->pdf_position, hit->pdf_direction, cos_light,
                                           &walk->b->rules.reuse, &end);
-    end.next_event_ratio = ca_next_event_ratio(light, hit->pdf_direct, cos_light, ca_sqr(distance));
+    end.next_event_ratio =
+        hit->next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &w->receiver, light_index);
     const float to_light = surface ? distance : ca_light_disk_distance(light, ca_neg(w->direction), w->origin);
     const ca_pdf_area pdf_before = {ca_flight_density(&flight, to_light, w->flight.cos_out)};
     const ca_mis_path path = ca_join(ca_join_hit(w->densities, w->vertex + 1, &end, &flight, pdf_before),
@@ -58,8 +62,7 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
     const ca_light_hit hit = ca_light_eval_hit(light, w->origin, surface, ca_neg(w->direction));
     const ca_rgb unweighted = ca_rgb_mul(w->throughput, hit.radiance);
     if (ca_rgb_is_black(unweighted)) return;
-    const float choice = ca_light_choice_probability(&b->input.scene->light_choice, light_index);
-    const float weight = hit_weight(walk, light, &hit, choice, surface);
+    const float weight = hit_weight(walk, light_index, &hit, surface);
     if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, w->vertex + 1, 0, unweighted, weight) && walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
 }
@@ -121,6 +124,7 @@ static void start_ray(ca_camera_walk *walk)
                                                  &path->sample->filter_weight);
     w->from = CA_FROM_CAMERA;
     w->vertex = 0;
+    w->receiver = (ca_light_receiver){.position = ray.origin};
     w->origin = ray.origin;
     w->direction = ray.direction;
     w->t_min = ray.t_min;

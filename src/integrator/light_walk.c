@@ -68,15 +68,14 @@ static void intersect(const ca_bidirectional *b, const walk_list *list, ca_worke
     ca_accel_intersect_batch(b->input.scene->accel, &rays->rays, list->count, &rays->hits);
 }
 
-/* How next event from v[1] would choose v[0]. */
-static float next_event_ratio_of_start(const ca_light_walk *walk, float distance)
+/* How next event from v[1] would choose the light and v[0]. */
+static float next_event_ratio_of_start(const ca_bidirectional *b, const ca_light_walk *walk)
 {
-    const ca_light *light = walk->light;
-    if (light->kind != CA_LIGHT_AREA || light->as.area.shape->kind != CA_SHAPE_SPHERE) return 1.0f;
+    const ca_walk *w = &walk->walk;
     const ca_surface_point *point = &walk->vertices[0].point;
-    const ca_pdf_solid_angle pdf =
-        ca_shape_pdf_direct(light->as.area.shape, walk->walk.surface.position, point->position, point->ng);
-    return ca_next_event_ratio(light, pdf, ca_abs_dot(point->ng, walk->walk.direction), ca_sqr(distance));
+    const ca_light_receiver receiver = ca_walk_receiver(&w->surface, &w->bsdf, w->wi);
+    return ca_light_next_event_ratio(walk->light, w->surface.position, point->position, point->ng) *
+           ca_light_choice_ratio(&b->input.scene->light_choice, &receiver, point->shape);
 }
 
 static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_light_block *block, ca_worker *worker)
@@ -102,8 +101,8 @@ static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit 
     ca_walk *w = &walk->walk;
     if (hit->shape == CA_NONE || !ca_walk_arrive(w, scene, hit)) return false;
     w->densities[w->vertex].photon_density = ca_bidirectional_density(b, w->surface.position);
-    if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(walk, hit->t);
     ca_bsdf_init(&w->bsdf, scene->materials, scene->desc.textures.items, &w->surface, w->wi);
+    if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);
     store_vertex(b, walk, block, worker);
     return true;
 }

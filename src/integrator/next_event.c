@@ -8,10 +8,12 @@ static float weight_of(const ca_next_event *event)
     const ca_light_direct *direct = &event->direct;
     const ca_light *light = event->light;
     ca_path_vertex end;
-    const ca_flight flight = ca_light_end(light, event->choice, direct->pdf_position, direct->pdf_direction,
-                                          direct->cos_light, reuse, &end);
-    end.next_event_ratio =
-        ca_next_event_ratio(light, direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance));
+    /* Emission chooses the light with another probability. */
+    const uint32_t number = (uint32_t)(light - walk->b->input.scene->lights);
+    const float choice = ca_light_choice_probability(&walk->b->input.scene->light_choice, number);
+    const ca_flight flight =
+        ca_light_end(light, choice, direct->pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
+    end.next_event_ratio = direct->next_event_ratio * (event->choice / choice);
     const bool infinite = ca_light_is_infinite(light);
     const float distance =
         infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->walk.surface.position)
@@ -25,7 +27,6 @@ static float weight_of(const ca_next_event *event)
                                    reuse),
                 ca_join_end(&end, (ca_pdf_area){event->value.pdf.v * hit_factor}), &end,
                 walk->walk.densities[1].distance);
-    const uint32_t number = (uint32_t)(light - walk->b->input.scene->lights);
     const ca_light_vertex start = {.point = {.position = direct->position, .ng = direct->ng, .shape = number}};
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_NEXT_EVENT, &path, walk->points, &start);
 }
@@ -36,8 +37,10 @@ static bool ask(ca_camera_walk *walk, ca_next_event *event)
     const ca_scene *scene = walk->b->input.scene;
     const ca_walk *w = &walk->walk;
     const uint32_t dimension = ca_vertex_dimension(w->vertex - 1);
-    const uint32_t index = ca_light_choice_sample(
-        &scene->light_choice, ca_sample_1d(&w->stream, dimension + CA_DIM_NEXT_LIGHT), &event->choice);
+    const ca_light_receiver receiver = ca_walk_receiver(&w->surface, &w->bsdf, w->wi);
+    const uint32_t index =
+        ca_light_choice_sample_direct(&scene->light_choice, &receiver,
+                                      ca_sample_1d(&w->stream, dimension + CA_DIM_NEXT_LIGHT), &event->choice);
     if (index == CA_NONE) return false;
     event->walk = walk;
     event->light = &scene->lights[index];

@@ -17,16 +17,29 @@ static bool scatters_smoothly(const ca_vertex_batch *v, uint32_t i)
     return v->matte[i] || (v->bsdfs[i].scatter & CA_SCATTER_SMOOTH);
 }
 
+static ca_light_receiver receiver_at(const ca_vertex_batch *v, uint32_t i)
+{
+    if (!v->matte[i]) return ca_walk_receiver(&v->surfaces[i], &v->bsdfs[i], ca_column3_at(&v->wi, i));
+    const ca_vec3 ng = ca_column3_at(&v->ng, i);
+    return (ca_light_receiver){ca_column3_at(&v->position, i),
+                               ca_dot(ng, ca_column3_at(&v->wi, i)) < 0.0f ? ca_neg(ng) : ng};
+}
+
 static void choose_light(const path_state *state, const ca_batch *batch, float u, uint32_t i, choice_batch *choices)
 {
     const ca_scene *scene = state->scene;
     choices->light[i] = CA_NONE;
     choices->lanes[i] = 0;
     if (ca_batch_left(batch, i) || !scatters_smoothly(&batch->vertices, i)) return;
-    choices->light[i] = ca_light_choice_sample(&scene->light_choice, u, &choices->probability[i]);
-    if (choices->light[i] == CA_NONE) return;
-    const bool even = scene->even_lights[choices->light[i]].is_even;
-    choices->lanes[i] = even && batch->vertices.matte[i] ? UINT32_MAX : 0;
+    const ca_vertex_batch *v = &batch->vertices;
+    const ca_light_receiver receiver = receiver_at(v, i);
+    choices->light[i] =
+        ca_light_choice_sample_direct(&scene->light_choice, &receiver, u, &choices->probability[i]);
+    if (choices->light[i] == CA_NONE || !v->matte[i]) return;
+    const ca_even_light *light = &scene->even_lights[choices->light[i]];
+    const bool by_area =
+        light->is_even && !ca_rectangle_may_look_large(&light->shape->as.mesh.rectangle, receiver.position);
+    choices->lanes[i] = by_area ? UINT32_MAX : 0;
 }
 
 /* sample_mesh of geometry/shape_sampling.c up to the triangle; u->x becomes the number within its share. */

@@ -37,7 +37,10 @@ bool ca_walk_scatter(ca_walk *walk, const ca_reuse_rules *rules, uint32_t rr_dep
     ca_path_vertex *v = &walk->densities[walk->vertex];
     walk->flight = ca_path_vertex_scatter(v, v - 1, walk->wi, surface->ng, &event, rules);
     walk->throughput = ca_rgb_mul(walk->throughput, event.weight);
-    if (walk->from == CA_FROM_CAMERA) walk->eta2 *= ca_sqr(event.eta);
+    if (walk->from == CA_FROM_CAMERA) {
+        walk->eta2 *= ca_sqr(event.eta);
+        walk->receiver = ca_walk_receiver(surface, &walk->bsdf, walk->wi);
+    }
     walk->origin = ca_offset_origin(surface->position, surface->position_error, surface->ng, event.wo_world);
     walk->direction = event.wo_world;
     walk->t_min = 0.0f;

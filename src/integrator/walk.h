@@ -22,6 +22,7 @@ typedef struct ca_walk {
     float start;               /* the roulette looks at the throughput over this: from a light the flux that was emitted */
     float eta2;                /* from the camera: what refraction took from the throughput */
     ca_vec3 wi;                /* from the last vertex to the one before */
+    ca_light_receiver receiver; /* from the camera: the vertex that the segment leaves, as it asked for light */
     ca_path_vertex *densities; /* borrowed: v[0] first */
     ca_surface surface;        /* of the last vertex */
     ca_bsdf bsdf;
@@ -60,6 +61,15 @@ static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca
     const ca_vec2 lens =
         camera->kind == CA_CAMERA_THIN_LENS ? ca_sample_2d(stream, CA_DIM_LENS) : (ca_vec2){0.5f, 0.5f};
     return ca_camera_sample_ray(camera, film_position, lens);
+}
+
+/* Who asks for light at a surface where the path came from wi: what lies behind one that only reflects cannot help. */
+static inline ca_light_receiver ca_walk_receiver(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi)
+{
+    ca_light_receiver receiver = {.position = surface->position};
+    if (!(bsdf->scatter & CA_SCATTER_TRANSMISSION))
+        receiver.normal = ca_dot(surface->ng, wi) < 0.0f ? ca_neg(surface->ng) : surface->ng;
+    return receiver;
 }
 
 /* Next event: the ray that asks whether the way from the surface to the chosen point of the light is free. */

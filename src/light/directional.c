@@ -17,7 +17,8 @@ bool ca_light_directional_direct(const ca_light *light, ca_vec3 reference, ca_li
                                 .pdf_direct = {1.0f},
                                 .pdf_position = ca_light_disk_pdf(light),
                                 .pdf_direction = {1.0f},
-                                .cos_light = 1.0f};
+                                .cos_light = 1.0f,
+                                .next_event_ratio = 1.0f};
     return true;
 }
 

@@ -163,7 +163,8 @@ static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light
 
 bool ca_light_environment_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
-    *direct = (ca_light_direct){.distance = CA_INFINITE_DISTANCE, .cos_light = 1.0f};
+    *direct = (ca_light_direct){
+        .distance = CA_INFINITE_DISTANCE, .cos_light = 1.0f, .next_event_ratio = 1.0f};
     if (!sample_direction(light, u, &direct->to_light, &direct->pdf_direct)) return false;
     direct->position = ca_light_far_point(light, reference, direct->to_light);
     direct->radiance = ca_light_environment_radiance(light, ca_neg(direct->to_light));
@@ -190,5 +191,6 @@ ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction)
     return (ca_light_hit){.radiance = ca_light_environment_radiance(light, direction),
                           .pdf_direct = pdf,
                           .pdf_position = ca_light_disk_pdf(light),
-                          .pdf_direction = pdf};
+                          .pdf_direction = pdf,
+                          .next_event_ratio = 1.0f};
 }

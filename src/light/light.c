@@ -114,6 +114,11 @@ ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const c
     return (ca_light_hit){0};
 }
 
+float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
+{
+    return light->kind == CA_LIGHT_AREA ? ca_light_area_next_event_ratio(light, reference, position, ng) : 1.0f;
+}
+
 ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)
 {
     switch (light->kind) {
@@ -141,7 +146,8 @@ bool ca_light_direct_from_point(ca_vec3 position, ca_vec3 reference, ca_light_di
                                 .position = position,
                                 .pdf_direct = {1.0f},
                                 .pdf_position = {1.0f},
-                                .cos_light = 1.0f};
+                                .cos_light = 1.0f,
+                                .next_event_ratio = 1.0f};
     return true;
 }
 

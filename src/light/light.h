@@ -98,6 +98,7 @@ typedef struct ca_light_direct {
     ca_pdf_area pdf_position;             /* as a light path would have started there ... */
     ca_pdf_solid_angle pdf_direction;     /* ... and have gone to the reference */
     float cos_light;                      /* |to_light . ng|; 1 where the light has no surface */
+    float next_event_ratio;               /* as ca_light_next_event_ratio */
 } ca_light_direct;
 
 /* false: no light gets there. */
@@ -124,10 +125,16 @@ typedef struct ca_light_hit {
     ca_pdf_solid_angle pdf_direct;
     ca_pdf_area pdf_position;
     ca_pdf_solid_angle pdf_direction;
+    float next_event_ratio; /* as ca_light_next_event_ratio */
 } ca_light_hit;
 
 ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface,
                                ca_vec3 direction);
+
+/* The density of choosing a point of the light (geometric normal ng) by next event from `reference` over that of a
+ * light path's starting there, in one measure and without the choice of the light: 1 but for surfaces that are
+ * sampled by the solid angle under which they are seen. */
+float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
 /* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`,
  * alone. */

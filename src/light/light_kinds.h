@@ -15,6 +15,8 @@ ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const c
                                ca_vec3 direction);
 ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction);
 
+float ca_light_area_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
+
 void ca_light_point_prepare(ca_light *light);
 bool ca_light_point_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 bool ca_light_point_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission);

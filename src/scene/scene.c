@@ -121,7 +121,9 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     double area = 0.0;
     for (uint32_t i = 0; i < mesh->triangle_count; i++) area += ca_mesh_triangle_area(mesh, i);
     shape->area = (float)area;
-    return desc->light == CA_NONE ? CA_OK : triangle_distribution(shape, error);
+    if (desc->light == CA_NONE) return CA_OK;
+    shape->as.mesh.rectangle = ca_rectangle_from_mesh(mesh);
+    return triangle_distribution(shape, error);
 }
 
 static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_desc *desc, ca_error *error)

@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 const char *const ca_test_light_names[LIGHT_COUNT] = {
-    "sphere", "sphere from inside", "disk",        "cylinder",  "rectangle", "point",
+    "sphere", "sphere from inside", "disk",        "cylinder",  "quadrangle", "rectangle", "point",
     "spot",   "spot with slide",    "directional", "projector", "constant",  "envmap"};
 
 static ca_affine affine(const double m[3][4])
@@ -57,12 +57,10 @@ static ca_shape cylinder(void)
                                       .length = 1.5f}};
 }
 
-static void create_rectangle(ca_light_fixture *fixture)
+static void create_mesh_light(ca_light_fixture *fixture, int light, const float corners[4][5])
 {
-    ca_mesh *mesh = &fixture->mesh;
+    ca_mesh *mesh = &fixture->meshes[light - LIGHT_QUADRANGLE];
     assert_int_equal(ca_mesh_create(mesh, 4, 2, false, true, NULL), CA_OK);
-    static const float corners[4][5] = {
-        {-1, 4, -2, 0, 0}, {1.5f, 4, -2, 1, 0}, {1.5f, 4, 1, 1, 1}, {-1, 4, 1.2f, 0, 1}};
     static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     for (int i = 0; i < 4; i++) {
         for (int k = 0; k < 3; k++) mesh->positions[3 * i + k] = corners[i][k];
@@ -70,11 +68,29 @@ static void create_rectangle(ca_light_fixture *fixture)
         mesh->uvs[2 * i + 1] = corners[i][4];
     }
     for (int i = 0; i < 6; i++) mesh->indices[i] = indices[i];
-    ca_shape *shape = &fixture->shapes[LIGHT_RECTANGLE];
+    ca_shape *shape = &fixture->shapes[light];
     *shape = (ca_shape){.kind = CA_SHAPE_MESH, .as.mesh = {.mesh = mesh, .extent = 4.0f}};
+    shape->as.mesh.rectangle = ca_rectangle_from_mesh(mesh);
     float areas[2];
     for (uint32_t i = 0; i < 2; i++) shape->area += areas[i] = (float)ca_mesh_triangle_area(mesh, i);
     assert_int_equal(ca_distribution_1d_create(&shape->as.mesh.triangles, areas, 2, NULL), CA_OK);
+}
+
+static void create_meshes(ca_light_fixture *fixture)
+{
+    create_mesh_light(fixture, LIGHT_QUADRANGLE,
+                      (const float[4][5]){{-1, 4, -2, 0, 0},
+                                          {1.5f, 4, -2, 1, 0},
+                                          {1.5f, 4, 1, 1, 1},
+                                          {-1, 4, 1.2f, 0, 1}});
+    /* Sides 2 (0.6, -0.8, 0) and 1.5 (0, 0, 1); it faces down and to the left. */
+    create_mesh_light(fixture, LIGHT_RECTANGLE,
+                      (const float[4][5]){{-1.6f, 3.8f, -0.25f, 0, 0},
+                                          {-0.4f, 2.2f, -0.25f, 1, 0},
+                                          {-0.4f, 2.2f, 1.25f, 1, 1},
+                                          {-1.6f, 3.8f, 1.25f, 0, 1}});
+    assert_true(fixture->shapes[LIGHT_RECTANGLE].as.mesh.rectangle.exists);
+    assert_false(fixture->shapes[LIGHT_QUADRANGLE].as.mesh.rectangle.exists);
 }
 
 static void create_pictures(ca_light_fixture *fixture)
@@ -104,7 +120,7 @@ static void create_lights(ca_light_fixture *fixture)
     for (int i = 0; i < LIGHT_SHAPES; i++)
         lights[i] = (ca_light){
             .kind = CA_LIGHT_AREA,
-            .as.area = {.shape = &fixture->shapes[i], .radiance = i == LIGHT_RECTANGLE ? 0 : 1}};
+            .as.area = {.shape = &fixture->shapes[i], .radiance = i == LIGHT_QUADRANGLE ? 0 : 1}};
     lights[LIGHT_POINT] =
         (ca_light){.kind = CA_LIGHT_POINT, .as.point = {.position = {0.5f, 4.0f, 0.2f}, .intensity = color}};
     for (int i = LIGHT_SPOT; i <= LIGHT_SPOT_SLIDE; i++)
@@ -142,7 +158,7 @@ void ca_light_fixture_create(ca_light_fixture *fixture)
     fixture->shapes[LIGHT_SPHERE_IN] = sphere((ca_vec3){0.0f, 0.0f, 0.0f}, 6.0f, true);
     fixture->shapes[LIGHT_DISK] = disk();
     fixture->shapes[LIGHT_CYLINDER] = cylinder();
-    create_rectangle(fixture);
+    create_meshes(fixture);
     for (int i = 0; i < LIGHT_SHAPES; i++)
         assert_int_equal(ca_accel_create(&fixture->shapes[i], 1, 1, NULL, 0, 1, &fixture->accels[i], NULL), CA_OK);
     create_lights(fixture);
@@ -152,14 +168,17 @@ void ca_light_fixture_destroy(ca_light_fixture *fixture)
 {
     for (int i = 0; i < LIGHT_COUNT; i++) ca_light_release(&fixture->lights[i]);
     for (int i = 0; i < LIGHT_SHAPES; i++) ca_accel_destroy(fixture->accels[i]);
-    ca_distribution_1d_destroy(&fixture->shapes[LIGHT_RECTANGLE].as.mesh.triangles);
-    ca_mesh_destroy(&fixture->mesh);
+    for (int i = 0; i < 2; i++) {
+        ca_distribution_1d_destroy(&fixture->shapes[LIGHT_QUADRANGLE + i].as.mesh.triangles);
+        ca_mesh_destroy(&fixture->meshes[i]);
+    }
     ca_image_destroy(&fixture->picture);
     ca_image_destroy(&fixture->environment);
 }
 
 ca_vec3 ca_light_fixture_reference(int light)
 {
+    if (light == LIGHT_RECTANGLE) return (ca_vec3){-2.1f, 1.9f, 0.3f};
     return light == LIGHT_SPHERE_IN ? (ca_vec3){2.0f, -1.0f, 3.0f} : (ca_vec3){0.4f, 0.2f, 0.3f};
 }
 
