@@ -260,8 +260,8 @@ static ca_vec3 before_rectangle(float x, float y, float z)
 static void test_rectangle_views(void **state)
 {
     (void)state;
-    static const float places[RECTANGLE_VIEWS][3] = {{0, 0, 1},        {0.3f, -0.2f, 0.05f}, {3, 1, 0.8f},
-                                                     {0.9f, 0.7f, -2}, {-1.2f, 0.1f, 0.02f}, {0.1f, 0.2f, 14}};
+    static const float places[RECTANGLE_VIEWS][3] = {{0, 0, 1},        {0.3f, -0.2f, 0.05f}, {1.6f, 1, 0.8f},
+                                                     {0.9f, 0.7f, -1.6f}, {-0.9f, 0.1f, 0.1f}, {0.1f, 0.2f, 3.2f}};
     const ca_shape *shape = &fixture.shapes[LIGHT_RECTANGLE];
     for (int i = 0; i < RECTANGLE_VIEWS; i++) {
         const view v = {LIGHT_RECTANGLE, before_rectangle(places[i][0], places[i][1], places[i][2])};
@@ -290,7 +290,8 @@ static void test_rectangle_solid_angle(void **state)
                                .y = {0, 1, 0},
                                .n = {0, 0, 1},
                                .width = 2,
-                               .height = 2};
+                               .height = 2,
+                               .large_distance2 = INFINITY};
     ca_spherical_rectangle seen, part;
     assert_true(ca_spherical_rectangle_from(&face, (ca_vec3){0}, &seen));
     assert_true(fabs(seen.solid_angle - 4.0 * CA_PI_D / 6.0) < 1e-12);

@@ -30,8 +30,10 @@ static bool fits(const ca_triangle t[2], int k0, int k1, ca_rectangle *rectangle
                                 .height = height};
     rectangle->n = ca_normalize(ca_cross(rectangle->x, rectangle->y));
     rectangle->center = ca_mul(ca_add(end_x, end_y), 0.5f);
-    /* The solid angle is under width height / distance^2 for the distance of the nearest point; a little more is safe. */
-    const float distance = sqrtf(width * height / (float)SMALLEST_SOLID_ANGLE) + 0.5f * ca_length(ca_sub(end_x, end_y));
+    /* The solid angle is under width height / distance^2 for the distance of the nearest point; a little more is
+     * safe. */
+    const float distance =
+        sqrtf(width * height / (float)SMALLEST_SOLID_ANGLE) + 0.5f * ca_length(ca_sub(end_x, end_y));
     rectangle->large_distance2 = 1.02f * ca_sqr(distance);
     return true;
 }

@@ -12,9 +12,9 @@
  *
  * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
  *
- * Walks from both ends go through their stages in batches (walk.h): intersect, arrive, hit, next event, connect, merge,
- * splat, scatter. Whatever needs a ray asks first and is answered when the batch's rays are: what it brings is added in
- * the order in which it asked, so that a path's sums do not depend on the batch.
+ * Walks from both ends go through their stages in batches (walk.h): intersect, arrive, hit, next event, connect,
+ * merge, splat, scatter. Whatever needs a ray asks first and is answered when the batch's rays are: what it brings is
+ * added in the order in which it asked, so that a path's sums do not depend on the batch.
  *
  * Chunks: light paths are traced in chunks of a fixed number, and all that are in memory share one photon grid. A
  * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not
@@ -141,7 +141,8 @@ static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_techni
 
 /* ---- The walks and joins --------------------------------------------------------------------------------------- */
 
-/* Traces light paths [first, first + count) of those in memory, the `number`-th and those after it of the whole render.
+/* Traces light paths [first, first + count) of those in memory, the `number`-th and those after it of the whole
+ * render.
  */
 void ca_light_walks(const ca_bidirectional *b, ca_light_store *store, uint32_t first, uint32_t count, uint64_t number,
                     ca_light_block *block, ca_worker *worker);

@@ -50,12 +50,13 @@ static void keep_vertex(ca_camera_walk *walk)
         task->failed = true;
         return;
     }
-    task->vertices[task->vertex_count++] = (ca_gather_vertex){.point = ca_surface_point_of(&walk->walk.surface),
-                                                              .wi = walk->walk.wi,
-                                                              .throughput = walk->walk.throughput,
-                                                              .radius0 = initial_radius(q, walk->walk.surface.position),
-                                                              .vertex = (uint16_t)walk->walk.vertex,
-                                                              .dirac = dirac};
+    task->vertices[task->vertex_count++] =
+        (ca_gather_vertex){.point = ca_surface_point_of(&walk->walk.surface),
+                           .wi = walk->walk.wi,
+                           .throughput = walk->walk.throughput,
+                           .radius0 = initial_radius(q, walk->walk.surface.position),
+                           .vertex = (uint16_t)walk->walk.vertex,
+                           .dirac = dirac};
 }
 
 static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_camera_task *task,

@@ -286,8 +286,8 @@ static uint32_t light_ends(const ca_camera_walk *walk)
     return walk->has_paired ? walk->b->store.paths[walk->paired].count : 0;
 }
 
-/* Starts walks until there are CA_WALKS of them or the light paths they connect to have no room; pairs are gathered path by
- * path. */
+/* Starts walks until there are CA_WALKS of them or the light paths they connect to have no room; pairs are gathered
+ * path by path. */
 static uint32_t start_batch(const ca_bidirectional *b, ca_camera_path *paths, uint32_t count, ca_camera_walk **walks,
                             ca_worker *worker)
 {

@@ -60,7 +60,8 @@ static void answer(ca_bidirectional_scratch *scratch, uint32_t *asked)
 }
 
 /* false: nothing goes along the edge. */
-static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_bsdf *light_bsdf, ca_connection *c)
+static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_bsdf *light_bsdf,
+                      ca_connection *c)
 {
     const ca_surface *surface = &walk->walk.surface;
     const ca_vec3 segment = ca_sub(vertex->point.position, surface->position);

@@ -1,5 +1,5 @@
-/* Light paths: emission, and the stages that a batch of them goes through. Their vertices serve connections, merges and
- * splats. */
+/* Light paths: emission, and the stages that a batch of them goes through. Their vertices serve connections, merges
+ * and splats. */
 #include "integrator/bidirectional.h"
 
 #include <string.h>

@@ -99,7 +99,8 @@ static void add_emission(const path_state *state, ca_batch *batch, uint32_t i, u
                         counters);
         return;
     }
-    const ca_light_receiver receiver = {ca_column3_at(&batch->previous, i), ca_column3_at(&batch->previous_normal, i)};
+    const ca_light_receiver receiver = {ca_column3_at(&batch->previous, i),
+                                        ca_column3_at(&batch->previous_normal, i)};
     const ca_light_hit hit = ca_light_eval_hit(light, receiver.position, surface, out);
     const float pdf_choice = ca_light_choice_direct_probability(&state->scene->light_choice, &receiver, light_index);
     const float weight = path_mis_weight(state, batch->pdf[i], pdf_choice * hit.pdf_direct.v);

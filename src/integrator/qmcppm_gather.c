@@ -25,7 +25,8 @@ static void make_surface(gather *g)
     const ca_scene *scene = g->q->input.scene;
     if (g->made) return;
     ca_accel_surface_at(scene->accel, &g->vertex->point, &g->walk.walk.surface);
-    ca_bsdf_init(&g->walk.walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.walk.surface, g->walk.walk.wi);
+    ca_bsdf_init(&g->walk.walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.walk.surface,
+                 g->walk.walk.wi);
     g->made = true;
 }
 

@@ -19,7 +19,7 @@ typedef struct ca_walk {
     float t_min, t_max;
     ca_flight flight;
     ca_rgb throughput;         /* from a light: flux, W */
-    float start;               /* the roulette looks at the throughput over this: from a light the flux that was emitted */
+    float start; /* the roulette looks at the throughput over this: from a light the flux that was emitted */
     float eta2;                /* from the camera: what refraction took from the throughput */
     ca_vec3 wi;                /* from the last vertex to the one before */
     ca_light_receiver receiver; /* from the camera: the vertex that the segment leaves, as it asked for light */
@@ -44,8 +44,8 @@ static inline void ca_walk_rays_set(ca_walk_rays *rays, uint32_t i, ca_vec3 orig
     rays->rays.t_max[i] = t_max;
 }
 
-/* A hit on the walk's segment becomes its last vertex: surface and densities (photon_density: 0), not yet a BSDF. false where the ray runs
- * along the surface, which has no measure. */
+/* A hit on the walk's segment becomes its last vertex: surface and densities (photon_density: 0), not yet a BSDF.
+ * false where the ray runs along the surface, which has no measure. */
 bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit);
 
 /* Samples the event at the last vertex and the next segment, and plays roulette (from rr_depth segments on: survives
@@ -63,7 +63,8 @@ static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca
     return ca_camera_sample_ray(camera, film_position, lens);
 }
 
-/* Who asks for light at a surface where the path came from wi: what lies behind one that only reflects cannot help. */
+/* Who asks for light at a surface where the path came from wi: what lies behind one that only reflects cannot
+ * help. */
 static inline ca_light_receiver ca_walk_receiver(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi)
 {
     ca_light_receiver receiver = {.position = surface->position};

@@ -9,8 +9,9 @@
  *     merge        ca_join_scattering (the photon's     ca_join_scattered
  *                  segment arrives at the vertex)
  *
- * Each side is told what the segment brings that comes from the other one (ca_arrival): the density with which the other
- * end would have sampled this vertex, and its footprint (Jendersie 2019, equations 8a and 8b). Measures: path_vertex.h. */
+ * Each side is told what the segment brings that comes from the other one (ca_arrival): the density with which the
+ * other end would have sampled this vertex, and its footprint (Jendersie 2019, equations 8a and 8b). Measures:
+ * path_vertex.h. */
 #ifndef CA_PATH_JOIN_H
 #define CA_PATH_JOIN_H
 
@@ -42,7 +43,8 @@ static inline ca_flight ca_flight_towards(const ca_path_vertex *vertex, ca_pdf_s
                        .sqrt_omega = vertex->sqrt_omega + ca_footprint_spread(rules->epsilon, pdf)};
 }
 
-/* A side whose last vertex scatters what arrives from the other one; pdf_reverse: of going on to the vertex before. */
+/* A side whose last vertex scatters what arrives from the other one; pdf_reverse: of going on to the vertex
+ * before. */
 static inline ca_mis_side ca_join_scattering(const ca_path_vertex *vertices, uint32_t count, ca_arrival arrival,
                                              ca_pdf_solid_angle pdf_reverse, float cos_ratio,
                                              const ca_reuse_rules *rules)

@@ -5,8 +5,8 @@
  * Iterations go in turns to two halves A and B. The ramp comes first: two iterations with few paths, then steps of
  * four times the light paths and twice the camera paths, two iterations each, as long as the next step leaves time
  * for 16 iterations like it. The ordinary iterations follow, all with the same numbers. Where the user gave numbers,
- * or a number of samples ends the render, the ramp has one step and the ordinary iterations have the given numbers.
- */
+ * or a number of samples ends the render, the ramp has one step and the ordinary iterations have the given
+ * numbers. */
 #ifndef CA_RENDER_AUTO_PILOT_PLAN_H
 #define CA_RENDER_AUTO_PILOT_PLAN_H
 

@@ -237,18 +237,39 @@ static double emission_pdf(const traced_path *path)
     }
 }
 
-/* Next event chooses points of spheres by the cone in which they are seen, of all else as emission does. */
+/* Who asks for light at x[i]: what lies behind a surface that only reflects cannot help; the lens gets it from
+ * everywhere. */
+static ca_light_receiver receiver_at(const traced_path *path, uint32_t i)
+{
+    ca_light_receiver receiver = {.position = path->points[i].position};
+    if (i == path->merged && i > 0) receiver.position = dv_round(path->facing_light[i]);
+    if (i == 0) return receiver;
+    const double_vec from = i == path->merged ? to_light(path, i) : to_camera(path, i); /* a photon's ng may lean */
+    ca_bsdf bsdf;
+    bsdf_seen_from(path, i, from, &bsdf);
+    if (bsdf.scatter & CA_SCATTER_TRANSMISSION) return receiver;
+    const ca_vec3 ng = dv_round(path->ng[i]);
+    receiver.normal = dv_dot(path->ng[i], from) < 0.0 ? ca_neg(ng) : ng;
+    return receiver;
+}
+
+/* Next event chooses points of some shapes by the solid angle under which they are seen, of all else as emission
+ * does; and a light by what it may contribute, emission by power. */
 static double next_event_ratio(const traced_path *path)
 {
     const uint32_t last = path->n - 1;
+    const ca_light_choice *choice = &path->scene->light_choice;
+    const uint32_t light = (uint32_t)(path->light - path->scene->lights);
+    const ca_light_receiver receiver = receiver_at(path, last - 1);
+    const double chosen =
+        (double)ca_light_choice_direct_probability(choice, &receiver, light) / path->light_choice;
+    if (path->light->kind != CA_LIGHT_AREA) return chosen;
     const ca_shape *shape = path->light->as.area.shape;
-    if (path->light->kind != CA_LIGHT_AREA || shape->kind != CA_SHAPE_SPHERE) return 1.0;
-    const double_vec way = segment(path, last - 1);
+    const double_vec way = dv_sub(dv_from(path->points[last].position), dv_from(receiver.position));
     const double cos_light = fabs(dv_dot(path->ng[last], dv_unit(way)));
-    const ca_pdf_solid_angle pdf =
-        ca_shape_pdf_direct(shape, dv_round(path->facing_light[last - 1]), dv_round(path->facing_camera[last]),
-                            dv_round(path->ng[last]));
-    return (double)pdf.v * cos_light / dv_dot(way, way) * (double)shape->area;
+    const ca_pdf_solid_angle pdf = ca_shape_pdf_seen(shape, receiver.position);
+    if (!(pdf.v > 0.0f)) return chosen;
+    return chosen * (double)pdf.v * cos_light / dv_dot(way, way) * (double)shape->area;
 }
 
 static void recompute_light_end(const traced_path *path, ca_full_path *full)
