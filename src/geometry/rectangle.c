@@ -3,9 +3,6 @@
 #include "geometry/triangle.h"
 #include "math/numeric.h"
 
-/* Below this, in sr, the density of points chosen by area varies by a tenth at most, and they cost much less. */
-#define SMALLEST_SOLID_ANGLE 0.2
-
 /* ---- Which meshes are rectangles ------------------------------------------------------------------------------- */
 
 static bool same_point(ca_vec3 a, ca_vec3 b, float tolerance) { return ca_length(ca_sub(a, b)) <= tolerance; }
@@ -30,10 +27,10 @@ static bool fits(const ca_triangle t[2], int k0, int k1, ca_rectangle *rectangle
                                 .height = height};
     rectangle->n = ca_normalize(ca_cross(rectangle->x, rectangle->y));
     rectangle->center = ca_mul(ca_add(end_x, end_y), 0.5f);
+    rectangle->half_diagonal = 0.5f * ca_length(ca_sub(end_x, end_y));
     /* The solid angle is under width height / distance^2 for the distance of the nearest point; a little more is
      * safe. */
-    const float distance =
-        sqrtf(width * height / (float)SMALLEST_SOLID_ANGLE) + 0.5f * ca_length(ca_sub(end_x, end_y));
+    const float distance = sqrtf(width * height / CA_SMALLEST_SOLID_ANGLE) + rectangle->half_diagonal;
     rectangle->large_distance2 = 1.02f * ca_sqr(distance);
     return true;
 }
@@ -89,13 +86,13 @@ bool ca_spherical_rectangle_from(const ca_rectangle *rectangle, ca_vec3 referenc
     /* The nearest point gives an upper bound of the solid angle. */
     const double dx = fmax(fmax(x0, -x1), 0.0), dy = fmax(fmax(y0, -y1), 0.0);
     const double nearest2 = dx * dx + dy * dy + distance * distance;
-    if (!(width * height * distance > SMALLEST_SOLID_ANGLE * nearest2 * sqrt(nearest2))) return false;
+    if (!(width * height * distance > (double)CA_SMALLEST_SOLID_ANGLE * nearest2 * sqrt(nearest2))) return false;
     if (!(distance > 1e-5 * fmax(width, height))) return false;
     const double b0 = -side_normal(y0, distance), b1 = side_normal(y1, distance);
     const double left = -side_normal(x0, distance), right = side_normal(x1, distance);
     const double k = 2.0 * CA_PI_D - acos(-b1 * left) - acos(-left * b0);
     const double solid_angle = acos(-b0 * right) + acos(-right * b1) - k;
-    if (!(solid_angle > SMALLEST_SOLID_ANGLE)) return false;
+    if (!(solid_angle > (double)CA_SMALLEST_SOLID_ANGLE)) return false;
     *seen = (ca_spherical_rectangle){x0, x1, y0, y1, distance, solid_angle, b0, b1, k};
     return true;
 }

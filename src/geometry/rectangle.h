@@ -14,6 +14,9 @@
 
 #include <stdbool.h>
 
+/* Below this, in sr, the density of points chosen by area varies by a tenth at most, and they cost much less. */
+#define CA_SMALLEST_SOLID_ANGLE 0.2f
+
 typedef struct ca_rectangle {
     bool exists;
     uint8_t right_angle[2]; /* which corner of triangle 0 and of triangle 1 is not on the diagonal */
@@ -21,6 +24,7 @@ typedef struct ca_rectangle {
     ca_vec3 x, y, n;        /* unit, from `corner` along both sides, and x cross y */
     float width, height;    /* along x and y */
     ca_vec3 center;
+    float half_diagonal;
     float large_distance2;  /* from the centre: seen from farther away it is sampled by area */
 } ca_rectangle;
 
@@ -41,10 +45,17 @@ typedef struct ca_spherical_rectangle {
  * digits. A function of the rectangle and the reference alone. */
 bool ca_spherical_rectangle_from(const ca_rectangle *rectangle, ca_vec3 reference, ca_spherical_rectangle *seen);
 
-/* false where the former is false for sure: a quick look from far away. */
+/* false where the former is false for sure, by an upper bound of the solid angle. */
 static inline bool ca_rectangle_may_look_large(const ca_rectangle *rectangle, ca_vec3 reference)
 {
-    return rectangle->exists && ca_length2(ca_sub(reference, rectangle->center)) < rectangle->large_distance2;
+    const ca_vec3 away = ca_sub(reference, rectangle->center);
+    const float distance2 = ca_length2(away);
+    if (!rectangle->exists || distance2 > rectangle->large_distance2) return false;
+    /* width height |cos| / distance^2 for the nearest point that the rectangle can have, and a little more. */
+    const float nearest = sqrtf(distance2) - rectangle->half_diagonal;
+    if (!(nearest > 0.0f)) return true;
+    return rectangle->width * rectangle->height * ca_abs_dot(rectangle->n, away) * 1.01f >
+           CA_SMALLEST_SOLID_ANGLE * nearest * nearest * nearest;
 }
 
 /* (s, t) in [0, 1]^2, uniform by solid angle. */

@@ -2,7 +2,7 @@
 
 #include "base/memory.h"
 
-enum { TILE_SIDE = 16, WORKER_ALIGNMENT = 128 };
+enum { TILE_SIDE = 32, WORKER_ALIGNMENT = 128 };
 _Static_assert(sizeof(ca_worker) % WORKER_ALIGNMENT == 0, "counters of different workers: never in one cache line");
 _Static_assert(CA_TECHNIQUE_COUNT + 1 == CA_NON_FINITE_SOURCES, "caustica.h counts the techniques and the film");
 
