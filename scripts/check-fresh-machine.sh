@@ -5,7 +5,7 @@
 #   scripts/check-fresh-machine.sh ROOT_FOLDER [make targets...]       (needs root and debootstrap)
 #
 # A ROOT_FOLDER that exists already is used again. The mirror and proxy of this machine's apt are used.
-# CA_MIRROR overrides the mirror.
+# CA_MIRROR overrides the mirror; where neither says one, it must be set.
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 2; }
 root=$1
@@ -20,7 +20,7 @@ configured_mirror() {
         grep -oE '(https?|file):/[^ ]*/debian/?( |$)' | head -n 1 | tr -d ' ' || true
 }
 mirror=${CA_MIRROR:-$(configured_mirror)}
-mirror=${mirror:-http://deb.debian.org/debian}
+[ -n "$mirror" ] || { echo "this machine's apt names no Debian mirror: set CA_MIRROR to the address of one" >&2; exit 1; }
 proxy=$(setting Acquire::http::Proxy)
 
 if [ ! -e "$root/etc/debian_version" ]; then
