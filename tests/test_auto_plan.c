@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #define UNKNOWN (-1.0)
+#define FOREVER ((double)INFINITY)
 
 static void assert_near(const char *what, double value, double expected)
 {
@@ -217,10 +218,10 @@ static void test_schedule(void **state)
         {"15 iterations", &by_samples, false, 900.0 / 15.9, 0.01, 0, 1, {1000, 0, 0}},
         {"28 iterations of seconds", &by_seconds, false, 1, 90.0 / 28.1, 0, 3, {10 + 90. / 7, 10 + 270. / 7, 100}},
         {"15 iterations of seconds", &by_seconds, false, 1, 6, 0, 1, {100, 0, 0}},
-        {"a predicted time", &by_noise, true, 1, 1e6, 80, 3, {20, 40, INFINITY}},
-        {"a short predicted time", &by_noise, true, 1, 1e6, 13.4, 2, {10 + 3.4 / 3, INFINITY, 0}},
-        {"a long predicted time", &by_noise, true, 1, 1e6, 1e6, 3, {50, 130, INFINITY}},
-        {"a predicted time that is over", &by_noise, true, 1, 1e6, 9, 1, {INFINITY, 0, 0}},
+        {"a predicted time", &by_noise, true, 1, 1e6, 80, 3, {20, 40, FOREVER}},
+        {"a short predicted time", &by_noise, true, 1, 1e6, 13.4, 2, {10 + 3.4 / 3, FOREVER, 0}},
+        {"a long predicted time", &by_noise, true, 1, 1e6, 1e6, 3, {50, 130, FOREVER}},
+        {"a predicted time that is over", &by_noise, true, 1, 1e6, 9, 1, {FOREVER, 0, 0}},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ca_auto_situation s = situation_of(cases[i].goal, CA_AUTO_PREDICT);
@@ -271,7 +272,7 @@ static void test_notes_of_runs(void **state)
         {"twice the law's", 1.0, 0.5, 2.0, 1.0, true, 7000.0},
         {"it did not measure times", 1.0, 0.5, 2.0, 1.0, false, 1000.0},
         {"the law expected nothing", 1.0, -0.5, 3.0, 1.0, true, 7000.0},
-        {"the noise is not known", NAN, 0.5, 3.0, 0.7, true, 7000.0},
+        {"the noise is not known", (double)NAN, 0.5, 3.0, 0.7, true, 7000.0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ca_auto_situation s = situation_of(&by_seconds, CA_AUTO_PREDICT);
@@ -360,9 +361,9 @@ static void test_iterations_left(void **state)
         {"longer than all before it", {.samples = 1000}, 6, 0, 10.1, 4, 0.5, 0},
         {"a target", {0, 0}, 6, 2, 3, 4, 0.5, 0.5 * (2500 - 10000 / 36.)},
         {"a target, longer than all before it", {0, 0}, 6, 2, 10.1, 4, 0.5, 0},
-        {"a target that is reached", {0, 0}, 1, 2, 3, 4, 0.5, INFINITY},
-        {"a target, noise not known", {0, 0}, UNKNOWN, 2, 3, 4, 0.5, INFINITY},
-        {"a target, variance not known", {0, 0}, 6, 2, 3, 4, -0.5, INFINITY},
+        {"a target that is reached", {0, 0}, 1, 2, 3, 4, 0.5, FOREVER},
+        {"a target, noise not known", {0, 0}, UNKNOWN, 2, 3, 4, 0.5, FOREVER},
+        {"a target, variance not known", {0, 0}, 6, 2, 3, 4, -0.5, FOREVER},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const ca_auto_progress progress = progress_of(10.0, 100.0, cases[i].noise, cases[i].target);
@@ -418,8 +419,8 @@ static void test_end_of_a_run(void **state)
         {"before its end", 2, 2, 9, 14.9, 15, false, false},
         {"past its end, too few iterations", 5, 6, 9, 15, 15, false, false},
         {"enough of them", 6, 6, 9, 15, 15, false, true},
-        {"a trial", 3, 3, 3, 12, INFINITY, false, true},
-        {"a trial at work", 2, 3, 3, 12, INFINITY, false, false},
+        {"a trial", 3, 3, 3, 12, FOREVER, false, true},
+        {"a trial at work", 2, 3, 3, 12, FOREVER, false, false},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const ca_auto_run run = {.least = cases[i].least, .most = cases[i].most, .end = cases[i].end};
