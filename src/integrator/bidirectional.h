@@ -44,7 +44,7 @@
 enum { CA_BLOCK_PATHS = 512 }; /* light paths of one task */
 
 enum {
-    CA_WALKS = 128,                                       /* of a batch */
+    CA_WALKS = 256,                                       /* of a batch */
     CA_LIGHT_ENDS = 4 * CA_WALKS + CA_PATH_MAX_VERTICES, /* vertices of light paths that a batch may connect to */
 };
 
