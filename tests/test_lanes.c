@@ -141,8 +141,7 @@ static void test_vectors(void **state)
 /* The numbers number / 2^24: of `u` where it varies, else of `v`. */
 static void check_hemisphere(bool u_varies, float fixed)
 {
-    const uint32_t stride = CA_LANES;
-    for (uint32_t first = 0; first < 1u << 24; first += stride) {
+    for (uint32_t first = 0; first < 1u << 24; first += CA_LANES) {
         ca_f8 number;
         for (int k = 0; k < CA_LANES; k++) number[k] = (float)(first + (uint32_t)k) * 0x1p-24f;
         const ca_f8 other = ca_f8_all(fixed);
