@@ -92,8 +92,8 @@ static void make_world(world *w)
         w->instances[i] = (ca_accel_instance){
             .first_shape = WORLD,
             .shape_count = SHAPES - WORLD,
-            .map = affine(ca_matrix_scale(1.0, 0.6, 1.4), ca_matrix_rotate(1, 1, 0, 30.0 + 50.0 * i),
-                          ca_matrix_translate(0.1, 0.2 * i, -0.6))};
+            .map = affine(ca_matrix_scale(1.0, 0.6, 1.4), ca_matrix_rotate(1, 1, 0, 30.0 + 50.0 * (i > 1)),
+                          ca_matrix_translate(0.1, 0.2 * (i > 1), -0.6))}; /* two are in one place */
 }
 
 /* ---- Rays ------------------------------------------------------------------------------------------------------ */
@@ -272,6 +272,8 @@ static void test_a_batch_gives_what_each_ray_gets_alone(void **state)
     check_scene(&w, WORLD, 0, "with quadrics");
     check_scene(&w, 0, INSTANCES, "instances");
     check_scene(&w, WORLD, INSTANCES, "all");
+    w.shapes[3] = w.shapes[2];
+    check_scene(&w, WORLD, 0, "two spheres in one place");
     ca_mesh_destroy(&w.grid);
 }
 

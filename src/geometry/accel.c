@@ -165,6 +165,9 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
     for (uint32_t i = 0; i < accel->instance_count; i++) attach_instance(accel, i);
     rtcCommitScene(accel->scene);
     set_cells(accel);
+    accel->only_meshes = accel->instance_count == 0;
+    for (uint32_t i = 0; i < accel->world_count; i++)
+        accel->only_meshes = accel->only_meshes && accel->shapes[i].kind == CA_SHAPE_MESH;
     const enum RTCError code = rtcGetDeviceError(accel->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
     if (code == RTC_ERROR_OUT_OF_MEMORY) return ca_fail_memory(error, "the acceleration structure");

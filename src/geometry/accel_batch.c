@@ -105,13 +105,30 @@ static void unpack_hit(const ca_accel *accel, const struct RTCRayHit8 *packet, u
 
 _Static_assert(RTC_INVALID_GEOMETRY_ID == CA_NONE, "what met nothing needs no translation");
 
-void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits)
+static void intersect_one_by_one(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count,
+                                 const uint16_t *order, ca_hit_batch *hits)
 {
-    uint16_t order[CA_RAY_BATCH];
+    for (uint32_t k = 0; k < count; k++) {
+        const uint32_t i = order[k];
+        ca_hit hit = {.shape = CA_NONE};
+        ca_accel_intersect(accel, ca_column3_at(&rays->origin, i), ca_column3_at(&rays->direction, i), rays->t_min[i],
+                           rays->t_max[i], &hit);
+        hits->t[i] = hit.t;
+        hits->u[i] = hit.u;
+        hits->v[i] = hit.v;
+        ca_column3_set(&hits->ng, i, hit.ng);
+        hits->shape[i] = hit.shape;
+        hits->primitive[i] = hit.primitive;
+        hits->instance[i] = hit.instance;
+    }
+}
+
+static void intersect_packets(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, const uint16_t *order,
+                              ca_hit_batch *hits)
+{
     _Alignas(32) int valid[CA_LANES];
     struct RTCRayHit8 packet;
     memset(&packet.hit, 0, sizeof packet.hit);
-    sort_rays(accel, rays, count, order);
     for (uint32_t first = 0; first < count; first += CA_LANES) {
         const uint32_t lanes = pack_rays(rays, order + first, count - first, &packet.ray, valid);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
@@ -119,6 +136,18 @@ void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, u
         intersect8(valid, accel->scene, &packet);
         for (uint32_t lane = 0; lane < lanes; lane++) unpack_hit(accel, &packet, lane, order[first + lane], hits);
     }
+}
+
+/* Of coincident quadrics or instances a packet's other rays decide which one is hit: there rays go alone, though
+ * sorted, which gains a part of what packets do. */
+void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits)
+{
+    uint16_t order[CA_RAY_BATCH];
+    sort_rays(accel, rays, count, order);
+    if (accel->only_meshes)
+        intersect_packets(accel, rays, count, order, hits);
+    else
+        intersect_one_by_one(accel, rays, count, order, hits);
 }
 
 void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded)

@@ -19,6 +19,7 @@ struct ca_accel {
     const ca_accel_instance *instances; /* Embree's geometry ids world_count, world_count + 1, ... */
     uint32_t instance_count;
     ca_vec3 low, cells_per_meter; /* the scene's bounds in a few cells along each axis: rays are sorted by them */
+    bool only_meshes; /* neither quadrics nor instances: accel_batch.c */
     size_t bytes;
 };
 

@@ -173,6 +173,22 @@ static void cross(const double a[3], const double b[3], double result[3])
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+bool ca_mesh_normals_are_flat(const ca_mesh *mesh)
+{
+    for (size_t t = 0; mesh->normals && t < mesh->triangle_count; t++) {
+        double p[3][3], edges[2][3], n[3];
+        load_triangle(mesh, t, p);
+        for (int i = 0; i < 3; i++) edges[0][i] = p[1][i] - p[0][i], edges[1][i] = p[2][i] - p[0][i];
+        cross(edges[0], edges[1], n);
+        for (int k = 0; k < 3; k++) {
+            const float *corner = mesh->normals + 3 * (size_t)mesh->indices[3 * t + (size_t)k];
+            const double m[3] = {(double)corner[0], (double)corner[1], (double)corner[2]};
+            if (!(dot(n, m) > (1.0 - 1e-12) * sqrt(dot(n, n) * dot(m, m)))) return false;
+        }
+    }
+    return mesh->normals != NULL;
+}
+
 double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle)
 {
     double p[3][3], a[3], b[3], n[3];

@@ -48,6 +48,8 @@ void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map);
 void ca_mesh_flip_normals(ca_mesh *mesh);
 void ca_mesh_normalize_normals(ca_mesh *mesh); /* to unit length; zero stays zero */
 void ca_mesh_drop_normals(ca_mesh *mesh); /* face_normals */
+/* Are all vertex normals those of the faces, up to rounding? */
+bool ca_mesh_normals_are_flat(const ca_mesh *mesh);
 
 /* Smooth normals for files that carry none: at each vertex the faces' unit normals weighted by their angle there, as
  * Mitsuba does (Thürmer and Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets"); zero where only faces
