@@ -12,8 +12,11 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { RUNS = 7, QUERIES = 200000, TILES = 500 };
+
+enum { RUN_PHOTONS = 1024 };
 
 typedef struct photon_set {
     ca_photon *photons;
@@ -74,13 +77,27 @@ static ca_vec3 *make_queries(bool coherent)
     return positions;
 }
 
+/* *at: how many of a run are read. */
+static uint32_t read_photons(const void *user, uint32_t run, uint64_t *at, ca_photon *photons)
+{
+    const photon_set *set = user;
+    const uint32_t begin = run * RUN_PHOTONS + (uint32_t)*at;
+    const uint32_t end = ca_min_u32((run + 1) * RUN_PHOTONS, set->count);
+    const uint32_t count = ca_min_u32(end - begin, CA_PHOTON_BATCH);
+    memcpy(photons, set->photons + begin, count * sizeof *photons);
+    *at += count;
+    return count;
+}
+
 static double build_seconds(ca_photon_grid *grid, const photon_set *set, uint32_t workers)
 {
-    const ca_photon_run run = {set->photons, set->count};
+    const ca_photon_source source = {set, (set->count + RUN_PHOTONS - 1) / RUN_PHOTONS, set->count, read_photons};
+    const ca_photon_bounds bounds = {{-2.0f, -2.0f, -2.0f}, {2.0f, 2.0f, 2.0f}};
     const ca_parallel parallel = {.workers = workers};
     ca_error error;
     const double start = ca_clock_seconds();
-    if (ca_photon_grid_build(grid, &run, 1, set->radius, &parallel, &error) != CA_OK) bench_die("build", &error);
+    if (ca_photon_grid_build(grid, &source, &bounds, set->radius, &parallel, &error) != CA_OK)
+        bench_die("build", &error);
     return ca_clock_seconds() - start;
 }
 

@@ -10,7 +10,7 @@ static uint32_t add_diffuse(ca_scene_desc *desc, ca_rgb reflectance)
     const ca_texture_id id = ca_scene_desc_add_constant(desc, reflectance);
     if (id == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return CA_NONE;
     desc->materials.items[desc->materials.count - 1].material =
-        (ca_material){.kind = CA_MATERIAL_DIFFUSE, .reflectance = id};
+        (ca_material){.kind = CA_MATERIAL_DIFFUSE, .as.diffuse = {id}};
     return (uint32_t)desc->materials.count - 1;
 }
 
@@ -19,7 +19,7 @@ static ca_shape_desc *add_mesh(ca_scene_desc *desc, uint32_t material)
     if (material == CA_NONE || !CA_TABLE_ADD(&desc->meshes) || !CA_TABLE_ADD(&desc->shapes)) return NULL;
     ca_shape_desc *shape = &desc->shapes.items[desc->shapes.count - 1];
     *shape = (ca_shape_desc){.kind = CA_SHAPE_MESH,
-                             .mesh = (uint32_t)desc->meshes.count - 1,
+                             .as.mesh.index = (uint32_t)desc->meshes.count - 1,
                              .to_world = ca_matrix_identity(),
                              .material = material,
                              .light = CA_NONE,
@@ -94,9 +94,8 @@ static ca_status fill_room(ca_scene_desc *desc, ca_error *error)
     lamp->to_world = ca_matrix_multiply(&turn, &shrink);
     lamp->to_world = ca_matrix_multiply(&up, &lamp->to_world);
     lamp->light = 0;
-    desc->lights.items[0] = (ca_light_desc){.kind = CA_LIGHT_AREA,
-                                            .to_world = ca_matrix_identity(),
-                                            .texture = ca_scene_desc_add_constant(desc, ca_rgb_grey(20.0f))};
+    desc->lights.items[0] = (ca_light_desc){
+        .kind = CA_LIGHT_AREA, .as.area.radiance = ca_scene_desc_add_constant(desc, ca_rgb_grey(20.0f))};
     const double origin[3] = {0.0, 0.3, -0.95}, target[3] = {0.0, -0.4, 0.2}, up_axis[3] = {0, 1, 0};
     ca_matrix look;
     ca_matrix_look_at(origin, target, up_axis, &look);

@@ -1,5 +1,5 @@
-/* Figure 6 of paper 000's list: the time to a noise target, predicted after the pilot and its proof, against the time
- * it took. */
+/* Figure 6 of paper 000's list: the time to a noise target, predicted after the pilot and the validation run,
+ * against the time it took. */
 #include "paper_000.h"
 
 #include "bench_support.h"

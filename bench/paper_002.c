@@ -137,7 +137,7 @@ static void render_batch(const ca_scene *scene, scene_run *run, int which, uint3
 static bool is_specular(const ca_scene *scene, uint32_t id)
 {
     const ca_material *material = &scene->materials[id];
-    if (material->kind == CA_MATERIAL_TWOSIDED) material = &scene->materials[material->child[0]];
+    if (material->kind == CA_MATERIAL_TWOSIDED) material = &scene->materials[material->as.twosided.front];
     return material->kind == CA_MATERIAL_DIELECTRIC || material->kind == CA_MATERIAL_ROUGH_DIELECTRIC ||
            material->kind == CA_MATERIAL_CONDUCTOR || material->kind == CA_MATERIAL_ROUGH_CONDUCTOR;
 }
@@ -169,11 +169,12 @@ static void leave_emitters_out(const ca_scene *scene, scene_run *run)
     const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT};
     const float reach = scene->desc.film.filter.radius;
     for (uint32_t l = 0; l < scene->light_count; l++)
-        for (uint32_t i = 0; scene->lights[l].shape && i < POINTS; i++) {
+        for (uint32_t i = 0; scene->lights[l].kind == CA_LIGHT_AREA && i < POINTS; i++) {
             const ca_stream stream = ca_stream_start(&sampler, l, i);
             ca_surface surface;
             ca_camera_direct direct;
-            ca_shape_sample_area(scene->lights[l].shape, ca_sample_2d(&stream, CA_DIM_LIGHT_POSITION), &surface);
+            ca_shape_sample_area(scene->lights[l].as.area.shape, ca_sample_2d(&stream, CA_DIM_LIGHT_POSITION),
+                                 &surface);
             if (!ca_camera_sample_direct(&camera, surface.position, (ca_vec2){0.5f, 0.5f}, reach, &direct)) continue;
             if (!ca_accel_visible(scene->accel, surface.position, surface.position_error, surface.ng, direct.position,
                                   (ca_vec3){0}, (ca_vec3){0}))

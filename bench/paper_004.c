@@ -20,8 +20,7 @@ static const paper_section sections[] = {
 };
 enum { SECTIONS = sizeof sections / sizeof sections[0] };
 
-/* ---- Two builds
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Two builds ------------------------------------------------------------------------------------------------ */
 
 static ca_image_layers *read_image(const char *path)
 {
@@ -57,8 +56,7 @@ static int print_difference(const char *const paths[2])
     return 0;
 }
 
-/* ---- The program
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- The program ----------------------------------------------------------------------------------------------- */
 
 int main(int argc, char **argv)
 {

@@ -8,8 +8,7 @@
 
 enum { PAPER_THREADS = 2 };
 
-/* ---- Renders
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 typedef struct paper_job {
     const ca_scene *scene;
@@ -34,8 +33,7 @@ void paper_release(paper_picture *picture);
 /* Keeps a copy as PICTURES/name, if there is a folder. */
 void paper_save(const paper_report *report, const paper_picture *picture, const char *name);
 
-/* ---- Statistics
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Statistics ------------------------------------------------------------------------------------------------ */
 
 /* Errors of repeated renders with different random numbers against a truth, over all pixels, relative to the truth's
  * mean. */
@@ -68,8 +66,7 @@ typedef struct paper_fit {
 } paper_fit;
 paper_fit paper_fit_power(const double *x, const double *y, int count);
 
-/* ---- Sections
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Sections -------------------------------------------------------------------------------------------------- */
 
 void paper_transport(paper_report *report);        /* figure 2 */
 void paper_counter_examples(paper_report *report); /* figure 3, section 5 */

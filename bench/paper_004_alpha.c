@@ -16,8 +16,7 @@ static const double pi = 3.14159265358979323846;
 static const double alphas[] = {0.0, 0.25, 0.5, 0.75, 1.0};
 enum { ALPHAS = sizeof alphas / sizeof alphas[0] };
 
-/* ---- What is known
- * -------------------------------------------------------------------------------------------------- */
+/* ---- What is known --------------------------------------------------------------------------------------------- */
 
 typedef struct known {
     size_t points;
@@ -63,8 +62,7 @@ static double bias_in(const known *k, const double *luminance)
     return product / square * sqrt(square / (double)k->points) / k->unit;
 }
 
-/* ---- Runs
- * ------------------------------------------------------------------------------------------------------------- */
+/* ---- Runs ------------------------------------------------------------------------------------------------------ */
 
 typedef struct alpha_row {
     double n[STEPS], noise[STEPS], bias[STEPS], bias_error[STEPS];
@@ -132,8 +130,7 @@ static alpha_row measure(const ca_scene *scene, const char *integrator, bool wit
     return row;
 }
 
-/* ---- Tables
- * ----------------------------------------------------------------------------------------------------------- */
+/* ---- Tables ---------------------------------------------------------------------------------------------------- */
 
 static void print_head(FILE *out, const alpha_row *row, const char *what)
 {

@@ -60,8 +60,7 @@ static void integrator_for(const convergence_scene *what, const char *name, char
              what->camera_paths, what->integrator);
 }
 
-/* ---- The reference
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- The reference --------------------------------------------------------------------------------------------- */
 
 typedef struct reference {
     double *luminance; /* owned */
@@ -95,8 +94,7 @@ static reference render_reference(const convergence_scene *what, const ca_scene 
     return r;
 }
 
-/* ---- Runs
- * ------------------------------------------------------------------------------------------------------------- */
+/* ---- Runs ------------------------------------------------------------------------------------------------------ */
 
 typedef struct convergence {
     int steps;
@@ -145,8 +143,7 @@ static convergence measure(const convergence_scene *what, const ca_scene *scene,
     return c;
 }
 
-/* ---- The report
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- The report ------------------------------------------------------------------------------------------------ */
 
 static void print_bias(FILE *out, const paper_errors *e)
 {

@@ -6,8 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* ---- Recomputation
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Recomputation --------------------------------------------------------------------------------------------- */
 
 typedef struct recomputation {
     double light_paths, camera_paths, seconds;
@@ -69,8 +68,7 @@ void paper_recomputation(paper_report *report)
     paper_expect(report, saved > 0.0, saved, "> 0", "16 × 16 blocks: time saved by the rectangular order");
 }
 
-/* ---- Samples saved
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Samples saved --------------------------------------------------------------------------------------------- */
 
 enum { SAVED_SEEDS = 4, SAVED_STEPS = 5, FIRST_SAMPLES = 4 };
 

@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Renders
- * ---------------------------------------------------------------------------------------------------------- */
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 static ca_render_settings settings_of(const paper_job *job)
 {
@@ -68,8 +67,7 @@ void paper_save(const paper_report *report, const paper_picture *picture, const 
     if (ca_image_save(picture->layers, path, 0.0f, &error) != CA_OK) bench_die(path, &error);
 }
 
-/* ---- Repeats
- * ---------------------------------------------------------------------------------------------------------- */
+/* ---- Repeats --------------------------------------------------------------------------------------------------- */
 
 paper_repeats paper_repeats_start(size_t pixels)
 {

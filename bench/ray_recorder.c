@@ -33,6 +33,12 @@ void __real_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, s
 void __real_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
 void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *rayhit);
 void __wrap_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
+void __real_rtcIntersect8(const int *valid, RTCScene scene, struct RTCIntersectContext *context,
+                          struct RTCRayHit8 *rayhit);
+void __real_rtcOccluded8(const int *valid, RTCScene scene, struct RTCIntersectContext *context, struct RTCRay8 *ray);
+void __wrap_rtcIntersect8(const int *valid, RTCScene scene, struct RTCIntersectContext *context,
+                          struct RTCRayHit8 *rayhit);
+void __wrap_rtcOccluded8(const int *valid, RTCScene scene, struct RTCIntersectContext *context, struct RTCRay8 *ray);
 
 static ray_tape *own_tape(void)
 {
@@ -74,6 +80,41 @@ void __wrap_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, st
     ray_tape *tape = recorder.on ? record(scene, ray, VISIBILITY) : NULL;
     __real_rtcOccluded1(scene, context, ray);
     if (tape) tape->hits += ray->tfar < 0.0f;
+}
+
+/* A packet's rays are recorded one by one: what is replayed are single rays. */
+static ray_tape *record_lane(RTCScene scene, const struct RTCRay8 *rays, int lane, unsigned kind)
+{
+    const struct RTCRay ray = {.org_x = rays->org_x[lane],
+                               .org_y = rays->org_y[lane],
+                               .org_z = rays->org_z[lane],
+                               .tnear = rays->tnear[lane],
+                               .dir_x = rays->dir_x[lane],
+                               .dir_y = rays->dir_y[lane],
+                               .dir_z = rays->dir_z[lane],
+                               .tfar = rays->tfar[lane],
+                               .mask = rays->mask[lane]};
+    return record(scene, &ray, kind);
+}
+
+void __wrap_rtcIntersect8(const int *valid, RTCScene scene, struct RTCIntersectContext *context,
+                          struct RTCRayHit8 *rayhit)
+{
+    ray_tape *tape = NULL;
+    for (int lane = 0; recorder.on && lane < 8; lane++)
+        if (valid[lane]) tape = record_lane(scene, &rayhit->ray, lane, NEAREST_HIT);
+    __real_rtcIntersect8(valid, scene, context, rayhit);
+    for (int lane = 0; tape && lane < 8; lane++)
+        tape->hits += valid[lane] && rayhit->hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
+}
+
+void __wrap_rtcOccluded8(const int *valid, RTCScene scene, struct RTCIntersectContext *context, struct RTCRay8 *ray)
+{
+    ray_tape *tape = NULL;
+    for (int lane = 0; recorder.on && lane < 8; lane++)
+        if (valid[lane]) tape = record_lane(scene, ray, lane, VISIBILITY);
+    __real_rtcOccluded8(valid, scene, context, ray);
+    for (int lane = 0; tape && lane < 8; lane++) tape->hits += valid[lane] && ray->tfar[lane] < 0.0f;
 }
 
 void ray_recorder_start(void)

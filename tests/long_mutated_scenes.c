@@ -25,8 +25,7 @@
 static const double longest_import_seconds = 5.0;
 enum { MAX_TEXT = 1 << 16 };
 
-/* ---- Numbers
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Numbers --------------------------------------------------------------------------------------------------- */
 
 /* SplitMix64 (Steele, Lea and Flood 2014). */
 static uint64_t next(uint64_t *random)
@@ -39,8 +38,7 @@ static uint64_t next(uint64_t *random)
 
 static size_t below(uint64_t *random, size_t limit) { return limit ? (size_t)(next(random) % limit) : 0; }
 
-/* ---- Mutations
- * --------------------------------------------------------------------------------------------------- */
+/* ---- Mutations ------------------------------------------------------------------------------------------------- */
 
 typedef struct text {
     char bytes[MAX_TEXT];
@@ -195,8 +193,7 @@ static void mutate(text *t, uint64_t *random)
         kinds[below(random, sizeof kinds / sizeof *kinds)](t, random);
 }
 
-/* ---- The run
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- The run --------------------------------------------------------------------------------------------------- */
 
 typedef struct original {
     char *path;

@@ -70,8 +70,7 @@ static double error_of(ca_image_layers *image, double truth)
     return sqrt(sum / (width * height));
 }
 
-/* ---- All pairs
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- All pairs ------------------------------------------------------------------------------------------------- */
 
 static void test_interleaved_over_three_decades(void **state)
 {
@@ -115,8 +114,7 @@ static void test_camera_is_light(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Alpha
- * ------------------------------------------------------------------------------------------------------------ */
+/* ---- Alpha ----------------------------------------------------------------------------------------------------- */
 
 /* Over the seeds: standard deviation, r.m.s. over pixels, and the mean picture's relative difference from `truth`
  * under the lamp, where a disk always finds too little; both over the picture's mean. */
@@ -184,8 +182,7 @@ static void test_alpha(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Sequences
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- Sequences ------------------------------------------------------------------------------------------------- */
 
 static void test_sequences_beat_random_numbers(void **state)
 {

@@ -39,11 +39,11 @@ static ca_status begin_round(void *state, uint32_t pass, uint32_t round, const c
     return notes.type->begin_round(state, pass, round, parallel, workers, error);
 }
 
-static void camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                        ca_film_sample *sample, ca_worker *worker)
+static void camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round, ca_worker *worker)
 {
-    assert_int_equal(index, notes.next_camera_path[y * SIDE + x]++);
-    notes.type->camera_path(state, x, y, index, round, sample, worker);
+    for (uint32_t i = 0; i < count; i++)
+        assert_int_equal(paths[i].index, notes.next_camera_path[paths[i].y * SIDE + paths[i].x]++);
+    notes.type->camera_paths(state, paths, count, round, worker);
 }
 
 static void render_noted(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
@@ -57,7 +57,7 @@ static void render_noted(const ca_scene *scene, const ca_render_settings *settin
     ca_integrator_type spy = *plan.type;
     spy.create = create;
     spy.begin_round = begin_round;
-    spy.camera_path = camera_path;
+    spy.camera_paths = camera_paths;
     plan.type = &spy;
     if (ca_auto_rays_render(&plan, NULL, image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
 }

@@ -65,9 +65,8 @@ static void test_joined_film(void **state)
     assert_near(pixel->variance[1], variance, 1e-12);
     assert_near(pixel->luminance_variance, 0.7152 * 0.7152 * variance, 1e-12);
     assert_near((double)pixel->albedo[0], 0.5, 1e-6);
-    ca_joined_film_to_film(&joined, 7, &out);
     ca_image_layers *image;
-    assert_int_equal(ca_film_develop(&out, &image, NULL), CA_OK);
+    assert_int_equal(ca_joined_film_develop(&joined, 7, &out, &image, NULL), CA_OK);
     assert_near((double)ca_image_channel(image, "G")[0], 3.5, 1e-6);
     assert_near((double)ca_image_channel(image, "Variance.G")[0] / (double)ca_image_channel(image, "Samples.Y")[0],
                 variance, 1e-6);
@@ -79,6 +78,71 @@ static void test_joined_film(void **state)
     ca_film_destroy(&c);
     ca_film_destroy(&out);
     ca_joined_film_destroy(&joined);
+}
+
+/* Two groups of two halves, joined once their weights are known: as if the four films had been added with them. */
+static void test_halved_film(void **state)
+{
+    (void)state;
+    static const float greens[4][6] = {{1, 3, 4}, {6, 2, 5}, {2, 9}, {7, 1}};
+    static const double share[2] = {0.3, 0.7}, weights[3][2] = {{0.5, 0.5}, {0.4, 0.15}, {0.0, 0.25}};
+    ca_film films[4], out = film_of(NULL, 0);
+    for (int k = 0; k < 4; k++) films[k] = film_of(greens[k], k < 2 ? 3 : 2);
+    ca_halved_film halved;
+    assert_int_equal(ca_halved_film_create(&halved, &out, NULL), CA_OK);
+    ca_halved_film_add(&halved, &films[0], &films[1], 1.0);
+    ca_halved_film_scale(&halved, share[0]);
+    ca_halved_film_add(&halved, &films[2], &films[3], share[1]);
+    assert_near(ca_halved_film_mean(&halved, 0, 0, 1), 0.3 * 8.0 / 3.0 + 0.7 * 5.5, 1e-6);
+    assert_near(ca_halved_film_mean(&halved, 0, 1, 1), 0.3 * 13.0 / 3.0 + 0.7 * 4.0, 1e-6);
+    for (int k = 0; k < 3; k++) {
+        const double a = weights[k][0], b = weights[k][1];
+        ca_joined_film joined, expected;
+        assert_int_equal(ca_joined_film_create(&joined, &out, NULL), CA_OK);
+        assert_int_equal(ca_joined_film_create(&expected, &out, NULL), CA_OK);
+        ca_halved_film_join(&halved, a, b, &joined);
+        ca_joined_film_add_two(&expected, &films[0], a * share[0], &films[1], b * share[0]);
+        ca_joined_film_add_two(&expected, &films[2], a * share[1], &films[3], b * share[1]);
+        const ca_joined_pixel *p = &joined.pixels[0], *q = &expected.pixels[0];
+        assert_near(p->mean[1], q->mean[1], 1e-6); /* a float's part in it */
+        assert_near(p->variance[1], q->variance[1], 1e-12);
+        assert_near(p->luminance_variance, q->luminance_variance, 1e-12);
+        for (int c = 0; c < 4; c++) assert_near(p->third[c], q->third[c], 1e-12);
+        assert_near(p->scatter[1], q->scatter[1], 1e-12);
+        assert_near((double)p->albedo[0], (double)q->albedo[0], 1e-6);
+        assert_int_equal(p->samples, q->samples);
+        const ca_joined_sums sums = ca_halved_film_sums(&halved, a, b), whole = ca_joined_sums_of(&expected);
+        assert_near(sums.luminance, whole.luminance, 1e-6);
+        assert_near(sums.variance, whole.variance, 1e-12);
+        ca_joined_film_destroy(&joined);
+        ca_joined_film_destroy(&expected);
+    }
+    ca_halved_film_destroy(&halved);
+    for (int k = 0; k < 4; k++) ca_film_destroy(&films[k]);
+    ca_film_destroy(&out);
+}
+
+/* The noise of an image is known from sums over its parts. */
+static void test_sums_of_parts(void **state)
+{
+    (void)state;
+    ca_film a = film_of((const float[]){1.0f, 3.0f, 8.0f}, 3), b = film_of((const float[]){6.0f, 2.0f, 7.0f}, 3);
+    ca_joined_film joined;
+    assert_int_equal(ca_joined_film_create(&joined, &a, NULL), CA_OK);
+    ca_joined_film_add(&joined, &a, 0.25);
+    ca_joined_film_add_two(&joined, &a, 0.5 * 0.75, &b, 0.5 * 0.75);
+    const ca_joined_sums whole = ca_joined_sums_of(&joined);
+    ca_joined_sums sums = ca_joined_sums_add((ca_joined_sums){0}, ca_joined_sums_of_film(&a), 0.25);
+    sums = ca_joined_sums_add(sums, ca_joined_sums_of_two(&a, &b), 0.75);
+    assert_near(sums.luminance, whole.luminance, 1e-12);
+    assert_near(sums.variance, whole.variance, 1e-12);
+    const ca_film_summary summary = ca_joined_film_summarise(&joined, 6, &a);
+    assert_near(sqrt(sums.variance) / sums.luminance, summary.noise, 1e-12);
+    ca_film_clear(&a);
+    assert_true(a.pixels[0].samples == 0 && a.pixels[0].sum[1] == 0.0);
+    ca_joined_film_destroy(&joined);
+    ca_film_destroy(&a);
+    ca_film_destroy(&b);
 }
 
 /* ---- Maps in files --------------------------------------------------------------------------------------------- */
@@ -254,7 +318,7 @@ static void test_refusals(void **state)
     settings.camera_paths = 3;
     assert_refused(scene, &settings, "they cannot be set as well");
     settings = settings_auto(32);
-    settings.memory_mib = 0.1;
+    settings.memory_mib = 0.07; /* the film needs 0.018, all together 0.077 */
     assert_refused(scene, &settings, "the films and estimates of rays \"auto\" need");
     ca_scene_release(scene);
 }
@@ -270,17 +334,13 @@ typedef struct checked_image {
 static void join_again(const ca_auto_parts *parts, void *user)
 {
     checked_image *checked = user;
-    const double *w = parts->weights, *shares = parts->group_shares;
-    assert_near(shares[0] + shares[1], 1.0, 1e-12);
+    const double *w = parts->weights;
     assert_true((parts->render != NULL) == (parts->render_iterations > 0));
     if (!parts->render) assert_true(w[0] == 0.0 && w[1] == 0.0);
     for (int p = 0; p < PIXELS; p++) {
         double value = parts->render ? 0.5 * (w[0] + w[1]) * parts->render->pixels[p].mean[1] : 0.0;
-        for (int h = 0; h < CA_AUTO_HALVES; h++)
-            for (int g = 0; g < CA_AUTO_GROUPS; g++) {
-                const ca_film_pixel *pixel = &parts->pilot[h][g]->pixels[p];
-                if (pixel->samples > 0) value += 0.5 * (1.0 - w[1 - h]) * shares[g] * pixel->sum[1] / pixel->samples;
-            }
+        for (int h = 0; h < CA_PILOT_HALVES; h++)
+            value += 0.5 * (1.0 - w[1 - h]) * ca_halved_film_mean(parts->pilot, (size_t)p, h, 1);
         checked->green[p] = value;
     }
     checked->seen++;
@@ -374,7 +434,7 @@ static void test_time(void **state)
     ca_scene_release(scene);
 }
 
-/* A target that the pilot reaches ends it; one that it does not is foretold. */
+/* A target that the pilot reaches ends the render; else its time is predicted. */
 static void test_noise(void **state)
 {
     (void)state;
@@ -385,7 +445,7 @@ static void test_noise(void **state)
     render_and_check(scene, &settings, &statistics);
     assert_true(statistics.noise_percent < 25.0 && statistics.noise_percent > 10.0);
     assert_true(statistics.first_predicted_seconds == 0.0 && statistics.numbers_of_rays.phases == 0);
-    /* The faster the machine the less is left to foretell. */
+    /* On a fast machine the first targets are reached before a time is predicted. */
     for (settings.noise_percent = 2.0; statistics.first_predicted_seconds == 0.0 && settings.noise_percent > 0.2;
          settings.noise_percent *= 0.7)
         render_and_check(scene, &settings, &statistics);
@@ -516,6 +576,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_joined_film),
+        cmocka_unit_test(test_halved_film),
+        cmocka_unit_test(test_sums_of_parts),
         cmocka_unit_test(test_ray_map),
         cmocka_unit_test(test_rays_of_a_file),
         cmocka_unit_test(test_components),

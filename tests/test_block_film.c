@@ -108,8 +108,7 @@ static void add_block(ca_block_film *film, const block_sums *sums, int block)
         assert_true(ca_block_film_add(film, X0 + p % WIDTH, Y0 + p / WIDTH, &sums->samples[block][p]));
 }
 
-/* ---- Values
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Values ---------------------------------------------------------------------------------------------------- */
 
 /* Of what a sample holds, in the order of the layers; NULL ends. */
 static const struct term {
@@ -200,8 +199,7 @@ static void test_empty_and_without_gradients(void **state)
     ca_block_film_destroy(film);
 }
 
-/* ---- Order
- * ---------------------------------------------------------------------------------------------------------- */
+/* ---- Order ----------------------------------------------------------------------------------------------------- */
 
 static void shuffle(int order[BLOCKS])
 {
@@ -266,8 +264,7 @@ static void test_bytes_bring_everything_back(void **state)
     }
 }
 
-/* ---- The gate and the fixed point
- * ----------------------------------------------------------------------------------- */
+/* ---- The gate and the fixed point ------------------------------------------------------------------------------ */
 
 static void test_gate(void **state)
 {
@@ -351,8 +348,7 @@ static void test_positions_of_any_size(void **state)
     }
 }
 
-/* ---- Error bars
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Error bars ------------------------------------------------------------------------------------------------ */
 
 /* Rows of 2 camera paths, columns of 2 light paths, each path one of three things; blocks of an L, as a render that
  * ends within a shell leaves them. Going through all that may happen, the mean of the estimated variance is the
@@ -448,8 +444,7 @@ static void test_marked_pixels(void **state)
     ca_block_film_destroy(film);
 }
 
-/* ---- Memory
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static void test_out_of_memory(void **state)
 {

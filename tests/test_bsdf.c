@@ -43,23 +43,23 @@ static void weightless_children_are_left_out(void **state)
     const ca_vec3 wi = {0.0f, 0.0f, 1.0f};
     ca_material *blend = &ca_test_all.materials[METAL_PAINT], *mask = &ca_test_all.materials[MASKED];
     const ca_surface blended = ca_test_flat_surface(METAL_PAINT), masked = ca_test_flat_surface(MASKED);
-    blend->modifier = ZERO;
+    blend->as.blend.weight = ZERO;
     ca_bsdf bsdf = ca_test_bsdf_at(&blended, wi);
     assert_int_equal(bsdf.lobe_count, 1);
     assert_int_equal(bsdf.lobes[0].bxdf.kind, CA_BXDF_ROUGH_CONDUCTOR);
-    blend->modifier = ONE;
+    blend->as.blend.weight = ONE;
     bsdf = ca_test_bsdf_at(&blended, wi);
     assert_int_equal(bsdf.lobe_count, 1);
     assert_int_equal(bsdf.lobes[0].bxdf.kind, CA_BXDF_DIFFUSE);
-    mask->modifier = ZERO;
+    mask->as.mask.opacity = ZERO;
     bsdf = ca_test_bsdf_at(&masked, wi);
     assert_int_equal(bsdf.lobe_count, 0);
     assert_true(bsdf.null_weight == 1.0f);
-    mask->modifier = ONE;
+    mask->as.mask.opacity = ONE;
     bsdf = ca_test_bsdf_at(&masked, wi);
     assert_int_equal(bsdf.lobe_count, 1);
     assert_true(bsdf.null_weight == 0.0f && bsdf.scatter == (CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH));
-    blend->modifier = mask->modifier = THIRD;
+    blend->as.blend.weight = mask->as.mask.opacity = THIRD;
 }
 
 static void as_many_leaves_as_allowed(void **state)
@@ -68,9 +68,9 @@ static void as_many_leaves_as_allowed(void **state)
     ca_material table[15];
     for (uint32_t i = 0; i < 7; ++i) {
         table[i] = ca_test_all.materials[METAL_PAINT];
-        table[i].modifier = HALF;
-        table[i].child[0] = 2 * i + 1;
-        table[i].child[1] = 2 * i + 2;
+        table[i].as.blend.weight = HALF;
+        table[i].as.blend.first = 2 * i + 1;
+        table[i].as.blend.second = 2 * i + 2;
     }
     for (uint32_t i = 7; i < 15; ++i) table[i] = ca_test_all.materials[DIFFUSE];
     assert_int_equal(ca_material_leaf_count(table, 0), CA_BSDF_MAX_LOBES);
@@ -181,7 +181,7 @@ static void the_back_is_the_front_mirrored(void **state)
 {
     (void)state;
     ca_material *node = &ca_test_all.materials[TWOSIDED_BUMP];
-    node->child[1] = CA_NONE;
+    node->as.twosided.back = CA_NONE;
     ca_test_random random = ca_test_random_seed(3);
     for (int i = 0; i < 1000; ++i) {
         ca_surface surface = ca_test_flat_surface(TWOSIDED_BUMP);
@@ -194,7 +194,7 @@ static void the_back_is_the_front_mirrored(void **state)
         ca_test_assert_close_rgb("mirrored f", TWOSIDED_BUMP, other.f, value.f, 1e-3f);
         ca_test_assert_close("mirrored pdf", TWOSIDED_BUMP, other.pdf.v, value.pdf.v, 1e-3f);
     }
-    node->child[1] = RED_DIFFUSE;
+    node->as.twosided.back = RED_DIFFUSE;
 }
 
 /* ---- Bump and normal maps -------------------------------------------------------------------------------------- */
@@ -209,8 +209,8 @@ static void bumps_lean_the_normal(void **state)
     memcpy(textures, ca_test_all.textures, sizeof textures);
     textures[HEIGHT].as.bitmap.image = &image;
     ca_material table[2] = {ca_test_all.materials[BUMPED_METAL], ca_test_all.materials[DIFFUSE]};
-    table[0].child[0] = 1;
-    table[0].scale = 0.5f;
+    table[0].as.bump.child = 1;
+    table[0].as.bump.scale = 0.5f;
     ca_surface surface = ca_test_flat_surface(0);
     surface.dpdu = (ca_vec3){8.0f, 0.0f, 0.0f}; /* u runs over 8 m: 4 texels rise by 4, halved, over 8 m */
     surface.uv = (ca_vec2){0.5f, 0.5f};

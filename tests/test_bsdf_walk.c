@@ -110,18 +110,18 @@ static void energy_goes_through_blends_and_masks(void **state)
     ca_test_assert_close("albedo", MASKED, ca_bsdf_albedo(&front, above).r, 2.0f / 3.0f + 0.2f, 1e-5f);
 
     ca_material *blend = &ca_test_all.materials[METAL_PAINT];
-    const uint32_t metal = blend->child[0];
-    blend->child[0] = RED_DIFFUSE;
+    const uint32_t metal = blend->as.blend.first;
+    blend->as.blend.first = RED_DIFFUSE;
     const ca_surface blended = ca_test_flat_surface(METAL_PAINT);
     const ca_bsdf paint = ca_test_bsdf_at(&blended, above);
     const ca_rgb expected = ca_rgb_lerp((ca_rgb){0.7f, 0.2f, 0.1f}, ca_rgb_grey(0.6f), 1.0f / 3.0f);
     check_energy(&paint, above, CA_SCATTER_SMOOTH, expected);
     /* one metal with a mirror: the parts of a mixture of smooth and Dirac */
-    blend->child[0] = MIRROR;
+    blend->as.blend.first = MIRROR;
     const ca_bsdf half_mirror = ca_test_bsdf_at(&blended, above);
     check_energy(&half_mirror, above, CA_SCATTER_DIRAC, ca_rgb_grey(2.0f / 3.0f));
     check_energy(&half_mirror, above, CA_SCATTER_SMOOTH, ca_rgb_grey(0.2f));
-    blend->child[0] = metal;
+    blend->as.blend.first = metal;
 }
 
 /* ---- Chi-square ------------------------------------------------------------------------------------------------ */

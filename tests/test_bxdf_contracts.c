@@ -177,6 +177,43 @@ static void test_reverse_adjoint_and_reciprocal(void **state)
     }
 }
 
+/* The pair that a facet refracts which is seen from the thinner side under `cosine`, nearly edge-on: from the denser
+ * side it is near the critical angle. false where it lies on the wrong sides of the surface. */
+static bool grazing_pair(float index, float cosine, ca_test_random *random, ca_vec3 *thin, ca_vec3 *dense)
+{
+    const double c = (double)cosine, n = (double)fmaxf(index, 1.0f / index);
+    const ca_vec3 m = random_direction(random);
+    const ca_vec3 t = ca_normalize(ca_cross(m, random_direction(random)));
+    const double cos_dense = sqrt(1.0 - (1.0 - c * c) / (n * n)), sine = sqrt(1.0 - c * c);
+    *thin = ca_madd(ca_mul(m, cosine), (float)sine, t);
+    *dense = ca_madd(ca_mul(m, (float)-cos_dense), (float)(-sine / n), t);
+    const float side = index > 1.0f ? 1.0f : -1.0f; /* of the thinner medium */
+    return m.z * side > 0.1f && thin->z * side > 0.1f && dense->z * side < -0.1f;
+}
+
+/* What such a pair's density keeps of its digits is the same whichever end asks: about those of its cosine. */
+static void test_reverse_at_the_critical_angle(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(17);
+    for (uint32_t i = 0; i < ca_test_bxdfs.count; ++i) {
+        const ca_bxdf_case *entry = &ca_test_bxdfs.cases[i];
+        const float index = index_seen_from(&entry->bxdf, 1.0f);
+        const uint32_t needed = CA_SCATTER_SMOOTH | CA_SCATTER_TRANSMISSION;
+        if ((ca_bxdf_scatter(&entry->bxdf) & needed) != needed || index == 1.0f) continue;
+        for (uint32_t k = 0; k < 5000; ++k) {
+            const float cosine = powf(10.0f, -1.0f - 2.0f * ca_test_random_float(&random));
+            ca_vec3 wi, wo;
+            if (!grazing_pair(index, cosine, &random, &wi, &wo)) continue;
+            const ca_bxdf_value there = ca_bxdf_eval(&entry->bxdf, wi, wo, CA_FROM_CAMERA);
+            const ca_bxdf_value back = ca_bxdf_eval(&entry->bxdf, wo, wi, CA_FROM_LIGHT);
+            const float tolerance = tolerance_for(&entry->bxdf) + 2e-6f / cosine;
+            expect_near(entry, "reverse density", there.pdf_reverse.v, back.pdf.v, tolerance, 0.0f, wi, wo);
+            expect_near(entry, "density", there.pdf.v, back.pdf_reverse.v, tolerance, 0.0f, wi, wo);
+        }
+    }
+}
+
 /* Dirac events by hand: glass of index 1.5 at normal incidence reflects 4 %, refracts by Snell's law, and a camera
  * path carries 1/1.5^2 of the radiance in and 1.5^2 of it out, a light path all of its flux; a thin sheet reflects R
  * + T^2 R + T^2 R^3 + ... */
@@ -185,7 +222,7 @@ static void test_known_dirac_events(void **state)
     (void)state;
     const ca_rgb white = {1.0f, 1.0f, 1.0f};
     const ca_bxdf glass = {.kind = CA_BXDF_DIELECTRIC, .as.dielectric = {1.5f, white, white}};
-    const ca_bxdf sheet = {.kind = CA_BXDF_THIN_DIELECTRIC, .as.dielectric = {1.5f, white, white}};
+    const ca_bxdf sheet = {.kind = CA_BXDF_THIN_DIELECTRIC, .as.thin_dielectric = {1.5f, white, white}};
     const ca_vec3 down = {0.0f, 0.0f, 1.0f}, up = {0.0f, 0.0f, -1.0f}, slanted = {0.6f, 0.0f, 0.8f};
     const ca_vec2 u = {0.5f, 0.5f};
     ca_bxdf_sample s;
@@ -319,6 +356,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_samples_agree_with_evaluation),
         cmocka_unit_test(test_reverse_adjoint_and_reciprocal),
+        cmocka_unit_test(test_reverse_at_the_critical_angle),
         cmocka_unit_test(test_known_dirac_events),
         cmocka_unit_test(test_one_sided_models_are_black_below),
         cmocka_unit_test(test_corners_are_finite),

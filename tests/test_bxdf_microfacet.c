@@ -44,6 +44,8 @@ static void test_dielectric_fresnel(void **state)
                 assert_true(f == 1.0f && cos_far == 0.0f);
                 continue;
             }
+            const double through = (double)ca_fresnel_transmittance(c, cos_far, n);
+            assert_true(fabs(through - (1.0 - (double)f)) < 3e-6);
             float cos_back;
             const float back = ca_fresnel_dielectric(cos_far, 1.0f / n, &cos_back);
             if (cos_far > 0.02f && c > 0.02f) assert_true(fabsf(back - f) < 1e-3f && fabsf(cos_back - c) < 1e-4f);

@@ -35,7 +35,7 @@ static ca_camera make(int which)
                         .height = 8,
                         .near_clip = 0.01f,
                         .far_clip = 1000.0f,
-                        .tan_half_x = 0.8f};
+                        .as.perspective = {.tan_half_x = 0.8f}};
     switch (which) {
     case SHIFTED:
         camera.principal_x = 0.2f;
@@ -43,8 +43,9 @@ static ca_camera make(int which)
         break;
     case LENS:
         camera.kind = CA_CAMERA_THIN_LENS;
-        camera.lens_radius = 0.25f;
-        camera.focus_distance = 3.0f;
+        camera.as.thin_lens.tan_half_x = 0.8f;
+        camera.as.thin_lens.lens_radius = 0.25f;
+        camera.as.thin_lens.focus_distance = 3.0f;
         break;
     case ORTHOGRAPHIC:
         camera.kind = CA_CAMERA_ORTHOGRAPHIC;
@@ -68,8 +69,7 @@ static ca_vec2 random2(ca_test_random *random)
     return (ca_vec2){x, ca_test_random_float(random)};
 }
 
-/* ---- Geometry
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Geometry -------------------------------------------------------------------------------------------------- */
 
 static void test_orientation(void **state)
 {
@@ -205,13 +205,12 @@ static void test_dirac(void **state)
         assert_int_equal(ca_camera_has_dirac_direction(&camera), which == ORTHOGRAPHIC || which == SHEARED);
     }
     ca_camera closed = make(LENS);
-    closed.lens_radius = 0.0f;
+    closed.as.thin_lens.lens_radius = 0.0f;
     assert_true(ca_camera_has_dirac_position(&closed));
     assert_true(isfinite(ca_camera_sample_ray(&closed, (ca_vec2){1, 1}, (ca_vec2){0, 0}).pdf_position.v));
 }
 
-/* ---- Densities
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ------------------------------------------------------------------------------------------------- */
 
 static const ca_vec2 fixed_lens = {0.2f, 0.9f};
 
@@ -237,7 +236,7 @@ static void test_direction_density(void **state)
     for (int which = PINHOLE; which <= LENS; which++) {
         ca_camera camera = make(which);
         camera.width = camera.height = 1;
-        camera.tan_half_x = 1.5f;
+        ca_camera_set_tan_half_x(&camera, 1.5f);
         ca_camera_prepare(&camera);
         const ca_camera *prepared = &camera;
         const ca_vec3 axis = ca_normalize(ca_map_vector(prepared->map.to, (ca_vec3){0, 0, 1}));
@@ -254,8 +253,7 @@ static void test_direction_density(void **state)
     }
 }
 
-/* ---- Rays against splats
- * ------------------------------------------------------------------------------------------ */
+/* ---- Rays against splats --------------------------------------------------------------------------------------- */
 
 /* A tilted square in front of the cameras that shines with a pattern, from both sides alike. */
 typedef struct wall {

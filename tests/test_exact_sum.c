@@ -15,8 +15,7 @@
 
 #include <cmocka.h>
 
-/* ---- The oracle
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- The oracle ------------------------------------------------------------------------------------------------ */
 
 enum { BITS = 330, LOWEST = -149 };
 
@@ -90,8 +89,7 @@ static double sum_of(const float *values, size_t count)
 
 #define SUM(...) sum_of((const float[]){__VA_ARGS__}, sizeof((const float[]){__VA_ARGS__}) / sizeof(float))
 
-/* ---- Random values
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Random values --------------------------------------------------------------------------------------------- */
 
 /* Of exponents within `spread` of `middle` (or of all there are), both signs. */
 static float random_float(ca_test_random *random, int spread)

@@ -40,9 +40,9 @@ static ca_accel *build(const ca_shape *shapes, uint32_t count, const ca_accel_in
 
 static ca_shape mesh_shape(const ca_mesh *mesh)
 {
-    ca_shape shape = {.kind = CA_SHAPE_MESH, .mesh = mesh, .light = CA_NONE};
+    ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = mesh, .light = CA_NONE};
     for (uint32_t i = 0; i < 3 * mesh->vertex_count; i++)
-        shape.extent = fmaxf(shape.extent, fabsf(mesh->positions[i]));
+        shape.as.mesh.extent = fmaxf(shape.as.mesh.extent, fabsf(mesh->positions[i]));
     return shape;
 }
 
@@ -271,11 +271,11 @@ static void test_edges_do_not_leak(void **state)
 
 static ca_shape sphere_shape(ca_vec3 center, float radius)
 {
-    ca_shape shape = {.kind = CA_SHAPE_SPHERE, .light = CA_NONE, .center = center, .radius = radius};
+    ca_shape shape = {.kind = CA_SHAPE_SPHERE, .light = CA_NONE, .as.sphere = {.center = center, .radius = radius}};
     const ca_matrix move = ca_matrix_translate((double)center.x, (double)center.y, (double)center.z);
     const ca_matrix scale = ca_matrix_scale((double)radius, (double)radius, (double)radius);
     const ca_matrix map = ca_matrix_multiply(&move, &scale);
-    assert_true(ca_affine_from_matrix(&map, &shape.map));
+    assert_true(ca_affine_from_matrix(&map, &shape.as.sphere.map));
     return shape;
 }
 
@@ -363,9 +363,10 @@ static void test_cylinders_against_their_equation(void **state)
     ca_matrix map = ca_matrix_scale(0.5, 0.5, 2.0);
     map = ca_matrix_multiply(&turn, &map);
     map = ca_matrix_multiply(&move, &map);
-    ca_shape cylinder = {.kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .radius = 0.5f, .length = 2.0f};
-    assert_true(ca_affine_from_matrix(&map, &cylinder.map));
-    const ca_affine *to = &cylinder.map;
+    ca_shape cylinder = {
+        .kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .as.cylinder = {.radius = 0.5f, .length = 2.0f}};
+    assert_true(ca_affine_from_matrix(&map, &cylinder.as.cylinder.map));
+    const ca_affine *to = &cylinder.as.cylinder.map;
     uint32_t inside = 0, missed = 0, hits = 0;
     for (int i = 0; i < 50000; i++) {
         const ca_vec3 lo = {between(-1.6f, 1.6f), between(-1.6f, 1.6f), between(-0.3f, 1.3f)};
@@ -392,17 +393,18 @@ static void test_disks_and_cylinders(void **state)
     const ca_matrix move = ca_matrix_translate(1.0, 2.0, 3.0), turn = ca_matrix_rotate(1, 1, 0, 30.0);
     map = ca_matrix_multiply(&turn, &map);
     map = ca_matrix_multiply(&move, &map);
-    assert_true(ca_affine_from_matrix(&map, &disk.map));
-    ca_shape cylinder = {.kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .radius = 0.5f, .length = 4.0f};
+    assert_true(ca_affine_from_matrix(&map, &disk.as.disk.map));
+    ca_shape cylinder = {
+        .kind = CA_SHAPE_CYLINDER, .light = CA_NONE, .as.cylinder = {.radius = 0.5f, .length = 4.0f}};
     ca_matrix axis = ca_matrix_scale(0.5, 0.5, 4.0);
     axis = ca_matrix_multiply(&turn, &axis);
     axis = ca_matrix_multiply(&move, &axis);
-    assert_true(ca_affine_from_matrix(&axis, &cylinder.map));
+    assert_true(ca_affine_from_matrix(&axis, &cylinder.as.cylinder.map));
     uint32_t hits = 0;
     for (int i = 0; i < 50000; i++) {
         const ca_vec3 o = ca_add(ca_vec3_make(1, 2, 3), random_point(4.0f)), d = random_direction();
         float t;
-        const ca_affine *to = &disk.map;
+        const ca_affine *to = &disk.as.disk.map;
         /* oracle: the ray in the disk's own space */
         const ca_vec3 lo = ca_map_point(to->from, o), ld = ca_map_vector(to->from, d);
         const float lt = -lo.z / ld.z;
@@ -422,7 +424,7 @@ static void test_disks_and_cylinders(void **state)
         }
         if (ca_quadric_intersect(&cylinder, o, d, 0.0f, INFINITY, &t)) {
             hits++;
-            const ca_affine *frame = &cylinder.map;
+            const ca_affine *frame = &cylinder.as.cylinder.map;
             const ca_vec3 q = ca_map_point(frame->from, ca_madd(o, t, d));
             assert_true(fabsf(q.x * q.x + q.y * q.y - 1.0f) < 2e-4f);
             assert_true(q.z > -1e-5f && q.z < 1.00001f);

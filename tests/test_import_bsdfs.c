@@ -39,10 +39,9 @@ static void dielectrics(void **state)
     (void)state;
     const ca_material *m = import(SCENE("\n  <bsdf type=\"dielectric\" id=\"glass\"/>"));
     assert_int_equal(m->kind, CA_MATERIAL_DIELECTRIC);
-    near((double)m->eta, 1.5046 / 1.000277);
-    is_grey(m->specular, 1.0);
-    is_grey(m->transmittance, 1.0);
-    assert_int_equal(m->reflectance, CA_NONE);
+    near((double)m->as.dielectric.eta, 1.5046 / 1.000277);
+    is_grey(m->as.dielectric.reflectance, 1.0);
+    is_grey(m->as.dielectric.transmittance, 1.0);
     assert_string_equal(desc.materials.items[0].id, "glass");
     assert_int_equal(desc.materials.items[0].where.line, 3);
     assert_int_equal(desc.materials.items[0].where.column, 3);
@@ -52,18 +51,18 @@ static void dielectrics(void **state)
               "<float name=\"ext_ior\" value=\"1\"/><rgb name=\"specular_transmittance\" value=\"0.1 0.2 0.3\"/>"
               "<rgb name=\"specular_reflectance\" value=\"0.4\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_THIN_DIELECTRIC);
-    near((double)m->eta, 1.333);
-    is_rgb(m->transmittance, 0.1, 0.2, 0.3);
-    is_grey(m->specular, 0.4);
+    near((double)m->as.thin_dielectric.eta, 1.333);
+    is_rgb(m->as.thin_dielectric.transmittance, 0.1, 0.2, 0.3);
+    is_grey(m->as.thin_dielectric.reflectance, 0.4);
     done();
     m = import(SCENE("<bsdf type=\"roughdielectric\"><string name=\"int_ior\" value=\"diamond\"/>"
                      "<string name=\"ext_ior\" value=\"vacuum\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_ROUGH_DIELECTRIC);
-    near((double)m->eta, 2.419);
-    assert_int_equal(m->distribution, CA_MICROFACET_BECKMANN);
-    assert_true(m->sample_visible);
-    is_grey(m->alpha_u, 0.1);
-    assert_int_equal(m->alpha_u, m->alpha_v);
+    near((double)m->as.rough_dielectric.eta, 2.419);
+    assert_int_equal(m->as.rough_dielectric.facets.distribution, CA_MICROFACET_BECKMANN);
+    assert_true(m->as.rough_dielectric.facets.sample_visible);
+    is_grey(m->as.rough_dielectric.facets.alpha_u, 0.1);
+    assert_int_equal(m->as.rough_dielectric.facets.alpha_u, m->as.rough_dielectric.facets.alpha_v);
     done();
 }
 
@@ -72,32 +71,32 @@ static void conductors(void **state)
     (void)state;
     const ca_material *m = import(SCENE("<bsdf type=\"conductor\"/>"));
     assert_int_equal(m->kind, CA_MATERIAL_CONDUCTOR);
-    is_grey(m->eta_rgb, 0.0);
-    is_grey(m->k_rgb, 1.0);
-    is_grey(m->specular, 1.0);
+    is_grey(m->as.conductor.eta, 0.0);
+    is_grey(m->as.conductor.k, 1.0);
+    is_grey(m->as.conductor.reflectance, 1.0);
     done();
     m = import(
         SCENE("<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/>"
               "<string name=\"distribution\" value=\"ggx\"/><float name=\"alpha_u\" value=\"0.2\"/>"
               "<float name=\"alpha_v\" value=\"0.3\"/><boolean name=\"sample_visible\" value=\"false\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_ROUGH_CONDUCTOR);
-    is_rgb(m->eta_rgb, 0.143119, 0.374957, 1.44248);
-    is_rgb(m->k_rgb, 3.98316, 2.38572, 1.60322);
-    assert_int_equal(m->distribution, CA_MICROFACET_GGX);
-    assert_false(m->sample_visible);
-    is_grey(m->alpha_u, 0.2);
-    is_grey(m->alpha_v, 0.3);
+    is_rgb(m->as.rough_conductor.eta, 0.143119, 0.374957, 1.44248);
+    is_rgb(m->as.rough_conductor.k, 3.98316, 2.38572, 1.60322);
+    assert_int_equal(m->as.rough_conductor.facets.distribution, CA_MICROFACET_GGX);
+    assert_false(m->as.rough_conductor.facets.sample_visible);
+    is_grey(m->as.rough_conductor.facets.alpha_u, 0.2);
+    is_grey(m->as.rough_conductor.facets.alpha_v, 0.3);
     done();
     m = import(SCENE("<bsdf type=\"roughconductor\"><rgb name=\"eta\" value=\"1 2 3\"/>"
                      "<spectrum name=\"k\" value=\"300:4, 900:4\"/>"
                      "<texture name=\"alpha\" type=\"checkerboard\"/></bsdf>"));
-    is_rgb(m->eta_rgb, 1.0, 2.0, 3.0);
-    is_grey(m->k_rgb, 4.0);
-    assert_int_equal(desc.textures.items[m->alpha_u].kind, CA_TEXTURE_CHECKERBOARD);
+    is_rgb(m->as.rough_conductor.eta, 1.0, 2.0, 3.0);
+    is_grey(m->as.rough_conductor.k, 4.0);
+    assert_int_equal(desc.textures.items[m->as.rough_conductor.facets.alpha_u].kind, CA_TEXTURE_CHECKERBOARD);
     done();
     m = import(SCENE("<bsdf type=\"conductor\"><string name=\"material\" value=\"Ag\"/>"
                      "<float name=\"ext_eta\" value=\"2\"/></bsdf>"));
-    is_rgb(m->eta_rgb, 0.155265 / 2, 0.116723 / 2, 0.138381 / 2);
+    is_rgb(m->as.conductor.eta, 0.155265 / 2, 0.116723 / 2, 0.138381 / 2);
     done();
 }
 
@@ -126,21 +125,21 @@ static void plastics(void **state)
     (void)state;
     const ca_material *m = import(SCENE("<bsdf type=\"plastic\"/>"));
     assert_int_equal(m->kind, CA_MATERIAL_PLASTIC);
-    near((double)m->eta, 1.49 / 1.000277);
-    is_grey(m->reflectance, 0.5);
-    is_grey(m->specular, 1.0);
-    assert_false(m->nonlinear);
+    near((double)m->as.plastic.eta, 1.49 / 1.000277);
+    is_grey(m->as.plastic.diffuse, 0.5);
+    is_grey(m->as.plastic.specular, 1.0);
+    assert_false(m->as.plastic.nonlinear);
     done();
     m = import(SCENE("<bsdf type=\"roughplastic\"><rgb name=\"diffuse_reflectance\" value=\"0.1 0.2 0.3\"/>"
                      "<float name=\"alpha\" value=\"0.25\"/><boolean name=\"nonlinear\" value=\"true\"/>"
                      "<float name=\"int_ior\" value=\"1.9\"/><string name=\"distribution\" value=\"ggx\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_ROUGH_PLASTIC);
-    near((double)m->eta, 1.9 / 1.000277);
-    is_rgb(m->reflectance, 0.1, 0.2, 0.3);
-    is_grey(m->alpha_u, 0.25);
-    assert_int_equal(m->alpha_v, m->alpha_u);
-    assert_true(m->nonlinear);
-    assert_int_equal(m->distribution, CA_MICROFACET_GGX);
+    near((double)m->as.rough_plastic.layers.eta, 1.9 / 1.000277);
+    is_rgb(m->as.rough_plastic.layers.diffuse, 0.1, 0.2, 0.3);
+    is_grey(m->as.rough_plastic.facets.alpha_u, 0.25);
+    assert_int_equal(m->as.rough_plastic.facets.alpha_v, m->as.rough_plastic.facets.alpha_u);
+    assert_true(m->as.rough_plastic.layers.nonlinear);
+    assert_int_equal(m->as.rough_plastic.facets.distribution, CA_MICROFACET_GGX);
     done();
 }
 
@@ -149,13 +148,13 @@ static void principled(void **state)
     (void)state;
     const ca_material *m = import(SCENE("<bsdf type=\"principled\"/>"));
     assert_int_equal(m->kind, CA_MATERIAL_PRINCIPLED);
-    is_grey(m->reflectance, 0.5);
-    is_grey(m->alpha_u, 0.5);
-    is_grey(m->alpha_v, 0.0);
-    is_grey(m->principled.metallic, 0.0);
-    is_grey(m->principled.clearcoat_gloss, 0.0);
-    near((double)m->eta, 1.5);
-    near((double)m->principled.diffuse_rate, 1.0);
+    is_grey(m->as.principled.base_color, 0.5);
+    is_grey(m->as.principled.roughness, 0.5);
+    is_grey(m->as.principled.anisotropic, 0.0);
+    is_grey(m->as.principled.metallic, 0.0);
+    is_grey(m->as.principled.clearcoat_gloss, 0.0);
+    near((double)m->as.principled.eta, 1.5);
+    near((double)m->as.principled.diffuse_rate, 1.0);
     done();
     m = import(SCENE("<bsdf type=\"principled\"><rgb name=\"base_color\" value=\"0.9 0.8 0.7\"/>"
                      "<float name=\"roughness\" value=\"0.11\"/><float name=\"anisotropic\" value=\"0.12\"/>"
@@ -167,21 +166,21 @@ static void principled(void **state)
                      "<float name=\"diffuse_reflectance_sampling_rate\" value=\"2\"/>"
                      "<float name=\"main_specular_sampling_rate\" value=\"3\"/>"
                      "<float name=\"clearcoat_sampling_rate\" value=\"4\"/></bsdf>"));
-    is_rgb(m->reflectance, 0.9, 0.8, 0.7);
-    is_grey(m->alpha_u, 0.11);
-    is_grey(m->alpha_v, 0.12);
-    is_grey(m->principled.metallic, 0.13);
-    is_grey(m->principled.spec_trans, 0.14);
-    is_grey(m->principled.spec_tint, 0.15);
-    is_grey(m->principled.sheen, 0.16);
-    is_grey(m->principled.sheen_tint, 0.17);
-    is_grey(m->principled.flatness, 0.18);
-    is_grey(m->principled.clearcoat, 0.19);
-    is_grey(m->principled.clearcoat_gloss, 0.2);
-    near((double)m->eta, 1.7);
-    near((double)m->principled.diffuse_rate, 2.0);
-    near((double)m->principled.specular_rate, 3.0);
-    near((double)m->principled.clearcoat_rate, 4.0);
+    is_rgb(m->as.principled.base_color, 0.9, 0.8, 0.7);
+    is_grey(m->as.principled.roughness, 0.11);
+    is_grey(m->as.principled.anisotropic, 0.12);
+    is_grey(m->as.principled.metallic, 0.13);
+    is_grey(m->as.principled.spec_trans, 0.14);
+    is_grey(m->as.principled.spec_tint, 0.15);
+    is_grey(m->as.principled.sheen, 0.16);
+    is_grey(m->as.principled.sheen_tint, 0.17);
+    is_grey(m->as.principled.flatness, 0.18);
+    is_grey(m->as.principled.clearcoat, 0.19);
+    is_grey(m->as.principled.clearcoat_gloss, 0.2);
+    near((double)m->as.principled.eta, 1.7);
+    near((double)m->as.principled.diffuse_rate, 2.0);
+    near((double)m->as.principled.specular_rate, 3.0);
+    near((double)m->as.principled.clearcoat_rate, 4.0);
     done();
 }
 
@@ -191,32 +190,32 @@ static void nested_bsdfs(void **state)
     const ca_material *m =
         import(SCENE("<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/><bsdf type=\"plastic\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_TWOSIDED);
-    assert_int_equal(desc.materials.items[m->child[0]].material.kind, CA_MATERIAL_DIFFUSE);
-    assert_int_equal(desc.materials.items[m->child[1]].material.kind, CA_MATERIAL_PLASTIC);
+    assert_int_equal(desc.materials.items[m->as.twosided.front].material.kind, CA_MATERIAL_DIFFUSE);
+    assert_int_equal(desc.materials.items[m->as.twosided.back].material.kind, CA_MATERIAL_PLASTIC);
     done();
     m = import(SCENE("<bsdf type=\"mask\"><bsdf type=\"null\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_MASK);
-    is_grey(m->modifier, 0.5);
-    assert_int_equal(desc.materials.items[m->child[0]].material.kind, CA_MATERIAL_NULL);
+    is_grey(m->as.mask.opacity, 0.5);
+    assert_int_equal(desc.materials.items[m->as.mask.child].material.kind, CA_MATERIAL_NULL);
     done();
     m = import(SCENE("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.3\"/>"
                      "<bsdf name=\"a\" type=\"diffuse\"/><bsdf name=\"b\" type=\"conductor\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_BLEND);
-    is_grey(m->modifier, 0.3);
-    assert_int_equal(desc.materials.items[m->child[0]].material.kind, CA_MATERIAL_DIFFUSE);
-    assert_int_equal(desc.materials.items[m->child[1]].material.kind, CA_MATERIAL_CONDUCTOR);
+    is_grey(m->as.blend.weight, 0.3);
+    assert_int_equal(desc.materials.items[m->as.blend.first].material.kind, CA_MATERIAL_DIFFUSE);
+    assert_int_equal(desc.materials.items[m->as.blend.second].material.kind, CA_MATERIAL_CONDUCTOR);
     done();
     m = import(SCENE("<bsdf type=\"bumpmap\"><texture type=\"checkerboard\"/><float name=\"scale\" value=\"2\"/>"
                      "<bsdf type=\"diffuse\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_BUMP);
-    near((double)m->scale, 2.0);
-    assert_int_equal(desc.textures.items[m->modifier].kind, CA_TEXTURE_CHECKERBOARD);
-    assert_int_equal(desc.materials.items[m->child[0]].material.kind, CA_MATERIAL_DIFFUSE);
+    near((double)m->as.bump.scale, 2.0);
+    assert_int_equal(desc.textures.items[m->as.bump.height].kind, CA_TEXTURE_CHECKERBOARD);
+    assert_int_equal(desc.materials.items[m->as.bump.child].material.kind, CA_MATERIAL_DIFFUSE);
     done();
     m = import(SCENE("<bsdf type=\"normalmap\"><texture name=\"normalmap\" type=\"checkerboard\"/>"
                      "<bsdf type=\"diffuse\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_NORMAL_MAP);
-    assert_int_equal(desc.textures.items[m->modifier].kind, CA_TEXTURE_CHECKERBOARD);
+    assert_int_equal(desc.textures.items[m->as.normal_map.normals].kind, CA_TEXTURE_CHECKERBOARD);
     done();
 }
 

@@ -50,7 +50,7 @@ static float only_radius(const char *text, const ca_define *defines, size_t coun
     ca_scene_desc desc;
     import_text(&desc, text, defines, count);
     assert_int_equal(desc.shapes.count, 1);
-    const float radius = desc.shapes.items[0].radius;
+    const float radius = desc.shapes.items[0].as.sphere.radius;
     ca_scene_desc_destroy(&desc);
     return radius;
 }
@@ -101,7 +101,7 @@ static void include_path_and_alias(void **state)
                       "<alias id=\"second\" as=\"other\"/><include filename=\"ball.xml\"/>"),
                 NULL, 0);
     assert_int_equal(desc.shapes.count, 1);
-    assert_true(desc.shapes.items[0].radius == 9.0f);
+    assert_true(desc.shapes.items[0].as.sphere.radius == 9.0f);
     assert_int_equal(desc.shapes.items[0].material, 0);
     /* Places are those of the included files. */
     assert_string_equal(desc.shapes.items[0].where.file + strlen(import_folder()), "/ball.xml");
@@ -145,9 +145,9 @@ static void references_before_and_after(void **state)
     const ca_material_desc *outer = &desc.materials.items[desc.shapes.items[0].material];
     assert_int_equal(outer->material.kind, CA_MATERIAL_TWOSIDED);
     assert_string_equal(outer->id, "late");
-    assert_int_equal(outer->material.child[0], outer->material.child[1]);
-    const ca_material *inner = &desc.materials.items[outer->material.child[0]].material;
-    assert_int_equal(desc.textures.items[inner->reflectance].kind, CA_TEXTURE_CHECKERBOARD);
+    assert_int_equal(outer->material.as.twosided.front, outer->material.as.twosided.back);
+    const ca_material *inner = &desc.materials.items[outer->material.as.twosided.front].material;
+    assert_int_equal(desc.textures.items[inner->as.diffuse.reflectance].kind, CA_TEXTURE_CHECKERBOARD);
     ca_scene_desc_destroy(&desc);
 }
 
@@ -225,19 +225,19 @@ static void old_spellings(void **state)
     assert_int_equal(desc.camera.fov_axis, CA_FOV_SMALLER);
     assert_true(desc.camera.camera.near_clip == 0.5f);
     assert_int_equal(desc.samples_per_pixel, 9);
-    assert_true(fabsf(desc.materials.items[0].material.eta - 1.5f / 1.000277f) < 1e-6f);
-    assert_true(desc.textures.items[desc.materials.items[0].material.specular].as.constant.g == 0.5f);
-    const ca_rgb orange = desc.textures.items[desc.materials.items[1].material.reflectance].as.constant;
+    assert_true(fabsf(desc.materials.items[0].material.as.dielectric.eta - 1.5f / 1.000277f) < 1e-6f);
+    const ca_texture_id mirrored = desc.materials.items[0].material.as.dielectric.reflectance;
+    assert_true(desc.textures.items[mirrored].as.constant.g == 0.5f);
+    const ca_rgb orange = desc.textures.items[desc.materials.items[1].material.as.diffuse.reflectance].as.constant;
     assert_true(orange.r == 1.0f && fabsf(orange.g - 0.21586f) < 1e-4f && orange.b == 0.0f);
     assert_true(desc.shapes.items[0].flip_normals);
     const ca_texture *checks =
-        &desc.textures.items[desc.materials.items[desc.shapes.items[0].material].material.reflectance];
+        &desc.textures.items[desc.materials.items[desc.shapes.items[0].material].material.as.diffuse.reflectance];
     assert_true(checks->to_uv[0][0] == 2.0f && checks->to_uv[1][1] == 1.0f && checks->to_uv[1][2] == 0.25f);
     ca_scene_desc_destroy(&desc);
 }
 
-/* ---- Hostile files
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Hostile files --------------------------------------------------------------------------------------------- */
 
 static char *repeat(const char *before, const char *piece, size_t count, const char *after)
 {

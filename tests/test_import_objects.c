@@ -40,8 +40,7 @@ static void is_rgb(ca_rgb c, double r, double g, double b)
 
 static void is_grey(ca_texture_id id, double value) { is_rgb(constant(id), value, value, value); }
 
-/* ---- Sensors, films, samplers, integrators
- * ----------------------------------------------------------------------- */
+/* ---- Sensors, films, samplers, integrators --------------------------------------------------------------------- */
 
 static void sensor_defaults(void **state)
 {
@@ -51,10 +50,9 @@ static void sensor_defaults(void **state)
     assert_int_equal(desc.camera.fov_axis, CA_FOV_DIAGONAL);
     near(desc.camera.fov_degrees, 46.793001);
     /* 50 mm in 4:3: the width is 0.8 of the diagonal. */
-    near((double)desc.camera.camera.tan_half_x, 0.8 * 0.43266615);
+    near((double)desc.camera.camera.as.perspective.tan_half_x, 0.8 * 0.43266615);
     near((double)desc.camera.camera.near_clip, 1e-2);
     near((double)desc.camera.camera.far_clip, 1e4);
-    near((double)desc.camera.camera.focus_distance, 1e4);
     assert_int_equal(desc.film.width, 768);
     assert_int_equal(desc.film.height, 576);
     assert_int_equal(desc.film.crop_width, 768);
@@ -82,7 +80,7 @@ static void perspective_parameters(void **state)
         "<string name=\"pixel_format\" value=\"rgba\"/><boolean name=\"sample_border\" value=\"true\"/></film>"
         "<sampler type=\"sobol\"><integer name=\"sample_count\" value=\"77\"/><integer name=\"seed\" value=\"5\"/>"
         "</sampler></sensor>");
-    near((double)desc.camera.camera.tan_half_x, 2.0);
+    near((double)desc.camera.camera.as.perspective.tan_half_x, 2.0);
     assert_int_equal(desc.camera.fov_axis, CA_FOV_Y);
     near((double)desc.camera.camera.near_clip, 0.1);
     near((double)desc.camera.camera.far_clip, 50.0);
@@ -111,9 +109,9 @@ static void other_sensors(void **state)
                        "<float name=\"focus_distance\" value=\"7\"/><string name=\"focal_length\" value=\"25mm\"/>"
                        "</sensor>");
     assert_int_equal(desc.camera.camera.kind, CA_CAMERA_THIN_LENS);
-    near((double)desc.camera.camera.lens_radius, 0.5);
-    near((double)desc.camera.camera.focus_distance, 7.0);
-    near((double)desc.camera.camera.tan_half_x, 0.8 * 0.86533230);
+    near((double)desc.camera.camera.as.thin_lens.lens_radius, 0.5);
+    near((double)desc.camera.camera.as.thin_lens.focus_distance, 7.0);
+    near((double)desc.camera.camera.as.thin_lens.tan_half_x, 0.8 * 0.86533230);
     done();
     import_with_sensor("<sensor type=\"orthographic\"><transform name=\"to_world\"><scale value=\"4\"/></transform>"
                        "</sensor>");
@@ -199,8 +197,7 @@ static void integrator_parameters(void **state)
     done();
 }
 
-/* ---- Shapes
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- Shapes ---------------------------------------------------------------------------------------------------- */
 
 static void quadrics(void **state)
 {
@@ -214,11 +211,10 @@ static void quadrics(void **state)
     assert_int_equal(desc.shapes.count, 5);
     assert_int_equal(s[0].kind, CA_SHAPE_SPHERE);
     assert_string_equal(s[0].id, "ball");
-    near((double)s[0].radius, 0.5);
-    near(s[0].center[0], 1.0);
-    near(s[0].center[2], 3.0);
+    near((double)s[0].as.sphere.radius, 0.5);
+    near(s[0].as.sphere.center[0], 1.0);
+    near(s[0].as.sphere.center[2], 3.0);
     assert_true(s[0].flip_normals);
-    assert_int_equal(s[0].mesh, CA_NONE);
     assert_int_equal(s[0].material, CA_NONE);
     assert_int_equal(s[0].light, CA_NONE);
     assert_int_equal(s[0].group, CA_NONE);
@@ -226,13 +222,13 @@ static void quadrics(void **state)
     assert_int_equal(s[1].where.line, 3);
     assert_int_equal(s[1].where.column, 1);
     assert_int_equal(s[2].kind, CA_SHAPE_CYLINDER);
-    near(s[2].p0[1], 1.0);
-    near(s[2].p1[1], 2.0);
-    near((double)s[2].radius, 3.0);
-    near(s[3].p0[2], 0.0);
-    near(s[3].p1[2], 1.0);
-    near((double)s[3].radius, 1.0);
-    near((double)s[4].radius, 1.0);
+    near(s[2].as.cylinder.p0[1], 1.0);
+    near(s[2].as.cylinder.p1[1], 2.0);
+    near((double)s[2].as.cylinder.radius, 3.0);
+    near(s[3].as.cylinder.p0[2], 0.0);
+    near(s[3].as.cylinder.p1[2], 1.0);
+    near((double)s[3].as.cylinder.radius, 1.0);
+    near((double)s[4].as.sphere.radius, 1.0);
     done();
 }
 
@@ -245,7 +241,7 @@ static void meshes(void **state)
                      OBJ("<boolean name=\"face_normals\" value=\"true\"/>")
                          OBJ("<boolean name=\"flip_tex_coords\" value=\"false\"/>")));
     assert_int_equal(desc.meshes.count, 5);
-    for (uint32_t i = 0; i < 5; i++) assert_int_equal(desc.shapes.items[i].mesh, i);
+    for (uint32_t i = 0; i < 5; i++) assert_int_equal(desc.shapes.items[i].as.mesh.index, i);
     assert_int_equal(desc.meshes.items[0].triangle_count, 2);
     assert_int_equal(desc.meshes.items[1].triangle_count, 12);
     const ca_mesh *obj = &desc.meshes.items[2];
@@ -280,8 +276,7 @@ static void groups_and_instances(void **state)
     done();
 }
 
-/* ---- Emitters
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Emitters -------------------------------------------------------------------------------------------------- */
 
 static void area_lights(void **state)
 {
@@ -295,10 +290,9 @@ static void area_lights(void **state)
     for (uint32_t i = 0; i < 3; i++) assert_int_equal(desc.shapes.items[i].light, i + 1);
     assert_int_equal(l[1].kind, CA_LIGHT_AREA);
     assert_int_equal(l[1].where.line, 3);
-    is_rgb(constant(l[1].texture), 1.0, 2.0, 3.0);
-    is_rgb(l[1].radiance, 1.0, 1.0, 1.0);
-    assert_int_equal(desc.textures.items[l[2].texture].kind, CA_TEXTURE_CHECKERBOARD);
-    is_grey(l[3].texture, 1.0);
+    is_rgb(constant(l[1].as.area.radiance), 1.0, 2.0, 3.0);
+    assert_int_equal(desc.textures.items[l[2].as.area.radiance].kind, CA_TEXTURE_CHECKERBOARD);
+    is_grey(l[3].as.area.radiance, 1.0);
     done();
 }
 
@@ -315,21 +309,21 @@ static void point_lights(void **state)
                  "</emitter>"));
     const ca_light_desc *l = desc.lights.items;
     assert_int_equal(l[0].kind, CA_LIGHT_POINT);
-    near(l[0].position[2], 3.0);
-    is_rgb(l[0].radiance, 4.0, 5.0, 6.0);
-    near(l[1].position[1], 7.0);
-    is_rgb(l[1].radiance, 1.0, 1.0, 1.0);
+    near(l[0].as.point.position[2], 3.0);
+    is_rgb(l[0].as.point.intensity, 4.0, 5.0, 6.0);
+    near(l[1].as.point.position[1], 7.0);
+    is_rgb(l[1].as.point.intensity, 1.0, 1.0, 1.0);
     assert_int_equal(l[2].kind, CA_LIGHT_SPOT);
-    is_rgb(l[2].radiance, 8.0, 8.0, 8.0);
-    near(l[2].cutoff_degrees, 20.0);
-    near(l[2].beam_degrees, 15.0);
-    assert_int_equal(l[2].texture, CA_NONE);
-    near(l[3].cutoff_degrees, 40.0);
-    near(l[3].beam_degrees, 10.0);
-    near(l[3].position[1], 3.0);
-    near(l[3].to_world.m[1][2], -1.0);
+    is_rgb(l[2].as.spot.intensity, 8.0, 8.0, 8.0);
+    near(l[2].as.spot.cutoff_degrees, 20.0);
+    near(l[2].as.spot.beam_degrees, 15.0);
+    assert_int_equal(l[2].as.spot.texture, CA_NONE);
+    near(l[3].as.spot.cutoff_degrees, 40.0);
+    near(l[3].as.spot.beam_degrees, 10.0);
+    near(l[3].as.spot.to_world.m[1][3], 3.0);
+    near(l[3].as.spot.to_world.m[1][2], -1.0);
     /* Lights hand v upwards, Mitsuba's texture expects it downwards. */
-    const ca_texture *thrown = &desc.textures.items[l[3].texture];
+    const ca_texture *thrown = &desc.textures.items[l[3].as.spot.texture];
     near((double)thrown->to_uv[1][1], -1.0);
     near((double)thrown->to_uv[1][2], 1.0);
     done();
@@ -350,15 +344,15 @@ static void distant_lights(void **state)
               "</transform></emitter>"));
     const ca_light_desc *l = desc.lights.items;
     assert_int_equal(l[0].kind, CA_LIGHT_DIRECTIONAL);
-    near(l[0].direction[1], -1.0);
-    is_rgb(l[0].radiance, 3.0, 3.0, 3.0);
-    near(l[1].direction[1], -1.0);
+    near(l[0].as.directional.direction[1], -1.0);
+    is_rgb(l[0].as.directional.irradiance, 3.0, 3.0, 3.0);
+    near(l[1].as.directional.direction[1], -1.0);
     assert_int_equal(l[2].kind, CA_LIGHT_CONSTANT);
-    is_rgb(l[2].radiance, 0.1, 0.2, 0.3);
+    is_rgb(l[2].as.constant.radiance, 0.1, 0.2, 0.3);
     assert_int_equal(l[3].kind, CA_LIGHT_ENVMAP);
-    assert_int_equal(l[3].image, 0);
-    is_rgb(l[3].radiance, 2.0, 2.0, 2.0);
-    near(l[3].to_world.m[0][2], 1.0);
+    assert_int_equal(l[3].as.envmap.image, 0);
+    is_rgb(l[3].as.envmap.scale, 2.0, 2.0, 2.0);
+    near(l[3].as.envmap.to_world.m[0][2], 1.0);
     done();
 }
 
@@ -372,21 +366,20 @@ static void projectors(void **state)
                  "<emitter type=\"projector\"/>"));
     const ca_light_desc *l = desc.lights.items;
     assert_int_equal(l[0].kind, CA_LIGHT_PROJECTOR);
-    is_rgb(l[0].radiance, 5.0, 5.0, 5.0);
-    near(l[0].tan_half_x, 1.0);
-    near(l[0].tan_half_y, 1.0);
+    is_rgb(l[0].as.projector.scale, 5.0, 5.0, 5.0);
+    near(l[0].as.projector.tan_half_x, 1.0);
+    near(l[0].as.projector.tan_half_y, 1.0);
     /* Upright: the two turns of v cancel. */
-    const ca_texture *thrown = &desc.textures.items[l[0].texture];
+    const ca_texture *thrown = &desc.textures.items[l[0].as.projector.picture];
     assert_int_equal(thrown->kind, CA_TEXTURE_BITMAP);
     near((double)thrown->to_uv[1][1], 1.0);
     near((double)thrown->to_uv[1][2], 0.0);
-    is_grey(l[1].texture, 1.0);
-    near(l[1].tan_half_x, 0.43266615 / sqrt(2.0));
+    is_grey(l[1].as.projector.picture, 1.0);
+    near(l[1].as.projector.tan_half_x, 0.43266615 / sqrt(2.0));
     done();
 }
 
-/* ---- Textures and colours
- * ---------------------------------------------------------------------------------------- */
+/* ---- Textures and colours -------------------------------------------------------------------------------------- */
 
 static void textures(void **state)
 {
@@ -459,20 +452,20 @@ static void colors(void **state)
                                                                               "name=\"intensity\" "
                                                                               "value=\"2\"/></emitter>"));
     const ca_material_desc *m = desc.materials.items;
-    is_rgb(constant(m[0].material.reflectance), 0.1, 0.2, 0.3);
-    is_grey(m[1].material.reflectance, 0.4);
-    is_rgb(constant(m[2].material.reflectance), 0.2, 0.4, 1.0);
-    is_grey(m[3].material.reflectance, 0.6);
-    is_grey(m[4].material.reflectance, 0.7);
-    is_grey(m[5].material.reflectance, 0.25);
-    is_grey(m[6].material.reflectance, 0.8);
-    is_grey(m[7].material.reflectance, 0.5);
+    is_rgb(constant(m[0].material.as.diffuse.reflectance), 0.1, 0.2, 0.3);
+    is_grey(m[1].material.as.diffuse.reflectance, 0.4);
+    is_rgb(constant(m[2].material.as.diffuse.reflectance), 0.2, 0.4, 1.0);
+    is_grey(m[3].material.as.diffuse.reflectance, 0.6);
+    is_grey(m[4].material.as.diffuse.reflectance, 0.7);
+    is_grey(m[5].material.as.diffuse.reflectance, 0.25);
+    is_grey(m[6].material.as.diffuse.reflectance, 0.8);
+    is_grey(m[7].material.as.diffuse.reflectance, 0.5);
     /* Cyan light is outside of Rec. 709: its red would be negative. */
-    const ca_rgb cyan = constant(m[8].material.reflectance);
+    const ca_rgb cyan = constant(m[8].material.as.diffuse.reflectance);
     assert_true(cyan.r == 0.0f && cyan.g > 0.02f && cyan.g < 0.2f);
-    assert_true(fabsf(ca_luminance(desc.lights.items[0].radiance) - 2.0f) < 1e-3f);
-    assert_true(desc.lights.items[0].radiance.r > 2.2f); /* equal energy is reddish */
-    is_rgb(desc.lights.items[1].radiance, 2.0, 2.0, 2.0);
+    assert_true(fabsf(ca_luminance(desc.lights.items[0].as.constant.radiance) - 2.0f) < 1e-3f);
+    assert_true(desc.lights.items[0].as.constant.radiance.r > 2.2f); /* equal energy is reddish */
+    is_rgb(desc.lights.items[1].as.point.intensity, 2.0, 2.0, 2.0);
     done();
 }
 

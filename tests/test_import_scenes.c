@@ -9,8 +9,7 @@
 
 #include "base/memory.h"
 
-/* ---- Allocation failures
- * ----------------------------------------------------------------------------------------- */
+/* ---- Allocation failures --------------------------------------------------------------------------------------- */
 
 static const char everything[] =
     "<scene version=\"3.0.0\"><default name=\"spp\" value=\"4\"/><path value=\".\"/><include "
@@ -61,8 +60,7 @@ static void every_failing_allocation_is_reported(void **state)
     assert_in_range(failures, 50, 5000);
 }
 
-/* ---- Real scenes
- * ------------------------------------------------------------------------------------------------- */
+/* ---- Real scenes ----------------------------------------------------------------------------------------------- */
 
 static bool find_scene(const char *name, char *path, size_t size)
 {

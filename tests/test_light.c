@@ -35,8 +35,24 @@ static ca_vec3 random_reference(int light, ca_test_random *random)
     return ca_add(center, (ca_vec3){a.x - 0.5f, a.y - 0.5f, ca_test_random_float(random) - 0.5f});
 }
 
-/* ---- Agreement of densities
- * --------------------------------------------------------------------------------------- */
+/* ---- Agreement of densities ------------------------------------------------------------------------------------ */
+
+/* The same whoever asks, and what the two densities say, brought to one measure. */
+static void check_next_event_ratio(int light, ca_vec3 reference, const ca_light_direct *direct,
+                                   const ca_light_hit *hit, float tolerance)
+{
+    const ca_light *l = &fixture.lights[light];
+    const float walked = ca_light_next_event_ratio(l, reference, direct->position, direct->ng);
+    assert_true(close_to(direct->next_event_ratio, walked, tolerance));
+    assert_true(close_to(direct->next_event_ratio, hit->next_event_ratio, tolerance));
+    if (light >= LIGHT_SHAPES) {
+        assert_true(walked == 1.0f);
+        return;
+    }
+    const ca_pdf_area chosen =
+        ca_pdf_to_area(direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance));
+    assert_true(close_to(chosen.v / direct->pdf_position.v, walked, tolerance));
+}
 
 static void check_hit(int light, ca_vec3 reference, const ca_light_direct *direct)
 {
@@ -59,6 +75,7 @@ static void check_hit(int light, ca_vec3 reference, const ca_light_direct *direc
     assert_true(close_to(hit.pdf_position.v, direct->pdf_position.v, 1e-6f));
     assert_true(close_to(hit.pdf_direction.v, direct->pdf_direction.v, tolerance));
     assert_true(close_rgb(hit.radiance, direct->radiance, 1e-3f));
+    check_next_event_ratio(light, reference, direct, &hit, tolerance);
     assert_true(close_rgb(ca_light_radiance(&fixture.lights[light], met, direction), hit.radiance, 0.0f));
 }
 
@@ -155,8 +172,7 @@ static void test_emission_agrees(void **state)
     }
 }
 
-/* ---- Irradiance and power
- * ----------------------------------------------------------------------------------------- */
+/* ---- Irradiance and power -------------------------------------------------------------------------------------- */
 
 typedef struct estimate {
     double sum, squares;
@@ -253,8 +269,7 @@ static void test_power(void **state)
     }
 }
 
-/* ---- Closed forms
- * ------------------------------------------------------------------------------------------------- */
+/* ---- Closed forms ---------------------------------------------------------------------------------------------- */
 
 /* Irradiance on a surface at `reference` with normal n, by a grid of samples. */
 static double irradiance(const ca_light *light, ca_vec3 reference, ca_vec3 n)
@@ -293,10 +308,10 @@ static void test_area_closed_forms(void **state)
 
     /* A disk on its axis: pi L r^2 / (r^2 + d^2), and nothing behind it. */
     ca_shape disk = fixture.shapes[LIGHT_DISK];
-    disk.map = (ca_affine){.to = {{1.5f, 0, 0, 0}, {0, 1.5f, 0, 0}, {0, 0, 1.5f, 0}}};
+    disk.as.disk.map = (ca_affine){.to = {{1.5f, 0, 0, 0}, {0, 1.5f, 0, 0}, {0, 0, 1.5f, 0}}};
     disk.area = CA_PI * 2.25f;
     ca_light light = fixture.lights[LIGHT_DISK];
-    light.shape = &disk;
+    light.as.area.shape = &disk;
     const ca_vec3 ahead = {0.0f, 0.0f, 2.0f}, behind = {0.0f, 0.0f, -2.0f}, towards = {0.0f, 0.0f, -1.0f};
     assert_near(irradiance(&light, ahead, towards), CA_PI_D * radiance * 2.25 / 6.25, 1e-4);
     assert_true(irradiance(&light, behind, up) == 0.0);
@@ -336,8 +351,8 @@ static void test_narrow_spot(void **state)
 {
     (void)state;
     ca_light spot = fixture.lights[LIGHT_SPOT];
-    spot.cutoff = 1e-3f;
-    spot.beam = 0.5e-3f;
+    spot.as.spot.cutoff = 1e-3f;
+    spot.as.spot.beam = 0.5e-3f;
     assert_int_equal(ca_light_prepare(&spot, (ca_vec3){0}, 1.0f, NULL), CA_OK);
     assert_near((double)spot.power, CA_PI_D * 1e-6 * (7.0 / 12.0) * (0.2126 * 5 + 0.7152 * 4 + 0.0722 * 3), 1e-4);
     const ca_vec3 reference = {0.3f + 0.75e-3f, 4.0f, 0.1f};
@@ -378,14 +393,13 @@ static void test_projector_picture(void **state)
     assert_true(irradiance(light, (ca_vec3){-0.2f, 6.0f, 0.3f}, (ca_vec3){0, -1, 0}) == 0.0);
 }
 
-/* ---- Environment maps
- * --------------------------------------------------------------------------------------------- */
+/* ---- Environment maps ------------------------------------------------------------------------------------------ */
 
 static void test_envmap_orientation(void **state)
 {
     (void)state;
     ca_light light = fixture.lights[LIGHT_ENVMAP];
-    light.radiance = (ca_rgb){1.0f, 1.0f, 1.0f};
+    light.as.envmap.scale = (ca_rgb){1.0f, 1.0f, 1.0f};
     const ca_image *image = &fixture.environment;                                          /* 16 x 9 */
     const ca_vec3 s = {0.6f, 0.0f, -0.8f}, t = {0.0f, 1.0f, 0.0f}, n = {0.8f, 0.0f, 0.6f}; /* the light's axes */
     /* Columns 3 and 4 meet at phi = pi/2, the light's +x; columns 7 and 8 at +z; row 0 is +y, row 4 the equator. */

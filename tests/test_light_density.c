@@ -23,8 +23,7 @@ static ca_chi_square_test coarse(int light)
                                 .test_count = TESTS};
 }
 
-/* ---- Next event
- * --------------------------------------------------------------------------------------------------- */
+/* ---- Next event ------------------------------------------------------------------------------------------------ */
 
 static bool draw_direct(const void *context, const float u[3], ca_vec3 *direction)
 {
@@ -52,8 +51,8 @@ static float direct_density(const void *context, ca_vec3 direction)
 static void test_direct(void **state)
 {
     (void)state;
-    static const int lights[] = {LIGHT_SPHERE,   LIGHT_SPHERE_IN, LIGHT_DISK,
-                                 LIGHT_CYLINDER, LIGHT_RECTANGLE, LIGHT_CONSTANT};
+    static const int lights[] = {LIGHT_SPHERE,     LIGHT_SPHERE_IN, LIGHT_DISK,    LIGHT_CYLINDER,
+                                 LIGHT_QUADRANGLE, LIGHT_RECTANGLE, LIGHT_CONSTANT};
     for (size_t k = 0; k < sizeof lights / sizeof lights[0]; k++) {
         ca_chi_square_test test = coarse(lights[k]);
         test.sample = draw_direct;
@@ -68,8 +67,7 @@ static void test_direct(void **state)
     }
 }
 
-/* ---- Emission
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Emission -------------------------------------------------------------------------------------------------- */
 
 static bool draw_emission(const void *context, const float u[3], ca_vec3 *direction)
 {
@@ -90,12 +88,15 @@ static float emission_density(const void *context, ca_vec3 direction)
     const ca_light *light = &fixture.lights[i];
     if (ca_light_has_dirac_position(light)) {
         ca_light_direct direct;
-        const ca_vec3 reference = ca_madd(light->position, 2.0f, direction);
+        const ca_vec3 position = light->kind == CA_LIGHT_POINT  ? light->as.point.position
+                                 : light->kind == CA_LIGHT_SPOT ? light->as.spot.position
+                                                                : light->as.projector.position;
+        const ca_vec3 reference = ca_madd(position, 2.0f, direction);
         return ca_light_sample_direct(light, reference, fixed_position, &direct) ? direct.pdf_direction.v : 0.0f;
     }
     if (i >= LIGHT_SHAPES) return ca_light_eval_hit(light, (ca_vec3){0}, NULL, direction).pdf_direction.v;
     ca_surface surface;
-    ca_shape_sample_area(light->shape, fixed_position, &surface);
+    ca_shape_sample_area(light->as.area.shape, fixed_position, &surface);
     return ca_light_eval_hit(light, ca_madd(surface.position, 1.0f, direction), &surface, direction).pdf_direction.v;
 }
 
@@ -127,7 +128,7 @@ static double cell_density(const ca_light *light, int cell)
             const double phi = 2.0 * CA_PI_D * (cell % COLUMNS + (x + 0.5) / STEPS) / COLUMNS;
             const ca_vec3 local = {(float)(sin(phi) * sin(theta)), (float)cos(theta),
                                    (float)(-cos(phi) * sin(theta))};
-            const ca_vec3 back = ca_neg(ca_map_vector(light->map.to, local));
+            const ca_vec3 back = ca_neg(ca_map_vector(light->as.envmap.map.to, local));
             sum += (double)ca_light_eval_hit(light, (ca_vec3){0}, NULL, back).pdf_direct.v * sin(theta);
         }
     return sum * 2.0 * CA_PI_D * CA_PI_D / (CELLS * STEPS * STEPS);
@@ -135,7 +136,7 @@ static double cell_density(const ca_light *light, int cell)
 
 static int cell_of(const ca_light *light, ca_vec3 to_light)
 {
-    const ca_vec3 local = ca_map_vector(light->map.from, to_light);
+    const ca_vec3 local = ca_map_vector(light->as.envmap.map.from, to_light);
     const double phi = atan2((double)local.x, -(double)local.z) / (2.0 * CA_PI_D);
     const int band = (int)(acos((double)ca_clamp(local.y, -1.0f, 1.0f)) / CA_PI_D * ROWS);
     const int row = band < ROWS ? band : ROWS - 1; /* the pole itself ends the last band */

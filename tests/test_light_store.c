@@ -36,7 +36,7 @@ static void fill_path(void *user, uint32_t path, uint32_t worker)
     const uint32_t count = length_of(path, f->pass);
     for (uint32_t i = 0; i < count; i++) {
         vertices[i] = (ca_light_vertex){
-            .point.shape = path, .first = first, .index = (uint16_t)i, .throughput = {.r = (float)f->pass}};
+            .point.shape = path, .first = first, .index = i & 0x1fff, .throughput = {.r = (float)f->pass}};
         densities[i] = (ca_path_vertex){.distance = (float)path, .to_previous = (float)i};
     }
     f->store->paths[path] = (ca_light_path){.first = first, .count = count};
@@ -104,6 +104,29 @@ static void test_memory_is_kept(void **state)
     ca_light_store_destroy(&store);
 }
 
+/* A vertex' number tells its chunk, whatever worker made it; the next pass may divide the slabs otherwise. */
+static void test_chunks(void **state)
+{
+    (void)state;
+    enum { CHUNKS = 4, WORKERS = 3 };
+    ca_light_store store;
+    assert_int_equal(ca_light_store_create(&store, CHUNKS * PATHS, WORKERS, NULL), CA_OK);
+    ca_test_random random = ca_test_random_seed(5);
+    for (uint32_t pass = 0; pass < 2; pass++) {
+        ca_light_store_clear(&store);
+        for (uint32_t c = 0; c < CHUNKS; c++) {
+            ca_light_store_begin_chunk(&store, c);
+            filling f = {&store, pass};
+            for (uint32_t p = 0; p < 1 + 1000 * (pass + c % 2); p++)
+                fill_path(&f, c * PATHS + p, ca_test_random_u32(&random) % WORKERS);
+        }
+        for (uint32_t p = 0; p < CHUNKS * PATHS; p++)
+            for (uint32_t i = 0; i < store.paths[p].count; i++)
+                assert_int_equal(ca_light_chunk_of(&store, store.paths[p].first + i), p / PATHS);
+    }
+    ca_light_store_destroy(&store);
+}
+
 /* As many of the longest paths as were promised fit, by any worker, and no path reaches into its neighbour. */
 static void test_longest_paths(void **state)
 {
@@ -152,7 +175,7 @@ static void test_allocation_failures(void **state)
     (void)state;
     ca_light_store store;
     ca_error error;
-    for (long n = 0; n < 3; n++) {
+    for (long n = 0; n < 4; n++) {
         ca_memory_fail_after(n);
         assert_int_equal(ca_light_store_create(&store, 100, 2, &error), CA_ERROR_MEMORY);
         ca_memory_fail_after(-1);
@@ -189,8 +212,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_paths_come_back),     cmocka_unit_test(test_memory_is_kept),
-        cmocka_unit_test(test_longest_paths),       cmocka_unit_test(test_out_of_slabs),
-        cmocka_unit_test(test_allocation_failures), cmocka_unit_test(test_failure_from_outside),
+        cmocka_unit_test(test_chunks),              cmocka_unit_test(test_longest_paths),
+        cmocka_unit_test(test_out_of_slabs),        cmocka_unit_test(test_allocation_failures),
+        cmocka_unit_test(test_failure_from_outside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,7 +7,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 #include <cmocka.h>
 
@@ -16,23 +15,45 @@ enum {
     NULL_EVENT = CA_SCATTER_NULL | CA_SCATTER_DIRAC
 };
 
-/* All texture ids CA_NONE. */
+static ca_material leaf(ca_material_kind kind) { return ca_material_of_kind(kind); }
+
 static ca_material node(ca_material_kind kind, ca_material_id first, ca_material_id second)
 {
-    ca_material material;
-    memset(&material, 0xff, sizeof material);
-    material.kind = kind;
-    material.child[0] = first;
-    material.child[1] = second;
-    material.rough_transmittance = NULL;
-    material.eta = 1.5f;
-    material.distribution = CA_MICROFACET_GGX;
-    material.sample_visible = true;
-    material.nonlinear = false;
+    ca_material material = ca_material_of_kind(kind);
+    if (kind == CA_MATERIAL_MASK) material.as.mask.child = first;
+    if (kind == CA_MATERIAL_BUMP) material.as.bump.child = first;
+    if (kind == CA_MATERIAL_NORMAL_MAP) material.as.normal_map.child = first;
+    if (kind == CA_MATERIAL_TWOSIDED) material.as.twosided.front = first;
+    if (kind == CA_MATERIAL_TWOSIDED) material.as.twosided.back = second;
+    if (kind == CA_MATERIAL_BLEND) material.as.blend.first = first;
+    if (kind == CA_MATERIAL_BLEND) material.as.blend.second = second;
     return material;
 }
 
-static ca_material leaf(ca_material_kind kind) { return node(kind, CA_NONE, CA_NONE); }
+/* Whatever the kind: no texture but CA_NONE, no child, and a leaf or not as it should be. */
+static void a_new_material_refers_to_nothing(void **state)
+{
+    (void)state;
+    for (int k = 0; k < CA_MATERIAL_KIND_COUNT; ++k) {
+        const ca_material m = ca_material_of_kind((ca_material_kind)k);
+        assert_int_equal(m.kind, k);
+        ca_material_id children[2];
+        const uint32_t count = ca_material_children(&m, children);
+        assert_true(children[0] == CA_NONE && children[1] == CA_NONE);
+        assert_int_equal(count > 0 || k == CA_MATERIAL_NULL, !ca_material_is_leaf(m.kind));
+    }
+    const ca_material_facets none = {.sample_visible = true, .alpha_u = CA_NONE, .alpha_v = CA_NONE};
+    const ca_material rough = ca_material_of_kind(CA_MATERIAL_ROUGH_CONDUCTOR);
+    const ca_material coated = ca_material_of_kind(CA_MATERIAL_ROUGH_PLASTIC);
+    const ca_material principled = ca_material_of_kind(CA_MATERIAL_PRINCIPLED);
+    assert_memory_equal(&rough.as.rough_conductor.facets, &none, sizeof none);
+    assert_memory_equal(&coated.as.rough_plastic.facets, &none, sizeof none);
+    assert_true(rough.as.rough_conductor.eta == CA_NONE && rough.as.rough_conductor.reflectance == CA_NONE);
+    assert_true(coated.as.rough_plastic.layers.diffuse == CA_NONE && !coated.as.rough_plastic.transmittance);
+    assert_true(principled.as.principled.base_color == CA_NONE && principled.as.principled.anisotropic == CA_NONE);
+    assert_true(principled.as.principled.clearcoat_gloss == CA_NONE && principled.as.principled.eta == 1.0f);
+    assert_true(ca_material_of_kind(CA_MATERIAL_BUMP).as.bump.scale == 1.0f);
+}
 
 static void leaves_have_their_models_properties(void **state)
 {
@@ -58,7 +79,7 @@ static void leaves_have_their_models_properties(void **state)
         assert_false(ca_material_needs_tangents(&material, 0));
     }
     ca_material glassy = leaf(CA_MATERIAL_PRINCIPLED);
-    glassy.principled.spec_trans = 0;
+    glassy.as.principled.spec_trans = 0;
     assert_int_equal(ca_material_scatter(&glassy, 0), SMOOTH_REFLECTION | CA_SCATTER_TRANSMISSION);
 }
 
@@ -92,16 +113,16 @@ static void anisotropy_needs_tangents(void **state)
 {
     (void)state;
     ca_material metal = leaf(CA_MATERIAL_ROUGH_CONDUCTOR);
-    metal.alpha_u = 3;
+    metal.as.rough_conductor.facets.alpha_u = 3;
     assert_false(ca_material_needs_tangents(&metal, 0)); /* no alpha_v: isotropic */
-    metal.alpha_v = 3;
+    metal.as.rough_conductor.facets.alpha_v = 3;
     assert_false(ca_material_needs_tangents(&metal, 0));
-    metal.alpha_v = 4;
+    metal.as.rough_conductor.facets.alpha_v = 4;
     assert_true(ca_material_needs_tangents(&metal, 0));
     ca_material principled = leaf(CA_MATERIAL_PRINCIPLED);
-    principled.alpha_u = 3;
+    principled.as.principled.roughness = 3;
     assert_false(ca_material_needs_tangents(&principled, 0));
-    principled.alpha_v = 3;
+    principled.as.principled.anisotropic = 3;
     assert_true(ca_material_needs_tangents(&principled, 0));
 }
 
@@ -132,36 +153,40 @@ static void plastics_are_prepared(void **state)
                                    ca_texture_constant((ca_rgb){0.0f, 0.0f, 0.0f}),
                                    ca_texture_constant((ca_rgb){0.3f, 0.3f, 0.3f})};
     ca_material plastic = leaf(CA_MATERIAL_PLASTIC);
-    plastic.reflectance = 0;
+    plastic.as.plastic.eta = 1.5f;
+    plastic.as.plastic.diffuse = 0;
     assert_int_equal(ca_material_prepare(&plastic, textures, NULL), CA_OK);
-    assert_float_equal(plastic.specular_weight, 1.0f / 1.25f, 1e-6f);
+    assert_float_equal(plastic.as.plastic.specular_weight, 1.0f / 1.25f, 1e-6f);
     /* 0.5963 from inside glass of index 1.5 (Egan and Hilgeman 1973's fit gives 0.597). */
-    assert_float_equal(plastic.internal_reflectance, 0.5963f, 1e-3f);
-    plastic.reflectance = plastic.specular = 1;
+    assert_float_equal(plastic.as.plastic.internal_reflectance, 0.5963f, 1e-3f);
+    plastic.as.plastic.diffuse = plastic.as.plastic.specular = 1;
     assert_int_equal(ca_material_prepare(&plastic, textures, NULL), CA_OK);
-    assert_float_equal(plastic.specular_weight, 0.5f, 0.0f);
+    assert_float_equal(plastic.as.plastic.specular_weight, 0.5f, 0.0f);
     ca_material_release(&plastic);
 
     ca_material rough = leaf(CA_MATERIAL_ROUGH_PLASTIC);
-    rough.reflectance = 0;
-    rough.alpha_u = rough.alpha_v = 2;
+    rough.as.rough_plastic.layers.eta = 1.5f;
+    rough.as.rough_plastic.layers.diffuse = 0;
+    rough.as.rough_plastic.facets.alpha_u = rough.as.rough_plastic.facets.alpha_v = 2;
     assert_int_equal(ca_material_prepare(&rough, textures, NULL), CA_OK);
-    assert_non_null(rough.rough_transmittance);
-    assert_true(rough.internal_reflectance > 0.4f && rough.internal_reflectance < 0.8f);
+    assert_non_null(rough.as.rough_plastic.transmittance);
+    const float internal = rough.as.rough_plastic.layers.internal_reflectance;
+    assert_true(internal > 0.4f && internal < 0.8f);
     ca_material_release(&rough);
-    assert_null(rough.rough_transmittance);
+    assert_null(rough.as.rough_plastic.transmittance);
 
     ca_memory_fail_after(0);
     ca_error error = {""};
     assert_int_equal(ca_material_prepare(&rough, textures, &error), CA_ERROR_MEMORY);
     ca_memory_fail_after(-1);
-    assert_null(rough.rough_transmittance);
+    assert_null(rough.as.rough_plastic.transmittance);
     assert_string_not_equal(error.message, "");
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_new_material_refers_to_nothing),
         cmocka_unit_test(leaves_have_their_models_properties),
         cmocka_unit_test(trees_add_up),
         cmocka_unit_test(anisotropy_needs_tangents),

@@ -122,6 +122,28 @@ static void test_components_as_from_all_values(void **state)
     }
 }
 
+/* The coefficients alone, from means. */
+static void test_excess(void **state)
+{
+    (void)state;
+    for (int iterations = 2; iterations <= 200; iterations += 33) {
+        ca_pair_means means = {{0}, 0.0};
+        draw(iterations, 3.0, 0.4);
+        for (int k = 0; k < iterations; k++) {
+            for (int q = 0; q < CA_PAIR_QUANTITIES; q++) means.sums[q] += quantities[k][q];
+            means.squares += quantities[k][CA_PAIR_VALUE] * quantities[k][CA_PAIR_VALUE];
+        }
+        const ca_pair_pixel pixel = pixel_of(iterations);
+        const ca_noise_components c = ca_noise_components_of(&pixel);
+        const ca_noise_excess e = ca_noise_excess_of(&means, (uint32_t)iterations);
+        assert_close("L", e.luminance, c.luminance.value, 1e-10);
+        assert_close("L^2", e.luminance2, c.luminance2.value, 1e-9);
+        assert_close("C - L^2", e.pair, c.pair.value - c.luminance2.value, 1e-8);
+        assert_close("B - L^2", e.camera, c.camera.value - c.luminance2.value, 1e-9);
+        assert_close("F - L^2", e.light, c.light.value - c.luminance2.value, 1e-9);
+    }
+}
+
 static void test_terms_as_from_all_values(void **state)
 {
     (void)state;
@@ -341,6 +363,7 @@ int main(void)
 {
     random_source = ca_test_random_seed(0);
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_excess),
         cmocka_unit_test(test_components_as_from_all_values), cmocka_unit_test(test_terms_as_from_all_values),
         cmocka_unit_test(test_law_of_a_model),                cmocka_unit_test(test_luminance2_is_unbiased),
         cmocka_unit_test(test_errors_against_scatter),        cmocka_unit_test(test_one_camera_path),

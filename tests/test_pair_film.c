@@ -69,6 +69,37 @@ static void test_sums(void **state)
     ca_pair_film_destroy(&film);
 }
 
+/* Means alone are the same sums, in a smaller film; pooled like the others. */
+static void test_means(void **state)
+{
+    (void)state;
+    enum { ITERATIONS = 7 };
+    const uint32_t crop[4] = {5, 7, 8, 9};
+    ca_test_random random = ca_test_random_seed(5);
+    ca_pair_film film, means, other;
+    assert_int_equal(ca_pair_film_create(&film, crop, 30, 4, NULL), CA_OK);
+    assert_int_equal(ca_pair_film_create_means(&means, crop, NULL), CA_OK);
+    assert_int_equal(ca_pair_film_create_means(&other, crop, NULL), CA_OK);
+    assert_true(!means.pixels && means.width == 3 && means.height == 2);
+    for (int k = 0; k < ITERATIONS; k++) {
+        double v[CA_PAIR_QUANTITIES];
+        for (int a = 0; a < CA_PAIR_QUANTITIES; a++) v[a] = (double)ca_test_random_float(&random) - 0.25;
+        const ca_pair_moments m = {.value = v[0], .pair = v[1], .camera = v[2], .light = v[3]};
+        ca_pair_film_add(&film, 6, 8, &m);
+        ca_pair_film_add(k < 3 ? &means : &other, 6, 8, &m);
+    }
+    ca_pair_film_pool(&means, &other, 1);
+    for (int a = 0; a < CA_PAIR_QUANTITIES; a++)
+        assert_true(fabs(means.means[4].sums[a] - film.pixels[4].sums[a]) < 1e-12);
+    assert_true(fabs(means.means[4].squares - film.pixels[4].products[0]) < 1e-12);
+    ca_pair_film_pool(&means, &other, -1);
+    assert_true(fabs(means.means[4].squares + other.means[4].squares - film.pixels[4].products[0]) < 1e-12);
+    assert_true(means.means[3].squares == 0.0 && means.means[5].sums[0] == 0.0);
+    ca_pair_film_destroy(&film);
+    ca_pair_film_destroy(&means);
+    ca_pair_film_destroy(&other);
+}
+
 /* Connections' sums beside, and all products of quantities with theirs. */
 static void test_sums_of_connections(void **state)
 {
@@ -359,6 +390,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_product_indices),
         cmocka_unit_test(test_sums),
+        cmocka_unit_test(test_means),
         cmocka_unit_test(test_sums_of_connections),
         cmocka_unit_test(test_pool),
         cmocka_unit_test(test_film_out_of_memory),

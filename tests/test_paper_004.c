@@ -50,8 +50,7 @@ static double mean_of(const ca_scene *scene, const char *integrator, const char 
     return statistics_of(scene, &settings).mean_luminance;
 }
 
-/* ---- Figure 3
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Figure 3 -------------------------------------------------------------------------------------------------- */
 
 static void test_interleaved_passes_are_black(void **state)
 {
@@ -78,8 +77,7 @@ static void test_interleaved_pairs_are_right(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Section 5
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- Section 5 ------------------------------------------------------------------------------------------------- */
 
 /* With a radius far smaller than a pixel the only photon near a query point is its own, and that is always there. */
 static void test_camera_paths_are_light_paths(void **state)
@@ -118,8 +116,7 @@ static void test_camera_is_light(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Figure 2
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Figure 2 -------------------------------------------------------------------------------------------------- */
 
 static void test_smooth_and_dirac_are_all(void **state)
 {

@@ -34,6 +34,12 @@ static ca_vec3 point_at(ca_shape_kind kind, double u, double v)
     }
 }
 
+static ca_affine *map_of(ca_shape *shape)
+{
+    if (shape->kind == CA_SHAPE_SPHERE) return &shape->as.sphere.map;
+    return shape->kind == CA_SHAPE_DISK ? &shape->as.disk.map : &shape->as.cylinder.map;
+}
+
 static ca_shape quadric_of(ca_shape_kind kind)
 {
     const double length = kind == CA_SHAPE_CYLINDER ? 3.0 : 2.0;
@@ -41,18 +47,23 @@ static ca_shape quadric_of(ca_shape_kind kind)
     const ca_matrix scale = ca_matrix_scale(2.0, 2.0, length);
     ca_matrix map = ca_matrix_multiply(&turn, &scale);
     map = ca_matrix_multiply(&move, &map);
-    ca_shape shape = {
-        .kind = kind, .light = CA_NONE, .needs_tangents = true, .center = {1.0f, -2.0f, 0.5f}, .radius = 2.0f};
-    shape.length = (float)length;
-    assert_true(ca_affine_from_matrix(&map, &shape.map));
+    ca_shape shape = {.kind = kind, .light = CA_NONE, .needs_tangents = true};
+    assert_true(ca_affine_from_matrix(&map, map_of(&shape)));
+    if (kind == CA_SHAPE_SPHERE) {
+        shape.as.sphere.center = (ca_vec3){1.0f, -2.0f, 0.5f};
+        shape.as.sphere.radius = 2.0f;
+    } else if (kind == CA_SHAPE_CYLINDER) {
+        shape.as.cylinder.radius = 2.0f;
+        shape.as.cylinder.length = (float)length;
+    }
     return shape;
 }
 
 static void check_quadric(ca_shape_kind kind)
 {
     const double step = 1e-3;
-    const ca_shape shape = quadric_of(kind);
-    const ca_affine *map = &shape.map;
+    ca_shape shape = quadric_of(kind);
+    const ca_affine *map = map_of(&shape);
     ca_test_random random = ca_test_random_seed((uint32_t)kind);
     for (int i = 0; i < POINTS; i++) {
         const double u = 0.01 + 0.98 * (double)ca_test_random_float(&random);

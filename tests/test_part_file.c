@@ -92,8 +92,7 @@ static uint64_t developed_hash(const ca_block_film *film)
     return hash;
 }
 
-/* ---- Bytes of a file
- * ------------------------------------------------------------------------------------------------ */
+/* ---- Bytes of a file ------------------------------------------------------------------------------------------- */
 
 typedef struct file_bytes {
     unsigned char data[30000];
@@ -136,8 +135,7 @@ static void expect_refused(ca_status expected, const char *words)
         fail_msg("\"%s\" says nothing of \"%s\"", error.message, words);
 }
 
-/* ---- Round trips
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- Round trips ----------------------------------------------------------------------------------------------- */
 
 static void test_everything_comes_back(void **state)
 {
@@ -173,8 +171,7 @@ static void test_names(void **state)
     assert_false(ca_part_is_path("a.exr") || ca_part_is_path("part") || ca_part_is_path("a.part/b"));
 }
 
-/* ---- Damage
- * ----------------------------------------------------------------------------------------------------------- */
+/* ---- Damage ---------------------------------------------------------------------------------------------------- */
 
 static void test_cut_off(void **state)
 {
@@ -288,8 +285,7 @@ static void test_lies_with_the_right_hash(void **state)
     expect_refused(CA_ERROR_FORMAT, "damaged");
 }
 
-/* ---- The world's failures
- * --------------------------------------------------------------------------------------------- */
+/* ---- The world's failures -------------------------------------------------------------------------------------- */
 
 static void test_failures_of_the_world(void **state)
 {

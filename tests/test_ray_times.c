@@ -281,6 +281,38 @@ static void test_thinned(void **state)
     ca_ray_times_destroy(times);
 }
 
+/* Two that are pooled know what one would that had measured both: of tiles, as many of either where both together do
+ * not fit; what pixels did is added. */
+static void test_pooled(void **state)
+{
+    (void)state;
+    ca_ray_times *times = new_times(2, 1, 1), *other = new_times(2, 1, 1);
+    for (int i = 0; i < 1024; i++) { /* as many as are kept */
+        ca_ray_times_tile(times, 0, false, 1000, 0, 1000 * segment_cost);
+        ca_ray_times_tile(other, 0, false, 1000, 100000, 1000 * segment_cost + 100000 * candidate_cost);
+    }
+    for (int i = 0; i < 256; i++) { /* likewise */
+        ca_ray_times_light(times, 1000, 1e-3);
+        ca_ray_times_light(other, 1000, 3e-3);
+    }
+    ca_ray_times_pixel(times, 0, 0, 100, 4, 8, 40);
+    ca_ray_times_pixel(other, 0, 0, 1000, 12, 40, 1200);
+    ca_ray_times_pixel(other, 1, 0, 100, 1, 1, 0);
+    ca_ray_times_pool(times, other);
+    ca_ray_times_destroy(other);
+    const ca_ray_costs costs = ca_ray_times_costs(times);
+    assert_within("a segment", costs.segment, segment_cost, 0.01 * segment_cost);
+    assert_within("a candidate", costs.candidate, candidate_cost, 0.01 * candidate_cost);
+    assert_within("a light path", costs.light_path, 2e-6, 0.2e-6); /* of fewer of one kind the other would win */
+    double camera, merge;
+    ca_ray_times_of_pixel(times, &costs, 0, 0, &camera, &merge);
+    assert_within("t_B", camera, 48.0 / 16.0 * costs.segment, 1e-15);
+    assert_within("t_M", merge, 0.1 * costs.candidate, 1e-15);
+    ca_ray_times_of_pixel(times, &costs, 1, 0, &camera, &merge);
+    assert_within("t_B", camera, costs.segment, 1e-15);
+    ca_ray_times_destroy(times);
+}
+
 static void test_memory(void **state)
 {
     (void)state;
@@ -413,6 +445,7 @@ int main(void)
         cmocka_unit_test(test_tiles),
         cmocka_unit_test(test_pixels),
         cmocka_unit_test(test_thinned),
+        cmocka_unit_test(test_pooled),
         cmocka_unit_test(test_memory),
         cmocka_unit_test(test_passes),
     };

@@ -13,8 +13,7 @@
 
 #include <cmocka.h>
 
-/* ---- One render
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- One render ------------------------------------------------------------------------------------------------ */
 
 static void expect_close(double value, double expected, const char *what, uint32_t x, uint32_t y)
 {
@@ -106,8 +105,7 @@ static void test_bad_samples_are_counted(void **state)
     ca_image_release(image);
 }
 
-/* ---- Stopping
- * ----------------------------------------------------------------------------------------------------------- */
+/* ---- Stopping -------------------------------------------------------------------------------------------------- */
 
 static void test_stopping(void **state)
 {
@@ -167,8 +165,7 @@ static void test_a_failing_block_ends_the_render(void **state)
     assert_int_equal(access(path, F_OK), -1);
 }
 
-/* ---- What is refused before rendering
- * ----------------------------------------------------------------------------------- */
+/* ---- What is refused before rendering -------------------------------------------------------------------------- */
 
 typedef struct refusal {
     ca_render_settings settings;
@@ -204,8 +201,7 @@ static void test_settings_that_are_refused(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Memory
- * ------------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 /* Wherever memory ends, the render ends with that error and nothing else. */
 static void test_out_of_memory(void **state)

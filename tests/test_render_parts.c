@@ -57,8 +57,7 @@ static void test_an_interrupted_part(void **state)
     ca_image_release(image);
 }
 
-/* ---- Parts
- * -------------------------------------------------------------------------------------------------------------- */
+/* ---- Parts ----------------------------------------------------------------------------------------------------- */
 
 static void expect_merged(const char *const *paths, size_t count, const ca_image_layers *expected,
                           const ca_render_statistics *one)
@@ -198,8 +197,7 @@ static void test_parts_that_do_not_fit(void **state)
     assert_int_equal(ca_merge_parts((const char *const[]){a, b}, 2, NULL, NULL, NULL, NULL), CA_OK);
 }
 
-/* ---- Scenes are told apart by what their files hold
- * --------------------------------------------------------------------- */
+/* ---- Scenes are told apart by what their files hold ------------------------------------------------------------ */
 
 static void write_file(const char *name, const char *text)
 {
@@ -269,8 +267,7 @@ static void test_contents_of_scenes(void **state)
     assert_true(content_hash("here/scene.xml", crossed, 2) != defined);
 }
 
-/* ---- Memory
- * ------------------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static void test_out_of_memory(void **state)
 {

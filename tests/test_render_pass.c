@@ -82,10 +82,10 @@ static float radiance_of(uint32_t x, uint32_t y, uint32_t index, uint32_t round)
 static float filter_weight_of(uint32_t index) { return index % 3 == 2 ? -8.0f : 1.25f; }
 static float splat_of(uint32_t x, uint32_t y) { return 0.125f * (float)x - 0.25f * (float)y; }
 
-static void fake_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                             ca_film_sample *sample, ca_worker *worker)
+static void fake_camera_path(const script *s, const ca_camera_path *path, uint32_t round, ca_worker *worker)
 {
-    const script *s = state;
+    const uint32_t x = path->x, y = path->y, index = path->index;
+    ca_film_sample *sample = path->sample;
     const bool inside = x >= CROP_X && y >= CROP_Y && x < CROP_X + WIDTH && y < CROP_Y + HEIGHT;
     /* A sample comes back in the next round as it was left, and starts from zero. */
     const float left = round ? 100.0f * (float)index + (float)round : 0.0f;
@@ -101,6 +101,12 @@ static void fake_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t
     if (index % s->camera_paths == 1) sample->radiance.b = NAN;
 }
 
+static void fake_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,
+                              ca_worker *worker)
+{
+    for (uint32_t i = 0; i < count; i++) fake_camera_path(state, &paths[i], round, worker);
+}
+
 static ca_rgb fake_splat(const void *state, uint32_t x, uint32_t y)
 {
     (void)state;
@@ -114,7 +120,7 @@ static const ca_integrator_type fake = {.name = "fake",
                                         .destroy = fake_destroy,
                                         .rounds = fake_rounds,
                                         .begin_round = fake_begin_round,
-                                        .camera_path = fake_camera_path,
+                                        .camera_paths = fake_camera_paths,
                                         .splat = fake_splat};
 
 /* Plans for `path`, then swaps the integrator. */

@@ -46,8 +46,7 @@ static const address starts[] = {{0, 0, 0, 0},
                                  {7, CA_SEQUENCE_LIGHT, (UINT64_C(1) << 32) - 1000, 13}};
 enum { START_COUNT = sizeof starts / sizeof starts[0] };
 
-/* ---- Independent
- * -------------------------------------------------------------------------------------------------- */
+/* ---- Independent ----------------------------------------------------------------------------------------------- */
 
 /* Counts of (value at n, value at n + lag, value at n + 2 lag) in boxes. */
 static double boxes_p_value(address start, int axis, uint64_t lag, uint32_t sides, uint32_t dimensions,
@@ -142,8 +141,7 @@ static void test_independent_correlations_and_bits(void **state)
     free(u);
 }
 
-/* ---- Sobol'
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Sobol' ---------------------------------------------------------------------------------------------------- */
 
 /* Smallest t for which 2^m points, from index `first` on, have 2^t points in each box of 2^-k by 2^(t-m+k). */
 static uint32_t net_quality(uint64_t sequence, uint32_t first, uint32_t m, uint32_t dim_x, uint32_t dim_y)

@@ -8,6 +8,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -35,8 +36,10 @@ static ca_vec2 random2(ca_test_random *random)
 
 static ca_vec3 direction_between(ca_vec3 from, ca_vec3 to) { return ca_normalize(ca_sub(to, from)); }
 
-/* ---- Densities
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ------------------------------------------------------------------------------------------------- */
+
+/* Views of the rectangle that are tested by themselves: below. */
+enum { RECTANGLE_VIEWS = 6 };
 
 typedef struct view {
     int shape;
@@ -105,17 +108,16 @@ static void test_chi_square(void **state)
                                    .sample_count = 30000,
                                    .ring_count = 12, /* the density has edges, where its integral is dear */
                                    .cut_count = 12,
-                                   .test_count = LIGHT_SHAPES + 1};
+                                   .test_count = LIGHT_SHAPES + 2 + RECTANGLE_VIEWS};
         ca_chi_square_assert(&test);
-        if (i != LIGHT_SPHERE) continue; /* all others are sampled by area in either case */
+        if (i != LIGHT_SPHERE && i != LIGHT_RECTANGLE) continue; /* the others are sampled by area in either case */
         test.sample = draw_area;
         test.pdf = area_density;
         ca_chi_square_assert(&test);
     }
 }
 
-/* ---- Points
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Points ---------------------------------------------------------------------------------------------------- */
 
 static void check_point(const ca_shape *shape, const ca_surface *surface)
 {
@@ -143,7 +145,8 @@ static void test_points_are_hit(void **state)
             float t;
             if (!ca_light_fixture_trace(&fixture, i, start, ca_neg(surface.ng), 0.0f, &t, &hit)) {
                 /* A point on the rim may be missed by rounding. */
-                assert_true(i == LIGHT_DISK || i == LIGHT_CYLINDER || i == LIGHT_RECTANGLE);
+                assert_true(i == LIGHT_DISK || i == LIGHT_CYLINDER || i == LIGHT_QUADRANGLE ||
+                            i == LIGHT_RECTANGLE);
                 continue;
             }
             assert_true(ca_length(ca_sub(hit.position, surface.position)) < 3e-6f);
@@ -172,19 +175,20 @@ static void test_direct_agrees_with_pdf(void **state)
     }
 }
 
-/* ---- Spheres at the limits of precision
- * --------------------------------------------------------------------------- */
+/* ---- Spheres at the limits of precision ------------------------------------------------------------------------ */
 
 static ca_shape plain_sphere(ca_vec3 center, float radius)
 {
     return (ca_shape){.kind = CA_SHAPE_SPHERE,
                       .area = 4.0f * CA_PI * radius * radius,
-                      .map = {.to = {{radius, 0, 0, center.x}, {0, radius, 0, center.y}, {0, 0, radius, center.z}},
+                      .as.sphere.map = {.to = {{radius, 0, 0, center.x},
+                                               {0, radius, 0, center.y},
+                                               {0, 0, radius, center.z}},
                               .from = {{1 / radius, 0, 0, -center.x / radius},
                                        {0, 1 / radius, 0, -center.y / radius},
                                        {0, 0, 1 / radius, -center.z / radius}}},
-                      .center = center,
-                      .radius = radius};
+                      .as.sphere.center = center,
+                      .as.sphere.radius = radius};
 }
 
 /* Seen under a tiny angle, sin^2 of the incidence is uniform in [0, 1], and the density is that of its disk. */
@@ -242,8 +246,132 @@ static void test_near_spheres(void **state)
     }
 }
 
-/* ---- Bounds
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Rectangles ------------------------------------------------------------------------------------------------ */
+
+/* In the rectangle's frame: along its sides from its centre, and in front of it (its sides are 2 and 1.5 long). */
+static ca_vec3 before_rectangle(float x, float y, float z)
+{
+    const ca_rectangle *r = &fixture.shapes[LIGHT_RECTANGLE].as.mesh.rectangle;
+    const ca_vec3 center = {-1.0f, 3.0f, 0.5f};
+    return ca_madd(ca_madd(ca_madd(center, x, r->x), y, r->y), z, r->n);
+}
+
+/* Near and far, before its middle, beside it, behind it, and nearly in its plane. */
+static void test_rectangle_views(void **state)
+{
+    (void)state;
+    static const float places[RECTANGLE_VIEWS][3] = {{0, 0, 1},        {0.3f, -0.2f, 0.05f}, {1.6f, 1, 0.8f},
+                                                     {0.9f, 0.7f, -1.6f}, {-0.9f, 0.1f, 0.1f}, {0.1f, 0.2f, 3.2f}};
+    const ca_shape *shape = &fixture.shapes[LIGHT_RECTANGLE];
+    for (int i = 0; i < RECTANGLE_VIEWS; i++) {
+        const view v = {LIGHT_RECTANGLE, before_rectangle(places[i][0], places[i][1], places[i][2])};
+        assert_true(ca_shape_pdf_seen(shape, v.reference).v > 0.0f);
+        ca_chi_square_assert(
+            &(ca_chi_square_test){.name = "rectangle",
+                                  .sample = draw_direct,
+                                  .pdf = direct_density,
+                                  .context = &v,
+                                  .axis = direction_between(v.reference, before_rectangle(0, 0, 0)),
+                                  .sample_count = 30000,
+                                  .ring_count = 12,
+                                  .cut_count = 12,
+                                  .test_count = LIGHT_SHAPES + 2 + RECTANGLE_VIEWS});
+    }
+}
+
+/* The face of a cube is a sixth of the sphere from its centre, 4 pi / 24 for a quarter of it; and a sample's part of
+ * the solid angle is its first number. */
+static void test_rectangle_solid_angle(void **state)
+{
+    (void)state;
+    const ca_rectangle face = {.exists = true,
+                               .corner = {-1, -1, -1},
+                               .x = {1, 0, 0},
+                               .y = {0, 1, 0},
+                               .n = {0, 0, 1},
+                               .width = 2,
+                               .height = 2,
+                               .large_distance2 = INFINITY};
+    ca_spherical_rectangle seen, part;
+    assert_true(ca_spherical_rectangle_from(&face, (ca_vec3){0}, &seen));
+    assert_true(fabs(seen.solid_angle - 4.0 * CA_PI_D / 6.0) < 1e-12);
+    for (int i = 1; i < 10; i++) {
+        ca_rectangle left = face;
+        const float u = 0.1f * (float)i;
+        left.width *= ca_spherical_rectangle_sample(&seen, (ca_vec2){u, 0.3f}).x;
+        assert_true(ca_spherical_rectangle_from(&left, (ca_vec3){0}, &part));
+        assert_true(fabs(part.solid_angle / seen.solid_angle - (double)u) < 1e-6);
+    }
+}
+
+/* However the file orders corners and triangles, (s, t) is the same point of the mesh as of the rectangle. */
+static void test_rectangles_are_found(void **state)
+{
+    (void)state;
+    ca_mesh mesh;
+    assert_int_equal(ca_mesh_create(&mesh, 4, 2, false, false, NULL), CA_OK);
+    static const float square[12] = {1, 1, 0, 4, 1, 0, 4, 3, 0, 1, 3, 0};
+    memcpy(mesh.positions, square, sizeof square);
+    for (uint32_t turn = 0; turn < 18; turn++) {
+        const uint32_t a = turn % 3, b = turn / 3 % 3, other = turn / 9; /* the diagonal 0-2, or 1-3 */
+        static const uint32_t corners[2][2][3] = {{{0, 1, 2}, {0, 2, 3}}, {{1, 2, 3}, {1, 3, 0}}};
+        for (uint32_t k = 0; k < 3; k++) {
+            mesh.indices[k] = corners[other][0][(k + a) % 3];
+            mesh.indices[3 + k] = corners[other][1][(k + b) % 3];
+        }
+        const ca_rectangle r = ca_rectangle_from_mesh(&mesh);
+        assert_true(r.exists && fabsf(r.width * r.height - 6.0f) < 1e-6f && r.n.z == 1.0f);
+        ca_test_random random = ca_test_random_seed(turn);
+        for (int i = 0; i < 100; i++) {
+            const ca_vec2 st = random2(&random);
+            ca_vec2 bary;
+            const uint32_t *index = mesh.indices + 3 * ca_rectangle_triangle(&r, st, &bary);
+            const ca_vec3 wanted = ca_madd(ca_madd(r.corner, st.x * r.width, r.x), st.y * r.height, r.y);
+            const float w[3] = {1.0f - bary.x - bary.y, bary.x, bary.y};
+            ca_vec3 p = {0};
+            for (int k = 0; k < 3; k++) {
+                assert_true(w[k] > -1e-6f);
+                p = ca_madd(p, w[k], (ca_vec3){square[3 * index[k]], square[3 * index[k] + 1], 0.0f});
+            }
+            assert_true(ca_length(ca_sub(p, wanted)) < 1e-5f);
+        }
+    }
+    mesh.positions[6] = 4.01f; /* a corner out of place */
+    assert_false(ca_rectangle_from_mesh(&mesh).exists);
+    mesh.positions[6] = 4.0f;
+    mesh.positions[8] = 0.01f; /* out of the plane */
+    assert_false(ca_rectangle_from_mesh(&mesh).exists);
+    mesh.positions[8] = 0.0f;
+    mesh.positions[3] = mesh.positions[6] = 1.0f; /* no width */
+    assert_false(ca_rectangle_from_mesh(&mesh).exists);
+    ca_mesh_destroy(&mesh);
+}
+
+/* In the plane, on the rectangle, at its corners and edges, next to all of them, and far away: numbers, and the same
+ * by sampling as by asking. */
+static void test_rectangle_limits(void **state)
+{
+    (void)state;
+    const ca_shape *shape = &fixture.shapes[LIGHT_RECTANGLE];
+    static const float along[] = {0, 0.4f, 1, 1.0001f, 3, 1e4f};
+    ca_test_random random = ca_test_random_seed(5);
+    for (int i = 0; i < 6 * 6; i++)
+        for (int power = -30; power <= 14; power += 2) {
+            const float z = power == -30 ? 0.0f : ldexpf(power % 4 ? 1.0f : -1.0f, power);
+            const ca_vec3 reference = before_rectangle(along[i % 6], 0.75f * along[i / 6], z);
+            for (int k = 0; k < 20; k++) {
+                ca_surface surface;
+                const ca_pdf_solid_angle pdf =
+                    ca_shape_sample_direct(shape, reference, random2(&random), &surface);
+                assert_true(isfinite(pdf.v) && pdf.v >= 0.0f && ca_is_finite3(surface.position));
+                assert_true(pdf.v == ca_shape_pdf_direct(shape, reference, surface.position, surface.ng).v);
+                const ca_vec3 from_center = ca_sub(surface.position, before_rectangle(0, 0, 0));
+                assert_true(ca_length(from_center) < 1.2501f);
+            }
+        }
+}
+
+/* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
 static void test_bounds(void **state)
 {
@@ -260,7 +388,7 @@ static void test_bounds(void **state)
         }
         const ca_vec3 slack_low = ca_sub(sampled_low, low), slack_high = ca_sub(high, sampled_high);
         /* A mesh's bounds are those of its corners; a point may be rounded out of them. */
-        const float least = i == LIGHT_RECTANGLE ? -1e-6f : 0.0f;
+        const float least = i >= LIGHT_QUADRANGLE ? -1e-6f : 0.0f;
         assert_true(fminf(slack_low.x, fminf(slack_low.y, slack_low.z)) >= least);
         assert_true(fminf(slack_high.x, fminf(slack_high.y, slack_high.z)) >= least);
         assert_true(ca_max3(slack_low) < 0.02f && ca_max3(slack_high) < 0.02f);
@@ -275,6 +403,10 @@ int main(void)
         cmocka_unit_test(test_direct_agrees_with_pdf),
         cmocka_unit_test(test_tiny_and_far_spheres),
         cmocka_unit_test(test_near_spheres),
+        cmocka_unit_test(test_rectangle_views),
+        cmocka_unit_test(test_rectangle_solid_angle),
+        cmocka_unit_test(test_rectangles_are_found),
+        cmocka_unit_test(test_rectangle_limits),
         cmocka_unit_test(test_bounds),
     };
     return cmocka_run_group_tests_name("shape sampling", tests, set_up, tear_down);

@@ -72,7 +72,7 @@ static void test_other_lights(void **state)
 
 static ca_flight leave_camera(ca_camera_kind kind, float lens_radius, ca_path_vertex *vertex)
 {
-    const ca_camera camera = {.kind = kind, .lens_radius = lens_radius};
+    const ca_camera camera = {.kind = kind, .as.thin_lens = {.lens_radius = lens_radius}};
     return ca_camera_end(&camera, (ca_pdf_area){0.0625f}, pdf_two, &rules, vertex);
 }
 
@@ -187,16 +187,18 @@ static void test_dirac_jacobian(void **state)
 static void test_next_event_ratio(void **state)
 {
     (void)state;
-    const ca_shape sphere = {.kind = CA_SHAPE_SPHERE, .area = 4.0f * CA_PI};
+    const ca_shape sphere = {.kind = CA_SHAPE_SPHERE, .area = 4.0f * CA_PI, .as.sphere = {.radius = 1.0f}};
     const ca_shape disk = {.kind = CA_SHAPE_DISK, .area = CA_PI};
-    ca_light light = {.kind = CA_LIGHT_AREA, .shape = &sphere};
-    const float cone = CA_INV_TWO_PI / (1.0f - sqrtf(0.75f));
-    assert_near(ca_next_event_ratio(&light, (ca_pdf_solid_angle){cone}, 0.5f, 9.0f),
-                4.0 * CA_PI_D * (double)cone * 0.5 / 9.0);
-    light.shape = &disk;
-    assert_near(ca_next_event_ratio(&light, (ca_pdf_solid_angle){cone}, 0.5f, 9.0f), 1.0);
+    const ca_vec3 reference = {0.0f, 0.0f, 2.0f}, position = {0.0f, 0.0f, 1.0f};
+    ca_light light = {.kind = CA_LIGHT_AREA, .as.area = {.shape = &sphere}};
+    const double cone = 1.0 / (2.0 * CA_PI_D * (1.0 - sqrt(0.75)));
+    assert_near(ca_light_next_event_ratio(&light, reference, position, position), 4.0 * CA_PI_D * cone);
+    const ca_vec3 slanted = {0.0f, 0.6f, 0.8f}; /* |cos| 0.8 there */
+    assert_near(ca_light_next_event_ratio(&light, reference, position, slanted), 4.0 * CA_PI_D * cone * 0.8);
+    light.as.area.shape = &disk;
+    assert_near(ca_light_next_event_ratio(&light, reference, position, position), 1.0);
     light = (ca_light){.kind = CA_LIGHT_POINT};
-    assert_near(ca_next_event_ratio(&light, (ca_pdf_solid_angle){cone}, 0.5f, 9.0f), 1.0);
+    assert_near(ca_light_next_event_ratio(&light, reference, position, position), 1.0);
 }
 
 /* The emitting disk touches the scene's bounding sphere. */

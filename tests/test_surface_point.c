@@ -85,19 +85,31 @@ static void make_shapes(fixture *f, bool tangents)
         *shape = (ca_shape){.needs_tangents = tangents, .material = 100 + i, .light = k % 2 ? 200 + i : CA_NONE};
         if (k < MESHES) {
             shape->kind = CA_SHAPE_MESH;
-            shape->mesh = &f->meshes[k];
-            shape->extent = 1.0f;
+            shape->as.mesh.mesh = &f->meshes[k];
+            shape->as.mesh.extent = 1.0f;
             continue;
         }
         shape->kind = kinds[k - MESHES];
         shape->flip_normals = k == 5 || i == 13;
-        shape->radius = 0.5f;
-        shape->length = 1.5f;
-        shape->center = (ca_vec3){0.3f, -0.2f, 0.4f};
         const double z_scale = shape->kind == CA_SHAPE_CYLINDER ? 1.5 : 0.5;
         const ca_matrix move = ca_matrix_translate(0.3, -0.2, 0.4), turn = ca_matrix_rotate(1, 2, 3, 40.0 * k);
         const ca_matrix scale = ca_matrix_scale(0.5, 0.5, z_scale);
-        shape->map = affine(move, ca_matrix_multiply(&turn, &scale));
+        const ca_affine map = affine(move, ca_matrix_multiply(&turn, &scale));
+        switch (shape->kind) {
+        case CA_SHAPE_SPHERE:
+            shape->as.sphere.map = map;
+            shape->as.sphere.center = (ca_vec3){0.3f, -0.2f, 0.4f};
+            shape->as.sphere.radius = 0.5f;
+            break;
+        case CA_SHAPE_DISK: shape->as.disk.map = map; break;
+        case CA_SHAPE_CYLINDER:
+            shape->as.cylinder.map = map;
+            shape->as.cylinder.radius = 0.5f;
+            shape->as.cylinder.length = 1.5f;
+            break;
+        case CA_SHAPE_MESH:
+        case CA_SHAPE_KIND_COUNT: break;
+        }
     }
 }
 

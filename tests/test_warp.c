@@ -32,8 +32,7 @@ static void test_sincos(void **state)
     assert_true(s == 0.0f && c == 1.0f);
 }
 
-/* ---- Densities
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Densities ------------------------------------------------------------------------------------------------- */
 
 static bool draw_cosine(const void *context, const float u[3], ca_vec3 *direction)
 {

@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 
 #define HUGE_PAGE ((size_t)2 << 20)
+#define CACHE_LINE ((size_t)64)
 
 static atomic_long fail_countdown = -1;
 
@@ -41,7 +42,8 @@ void *ca_alloc_large(size_t count, size_t size)
 {
     size_t bytes;
     if (!byte_count(count, size, &bytes)) return NULL;
-    if (bytes < HUGE_PAGE / 2 || bytes > SIZE_MAX - HUGE_PAGE) return malloc(bytes);
+    if (bytes > SIZE_MAX - HUGE_PAGE) return NULL;
+    if (bytes < HUGE_PAGE / 2) return aligned_alloc(CACHE_LINE, (bytes + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE);
     bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
     void *memory = aligned_alloc(HUGE_PAGE, bytes);
     if (memory) madvise(memory, bytes, MADV_HUGEPAGE); /* a wish; refusing it is no failure */

@@ -16,8 +16,9 @@
  * A count of 0 gives a valid pointer. */
 void *ca_alloc(size_t count, size_t size);
 void *ca_alloc_zeroed(size_t count, size_t size);
-/* Uninitialised, for tables that are read here and there: from 1 MiB on in whole huge pages of 2 MiB, where the
- * system has them, which saves most reads a walk through the page tables. Freed by ca_free like all. */
+/* Uninitialised, aligned to a cache line, for tables that are read here and there: from 1 MiB on in whole huge pages
+ * of 2 MiB, where the system has them, which saves most reads a walk through the page tables. Freed by ca_free like
+ * all. */
 void *ca_alloc_large(size_t count, size_t size);
 void ca_free(void *memory);
 

@@ -25,25 +25,53 @@ static ca_vec3 column(const ca_camera *camera, int i)
     return (ca_vec3){camera->map.to[0][i], camera->map.to[1][i], camera->map.to[2][i]};
 }
 
-/* The orthographic film is two units wide in camera space, so that its size comes from the map's scale. A principal
- * point's offset moves what the film sees as if every film position were larger by it, as in Mitsuba 3. */
+/* Half the width of the film's image on its plane. The orthographic film is two units wide in camera space, so that
+ * its size comes from the map's scale. */
+static double half_width(const ca_camera *camera)
+{
+    switch (camera->kind) {
+    case CA_CAMERA_PERSPECTIVE: return (double)camera->as.perspective.tan_half_x;
+    case CA_CAMERA_THIN_LENS: return (double)camera->as.thin_lens.tan_half_x;
+    case CA_CAMERA_ORTHOGRAPHIC:
+    case CA_CAMERA_KIND_COUNT: break;
+    }
+    return 1.0;
+}
+
+void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x)
+{
+    switch (camera->kind) {
+    case CA_CAMERA_PERSPECTIVE: camera->as.perspective.tan_half_x = tan_half_x; break;
+    case CA_CAMERA_THIN_LENS: camera->as.thin_lens.tan_half_x = tan_half_x; break;
+    case CA_CAMERA_ORTHOGRAPHIC:
+    case CA_CAMERA_KIND_COUNT: break;
+    }
+}
+
+/* A principal point's offset moves what the film sees as if every film position were larger by it, as in Mitsuba
+ * 3. */
 void ca_camera_prepare(ca_camera *camera)
 {
-    const bool orthographic = camera->kind == CA_CAMERA_ORTHOGRAPHIC;
-    const double half_x = orthographic ? 1.0 : (double)camera->tan_half_x;
+    const double half_x = half_width(camera);
     const double half_y = half_x * camera->height / camera->width;
     camera->pixel_width = (float)(2.0 * half_x / camera->width);
     camera->pixel_height = (float)(2.0 * half_y / camera->height);
     camera->left = (float)(half_x * (1.0 - 2.0 * (double)camera->principal_x));
     camera->top = (float)(half_y * (1.0 - 2.0 * (double)camera->principal_y));
+    if (camera->kind != CA_CAMERA_ORTHOGRAPHIC) return;
     const ca_vec3 axis = ca_normalize(column(camera, 2));
-    camera->area_scale = orthographic ? ca_abs_dot(ca_cross(column(camera, 0), column(camera, 1)), axis) : 1.0f;
+    camera->as.orthographic.area_scale = ca_abs_dot(ca_cross(column(camera, 0), column(camera, 1)), axis);
 }
 
 bool ca_camera_has_dirac_position(const ca_camera *camera)
 {
-    return camera->kind == CA_CAMERA_PERSPECTIVE ||
-           (camera->kind == CA_CAMERA_THIN_LENS && !(camera->lens_radius > 0.0f));
+    switch (camera->kind) {
+    case CA_CAMERA_PERSPECTIVE: return true;
+    case CA_CAMERA_THIN_LENS: return !(camera->as.thin_lens.lens_radius > 0.0f);
+    case CA_CAMERA_ORTHOGRAPHIC:
+    case CA_CAMERA_KIND_COUNT: break;
+    }
+    return false;
 }
 
 bool ca_camera_has_dirac_direction(const ca_camera *camera) { return camera->kind == CA_CAMERA_ORTHOGRAPHIC; }
@@ -71,13 +99,13 @@ static ca_pdf_solid_angle pixel_pdf(const ca_camera *camera, float cos_camera)
 static ca_pdf_area position_pdf(const ca_camera *camera)
 {
     if (camera->kind == CA_CAMERA_ORTHOGRAPHIC)
-        return (ca_pdf_area){1.0f / (camera->pixel_width * camera->pixel_height * camera->area_scale)};
+        return (ca_pdf_area){1.0f / (camera->pixel_width * camera->pixel_height *
+                                     camera->as.orthographic.area_scale)};
     if (ca_camera_has_dirac_position(camera)) return (ca_pdf_area){1.0f};
-    return (ca_pdf_area){CA_INV_PI / ca_sqr(camera->lens_radius)};
+    return (ca_pdf_area){CA_INV_PI / ca_sqr(camera->as.thin_lens.lens_radius)};
 }
 
-/* ---- Rays
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Rays ------------------------------------------------------------------------------------------------------ */
 
 static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
 {
@@ -97,7 +125,7 @@ static ca_vec3 lens_point(const ca_camera *camera, ca_vec2 u_lens)
 {
     if (ca_camera_has_dirac_position(camera)) return (ca_vec3){0.0f, 0.0f, 0.0f};
     const ca_vec2 disk = ca_warp_disk(u_lens);
-    return (ca_vec3){camera->lens_radius * disk.x, camera->lens_radius * disk.y, 0.0f};
+    return (ca_vec3){camera->as.thin_lens.lens_radius * disk.x, camera->as.thin_lens.lens_radius * disk.y, 0.0f};
 }
 
 ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens)
@@ -109,8 +137,8 @@ ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_positio
     const ca_vec3 lens = lens_point(camera, u_lens);
     ca_vec3 direction = {plane.x, plane.y, 1.0f};
     if (!ca_camera_has_dirac_position(camera)) {
-        direction.x -= lens.x / camera->focus_distance;
-        direction.y -= lens.y / camera->focus_distance;
+        direction.x -= lens.x / camera->as.thin_lens.focus_distance;
+        direction.y -= lens.y / camera->as.thin_lens.focus_distance;
     }
     const float cos_camera = 1.0f / ca_length(direction);
     return (ca_camera_ray){.origin = ca_map_point(camera->map.to, lens),
@@ -123,8 +151,7 @@ ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_positio
                            .cos_camera = cos_camera};
 }
 
-/* ---- Splats
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Splats ---------------------------------------------------------------------------------------------------- */
 
 static bool on_film(const ca_camera *camera, ca_vec2 film, float margin)
 {
@@ -173,8 +200,8 @@ bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2
     const ca_vec3 ray = ca_sub(local, lens);
     ca_vec2 plane = {ray.x / local.z, ray.y / local.z};
     if (!dirac) { /* the plane of focus, seen from the lens' centre, projected to z = 1 */
-        plane.x += lens.x / camera->focus_distance;
-        plane.y += lens.y / camera->focus_distance;
+        plane.x += lens.x / camera->as.thin_lens.focus_distance;
+        plane.y += lens.y / camera->as.thin_lens.focus_distance;
     }
     const ca_vec2 film = plane_to_film(camera, plane);
     if (!on_film(camera, film, margin)) return false;

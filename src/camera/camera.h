@@ -18,21 +18,36 @@
 #include "math/rgb.h"
 #include "math/transform.h"
 
-typedef enum ca_camera_kind { CA_CAMERA_PERSPECTIVE, CA_CAMERA_THIN_LENS, CA_CAMERA_ORTHOGRAPHIC } ca_camera_kind;
+typedef enum ca_camera_kind {
+    CA_CAMERA_PERSPECTIVE,
+    CA_CAMERA_THIN_LENS,
+    CA_CAMERA_ORTHOGRAPHIC,
+    CA_CAMERA_KIND_COUNT
+} ca_camera_kind;
 
 typedef struct ca_camera {
     ca_camera_kind kind;
     ca_affine map;              /* camera -> world; rigid but for the orthographic one */
     uint32_t width, height;     /* of the full film */
     float near_clip, far_clip;  /* along z */
-    float tan_half_x;           /* of the full film's horizontal field of view */
     float principal_x, principal_y; /* principal point's offset, as a fraction of width and height */
-    float lens_radius, focus_distance;
+    union {                         /* the member of the kind's name */
+        struct {
+            float tan_half_x; /* of the full film's horizontal field of view */
+        } perspective;
+        struct {
+            float tan_half_x;                  /* likewise */
+            float lens_radius, focus_distance; /* radius 0: a pinhole */
+        } thin_lens;
+        struct {
+            float area_scale; /* world area per camera-space area; made by ca_camera_prepare */
+        } orthographic;
+    } as;
 
-    /* Made by ca_camera_prepare. */
-    float pixel_width, pixel_height; /* of a pixel on the plane z = 1 (perspective, thin lens) or in camera space */
-    float left, top;                 /* x and y of film position (0, 0) on that plane */
-    float area_scale; /* orthographic: world area per camera-space area */
+    /* Made by ca_camera_prepare. The film's image lies on the plane z = 1 of camera space, the orthographic one's on
+     * z = 0. */
+    float pixel_width, pixel_height; /* of a pixel there */
+    float left, top;                 /* x and y of film position (0, 0) there */
 } ca_camera;
 
 /* Which side of the film the field of view is measured along; "diagonal" likewise. */
@@ -71,6 +86,9 @@ typedef struct ca_camera_direct {
 /* false: outside of the film (of its full size, widened by `margin` pixels for the filter) or of the clip planes. */
 bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens, float margin,
                              ca_camera_direct *direct);
+
+/* Sets the horizontal field of view (and means nothing to an orthographic camera). */
+void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x);
 
 bool ca_camera_has_dirac_position(const ca_camera *camera);  /* pinhole */
 bool ca_camera_has_dirac_direction(const ca_camera *camera); /* orthographic */

@@ -69,6 +69,11 @@ static const char *const camera_names[] = {[CA_CAMERA_PERSPECTIVE] = "perspectiv
 
 enum { MOST_KINDS = 16 };
 #define COUNT_OF(names) (sizeof(names) / sizeof(names)[0])
+_Static_assert(COUNT_OF(material_names) == CA_MATERIAL_KIND_COUNT, "every kind of material has a name");
+_Static_assert(COUNT_OF(shape_names) == CA_SHAPE_KIND_COUNT, "every kind of shape has a name");
+_Static_assert(COUNT_OF(light_names) == CA_LIGHT_KIND_COUNT, "every kind of light has a name");
+_Static_assert(COUNT_OF(texture_names) == CA_TEXTURE_KIND_COUNT, "every kind of texture has a name");
+_Static_assert(COUNT_OF(camera_names) == CA_CAMERA_KIND_COUNT, "every kind of camera has a name");
 _Static_assert(COUNT_OF(material_names) <= MOST_KINDS, "counts fit");
 
 /* "label     7: 4 mesh, 3 sphere" */
@@ -88,18 +93,21 @@ static void print_kinds(const char *label, const char *const *names, size_t kind
 
 /* ---- Sections -------------------------------------------------------------------------------------------------- */
 
+static uint32_t triangle_count(const ca_shape *shape)
+{
+    return shape->kind == CA_SHAPE_MESH ? shape->as.mesh.mesh->triangle_count : 0;
+}
+
 static void print_shapes(const ca_scene *scene)
 {
     uint64_t kinds[MOST_KINDS] = {0}, triangles = 0, seen = 0;
     for (uint32_t i = 0; i < scene->shape_count; i++) {
         kinds[scene->shapes[i].kind]++;
-        if (scene->shapes[i].mesh) triangles += scene->shapes[i].mesh->triangle_count;
+        triangles += triangle_count(&scene->shapes[i]);
     }
     for (uint32_t i = 0; i < scene->instance_count; i++)
-        for (uint32_t s = 0; s < scene->instances[i].shape_count; s++) {
-            const ca_mesh *mesh = scene->shapes[scene->instances[i].first_shape + s].mesh;
-            if (mesh) seen += mesh->triangle_count;
-        }
+        for (uint32_t s = 0; s < scene->instances[i].shape_count; s++)
+            seen += triangle_count(&scene->shapes[scene->instances[i].first_shape + s]);
     print_kinds("shapes", shape_names, COUNT_OF(shape_names), kinds);
     printf("%-12s%llu\n", "triangles", (unsigned long long)triangles);
     printf("%-12s%u", "instances", scene->instance_count);
@@ -150,7 +158,8 @@ static void print_camera(const ca_scene *scene)
     printf("%-12s%s", "camera", camera_names[camera->kind]);
     if (camera->kind != CA_CAMERA_ORTHOGRAPHIC) printf(", field of view %.6g degrees", desc->fov_degrees);
     if (camera->kind == CA_CAMERA_THIN_LENS)
-        printf(", lens radius %.6g, focus at %.6g", (double)camera->lens_radius, (double)camera->focus_distance);
+        printf(", lens radius %.6g, focus at %.6g", (double)camera->as.thin_lens.lens_radius,
+               (double)camera->as.thin_lens.focus_distance);
     printf(", clips at %.6g and %.6g\n", (double)camera->near_clip, (double)camera->far_clip);
     const float (*m)[4] = camera->map.to;
     printf("%-12sat (%.6g, %.6g, %.6g), looks along (%.6g, %.6g, %.6g)\n", "", (double)m[0][3], (double)m[1][3],

@@ -54,8 +54,7 @@ struct ca_block_film {
     block_bars *bars;          /* likewise */
 };
 
-/* ---- Life
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Life ------------------------------------------------------------------------------------------------------ */
 
 ca_status ca_block_film_create(ca_block_film **film, const ca_block_film_desc *desc, ca_error *error)
 {
@@ -114,8 +113,7 @@ double ca_block_film_bytes(const ca_block_film_desc *desc)
            (double)pixel_bytes(desc);
 }
 
-/* ---- Sums
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Sums ------------------------------------------------------------------------------------------------------ */
 
 static bool is_finite3(ca_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 
@@ -211,8 +209,7 @@ void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other)
     }
 }
 
-/* ---- Development
- * ------------------------------------------------------------------------------------------------ */
+/* ---- Development ----------------------------------------------------------------------------------------------- */
 
 static double mean_over_pairs(const block_pixel *pixel, const ca_exact_sum *sum)
 {
@@ -396,8 +393,7 @@ ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **lay
     return status;
 }
 
-/* ---- As bytes
- * --------------------------------------------------------------------------------------------------- */
+/* ---- As bytes -------------------------------------------------------------------------------------------------- */
 
 size_t ca_block_film_row_bytes(const ca_block_film_desc *desc)
 {

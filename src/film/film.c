@@ -30,6 +30,11 @@ void ca_film_destroy(ca_film *film)
     *film = (ca_film){0};
 }
 
+void ca_film_clear(ca_film *film)
+{
+    memset(film->pixels, 0, (size_t)film->width * film->height * sizeof *film->pixels);
+}
+
 ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error)
 {
     ca_free(film->groups);
@@ -52,9 +57,6 @@ static void add3(float sum[3], float a, float b, float c)
     sum[2] += c;
 }
 
-/* Of a value and of a sum alike, in double precision: rounding one of them would be seen as variance. */
-static double luminance_of(const double rgb[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
-
 /* The group that just became complete. */
 static void close_group(ca_film_pixel *pixel, ca_film_groups *groups, uint32_t samples)
 {
@@ -63,7 +65,7 @@ static void close_group(ca_film_pixel *pixel, ca_film_groups *groups, uint32_t s
         value[c] = (pixel->sum[c] - groups->sum[c]) / samples;
         groups->sum[c] = pixel->sum[c];
     }
-    value[3] = luminance_of(value);
+    value[3] = ca_film_luminance(value);
     for (int c = 0; c < 4; c++) {
         groups->sum_squares[c] += value[c] * value[c];
         pixel->sum_cubes[c] += value[c] * value[c] * value[c];
@@ -77,7 +79,7 @@ static bool add_sample(ca_film *film, ca_film_pixel *pixel, const ca_film_sample
         return false;
     const ca_rgb value = ca_rgb_add(ca_rgb_scale(r, sample->filter_weight), sample->splat);
     const double rgb[3] = {(double)value.r, (double)value.g, (double)value.b};
-    const double luminance = luminance_of(rgb);
+    const double luminance = ca_film_luminance(rgb);
     for (int c = 0; c < 3; c++) {
         pixel->sum[c] += rgb[c];
         pixel->sum_squares[c] += rgb[c] * rgb[c];
@@ -110,20 +112,26 @@ static double variance(double sum, double sum_squares, double n)
     return n < 2.0 ? 0.0 : fmax(0.0, (sum_squares - sum * sum / n) / (n - 1.0));
 }
 
-static double luminance_sum(const ca_film_pixel *pixel) { return luminance_of(pixel->sum); }
+static double luminance_sum(const ca_film_pixel *pixel) { return ca_film_luminance(pixel->sum); }
 
-ca_film_summary ca_film_summarise(const ca_film *film)
+static ca_film_pixel pixel_of_film(const void *user, size_t i)
+{
+    const ca_film *film = user;
+    return film->pixels[i];
+}
+
+ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source)
 {
     const size_t count = (size_t)film->width * film->height;
     double mean = 0.0, deviation = 0.0, variance_of_means = 0.0;
     bool known = count > 0;
     for (size_t i = 0; i < count; i++) {
-        const ca_film_pixel *pixel = &film->pixels[i];
-        const double n = pixel->samples;
+        const ca_film_pixel pixel = source->pixel(source->user, i);
+        const double n = pixel.samples;
         if (n < 2.0) known = false;
         if (n < 1.0) continue;
-        const double v = variance(luminance_sum(pixel), pixel->sum_squares_luminance, n);
-        mean += luminance_sum(pixel) / n;
+        const double v = variance(luminance_sum(&pixel), pixel.sum_squares_luminance, n);
+        mean += luminance_sum(&pixel) / n;
         deviation += sqrt(v);
         variance_of_means += v / n;
     }
@@ -132,6 +140,11 @@ ca_film_summary ca_film_summarise(const ca_film *film)
                                .noise = (double)NAN};
     if (known && mean > 0.0) summary.noise = sqrt(variance_of_means / (double)count) / summary.mean_luminance;
     return summary;
+}
+
+ca_film_summary ca_film_summarise(const ca_film *film)
+{
+    return ca_film_summarise_source(film, &(ca_film_source){pixel_of_film, film});
 }
 
 /* Development: one table says which channel holds what, in the order in which they are added. */
@@ -192,14 +205,16 @@ static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity,
     return 0.0;
 }
 
-static ca_status develop_layer(const ca_film *film, const struct film_layer *layer, ca_image_layers *layers,
-                               ca_error *error)
+static ca_status develop_layer(const ca_film *film, const ca_film_source *source, const struct film_layer *layer,
+                               ca_image_layers *layers, ca_error *error)
 {
     float *data;
     CA_TRY(ca_layers_add(layers, layer->name, &data, error));
     const size_t count = (size_t)film->width * film->height;
-    for (size_t i = 0; i < count; i++)
-        data[i] = (float)pixel_quantity(&film->pixels[i], layer->quantity, layer->component);
+    for (size_t i = 0; i < count; i++) {
+        const ca_film_pixel pixel = source->pixel(source->user, i);
+        data[i] = (float)pixel_quantity(&pixel, layer->quantity, layer->component);
+    }
     return CA_OK;
 }
 
@@ -216,7 +231,7 @@ static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
         return ca_moments_of(c < 3 ? pixel->sum[c] : luminance_sum(pixel), squares, cubes, replicates);
     }
     const ca_film_groups *groups = &film->groups[i];
-    const double sum = c < 3 ? groups->sum[c] : luminance_of(groups->sum);
+    const double sum = c < 3 ? groups->sum[c] : ca_film_luminance(groups->sum);
     return ca_moments_of(sum / samples, groups->sum_squares[c], cubes, replicates);
 }
 
@@ -282,7 +297,8 @@ bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction)
 
 /* ---- All of it ------------------------------------------------------------------------------------------------- */
 
-ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
+ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
+                                 ca_error *error)
 {
     CA_TRY(ca_layers_create(layers, film->width, film->height, error));
     (*layers)->full_width = film->full_width;
@@ -291,8 +307,18 @@ ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_erro
     (*layers)->y0 = (int32_t)film->y0;
     ca_status status = CA_OK;
     for (size_t i = 0; i < sizeof film_layers / sizeof film_layers[0] && status == CA_OK; i++)
-        status = develop_layer(film, &film_layers[i], *layers, error);
-    if (status == CA_OK) status = add_confidence(film, *layers, error);
+        status = develop_layer(film, source, &film_layers[i], *layers, error);
+    if (status != CA_OK) {
+        ca_layers_destroy(*layers);
+        *layers = NULL;
+    }
+    return status;
+}
+
+ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
+{
+    CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, layers, error));
+    const ca_status status = add_confidence(film, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;

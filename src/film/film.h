@@ -53,6 +53,8 @@ typedef struct ca_film {
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error);
 void ca_film_destroy(ca_film *film);
+/* As if it had got no samples yet; not for a film with groups. */
+void ca_film_clear(ca_film *film);
 /* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so
  * many that follow each other (the last ones may be left over), or 0: there are none. */
 ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error);
@@ -62,6 +64,12 @@ double ca_film_pixel_bytes(uint32_t replicate_samples);
  * defect, and so is a splat that is not finite (filters with negative lobes make negative ones); the sample is
  * replaced by zero, and false is returned so that the caller counts it. */
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample);
+
+/* The luminance of a value or of a sum, in double precision: rounding one of them would be seen as variance. */
+static inline double ca_film_luminance(const double rgb[3])
+{
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
 
 /* What is known of the image so far. */
 typedef struct ca_film_summary {
@@ -73,6 +81,17 @@ typedef struct ca_film_summary {
 ca_film_summary ca_film_summarise(const ca_film *film);
 
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
+
+/* The same two of pixels that are in no film: `pixel` makes the i-th of film->width x film->height pixels of a film
+ * that has none of its own (film->pixels is not read). There are no Confidence layers. */
+typedef struct ca_film_source {
+    ca_film_pixel (*pixel)(const void *user, size_t i);
+    const void *user;
+} ca_film_source;
+
+ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source);
+ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
+                                 ca_error *error);
 
 /* The fraction of pixels whose luminance is marked; false where a picture has no Confidence layers. */
 bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction);

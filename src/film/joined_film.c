@@ -24,11 +24,6 @@ void ca_joined_film_destroy(ca_joined_film *joined)
     *joined = (ca_joined_film){0};
 }
 
-void ca_joined_film_clear(ca_joined_film *joined)
-{
-    memset(joined->pixels, 0, joined->count * sizeof *joined->pixels);
-}
-
 void ca_joined_film_copy(ca_joined_film *joined, const ca_joined_film *from)
 {
     assert(joined->count == from->count);
@@ -37,9 +32,11 @@ void ca_joined_film_copy(ca_joined_film *joined, const ca_joined_film *from)
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
-static double luminance_of(const double rgb[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
+static double channel_sum(const ca_film_pixel *part, int c)
+{
+    return c < 3 ? part->sum[c] : ca_film_luminance(part->sum);
+}
 
-static double channel_sum(const ca_film_pixel *part, int c) { return c < 3 ? part->sum[c] : luminance_of(part->sum); }
 static double channel_squares(const ca_film_pixel *part, int c)
 {
     return c < 3 ? part->sum_squares[c] : part->sum_squares_luminance;
@@ -132,27 +129,90 @@ void ca_joined_film_scale(ca_joined_film *joined, double factor)
 
 /* ---- As a film ------------------------------------------------------------------------------------------------- */
 
+typedef struct film_of_joined {
+    const ca_joined_film *joined;
+    uint32_t samples;
+} film_of_joined;
+
 /* The sum of squares from which n samples of this sum have the sample variance n * variance. */
 static double squares_of(double sum, double variance, double n) { return n * variance * (n - 1.0) + sum * sum / n; }
 
-void ca_joined_film_to_film(const ca_joined_film *joined, uint32_t samples, ca_film *film)
+static ca_film_pixel pixel_of_joined(const void *user, size_t i)
 {
-    const double n = samples;
-    assert(samples >= 2 && joined->count == (size_t)film->width * film->height);
-    film->replicate_samples = 0; /* the error bars are those of ca_joined_film_add_confidence */
-    for (size_t i = 0; i < joined->count; i++) {
-        const ca_joined_pixel *from = &joined->pixels[i];
-        ca_film_pixel *to = &film->pixels[i];
-        for (int c = 0; c < 3; c++) {
-            to->sum[c] = n * from->mean[c];
-            to->sum_squares[c] = squares_of(to->sum[c], from->variance[c], n);
-            to->albedo[c] = (float)(n * (double)from->albedo[c]);
-            to->normal[c] = (float)(n * (double)from->normal[c]);
-            to->position[c] = (float)(n * (double)from->position[c]);
-        }
-        to->sum_squares_luminance = squares_of(luminance_of(to->sum), from->luminance_variance, n);
-        to->samples = samples;
+    const film_of_joined *f = user;
+    const ca_joined_pixel *from = &f->joined->pixels[i];
+    const double n = f->samples;
+    ca_film_pixel to = {.samples = f->samples};
+    for (int c = 0; c < 3; c++) {
+        to.sum[c] = n * from->mean[c];
+        to.sum_squares[c] = squares_of(to.sum[c], from->variance[c], n);
+        to.albedo[c] = (float)(n * (double)from->albedo[c]);
+        to.normal[c] = (float)(n * (double)from->normal[c]);
+        to.position[c] = (float)(n * (double)from->position[c]);
     }
+    to.sum_squares_luminance = squares_of(ca_film_luminance(to.sum), from->luminance_variance, n);
+    return to;
+}
+
+ca_film_summary ca_joined_film_summarise(const ca_joined_film *joined, uint32_t samples, const ca_film *like)
+{
+    const film_of_joined user = {joined, samples};
+    assert(samples >= 2 && joined->count == (size_t)like->width * like->height);
+    return ca_film_summarise_source(like, &(ca_film_source){pixel_of_joined, &user});
+}
+
+ca_status ca_joined_film_develop(const ca_joined_film *joined, uint32_t samples, const ca_film *like,
+                                 ca_image_layers **layers, ca_error *error)
+{
+    const film_of_joined user = {joined, samples};
+    assert(samples >= 2 && joined->count == (size_t)like->width * like->height);
+    CA_TRY(ca_film_develop_source(like, &(ca_film_source){pixel_of_joined, &user}, layers, error));
+    const ca_status status = ca_joined_film_add_confidence(joined, *layers, error);
+    if (status == CA_OK) return CA_OK;
+    ca_layers_destroy(*layers);
+    *layers = NULL;
+    return status;
+}
+
+/* ---- Sums over the image --------------------------------------------------------------------------------------- */
+
+static void add_to_sums(ca_joined_sums *sums, double luminance, double variance)
+{
+    sums->luminance += luminance;
+    sums->variance += variance;
+}
+
+ca_joined_sums ca_joined_sums_of(const ca_joined_film *joined)
+{
+    ca_joined_sums sums = {0};
+    for (size_t i = 0; i < joined->count; i++)
+        add_to_sums(&sums, ca_film_luminance(joined->pixels[i].mean), joined->pixels[i].luminance_variance);
+    return sums;
+}
+
+ca_joined_sums ca_joined_sums_of_film(const ca_film *film)
+{
+    ca_joined_sums sums = {0};
+    for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
+        const ca_film_pixel *p = &film->pixels[i];
+        const ca_moments m = ca_moments_of(channel_sum(p, 3), channel_squares(p, 3), p->sum_cubes[3], p->samples);
+        add_to_sums(&sums, m.mean, m.variance / p->samples);
+    }
+    return sums;
+}
+
+ca_joined_sums ca_joined_sums_of_two(const ca_film *a, const ca_film *b)
+{
+    ca_joined_sums sums = {0};
+    for (size_t i = 0; i < (size_t)a->width * a->height; i++) {
+        const ca_film_pixel *p = &a->pixels[i], *q = &b->pixels[i];
+        const ca_moments m = ca_moments_of(channel_sum(p, 3) + channel_sum(q, 3),
+                                           channel_squares(p, 3) + channel_squares(q, 3),
+                                           p->sum_cubes[3] + q->sum_cubes[3], p->samples + q->samples);
+        add_to_sums(&sums, 0.5 * (channel_sum(p, 3) / p->samples + channel_sum(q, 3) / q->samples),
+                    0.25 * m.variance * (1.0 / p->samples + 1.0 / q->samples));
+    }
+    return sums;
 }
 
 /* ---- Error bars ------------------------------------------------------------------------------------------------ */
@@ -163,7 +223,7 @@ static ca_moments value_moments(const ca_joined_pixel *pixel, int c, double *deg
 {
     const double n = CA_CONFIDENCE_MIN_REPLICATES, variance = c < 3 ? pixel->variance[c] : pixel->luminance_variance;
     *degrees = variance > 0.0 ? variance * variance / pixel->scatter[c] : pixel->samples - 1.0;
-    return (ca_moments){.mean = c < 3 ? pixel->mean[c] : luminance_of(pixel->mean),
+    return (ca_moments){.mean = c < 3 ? pixel->mean[c] : ca_film_luminance(pixel->mean),
                         .variance = n * variance,
                         .third = n * n * pixel->third[c],
                         .replicates = *degrees > n - 1.001 ? CA_CONFIDENCE_MIN_REPLICATES : 0};

@@ -32,7 +32,6 @@ typedef struct ca_joined_film {
 /* Black, of the size of a film. */
 ca_status ca_joined_film_create(ca_joined_film *joined, const ca_film *like, ca_error *error);
 void ca_joined_film_destroy(ca_joined_film *joined);
-void ca_joined_film_clear(ca_joined_film *joined);
 void ca_joined_film_copy(ca_joined_film *joined, const ca_joined_film *from);
 
 /* Adds a part that has at least two samples a pixel, each a replicate of its own (film.h). */
@@ -44,9 +43,26 @@ void ca_joined_film_add_two(ca_joined_film *joined, const ca_film *a, double wei
 /* All weights so far times a factor. */
 void ca_joined_film_scale(ca_joined_film *joined, double factor);
 
-/* Fills a film of the same size as if it had got `samples` (>= 2) samples a pixel with these means and variances:
- * what is developed from it keeps the promise that Variance / Samples is the variance of the pixel's value. */
-void ca_joined_film_to_film(const ca_joined_film *joined, uint32_t samples, ca_film *film);
+/* As a film of the size and place of `like` (whose pixels are not read) that had got `samples` (>= 2) samples a pixel
+ * with these means and variances: Variance / Samples is the variance of the pixel's value. The error bars are those
+ * of ca_joined_film_add_confidence. */
+ca_film_summary ca_joined_film_summarise(const ca_joined_film *joined, uint32_t samples, const ca_film *like);
+ca_status ca_joined_film_develop(const ca_joined_film *joined, uint32_t samples, const ca_film *like,
+                                 ca_image_layers **layers, ca_error *error);
+
+/* Sums over all pixels of a part's luminance and of that luminance's variance. Parts are independent, so those of
+ * joined parts are the parts' own, times the weight and its square: an image's noise is known without joining it. */
+typedef struct ca_joined_sums {
+    double luminance, variance;
+} ca_joined_sums;
+
+ca_joined_sums ca_joined_sums_of(const ca_joined_film *joined);
+ca_joined_sums ca_joined_sums_of_film(const ca_film *film);                  /* added with weight 1 */
+ca_joined_sums ca_joined_sums_of_two(const ca_film *a, const ca_film *b);    /* added with weights 1/2 */
+static inline ca_joined_sums ca_joined_sums_add(ca_joined_sums x, ca_joined_sums y, double weight)
+{
+    return (ca_joined_sums){x.luminance + weight * y.luminance, x.variance + weight * weight * y.variance};
+}
 
 /* Adds the layers ConfidenceLow.*, ConfidenceHigh.* of film.h to those of a picture of the same size. Pixels are
  * marked where confidence.h says so, and where there are fewer degrees of freedom than CA_CONFIDENCE_MIN_REPLICATES

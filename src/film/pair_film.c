@@ -6,18 +6,28 @@
 
 _Static_assert(sizeof(ca_pair_pixel) == 136, "pair_film.h promises 136 bytes a pixel");
 _Static_assert(sizeof(ca_pair_connections) == 320, "pair_film.h promises 320 bytes a pixel");
+_Static_assert(sizeof(ca_pair_means) == 40, "pair_film.h promises 40 bytes a pixel");
+
+static ca_pair_film empty_film(const uint32_t crop[4])
+{
+    return (ca_pair_film){.x0 = crop[0], .y0 = crop[1], .width = crop[2] - crop[0], .height = crop[3] - crop[1]};
+}
 
 ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
                               ca_error *error)
 {
-    *film = (ca_pair_film){.x0 = crop[0],
-                           .y0 = crop[1],
-                           .width = crop[2] - crop[0],
-                           .height = crop[3] - crop[1],
-                           .light_paths = light_paths,
-                           .camera_paths = camera_paths};
+    *film = empty_film(crop);
+    film->light_paths = light_paths;
+    film->camera_paths = camera_paths;
     film->pixels = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->pixels);
     return film->pixels ? CA_OK : ca_fail_memory(error, "the noise components");
+}
+
+ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], ca_error *error)
+{
+    *film = empty_film(crop);
+    film->means = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->means);
+    return film->means ? CA_OK : ca_fail_memory(error, "the noise components");
 }
 
 ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error)
@@ -30,6 +40,7 @@ ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error)
 void ca_pair_film_destroy(ca_pair_film *film)
 {
     ca_free(film->pixels);
+    ca_free(film->means);
     ca_free(film->connections);
     *film = (ca_pair_film){0};
 }
@@ -42,10 +53,17 @@ static void add_connections(ca_pair_connections *sums, const double quantities[C
     }
 }
 
-void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
+static void add_means(ca_pair_means *means, const ca_pair_moments *moments)
 {
-    assert(x >= film->x0 && x - film->x0 < film->width && y >= film->y0 && y - film->y0 < film->height);
-    const size_t number = (size_t)(y - film->y0) * film->width + (x - film->x0);
+    means->sums[CA_PAIR_VALUE] += moments->value;
+    means->sums[CA_PAIR_PAIR] += moments->pair;
+    means->sums[CA_PAIR_CAMERA] += moments->camera;
+    means->sums[CA_PAIR_LIGHT] += moments->light;
+    means->squares += moments->value * moments->value;
+}
+
+static void add_products(ca_pair_film *film, size_t number, const ca_pair_moments *moments)
+{
     ca_pair_pixel *pixel = &film->pixels[number];
     const double quantities[CA_PAIR_ALL_QUANTITIES] = {[CA_PAIR_VALUE] = moments->value,
                                                        [CA_PAIR_PAIR] = moments->pair,
@@ -68,9 +86,32 @@ void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_
     if (film->connections) add_connections(&film->connections[number], quantities);
 }
 
+void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
+{
+    assert(x >= film->x0 && x - film->x0 < film->width && y >= film->y0 && y - film->y0 < film->height);
+    const size_t number = (size_t)(y - film->y0) * film->width + (x - film->x0);
+    if (film->means)
+        add_means(&film->means[number], moments);
+    else
+        add_products(film, number, moments);
+}
+
+static void pool_means(ca_pair_film *film, const ca_pair_film *other, int sign)
+{
+    for (size_t p = 0; p < (size_t)film->width * film->height; p++) {
+        for (int q = 0; q < CA_PAIR_QUANTITIES; q++) film->means[p].sums[q] += sign * other->means[p].sums[q];
+        film->means[p].squares += sign * other->means[p].squares;
+    }
+}
+
 void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign)
 {
     assert(film->width == other->width && film->height == other->height && !film->connections);
+    assert((film->means != NULL) == (other->means != NULL));
+    if (film->means) {
+        pool_means(film, other, sign);
+        return;
+    }
     for (size_t p = 0; p < (size_t)film->width * film->height; p++) {
         ca_pair_pixel *to = &film->pixels[p];
         const ca_pair_pixel *from = &other->pixels[p];

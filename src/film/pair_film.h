@@ -1,8 +1,8 @@
 /* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which
  * noise/components.h makes components, predictions and standard errors.
  *
- * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths. Threads: different pixels at
- * once; a pixel's iterations come in order. */
+ * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths; 40 bytes a pixel where only means
+ * are wanted. Threads: different pixels at once; a pixel's iterations come in order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
 
@@ -34,16 +34,26 @@ typedef struct ca_pair_connections {
     double products[35]; /* of quantities a <= b, b one of these: 04 14 24 34 44 05 15 ... 88 */
 } ca_pair_connections;
 
+/* What the means of the quantities and an estimate of L^2 without bias are made of: no standard errors, no
+ * prediction's error, no sample variance's. */
+typedef struct ca_pair_means {
+    double sums[CA_PAIR_QUANTITIES];
+    double squares; /* of the value */
+} ca_pair_means;
+
 typedef struct ca_pair_film {
     uint32_t x0, y0, width, height; /* the rendered part of the film */
     uint32_t light_paths, camera_paths; /* N_F, N_B of every iteration */
-    ca_pair_pixel *pixels;          /* owned */
+    ca_pair_pixel *pixels;          /* owned; NULL: only means are wanted */
+    ca_pair_means *means;           /* owned; one a pixel, instead of `pixels` */
     ca_pair_connections *connections; /* owned; one a pixel; NULL: not wanted */
     bool incomplete;                /* atomic: a worker ran out of memory */
 } ca_pair_film;
 
 ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
                               ca_error *error);
+/* For means alone. N_F is set before each iteration. */
+ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], ca_error *error);
 /* Before the first iteration: sums of connections too. */
 ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error);
 void ca_pair_film_destroy(ca_pair_film *film);
@@ -52,7 +62,7 @@ void ca_pair_film_destroy(ca_pair_film *film);
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 
 /* Adds what another film of the same pixels has summed up, as if it had been the iterations of one; sign -1 takes it
- * out again. Not for films with connections. */
+ * out again. Both have `pixels` or both have `means`, neither has connections. */
 void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign);
 
 /* Index of the product of two quantities in `products`. */

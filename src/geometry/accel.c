@@ -1,28 +1,12 @@
-#include "geometry/accel.h"
+#include "geometry/accel_embree.h"
 
 #include "base/memory.h"
 #include "geometry/quadric.h"
 #include "math/numeric.h"
 
 #include <assert.h>
+#include <stddef.h>
 #include <stdio.h>
-
-#if CA_EMBREE_MAJOR >= 4
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
-struct ca_accel {
-    RTCDevice device;
-    RTCScene scene;
-    RTCScene *group_scenes; /* [shape_count], at a group's first shape; NULL elsewhere */
-    const ca_shape *shapes;
-    uint32_t shape_count, world_count;
-    const ca_accel_instance *instances; /* Embree's geometry ids world_count, world_count + 1, ... */
-    uint32_t instance_count;
-    size_t bytes;
-};
 
 /* ---- Errors and memory of Embree ------------------------------------------------------------------------------- */
 
@@ -54,32 +38,45 @@ static void quadric_bounds(const struct RTCBoundsFunctionArguments *arguments)
     bounds->upper_x = high.x, bounds->upper_y = high.y, bounds->upper_z = high.z;
 }
 
+/* Embree hands over any number of rays by components: the k-th value of a field of N rays lies at N times the field's
+ * number in a single ray, plus k (Embree's API manual, RTCRayN and RTCHitN). */
+#define RAY_FIELD(rays, n, k, field) (((float *)(rays))[offsetof(struct RTCRay, field) / 4 * (n) + (k)])
+#define HIT_FIELD(hits, n, k, field) (((float *)(hits))[offsetof(struct RTCHit, field) / 4 * (n) + (k)])
+#define HIT_NUMBER(hits, n, k, field) (((unsigned *)(hits))[offsetof(struct RTCHit, field) / 4 * (n) + (k)])
+
+static bool meets_quadric(const ca_shape *shape, struct RTCRayN *rays, unsigned n, unsigned k, float *t)
+{
+    const ca_vec3 origin = {RAY_FIELD(rays, n, k, org_x), RAY_FIELD(rays, n, k, org_y), RAY_FIELD(rays, n, k, org_z)};
+    const ca_vec3 direction = {RAY_FIELD(rays, n, k, dir_x), RAY_FIELD(rays, n, k, dir_y),
+                               RAY_FIELD(rays, n, k, dir_z)};
+    return ca_quadric_intersect(shape, origin, direction, RAY_FIELD(rays, n, k, tnear), RAY_FIELD(rays, n, k, tfar),
+                                t);
+}
+
 static void quadric_intersect(const struct RTCIntersectFunctionNArguments *arguments)
 {
-    if (!arguments->valid[0]) return;
-    assert(arguments->N == 1);
-    struct RTCRayHit *rayhit = (struct RTCRayHit *)arguments->rayhit;
-    struct RTCRay *ray = &rayhit->ray;
-    float t;
-    if (!ca_quadric_intersect(arguments->geometryUserPtr, (ca_vec3){ray->org_x, ray->org_y, ray->org_z},
-                              (ca_vec3){ray->dir_x, ray->dir_y, ray->dir_z}, ray->tnear, ray->tfar, &t))
-        return;
-    ray->tfar = t;
-    rayhit->hit.u = rayhit->hit.v = 0.0f;
-    rayhit->hit.geomID = arguments->geomID;
-    rayhit->hit.primID = arguments->primID;
-    rayhit->hit.instID[0] = arguments->context->instID[0];
+    const unsigned n = arguments->N;
+    struct RTCRayN *rays = (struct RTCRayN *)arguments->rayhit;
+    struct RTCHitN *hits = (struct RTCHitN *)((float *)arguments->rayhit + sizeof(struct RTCRay) / 4 * n);
+    for (unsigned k = 0; k < n; k++) {
+        float t;
+        if (!arguments->valid[k] || !meets_quadric(arguments->geometryUserPtr, rays, n, k, &t)) continue;
+        RAY_FIELD(rays, n, k, tfar) = t;
+        HIT_FIELD(hits, n, k, u) = HIT_FIELD(hits, n, k, v) = 0.0f;
+        HIT_NUMBER(hits, n, k, geomID) = arguments->geomID;
+        HIT_NUMBER(hits, n, k, primID) = arguments->primID;
+        HIT_NUMBER(hits, n, k, instID[0]) = arguments->context->instID[0];
+    }
 }
 
 static void quadric_occluded(const struct RTCOccludedFunctionNArguments *arguments)
 {
-    if (!arguments->valid[0]) return;
-    assert(arguments->N == 1);
-    struct RTCRay *ray = (struct RTCRay *)arguments->ray;
-    float t;
-    if (ca_quadric_intersect(arguments->geometryUserPtr, (ca_vec3){ray->org_x, ray->org_y, ray->org_z},
-                             (ca_vec3){ray->dir_x, ray->dir_y, ray->dir_z}, ray->tnear, ray->tfar, &t))
-        ray->tfar = -INFINITY;
+    const unsigned n = arguments->N;
+    for (unsigned k = 0; k < n; k++) {
+        float t;
+        if (arguments->valid[k] && meets_quadric(arguments->geometryUserPtr, arguments->ray, n, k, &t))
+            RAY_FIELD(arguments->ray, n, k, tfar) = -INFINITY;
+    }
 }
 
 /* ---- Building -------------------------------------------------------------------------------------------------- */
@@ -87,7 +84,7 @@ static void quadric_occluded(const struct RTCOccludedFunctionNArguments *argumen
 static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
 {
     if (shape->kind == CA_SHAPE_MESH) {
-        const ca_mesh *mesh = shape->mesh;
+        const ca_mesh *mesh = shape->as.mesh.mesh;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh->positions, 0,
                                    3 * sizeof(float), mesh->vertex_count);
@@ -143,6 +140,16 @@ static void attach_instance(ca_accel *accel, uint32_t index)
     rtcReleaseGeometry(geometry);
 }
 
+static void set_cells(ca_accel *accel)
+{
+    enum { CELLS = 4 };
+    struct RTCBounds bounds;
+    rtcGetSceneBounds(accel->scene, &bounds);
+    accel->low = (ca_vec3){bounds.lower_x, bounds.lower_y, bounds.lower_z};
+    const ca_vec3 size = ca_sub((ca_vec3){bounds.upper_x, bounds.upper_y, bounds.upper_z}, accel->low);
+    accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
+}
+
 static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
 {
     char config[64];
@@ -157,6 +164,7 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
     attach_shapes(accel->device, accel->scene, accel->shapes, accel->world_count);
     for (uint32_t i = 0; i < accel->instance_count; i++) attach_instance(accel, i);
     rtcCommitScene(accel->scene);
+    set_cells(accel);
     const enum RTCError code = rtcGetDeviceError(accel->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
     if (code == RTC_ERROR_OUT_OF_MEMORY) return ca_fail_memory(error, "the acceleration structure");
@@ -203,13 +211,6 @@ size_t ca_accel_bytes(const ca_accel *accel) { return __atomic_load_n(&accel->by
 
 /* ---- Queries --------------------------------------------------------------------------------------------------- */
 
-/* Embree's asserts abort the process on rays that are not finite or start beyond 1e30: such a ray meets nothing. A
- * comparison with NaN is false, and squares overflow to infinity early enough. */
-static inline bool ray_is_valid(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
-{
-    return ca_length2(origin) < 1e36f && ca_length2(direction) < INFINITY && t_min >= 0.0f && t_max > t_min;
-}
-
 static inline struct RTCRay make_ray(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
     return (struct RTCRay){.org_x = origin.x,
@@ -249,8 +250,8 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
                         ca_hit *hit)
 {
     hit->shape = CA_NONE;
-    assert(ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ray_is_valid(origin, direction, t_min, t_max)) return false;
+    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
     struct RTCRayHit rayhit;
     rayhit.ray = make_ray(origin, direction, t_min, t_max);
     rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -273,24 +274,18 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
 
 bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
-    assert(ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ray_is_valid(origin, direction, t_min, t_max)) return false;
+    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
     struct RTCRay ray = make_ray(origin, direction, t_min, t_max);
     occluded1(accel->scene, &ray);
     return ray.tfar < 0.0f;
 }
 
-/* Beyond this the far end itself would be met: the far point has been moved towards the near one by its own rounding
- * error, what remains is the relative rounding of t inside the intersection (about a dozen operations). */
-static const float visible_t_max = 1.0f - CA_GAMMA(16);
-
 bool ca_accel_visible(const ca_accel *accel, ca_vec3 a, ca_vec3 a_error, ca_vec3 a_ng, ca_vec3 b, ca_vec3 b_error,
                       ca_vec3 b_ng)
 {
-    const ca_vec3 a_to_b = ca_sub(b, a);
-    const ca_vec3 origin = ca_offset_origin(a, a_error, a_ng, a_to_b);
-    const ca_vec3 target = ca_offset_origin(b, b_error, b_ng, ca_neg(a_to_b));
-    return !ca_accel_occluded(accel, origin, ca_sub(target, origin), 0.0f, visible_t_max);
+    const ca_segment segment = ca_segment_between(a, a_error, a_ng, b, b_error, b_ng);
+    return !ca_accel_occluded(accel, segment.origin, segment.direction, 0.0f, ca_visible_t_max);
 }
 
 const ca_shape *ca_accel_shape(const ca_accel *accel, uint32_t shape) { return &accel->shapes[shape]; }

@@ -8,6 +8,7 @@
 #define CA_GEOMETRY_ACCEL_H
 
 #include "geometry/shape.h"
+#include "math/numeric.h"
 
 typedef struct ca_accel ca_accel;
 
@@ -39,6 +40,25 @@ bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction,
 /* The surface at a hit of the ray. */
 void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit,
                       ca_surface *surface);
+
+/* The ray between two points, moved off their surfaces towards each other; a normal of zero means that the point lies
+ * on no surface. t = 1 is the far end; beyond ca_visible_t_max the far end's own surface would be met: the point has
+ * been moved by its own rounding error, what remains is the relative rounding of t inside the intersection (about a
+ * dozen operations). */
+static const float ca_visible_t_max = 1.0f - CA_GAMMA(16);
+
+typedef struct ca_segment {
+    ca_vec3 origin, direction;
+} ca_segment;
+
+static inline ca_segment ca_segment_between(ca_vec3 a, ca_vec3 a_error, ca_vec3 a_ng, ca_vec3 b, ca_vec3 b_error,
+                                            ca_vec3 b_ng)
+{
+    const ca_vec3 a_to_b = ca_sub(b, a);
+    const ca_vec3 origin = ca_offset_origin(a, a_error, a_ng, a_to_b);
+    const ca_vec3 target = ca_offset_origin(b, b_error, b_ng, ca_neg(a_to_b));
+    return (ca_segment){origin, ca_sub(target, origin)};
+}
 
 /* Is the segment between two points free? Both ends are moved off their surfaces, towards each other; a normal of
  * zero means that the point lies on no surface. */

@@ -57,15 +57,16 @@ static bool pick(double candidate, float t_min, float t_max, float *t)
 static bool intersect_sphere(const ca_shape *shape, dvec o, dvec d, float t_min, float t_max, float *t)
 {
     double roots[2];
-    if (!round_roots(dsub(dvec_of(shape->center), o), d, (double)shape->radius, roots)) return false;
+    const dvec center = dvec_of(shape->as.sphere.center);
+    if (!round_roots(dsub(center, o), d, (double)shape->as.sphere.radius, roots)) return false;
     return pick(roots[0], t_min, t_max, t) || pick(roots[1], t_min, t_max, t);
 }
 
 /* The disk is the image of the unit disk: centre + x s + y t with x^2 + y^2 <= 1 (an ellipse if s and t differ). */
 static bool intersect_disk(const ca_shape *shape, dvec o, dvec d, float t_min, float t_max, float *t)
 {
-    const dvec s_axis = dvec_column(shape->map.to, 0), t_axis = dvec_column(shape->map.to, 1);
-    const dvec center = dvec_column(shape->map.to, 3), n = dcross(s_axis, t_axis);
+    const dvec s_axis = dvec_column(shape->as.disk.map.to, 0), t_axis = dvec_column(shape->as.disk.map.to, 1);
+    const dvec center = dvec_column(shape->as.disk.map.to, 3), n = dcross(s_axis, t_axis);
     const double denominator = ddot(n, d);
     if (denominator == 0.0) return false;
     const double hit = ddot(n, dsub(center, o)) / denominator;
@@ -77,13 +78,13 @@ static bool intersect_disk(const ca_shape *shape, dvec o, dvec d, float t_min, f
 
 static bool intersect_cylinder(const ca_shape *shape, dvec o, dvec d, float t_min, float t_max, float *t)
 {
-    const dvec z_axis = dvec_column(shape->map.to, 2), base = dvec_column(shape->map.to, 3);
+    const dvec z_axis = dvec_column(shape->as.cylinder.map.to, 2), base = dvec_column(shape->as.cylinder.map.to, 3);
     const double length2 = ddot(z_axis, z_axis);
     const dvec offset = dsub(base, o);
     const dvec d_across = dmadd(d, -ddot(d, z_axis) / length2, z_axis);
     const dvec offset_across = dmadd(offset, -ddot(offset, z_axis) / length2, z_axis);
     double roots[2];
-    if (!round_roots(offset_across, d_across, (double)shape->radius, roots)) return false;
+    if (!round_roots(offset_across, d_across, (double)shape->as.cylinder.radius, roots)) return false;
     for (int i = 0; i < 2; i++) {
         const double height = ddot(dsub(dmadd(o, roots[i], d), base), z_axis) / length2;
         if (height >= 0.0 && height <= 1.0 && pick(roots[i], t_min, t_max, t)) return true;
@@ -99,7 +100,8 @@ bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 directi
     case CA_SHAPE_SPHERE: return intersect_sphere(shape, o, d, t_min, t_max, t);
     case CA_SHAPE_DISK: return intersect_disk(shape, o, d, t_min, t_max, t);
     case CA_SHAPE_CYLINDER: return intersect_cylinder(shape, o, d, t_min, t_max, t);
-    case CA_SHAPE_MESH: break;
+    case CA_SHAPE_MESH:
+    case CA_SHAPE_KIND_COUNT: break;
     }
     return false;
 }
@@ -119,32 +121,32 @@ static float turn(float x, float y)
     return u < 0.0f ? fminf(u + 1.0f, CA_ONE_MINUS_EPSILON) : u;
 }
 
-static void set_tangents(const ca_shape *shape, ca_vec3 dpdu_local, ca_vec3 dpdv_local, ca_surface *surface)
+static void set_tangents(const ca_affine *map, ca_vec3 dpdu_local, ca_vec3 dpdv_local, ca_surface *surface)
 {
-    surface->dpdu = ca_map_vector(shape->map.to, dpdu_local);
-    surface->dpdv = ca_map_vector(shape->map.to, dpdv_local);
+    surface->dpdu = ca_map_vector(map->to, dpdu_local);
+    surface->dpdv = ca_map_vector(map->to, dpdv_local);
 }
 
 static void sphere_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
 {
-    const dvec center = dvec_of(shape->center);
+    const dvec center = dvec_of(shape->as.sphere.center);
     const dvec from_center = dsub(dvec_of(position), center);
     const double scale = 1.0 / sqrt(ddot(from_center, from_center));
-    surface->position = dround(dmadd(center, (double)shape->radius * scale, from_center));
+    surface->position = dround(dmadd(center, (double)shape->as.sphere.radius * scale, from_center));
     surface->ng = dround(dscale(from_center, scale));
-    const ca_vec3 local = ca_normalize(ca_map_vector(shape->map.from, surface->ng));
+    const ca_vec3 local = ca_normalize(ca_map_vector(shape->as.sphere.map.from, surface->ng));
     surface->uv = (ca_vec2){turn(local.x, local.y), acosf(ca_clamp(local.z, -1.0f, 1.0f)) * CA_INV_PI};
     if (!shape->needs_tangents) return;
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
     const ca_vec3 outward = ring > 0.0f ? (ca_vec3){local.x / ring, local.y / ring, 0.0f} : (ca_vec3){1, 0, 0};
-    set_tangents(shape, (ca_vec3){-CA_TWO_PI * ring * outward.y, CA_TWO_PI * ring * outward.x, 0.0f},
+    set_tangents(&shape->as.sphere.map, (ca_vec3){-CA_TWO_PI * ring * outward.y, CA_TWO_PI * ring * outward.x, 0.0f},
                  (ca_vec3){CA_PI * local.z * outward.x, CA_PI * local.z * outward.y, -CA_PI * ring}, surface);
 }
 
 static void disk_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
 {
-    const dvec s_axis = dvec_column(shape->map.to, 0), t_axis = dvec_column(shape->map.to, 1);
-    const dvec center = dvec_column(shape->map.to, 3), n = dcross(s_axis, t_axis);
+    const dvec s_axis = dvec_column(shape->as.disk.map.to, 0), t_axis = dvec_column(shape->as.disk.map.to, 1);
+    const dvec center = dvec_column(shape->as.disk.map.to, 3), n = dcross(s_axis, t_axis);
     const double area2 = ddot(n, n);
     const dvec p = dsub(dvec_of(position), center);
     const double x = ddot(dcross(p, t_axis), n) / area2, y = ddot(dcross(s_axis, p), n) / area2;
@@ -155,24 +157,24 @@ static void disk_surface(const ca_shape *shape, ca_vec3 position, ca_surface *su
     if (!shape->needs_tangents) return;
     const ca_vec3 outward =
         radius > 0.0f ? (ca_vec3){(float)x / radius, (float)y / radius, 0.0f} : (ca_vec3){1, 0, 0};
-    set_tangents(shape, outward,
+    set_tangents(&shape->as.disk.map, outward,
                  (ca_vec3){-CA_TWO_PI * radius * outward.y, CA_TWO_PI * radius * outward.x, 0.0f}, surface);
 }
 
 static void cylinder_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
 {
-    const dvec z_axis = dvec_column(shape->map.to, 2), base = dvec_column(shape->map.to, 3);
+    const dvec z_axis = dvec_column(shape->as.cylinder.map.to, 2), base = dvec_column(shape->as.cylinder.map.to, 3);
     const dvec p = dsub(dvec_of(position), base);
     const double height = ddot(p, z_axis) / ddot(z_axis, z_axis);
     const dvec across = dmadd(p, -height, z_axis);
     const double scale = 1.0 / sqrt(ddot(across, across));
-    surface->position = dround(dmadd(dmadd(base, height, z_axis), (double)shape->radius * scale, across));
+    surface->position = dround(dmadd(dmadd(base, height, z_axis), (double)shape->as.cylinder.radius * scale, across));
     surface->ng = dround(dscale(across, scale));
-    const ca_vec3 local = ca_map_vector(shape->map.from, surface->ng);
+    const ca_vec3 local = ca_map_vector(shape->as.cylinder.map.from, surface->ng);
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
     surface->uv = (ca_vec2){turn(local.x, local.y), (float)height};
     if (!shape->needs_tangents) return;
-    set_tangents(shape, (ca_vec3){-CA_TWO_PI * local.y / ring, CA_TWO_PI * local.x / ring, 0.0f},
+    set_tangents(&shape->as.cylinder.map, (ca_vec3){-CA_TWO_PI * local.y / ring, CA_TWO_PI * local.x / ring, 0.0f},
                  (ca_vec3){0.0f, 0.0f, 1.0f}, surface);
 }
 
@@ -183,7 +185,8 @@ void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *sur
     case CA_SHAPE_SPHERE: sphere_surface(shape, position, surface); break;
     case CA_SHAPE_DISK: disk_surface(shape, position, surface); break;
     case CA_SHAPE_CYLINDER: cylinder_surface(shape, position, surface); break;
-    case CA_SHAPE_MESH: break;
+    case CA_SHAPE_MESH:
+    case CA_SHAPE_KIND_COUNT: break;
     }
     if (shape->flip_normals) surface->ng = ca_neg(surface->ng);
     surface->ns = surface->ng;

@@ -8,30 +8,49 @@
 #define CA_GEOMETRY_SHAPE_H
 
 #include "geometry/mesh.h"
+#include "geometry/rectangle.h"
 #include "math/frame.h"
 #include "math/measure.h"
 #include "sampling/distribution.h"
 
 #define CA_NONE UINT32_MAX
 
-typedef enum ca_shape_kind { CA_SHAPE_MESH, CA_SHAPE_SPHERE, CA_SHAPE_DISK, CA_SHAPE_CYLINDER } ca_shape_kind;
+typedef enum ca_shape_kind {
+    CA_SHAPE_MESH,
+    CA_SHAPE_SPHERE,
+    CA_SHAPE_DISK,
+    CA_SHAPE_CYLINDER,
+    CA_SHAPE_KIND_COUNT
+} ca_shape_kind;
 
 typedef struct ca_shape {
     ca_shape_kind kind;
-    bool flip_normals;      /* quadrics only; a mesh is flipped when it is compiled */
-    bool needs_tangents;    /* its material uses dpdu, dpdv */
-    uint32_t material;      /* index in the scene's materials */
-    uint32_t light;         /* index in the scene's lights, or CA_NONE */
-    float area;             /* m^2 */
-    const ca_mesh *mesh;    /* CA_SHAPE_MESH; borrowed */
-    float extent;           /* mesh: largest absolute value of a coordinate */
-    ca_distribution_1d triangles; /* by area; only for meshes that emit */
-    /* Quadrics: the unit sphere; the unit disk in z = 0; the cylinder of radius 1 around z from z = 0 to 1. `map` may
-     * only scale uniformly for spheres, and rigidly with one radius and one length for cylinders. */
-    ca_affine map;
-    ca_vec3 center; /* sphere */
-    float radius;   /* sphere, cylinder */
-    float length;   /* cylinder */
+    bool flip_normals;   /* quadrics only; a mesh is flipped when it is compiled */
+    bool needs_tangents; /* its material uses dpdu, dpdv */
+    uint32_t material;   /* index in the scene's materials */
+    uint32_t light;      /* index in the scene's lights, or CA_NONE */
+    float area;          /* m^2 */
+    union {              /* the member of the kind's name */
+        struct {
+            const ca_mesh *mesh;          /* borrowed */
+            float extent;                 /* largest absolute value of a coordinate */
+            ca_distribution_1d triangles; /* by area; this and the next only for meshes that emit */
+            ca_rectangle rectangle;
+        } mesh;
+        struct {
+            ca_affine map; /* from the unit sphere; scales uniformly */
+            ca_vec3 center;
+            float radius;
+        } sphere;
+        struct {
+            ca_affine map; /* from the unit disk in z = 0 */
+        } disk;
+        struct {
+            ca_affine map; /* from the cylinder of radius 1 around z from z = 0 to 1; one radius, one length */
+            float radius;
+            float length;
+        } cylinder;
+    } as;
 } ca_shape;
 
 /* A point of a surface, with what is needed to leave it and to shade it. World space. */
@@ -56,9 +75,16 @@ ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, c
  * barycentric, primitive (instance CA_NONE) and returns its density 1/area. */
 ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface);
 
-/* A point seen from `reference`, by a density per solid angle as near to uniform in the solid angle as the shape
- * allows (spheres from outside: the cone; everything else: by area). Returns the density at `reference`, 0 where
- * there is none. Agrees with ca_shape_pdf_direct for the same point. */
+/* A point seen from `reference`, uniform in the solid angle where the shape allows that and it is worth while
+ * (spheres from outside: the cone; rectangles that are not too small), else by area. *by_solid_angle gets the density
+ * of the first, and 0 says that it was the second, with the density 1/area. */
+void ca_shape_sample_seen(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface,
+                          ca_pdf_solid_angle *by_solid_angle);
+/* The same density without a sample: a function of shape and reference, the same for all points that are seen. */
+ca_pdf_solid_angle ca_shape_pdf_seen(const ca_shape *shape, ca_vec3 reference);
+
+/* The same with the density at `reference` in either case, 0 where there is none. Agrees with ca_shape_pdf_direct for
+ * the same point. */
 ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface);
 /* The density with which ca_shape_sample_direct picks `position` (on the shape, geometric normal ng) from
  * reference. */

@@ -4,8 +4,7 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* ---- By area
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- By area --------------------------------------------------------------------------------------------------- */
 
 /* The point as ca_accel_surface would make it from a hit there. */
 static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 barycentric, ca_surface *surface)
@@ -23,24 +22,21 @@ static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 ba
 static void sample_mesh(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
 {
     float probability;
-    const uint32_t primitive = ca_distribution_1d_sample(&shape->triangles, u.x, &probability, &u.x);
-    triangle_surface(shape->mesh, primitive, ca_warp_triangle(u), surface);
+    const uint32_t primitive = ca_distribution_1d_sample(&shape->as.mesh.triangles, u.x, &probability, &u.x);
+    triangle_surface(shape->as.mesh.mesh, primitive, ca_warp_triangle(u), surface);
 }
 
-static ca_vec3 quadric_point(const ca_shape *shape, ca_vec2 u)
+static ca_vec3 disk_point(const ca_affine *map, ca_vec2 u)
 {
-    switch (shape->kind) {
-    case CA_SHAPE_SPHERE: return ca_madd(shape->center, shape->radius, ca_warp_sphere(u));
-    case CA_SHAPE_DISK: {
-        const ca_vec2 d = ca_warp_disk(u);
-        return ca_map_point(shape->map.to, (ca_vec3){d.x, d.y, 0.0f});
-    }
-    default: {
-        float s, c;
-        ca_sincos(CA_TWO_PI * u.x, &s, &c);
-        return ca_map_point(shape->map.to, (ca_vec3){c, s, u.y});
-    }
-    }
+    const ca_vec2 d = ca_warp_disk(u);
+    return ca_map_point(map->to, (ca_vec3){d.x, d.y, 0.0f});
+}
+
+static ca_vec3 cylinder_point(const ca_affine *map, ca_vec2 u)
+{
+    float s, c;
+    ca_sincos(CA_TWO_PI * u.x, &s, &c);
+    return ca_map_point(map->to, (ca_vec3){c, s, u.y});
 }
 
 static ca_surface blank_surface(const ca_shape *shape)
@@ -51,15 +47,20 @@ static ca_surface blank_surface(const ca_shape *shape)
 ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
 {
     *surface = blank_surface(shape);
-    if (shape->kind == CA_SHAPE_MESH)
-        sample_mesh(shape, u, surface);
-    else
-        ca_quadric_surface(shape, quadric_point(shape, u), surface);
+    switch (shape->kind) {
+    case CA_SHAPE_MESH: sample_mesh(shape, u, surface); break;
+    case CA_SHAPE_SPHERE:
+        ca_quadric_surface(shape, ca_madd(shape->as.sphere.center, shape->as.sphere.radius, ca_warp_sphere(u)),
+                           surface);
+        break;
+    case CA_SHAPE_DISK: ca_quadric_surface(shape, disk_point(&shape->as.disk.map, u), surface); break;
+    case CA_SHAPE_CYLINDER: ca_quadric_surface(shape, cylinder_point(&shape->as.cylinder.map, u), surface); break;
+    case CA_SHAPE_KIND_COUNT: break;
+    }
     return (ca_pdf_area){1.0f / shape->area};
 }
 
-/* ---- Seen from a point
- * -------------------------------------------------------------------------------------------- */
+/* ---- Seen from a point ----------------------------------------------------------------------------------------- */
 
 /* Density per solid angle at the reference of a point chosen by area. */
 static ca_pdf_solid_angle area_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
@@ -82,11 +83,13 @@ typedef struct sphere_cone {
  * sphere's own inside, the cone would show the wrong side of it). */
 static bool sphere_cone_from(const ca_shape *shape, ca_vec3 reference, sphere_cone *cone)
 {
-    const double x = (double)shape->center.x - (double)reference.x, y = (double)shape->center.y - (double)reference.y,
-                 z = (double)shape->center.z - (double)reference.z;
-    const double distance2 = x * x + y * y + z * z, radius2 = (double)shape->radius * (double)shape->radius;
-    const double rounding = (double)(CA_GAMMA(8) * (ca_max3(ca_abs3(shape->center)) + shape->radius));
-    const double clear_radius = (double)shape->radius + rounding;
+    const ca_vec3 center = shape->as.sphere.center;
+    const float radius = shape->as.sphere.radius;
+    const double x = (double)center.x - (double)reference.x, y = (double)center.y - (double)reference.y,
+                 z = (double)center.z - (double)reference.z;
+    const double distance2 = x * x + y * y + z * z, radius2 = (double)radius * (double)radius;
+    const double rounding = (double)(CA_GAMMA(8) * (ca_max3(ca_abs3(center)) + radius));
+    const double clear_radius = (double)radius + rounding;
     if (!(distance2 > clear_radius * clear_radius)) return false;
     const double inverse = 1.0 / sqrt(distance2);
     const double sin2 = radius2 / distance2, cos_max = sqrt((distance2 - radius2) / distance2);
@@ -113,41 +116,83 @@ static ca_vec3 cone_normal(const sphere_cone *cone, ca_vec2 u)
     return ca_to_world(&frame, (ca_vec3){d.x * across, d.y * across, -cos_centre});
 }
 
-ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface)
+static ca_pdf_solid_angle sample_cone(const ca_shape *shape, const sphere_cone *cone, ca_vec2 u, ca_surface *surface)
 {
-    sphere_cone cone;
-    if (shape->kind != CA_SHAPE_SPHERE || !sphere_cone_from(shape, reference, &cone)) {
-        ca_shape_sample_area(shape, u, surface);
-        return area_pdf_direct(shape, reference, surface->position, surface->ng);
-    }
     *surface = blank_surface(shape);
-    const ca_vec3 normal = cone_normal(&cone, u);
-    ca_quadric_surface(shape, ca_madd(shape->center, shape->radius, normal), surface);
+    const ca_vec3 normal = cone_normal(cone, u);
+    ca_quadric_surface(shape, ca_madd(shape->as.sphere.center, shape->as.sphere.radius, normal), surface);
     /* The normal from the rounded position would be a coarse one for a tiny sphere far from the origin. */
     surface->ng = surface->ns = shape->flip_normals ? ca_neg(normal) : normal;
-    return ca_warp_cone_pdf(cone.one_minus_cos_max);
+    return ca_warp_cone_pdf(cone->one_minus_cos_max);
+}
+
+static ca_pdf_solid_angle sample_rectangle(const ca_shape *shape, const ca_spherical_rectangle *seen, ca_vec2 u,
+                                           ca_surface *surface)
+{
+    *surface = blank_surface(shape);
+    ca_vec2 barycentric;
+    const ca_vec2 st = ca_spherical_rectangle_sample(seen, u);
+    const uint32_t primitive = ca_rectangle_triangle(&shape->as.mesh.rectangle, st, &barycentric);
+    triangle_surface(shape->as.mesh.mesh, primitive, barycentric, surface);
+    return (ca_pdf_solid_angle){(float)(1.0 / seen->solid_angle)};
+}
+
+static bool rectangle_from(const ca_shape *shape, ca_vec3 reference, ca_spherical_rectangle *seen)
+{
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    return rectangle->exists && ca_spherical_rectangle_from(rectangle, reference, seen);
+}
+
+void ca_shape_sample_seen(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface,
+                          ca_pdf_solid_angle *by_solid_angle)
+{
+    sphere_cone cone;
+    ca_spherical_rectangle seen;
+    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone)) {
+        *by_solid_angle = sample_cone(shape, &cone, u, surface);
+    } else if (shape->kind == CA_SHAPE_MESH && rectangle_from(shape, reference, &seen)) {
+        *by_solid_angle = sample_rectangle(shape, &seen, u, surface);
+    } else {
+        *by_solid_angle = (ca_pdf_solid_angle){0.0f};
+        ca_shape_sample_area(shape, u, surface);
+    }
+}
+
+ca_pdf_solid_angle ca_shape_pdf_seen(const ca_shape *shape, ca_vec3 reference)
+{
+    sphere_cone cone;
+    ca_spherical_rectangle seen;
+    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone))
+        return ca_warp_cone_pdf(cone.one_minus_cos_max);
+    if (shape->kind == CA_SHAPE_MESH && rectangle_from(shape, reference, &seen))
+        return (ca_pdf_solid_angle){(float)(1.0 / seen.solid_angle)};
+    return (ca_pdf_solid_angle){0.0f};
+}
+
+ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 reference, ca_vec2 u, ca_surface *surface)
+{
+    ca_pdf_solid_angle pdf;
+    ca_shape_sample_seen(shape, reference, u, surface, &pdf);
+    return pdf.v > 0.0f ? pdf : area_pdf_direct(shape, reference, surface->position, surface->ng);
 }
 
 ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
 {
-    sphere_cone cone;
-    if (shape->kind == CA_SHAPE_SPHERE && sphere_cone_from(shape, reference, &cone))
-        return ca_warp_cone_pdf(cone.one_minus_cos_max);
-    return area_pdf_direct(shape, reference, position, ng);
+    const ca_pdf_solid_angle pdf = ca_shape_pdf_seen(shape, reference);
+    return pdf.v > 0.0f ? pdf : area_pdf_direct(shape, reference, position, ng);
 }
 
-/* ---- Bounds
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
-static ca_vec3 column(const ca_shape *shape, int i)
+static ca_vec3 column(const ca_affine *map, int i)
 {
-    return (ca_vec3){shape->map.to[0][i], shape->map.to[1][i], shape->map.to[2][i]};
+    return (ca_vec3){map->to[0][i], map->to[1][i], map->to[2][i]};
 }
 
 /* Half the size of the box around the circle (or ellipse) that the map makes of the unit circle in z = 0. */
-static ca_vec3 circle_extent(const ca_shape *shape)
+static ca_vec3 circle_extent(const ca_affine *map)
 {
-    const ca_vec3 s = column(shape, 0), t = column(shape, 1);
+    const ca_vec3 s = column(map, 0), t = column(map, 1);
     return (ca_vec3){sqrtf(s.x * s.x + t.x * t.x), sqrtf(s.y * s.y + t.y * t.y), sqrtf(s.z * s.z + t.z * t.z)};
 }
 
@@ -172,19 +217,23 @@ static void widen(ca_vec3 *low, ca_vec3 *high)
 
 void ca_shape_bounds(const ca_shape *shape, ca_vec3 *low, ca_vec3 *high)
 {
-    ca_vec3 center = shape->center, top, extent = {shape->radius, shape->radius, shape->radius};
+    ca_vec3 center = {0}, top = {0}, extent = {0};
     switch (shape->kind) {
-    case CA_SHAPE_MESH: mesh_bounds(shape->mesh, low, high); return;
-    case CA_SHAPE_SPHERE: top = center; break;
+    case CA_SHAPE_MESH: mesh_bounds(shape->as.mesh.mesh, low, high); return;
+    case CA_SHAPE_SPHERE:
+        top = center = shape->as.sphere.center;
+        extent = (ca_vec3){shape->as.sphere.radius, shape->as.sphere.radius, shape->as.sphere.radius};
+        break;
     case CA_SHAPE_DISK:
-        top = center = column(shape, 3);
-        extent = circle_extent(shape);
+        top = center = column(&shape->as.disk.map, 3);
+        extent = circle_extent(&shape->as.disk.map);
         break;
-    default:
-        center = column(shape, 3);
-        top = ca_add(center, column(shape, 2));
-        extent = circle_extent(shape);
+    case CA_SHAPE_CYLINDER:
+        center = column(&shape->as.cylinder.map, 3);
+        top = ca_add(center, column(&shape->as.cylinder.map, 2));
+        extent = circle_extent(&shape->as.cylinder.map);
         break;
+    case CA_SHAPE_KIND_COUNT: break;
     }
     *low = ca_sub(ca_min_vec3(center, top), extent);
     *high = ca_add(ca_max_vec3(center, top), extent);

@@ -23,8 +23,8 @@ static inline bool ray_position(const ca_shape *shape, ca_vec3 origin, ca_vec3 d
 {
     const ca_vec3 segment = ca_mul(direction, t);
     const float reach = ca_max3(ca_abs3(segment)) + ca_max3(ca_abs3(origin));
-    if (reach > 4.0f * shape->extent) return false;
-    const float bound = CA_GAMMA(12) * (reach + shape->extent);
+    if (reach > 4.0f * shape->as.mesh.extent) return false;
+    const float bound = CA_GAMMA(12) * (reach + shape->as.mesh.extent);
     surface->position = ca_add(origin, segment);
     surface->position_error = (ca_vec3){bound, bound, bound};
     return true;
@@ -34,7 +34,7 @@ static inline bool ray_position(const ca_shape *shape, ca_vec3 origin, ca_vec3 d
 static void mesh_surface(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, bool in_world, const ca_hit *hit,
                          ca_surface *surface)
 {
-    const ca_mesh *mesh = shape->mesh;
+    const ca_mesh *mesh = shape->as.mesh.mesh;
     surface->ng = ca_normalize(hit->ng);
     surface->ns = surface->ng;
     surface->barycentric = (ca_vec2){hit->u, hit->v};
@@ -106,7 +106,7 @@ void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, 
 /* Shading normal, texture coordinates and tangents of a mesh at the point, in the mesh's own space. */
 static void mesh_attributes_at(const ca_shape *shape, const ca_surface_point *point, ca_vec3 ng, ca_surface *surface)
 {
-    const ca_mesh *mesh = shape->mesh;
+    const ca_mesh *mesh = shape->as.mesh.mesh;
     surface->mesh = mesh;
     surface->ng = surface->ns = ng;
     surface->barycentric = point->barycentric;
@@ -123,7 +123,7 @@ void ca_accel_surface_at(const ca_accel *accel, const ca_surface_point *point, c
 {
     const ca_shape *shape = ca_accel_shape(accel, point->shape);
     const ca_affine *map = point->instance == CA_NONE ? NULL : &ca_accel_instance_at(accel, point->instance)->map;
-    const bool smooth = shape->kind == CA_SHAPE_MESH && shape->mesh->normals;
+    const bool smooth = shape->kind == CA_SHAPE_MESH && shape->as.mesh.mesh->normals;
     if (shape->kind == CA_SHAPE_MESH) {
         const ca_vec3 ng = map ? ca_normalize(ca_map_normal(map->to, point->ng)) : point->ng;
         mesh_attributes_at(shape, point, ng, surface);

@@ -5,9 +5,9 @@
 #include "geometry/accel.h"
 
 typedef struct ca_surface_point {
+    ca_vec3 ng;
     ca_vec3 position;
     float position_error; /* bound on every coordinate's error */
-    ca_vec3 ng;
     ca_vec2 barycentric;
     uint32_t shape, primitive, instance;
 } ca_surface_point;
@@ -15,9 +15,9 @@ typedef struct ca_surface_point {
 static inline ca_surface_point ca_surface_point_of(const ca_surface *surface)
 {
     return (ca_surface_point){
+        .ng = surface->ng,
         .position = surface->position,
         .position_error = ca_max3(surface->position_error),
-        .ng = surface->ng,
         .barycentric = surface->barycentric,
         .shape = surface->shape,
         .primitive = surface->primitive,

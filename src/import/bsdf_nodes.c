@@ -3,11 +3,10 @@
 
 #include <string.h>
 
-/* ---- Children
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Children -------------------------------------------------------------------------------------------------- */
 
 /* Imports the nested BSDFs, at least `low` and at most `high` of them, and returns how many there are. */
-static size_t import_children(ca_props *props, ca_material *m, size_t low, size_t high)
+static size_t import_children(ca_props *props, ca_material_id *children, size_t low, size_t high)
 {
     ca_xml_node *cursor = NULL, *child;
     size_t count = 0;
@@ -17,7 +16,7 @@ static size_t import_children(ca_props *props, ca_material *m, size_t low, size_
                            high == 1 ? "" : "s");
             break;
         }
-        m->child[count++] = ca_import_bsdf(props->importer, child);
+        children[count++] = ca_import_bsdf(props->importer, child);
     }
     if (count < low)
         ca_import_fail(props->importer, &props->node->where, "%s needs %zu nested BSDF%s", props->type, low,
@@ -47,48 +46,57 @@ static bool transmits(const ca_scene_desc *desc, ca_material_id id)
     case CA_MATERIAL_ROUGH_DIELECTRIC:
     case CA_MATERIAL_NULL:
     case CA_MATERIAL_MASK: return true;
-    case CA_MATERIAL_PRINCIPLED: return !is_zero_constant(desc, m->principled.spec_trans);
+    case CA_MATERIAL_PRINCIPLED: return !is_zero_constant(desc, m->as.principled.spec_trans);
     case CA_MATERIAL_BUMP:
-    case CA_MATERIAL_NORMAL_MAP: return transmits(desc, m->child[0]);
+    case CA_MATERIAL_NORMAL_MAP:
     case CA_MATERIAL_TWOSIDED:
-    case CA_MATERIAL_BLEND: return transmits(desc, m->child[0]) || transmits(desc, m->child[1]);
+    case CA_MATERIAL_BLEND: break;
+    case CA_MATERIAL_KIND_COUNT: return true;
     }
-    return true;
+    ca_material_id children[2];
+    const uint32_t count = ca_material_children(m, children);
+    for (uint32_t i = 0; i < count; i++)
+        if (transmits(desc, children[i])) return true;
+    return false;
 }
 
-/* ---- The plugins
- * ------------------------------------------------------------------------------------------------- */
+/* ---- The plugins ----------------------------------------------------------------------------------------------- */
 
 static void import_twosided(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_TWOSIDED;
-    const size_t count = import_children(props, m, 1, 2);
+    *m = ca_material_of_kind(CA_MATERIAL_TWOSIDED);
+    ca_material_id sides[2] = {CA_NONE, CA_NONE};
+    const size_t count = import_children(props, sides, 1, 2);
     if (!ca_import_good(props->importer)) return;
-    if (count == 1) m->child[1] = m->child[0];
+    m->as.twosided.front = sides[0];
+    m->as.twosided.back = count == 1 ? sides[0] : sides[1];
     for (size_t i = 0; i < count; i++) {
-        if (!transmits(props->importer->desc, m->child[i])) continue;
+        if (!transmits(props->importer->desc, sides[i])) continue;
         ca_import_fail(props->importer, &props->node->where,
                        "twosided cannot hold a BSDF that transmits light, as the one at line %u does",
-                       props->importer->desc->materials.items[m->child[i]].where.line);
+                       props->importer->desc->materials.items[sides[i]].where.line);
     }
 }
 
 static void import_mask(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_MASK;
-    m->modifier = ca_props_texture(props, "opacity", 0.5f, CA_COLOR_REFLECTANCE);
-    import_children(props, m, 1, 1);
+    *m = ca_material_of_kind(CA_MATERIAL_MASK);
+    m->as.mask.opacity = ca_props_texture(props, "opacity", 0.5f, CA_COLOR_REFLECTANCE);
+    import_children(props, &m->as.mask.child, 1, 1);
 }
 
 static void import_blend(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_BLEND;
+    *m = ca_material_of_kind(CA_MATERIAL_BLEND);
     if (!ca_props_find(props, "weight")) ca_props_fail(props, "weight", "is missing");
-    m->modifier = ca_props_texture(props, "weight", 0.5f, CA_COLOR_REFLECTANCE);
-    import_children(props, m, 2, 2);
+    m->as.blend.weight = ca_props_texture(props, "weight", 0.5f, CA_COLOR_REFLECTANCE);
+    ca_material_id children[2] = {CA_NONE, CA_NONE};
+    import_children(props, children, 2, 2);
+    m->as.blend.first = children[0];
+    m->as.blend.second = children[1];
 }
 
 /* The one nested texture, whatever its name. */
@@ -106,18 +114,18 @@ static ca_texture_id import_nested_texture(ca_props *props)
 static void import_bump(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_BUMP;
-    m->scale = (float)ca_props_number(props, "scale", 1.0);
-    m->modifier = import_nested_texture(props);
-    import_children(props, m, 1, 1);
+    *m = ca_material_of_kind(CA_MATERIAL_BUMP);
+    m->as.bump.scale = (float)ca_props_number(props, "scale", 1.0);
+    m->as.bump.height = import_nested_texture(props);
+    import_children(props, &m->as.bump.child, 1, 1);
 }
 
 static void import_normal_map(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_NORMAL_MAP;
-    m->modifier = import_nested_texture(props);
-    import_children(props, m, 1, 1);
+    *m = ca_material_of_kind(CA_MATERIAL_NORMAL_MAP);
+    m->as.normal_map.normals = import_nested_texture(props);
+    import_children(props, &m->as.normal_map.child, 1, 1);
 }
 
 static const ca_plugin plugins[] = {
@@ -138,25 +146,13 @@ static const ca_plugin plugins[] = {
     {"normalmap", import_normal_map},
 };
 
-/* ---- Any BSDF
- * ---------------------------------------------------------------------------------------------------- */
-
-static ca_material empty_material(void)
-{
-    ca_material m = {.sample_visible = true, .eta = 1.0f, .scale = 1.0f};
-    m.reflectance = m.specular = m.transmittance = m.alpha_u = m.alpha_v = m.eta_rgb = m.k_rgb = CA_NONE;
-    m.principled.metallic = m.principled.spec_trans = m.principled.spec_tint = m.principled.sheen = CA_NONE;
-    m.principled.sheen_tint = m.principled.flatness = m.principled.clearcoat = CA_NONE;
-    m.principled.clearcoat_gloss = m.modifier = CA_NONE;
-    m.child[0] = m.child[1] = CA_NONE;
-    return m;
-}
+/* ---- Any BSDF -------------------------------------------------------------------------------------------------- */
 
 static ca_material_id build(ca_importer *importer, ca_xml_node *node)
 {
     const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
     if (!plugin) return CA_NONE;
-    ca_material material = empty_material();
+    ca_material material = {0};
     ca_props props;
     ca_props_begin(&props, importer, node);
     plugin->import(&props, &material);

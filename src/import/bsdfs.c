@@ -6,8 +6,7 @@
 
 #include <string.h>
 
-/* ---- Indices of refraction
- * --------------------------------------------------------------------------------------- */
+/* ---- Indices of refraction ------------------------------------------------------------------------------------- */
 
 typedef struct named_index {
     const char *name;
@@ -45,71 +44,83 @@ static float relative_index(ca_props *props, double interior)
                    ca_import_index_of_refraction(props, "ext_ior", air));
 }
 
-/* ---- Microfacets
- * ------------------------------------------------------------------------------------------------- */
+/* ---- Microfacets ----------------------------------------------------------------------------------------------- */
 
-static void import_facets(ca_props *props, ca_material *m)
+static void import_facets(ca_props *props, ca_material_facets *facets)
 {
     static const char *const distributions[] = {"beckmann", "ggx"};
-    m->distribution = ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), 0) == 1
+    facets->distribution = ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), 0) == 1
                           ? CA_MICROFACET_GGX
                           : CA_MICROFACET_BECKMANN;
-    m->sample_visible = ca_props_boolean(props, "sample_visible", true);
+    facets->sample_visible = ca_props_boolean(props, "sample_visible", true);
 }
 
 /* alpha, or alpha_u and alpha_v. */
-static void import_roughness(ca_props *props, ca_material *m)
+static void import_roughness(ca_props *props, ca_material_facets *facets)
 {
-    import_facets(props, m);
+    import_facets(props, facets);
     const bool along_u = ca_props_find(props, "alpha_u"), along_v = ca_props_find(props, "alpha_v");
     if (!along_u && !along_v) {
-        m->alpha_u = m->alpha_v = ca_props_texture(props, "alpha", 0.1f, CA_COLOR_INDEX);
+        facets->alpha_u = facets->alpha_v = ca_props_texture(props, "alpha", 0.1f, CA_COLOR_INDEX);
         return;
     }
     if (!along_u || !along_v) ca_props_fail(props, along_u ? "alpha_u" : "alpha_v", "needs its other half");
     if (ca_props_find(props, "alpha")) ca_props_fail(props, "alpha", "excludes alpha_u and alpha_v");
-    m->alpha_u = ca_props_texture(props, "alpha_u", 0.1f, CA_COLOR_INDEX);
-    m->alpha_v = ca_props_texture(props, "alpha_v", 0.1f, CA_COLOR_INDEX);
+    facets->alpha_u = ca_props_texture(props, "alpha_u", 0.1f, CA_COLOR_INDEX);
+    facets->alpha_v = ca_props_texture(props, "alpha_v", 0.1f, CA_COLOR_INDEX);
 }
 
-/* ---- The plugins
- * ------------------------------------------------------------------------------------------------- */
+/* ---- The plugins ----------------------------------------------------------------------------------------------- */
 
 void ca_import_diffuse(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_DIFFUSE;
+    *m = ca_material_of_kind(CA_MATERIAL_DIFFUSE);
     /* 0.6 knew it as diffuseReflectance too. */
     const bool old = ca_props_find(props, "diffuse_reflectance") != NULL;
     if (old && ca_props_find(props, "reflectance"))
         ca_props_fail(props, "diffuse_reflectance", "repeats reflectance");
-    m->reflectance = ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->as.diffuse.reflectance =
+        ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
 }
 
-static void import_dielectric_of(ca_props *props, ca_material *m, ca_material_kind kind)
+static ca_texture_id specular_reflectance(ca_props *props)
 {
-    m->kind = kind;
-    m->eta = relative_index(props, bk7);
-    m->specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
-    m->transmittance = ca_props_texture(props, "specular_transmittance", 1.0f, CA_COLOR_REFLECTANCE);
+    return ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
+}
+
+static ca_texture_id specular_transmittance(ca_props *props)
+{
+    return ca_props_texture(props, "specular_transmittance", 1.0f, CA_COLOR_REFLECTANCE);
 }
 
 void ca_import_dielectric(ca_props *props, void *result)
 {
-    import_dielectric_of(props, result, CA_MATERIAL_DIELECTRIC);
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_DIELECTRIC);
+    m->as.dielectric.eta = relative_index(props, bk7);
+    m->as.dielectric.reflectance = specular_reflectance(props);
+    m->as.dielectric.transmittance = specular_transmittance(props);
 }
 
 void ca_import_thin_dielectric(ca_props *props, void *result)
 {
-    import_dielectric_of(props, result, CA_MATERIAL_THIN_DIELECTRIC);
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_THIN_DIELECTRIC);
+    m->as.thin_dielectric.eta = relative_index(props, bk7);
+    m->as.thin_dielectric.reflectance = specular_reflectance(props);
+    m->as.thin_dielectric.transmittance = specular_transmittance(props);
 }
 
 void ca_import_rough_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
-    import_dielectric_of(props, m, CA_MATERIAL_ROUGH_DIELECTRIC);
-    if (m->eta == 1.0f) ca_props_fail(props, "int_ior", "must differ from ext_ior");
-    import_roughness(props, m);
+    *m = ca_material_of_kind(CA_MATERIAL_ROUGH_DIELECTRIC);
+    m->as.rough_dielectric.eta = relative_index(props, bk7);
+    m->as.rough_dielectric.reflectance = specular_reflectance(props);
+    m->as.rough_dielectric.transmittance = specular_transmittance(props);
+    if (m->as.rough_dielectric.eta == 1.0f) ca_props_fail(props, "int_ior", "must differ from ext_ior");
+    import_roughness(props, &m->as.rough_dielectric.facets);
 }
 
 static ca_texture_id constant(ca_props *props, ca_rgb value)
@@ -136,55 +147,63 @@ static const ca_conductor *named_conductor(ca_props *props)
 }
 
 /* material, or eta and k; 0.6's ext_eta divides both. */
-static void import_complex_index(ca_props *props, ca_material *m)
+static void import_complex_index(ca_props *props, ca_texture_id *eta, ca_texture_id *k)
 {
     const ca_conductor *named = named_conductor(props);
     const bool numbers = ca_props_find(props, "eta") || ca_props_find(props, "k");
     if (numbers && ca_props_find(props, "material")) ca_props_fail(props, "material", "excludes eta and k");
     if (numbers && !ca_props_find(props, "ext_eta")) {
-        m->eta_rgb = ca_props_texture(props, "eta", 0.0f, CA_COLOR_INDEX);
-        m->k_rgb = ca_props_texture(props, "k", 1.0f, CA_COLOR_INDEX);
+        *eta = ca_props_texture(props, "eta", 0.0f, CA_COLOR_INDEX);
+        *k = ca_props_texture(props, "k", 1.0f, CA_COLOR_INDEX);
         return;
     }
     const float inverse = (float)(1.0 / ca_import_index_of_refraction(props, "ext_eta", 1.0));
-    m->eta_rgb = constant(props, ca_rgb_scale(ca_props_color(props, "eta", named->eta, CA_COLOR_INDEX), inverse));
-    m->k_rgb = constant(props, ca_rgb_scale(ca_props_color(props, "k", named->k, CA_COLOR_INDEX), inverse));
+    *eta = constant(props, ca_rgb_scale(ca_props_color(props, "eta", named->eta, CA_COLOR_INDEX), inverse));
+    *k = constant(props, ca_rgb_scale(ca_props_color(props, "k", named->k, CA_COLOR_INDEX), inverse));
 }
 
 void ca_import_conductor(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_CONDUCTOR;
-    import_complex_index(props, m);
-    m->specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
+    *m = ca_material_of_kind(CA_MATERIAL_CONDUCTOR);
+    import_complex_index(props, &m->as.conductor.eta, &m->as.conductor.k);
+    m->as.conductor.reflectance = specular_reflectance(props);
 }
 
 void ca_import_rough_conductor(ca_props *props, void *result)
 {
     ca_material *m = result;
-    ca_import_conductor(props, m);
-    m->kind = CA_MATERIAL_ROUGH_CONDUCTOR;
-    import_roughness(props, m);
+    *m = ca_material_of_kind(CA_MATERIAL_ROUGH_CONDUCTOR);
+    import_complex_index(props, &m->as.rough_conductor.eta, &m->as.rough_conductor.k);
+    m->as.rough_conductor.reflectance = specular_reflectance(props);
+    import_roughness(props, &m->as.rough_conductor.facets);
+}
+
+static ca_material_plastic import_layers(ca_props *props)
+{
+    ca_material_plastic plastic = {.eta = relative_index(props, polypropylene)};
+    plastic.diffuse = ca_props_texture(props, "diffuse_reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    plastic.specular = specular_reflectance(props);
+    plastic.nonlinear = ca_props_boolean(props, "nonlinear", false);
+    return plastic;
 }
 
 void ca_import_plastic(ca_props *props, void *result)
 {
     ca_material *m = result;
-    m->kind = CA_MATERIAL_PLASTIC;
-    m->eta = relative_index(props, polypropylene);
-    m->reflectance = ca_props_texture(props, "diffuse_reflectance", 0.5f, CA_COLOR_REFLECTANCE);
-    m->specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
-    m->nonlinear = ca_props_boolean(props, "nonlinear", false);
+    *m = ca_material_of_kind(CA_MATERIAL_PLASTIC);
+    m->as.plastic = import_layers(props);
 }
 
 /* Its roughness is one number, because a table of transmittances is made for it. */
 void ca_import_rough_plastic(ca_props *props, void *result)
 {
     ca_material *m = result;
-    ca_import_plastic(props, m);
-    m->kind = CA_MATERIAL_ROUGH_PLASTIC;
-    import_facets(props, m);
-    m->alpha_u = m->alpha_v = constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
+    *m = ca_material_of_kind(CA_MATERIAL_ROUGH_PLASTIC);
+    ca_material_facets *facets = &m->as.rough_plastic.facets;
+    m->as.rough_plastic.layers = import_layers(props);
+    import_facets(props, facets);
+    facets->alpha_u = facets->alpha_v = constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
 }
 
 /* eta, or `specular`, which stands for one: a reflectance of 0.08 specular at normal incidence. */
@@ -207,27 +226,29 @@ void ca_import_principled(ca_props *props, void *result)
 {
     ca_material *m = result;
     const ca_color_role role = CA_COLOR_REFLECTANCE; /* all of them are shares in [0, 1] */
-    m->kind = CA_MATERIAL_PRINCIPLED;
-    m->reflectance = ca_props_texture(props, "base_color", 0.5f, role);
-    m->alpha_u = ca_props_texture(props, "roughness", 0.5f, role);
-    m->alpha_v = ca_props_texture(props, "anisotropic", 0.0f, role);
-    m->principled.metallic = ca_props_texture(props, "metallic", 0.0f, role);
-    m->principled.spec_trans = ca_props_texture(props, "spec_trans", 0.0f, role);
-    m->principled.spec_tint = ca_props_texture(props, "spec_tint", 0.0f, role);
-    m->principled.sheen = ca_props_texture(props, "sheen", 0.0f, role);
-    m->principled.sheen_tint = ca_props_texture(props, "sheen_tint", 0.0f, role);
-    m->principled.flatness = ca_props_texture(props, "flatness", 0.0f, role);
-    m->principled.clearcoat = ca_props_texture(props, "clearcoat", 0.0f, role);
-    m->principled.clearcoat_gloss = ca_props_texture(props, "clearcoat_gloss", 0.0f, role);
-    m->principled.diffuse_rate = (float)ca_props_number_in(props, "diffuse_reflectance_sampling_rate", 1.0, 0.0, 1e6);
-    m->principled.specular_rate = (float)ca_props_number_in(props, "main_specular_sampling_rate", 1.0, 0.0, 1e6);
-    m->principled.clearcoat_rate = (float)ca_props_number_in(props, "clearcoat_sampling_rate", 1.0, 0.0, 1e6);
-    m->eta = principled_index(props, ca_props_find(props, "spec_trans") != NULL);
+    *m = ca_material_of_kind(CA_MATERIAL_PRINCIPLED);
+    m->as.principled.base_color = ca_props_texture(props, "base_color", 0.5f, role);
+    m->as.principled.roughness = ca_props_texture(props, "roughness", 0.5f, role);
+    m->as.principled.anisotropic = ca_props_texture(props, "anisotropic", 0.0f, role);
+    m->as.principled.metallic = ca_props_texture(props, "metallic", 0.0f, role);
+    m->as.principled.spec_trans = ca_props_texture(props, "spec_trans", 0.0f, role);
+    m->as.principled.spec_tint = ca_props_texture(props, "spec_tint", 0.0f, role);
+    m->as.principled.sheen = ca_props_texture(props, "sheen", 0.0f, role);
+    m->as.principled.sheen_tint = ca_props_texture(props, "sheen_tint", 0.0f, role);
+    m->as.principled.flatness = ca_props_texture(props, "flatness", 0.0f, role);
+    m->as.principled.clearcoat = ca_props_texture(props, "clearcoat", 0.0f, role);
+    m->as.principled.clearcoat_gloss = ca_props_texture(props, "clearcoat_gloss", 0.0f, role);
+    m->as.principled.diffuse_rate =
+        (float)ca_props_number_in(props, "diffuse_reflectance_sampling_rate", 1.0, 0.0, 1e6);
+    m->as.principled.specular_rate =
+        (float)ca_props_number_in(props, "main_specular_sampling_rate", 1.0, 0.0, 1e6);
+    m->as.principled.clearcoat_rate = (float)ca_props_number_in(props, "clearcoat_sampling_rate", 1.0, 0.0, 1e6);
+    m->as.principled.eta = principled_index(props, ca_props_find(props, "spec_trans") != NULL);
 }
 
 void ca_import_null(ca_props *props, void *result)
 {
     ca_material *m = result;
     (void)props;
-    m->kind = CA_MATERIAL_NULL;
+    *m = ca_material_of_kind(CA_MATERIAL_NULL);
 }

@@ -57,8 +57,7 @@ static bool decode_srgb(ca_importer *importer, const ca_xml_node *node, double r
     return true;
 }
 
-/* ---- Spectra
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Spectra --------------------------------------------------------------------------------------------------- */
 
 typedef CA_TABLE(ca_spectrum_sample) sample_table;
 
@@ -183,8 +182,7 @@ static ca_rgb import_samples(ca_importer *importer, const ca_xml_node *node, ca_
     return result;
 }
 
-/* ---- Any colour
- * -------------------------------------------------------------------------------------------------- */
+/* ---- Any colour ------------------------------------------------------------------------------------------------ */
 
 ca_rgb ca_import_color(ca_importer *importer, const ca_xml_node *node, ca_color_role role)
 {

@@ -42,8 +42,7 @@ static ca_status read_tree(expander *x, const char *path, const char *text, size
     return status;
 }
 
-/* ---- Directives
- * -------------------------------------------------------------------------------------------------- */
+/* ---- Directives ------------------------------------------------------------------------------------------------ */
 
 static ca_status add_id(expander *x, const char *id, ca_xml_node *node)
 {
@@ -112,8 +111,7 @@ static ca_status follow_directive(expander *x, ca_xml_node *out, ca_xml_node *no
     }
 }
 
-/* ---- The walk
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- The walk -------------------------------------------------------------------------------------------------- */
 
 /* Appends the element to `out` (NULL: it is the root) with everything below it expanded. */
 static ca_status expand_element(expander *x, ca_xml_node *out, ca_xml_node *node, int depth)
@@ -153,8 +151,7 @@ static ca_status expand_children(expander *x, ca_xml_node *out, ca_xml_node *fir
     return CA_OK;
 }
 
-/* ---- Ids
- * --------------------------------------------------------------------------------------------------------- */
+/* ---- Ids ------------------------------------------------------------------------------------------------------- */
 
 /* By name, and equal names in reading order, so that the second one is the one to blame. */
 static int compare_ids(const void *a, const void *b)
@@ -223,8 +220,7 @@ static ca_status index_ids(expander *x)
     return CA_OK;
 }
 
-/* ---- Files
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 static const char *resolve_in(ca_document *document, const char *base, const char *name, bool *exists)
 {
@@ -251,8 +247,7 @@ const char *ca_document_resolve(ca_document *document, const char *from_file, co
     return !beside_scene || exists ? beside_scene : beside;
 }
 
-/* ---- Begin and end
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Begin and end --------------------------------------------------------------------------------------------- */
 
 static ca_status check_root(const expander *x, const ca_xml_node *root)
 {

@@ -3,11 +3,6 @@
 
 #include <string.h>
 
-static void set_position_from_map(ca_light_desc *light)
-{
-    for (int i = 0; i < 3; i++) light->position[i] = light->to_world.m[i][3];
-}
-
 static ca_matrix rigid_transform(ca_props *props)
 {
     const ca_matrix m = ca_props_transform(props, "to_world");
@@ -38,35 +33,32 @@ static void import_area(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_AREA;
-    light->radiance = ca_rgb_grey(1.0f);
-    light->texture = ca_props_texture(props, "radiance", 1.0f, CA_COLOR_EMISSION);
+    light->as.area.radiance = ca_props_texture(props, "radiance", 1.0f, CA_COLOR_EMISSION);
 }
 
 static void import_point(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_POINT;
-    light->radiance = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    light->as.point.intensity = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
     const ca_matrix to_world = ca_props_transform(props, "to_world");
-    for (int i = 0; i < 3; i++) light->position[i] = to_world.m[i][3];
+    for (int i = 0; i < 3; i++) light->as.point.position[i] = to_world.m[i][3];
     const bool moved = ca_props_find(props, "to_world") != NULL;
-    if (ca_props_point(props, "position", light->position) && moved)
+    if (ca_props_point(props, "position", light->as.point.position) && moved)
         ca_props_fail(props, "position", "excludes to_world");
-    light->to_world = ca_matrix_translate(light->position[0], light->position[1], light->position[2]);
 }
 
 static void import_spot(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_SPOT;
-    light->radiance = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
-    light->to_world = rigid_transform(props);
-    set_position_from_map(light);
+    light->as.spot.intensity = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    light->as.spot.to_world = rigid_transform(props);
     const bool textured = ca_props_find(props, "texture") != NULL;
-    light->cutoff_degrees = ca_props_number_in(props, "cutoff_angle", 20.0, 1e-3, textured ? 89.9 : 180.0);
-    light->beam_degrees =
-        ca_props_number_in(props, "beam_width", 0.75 * light->cutoff_degrees, 0.0, light->cutoff_degrees);
-    if (textured) light->texture = thrown_texture(props, "texture");
+    const double cutoff = ca_props_number_in(props, "cutoff_angle", 20.0, 1e-3, textured ? 89.9 : 180.0);
+    light->as.spot.cutoff_degrees = cutoff;
+    light->as.spot.beam_degrees = ca_props_number_in(props, "beam_width", 0.75 * cutoff, 0.0, cutoff);
+    light->as.spot.texture = textured ? thrown_texture(props, "texture") : CA_NONE;
 }
 
 /* The light travels along +z of to_world, or along `direction`. */
@@ -74,34 +66,37 @@ static void import_directional(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_DIRECTIONAL;
-    light->radiance = ca_props_color(props, "irradiance", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
-    light->to_world = ca_props_transform(props, "to_world");
-    for (int i = 0; i < 3; i++) light->direction[i] = light->to_world.m[i][2];
+    light->as.directional.irradiance = ca_props_color(props, "irradiance", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    const ca_matrix to_world = ca_props_transform(props, "to_world");
+    double *d = light->as.directional.direction;
+    for (int i = 0; i < 3; i++) d[i] = to_world.m[i][2];
     const bool turned = ca_props_find(props, "to_world") != NULL;
-    if (ca_props_point(props, "direction", light->direction) && turned)
-        ca_props_fail(props, "direction", "excludes to_world");
-    const double *d = light->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (ca_props_point(props, "direction", d) && turned) ca_props_fail(props, "direction", "excludes to_world");
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     if (!(length > 1e-30) || !isfinite(length)) ca_props_fail(props, "direction", "must have a length over 0");
-    for (int i = 0; i < 3; i++) light->direction[i] /= length;
+    for (int i = 0; i < 3; i++) d[i] /= length;
 }
 
 static void import_constant(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_CONSTANT;
-    light->radiance = ca_props_color(props, "radiance", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
+    light->as.constant.radiance = ca_props_color(props, "radiance", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
 }
 
 static void import_envmap(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_ENVMAP;
-    light->radiance = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
+    light->as.envmap.scale = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
     ca_props_boolean(props, "mis_compensation", false);
-    light->to_world = ca_props_transform(props, "to_world");
-    if (!ca_import_is_similarity(&light->to_world)) ca_props_fail(props, "to_world", "cannot shear or stretch");
+    light->as.envmap.to_world = ca_props_transform(props, "to_world");
+    if (!ca_import_is_similarity(&light->as.envmap.to_world))
+        ca_props_fail(props, "to_world", "cannot shear or stretch");
     const char *path = ca_import_filename(props, "filename");
-    if (path) light->image = ca_import_image_file(props->importer, path, CA_ENCODING_SRGB, &props->node->where);
+    if (path)
+        light->as.envmap.image =
+            ca_import_image_file(props->importer, path, CA_ENCODING_SRGB, &props->node->where);
 }
 
 /* Width over height of what is projected. */
@@ -117,19 +112,19 @@ static void import_projector(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_PROJECTOR;
-    light->radiance = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
-    light->to_world = rigid_transform(props);
-    set_position_from_map(light);
-    light->texture = thrown_texture(props, "irradiance");
+    light->as.projector.scale = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
+    light->as.projector.to_world = rigid_transform(props);
+    light->as.projector.picture = thrown_texture(props, "irradiance");
     if (!ca_import_good(props->importer)) return;
-    const double aspect = picture_aspect(props->importer, light->texture);
+    const double aspect = picture_aspect(props->importer, light->as.projector.picture);
     const ca_field_of_view view = ca_import_field_of_view(props);
     /* The aspect ratio is all that counts of the two sides. */
     const double side = 4096.0;
     const double width = aspect >= 1.0 ? side : side * aspect, height = aspect >= 1.0 ? side / aspect : side;
-    light->tan_half_x = ca_camera_tan_half_x(view.degrees, view.axis, (uint32_t)fmax(1.0, round(width)),
-                                             (uint32_t)fmax(1.0, round(height)));
-    light->tan_half_y = light->tan_half_x / aspect;
+    light->as.projector.tan_half_x =
+        ca_camera_tan_half_x(view.degrees, view.axis, (uint32_t)fmax(1.0, round(width)),
+                             (uint32_t)fmax(1.0, round(height)));
+    light->as.projector.tan_half_y = light->as.projector.tan_half_x / aspect;
 }
 
 static const ca_plugin plugins[] = {
@@ -143,8 +138,7 @@ static uint32_t build(ca_importer *importer, ca_xml_node *node)
 {
     const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
     if (!plugin) return CA_NONE;
-    ca_light_desc light = {
-        .to_world = ca_matrix_identity(), .texture = CA_NONE, .image = CA_NONE, .where = node->where};
+    ca_light_desc light = {.where = node->where};
     ca_props props;
     ca_props_begin(&props, importer, node);
     plugin->import(&props, &light);

@@ -3,8 +3,7 @@
 
 #include <string.h>
 
-/* ---- Filters
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Filters --------------------------------------------------------------------------------------------------- */
 
 /* Wider filters reach over more pixels than anybody wants. */
 static const double max_radius = 64.0;
@@ -74,8 +73,7 @@ static void import_filter(ca_importer *importer, ca_xml_node *node, ca_filter *f
     ca_props_end(&props);
 }
 
-/* ---- Films
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Films ----------------------------------------------------------------------------------------------------- */
 
 /* What Mitsuba's films know about output files, which the command line decides here. They may be given, without
  * effect. */

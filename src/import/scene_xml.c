@@ -7,8 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- Failures
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Failures -------------------------------------------------------------------------------------------------- */
 
 void ca_import_fail(ca_importer *importer, const ca_location *where, const char *format, ...)
 {
@@ -33,8 +32,7 @@ void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_sta
             ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
 }
 
-/* ---- Plugins and objects
- * ----------------------------------------------------------------------------------------- */
+/* ---- Plugins and objects --------------------------------------------------------------------------------------- */
 
 const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,
                                        size_t count)
@@ -69,8 +67,7 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result)
     importer->nesting--;
 }
 
-/* ---- Files
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 const char *ca_import_filename(ca_props *props, const char *name)
 {
@@ -123,8 +120,7 @@ uint32_t ca_import_image_file(ca_importer *importer, const char *path, ca_image_
     return index;
 }
 
-/* ---- The scene
- * --------------------------------------------------------------------------------------------------- */
+/* ---- The scene ------------------------------------------------------------------------------------------------- */
 
 static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *),
                         ca_xml_node **first)

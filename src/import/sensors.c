@@ -7,8 +7,7 @@
 
 #include "import/number.h"
 
-/* ---- Field of view
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Field of view --------------------------------------------------------------------------------------------- */
 
 /* "50mm" or "50": a focal length for 35 mm film, whose picture is 36 mm x 24 mm; the field of view is its
  * diagonal's. */
@@ -36,8 +35,7 @@ ca_field_of_view ca_import_field_of_view(ca_props *props)
                               .axis = values[ca_props_choice(props, "fov_axis", axes, CA_COUNT(axes), 0)]};
 }
 
-/* ---- Sensors
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Sensors --------------------------------------------------------------------------------------------------- */
 
 static void set_map(ca_props *props, ca_camera_desc *sensor, bool rigid)
 {
@@ -47,34 +45,41 @@ static void set_map(ca_props *props, ca_camera_desc *sensor, bool rigid)
         ca_props_fail(props, "to_world", "cannot be inverted");
 }
 
-static void import_clipping(ca_props *props, ca_camera *camera)
+/* Clip planes; the distance in focus, which only a lens of some size can have, is read from every sensor. */
+static float import_distances(ca_props *props, ca_camera *camera)
 {
     camera->near_clip = (float)ca_props_positive(props, "near_clip", 1e-2);
     camera->far_clip = (float)ca_props_positive(props, "far_clip", 1e4);
     if (!(camera->near_clip < camera->far_clip)) ca_props_fail(props, "near_clip", "must be less than far_clip");
-    camera->focus_distance = (float)ca_props_positive(props, "focus_distance", (double)camera->far_clip);
+    return (float)ca_props_positive(props, "focus_distance", (double)camera->far_clip);
 }
 
-static void import_perspective(ca_props *props, void *result)
+/* What a pinhole and a lens have in common; the distance in focus. */
+static float import_view(ca_props *props, ca_camera_desc *sensor)
 {
-    ca_camera_desc *sensor = result;
-    sensor->camera.kind = CA_CAMERA_PERSPECTIVE;
     const ca_field_of_view view = ca_import_field_of_view(props);
     sensor->fov_degrees = view.degrees;
     sensor->fov_axis = view.axis;
     sensor->camera.principal_x = (float)ca_props_number_in(props, "principal_point_offset_x", 0.0, -100.0, 100.0);
     sensor->camera.principal_y = (float)ca_props_number_in(props, "principal_point_offset_y", 0.0, -100.0, 100.0);
     set_map(props, sensor, true);
-    import_clipping(props, &sensor->camera);
+    return import_distances(props, &sensor->camera);
+}
+
+static void import_perspective(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    sensor->camera.kind = CA_CAMERA_PERSPECTIVE;
+    import_view(props, sensor);
 }
 
 static void import_thin_lens(ca_props *props, void *result)
 {
     ca_camera_desc *sensor = result;
-    import_perspective(props, sensor);
     sensor->camera.kind = CA_CAMERA_THIN_LENS;
+    sensor->camera.as.thin_lens.focus_distance = import_view(props, sensor);
     if (!ca_props_find(props, "aperture_radius")) ca_props_fail(props, "aperture_radius", "is missing");
-    sensor->camera.lens_radius = (float)ca_props_positive(props, "aperture_radius", 1.0);
+    sensor->camera.as.thin_lens.lens_radius = (float)ca_props_positive(props, "aperture_radius", 1.0);
 }
 
 static void import_orthographic(ca_props *props, void *result)
@@ -84,7 +89,7 @@ static void import_orthographic(ca_props *props, void *result)
     sensor->fov_degrees = 0.0;
     sensor->fov_axis = CA_FOV_X;
     set_map(props, sensor, false);
-    import_clipping(props, &sensor->camera);
+    import_distances(props, &sensor->camera);
 }
 
 static const ca_plugin sensors[] = {
@@ -104,16 +109,6 @@ static void import_nested(ca_props *props, const char *tag, void (*import)(ca_im
         ca_import_fail(props->importer, &cursor->where, "a sensor has one %s, and this is a second", tag);
 }
 
-/* Once the film is known: what of the sensor depends on its size. */
-static void fit_to_film(ca_camera_desc *sensor, const ca_film_desc *film)
-{
-    sensor->camera.width = film->width;
-    sensor->camera.height = film->height;
-    if (sensor->camera.kind != CA_CAMERA_ORTHOGRAPHIC)
-        sensor->camera.tan_half_x =
-            (float)ca_camera_tan_half_x(sensor->fov_degrees, sensor->fov_axis, film->width, film->height);
-}
-
 void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
 {
     const ca_plugin *plugin = ca_import_find_plugin(importer, node, sensors, CA_COUNT(sensors));
@@ -130,14 +125,18 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
     import_nested(&props, "sampler", ca_import_sampler);
     ca_props_end(&props);
     if (!ca_import_good(importer)) return;
-    fit_to_film(sensor, &importer->desc->film);
-    const float tan_half_x = sensor->camera.tan_half_x;
-    if (sensor->camera.kind != CA_CAMERA_ORTHOGRAPHIC && !(tan_half_x > 0.0f && tan_half_x < 1e6f))
+    sensor->camera.width = importer->desc->film.width;
+    sensor->camera.height = importer->desc->film.height;
+    if (sensor->camera.kind == CA_CAMERA_ORTHOGRAPHIC) return;
+    const ca_film_desc *film = &importer->desc->film;
+    const float tan_half_x =
+        (float)ca_camera_tan_half_x(sensor->fov_degrees, sensor->fov_axis, film->width, film->height);
+    ca_camera_set_tan_half_x(&sensor->camera, tan_half_x);
+    if (!(tan_half_x > 0.0f && tan_half_x < 1e6f))
         ca_import_fail(importer, &node->where, "the horizontal field of view is not between 0 and 180 degrees");
 }
 
-/* ---- Sampler
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Sampler --------------------------------------------------------------------------------------------------- */
 
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node)
 {

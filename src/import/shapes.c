@@ -3,8 +3,7 @@
 
 #include <string.h>
 
-/* ---- Meshes
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- Meshes ---------------------------------------------------------------------------------------------------- */
 
 /* Takes the mesh over. */
 static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
@@ -15,8 +14,8 @@ static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
         ca_import_fail_memory(props->importer, "meshes");
         return;
     }
-    shape->mesh = (uint32_t)(desc->meshes.count - 1);
-    desc->meshes.items[shape->mesh] = *mesh;
+    shape->as.mesh.index = (uint32_t)(desc->meshes.count - 1);
+    desc->meshes.items[shape->as.mesh.index] = *mesh;
 }
 
 static void add_built_in(ca_props *props, ca_shape_desc *shape, ca_status (*create)(ca_mesh *, ca_error *))
@@ -91,8 +90,7 @@ static void import_obj(ca_props *props, void *result) { import_mesh_file(props, 
 static void import_ply(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_PLY); }
 static void import_serialized(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_SERIALIZED); }
 
-/* ---- Quadrics
- * ---------------------------------------------------------------------------------------------------- */
+/* ---- Quadrics -------------------------------------------------------------------------------------------------- */
 
 static void require_similarity(ca_props *props, const ca_shape_desc *shape)
 {
@@ -104,8 +102,8 @@ static void import_sphere(ca_props *props, void *result)
 {
     ca_shape_desc *shape = result;
     shape->kind = CA_SHAPE_SPHERE;
-    shape->radius = (float)ca_props_positive(props, "radius", 1.0);
-    ca_props_point(props, "center", shape->center);
+    shape->as.sphere.radius = (float)ca_props_positive(props, "radius", 1.0);
+    ca_props_point(props, "center", shape->as.sphere.center);
     require_similarity(props, shape);
 }
 
@@ -120,12 +118,13 @@ static void import_cylinder(ca_props *props, void *result)
 {
     ca_shape_desc *shape = result;
     shape->kind = CA_SHAPE_CYLINDER;
-    shape->radius = (float)ca_props_positive(props, "radius", 1.0);
-    shape->p1[2] = 1.0;
-    ca_props_point(props, "p0", shape->p0);
-    ca_props_point(props, "p1", shape->p1);
+    shape->as.cylinder.radius = (float)ca_props_positive(props, "radius", 1.0);
+    double *p0 = shape->as.cylinder.p0, *p1 = shape->as.cylinder.p1;
+    p1[2] = 1.0;
+    ca_props_point(props, "p0", p0);
+    ca_props_point(props, "p1", p1);
     double length2 = 0.0;
-    for (int i = 0; i < 3; i++) length2 += (shape->p1[i] - shape->p0[i]) * (shape->p1[i] - shape->p0[i]);
+    for (int i = 0; i < 3; i++) length2 += (p1[i] - p0[i]) * (p1[i] - p0[i]);
     if (!(length2 > 0.0) || !isfinite(length2)) ca_props_fail(props, "p1", "must be another point than p0");
     require_similarity(props, shape);
 }
@@ -141,8 +140,7 @@ static const ca_plugin plugins[] = {
     {"serialized", import_serialized},
 };
 
-/* ---- What all of them have
- * --------------------------------------------------------------------------------------- */
+/* ---- What all of them have ------------------------------------------------------------------------------------- */
 
 static void import_material(ca_props *props, ca_shape_desc *shape)
 {
@@ -179,7 +177,7 @@ static const char *keep_id(ca_importer *importer, const ca_xml_node *node)
 
 static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const ca_plugin *plugin, uint32_t group)
 {
-    ca_shape_desc shape = {.mesh = CA_NONE, .material = CA_NONE, .light = CA_NONE, .group = group};
+    ca_shape_desc shape = {.material = CA_NONE, .light = CA_NONE, .group = group};
     ca_props props;
     ca_props_begin(&props, importer, node);
     shape.where = node->where;
@@ -198,8 +196,7 @@ static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const c
         ca_import_fail_memory(importer, "shapes");
 }
 
-/* ---- Groups and instances
- * ---------------------------------------------------------------------------------------- */
+/* ---- Groups and instances -------------------------------------------------------------------------------------- */
 
 static bool is_type(const ca_xml_node *node, const char *type)
 {

@@ -32,7 +32,7 @@
 
 #define ENGINE_FUNCTIONS                                                                                             \
     .destroy = ca_bidirectional_destroy, .rounds = ca_bidirectional_rounds,                                          \
-    .begin_round = ca_bidirectional_begin_round, .camera_path = ca_bidirectional_camera_path,                        \
+    .begin_round = ca_bidirectional_begin_round, .camera_paths = ca_bidirectional_camera_paths,                      \
     .begin_pixel = ca_pairs_begin_pixel, .end_pixel = ca_pairs_end_pixel, .splat = ca_bidirectional_splat
 
 /* ---- light ----------------------------------------------------------------------------------------------------- */

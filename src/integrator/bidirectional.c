@@ -104,13 +104,10 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
     }
     b->first_chunk = round * b->resident;
-    b->chunks_now = ca_min_u32(b->resident, b->chunk_count - b->first_chunk);
-    for (uint32_t i = 0; i < b->chunks_now; i++) {
-        const uint32_t first = (b->first_chunk + i) * (uint32_t)CA_CHUNK_PATHS;
-        const uint32_t count = ca_min_u32(CA_CHUNK_PATHS, b->light_paths - first);
-        const uint64_t number = b->input.first_light_path + (uint64_t)pass * b->light_paths + first;
-        CA_TRY(ca_light_chunk_prepare(b, &b->chunks[i], number, count, parallel, workers, error));
-    }
+    const uint32_t first = b->first_chunk * (uint32_t)CA_CHUNK_PATHS, left = b->light_paths - first;
+    const uint64_t most = (uint64_t)b->resident * CA_CHUNK_PATHS;
+    const uint64_t number = b->input.first_light_path + (uint64_t)pass * b->light_paths + first;
+    CA_TRY(ca_light_paths_prepare(b, number, left < most ? left : (uint32_t)most, parallel, workers, error));
     return b->input.pairs && b->rules.splat ? ca_pair_splats_sort(&b->pair_splats, error) : CA_OK;
 }
 
@@ -122,31 +119,25 @@ ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
-static ca_status create_chunk(ca_bidirectional *b, ca_light_chunk *chunk, ca_error *error)
+/* What a chunk of light paths will take, from a few of them; *once: what is needed for one of them at a time. */
+static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, double *once, ca_error *error)
 {
-    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
-    CA_TRY(ca_light_store_create(&chunk->store, paths, b->input.workers, error));
-    return ca_bidirectional_merges(b) ? ca_photon_grid_create(&chunk->grid, error) : CA_OK;
-}
-
-/* What a chunk of light paths will take, from a few of them. */
-static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, ca_error *error)
-{
-    ca_light_chunk *chunk = &b->chunks[0];
     ca_worker worker = {.index = 0};
     const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths), few = ca_min_u32(FEW_PATHS, paths);
     set_radius(b, 0);
-    ca_light_store_clear(&chunk->store);
     ca_light_block *block = &b->blocks[0];
+    ca_light_store store;
+    CA_TRY(ca_light_store_create(&store, few, 1, error));
+    ca_light_walks(b, &store, 0, few, CA_PILOT_NUMBER, block, &worker);
     double vertices = 0.0;
-    for (uint32_t i = 0; i < few; i++) {
-        ca_light_walk(b, chunk, i, CA_PILOT_NUMBER + i, block, &worker);
-        vertices += chunk->store.paths[i].count;
-    }
-    CA_TRY(ca_light_store_check(&chunk->store, error));
-    *bytes = ca_light_bytes(few, vertices, (double)block->photon_count, (double)block->splats.count) / few * paths;
-    block->photon_count = block->splats.count = 0;
-    return CA_OK;
+    for (uint32_t i = 0; i < few; i++) vertices += store.paths[i].count;
+    const ca_status status = ca_light_store_check(&store, error);
+    *bytes = ca_light_bytes(few, vertices, (double)block->photons) / few * paths;
+    *once = (double)block->splats.count * sizeof(ca_splat) / few * paths;
+    block->photons = 0;
+    block->splats.count = 0;
+    ca_light_store_destroy(&store);
+    return status;
 }
 
 /* How many chunks may be in memory at a time. */
@@ -154,14 +145,14 @@ static ca_status plan_rounds(ca_bidirectional *b, ca_error *error)
 {
     b->resident = b->chunk_count;
     if (b->input.memory_bytes <= 0.0) return CA_OK;
-    double bytes;
-    CA_TRY(estimate_chunk_bytes(b, &bytes, error));
-    if (bytes > b->input.memory_bytes)
+    double bytes, once;
+    CA_TRY(estimate_chunk_bytes(b, &bytes, &once, error));
+    if (bytes + once > b->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "%u light paths need about %.0f MiB, more than the %.0f MiB left beside the film",
-                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), bytes / 1048576.0,
+                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), (bytes + once) / 1048576.0,
                        b->input.memory_bytes / 1048576.0);
-    const double fit = b->input.memory_bytes / bytes;
+    const double fit = (b->input.memory_bytes - once) / bytes;
     b->resident = fit < (double)b->chunk_count ? (uint32_t)fit : b->chunk_count;
     return CA_OK;
 }
@@ -170,10 +161,15 @@ static ca_status create_scratch(ca_bidirectional *b, ca_error *error)
 {
     b->scratch = ca_alloc_zeroed(b->input.workers, sizeof *b->scratch);
     if (!b->scratch) return ca_fail_memory(error, "the integrator");
-    for (uint32_t i = 0; i < b->input.workers; i++) {
-        b->scratch[i].chunk_light = ca_alloc_zeroed(b->resident + 1, sizeof(ca_rgb));
-        if (!b->scratch[i].chunk_light) return ca_fail_memory(error, "the integrator");
-    }
+    for (uint32_t i = 0; i < b->input.workers; i++)
+        CA_TRY(ca_bidirectional_scratch_create(&b->scratch[i], b, error));
+    return CA_OK;
+}
+
+static ca_status create_chunk_sums(ca_bidirectional *b, ca_error *error)
+{
+    for (uint32_t i = 0; i < b->input.workers; i++)
+        CA_TRY(ca_bidirectional_scratch_add_chunks(&b->scratch[i], b, error));
     return CA_OK;
 }
 
@@ -181,12 +177,12 @@ static ca_status create_light_paths(ca_bidirectional *b, ca_error *error)
 {
     b->chunk_count = (uint32_t)(((uint64_t)b->light_paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS);
     b->blocks = ca_alloc_zeroed(ca_light_block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)), sizeof *b->blocks);
-    b->chunks = ca_alloc_zeroed(b->chunk_count, sizeof *b->chunks);
-    if (!b->blocks || !b->chunks) return ca_fail_memory(error, "the light paths");
-    CA_TRY(create_chunk(b, &b->chunks[0], error));
+    if (!b->blocks) return ca_fail_memory(error, "the light paths");
     CA_TRY(plan_rounds(b, error));
-    for (uint32_t i = 1; i < b->resident; i++) CA_TRY(create_chunk(b, &b->chunks[i], error));
-    return CA_OK;
+    const uint64_t most = (uint64_t)b->resident * CA_CHUNK_PATHS;
+    CA_TRY(ca_light_store_create(&b->store, most < b->light_paths ? (uint32_t)most : b->light_paths, b->input.workers,
+                                 error));
+    return ca_bidirectional_merges(b) ? ca_photon_grid_create(&b->grid, error) : CA_OK;
 }
 
 ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_rules *rules,
@@ -197,9 +193,10 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
     b->input = *input;
     b->rules = *rules;
     ca_status status = read_settings(b, type, input, error);
+    if (status == CA_OK) status = create_scratch(b, error);
     if (status == CA_OK) status = create_light_paths(b, error);
     if (status == CA_OK) status = ca_pairs_check(b, type, error);
-    if (status == CA_OK) status = create_scratch(b, error);
+    if (status == CA_OK) status = create_chunk_sums(b, error);
     if (status == CA_OK) status = ca_pairs_create(b, error);
     if (status == CA_OK) status = ca_splat_buffer_create(&b->splats, input->crop, error);
     if (status != CA_OK) {
@@ -214,24 +211,14 @@ void ca_bidirectional_destroy(void *state)
 {
     ca_bidirectional *b = state;
     const uint32_t blocks = b->blocks ? ca_light_block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)) : 0;
-    for (uint32_t i = 0; i < blocks; i++) {
-        ca_free(b->blocks[i].photons);
-        ca_splat_list_destroy(&b->blocks[i].splats);
-    }
-    for (uint32_t i = 0; b->chunks && i < b->chunk_count; i++) {
-        ca_light_store_destroy(&b->chunks[i].store);
-        ca_photon_grid_destroy(b->chunks[i].grid);
-        ca_free(b->chunks[i].photons);
-    }
-    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) {
-        ca_free(b->scratch[i].chunk_light);
-        ca_pair_sums_destroy(b->scratch[i].pairs);
-    }
+    for (uint32_t i = 0; i < blocks; i++) ca_splat_list_destroy(&b->blocks[i].splats);
+    ca_light_store_destroy(&b->store);
+    ca_photon_grid_destroy(b->grid);
+    for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_bidirectional_scratch_destroy(&b->scratch[i]);
     ca_photon_grid_destroy(b->pilot);
     ca_splat_buffer_destroy(&b->splats);
     ca_pair_splats_destroy(&b->pair_splats);
     ca_free(b->scratch);
     ca_free(b->blocks);
-    ca_free(b->chunks);
     ca_free(b);
 }

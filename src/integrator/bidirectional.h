@@ -3,18 +3,23 @@
  * A pass traces N_F light paths and keeps their vertices; then every pixel traces N_B camera paths, which gather
  * light in up to five ways (path/technique.h):
  *
- *     technique    where           estimates                                                  divided by
- *     hit          camera_walk.c   throughput_camera L_e                                      1
- *     next event   camera_walk.c   throughput_camera f |cos| L_e / pdf                        1
- *     connect      join.c          throughput_camera f G f throughput_light                   1   (with one light
- * path) merge        join.c          throughput_camera f throughput_light / (pi r^2)            N_F (with all of
- * them) splat        light_walk.c    throughput_light f |cos| W_e / pdf                         N_F (onto any pixel)
+ *     technique    where           estimates                                          divided by
+ *     hit          camera_walk.c   throughput_camera L_e                              1
+ *     next event   next_event.c    throughput_camera f |cos| L_e / pdf                1
+ *     connect      connect.c       throughput_camera f G f throughput_light           1   (with one light path)
+ *     merge        merge.c         throughput_camera f throughput_light / (pi r^2)    N_F (with all of them)
+ *     splat        splat.c         throughput_light f |cos| W_e / pdf                 N_F (onto any pixel)
  *
  * each times its weight (path/mis.h). An algorithm is a set of ca_mis_rules; algorithms.c has the table.
  *
- * Chunks: light paths are kept in chunks of a fixed number, each with a photon grid of its own. A camera path's light
- * is summed for each chunk apart and the sums are added in order, so that it does not matter how many chunks are in
- * memory at a time (rounds, integrator.h).
+ * Walks from both ends go through their stages in batches (walk.h): intersect, arrive, hit, next event, connect,
+ * merge, splat, scatter. Whatever needs a ray asks first and is answered when the batch's rays are: what it brings is
+ * added in the order in which it asked, so that a path's sums do not depend on the batch.
+ *
+ * Chunks: light paths are traced in chunks of a fixed number, and all that are in memory share one photon grid. A
+ * camera path's light is summed for each chunk apart and the sums are added in order; the grid's order does not
+ * depend on what else is in it (photon_grid.h). So it does not matter how many chunks are in memory at a time
+ * (rounds, integrator.h).
  *
  * Pairs: where input.pairs wants them, all that the techniques bring is also summed for every pair of a light and a
  * camera path (pairs.c), which reads what the image gets and changes nothing of it. */
@@ -24,9 +29,10 @@
 #include "film/pair_splats.h"
 #include "film/splats.h"
 #include "integrator/integrator.h"
+#include "integrator/walk.h"
 #include "path/light_store.h"
+#include "path/join.h"
 #include "path/mis.h"
-#include "path/subpath.h"
 #include "photon/photon_grid.h"
 
 /* Photons farther than 60 degrees from the surface's tilt belong to another surface. */
@@ -35,55 +41,59 @@
 /* Light paths of pilots are numbered from here: no pass gets so far. */
 #define CA_PILOT_NUMBER (UINT64_C(1) << 62)
 
+enum { CA_BLOCK_PATHS = 512 }; /* light paths of one task */
+
 enum {
-    CA_CHUNK_PATHS = 1 << 18,
-    CA_BLOCK_PATHS = 512, /* light paths of one task */
+    CA_WALKS = 128,                                       /* of a batch */
+    CA_LIGHT_ENDS = 4 * CA_WALKS + CA_PATH_MAX_VERTICES, /* vertices of light paths that a batch may connect to */
 };
 
-/* What a worker needs for a camera path. */
+typedef struct ca_bidirectional ca_bidirectional;
+typedef struct ca_camera_walk ca_camera_walk;
+typedef struct ca_light_walk ca_light_walk;
+typedef struct ca_next_event ca_next_event;
+typedef struct ca_connection ca_connection;
+
+/* What a worker needs for a batch of paths. */
 typedef struct ca_bidirectional_scratch {
-    ca_path_vertex camera[CA_PATH_MAX_VERTICES];
-    ca_bsdf light_bsdfs[CA_PATH_MAX_VERTICES]; /* of the light path it connects to, ... */
-    ca_surface light_surfaces[CA_PATH_MAX_VERTICES];
-    uint32_t light_ready;                      /* ... made up to this vertex */
-    ca_pair_sums *pairs; /* owned: of the pixel; NULL: not wanted */
-    bool pairing;        /* between begin_pixel and end_pixel */
-    ca_rgb *chunk_light; /* owned: gathered with each chunk in memory; behind them what ca_camera_walk.connect_slot
-                            says */
+    uint32_t row;                 /* vertices of a path that there is room for */
+    ca_camera_walk *camera_walks; /* owned; [CA_WALKS] */
+    ca_light_walk *light_walks;   /* owned; likewise */
+    ca_path_vertex *densities;    /* owned; [CA_WALKS][row] */
+    ca_light_vertex *vertices;    /* owned; of light paths, likewise */
+    ca_surface_point *points;     /* owned; of camera paths, for the observer, likewise; NULL where there is none */
+    ca_splat_list splats;         /* of a batch */
+    uint32_t *splat_next;         /* owned; number of the next one of the same walk, or CA_NONE */
+    size_t splat_next_capacity;
+    ca_surface *light_surfaces;   /* owned; [CA_LIGHT_ENDS]: of the light paths that are connected to; likewise: */
+    ca_bsdf *light_bsdfs;
+    ca_walk_rays *rays;           /* owned */
+    ca_next_event *next_events;   /* owned; [CA_RAY_BATCH]; likewise: */
+    ca_connection *connections;
+    ca_rgb *chunk_light; /* owned; [CA_WALKS][resident + 1]: gathered with each chunk in memory; the last as
+                            ca_camera_walk.connect_slot says. Zero where not in use: */
+    uint64_t *chunk_used; /* owned; a bit for each; [CA_WALKS][ca_chunk_words] */
+    ca_pair_sums *pairs;  /* owned: of the pixel; NULL: not wanted */
+    bool pairing;         /* between begin_pixel and end_pixel */
 } ca_bidirectional_scratch;
 
-/* Photons and splats of a block of light paths. */
+ca_status ca_bidirectional_scratch_create(ca_bidirectional_scratch *scratch, const ca_bidirectional *b,
+                                          ca_error *error);
+/* Room for what is gathered, once it is known how many chunks are in memory. */
+ca_status ca_bidirectional_scratch_add_chunks(ca_bidirectional_scratch *scratch, const ca_bidirectional *b,
+                                              ca_error *error);
+void ca_bidirectional_scratch_destroy(ca_bidirectional_scratch *scratch);
+
+/* What else a block of light paths has. */
 typedef struct ca_light_block {
-    ca_photon *photons; /* owned */
-    size_t photon_count, photon_capacity;
     ca_splat_list splats;
+    uint32_t photons; /* how many */
 } ca_light_block;
 
-/* What a merge reads of a photon: one cache line. */
-typedef struct ca_merge_photon {
-    ca_vec3 wi;        /* as the light vertex has them */
-    ca_rgb throughput;
-    ca_vec3 ng;
-    ca_pdf_area pdf_forward;
-    float to_previous, distance, sqrt_area, sqrt_omega;
-    uint32_t first; /* number of its path's v[0] ... */
-    uint32_t index : 14; /* ... and its own in the path */
-    uint32_t path : 18;  /* number of its path in the chunk, where pairs are wanted */
-} ca_merge_photon;
+_Static_assert(CA_PATH_MAX_VERTICES < 1 << 13 && CA_CHUNK_PATHS <= 1 << 18,
+               "they fit the records of vertices and splats");
 
-_Static_assert(sizeof(ca_merge_photon) == 64, "a cache line");
-_Static_assert(CA_PATH_MAX_VERTICES < 1 << 14 && CA_CHUNK_PATHS <= 1 << 18,
-               "they fit the records of photons and splats");
-
-typedef struct ca_light_chunk {
-    uint32_t count; /* light paths */
-    ca_light_store store;
-    ca_photon_grid *grid;     /* NULL where nothing is merged */
-    ca_merge_photon *photons; /* owned; in the grid's places */
-    size_t photon_capacity;
-} ca_light_chunk;
-
-typedef struct ca_bidirectional {
+struct ca_bidirectional {
     ca_integrator_input input;
     uint32_t max_depth, rr_depth;
     bool hide_emitters;
@@ -93,8 +103,11 @@ typedef struct ca_bidirectional {
     float radius;              /* of this pass */
 
     uint32_t chunk_count, resident; /* chunks of a pass, and how many are in memory at a time */
-    ca_light_chunk *chunks;         /* owned; [resident] */
     uint32_t first_chunk, chunks_now; /* of this round */
+    uint32_t paths_now;             /* light paths in memory: those of these chunks, one chunk after the other */
+    ca_light_store store;
+    uint64_t photons_now;           /* how many photons they have */
+    ca_photon_grid *grid;           /* of these, which answers with vertex numbers; NULL where nothing is merged */
     uint64_t pairing_shift;         /* camera path i connects to light path (i + shift) mod N_F */
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
@@ -102,12 +115,15 @@ typedef struct ca_bidirectional {
     ca_photon_grid *pilot;          /* photons whose density the reuse rule asks for; else NULL, or not made yet */
     float pilot_scale;              /* N_F over the number of its light paths */
     ca_bidirectional_scratch *scratch; /* owned; [input.workers] */
-} ca_bidirectional;
+};
 
 static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b->rules.merge != CA_MERGE_NONE; }
 
 /* Tasks that it takes to trace so many light paths. */
 static inline uint32_t ca_light_block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
+
+/* Words of a walk in ca_bidirectional_scratch.chunk_used. */
+static inline uint32_t ca_chunk_words(const ca_bidirectional *b) { return b->resident / 64 + 1; }
 
 /* Photons per m^2 around a vertex where the weights want to know, else 0. */
 static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
@@ -115,33 +131,37 @@ static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
 }
 
+/* The weight of a full path; its points for the observer as in path_observer.h. */
+static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_technique technique,
+                                            const ca_mis_path *path, const ca_surface_point *camera,
+                                            const ca_light_vertex *light)
+{
+    return ca_observed_weight(b->input.observer, &b->rules, technique, path, camera, light);
+}
+
 /* ---- The walks and joins --------------------------------------------------------------------------------------- */
 
-/* Traces light path `path` of a chunk, the `number`-th of the whole render. */
-void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number,
-                   ca_light_block *block, ca_worker *worker);
+/* Traces light paths [first, first + count) of those in memory, the `number`-th and those after it of the whole
+ * render.
+ */
+void ca_light_walks(const ca_bidirectional *b, ca_light_store *store, uint32_t first, uint32_t count, uint64_t number,
+                    ca_light_block *block, ca_worker *worker);
 
 /* A camera path at one of its vertices. */
-typedef struct ca_camera_walk ca_camera_walk;
 struct ca_camera_walk {
+    ca_walk walk;
     const ca_bidirectional *b;
     ca_worker *worker;
     ca_bidirectional_scratch *scratch;
-    ca_film_sample *sample;
-    ca_stream stream;
-    uint32_t x, y;         /* pixel */
-    uint32_t vertex;       /* number of the last vertex, = segments so far */
-    ca_vec3 origin, direction; /* of the next segment */
-    float t_min, t_max;
-    ca_flight flight;
-    ca_rgb throughput;
-    float eta2;
-    ca_vec3 wi;            /* from the last vertex to the one before */
-    ca_surface surface;    /* of the last vertex */
-    ca_bsdf bsdf;
-    const ca_light_chunk *paired_chunk; /* of the light path to connect to; NULL: not in this round */
+    ca_camera_path *path;
+    ca_surface_point *points; /* where the path is observed; else NULL */
+    ca_rgb *light;            /* gathered with each chunk; a bit of light_used for each */
+    uint64_t *light_used;
+    bool has_paired;       /* is the light path to connect to in memory? */
     uint32_t paired;       /* its number there */
     uint32_t connect_slot; /* where what connections bring is added: the chunk's number, or one behind the last */
+    uint32_t light_first;  /* of its vertices in scratch->light_bsdfs, ... */
+    uint32_t light_ready;  /* ... which are made up to this one */
     const struct ca_walk_hooks *hooks; /* NULL: gather */
     void *user;            /* of the hooks */
 };
@@ -158,55 +178,99 @@ typedef struct ca_walk_hooks {
 bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight);
 
-/* The index-th camera path through a pixel, ready to be traced, and gathered light set to zero. The sample's
- * first-hit layers and filter weight are filled. */
-void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint32_t x, uint32_t y, uint32_t index,
-                          ca_film_sample *sample, ca_worker *worker);
-void ca_camera_walk_trace(ca_camera_walk *walk);
-/* Next event at the last vertex; `weighted`: by all that the rules allow, else it counts in full. */
-void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted);
+/* A camera path, ready to be traced, in a slot of the worker's scratch, and gathered light set to zero. The sample's
+ * filter weight is filled; tracing fills its first-hit layers. */
+void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, ca_camera_path *path, uint32_t slot,
+                          ca_worker *worker);
+/* Traces walks of one worker, at most CA_WALKS. */
+void ca_camera_walks_trace(ca_camera_walk *const *walks, uint32_t count);
 
-/* Edges from the last vertex to all vertices of the paired light path but the one on the light. */
-void ca_join_connect(ca_camera_walk *walk);
-/* Photons of all chunks near the last vertex. The first chunk's query is started apart: what it asks of the memory
- * arrives while something else is done. */
-void ca_join_merge_start(const ca_camera_walk *walk, ca_photon_query *query);
-void ca_join_merge(ca_camera_walk *walk, ca_photon_query *first);
-
-/* The weight of a merge of the last vertex with a photon, whose path has these densities; `value` of the BSDF for
- * it. */
-float ca_join_merge_weight(const ca_camera_walk *walk, const ca_path_vertex *densities, const ca_merge_photon *photon,
-                           const ca_bsdf_value *value);
-
-/* Traces light paths [number, number + count) of the whole render into a chunk, and splats and sorts them as the
- * rules want. */
-ca_status ca_light_chunk_prepare(ca_bidirectional *b, ca_light_chunk *chunk, uint64_t number, uint32_t count,
-                                 const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Traces light paths from `number` on into the first chunk until they take so many bytes: a multiple of a fixed step,
- * one step at least; *count of them. Not sorted. */
-ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
-                              const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the chunks' contents are
- * lost. */
-ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
-                         const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* What light paths take in memory. */
-static inline double ca_light_bytes(double paths, double vertices, double photons, double splats)
+static inline ca_path_vertex *ca_camera_walk_vertex(const ca_camera_walk *walk)
 {
-    return paths * sizeof(ca_light_path) + vertices * (sizeof(ca_path_vertex) + sizeof(ca_light_vertex)) +
-           photons * (3 * sizeof(ca_photon) + sizeof(uint32_t) + sizeof(ca_merge_photon)) + splats * sizeof(ca_splat);
+    return &walk->walk.densities[walk->walk.vertex];
 }
 
-/* Sorts the blocks' photons into the chunk's grid, and what merges read into the same order. */
-ca_status ca_light_chunk_sort(const ca_bidirectional *b, ca_light_chunk *chunk, const ca_parallel *parallel,
-                              ca_error *error);
-/* The blocks' photons of `paths` light paths into any grid. */
-ca_status ca_light_blocks_sort(const ca_bidirectional *b, uint32_t paths, ca_photon_grid *grid, float radius,
-                               const ca_parallel *parallel, ca_error *error);
+/* ---- Next event ------------------------------------------------------------------------------------------------ */
 
-/* One camera path; integrator.h. */
-void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                                  ca_film_sample *sample, ca_worker *worker);
+/* A light that was asked, until the ray is answered. */
+struct ca_next_event {
+    ca_camera_walk *walk;
+    const ca_light *light;
+    float choice, cos_out;
+    ca_light_direct direct;
+    ca_bsdf_value value;
+    ca_rgb unweighted;
+};
+
+/* At the last vertices of the walks that scatter smoothly. */
+void ca_next_events(ca_camera_walk *const *walks, uint32_t count);
+/* The same for one walk at once; `weighted`: by all that the rules allow, else it counts in full. */
+void ca_next_event_now(ca_camera_walk *walk, bool weighted);
+
+/* ---- Connect --------------------------------------------------------------------------------------------------- */
+
+/* An edge between a camera path's last vertex and a light vertex, until the ray is answered. */
+struct ca_connection {
+    ca_camera_walk *walk;
+    const ca_light_vertex *vertex;
+    float distance, cos_camera, cos_light, cos_light_in; /* cos_light_in: of the light path's own segment */
+    ca_bsdf_value camera, light;
+    ca_rgb unweighted;
+};
+
+/* Edges from the last vertices of the walks to all vertices of their paired light paths but the one on the light. */
+void ca_connect_all(ca_camera_walk *const *walks, uint32_t count);
+
+/* ---- Merge ----------------------------------------------------------------------------------------------------- */
+
+/* Photons near the last vertex. */
+void ca_merge_all(ca_camera_walk *walk);
+
+/* The weight of a merge of the last vertex with a photon, whose path is in `store`; `value` of the BSDF for it. */
+float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
+                      const ca_bsdf_value *value);
+
+/* ---- Light paths ----------------------------------------------------------------------------------------------- */
+
+/* A light path at one of its vertices. */
+struct ca_light_walk {
+    ca_walk walk;
+    uint32_t path;             /* its number in memory */
+    const ca_light *light;
+    ca_light_vertex *vertices; /* v[0] first */
+    uint32_t first_splat, last_splat; /* in scratch->splats, or CA_NONE */
+};
+
+/* Connects the last vertices of the walks that scatter smoothly to points of the lens; false when out of memory. The
+ * splats are kept in scratch->splats until the batch has ended. */
+bool ca_splat_all(const ca_bidirectional *b, ca_light_walk *const *walks, uint32_t count, ca_worker *worker);
+
+/* Traces light paths [number, number + count) of the whole render into the memory, and splats and sorts them as the
+ * rules want. */
+ca_status ca_light_paths_prepare(ca_bidirectional *b, uint64_t number, uint32_t count, const ca_parallel *parallel,
+                                 ca_worker *workers, ca_error *error);
+/* Traces light paths from `number` on until they take so many bytes or are a chunk: a multiple of a fixed step, one
+ * step at least; *count of them. Not sorted. */
+ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
+                              const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the light paths in memory
+ * are lost. */
+ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
+                         const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+/* What light paths take in memory; a photon has up to two buckets. */
+static inline double ca_light_bytes(double paths, double vertices, double photons)
+{
+    return paths * sizeof(ca_light_path) + vertices * (sizeof(ca_path_vertex) + sizeof(ca_light_vertex)) +
+           photons * (sizeof(ca_photon) + 2 * sizeof(uint32_t));
+}
+
+/* Sorts the photons of the light paths in memory into a grid. */
+ca_status ca_light_photons_sort(const ca_bidirectional *b, ca_photon_grid *grid, float radius,
+                                const ca_parallel *parallel, ca_error *error);
+
+/* integrator.h. */
+void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,
+                                   ca_worker *worker);
 
 /* ---- Pairs, where they are wanted ------------------------------------------------------------------------------ */
 
@@ -222,7 +286,7 @@ void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *wo
  * image gets for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
-void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, ca_rgb unweighted,
                         float weight);
 
 /* ---- The engine ------------------------------------------------------------------------------------------------ */

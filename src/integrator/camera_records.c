@@ -19,8 +19,8 @@ typedef struct record_walk {
 /* Was there a Dirac event before the last vertex? */
 static bool met_dirac(const ca_camera_walk *walk)
 {
-    const uint32_t events = walk->vertex - 1;
-    return walk->scratch->camera[walk->vertex - 1].connectable_count < events;
+    const uint32_t before = walk->walk.vertex - 1;
+    return walk->walk.densities[before].connectable_count < before;
 }
 
 static bool shows_light(const ca_camera_walk *walk)
@@ -44,18 +44,19 @@ static void keep_vertex(ca_camera_walk *walk)
     const ca_qmcppm *q = record->q;
     ca_camera_task *task = record->task;
     const bool dirac = met_dirac(walk);
-    if (!q->direct_photons && ca_qmcppm_shows(q, dirac)) ca_camera_walk_next_event(walk, false);
+    if (!q->direct_photons && ca_qmcppm_shows(q, dirac)) ca_next_event_now(walk, false);
     if (!ca_array_reserve((void **)&task->vertices, &task->vertex_capacity, task->vertex_count + 1,
                           sizeof *task->vertices)) {
         task->failed = true;
         return;
     }
-    task->vertices[task->vertex_count++] = (ca_gather_vertex){.point = ca_surface_point_of(&walk->surface),
-                                                              .wi = walk->wi,
-                                                              .throughput = walk->throughput,
-                                                              .radius0 = initial_radius(q, walk->surface.position),
-                                                              .vertex = (uint16_t)walk->vertex,
-                                                              .dirac = dirac};
+    task->vertices[task->vertex_count++] =
+        (ca_gather_vertex){.point = ca_surface_point_of(&walk->walk.surface),
+                           .wi = walk->walk.wi,
+                           .throughput = walk->walk.throughput,
+                           .radius0 = initial_radius(q, walk->walk.surface.position),
+                           .vertex = (uint16_t)walk->walk.vertex,
+                           .dirac = dirac};
 }
 
 static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_camera_task *task,
@@ -63,13 +64,13 @@ static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_ca
 {
     record->densities = (uint32_t)task->density_count;
     if (!q->weighted || record->count == 0) return;
-    const uint32_t count = walk->vertex + 1;
+    const uint32_t count = walk->walk.vertex + 1;
     if (!ca_array_reserve((void **)&task->densities, &task->density_capacity, task->density_count + count,
                           sizeof *task->densities)) {
         task->failed = true;
         return;
     }
-    memcpy(&task->densities[task->density_count], walk->scratch->camera, count * sizeof *task->densities);
+    memcpy(&task->densities[task->density_count], walk->walk.densities, count * sizeof *task->densities);
     task->density_count += count;
 }
 
@@ -81,17 +82,20 @@ static void trace_path(const ca_qmcppm *q, uint64_t number, ca_camera_task *task
     const uint64_t pixel = number % q->pixels;
     const uint32_t width = crop[2] - crop[0];
     record_walk user = {.q = q, .task = task};
-    ca_camera_walk walk;
+    ca_camera_walk *walk = &q->engine->scratch[worker->index].camera_walks[0];
     *record = (ca_camera_record){.first = (uint32_t)task->vertex_count};
-    ca_camera_walk_start(&walk, q->engine, crop[0] + (uint32_t)(pixel % width), crop[1] + (uint32_t)(pixel / width),
-                         (uint32_t)(number / q->pixels), &record->sample, worker);
-    walk.hooks = &hooks;
-    walk.user = &user;
+    ca_camera_path path = {.x = crop[0] + (uint32_t)(pixel % width),
+                           .y = crop[1] + (uint32_t)(pixel / width),
+                           .index = (uint32_t)(number / q->pixels),
+                           .sample = &record->sample};
+    ca_camera_walk_start(walk, q->engine, &path, 0, worker);
+    walk->hooks = &hooks;
+    walk->user = &user;
     worker->counters.camera_paths++;
-    if (q->engine->max_depth > 0) ca_camera_walk_trace(&walk);
+    if (q->engine->max_depth > 0) ca_camera_walks_trace(&walk, 1);
     record->count = (uint32_t)task->vertex_count - record->first;
-    record->own_light = walk.scratch->chunk_light[0];
-    keep_densities(q, &walk, task, record);
+    record->own_light = walk->light[0];
+    keep_densities(q, walk, task, record);
 }
 
 /* ---- A block --------------------------------------------------------------------------------------------------- */

@@ -1,6 +1,5 @@
-/* Camera paths: hits and next event here, the joins with light paths in join.c. */
+/* Camera paths: how they start, what they hit, and the stages that a batch of them goes through. */
 #include "integrator/bidirectional.h"
-#include "integrator/walk.h"
 
 bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight)
@@ -10,59 +9,61 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
         walk->worker->counters.non_finite[technique]++;
         return false;
     }
-    ca_rgb *sum = &walk->scratch->chunk_light[chunk];
-    *sum = ca_rgb_add(*sum, value);
+    walk->light[chunk] = ca_rgb_add(walk->light[chunk], value);
+    walk->light_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
     ca_technique_images *images = walk->b->input.technique_images;
     if (images)
-        ca_technique_images_add(images, technique, s, t, walk->x, walk->y,
-                                ca_rgb_scale(unweighted, walk->sample->filter_weight / (float)walk->b->camera_paths),
-                                weight);
+        ca_technique_images_add(
+            images, technique, s, t, walk->path->x, walk->path->y,
+            ca_rgb_scale(unweighted, walk->path->sample->filter_weight / (float)walk->b->camera_paths), weight);
     return true;
 }
 
 /* Only one round gathers what needs no light paths. */
-static inline bool gathers_own_light(const ca_camera_walk *walk) { return walk->b->first_chunk == 0; }
+static inline bool gathers_own_light(const ca_bidirectional *b) { return b->first_chunk == 0; }
 
-static inline ca_path_vertex *last_vertex(const ca_camera_walk *walk) { return &walk->scratch->camera[walk->vertex]; }
+/* Keeps the last vertex' point where somebody observes. */
+static inline void keep_point(ca_camera_walk *walk, ca_surface_point point)
+{
+    if (walk->points) walk->points[walk->walk.vertex] = point;
+}
 
 /* ---- Hit ------------------------------------------------------------------------------------------------------- */
+
+static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const ca_light_hit *hit,
+                        const ca_surface *surface)
+{
+    const ca_scene *scene = walk->b->input.scene;
+    const ca_light *light = &scene->lights[light_index];
+    const float choice = ca_light_choice_probability(&scene->light_choice, light_index);
+    const ca_walk *w = &walk->walk;
+    const float distance = ca_camera_walk_vertex(walk)->distance;
+    const float cos_light = surface ? ca_abs_dot(surface->ng, w->direction) : 1.0f;
+    ca_path_vertex end;
+    const ca_flight flight = ca_light_end(light, choice, hit->pdf_position, hit->pdf_direction, cos_light,
+                                          &walk->b->rules.reuse, &end);
+    end.next_event_ratio =
+        hit->next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &w->receiver, light_index);
+    const float to_light = surface ? distance : ca_light_disk_distance(light, ca_neg(w->direction), w->origin);
+    const ca_pdf_area pdf_before = {ca_flight_density(&flight, to_light, w->flight.cos_out)};
+    const ca_mis_path path = ca_join(ca_join_hit(w->densities, w->vertex + 1, &end, &flight, pdf_before),
+                                     (ca_mis_side){0}, &end, w->densities[1].distance);
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_HIT, &path, walk->points, NULL);
+}
 
 /* The path's last vertex lies on the light; surface NULL: at infinity. */
 static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface *surface)
 {
     const ca_bidirectional *b = walk->b;
-    if (!gathers_own_light(walk) || (walk->vertex == 1 && b->hide_emitters)) return;
+    const ca_walk *w = &walk->walk;
+    if (!gathers_own_light(b) || (w->vertex == 1 && b->hide_emitters)) return;
     if (walk->hooks && walk->hooks->shows_light && !walk->hooks->shows_light(walk)) return;
-    const ca_scene *scene = b->input.scene;
-    const ca_light *light = &scene->lights[light_index];
-    const ca_path_vertex *v = last_vertex(walk);
-    const ca_light_hit hit = ca_light_eval_hit(light, walk->origin, surface, ca_neg(walk->direction));
-    const ca_rgb unweighted = ca_rgb_mul(walk->throughput, hit.radiance);
+    const ca_light *light = &b->input.scene->lights[light_index];
+    const ca_light_hit hit = ca_light_eval_hit(light, w->origin, surface, ca_neg(w->direction));
+    const ca_rgb unweighted = ca_rgb_mul(w->throughput, hit.radiance);
     if (ca_rgb_is_black(unweighted)) return;
-
-    const float choice = ca_light_choice_probability(&scene->light_choice, light_index);
-    const float cos_light = surface ? ca_abs_dot(surface->ng, walk->direction) : 1.0f;
-    ca_path_vertex end;
-    const ca_flight flight =
-        ca_light_end(light, choice, hit.pdf_position, hit.pdf_direction, cos_light, &b->rules.reuse, &end);
-    const float to_light =
-        surface ? v->distance : ca_light_disk_distance(light, ca_neg(walk->direction), walk->origin);
-    const ca_mis_path path = {
-        .camera = {.vertices = walk->scratch->camera,
-                   .count = walk->vertex + 1,
-                   .pdf_last = end.pdf_forward,
-                   .pdf_before = {ca_flight_density(&flight, to_light, walk->flight.cos_out)},
-                   .sqrt_area = end.sqrt_area,
-                   .spread = flight.sqrt_omega,
-                   .cos_ratio = 1.0f},
-        .next_event_ratio = ca_next_event_ratio(light, hit.pdf_direct, cos_light, ca_sqr(v->distance)),
-        .light_choice = choice,
-        .light_infinite = ca_light_is_infinite(light),
-        .camera_distance = walk->scratch->camera[1].distance,
-    };
-    const float weight = ca_mis_weight(&b->rules, &path, CA_TECHNIQUE_HIT);
-    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, walk->vertex + 1, 0, unweighted, weight) &&
-        walk->scratch->pairing)
+    const float weight = hit_weight(walk, light_index, &hit, surface);
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, w->vertex + 1, 0, unweighted, weight) && walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
 }
 
@@ -70,118 +71,177 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
 static void add_environment(ca_camera_walk *walk)
 {
     const ca_scene *scene = walk->b->input.scene;
+    ca_walk *w = &walk->walk;
     if (scene->environment == CA_NONE) return;
-    ca_path_vertex *v = &walk->scratch->camera[++walk->vertex];
+    ca_path_vertex *v = &w->densities[++w->vertex];
     const ca_light *light = &scene->lights[scene->environment];
-    *v = (ca_path_vertex){.pdf_forward = {walk->flight.pdf},
-                          .distance = ca_light_disk_distance(light, ca_neg(walk->direction), walk->origin),
+    *v = (ca_path_vertex){.pdf_forward = {w->flight.pdf},
+                          .distance = ca_light_disk_distance(light, ca_neg(w->direction), w->origin),
                           .cos_ratio = 1.0f,
                           .connectable_count = (v - 1)->connectable_count};
+    const ca_vec3 far_point = ca_madd(w->origin, 4.0f * light->scene_radius, w->direction);
+    keep_point(walk, (ca_surface_point){.position = far_point, .shape = CA_NONE});
     add_hit(walk, scene->environment, NULL);
 }
 
-/* ---- Next event ------------------------------------------------------------------------------------------------ */
+/* ---- Start ----------------------------------------------------------------------------------------------------- */
 
-static float next_event_weight(const ca_camera_walk *walk, const ca_light *light, float choice,
-                               const ca_light_direct *direct, const ca_bsdf_value *value, float cos_out)
+/* Which light path this camera path connects to. Over the passes a pixel meets them all: it must not stay with one
+ * part of a low-discrepancy sequence. */
+static void pair(ca_camera_walk *walk)
 {
-    const ca_reuse_rules *reuse = &walk->b->rules.reuse;
-    const ca_path_vertex *v = last_vertex(walk);
-    ca_path_vertex end;
-    const ca_flight flight =
-        ca_light_end(light, choice, direct->pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
-    const bool infinite = ca_light_is_infinite(light);
-    const float distance = infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->surface.position)
-                                    : direct->distance;
-    /* Meeting the light by chance: not a Dirac one; one at infinity has a density of directions. */
-    const float hit_factor = !flight.reversible ? 0.0f : infinite ? 1.0f : direct->cos_light / ca_sqr(distance);
-    const ca_mis_path path = {
-        .camera = {.vertices = walk->scratch->camera,
-                   .count = walk->vertex + 1,
-                   .pdf_last = {ca_flight_density(&flight, distance, cos_out)},
-                   .pdf_before = {value->pdf_reverse.v * v->to_previous},
-                   .sqrt_area = ca_flight_sqrt_area(&flight, distance),
-                   .sqrt_omega = flight.sqrt_omega,
-                   .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
-                   .cos_ratio = cos_out / ca_abs_dot(walk->surface.ng, walk->wi)},
-        .light = {.vertices = &end, .count = 1, .pdf_last = {value->pdf.v * hit_factor}, .cos_ratio = 1.0f},
-        .next_event_ratio =
-            ca_next_event_ratio(light, direct->pdf_direct, direct->cos_light, ca_sqr(direct->distance)),
-        .light_choice = choice,
-        .light_infinite = ca_light_is_infinite(light),
-        .camera_distance = walk->scratch->camera[1].distance,
-    };
-    return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_NEXT_EVENT);
+    const ca_bidirectional *b = walk->b;
+    if (!b->rules.connect) return;
+    const ca_camera_path *path = walk->path;
+    const uint64_t pixel = (uint64_t)path->y * b->input.camera->width + path->x;
+    const uint64_t number =
+        (pixel * b->camera_paths + path->index % b->camera_paths + b->pairing_shift) % b->light_paths;
+    const uint64_t chunk = number / CA_CHUNK_PATHS;
+    if (chunk < b->first_chunk || chunk >= b->first_chunk + b->chunks_now) return;
+    walk->connect_slot = (uint32_t)(chunk - b->first_chunk);
+    walk->has_paired = true;
+    walk->paired = (uint32_t)(number - (uint64_t)b->first_chunk * CA_CHUNK_PATHS);
 }
 
-void ca_camera_walk_next_event(ca_camera_walk *walk, bool weighted)
+/* Adds the light gathered with all chunks, in order; it is zero afterwards. */
+static void take_light(const ca_camera_walk *walk, ca_rgb *sum)
+{
+    for (uint32_t w = 0; w < ca_chunk_words(walk->b); w++)
+        for (; walk->light_used[w]; walk->light_used[w] &= walk->light_used[w] - 1) {
+            ca_rgb *light = &walk->light[64 * w + (uint32_t)__builtin_ctzll(walk->light_used[w])];
+            *sum = ca_rgb_add(*sum, *light);
+            *light = (ca_rgb){0};
+        }
+}
+
+static void start_ray(ca_camera_walk *walk)
+{
+    const ca_integrator_input *input = &walk->b->input;
+    const ca_camera_path *path = walk->path;
+    ca_walk *w = &walk->walk;
+    w->stream = ca_stream_start(input->sampler, (uint64_t)path->y * input->camera->width + path->x, path->index);
+    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &w->stream, path->x, path->y,
+                                                 &path->sample->filter_weight);
+    w->from = CA_FROM_CAMERA;
+    w->vertex = 0;
+    w->receiver = (ca_light_receiver){.position = ray.origin};
+    w->origin = ray.origin;
+    w->direction = ray.direction;
+    w->t_min = ray.t_min;
+    w->t_max = ray.t_max;
+    w->throughput = ray.weight;
+    w->start = w->eta2 = 1.0f;
+    w->flight = ca_camera_end(input->camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
+                              &w->densities[0]);
+    keep_point(walk, (ca_surface_point){.position = ray.origin});
+}
+
+void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, ca_camera_path *path, uint32_t slot,
+                          ca_worker *worker)
+{
+    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    walk->b = b;
+    walk->worker = worker;
+    walk->scratch = scratch;
+    walk->path = path;
+    walk->has_paired = false;
+    walk->light_first = walk->light_ready = 0;
+    walk->hooks = NULL;
+    walk->light = scratch->chunk_light + (size_t)slot * (b->resident + 1);
+    walk->light_used = scratch->chunk_used + (size_t)slot * ca_chunk_words(b);
+    walk->points = scratch->points ? scratch->points + (size_t)slot * scratch->row : NULL;
+    walk->walk.densities = scratch->densities + (size_t)slot * scratch->row;
+    take_light(walk, &(ca_rgb){0}); /* of the path before, where nobody has */
+    start_ray(walk);
+}
+
+/* ---- Stages ---------------------------------------------------------------------------------------------------- */
+
+/* The walks of a batch that have not ended. */
+typedef struct walk_list {
+    ca_camera_walk *walks[CA_WALKS];
+    uint32_t count;
+} walk_list;
+
+static void intersect(const walk_list *list)
+{
+    const ca_scene *scene = list->walks[0]->b->input.scene;
+    ca_walk_rays *rays = list->walks[0]->scratch->rays;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const ca_walk *w = &list->walks[i]->walk;
+        ca_walk_rays_set(rays, i, w->origin, w->direction, w->t_min, w->t_max);
+        list->walks[i]->path->segments++;
+    }
+    list->walks[0]->worker->counters.rays += list->count;
+    ca_accel_intersect_batch(scene->accel, &rays->rays, list->count, &rays->hits);
+}
+
+/* From hits to vertices, with the light that the paths hit; false where a path ends. */
+static bool arrive(ca_camera_walk *walk, const ca_hit *hit)
 {
     const ca_bidirectional *b = walk->b;
     const ca_scene *scene = b->input.scene;
-    const uint32_t dimension = ca_vertex_dimension(walk->vertex - 1);
-    float choice;
-    const uint32_t index = ca_light_choice_sample(
-        &scene->light_choice, ca_sample_1d(&walk->stream, dimension + CA_DIM_NEXT_LIGHT), &choice);
-    if (index == CA_NONE) return;
-    const ca_light *light = &scene->lights[index];
-    ca_light_direct direct;
-    if (!ca_light_sample_direct(light, walk->surface.position,
-                                ca_sample_2d(&walk->stream, dimension + CA_DIM_NEXT_EVENT), &direct))
-        return;
-    const ca_bsdf_value value = ca_bsdf_eval(&walk->bsdf, walk->wi, direct.to_light, CA_FROM_CAMERA);
-    const float cos_out = ca_abs_dot(walk->surface.ng, direct.to_light);
-    const float factor = cos_out / (choice * direct.pdf_direct.v);
-    const ca_rgb unweighted =
-        ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(walk->throughput, value.f), direct.radiance), factor);
-    if (ca_rgb_is_black(unweighted)) return;
-    walk->worker->counters.shadow_rays++;
-    if (!ca_walk_light_is_visible(scene->accel, &walk->surface, &direct)) return;
-    const float weight = weighted ? next_event_weight(walk, light, choice, &direct, &value, cos_out) : 1.0f;
-    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->vertex + 1, 1, unweighted, weight) &&
-        walk->scratch->pairing)
-        ca_pairs_add_alone(walk, unweighted, weight);
-}
-
-/* ---- The walk -------------------------------------------------------------------------------------------------- */
-
-/* Follows the ray to the next vertex; false where the path ends. */
-static bool advance(ca_camera_walk *walk)
-{
-    const ca_scene *scene = walk->b->input.scene;
-    ca_hit hit;
-    walk->worker->counters.rays++;
-    if (!ca_accel_intersect(scene->accel, walk->origin, walk->direction, walk->t_min, walk->t_max, &hit)) {
+    ca_walk *w = &walk->walk;
+    if (hit->shape == CA_NONE) {
         add_environment(walk);
         return false;
     }
-    ca_accel_surface(scene->accel, walk->origin, walk->direction, &hit, &walk->surface);
-    walk->wi = ca_neg(walk->direction);
-    const float cos_in = ca_abs_dot(walk->surface.ng, walk->wi);
-    if (!(cos_in > 0.0f) || !(hit.t > 0.0f)) return false;
-    const uint32_t k = ++walk->vertex;
-    ca_path_vertex *v = &walk->scratch->camera[k];
-    ca_path_vertex_arrive(v, v - 1, &walk->flight, hit.t, cos_in,
-                          ca_bidirectional_density(walk->b, walk->surface.position));
-    if (walk->surface.light != CA_NONE) add_hit(walk, walk->surface.light, &walk->surface);
-    return k == 1 || k < walk->b->max_depth;
+    if (!ca_walk_arrive(w, scene, hit)) return false;
+    ca_camera_walk_vertex(walk)->photon_density = ca_bidirectional_density(b, w->surface.position);
+    keep_point(walk, ca_surface_point_of(&w->surface));
+    if (w->surface.light != CA_NONE) add_hit(walk, w->surface.light, &w->surface);
+    if (w->vertex > 1 && w->vertex >= b->max_depth) return false;
+    ca_bsdf_init(&w->bsdf, scene->materials, scene->desc.textures.items, &w->surface, w->wi);
+    if (w->vertex > 1) return true;
+    walk->path->sample->albedo = ca_bsdf_albedo(&w->bsdf, w->wi);
+    walk->path->sample->normal = w->surface.ns;
+    walk->path->sample->position = w->surface.position;
+    return w->vertex < b->max_depth;
 }
 
-/* Asks the lights and joins the last vertex with all that light paths offer. */
-static void gather(ca_camera_walk *walk)
+static void arrive_all(walk_list *list)
 {
-    const ca_mis_rules *rules = &walk->b->rules;
-    const bool merges = ca_bidirectional_merges(walk->b);
-    ca_photon_query query;
-    if (!(walk->bsdf.scatter & CA_SCATTER_SMOOTH)) return;
-    if (walk->hooks) {
-        walk->hooks->at_vertex(walk);
+    const ca_hit_batch *hits = &list->walks[0]->scratch->rays->hits;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const ca_hit hit = ca_hit_batch_at(hits, i);
+        if (arrive(list->walks[i], &hit)) list->walks[kept++] = list->walks[i];
+    }
+    list->count = kept;
+}
+
+static bool scatters_smoothly(const ca_camera_walk *walk) { return walk->walk.bsdf.scatter & CA_SCATTER_SMOOTH; }
+
+/* What takes the place of gathering, where somebody wants that. */
+static void call_hooks(const walk_list *list)
+{
+    for (uint32_t i = 0; i < list->count; i++)
+        if (scatters_smoothly(list->walks[i])) list->walks[i]->hooks->at_vertex(list->walks[i]);
+}
+
+/* What a query asks of the memory arrives while those before it are done. */
+static void merge_all(const walk_list *list)
+{
+    enum { LOOK_AHEAD = 4 };
+    const ca_photon_grid *grid = list->walks[0]->b->grid;
+    for (uint32_t i = 0; i < list->count; i++) {
+        if (i + LOOK_AHEAD < list->count)
+            ca_photon_grid_prefetch(grid, list->walks[i + LOOK_AHEAD]->walk.surface.position);
+        if (scatters_smoothly(list->walks[i])) ca_merge_all(list->walks[i]);
+    }
+}
+
+/* Asks the lights and joins the last vertices with all that light paths offer. */
+static void gather_all(const walk_list *list)
+{
+    const ca_bidirectional *b = list->walks[0]->b;
+    if (list->walks[0]->hooks) {
+        call_hooks(list);
         return;
     }
-    if (merges) ca_photon_grid_prefetch(walk->b->chunks[0].grid, walk->surface.position);
-    if (rules->next_event && gathers_own_light(walk)) ca_camera_walk_next_event(walk, true);
-    if (merges) ca_join_merge_start(walk, &query);
-    if (rules->connect && walk->paired_chunk) ca_join_connect(walk);
-    if (merges) ca_join_merge(walk, &query);
+    if (b->rules.next_event && gathers_own_light(b)) ca_next_events(list->walks, list->count);
+    if (b->rules.connect) ca_connect_all(list->walks, list->count);
+    if (ca_bidirectional_merges(b)) merge_all(list);
 }
 
 /* Does the algorithm do nothing behind the last vertex' event? */
@@ -189,103 +249,75 @@ static bool is_finished(const ca_camera_walk *walk)
 {
     const ca_mis_rules *rules = &walk->b->rules;
     if (rules->hit == CA_HIT_DIRECT) return true;
-    return rules->hit == CA_HIT_UNMERGEABLE && last_vertex(walk)->connectable_count >= rules->merge_limit;
+    return rules->hit == CA_HIT_UNMERGEABLE && ca_camera_walk_vertex(walk)->connectable_count >= rules->merge_limit;
 }
 
-static bool scatter(ca_camera_walk *walk)
+static void scatter_all(walk_list *list)
 {
-    const uint32_t dimension = ca_vertex_dimension(walk->vertex - 1);
-    const ca_vec2 u_lobe_roulette = ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
-    ca_bsdf_sample event;
-    if (!ca_bsdf_sample_direction(&walk->bsdf, walk->wi, u_lobe_roulette.x,
-                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_CAMERA,
-                                  &event))
-        return false;
-    ca_path_vertex *v = last_vertex(walk);
-    walk->flight = ca_path_vertex_scatter(v, v - 1, walk->wi, walk->surface.ng, &event, &walk->b->rules.reuse);
-    if (is_finished(walk)) return false;
-    walk->throughput = ca_rgb_mul(walk->throughput, event.weight);
-    walk->eta2 *= ca_sqr(event.eta);
-    walk->origin =
-        ca_offset_origin(walk->surface.position, walk->surface.position_error, walk->surface.ng, event.wo_world);
-    walk->direction = event.wo_world;
-    walk->t_min = 0.0f;
-    walk->t_max = INFINITY;
-    return ca_walk_survives(walk->vertex + 1, walk->b->rr_depth, walk->eta2, u_lobe_roulette.y, &walk->throughput);
+    const ca_bidirectional *b = list->walks[0]->b;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < list->count; i++) {
+        ca_camera_walk *walk = list->walks[i];
+        const bool goes_on = ca_walk_scatter(&walk->walk, &b->rules.reuse, b->rr_depth) && !is_finished(walk) &&
+                             walk->walk.vertex + 2 < CA_PATH_MAX_VERTICES;
+        if (goes_on) list->walks[kept++] = walk;
+    }
+    list->count = kept;
 }
 
-void ca_camera_walk_trace(ca_camera_walk *walk)
+void ca_camera_walks_trace(ca_camera_walk *const *walks, uint32_t count)
 {
-    const ca_scene *scene = walk->b->input.scene;
-    const uint32_t max_depth = walk->b->max_depth;
-    while (walk->vertex + 2 < CA_PATH_MAX_VERTICES) {
-        if (!advance(walk)) return;
-        ca_bsdf_init(&walk->bsdf, scene->materials, scene->desc.textures.items, &walk->surface, walk->wi);
-        if (walk->vertex == 1) ca_walk_record_primary_hit(&walk->surface, &walk->bsdf, walk->wi, walk->sample);
-        if (walk->vertex >= max_depth) return;
-        gather(walk);
-        if (!scatter(walk)) return;
+    walk_list list = {.count = count};
+    for (uint32_t i = 0; i < count; i++) list.walks[i] = walks[i];
+    while (list.count > 0) {
+        intersect(&list);
+        arrive_all(&list);
+        if (list.count == 0) return;
+        gather_all(&list);
+        scatter_all(&list);
     }
 }
 
-static void start(ca_camera_walk *walk, uint32_t index)
+/* ---- Batches --------------------------------------------------------------------------------------------------- */
+
+/* Vertices of the light path that it connects to. */
+static uint32_t light_ends(const ca_camera_walk *walk)
 {
-    const ca_integrator_input *input = &walk->b->input;
-    walk->stream = ca_stream_start(input->sampler, (uint64_t)walk->y * input->camera->width + walk->x, index);
-    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &walk->stream, walk->x, walk->y,
-                                                 &walk->sample->filter_weight);
-    walk->origin = ray.origin;
-    walk->direction = ray.direction;
-    walk->t_min = ray.t_min;
-    walk->t_max = ray.t_max;
-    walk->throughput = ray.weight;
-    walk->eta2 = 1.0f;
-    walk->flight = ca_camera_end(input->camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
-                                 &walk->scratch->camera[0]);
+    return walk->has_paired ? walk->b->store.paths[walk->paired].count : 0;
 }
 
-/* Which light path this camera path connects to. Over the passes a pixel meets them all: it must not stay with one
- * part of a low-discrepancy sequence. */
-static void pair(ca_camera_walk *walk, uint32_t index)
+/* Starts walks until there are CA_WALKS of them or the light paths they connect to have no room; pairs are gathered
+ * path by path. */
+static uint32_t start_batch(const ca_bidirectional *b, ca_camera_path *paths, uint32_t count, ca_camera_walk **walks,
+                            ca_worker *worker)
 {
-    const ca_bidirectional *b = walk->b;
-    if (!b->rules.connect) return;
-    const uint64_t pixel = (uint64_t)walk->y * b->input.camera->width + walk->x;
-    const uint64_t number = (pixel * b->camera_paths + index % b->camera_paths + b->pairing_shift) % b->light_paths;
-    const uint64_t chunk = number / CA_CHUNK_PATHS;
-    if (chunk < b->first_chunk || chunk >= b->first_chunk + b->chunks_now) return;
-    walk->connect_slot = (uint32_t)(chunk - b->first_chunk);
-    walk->paired_chunk = &b->chunks[walk->connect_slot];
-    walk->paired = (uint32_t)(number % CA_CHUNK_PATHS);
-    walk->scratch->light_ready = 0;
+    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    const uint32_t most = scratch->pairing ? 1 : ca_min_u32(count, CA_WALKS);
+    uint32_t started = 0, ends = 0;
+    while (started < most && ends + CA_PATH_MAX_VERTICES <= CA_LIGHT_ENDS) {
+        ca_camera_walk *walk = walks[started] = &scratch->camera_walks[started];
+        ca_camera_walk_start(walk, b, &paths[started], started, worker);
+        pair(walk);
+        walk->light_first = ends;
+        ends += light_ends(walk);
+        started++;
+    }
+    return started;
 }
 
-void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, uint32_t x, uint32_t y, uint32_t index,
-                          ca_film_sample *sample, ca_worker *worker)
-{
-    walk->b = b;
-    walk->worker = worker;
-    walk->scratch = &b->scratch[worker->index];
-    walk->sample = sample;
-    walk->x = x;
-    walk->y = y;
-    walk->vertex = 0;
-    walk->paired_chunk = NULL;
-    walk->hooks = NULL;
-    start(walk, index);
-    for (uint32_t c = 0; c <= b->chunks_now; c++) walk->scratch->chunk_light[c] = (ca_rgb){0};
-}
-
-void ca_bidirectional_camera_path(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                                  ca_film_sample *sample, ca_worker *worker)
+void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round,
+                                   ca_worker *worker)
 {
     const ca_bidirectional *b = state;
-    ca_camera_walk walk;
-    ca_camera_walk_start(&walk, b, x, y, index, sample, worker);
-    pair(&walk, index);
-    if (round == 0) worker->counters.camera_paths++;
-    if (walk.scratch->pairing) ca_pair_sums_next_path(walk.scratch->pairs);
-    if (b->max_depth > 0) ca_camera_walk_trace(&walk);
-    for (uint32_t c = 0; c < b->chunks_now; c++)
-        sample->radiance = ca_rgb_add(sample->radiance, walk.scratch->chunk_light[c]);
+    const ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    ca_camera_walk *walks[CA_WALKS];
+    if (round == 0) worker->counters.camera_paths += count;
+    while (count > 0) {
+        const uint32_t size = start_batch(b, paths, count, walks, worker);
+        if (scratch->pairing) ca_pair_sums_next_path(scratch->pairs);
+        if (b->max_depth > 0) ca_camera_walks_trace(walks, size);
+        for (uint32_t i = 0; i < size; i++) take_light(walks[i], &paths[i].sample->radiance);
+        paths += size;
+        count -= size;
+    }
 }

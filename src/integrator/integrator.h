@@ -15,6 +15,7 @@
 #include "film/film.h"
 #include "film/pair_film.h"
 #include "film/technique_images.h"
+#include "path/path_observer.h"
 #include "path/technique.h"
 #include "scene/scene.h"
 
@@ -30,6 +31,15 @@ typedef struct ca_worker {
     _Alignas(128) ca_counters counters; /* of different workers: never in one cache line */
     uint32_t index;
 } ca_worker;
+
+/* One camera path that is asked for, and what it took. */
+typedef struct ca_camera_path {
+    uint32_t x, y;     /* pixel of the full film */
+    uint32_t index;    /* number of the path in its pixel */
+    uint32_t segments; /* rays of both kinds; the integrator adds to it, as to the next: */
+    uint32_t merges;
+    ca_film_sample *sample;
+} ca_camera_path;
 
 /* A parameter an integrator understands, and what it is if nobody says. */
 typedef struct ca_parameter_spec {
@@ -57,6 +67,7 @@ typedef struct ca_integrator_input {
      * Its crop and N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that
      * connect fill it. */
     ca_pair_film *pairs;
+    const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
@@ -75,10 +86,9 @@ typedef struct ca_integrator_type {
     /* Traces the light paths of a pass' round; workers[i] belongs to worker i. NULL: there are none. */
     ca_status (*begin_round)(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
                              ca_worker *workers, ca_error *error);
-    /* Adds to `sample` what the round has for one camera path through pixel (x, y) of the full film, the index-th.
-     * The sample starts zeroed in round 0. */
-    void (*camera_path)(const void *state, uint32_t x, uint32_t y, uint32_t index, uint32_t round,
-                        ca_film_sample *sample, ca_worker *worker);
+    /* Adds to the samples what the round has for these camera paths. Samples start zeroed in round 0. A path's sample
+     * does not depend on which others are asked for with it. */
+    void (*camera_paths)(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round, ca_worker *worker);
     /* Around the camera paths of a pixel in a pass of one round, where pairs are wanted: all of them between the two,
      * one after the other on one worker. NULL: pairs are refused. */
     void (*begin_pixel)(const void *state, ca_worker *worker);

@@ -1,230 +1,194 @@
-/* Light paths: vertices for connections, photons, and splats to the lens. */
+/* Light paths: emission, and the stages that a batch of them goes through. Their vertices serve connections, merges
+ * and splats. */
 #include "integrator/bidirectional.h"
-#include "integrator/walk.h"
 
-#include "base/memory.h"
+#include <string.h>
 
-typedef struct light_walk {
-    const ca_bidirectional *b;
-    ca_worker *worker;
-    ca_light_block *block;
-    ca_stream stream;
-    uint32_t path;               /* its number in the chunk */
-    uint32_t first;              /* number of v[0] in the store */
-    ca_path_vertex *densities;   /* of the path, v[0] first */
-    ca_light_vertex *vertices;
-    uint32_t vertex;             /* number of the last vertex, = segments so far */
-    const ca_light *light;
-    ca_vec3 origin, direction;
-    ca_flight flight;
-    ca_rgb throughput;           /* flux, W */
-    float start;                 /* largest component of the flux that was emitted */
-    ca_vec3 wi;
-    ca_surface surface;
-    ca_bsdf bsdf;
-} light_walk;
+/* ---- Start ----------------------------------------------------------------------------------------------------- */
 
 /* Chooses a light and lets it emit. */
-static bool emit(light_walk *walk)
+static bool emit(const ca_bidirectional *b, ca_light_walk *walk)
 {
-    const ca_bidirectional *b = walk->b;
     const ca_scene *scene = b->input.scene;
+    ca_walk *w = &walk->walk;
     float choice;
     const uint32_t index =
-        ca_light_choice_sample(&scene->light_choice, ca_sample_1d(&walk->stream, CA_DIM_LIGHT_CHOICE), &choice);
+        ca_light_choice_sample(&scene->light_choice, ca_sample_1d(&w->stream, CA_DIM_LIGHT_CHOICE), &choice);
     if (index == CA_NONE) return false;
     walk->light = &scene->lights[index];
     ca_light_emission e;
-    if (!ca_light_sample_emission(walk->light, ca_sample_2d(&walk->stream, CA_DIM_LIGHT_POSITION),
-                                  ca_sample_2d(&walk->stream, CA_DIM_LIGHT_DIRECTION), &e))
+    if (!ca_light_sample_emission(walk->light, ca_sample_2d(&w->stream, CA_DIM_LIGHT_POSITION),
+                                  ca_sample_2d(&w->stream, CA_DIM_LIGHT_DIRECTION), &e))
         return false;
     const float pdf = choice * e.pdf_position.v * e.pdf_direction.v;
-    walk->throughput = ca_rgb_scale(e.radiance, e.cos_light / pdf);
-    walk->start = ca_rgb_max(walk->throughput);
-    if (!(walk->start > 0.0f) || !ca_rgb_is_finite(walk->throughput)) return false;
-    walk->flight = ca_light_end(walk->light, choice, e.pdf_position, e.pdf_direction, e.cos_light, &b->rules.reuse,
-                                &walk->densities[0]);
-    walk->vertices[0].point = (ca_surface_point){.position = e.origin, .ng = e.ng};
-    walk->origin = ca_offset_origin(e.origin, e.origin_error, e.ng, e.direction);
-    walk->direction = e.direction;
+    w->throughput = ca_rgb_scale(e.radiance, e.cos_light / pdf);
+    w->start = ca_rgb_max(w->throughput); /* the roulette looks at what is left, not at watts */
+    if (!(w->start > 0.0f) || !ca_rgb_is_finite(w->throughput)) return false;
+    w->flight = ca_light_end(walk->light, choice, e.pdf_position, e.pdf_direction, e.cos_light, &b->rules.reuse,
+                             &w->densities[0]);
+    walk->vertices[0].point = (ca_surface_point){.position = e.origin, .ng = e.ng, .shape = index};
+    w->origin = ca_offset_origin(e.origin, e.origin_error, e.ng, e.direction);
+    w->direction = e.direction;
+    w->t_min = 0.0f;
+    w->t_max = INFINITY;
     return true;
 }
 
-/* How next event from v[1] would choose v[0]. */
-static float next_event_ratio_of_start(const light_walk *walk, float distance)
+static bool start(const ca_bidirectional *b, ca_light_walk *walk, uint32_t slot, uint32_t path, uint64_t number,
+                  ca_worker *worker)
 {
-    const ca_light *light = walk->light;
-    if (light->kind != CA_LIGHT_AREA || light->shape->kind != CA_SHAPE_SPHERE) return 1.0f;
-    const ca_surface_point *start = &walk->vertices[0].point;
-    const ca_pdf_solid_angle pdf =
-        ca_shape_pdf_direct(light->shape, walk->surface.position, start->position, start->ng);
-    return ca_next_event_ratio(light, pdf, ca_abs_dot(start->ng, walk->direction), ca_sqr(distance));
-}
-
-/* Follows the ray to the next surface; false where it leaves the scene. */
-static bool advance(light_walk *walk)
-{
-    const ca_scene *scene = walk->b->input.scene;
-    ca_hit hit;
-    walk->worker->counters.rays++;
-    if (!ca_accel_intersect(scene->accel, walk->origin, walk->direction, 0.0f, INFINITY, &hit)) return false;
-    ca_accel_surface(scene->accel, walk->origin, walk->direction, &hit, &walk->surface);
-    walk->wi = ca_neg(walk->direction);
-    const float cos_in = ca_abs_dot(walk->surface.ng, walk->wi);
-    if (!(cos_in > 0.0f) || !(hit.t > 0.0f)) return false; /* along the surface: no measure */
-    const uint32_t k = ++walk->vertex;
-    ca_path_vertex_arrive(&walk->densities[k], &walk->densities[k - 1], &walk->flight, hit.t, cos_in,
-                          ca_bidirectional_density(walk->b, walk->surface.position));
-    if (k == 1) walk->densities[0].next_event_ratio = next_event_ratio_of_start(walk, hit.t);
-    ca_bsdf_init(&walk->bsdf, scene->materials, scene->desc.textures.items, &walk->surface, walk->wi);
-    return true;
-}
-
-static bool store_photon(light_walk *walk)
-{
-    ca_light_block *block = walk->block;
-    if (!ca_array_reserve((void **)&block->photons, &block->photon_capacity, block->photon_count + 1,
-                          sizeof *block->photons))
-        return false;
-    block->photons[block->photon_count++] =
-        (ca_photon){.position = walk->surface.position, .vertex = walk->first + walk->vertex};
-    walk->worker->counters.photons++;
-    return true;
-}
-
-static bool store_vertex(light_walk *walk)
-{
-    const bool capable = (walk->bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
-    walk->vertices[walk->vertex] = (ca_light_vertex){.point = ca_surface_point_of(&walk->surface),
-                                                     .wi = walk->wi,
-                                                     .throughput = walk->throughput,
-                                                     .first = walk->first,
-                                                     .index = (uint16_t)walk->vertex,
-                                                     .capable = capable};
-    return !capable || !ca_bidirectional_merges(walk->b) || store_photon(walk);
-}
-
-/* ---- Splats ---------------------------------------------------------------------------------------------------- */
-
-static bool camera_is_visible(const light_walk *walk, const ca_camera_direct *direct)
-{
-    const ca_surface *surface = &walk->surface;
-    const ca_vec3 origin =
-        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_camera);
-    if (!(direct->t_near > 0.0f)) return true;
-    return !ca_accel_occluded(walk->b->input.scene->accel, origin, direct->to_camera, 0.0f, direct->t_near);
-}
-
-/* The weight of the path lens, this vertex, ..., light. */
-static float splat_weight(const light_walk *walk, const ca_camera_direct *direct, const ca_bsdf_value *value,
-                          float cos_out)
-{
-    const ca_reuse_rules *reuse = &walk->b->rules.reuse;
-    const ca_path_vertex *v = &walk->densities[walk->vertex];
-    ca_path_vertex lens;
-    const ca_flight flight =
-        ca_camera_end(walk->b->input.camera, direct->pdf_position, direct->pdf_direction, reuse, &lens);
-    const ca_mis_path path = {
-        .camera = {.vertices = &lens, .count = 1, .cos_ratio = 1.0f},
-        .light = {.vertices = walk->densities,
-                  .count = walk->vertex + 1,
-                  .pdf_last = {ca_flight_density(&flight, direct->distance, cos_out)},
-                  .pdf_before = {value->pdf_reverse.v * v->to_previous},
-                  .sqrt_area = ca_flight_sqrt_area(&flight, direct->distance),
-                  .sqrt_omega = flight.sqrt_omega,
-                  .spread = ca_footprint_spread(reuse->epsilon, value->pdf_reverse),
-                  .cos_ratio = cos_out / ca_abs_dot(walk->surface.ng, walk->wi)},
-        .next_event_ratio = walk->densities[0].next_event_ratio,
-        .light_choice = walk->densities[0].light_choice,
-        .light_infinite = walk->densities[0].at_infinity,
-        .camera_distance = direct->distance,
-    };
-    return ca_mis_weight(&walk->b->rules, &path, CA_TECHNIQUE_SPLAT);
-}
-
-/* Connects the last vertex to a point of the lens; false when out of memory. */
-static bool splat(light_walk *walk)
-{
-    const ca_integrator_input *input = &walk->b->input;
-    const ca_vec2 u_lens = ca_sample_2d(&walk->stream, ca_vertex_dimension(walk->vertex - 1) + CA_DIM_NEXT_EVENT);
-    ca_camera_direct direct;
-    if (!ca_camera_sample_direct(input->camera, walk->surface.position, u_lens, input->filter->radius, &direct))
-        return true;
-    const ca_bsdf_value value = ca_bsdf_eval(&walk->bsdf, walk->wi, direct.to_camera, CA_FROM_LIGHT);
-    const float cos_out = ca_abs_dot(walk->surface.ng, direct.to_camera);
-    const float factor = cos_out * direct.importance / direct.pdf_direct.v;
-    const ca_rgb unweighted = ca_rgb_scale(ca_rgb_mul(walk->throughput, value.f), factor);
-    if (ca_rgb_is_black(unweighted)) return true;
-    walk->worker->counters.shadow_rays++;
-    if (!camera_is_visible(walk, &direct)) return true;
-    const float weight = splat_weight(walk, &direct, &value, cos_out);
-    if (weight == 0.0f) return true;
-    const ca_splat record = {.film = direct.film_position,
-                             .value = ca_rgb_scale(unweighted, weight),
-                             .weight = weight,
-                             .light_vertices = (walk->vertex + 1) & 0x3fff,
-                             .light_path = walk->path & (CA_CHUNK_PATHS - 1)};
-    if (!ca_rgb_is_finite(record.value)) {
-        walk->worker->counters.non_finite[CA_TECHNIQUE_SPLAT]++;
-        return true;
-    }
-    return ca_splat_list_add(&walk->block->splats, &record);
-}
-
-/* ---- The walk -------------------------------------------------------------------------------------------------- */
-
-static bool scatter(light_walk *walk)
-{
-    const uint32_t dimension = ca_vertex_dimension(walk->vertex - 1);
-    const ca_vec2 u_lobe_roulette = ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
-    ca_bsdf_sample event;
-    if (!ca_bsdf_sample_direction(&walk->bsdf, walk->wi, u_lobe_roulette.x,
-                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), CA_FROM_LIGHT,
-                                  &event))
-        return false;
-    ca_path_vertex *v = &walk->densities[walk->vertex];
-    walk->flight =
-        ca_path_vertex_scatter(v, v - 1, walk->wi, walk->surface.ng, &event, &walk->b->rules.reuse);
-    walk->throughput = ca_rgb_mul(walk->throughput, event.weight);
-    walk->origin =
-        ca_offset_origin(walk->surface.position, walk->surface.position_error, walk->surface.ng, event.wo_world);
-    walk->direction = event.wo_world;
-    const float relative = 1.0f / walk->start; /* the roulette looks at what is left, not at watts */
-    ca_rgb left = ca_rgb_scale(walk->throughput, relative);
-    if (!ca_walk_survives(walk->vertex + 1, walk->b->rr_depth, 1.0f, u_lobe_roulette.y, &left)) return false;
-    walk->throughput = ca_rgb_scale(left, walk->start);
-    return true;
-}
-
-/* Traces until the path ends; the number of vertices, 0 when out of memory. */
-static uint32_t trace(light_walk *walk)
-{
-    const ca_bidirectional *b = walk->b;
-    if (!emit(walk)) return 1;
-    while (walk->vertex + 1 < CA_PATH_MAX_VERTICES && walk->vertex + 1 < b->max_depth) {
-        if (!advance(walk)) break;
-        const bool capable = (walk->bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
-        if (!store_vertex(walk)) return 0;
-        if (b->rules.splat && capable && !splat(walk)) return 0;
-        if (!scatter(walk)) break;
-    }
-    return walk->vertex + 1;
-}
-
-void ca_light_walk(const ca_bidirectional *b, ca_light_chunk *chunk, uint32_t path, uint64_t number,
-                   ca_light_block *block, ca_worker *worker)
-{
-    ca_light_path *record = &chunk->store.paths[path];
-    *record = (ca_light_path){0};
-    light_walk walk = {.b = b, .worker = worker, .block = block, .path = path};
-    if (!ca_light_store_path_begin(&chunk->store, worker->index, &walk.first, &walk.densities, &walk.vertices))
-        return;
-    walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
+    const ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    walk->path = path;
+    walk->first_splat = walk->last_splat = CA_NONE;
+    walk->vertices = scratch->vertices + (size_t)slot * scratch->row;
+    walk->walk.densities = scratch->densities + (size_t)slot * scratch->row;
+    walk->walk.from = CA_FROM_LIGHT;
+    walk->walk.vertex = 0;
+    walk->walk.eta2 = 1.0f;
+    walk->walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
     worker->counters.light_paths++;
-    const uint32_t count = trace(&walk);
-    if (count == 0) ca_light_store_fail(&chunk->store);
-    walk.vertices[0].first = path;
-    record->first = walk.first;
-    record->count = count > 1 ? count : 0;
-    ca_light_store_path_end(&chunk->store, worker->index, record->count);
+    return b->max_depth > 1 && emit(b, walk);
+}
+
+/* ---- Stages ---------------------------------------------------------------------------------------------------- */
+
+typedef struct walk_list {
+    ca_light_walk *walks[CA_WALKS];
+    uint32_t count;
+} walk_list;
+
+static void intersect(const ca_bidirectional *b, const walk_list *list, ca_worker *worker)
+{
+    ca_walk_rays *rays = b->scratch[worker->index].rays;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const ca_walk *w = &list->walks[i]->walk;
+        ca_walk_rays_set(rays, i, w->origin, w->direction, w->t_min, w->t_max);
+    }
+    worker->counters.rays += list->count;
+    ca_accel_intersect_batch(b->input.scene->accel, &rays->rays, list->count, &rays->hits);
+}
+
+/* How next event from v[1] would choose the light and v[0]. */
+static float next_event_ratio_of_start(const ca_bidirectional *b, const ca_light_walk *walk)
+{
+    const ca_walk *w = &walk->walk;
+    const ca_surface_point *point = &walk->vertices[0].point;
+    const ca_light_receiver receiver = ca_walk_receiver(&w->surface, &w->bsdf, w->wi);
+    return ca_light_next_event_ratio(walk->light, w->surface.position, point->position, point->ng) *
+           ca_light_choice_ratio(&b->input.scene->light_choice, &receiver, point->shape);
+}
+
+static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_light_block *block, ca_worker *worker)
+{
+    const ca_walk *w = &walk->walk;
+    const bool capable = (w->bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
+    walk->vertices[w->vertex] = (ca_light_vertex){.wi = w->wi,
+                                                  .throughput = w->throughput,
+                                                  .index = w->vertex & 0x1fff,
+                                                  .capable = capable,
+                                                  .path = walk->path & (CA_CHUNK_PATHS - 1),
+                                                  .point = ca_surface_point_of(&w->surface)};
+    if (!capable || !ca_bidirectional_merges(b)) return;
+    block->photons++;
+    worker->counters.photons++;
+}
+
+/* From a hit to a vertex that is kept; false where the path ends. */
+static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit *hit, ca_light_block *block,
+                   ca_worker *worker)
+{
+    const ca_scene *scene = b->input.scene;
+    ca_walk *w = &walk->walk;
+    if (hit->shape == CA_NONE || !ca_walk_arrive(w, scene, hit)) return false;
+    w->densities[w->vertex].photon_density = ca_bidirectional_density(b, w->surface.position);
+    ca_bsdf_init(&w->bsdf, scene->materials, scene->desc.textures.items, &w->surface, w->wi);
+    if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);
+    store_vertex(b, walk, block, worker);
+    return true;
+}
+
+static void arrive_all(const ca_bidirectional *b, walk_list *list, ca_light_block *block, ca_worker *worker)
+{
+    const ca_hit_batch *hits = &b->scratch[worker->index].rays->hits;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const ca_hit hit = ca_hit_batch_at(hits, i);
+        if (arrive(b, list->walks[i], &hit, block, worker)) list->walks[kept++] = list->walks[i];
+    }
+    list->count = kept;
+}
+
+static void scatter_all(const ca_bidirectional *b, walk_list *list)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < list->count; i++) {
+        ca_walk *w = &list->walks[i]->walk;
+        const bool goes_on = ca_walk_scatter(w, &b->rules.reuse, b->rr_depth) &&
+                             w->vertex + 1 < CA_PATH_MAX_VERTICES && w->vertex + 1 < b->max_depth;
+        if (goes_on) list->walks[kept++] = list->walks[i];
+    }
+    list->count = kept;
+}
+
+/* false when out of memory. */
+static bool trace(const ca_bidirectional *b, walk_list *list, ca_light_block *block, ca_worker *worker)
+{
+    while (list->count > 0) {
+        intersect(b, list, worker);
+        arrive_all(b, list, block, worker);
+        if (b->rules.splat && !ca_splat_all(b, list->walks, list->count, worker)) return false;
+        scatter_all(b, list);
+    }
+    return true;
+}
+
+/* ---- What is kept ---------------------------------------------------------------------------------------------- */
+
+/* A path's vertices into the store, next to each other; false when out of memory. */
+static bool keep_path(const ca_light_walk *walk, ca_light_store *store, uint32_t worker)
+{
+    const uint32_t count = walk->walk.vertex + 1;
+    ca_light_path *record = &store->paths[walk->path];
+    ca_path_vertex *densities;
+    ca_light_vertex *vertices;
+    *record = (ca_light_path){0};
+    if (count < 2) return true;
+    if (!ca_light_store_path_begin(store, worker, &record->first, &densities, &vertices)) return false;
+    memcpy(densities, walk->walk.densities, count * sizeof *densities);
+    memcpy(vertices, walk->vertices, count * sizeof *vertices);
+    for (uint32_t i = 0; i < count; i++) vertices[i].first = record->first;
+    record->count = count;
+    ca_light_store_path_end(store, worker, count);
+    return true;
+}
+
+/* The batch's splats, walk by walk, each walk's in the order in which they were made; false when out of memory. */
+static bool keep_splats(ca_bidirectional_scratch *scratch, uint32_t walks, ca_light_block *block)
+{
+    for (uint32_t walk = 0; walk < walks; walk++)
+        for (uint32_t i = scratch->light_walks[walk].first_splat; i != CA_NONE; i = scratch->splat_next[i])
+            if (!ca_splat_list_add(&block->splats, &scratch->splats.items[i])) return false;
+    scratch->splats.count = 0;
+    return true;
+}
+
+void ca_light_walks(const ca_bidirectional *b, ca_light_store *store, uint32_t first, uint32_t count, uint64_t number,
+                    ca_light_block *block, ca_worker *worker)
+{
+    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    for (uint32_t begin = 0; begin < count; begin += CA_WALKS) {
+        const uint32_t size = ca_min_u32(CA_WALKS, count - begin);
+        walk_list list = {.count = 0};
+        for (uint32_t i = 0; i < size; i++) {
+            ca_light_walk *walk = &scratch->light_walks[i];
+            if (start(b, walk, i, first + begin + i, number + begin + i, worker)) list.walks[list.count++] = walk;
+        }
+        bool fits = trace(b, &list, block, worker) && keep_splats(scratch, size, block);
+        for (uint32_t i = 0; i < size && fits; i++) fits = keep_path(&scratch->light_walks[i], store, worker->index);
+        if (!fits) {
+            scratch->splats.count = 0;
+            ca_light_store_fail(store);
+            return;
+        }
+    }
 }

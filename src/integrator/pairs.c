@@ -61,7 +61,7 @@ void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *wo
 /* Of what the image gets, behind the filter's weight. */
 static double luminance_of(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
 {
-    return (double)ca_luminance(ca_rgb_scale(unweighted, weight)) * (double)walk->sample->filter_weight;
+    return (double)ca_luminance(ca_rgb_scale(unweighted, weight)) * (double)walk->path->sample->filter_weight;
 }
 
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
@@ -71,13 +71,11 @@ void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float wei
 
 void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight)
 {
-    const uint32_t chunk = (uint32_t)(walk->paired_chunk - walk->b->chunks);
-    ca_pair_sums_connect(walk->scratch->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + walk->paired,
-                         luminance_of(walk, unweighted, weight));
+    ca_pair_sums_connect(walk->scratch->pairs, walk->paired, luminance_of(walk, unweighted, weight));
 }
 
 /* The image gets the mean over all light paths: what the pair contributes is N_F times that. */
-void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_merge_photon *photon, ca_rgb unweighted,
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, ca_rgb unweighted,
                         float weight)
 {
     const ca_bidirectional *b = walk->b;

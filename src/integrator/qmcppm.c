@@ -179,6 +179,7 @@ static ca_status create_engine(ca_qmcppm *q, ca_error *error)
     static const ca_mis_rules connect_rules = {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true};
     ca_integrator_input input = q->input;
     void *engine;
+    input.observer = NULL; /* kept camera paths keep no points */
     input.values[LIGHT_PATHS] = q->filled ? CA_CHUNK_PATHS : (double)q->light_block;
     if (q->filled) input.memory_bytes = 0.0;
     if (input.memory_bytes > 0.0) {
@@ -300,14 +301,7 @@ static ca_status trace_equal_light(const block_job *job, uint64_t j, ca_error *e
     q->light_count = q->light_block;
     if (q->total_light && q->light_count > q->total_light - begin) q->light_count = q->total_light - begin;
     set_radius(q, begin + q->light_count);
-    q->engine->chunks_now = (uint32_t)((q->light_count + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS);
-    for (uint32_t c = 0; c < q->engine->chunks_now; c++) {
-        const uint64_t first = (uint64_t)c * CA_CHUNK_PATHS, left = q->light_count - first;
-        const uint32_t count = left < CA_CHUNK_PATHS ? (uint32_t)left : CA_CHUNK_PATHS;
-        CA_TRY(ca_light_chunk_prepare(q->engine, &q->engine->chunks[c], begin + first, count, job->parallel,
-                                      job->workers, error));
-    }
-    return CA_OK;
+    return ca_light_paths_prepare(q->engine, begin, (uint32_t)q->light_count, job->parallel, job->workers, error);
 }
 
 static ca_status trace_filled_light(const block_job *job, uint64_t j, ca_error *error)
@@ -315,8 +309,7 @@ static ca_status trace_filled_light(const block_job *job, uint64_t j, ca_error *
     ca_qmcppm *q = job->q;
     CA_TRY(fill_block(job, &q->light_starts, j, fill_light, &q->light_count, error));
     set_radius(q, q->light_starts.starts[j + 1]);
-    q->engine->chunks_now = 1;
-    return ca_light_chunk_sort(q->engine, &q->engine->chunks[0], job->parallel, error);
+    return ca_light_photons_sort(q->engine, q->engine->grid, q->engine->radius, job->parallel, error);
 }
 
 /* ---- Camera paths ---------------------------------------------------------------------------------------------- */
@@ -325,13 +318,10 @@ static ca_status trace_filled_light(const block_job *job, uint64_t j, ca_error *
 static ca_status check_memory(const ca_qmcppm *q, ca_error *error)
 {
     if (q->filled || q->input.memory_bytes <= 0.0) return CA_OK;
-    double vertices = 0.0, photons = 0.0, bytes = q->connect ? 0.0 : ca_camera_records_bytes(&q->camera);
-    for (uint32_t c = 0; c < q->engine->chunks_now; c++) {
-        const ca_light_chunk *chunk = &q->engine->chunks[c];
-        for (uint32_t i = 0; i < chunk->count; i++) vertices += chunk->store.paths[i].count;
-        photons += chunk->grid ? (double)ca_photon_grid_count(chunk->grid) : 0.0;
-    }
-    bytes += ca_light_bytes((double)q->light_count, vertices, photons, 0.0);
+    const ca_bidirectional *engine = q->engine;
+    double vertices = 0.0, bytes = q->connect ? 0.0 : ca_camera_records_bytes(&q->camera);
+    for (uint32_t i = 0; i < engine->paths_now; i++) vertices += engine->store.paths[i].count;
+    bytes += ca_light_bytes((double)q->light_count, vertices, (double)engine->photons_now);
     return bytes <= q->input.memory_bytes ? CA_OK : fail_too_large(bytes, q->input.memory_bytes, error);
 }
 

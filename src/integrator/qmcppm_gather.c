@@ -24,30 +24,31 @@ static void make_surface(gather *g)
 {
     const ca_scene *scene = g->q->input.scene;
     if (g->made) return;
-    ca_accel_surface_at(scene->accel, &g->vertex->point, &g->walk.surface);
-    ca_bsdf_init(&g->walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.surface, g->walk.wi);
+    ca_accel_surface_at(scene->accel, &g->vertex->point, &g->walk.walk.surface);
+    ca_bsdf_init(&g->walk.walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.walk.surface,
+                 g->walk.walk.wi);
     g->made = true;
 }
 
 /* Was there a Dirac event between the light and the photon? */
-static bool photon_met_dirac(const ca_light_store *store, const ca_merge_photon *photon)
+static bool photon_met_dirac(const ca_light_store *store, const ca_light_vertex *photon)
 {
     const ca_path_vertex *before = ca_light_density_at(store, photon->first + photon->index - 1);
     return before->connectable_count < photon->index - 1;
 }
 
-static bool may_merge(const gather *g, const ca_light_store *store, const ca_merge_photon *photon)
+static bool may_merge(const gather *g, const ca_light_store *store, const ca_light_vertex *photon)
 {
     const ca_qmcppm *q = g->q;
     if (g->vertex->vertex + photon->index > q->engine->max_depth) return false;
-    if (ca_dot(photon->ng, g->vertex->point.ng) < CA_MERGE_MIN_COS) return false;
+    if (ca_dot(photon->point.ng, g->vertex->point.ng) < CA_MERGE_MIN_COS) return false;
     if (photon->index == 1 && !q->direct_photons) return false;
     return q->transport == CA_TRANSPORT_ALL ||
            ca_qmcppm_shows(q, g->vertex->dirac != 0 || photon_met_dirac(store, photon));
 }
 
 /* How fast the irradiance changes, on the side from which the surface is seen. */
-static void add_gradient(gather *g, const ca_merge_photon *photon, ca_vec3 offset)
+static void add_gradient(gather *g, const ca_light_vertex *photon, ca_vec3 offset)
 {
     const ca_vec3 ng = g->vertex->point.ng;
     if (ca_dot(ng, photon->wi) * ca_dot(ng, g->vertex->wi) <= 0.0f) return;
@@ -56,52 +57,50 @@ static void add_gradient(gather *g, const ca_merge_photon *photon, ca_vec3 offse
 }
 
 /* What the pair of the current camera path and the photon's light path gets, as the image does. */
-static void add_pair(gather *g, const ca_light_chunk *chunk, const ca_merge_photon *photon, ca_rgb contribution)
+static void add_pair(gather *g, uint32_t chunk, const ca_light_vertex *photon, ca_rgb contribution)
 {
-    const uint32_t number = (uint32_t)(chunk - g->q->engine->chunks);
-    const uint32_t path = ca_light_vertex_at(&chunk->store, photon->first)->first;
-    ca_pair_covariances_add(g->pairs, number * (uint32_t)CA_CHUNK_PATHS + path,
+    ca_pair_covariances_add(g->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + photon->path,
                             (double)ca_luminance(contribution) * (double)g->filter_weight);
 }
 
-static void merge(gather *g, const ca_light_chunk *chunk, uint32_t place)
+static void merge(gather *g, uint32_t number)
 {
     const ca_qmcppm *q = g->q;
-    const ca_merge_photon *photon = &chunk->photons[place];
-    if (!may_merge(g, &chunk->store, photon)) return;
+    const ca_light_store *store = &q->engine->store;
+    const ca_light_vertex *photon = ca_light_vertex_at(store, number);
+    if (!may_merge(g, store, photon)) return;
     float t = 0.0f; /* squared distance over squared radius; the disk does not ask */
     if (ca_kernel_is_smooth(q->kernel)) {
-        const ca_vec3 offset = ca_sub(ca_photon_grid_position(chunk->grid, place), g->vertex->point.position);
+        const ca_vec3 offset = ca_sub(photon->point.position, g->vertex->point.position);
         t = ca_length2(offset) / ca_sqr(g->radius);
         if (q->gradients) add_gradient(g, photon, offset);
     }
     make_surface(g);
-    const ca_bsdf_value value = ca_bsdf_eval(&g->walk.bsdf, g->walk.wi, photon->wi, CA_FROM_CAMERA);
+    const ca_bsdf_value value = ca_bsdf_eval(&g->walk.walk.bsdf, g->walk.walk.wi, photon->wi, CA_FROM_CAMERA);
     const float kernel = ca_kernel_value(q->kernel, t) / ca_sqr(g->radius);
     ca_rgb contribution =
         ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(g->vertex->throughput, value.f), photon->throughput), kernel);
     if (ca_rgb_is_black(contribution)) return;
     g->walk.worker->counters.merges++;
-    if (q->weighted) {
-        const ca_path_vertex *densities = ca_light_density_at(&chunk->store, photon->first);
-        contribution = ca_rgb_scale(contribution, ca_join_merge_weight(&g->walk, densities, photon, &value));
-    }
+    if (q->weighted)
+        contribution = ca_rgb_scale(contribution, ca_merge_weight(&g->walk, store, photon, &value));
     if (!ca_rgb_is_finite(contribution) || contribution.r < 0.0f || contribution.g < 0.0f || contribution.b < 0.0f) {
         g->walk.worker->counters.non_finite[CA_TECHNIQUE_MERGE]++;
         return;
     }
     g->sum = ca_rgb_add(g->sum, contribution);
-    if (g->pairs) add_pair(g, chunk, photon, contribution);
+    if (g->pairs) add_pair(g, ca_light_chunk_of(store, number), photon, contribution);
 }
 
-static void merge_chunk(gather *g, const ca_light_chunk *chunk)
+static void merge_all(gather *g)
 {
-    uint32_t places[CA_PHOTON_BATCH], count;
+    const ca_bidirectional *engine = g->q->engine;
+    uint32_t found[CA_PHOTON_BATCH], count;
     ca_photon_query query;
-    ca_photon_query_start_within(&query, chunk->grid, g->vertex->point.position, g->radius);
-    while ((count = ca_photon_query_next(&query, places)) > 0) {
-        for (uint32_t i = 0; i < count; i++) __builtin_prefetch(&chunk->photons[places[i]]);
-        for (uint32_t i = 0; i < count; i++) merge(g, chunk, places[i]);
+    ca_photon_query_start_within(&query, engine->grid, g->vertex->point.position, g->radius);
+    while ((count = ca_photon_query_next(&query, found)) > 0) {
+        for (uint32_t i = 0; i < count; i++) __builtin_prefetch(ca_light_vertex_at(&engine->store, found[i]));
+        for (uint32_t i = 0; i < count; i++) merge(g, found[i]);
     }
     g->walk.worker->counters.photons_tested += query.tested;
 }
@@ -117,21 +116,23 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
     g.walk.b = q->engine;
     g.walk.worker = worker;
     g.walk.scratch = &q->engine->scratch[worker->index];
+    g.walk.points = NULL;
+    g.walk.walk.densities = g.walk.scratch->densities;
     g.sum = (ca_rgb){0};
     g.pairs = q->pairs ? &q->pairs[worker->index] : NULL;
     g.filter_weight = record->sample.filter_weight;
     if (q->weighted && record->count > 0) {
         const uint32_t last = task->vertices[record->first + record->count - 1].vertex;
-        memcpy(g.walk.scratch->camera, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
+        memcpy(g.walk.walk.densities, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
     }
     for (uint32_t i = 0; i < record->count; i++) {
         g.vertex = &task->vertices[record->first + i];
-        g.walk.vertex = g.vertex->vertex;
-        g.walk.wi = g.vertex->wi;
+        g.walk.walk.vertex = g.vertex->vertex;
+        g.walk.walk.wi = g.vertex->wi;
         g.radius = g.vertex->radius0 * q->shrink;
         g.gradient = (ca_vec3){0};
         g.made = false;
-        for (uint32_t c = 0; c < q->engine->chunks_now; c++) merge_chunk(&g, &q->engine->chunks[c]);
+        merge_all(&g);
         if (i == 0) *gradient = g.gradient;
     }
     return g.sum;
@@ -143,12 +144,12 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
 static void connect_all(ca_camera_walk *walk)
 {
     const ca_bidirectional *b = walk->b;
-    ca_camera_walk_next_event(walk, true);
-    walk->paired_chunk = &b->chunks[0];
+    ca_next_event_now(walk, true);
+    walk->has_paired = true;
     walk->connect_slot = 1;
-    for (walk->paired = 0; walk->paired < b->chunks[0].count; walk->paired++) {
-        walk->scratch->light_ready = 0;
-        ca_join_connect(walk);
+    for (walk->paired = 0; walk->paired < b->paths_now; walk->paired++) {
+        walk->light_ready = 0;
+        ca_connect_all(&walk, 1);
     }
 }
 
@@ -157,13 +158,14 @@ static ca_rgb connect_path(const ca_qmcppm *q, uint32_t x, uint32_t y, uint32_t 
                            ca_rgb *own_light, ca_worker *worker)
 {
     static const ca_walk_hooks hooks = {.at_vertex = connect_all};
-    ca_camera_walk walk;
-    ca_camera_walk_start(&walk, q->engine, x, y, index, sample, worker);
-    walk.hooks = &hooks;
+    ca_camera_walk *walk = &q->engine->scratch[worker->index].camera_walks[0];
+    ca_camera_path path = {.x = x, .y = y, .index = index, .sample = sample};
+    ca_camera_walk_start(walk, q->engine, &path, 0, worker);
+    walk->hooks = &hooks;
     worker->counters.camera_paths++;
-    if (q->engine->max_depth > 0) ca_camera_walk_trace(&walk);
-    *own_light = walk.scratch->chunk_light[0];
-    return walk.scratch->chunk_light[1];
+    if (q->engine->max_depth > 0) ca_camera_walks_trace(&walk, 1);
+    *own_light = walk->light[0];
+    return walk->light[1];
 }
 
 /* ---- A pixel --------------------------------------------------------------------------------------------------- */

@@ -1,12 +1,56 @@
-/* Steps that every walk of a camera path takes, whatever the algorithm does at its vertices. Internal to this
- * folder. */
+/* Walks: paths under way, from the camera or from a light, and the steps they share: intersect, arrive, scatter. The
+ * integrators take many walks through one step at a time. Internal to this folder. */
 #ifndef CA_INTEGRATOR_WALK_H
 #define CA_INTEGRATOR_WALK_H
 
 #include "film/film.h"
+#include "geometry/ray_batch.h"
 #include "math/numeric.h"
+#include "path/subpath.h"
 #include "sampling/filter.h"
 #include "scene/scene.h"
+
+/* A path at its last vertex. The stages read and write it; who joins it with others looks at the last vertex. */
+typedef struct ca_walk {
+    ca_from from;
+    uint32_t vertex;           /* number of the last vertex, = segments so far */
+    ca_stream stream;
+    ca_vec3 origin, direction; /* of the next segment */
+    float t_min, t_max;
+    ca_flight flight;
+    ca_rgb throughput;         /* from a light: flux, W */
+    float start; /* the roulette looks at the throughput over this: from a light the flux that was emitted */
+    float eta2;                /* from the camera: what refraction took from the throughput */
+    ca_vec3 wi;                /* from the last vertex to the one before */
+    ca_light_receiver receiver; /* from the camera: the vertex that the segment leaves, as it asked for light */
+    ca_path_vertex *densities; /* borrowed: v[0] first */
+    ca_surface surface;        /* of the last vertex */
+    ca_bsdf bsdf;
+} ca_walk;
+
+/* Rays of walks, or questions for visibility, and the answers. */
+typedef struct ca_walk_rays {
+    ca_ray_batch rays;
+    ca_hit_batch hits;
+    uint8_t occluded[CA_RAY_BATCH];
+} ca_walk_rays;
+
+static inline void ca_walk_rays_set(ca_walk_rays *rays, uint32_t i, ca_vec3 origin, ca_vec3 direction, float t_min,
+                                    float t_max)
+{
+    ca_column3_set(&rays->rays.origin, i, origin);
+    ca_column3_set(&rays->rays.direction, i, direction);
+    rays->rays.t_min[i] = t_min;
+    rays->rays.t_max[i] = t_max;
+}
+
+/* A hit on the walk's segment becomes its last vertex: surface and densities (photon_density: 0), not yet a BSDF.
+ * false where the ray runs along the surface, which has no measure. */
+bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit);
+
+/* Samples the event at the last vertex and the next segment, and plays roulette (from rr_depth segments on: survives
+ * with min(0.95, largest throughput * eta2)). false where the path ends. */
+bool ca_walk_scatter(ca_walk *walk, const ca_reuse_rules *rules, uint32_t rr_depth);
 
 /* The first ray of a camera path through pixel (x, y) of the full film; *filter_weight as in sampling/filter.h. */
 static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca_filter *filter,
@@ -19,39 +63,33 @@ static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca
     return ca_camera_sample_ray(camera, film_position, lens);
 }
 
-/* What the film's first-hit layers show. */
-static inline void ca_walk_record_primary_hit(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi,
-                                              ca_film_sample *sample)
+/* Who asks for light at a surface where the path came from wi: what lies behind one that only reflects cannot
+ * help. */
+static inline ca_light_receiver ca_walk_receiver(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi)
 {
-    sample->albedo = ca_bsdf_albedo(bsdf, wi);
-    sample->normal = surface->ns;
-    sample->position = surface->position;
+    ca_light_receiver receiver = {.position = surface->position};
+    if (!(bsdf->scatter & CA_SCATTER_TRANSMISSION))
+        receiver.normal = ca_dot(surface->ng, wi) < 0.0f ? ca_neg(surface->ng) : surface->ng;
+    return receiver;
 }
 
-/* Next event: is the way from the surface to the chosen point of the light free? */
-static inline bool ca_walk_light_is_visible(const ca_accel *accel, const ca_surface *surface,
-                                            const ca_light_direct *direct)
-{
-    if (isfinite(direct->distance))
-        return ca_accel_visible(accel, surface->position, surface->position_error, surface->ng, direct->position,
-                                direct->position_error, direct->ng);
-    const ca_vec3 origin =
-        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light);
-    return !ca_accel_occluded(accel, origin, direct->to_light, 0.0f, INFINITY);
-}
+/* Next event: the ray that asks whether the way from the surface to the chosen point of the light is free. */
+typedef struct ca_next_event_ray {
+    ca_vec3 origin, direction;
+    float t_max;
+} ca_next_event_ray;
 
-/* Russian roulette after `depth` edges: from rr_depth on a path survives with min(0.95, largest throughput * eta2),
- * where eta2 gives back what refraction took from the throughput. false: the walk ends; else *throughput is
- * scaled. */
-static inline bool ca_walk_survives(uint32_t depth, uint32_t rr_depth, float eta2, float u, ca_rgb *throughput)
+static inline ca_next_event_ray ca_walk_next_event_ray(const ca_surface *surface, const ca_light_direct *direct)
 {
-    const float largest = ca_rgb_max(*throughput);
-    if (!(largest > 0.0f)) return false;
-    if (depth < rr_depth) return true;
-    const float survival = ca_min(0.95f, largest * eta2);
-    if (u >= survival) return false;
-    *throughput = ca_rgb_scale(*throughput, 1.0f / survival);
-    return true;
+    if (isfinite(direct->distance)) {
+        const ca_segment segment =
+            ca_segment_between(surface->position, surface->position_error, surface->ng, direct->position,
+                               direct->position_error, direct->ng);
+        return (ca_next_event_ray){segment.origin, segment.direction, ca_visible_t_max};
+    }
+    return (ca_next_event_ray){
+        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light), direct->to_light,
+        INFINITY};
 }
 
 #endif

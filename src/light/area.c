@@ -5,13 +5,14 @@
 
 static ca_rgb radiance_at(const ca_light *light, const ca_surface *surface)
 {
-    return light->texture == CA_NONE ? light->radiance : ca_texture_eval(light->textures, light->texture, surface);
+    if (light->as.area.radiance == CA_NONE) return ca_rgb_grey(1.0f);
+    return ca_texture_eval(light->textures, light->as.area.radiance, surface);
 }
 
 static float luminance_at(const ca_light *light, ca_vec2 u)
 {
     ca_surface surface;
-    ca_shape_sample_area(light->shape, u, &surface);
+    ca_shape_sample_area(light->as.area.shape, u, &surface);
     return ca_light_weight(radiance_at(light, &surface));
 }
 
@@ -19,31 +20,35 @@ static float luminance_at(const ca_light *light, ca_vec2 u)
  * shine must be chosen sometimes: it counts as at least a hundredth of its brightest. */
 void ca_light_area_prepare(ca_light *light)
 {
-    float mean = ca_light_weight(light->radiance);
-    if (light->texture != CA_NONE) {
-        const bool constant = light->textures[light->texture].kind == CA_TEXTURE_CONSTANT;
+    const ca_texture_id texture = light->as.area.radiance;
+    float mean = 1.0f;
+    if (texture != CA_NONE) {
+        const bool constant = light->textures[texture].kind == CA_TEXTURE_CONSTANT;
         mean = (float)ca_light_square_mean(light, luminance_at, constant ? 1 : 64);
-        if (!constant) mean = fmaxf(mean, 0.01f * ca_texture_max(light->textures, light->texture));
+        if (!constant) mean = fmaxf(mean, 0.01f * ca_texture_max(light->textures, texture));
     }
-    light->power = CA_PI * light->shape->area * mean;
+    light->power = CA_PI * light->as.area.shape->area * mean;
 }
 
-/* Spheres are sampled by the cone in which they are seen; all other shapes by area, where one root and one division
- * give distance, direction and density together. */
+/* By solid angle: the density of the point, per area of the light, over 1 / area. */
+static float solid_angle_ratio(const ca_shape *shape, ca_pdf_solid_angle pdf, float cos_light, float distance2)
+{
+    return ca_pdf_to_area(pdf, cos_light, distance2).v * shape->area;
+}
+
+/* What is sampled by area needs one root and one division for distance, direction and density together. */
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
-    const ca_shape *shape = light->shape;
+    const ca_shape *shape = light->as.area.shape;
     ca_surface surface;
-    ca_pdf_solid_angle pdf_cone = {0.0f};
-    if (shape->kind == CA_SHAPE_SPHERE)
-        pdf_cone = ca_shape_sample_direct(shape, reference, u, &surface);
-    else
-        ca_shape_sample_area(shape, u, &surface);
+    ca_pdf_solid_angle pdf_seen;
+    ca_shape_sample_seen(shape, reference, u, &surface, &pdf_seen);
     const ca_vec3 segment = ca_sub(surface.position, reference);
     const float distance2 = ca_length2(segment);
     const float distance = sqrtf(distance2), inverse = 1.0f / distance;
     const float cos_light = -ca_dot(segment, surface.ng) * inverse;
     if (!(cos_light > 0.0f && distance2 > 0.0f)) return false;
+    const bool by_solid_angle = pdf_seen.v > 0.0f;
     direct->to_light = ca_mul(segment, inverse);
     direct->distance = distance;
     direct->position = surface.position;
@@ -52,9 +57,10 @@ bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, c
     direct->radiance = radiance_at(light, &surface);
     direct->pdf_position.v = 1.0f / shape->area;
     direct->pdf_direct =
-        shape->kind == CA_SHAPE_SPHERE ? pdf_cone : ca_pdf_to_solid_angle(direct->pdf_position, cos_light, distance2);
+        by_solid_angle ? pdf_seen : ca_pdf_to_solid_angle(direct->pdf_position, cos_light, distance2);
     direct->pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light);
     direct->cos_light = cos_light;
+    direct->next_event_ratio = by_solid_angle ? solid_angle_ratio(shape, pdf_seen, cos_light, distance2) : 1.0f;
     return direct->pdf_direct.v > 0.0f;
 }
 
@@ -62,7 +68,7 @@ bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u
                             ca_light_emission *emission)
 {
     ca_surface surface;
-    const ca_pdf_area pdf_position = ca_shape_sample_area(light->shape, u_position, &surface);
+    const ca_pdf_area pdf_position = ca_shape_sample_area(light->as.area.shape, u_position, &surface);
     const ca_vec3 local = ca_warp_cosine_hemisphere(u_direction);
     const ca_frame frame = ca_frame_from_normal(surface.ng);
     *emission = (ca_light_emission){.origin = surface.position,
@@ -78,12 +84,31 @@ bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u
 
 ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction)
 {
+    const ca_shape *shape = light->as.area.shape;
     const float cos_light = ca_dot(surface->ng, direction);
     if (!(cos_light > 0.0f)) return (ca_light_hit){0};
-    return (ca_light_hit){.radiance = radiance_at(light, surface),
-                          .pdf_direct = ca_shape_pdf_direct(light->shape, reference, surface->position, surface->ng),
-                          .pdf_position = {1.0f / light->shape->area},
-                          .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light)};
+    const ca_pdf_area pdf_position = {1.0f / shape->area};
+    const ca_pdf_solid_angle pdf_seen = ca_shape_pdf_seen(shape, reference);
+    const float distance2 = ca_length2(ca_sub(surface->position, reference));
+    const bool by_solid_angle = pdf_seen.v > 0.0f;
+    return (ca_light_hit){
+        .radiance = radiance_at(light, surface),
+        .pdf_direct = by_solid_angle ? pdf_seen : ca_pdf_to_solid_angle(pdf_position, cos_light, distance2),
+        .pdf_position = pdf_position,
+        .pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light),
+        .next_event_ratio = by_solid_angle ? solid_angle_ratio(shape, pdf_seen, cos_light, distance2) : 1.0f};
+}
+
+float ca_light_area_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
+{
+    const ca_shape *shape = light->as.area.shape;
+    const ca_pdf_solid_angle pdf_seen = ca_shape_pdf_seen(shape, reference);
+    if (!(pdf_seen.v > 0.0f)) return 1.0f;
+    const ca_vec3 segment = ca_sub(position, reference);
+    const float distance2 = ca_length2(segment);
+    return distance2 > 0.0f
+               ? solid_angle_ratio(shape, pdf_seen, ca_abs_dot(segment, ng) / sqrtf(distance2), distance2)
+               : 1.0f;
 }
 
 ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)

@@ -11,8 +11,7 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* ---- Lookup
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Lookup ---------------------------------------------------------------------------------------------------- */
 
 /* Longitude and latitude, each in [0, 1], of a direction in the light's frame, and sin theta. */
 static ca_vec2 direction_to_uv(ca_vec3 local, float *sin_theta)
@@ -45,27 +44,27 @@ static ca_rgb bilinear(const ca_image *image, ca_vec2 uv)
 
 ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
 {
-    if (light->kind == CA_LIGHT_CONSTANT) return light->radiance;
+    if (light->kind == CA_LIGHT_CONSTANT) return light->as.constant.radiance;
     float sin_theta;
-    const ca_vec2 uv = direction_to_uv(ca_light_to_local(light, ca_neg(direction)), &sin_theta);
-    return ca_rgb_mul(light->radiance, bilinear(light->image, uv));
+    const ca_vec2 uv = direction_to_uv(ca_light_to_local(&light->as.envmap.map, ca_neg(direction)), &sin_theta);
+    return ca_rgb_mul(light->as.envmap.scale, bilinear(light->as.envmap.image, uv));
 }
 
-/* ---- Table
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- Table ----------------------------------------------------------------------------------------------------- */
 
 static uint32_t cell_rows(const ca_image *image) { return ca_max_u32(image->height - 1, 1); }
 
 static double pixel_weight(const ca_light *light, uint32_t x, uint32_t y)
 {
-    return (double)ca_light_weight(ca_rgb_mul(light->radiance, ca_image_rgb(light->image, x, y)));
+    return (double)ca_light_weight(ca_rgb_mul(light->as.envmap.scale, ca_image_rgb(light->as.envmap.image, x, y)));
 }
 
 /* A row's pixels, averaged over the width of a cell: a cell is centred on its pixel, so its neighbours have an
  * eighth. */
 static double across(const ca_light *light, uint32_t x, uint32_t y)
 {
-    const uint32_t width = light->image->width, left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
+    const uint32_t width = light->as.envmap.image->width;
+    const uint32_t left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
     return 0.75 * pixel_weight(light, x, y) + 0.125 * (pixel_weight(light, left, y) + pixel_weight(light, right, y));
 }
 
@@ -84,7 +83,7 @@ static void row_weights(const ca_image *image, uint32_t row, double *upper, doub
 /* Fills the table's weights; the sum is the integral of luminance over the sphere. */
 static double fill_weights(const ca_light *light, float *weights)
 {
-    const ca_image *image = light->image;
+    const ca_image *image = light->as.envmap.image;
     double sum = 0.0;
     for (uint32_t row = 0; row < cell_rows(image); row++) {
         double upper, lower;
@@ -107,28 +106,33 @@ static bool image_is_finite(const ca_image *image)
     return true;
 }
 
+static ca_status prepare_envmap(ca_light *light, double *integral, ca_error *error)
+{
+    const ca_image *image = light->as.envmap.image;
+    if (!image_is_finite(image))
+        return ca_fail(error, CA_ERROR_SCENE, NULL, "an environment map has a pixel that is not finite");
+    float *weights = ca_alloc((size_t)image->width * cell_rows(image), sizeof *weights);
+    if (!weights) return ca_fail_memory(error, "an environment map's sampling table");
+    *integral = fill_weights(light, weights);
+    const ca_status status =
+        ca_distribution_2d_create(&light->as.envmap.pixels, weights, image->width, cell_rows(image), error);
+    ca_free(weights);
+    return status;
+}
+
 ca_status ca_light_environment_prepare(ca_light *light, ca_error *error)
 {
-    double integral = 4.0 * CA_PI_D * (double)ca_light_weight(light->radiance); /* of luminance over directions */
-    if (light->kind == CA_LIGHT_ENVMAP) {
-        const ca_image *image = light->image;
-        if (!image_is_finite(image))
-            return ca_fail(error, CA_ERROR_SCENE, NULL, "an environment map has a pixel that is not finite");
-        float *weights = ca_alloc((size_t)image->width * cell_rows(image), sizeof *weights);
-        if (!weights) return ca_fail_memory(error, "an environment map's sampling table");
-        integral = fill_weights(light, weights);
-        const ca_status status =
-            ca_distribution_2d_create(&light->pixels, weights, image->width, cell_rows(image), error);
-        ca_free(weights);
-        CA_TRY(status);
-    }
+    double integral = 0.0; /* of luminance over directions */
+    if (light->kind == CA_LIGHT_CONSTANT)
+        integral = 4.0 * CA_PI_D * (double)ca_light_weight(light->as.constant.radiance);
+    else
+        CA_TRY(prepare_envmap(light, &integral, error));
     const double disk = CA_PI_D * (double)light->scene_radius * (double)light->scene_radius;
     light->power = (float)(disk * integral);
     return CA_OK;
 }
 
-/* ---- Sampling
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Sampling -------------------------------------------------------------------------------------------------- */
 
 /* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a
  * pole, a set without area, it would be infinite: 0 there. */
@@ -136,9 +140,10 @@ static ca_pdf_solid_angle direction_pdf(const ca_light *light, ca_vec3 to_light)
 {
     if (light->kind == CA_LIGHT_CONSTANT) return (ca_pdf_solid_angle){CA_INV_FOUR_PI};
     float sin_theta;
-    const ca_vec2 uv = direction_to_uv(ca_light_to_local(light, to_light), &sin_theta);
+    const ca_vec2 uv = direction_to_uv(ca_light_to_local(&light->as.envmap.map, to_light), &sin_theta);
     if (!(sin_theta > 0.0f)) return (ca_pdf_solid_angle){0.0f};
-    return (ca_pdf_solid_angle){ca_distribution_2d_density(&light->pixels, uv) / (2.0f * CA_PI * CA_PI * sin_theta)};
+    const float density = ca_distribution_2d_density(&light->as.envmap.pixels, uv);
+    return (ca_pdf_solid_angle){density / (2.0f * CA_PI * CA_PI * sin_theta)};
 }
 
 /* The density is evaluated from the direction as eval_hit does it, not taken from the table: rounding may put the
@@ -149,7 +154,8 @@ static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light
         *to_light = ca_warp_sphere(u);
     } else {
         float density;
-        *to_light = ca_light_to_world(light, uv_to_direction(ca_distribution_2d_sample(&light->pixels, u, &density)));
+        const ca_vec2 uv = ca_distribution_2d_sample(&light->as.envmap.pixels, u, &density);
+        *to_light = ca_light_to_world(&light->as.envmap.map, uv_to_direction(uv));
     }
     *pdf = direction_pdf(light, *to_light);
     return pdf->v > 0.0f;
@@ -157,7 +163,8 @@ static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light
 
 bool ca_light_environment_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
-    *direct = (ca_light_direct){.distance = CA_INFINITE_DISTANCE, .cos_light = 1.0f};
+    *direct = (ca_light_direct){
+        .distance = CA_INFINITE_DISTANCE, .cos_light = 1.0f, .next_event_ratio = 1.0f};
     if (!sample_direction(light, u, &direct->to_light, &direct->pdf_direct)) return false;
     direct->position = ca_light_far_point(light, reference, direct->to_light);
     direct->radiance = ca_light_environment_radiance(light, ca_neg(direct->to_light));
@@ -184,5 +191,6 @@ ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction)
     return (ca_light_hit){.radiance = ca_light_environment_radiance(light, direction),
                           .pdf_direct = pdf,
                           .pdf_position = ca_light_disk_pdf(light),
-                          .pdf_direction = pdf};
+                          .pdf_direction = pdf,
+                          .next_event_ratio = 1.0f};
 }

@@ -17,20 +17,53 @@ ca_status ca_light_prepare(ca_light *light, ca_vec3 scene_center, float scene_ra
     case CA_LIGHT_PROJECTOR: CA_TRY(ca_light_projector_prepare(light, error)); break;
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: CA_TRY(ca_light_environment_prepare(light, error)); break;
+    case CA_LIGHT_KIND_COUNT: break;
     }
     return CA_OK;
 }
 
-void ca_light_release(ca_light *light) { ca_distribution_2d_destroy(&light->pixels); }
+void ca_light_release(ca_light *light)
+{
+    switch (light->kind) {
+    case CA_LIGHT_PROJECTOR: ca_distribution_2d_destroy(&light->as.projector.pixels); break;
+    case CA_LIGHT_ENVMAP: ca_distribution_2d_destroy(&light->as.envmap.pixels); break;
+    case CA_LIGHT_AREA:
+    case CA_LIGHT_POINT:
+    case CA_LIGHT_SPOT:
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_KIND_COUNT: break;
+    }
+}
 
 bool ca_light_is_infinite(const ca_light *light)
 {
-    return light->kind == CA_LIGHT_DIRECTIONAL || light->kind == CA_LIGHT_CONSTANT || light->kind == CA_LIGHT_ENVMAP;
+    switch (light->kind) {
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP: return true;
+    case CA_LIGHT_AREA:
+    case CA_LIGHT_POINT:
+    case CA_LIGHT_SPOT:
+    case CA_LIGHT_PROJECTOR:
+    case CA_LIGHT_KIND_COUNT: break;
+    }
+    return false;
 }
 
 bool ca_light_has_dirac_position(const ca_light *light)
 {
-    return light->kind == CA_LIGHT_POINT || light->kind == CA_LIGHT_SPOT || light->kind == CA_LIGHT_PROJECTOR;
+    switch (light->kind) {
+    case CA_LIGHT_POINT:
+    case CA_LIGHT_SPOT:
+    case CA_LIGHT_PROJECTOR: return true;
+    case CA_LIGHT_AREA:
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP:
+    case CA_LIGHT_KIND_COUNT: break;
+    }
+    return false;
 }
 
 bool ca_light_has_dirac_direction(const ca_light *light) { return light->kind == CA_LIGHT_DIRECTIONAL; }
@@ -45,6 +78,7 @@ bool ca_light_sample_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u,
     case CA_LIGHT_PROJECTOR: return ca_light_projector_direct(light, reference, direct);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_direct(light, reference, u, direct);
+    case CA_LIGHT_KIND_COUNT: break;
     }
     return false;
 }
@@ -60,6 +94,7 @@ bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2
     case CA_LIGHT_PROJECTOR: return ca_light_projector_emission(light, u_position, emission);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_emission(light, u_position, u_direction, emission);
+    case CA_LIGHT_KIND_COUNT: break;
     }
     return false;
 }
@@ -70,8 +105,18 @@ ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const c
     case CA_LIGHT_AREA: return ca_light_area_hit(light, reference, surface, direction);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_hit(light, direction);
-    default: return (ca_light_hit){0}; /* no path meets a Dirac light by chance */
+    case CA_LIGHT_POINT:
+    case CA_LIGHT_SPOT:
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_PROJECTOR: /* no path meets a Dirac light by chance */
+    case CA_LIGHT_KIND_COUNT: break;
     }
+    return (ca_light_hit){0};
+}
+
+float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
+{
+    return light->kind == CA_LIGHT_AREA ? ca_light_area_next_event_ratio(light, reference, position, ng) : 1.0f;
 }
 
 ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)
@@ -80,24 +125,29 @@ ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_ve
     case CA_LIGHT_AREA: return ca_light_area_radiance(light, surface, direction);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_radiance(light, direction);
-    default: return (ca_rgb){0};
+    case CA_LIGHT_POINT:
+    case CA_LIGHT_SPOT:
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_PROJECTOR:
+    case CA_LIGHT_KIND_COUNT: break;
     }
+    return (ca_rgb){0};
 }
 
-/* ---- Shared by the kinds
- * ------------------------------------------------------------------------------------------ */
+/* ---- Shared by the kinds --------------------------------------------------------------------------------------- */
 
-bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct)
+bool ca_light_direct_from_point(ca_vec3 position, ca_vec3 reference, ca_light_direct *direct)
 {
-    const ca_vec3 segment = ca_sub(light->position, reference);
+    const ca_vec3 segment = ca_sub(position, reference);
     const float distance = ca_length(segment);
     if (!(distance > 0.0f)) return false;
     *direct = (ca_light_direct){.to_light = ca_mul(segment, 1.0f / distance),
                                 .distance = distance,
-                                .position = light->position,
+                                .position = position,
                                 .pdf_direct = {1.0f},
                                 .pdf_position = {1.0f},
-                                .cos_light = 1.0f};
+                                .cos_light = 1.0f,
+                                .next_event_ratio = 1.0f};
     return true;
 }
 
@@ -120,11 +170,11 @@ ca_vec3 ca_light_far_point(const ca_light *light, ca_vec3 reference, ca_vec3 to_
     return ca_madd(reference, reach, to_light);
 }
 
-ca_rgb ca_light_texture_at(const ca_light *light, ca_vec2 uv)
+ca_rgb ca_light_texture_at(const ca_light *light, ca_texture_id texture, ca_vec2 uv)
 {
-    if (light->texture == CA_NONE) return (ca_rgb){1.0f, 1.0f, 1.0f};
+    if (texture == CA_NONE) return (ca_rgb){1.0f, 1.0f, 1.0f};
     const ca_surface surface = {.uv = uv, .shape = CA_NONE, .primitive = CA_NONE, .instance = CA_NONE};
-    return ca_texture_eval(light->textures, light->texture, &surface);
+    return ca_texture_eval(light->textures, texture, &surface);
 }
 
 double ca_light_square_mean(const ca_light *light, float (*value)(const ca_light *light, ca_vec2 u), uint32_t side)

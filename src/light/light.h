@@ -28,23 +28,51 @@ typedef enum ca_light_kind {
     CA_LIGHT_PROJECTOR,
     CA_LIGHT_CONSTANT, /* environment of one radiance */
     CA_LIGHT_ENVMAP,   /* environment from a latitude-longitude image */
+    CA_LIGHT_KIND_COUNT
 } ca_light_kind;
 
 typedef struct ca_light {
     ca_light_kind kind;
-    ca_affine map;         /* light -> world (rigid, but for envmap and directional where only rotations matter) */
-    ca_vec3 position;      /* point, spot, projector: world */
-    ca_vec3 direction;     /* directional: world, the way the light travels */
-    ca_rgb radiance;       /* constant, envmap (scale): radiance; point, spot, projector (scale): intensity;
-                              directional: irradiance */
-    ca_texture_id texture; /* area: radiance; spot: factor over its beam; projector: picture */
+    union { /* the member of the kind's name */
+        struct {
+            const ca_shape *shape;  /* borrowed from the scene */
+            ca_texture_id radiance; /* CA_NONE: 1 */
+        } area;
+        struct {
+            ca_vec3 position; /* world, here and below */
+            ca_rgb intensity;
+        } point;
+        struct {
+            ca_affine map; /* light -> world, rigid; z is the axis */
+            ca_vec3 position;
+            ca_rgb intensity;
+            ca_texture_id texture; /* factor over the beam, or CA_NONE */
+            float cutoff, beam;    /* radians: no light outside of the first, full light inside of the second */
+        } spot;
+        struct {
+            ca_vec3 direction; /* the way the light travels */
+            ca_rgb irradiance;
+        } directional;
+        struct {
+            ca_affine map; /* light -> world, rigid */
+            ca_vec3 position;
+            ca_texture_id picture; /* or CA_NONE: white */
+            ca_rgb scale;
+            float tan_half_x, tan_half_y; /* half its field of view */
+            ca_distribution_2d pixels;    /* by luminance and solid angle */
+        } projector;
+        struct {
+            ca_rgb radiance;
+        } constant;
+        struct {
+            ca_affine map;         /* light -> world, of which only the rotation matters */
+            const ca_image *image; /* borrowed; row 0 is +y of the light's frame */
+            ca_rgb scale;
+            ca_distribution_2d pixels; /* by luminance and sin theta */
+        } envmap;
+    } as;
     const ca_texture *textures; /* borrowed from the scene */
-    const ca_shape *shape;      /* area: borrowed from the scene */
-    float cutoff, beam;         /* spot, radians: no light outside of the first, full light inside of the second */
-    float tan_half_x, tan_half_y; /* projector: half its field of view */
-    const ca_image *image;        /* envmap: borrowed; row 0 is +y of the light's frame */
-    ca_distribution_2d pixels;    /* envmap: by luminance and sin theta. projector: by luminance and solid angle */
-    ca_vec3 scene_center;         /* bounding sphere of the scene */
+    ca_vec3 scene_center;       /* bounding sphere of the scene */
     float scene_radius;
     float power; /* W, luminance: for choosing among lights */
 } ca_light;
@@ -70,6 +98,7 @@ typedef struct ca_light_direct {
     ca_pdf_area pdf_position;             /* as a light path would have started there ... */
     ca_pdf_solid_angle pdf_direction;     /* ... and have gone to the reference */
     float cos_light;                      /* |to_light . ng|; 1 where the light has no surface */
+    float next_event_ratio;               /* as ca_light_next_event_ratio */
 } ca_light_direct;
 
 /* false: no light gets there. */
@@ -96,10 +125,16 @@ typedef struct ca_light_hit {
     ca_pdf_solid_angle pdf_direct;
     ca_pdf_area pdf_position;
     ca_pdf_solid_angle pdf_direction;
+    float next_event_ratio; /* as ca_light_next_event_ratio */
 } ca_light_hit;
 
 ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface,
                                ca_vec3 direction);
+
+/* The density of choosing a point of the light (geometric normal ng) by next event from `reference` over that of a
+ * light path's starting there, in one measure and without the choice of the light: 1 but for surfaces that are
+ * sampled by the solid angle under which they are seen. */
+float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
 /* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`,
  * alone. */

@@ -2,10 +2,8 @@
 
 #include "base/memory.h"
 
-ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
+static ca_status create_by_power(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
 {
-    *choice = (ca_light_choice){0};
-    if (count == 0) return CA_OK;
     float *powers = ca_alloc(count, sizeof *powers);
     if (!powers) return ca_fail_memory(error, "the choice among lights");
     ca_status status = CA_OK;
@@ -20,7 +18,61 @@ ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights
     return status;
 }
 
-void ca_light_choice_destroy(ca_light_choice *choice) { ca_distribution_1d_destroy(&choice->by_power); }
+/* Weights of the parts: [0] the power of all lights in the tree, then that of each of the others. */
+static ca_status create_parts(ca_light_choice *choice, const ca_light *lights, uint32_t count,
+                              uint32_t infinite_count, ca_error *error)
+{
+    float *powers = ca_alloc((size_t)infinite_count + 1, sizeof *powers);
+    choice->infinite = ca_alloc((size_t)infinite_count + 1, sizeof *choice->infinite);
+    if (!powers || !choice->infinite) {
+        ca_free(powers);
+        return ca_fail_memory(error, "the choice among lights");
+    }
+    double finite = 0.0;
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!ca_light_is_infinite(&lights[i])) {
+            finite += (double)lights[i].power;
+            continue;
+        }
+        choice->infinite[next++] = i;
+        powers[next] = lights[i].power;
+    }
+    powers[0] = (float)fmin(finite, (double)FLT_MAX);
+    const ca_status status = ca_distribution_1d_create(&choice->parts, powers, infinite_count + 1, error);
+    ca_free(powers);
+    return status;
+}
+
+static ca_status create_tree(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
+{
+    uint32_t infinite_count = 0;
+    for (uint32_t i = 0; i < count; i++) infinite_count += ca_light_is_infinite(&lights[i]);
+    if (count - infinite_count < CA_LIGHT_CHOICE_TREE_LIGHTS) return CA_OK;
+    CA_TRY(create_parts(choice, lights, count, infinite_count, error));
+    return ca_light_tree_create(&choice->tree, lights, count, error);
+}
+
+ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
+{
+    *choice = (ca_light_choice){0};
+    if (count == 0) return CA_OK;
+    ca_status status = create_by_power(choice, lights, count, error);
+    if (status == CA_OK) status = create_tree(choice, lights, count, error);
+    if (status != CA_OK) ca_light_choice_destroy(choice);
+    return status;
+}
+
+void ca_light_choice_destroy(ca_light_choice *choice)
+{
+    ca_distribution_1d_destroy(&choice->by_power);
+    ca_distribution_1d_destroy(&choice->parts);
+    ca_light_tree_destroy(&choice->tree);
+    ca_free(choice->infinite);
+    *choice = (ca_light_choice){0};
+}
+
+/* ---- Emission -------------------------------------------------------------------------------------------------- */
 
 uint32_t ca_light_choice_sample(const ca_light_choice *choice, float u, float *probability)
 {
@@ -36,4 +88,36 @@ uint32_t ca_light_choice_sample(const ca_light_choice *choice, float u, float *p
 float ca_light_choice_probability(const ca_light_choice *choice, uint32_t light)
 {
     return light < choice->by_power.count ? ca_distribution_1d_probability(&choice->by_power, light) : 0.0f;
+}
+
+/* ---- Next event ------------------------------------------------------------------------------------------------ */
+
+uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_light_receiver *receiver, float u,
+                                       float *probability)
+{
+    if (choice->tree.node_count == 0) return ca_light_choice_sample(choice, u, probability);
+    float of_part, of_light;
+    const uint32_t part = ca_distribution_1d_sample(&choice->parts, u, &of_part, &u);
+    *probability = of_part;
+    if (part > 0) return choice->infinite[part - 1];
+    const uint32_t light = ca_light_tree_sample(&choice->tree, receiver, u, &of_light);
+    *probability *= of_light;
+    return light;
+}
+
+float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca_light_receiver *receiver,
+                                         uint32_t light)
+{
+    if (choice->tree.node_count == 0) return ca_light_choice_probability(choice, light);
+    for (uint32_t part = 1; part < choice->parts.count; part++)
+        if (choice->infinite[part - 1] == light) return ca_distribution_1d_probability(&choice->parts, part);
+    return ca_distribution_1d_probability(&choice->parts, 0) *
+           ca_light_tree_probability(&choice->tree, receiver, light);
+}
+
+float ca_light_choice_ratio(const ca_light_choice *choice, const ca_light_receiver *receiver, uint32_t light)
+{
+    if (choice->tree.node_count == 0) return 1.0f;
+    const float emission = ca_light_choice_probability(choice, light);
+    return emission > 0.0f ? ca_light_choice_direct_probability(choice, receiver, light) / emission : 0.0f;
 }

@@ -1,18 +1,39 @@
-/* Choosing one light among all, in proportion to its power. */
+/* Choosing one light among all: for emission in proportion to its power, for next event by what it may contribute at
+ * the point that asks.
+ *
+ * For next event the lights at infinity are chosen by power among themselves and against all others together; among
+ * those the tree chooses (light_tree.h). */
 #ifndef CA_LIGHT_LIGHT_CHOICE_H
 #define CA_LIGHT_LIGHT_CHOICE_H
 
-#include "light/light.h"
+#include "light/light_tree.h"
 
 typedef struct ca_light_choice {
     ca_distribution_1d by_power;
+    ca_light_tree tree;       /* without nodes: next event chooses by power, too */
+    ca_distribution_1d parts; /* the tree, and each light at infinity */
+    uint32_t *infinite;       /* [parts.count - 1]: those lights */
 } ca_light_choice;
+
+/* From this many lights at a finite place on there is a tree (docs/decisions/014). */
+enum { CA_LIGHT_CHOICE_TREE_LIGHTS = 2 };
 
 /* For `count` prepared lights; none is allowed. */
 ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error);
 void ca_light_choice_destroy(ca_light_choice *choice);
-/* Index of a light and its probability; CA_NONE with 0 where there is no light. */
+
+/* Emission: index of a light and its probability; CA_NONE with 0 where there is no light. */
 uint32_t ca_light_choice_sample(const ca_light_choice *choice, float u, float *probability);
 float ca_light_choice_probability(const ca_light_choice *choice, uint32_t light);
+
+/* Next event: likewise; CA_NONE with 0 also where no light can contribute. */
+uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_light_receiver *receiver, float u,
+                                       float *probability);
+float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca_light_receiver *receiver,
+                                         uint32_t light);
+
+/* The latter over the probability with which the light is chosen for emission: what ca_light_next_event_ratio leaves
+ * out. */
+float ca_light_choice_ratio(const ca_light_choice *choice, const ca_light_receiver *receiver, uint32_t light);
 
 #endif

@@ -15,6 +15,8 @@ ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const c
                                ca_vec3 direction);
 ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction);
 
+float ca_light_area_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
+
 void ca_light_point_prepare(ca_light *light);
 bool ca_light_point_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 bool ca_light_point_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission);
@@ -39,12 +41,11 @@ bool ca_light_environment_emission(const ca_light *light, ca_vec2 u_position, ca
 ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction);
 ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction);
 
-/* ---- Shared
- * ------------------------------------------------------------------------------------------------------- */
+/* ---- Shared ---------------------------------------------------------------------------------------------------- */
 
 /* Lights at one point: the direct sample without its radiance and pdf_direction. false: the reference is the
  * light. */
-bool ca_light_direct_from_point(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
+bool ca_light_direct_from_point(ca_vec3 position, ca_vec3 reference, ca_light_direct *direct);
 
 /* Lights at infinity: rays that travel along `direction` start on a disk that covers the scene's bounding sphere, in
  * front of it. */
@@ -53,20 +54,20 @@ ca_pdf_area ca_light_disk_pdf(const ca_light *light);
 /* A point towards the light, out of the scene. */
 ca_vec3 ca_light_far_point(const ca_light *light, ca_vec3 reference, ca_vec3 to_light);
 
-/* The light's texture at coordinates that belong to no surface; white where it has none. */
-ca_rgb ca_light_texture_at(const ca_light *light, ca_vec2 uv);
+/* A texture that a light throws, at coordinates that belong to no surface; white where there is none. */
+ca_rgb ca_light_texture_at(const ca_light *light, ca_texture_id texture, ca_vec2 uv);
 
 /* Mean of a function over the unit square, from the centres of side x side cells. */
 double ca_light_square_mean(const ca_light *light, float (*value)(const ca_light *light, ca_vec2 u), uint32_t side);
 
-static inline ca_vec3 ca_light_to_local(const ca_light *light, ca_vec3 direction)
+static inline ca_vec3 ca_light_to_local(const ca_affine *map, ca_vec3 direction)
 {
-    return ca_normalize(ca_map_vector(light->map.from, direction));
+    return ca_normalize(ca_map_vector(map->from, direction));
 }
 
-static inline ca_vec3 ca_light_to_world(const ca_light *light, ca_vec3 direction_local)
+static inline ca_vec3 ca_light_to_world(const ca_affine *map, ca_vec3 direction_local)
 {
-    return ca_normalize(ca_map_vector(light->map.to, direction_local));
+    return ca_normalize(ca_map_vector(map->to, direction_local));
 }
 
 /* Luminance in which negative components (which some measured pictures have) count as much as positive ones: a weight

@@ -15,31 +15,43 @@
 /* Coordinates in the picture of a point of the plane z = 1, in [0, 1]^2 where it is on the slide. */
 static ca_vec2 plane_to_picture(const ca_light *light, ca_vec2 plane)
 {
-    return (ca_vec2){0.5f - 0.5f * plane.x / light->tan_half_x, 0.5f + 0.5f * plane.y / light->tan_half_y};
+    return (ca_vec2){0.5f - 0.5f * plane.x / light->as.projector.tan_half_x,
+                     0.5f + 0.5f * plane.y / light->as.projector.tan_half_y};
 }
 
 static ca_vec2 picture_to_plane(const ca_light *light, ca_vec2 uv)
 {
-    return (ca_vec2){(1.0f - 2.0f * uv.x) * light->tan_half_x, (2.0f * uv.y - 1.0f) * light->tan_half_y};
+    return (ca_vec2){(1.0f - 2.0f * uv.x) * light->as.projector.tan_half_x,
+                     (2.0f * uv.y - 1.0f) * light->as.projector.tan_half_y};
 }
 
-static float plane_area(const ca_light *light) { return 4.0f * light->tan_half_x * light->tan_half_y; }
+static float plane_area(const ca_light *light)
+{
+    return 4.0f * light->as.projector.tan_half_x * light->as.projector.tan_half_y;
+}
 
 static ca_rgb irradiance_at(const ca_light *light, ca_vec2 uv)
 {
-    return ca_rgb_scale(ca_rgb_mul(light->radiance, ca_light_texture_at(light, uv)), CA_PI);
+    const ca_rgb picture = ca_light_texture_at(light, light->as.projector.picture, uv);
+    return ca_rgb_scale(ca_rgb_mul(light->as.projector.scale, picture), CA_PI);
 }
 
 /* Cells of the sampling table: the pixels of a bitmap, a grid for what has none. */
 static void table_size(const ca_light *light, uint32_t *width, uint32_t *height)
 {
     enum { GRID = 256, LARGEST = 1024 };
-    *width = *height = GRID;
-    if (light->texture == CA_NONE || light->textures[light->texture].kind == CA_TEXTURE_CONSTANT)
-        *width = *height = 1;
-    else if (light->textures[light->texture].kind == CA_TEXTURE_BITMAP) {
-        *width = ca_min_u32(light->textures[light->texture].as.bitmap.image->width, LARGEST);
-        *height = ca_min_u32(light->textures[light->texture].as.bitmap.image->height, LARGEST);
+    *width = *height = 1;
+    if (light->as.projector.picture == CA_NONE) return;
+    const ca_texture *picture = &light->textures[light->as.projector.picture];
+    switch (picture->kind) {
+    case CA_TEXTURE_CONSTANT: break;
+    case CA_TEXTURE_BITMAP:
+        *width = ca_min_u32(picture->as.bitmap.image->width, LARGEST);
+        *height = ca_min_u32(picture->as.bitmap.image->height, LARGEST);
+        break;
+    case CA_TEXTURE_CHECKERBOARD:
+    case CA_TEXTURE_MESH_ATTRIBUTE: *width = *height = GRID; break;
+    case CA_TEXTURE_KIND_COUNT: break;
     }
 }
 
@@ -72,7 +84,7 @@ ca_status ca_light_projector_prepare(ca_light *light, ca_error *error)
     /* What a cell's nine points miss (pictures finer than the table) is still sampled sometimes. */
     for (size_t i = 0; i < (size_t)width * height; i++) weights[i] += 1e-3f * (float)mean;
     const ca_status status =
-        isfinite(sum) ? ca_distribution_2d_create(&light->pixels, weights, width, height, error)
+        isfinite(sum) ? ca_distribution_2d_create(&light->as.projector.pixels, weights, width, height, error)
                       : ca_fail(error, CA_ERROR_SCENE, NULL, "a projector's picture has a pixel that is not finite");
     ca_free(weights);
     return status;
@@ -80,26 +92,27 @@ ca_status ca_light_projector_prepare(ca_light *light, ca_error *error)
 
 bool ca_light_projector_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct)
 {
-    if (!ca_light_direct_from_point(light, reference, direct)) return false;
-    const ca_vec3 local = ca_light_to_local(light, ca_neg(direct->to_light));
+    if (!ca_light_direct_from_point(light->as.projector.position, reference, direct)) return false;
+    const ca_vec3 local = ca_light_to_local(&light->as.projector.map, ca_neg(direct->to_light));
     if (!(local.z > 0.0f)) return false;
     const ca_vec2 uv = plane_to_picture(light, (ca_vec2){local.x / local.z, local.y / local.z});
     if (!(uv.x >= 0.0f && uv.x <= 1.0f && uv.y >= 0.0f && uv.y <= 1.0f)) return false;
     const float cos3 = local.z * local.z * local.z;
     direct->radiance = ca_rgb_scale(irradiance_at(light, uv), 1.0f / (cos3 * ca_sqr(direct->distance)));
-    direct->pdf_direction.v = ca_distribution_2d_density(&light->pixels, uv) / (plane_area(light) * cos3);
+    const float density = ca_distribution_2d_density(&light->as.projector.pixels, uv);
+    direct->pdf_direction.v = density / (plane_area(light) * cos3);
     return !ca_rgb_is_black(direct->radiance);
 }
 
 bool ca_light_projector_emission(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission)
 {
     float density;
-    const ca_vec2 uv = ca_distribution_2d_sample(&light->pixels, u_position, &density);
+    const ca_vec2 uv = ca_distribution_2d_sample(&light->as.projector.pixels, u_position, &density);
     const ca_vec2 plane = picture_to_plane(light, uv);
     const ca_vec3 local = ca_normalize((ca_vec3){plane.x, plane.y, 1.0f});
     const float cos3 = local.z * local.z * local.z;
-    *emission = (ca_light_emission){.origin = light->position,
-                                    .direction = ca_light_to_world(light, local),
+    *emission = (ca_light_emission){.origin = light->as.projector.position,
+                                    .direction = ca_light_to_world(&light->as.projector.map, local),
                                     .radiance = ca_rgb_scale(irradiance_at(light, uv), 1.0f / cos3),
                                     .pdf_position = {1.0f},
                                     .pdf_direction = {density / (plane_area(light) * cos3)},

@@ -9,57 +9,60 @@ static float one_minus_cos(float angle) { return 2.0f * ca_sqr(sinf(0.5f * angle
 
 static ca_rgb texture_towards(const ca_light *light, ca_vec3 local)
 {
-    if (light->texture == CA_NONE || !(local.z > 0.0f)) return (ca_rgb){1.0f, 1.0f, 1.0f};
-    const float scale = 0.5f / (local.z * tanf(light->cutoff));
-    return ca_light_texture_at(light, (ca_vec2){0.5f + local.x * scale, 0.5f - local.y * scale});
+    if (light->as.spot.texture == CA_NONE || !(local.z > 0.0f)) return (ca_rgb){1.0f, 1.0f, 1.0f};
+    const float scale = 0.5f / (local.z * tanf(light->as.spot.cutoff));
+    const ca_vec2 uv = {0.5f + local.x * scale, 0.5f - local.y * scale};
+    return ca_light_texture_at(light, light->as.spot.texture, uv);
 }
 
 /* 0 outside of the cone. The angle comes from an arc tangent: an arc cosine has no digits near the axis. */
 static float falloff(const ca_light *light, ca_vec3 local)
 {
+    const float cutoff = light->as.spot.cutoff, beam = light->as.spot.beam;
     const float angle = atan2f(sqrtf(ca_sqr(local.x) + ca_sqr(local.y)), local.z);
-    if (angle >= light->cutoff) return 0.0f;
-    return angle <= light->beam ? 1.0f : (light->cutoff - angle) / (light->cutoff - light->beam);
+    if (angle >= cutoff) return 0.0f;
+    return angle <= beam ? 1.0f : (cutoff - angle) / (cutoff - beam);
 }
 
 static ca_rgb intensity_towards(const ca_light *light, ca_vec3 local)
 {
     const float fall = falloff(light, local);
     if (!(fall > 0.0f)) return (ca_rgb){0};
-    return ca_rgb_scale(ca_rgb_mul(light->radiance, texture_towards(light, local)), fall);
+    return ca_rgb_scale(ca_rgb_mul(light->as.spot.intensity, texture_towards(light, local)), fall);
 }
 
 static ca_pdf_solid_angle direction_pdf(const ca_light *light)
 {
-    return ca_warp_cone_pdf(one_minus_cos(light->cutoff));
+    return ca_warp_cone_pdf(one_minus_cos(light->as.spot.cutoff));
 }
 
 static float intensity_of_sample(const ca_light *light, ca_vec2 u)
 {
-    return ca_light_weight(intensity_towards(light, ca_warp_cone(u, one_minus_cos(light->cutoff))));
+    return ca_light_weight(intensity_towards(light, ca_warp_cone(u, one_minus_cos(light->as.spot.cutoff))));
 }
 
 /* The integral of the falloff is 2 pi (1 - (sin cutoff - sin beam) / (cutoff - beam)): full cone and linear slope,
  * each times sin theta. A texture has to be summed up. */
 void ca_light_spot_prepare(ca_light *light)
 {
-    const double cutoff = (double)light->cutoff, beam = (double)light->beam;
+    const double cutoff = (double)light->as.spot.cutoff, beam = (double)light->as.spot.beam;
     double integral = 2.0 * CA_PI_D * (1.0 - cos(cutoff));
-    if (light->texture != CA_NONE) {
+    if (light->as.spot.texture != CA_NONE) {
         light->power = (float)(integral * ca_light_square_mean(light, intensity_of_sample, 64));
-        const float brightest =
-            ca_light_weight(light->radiance) * ca_texture_max(light->textures, light->texture) * (float)integral;
+        const float largest = ca_texture_max(light->textures, light->as.spot.texture);
+        const float brightest = ca_light_weight(light->as.spot.intensity) * largest * (float)integral;
         light->power = fmaxf(light->power, 0.01f * brightest); /* see area.c */
         return;
     }
     if (cutoff > beam) integral = 2.0 * CA_PI_D * (1.0 - (sin(cutoff) - sin(beam)) / (cutoff - beam));
-    light->power = (float)integral * ca_light_weight(light->radiance);
+    light->power = (float)integral * ca_light_weight(light->as.spot.intensity);
 }
 
 bool ca_light_spot_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct)
 {
-    if (!ca_light_direct_from_point(light, reference, direct)) return false;
-    const ca_rgb intensity = intensity_towards(light, ca_light_to_local(light, ca_neg(direct->to_light)));
+    if (!ca_light_direct_from_point(light->as.spot.position, reference, direct)) return false;
+    const ca_vec3 local = ca_light_to_local(&light->as.spot.map, ca_neg(direct->to_light));
+    const ca_rgb intensity = intensity_towards(light, local);
     if (ca_rgb_is_black(intensity)) return false;
     direct->radiance = ca_rgb_scale(intensity, 1.0f / ca_sqr(direct->distance));
     direct->pdf_direction = direction_pdf(light);
@@ -68,11 +71,11 @@ bool ca_light_spot_direct(const ca_light *light, ca_vec3 reference, ca_light_dir
 
 bool ca_light_spot_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission)
 {
-    const ca_vec3 local = ca_warp_cone(u_direction, one_minus_cos(light->cutoff));
+    const ca_vec3 local = ca_warp_cone(u_direction, one_minus_cos(light->as.spot.cutoff));
     const ca_rgb intensity = intensity_towards(light, local);
     if (ca_rgb_is_black(intensity)) return false;
-    *emission = (ca_light_emission){.origin = light->position,
-                                    .direction = ca_light_to_world(light, local),
+    *emission = (ca_light_emission){.origin = light->as.spot.position,
+                                    .direction = ca_light_to_world(&light->as.spot.map, local),
                                     .radiance = intensity,
                                     .pdf_position = {1.0f},
                                     .pdf_direction = direction_pdf(light),

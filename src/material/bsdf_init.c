@@ -30,92 +30,124 @@ static inline float scalar_or(lookup at, ca_texture_id id, float fallback)
     return id == CA_NONE ? fallback : ca_texture_eval_scalar(at.textures, id, at.surface);
 }
 
-static ca_microfacet leaf_facets(const ca_material *leaf, lookup at)
+static ca_microfacet facets_at(const ca_material_facets *facets, lookup at)
 {
-    const float alpha_u = fmaxf(scalar_or(at, leaf->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
-    const bool isotropic = leaf->alpha_v == leaf->alpha_u || leaf->alpha_v == CA_NONE;
-    const float alpha_v = isotropic ? alpha_u : fmaxf(scalar_or(at, leaf->alpha_v, 0.0f), CA_MATERIAL_MIN_ALPHA);
-    return (ca_microfacet){leaf->distribution, alpha_u, alpha_v, leaf->sample_visible};
+    const float alpha_u = fmaxf(scalar_or(at, facets->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
+    const bool isotropic = facets->alpha_v == facets->alpha_u || facets->alpha_v == CA_NONE;
+    const float alpha_v =
+        isotropic ? alpha_u : fmaxf(scalar_or(at, facets->alpha_v, 0.0f), CA_MATERIAL_MIN_ALPHA);
+    return (ca_microfacet){facets->distribution, alpha_u, alpha_v, facets->sample_visible};
 }
 
 static void init_principled(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
     bxdf->kind = CA_BXDF_PRINCIPLED;
-    bxdf->as.principled.base_color = color_or(at, leaf->reflectance, 0.5f);
-    bxdf->as.principled.roughness = scalar_or(at, leaf->alpha_u, 0.0f);
-    bxdf->as.principled.anisotropic = scalar_or(at, leaf->alpha_v, 0.0f);
-    bxdf->as.principled.metallic = scalar_or(at, leaf->principled.metallic, 0.0f);
-    bxdf->as.principled.spec_trans = scalar_or(at, leaf->principled.spec_trans, 0.0f);
-    bxdf->as.principled.eta = leaf->eta;
-    bxdf->as.principled.spec_tint = scalar_or(at, leaf->principled.spec_tint, 0.0f);
-    bxdf->as.principled.sheen = scalar_or(at, leaf->principled.sheen, 0.0f);
-    bxdf->as.principled.sheen_tint = scalar_or(at, leaf->principled.sheen_tint, 0.0f);
-    bxdf->as.principled.flatness = scalar_or(at, leaf->principled.flatness, 0.0f);
-    bxdf->as.principled.clearcoat = scalar_or(at, leaf->principled.clearcoat, 0.0f);
-    bxdf->as.principled.clearcoat_gloss = scalar_or(at, leaf->principled.clearcoat_gloss, 0.0f);
-    bxdf->as.principled.diffuse_rate = leaf->principled.diffuse_rate;
-    bxdf->as.principled.specular_rate = leaf->principled.specular_rate;
-    bxdf->as.principled.clearcoat_rate = leaf->principled.clearcoat_rate;
+    bxdf->as.principled.base_color = color_or(at, leaf->as.principled.base_color, 0.5f);
+    bxdf->as.principled.roughness = scalar_or(at, leaf->as.principled.roughness, 0.0f);
+    bxdf->as.principled.anisotropic = scalar_or(at, leaf->as.principled.anisotropic, 0.0f);
+    bxdf->as.principled.metallic = scalar_or(at, leaf->as.principled.metallic, 0.0f);
+    bxdf->as.principled.spec_trans = scalar_or(at, leaf->as.principled.spec_trans, 0.0f);
+    bxdf->as.principled.eta = leaf->as.principled.eta;
+    bxdf->as.principled.spec_tint = scalar_or(at, leaf->as.principled.spec_tint, 0.0f);
+    bxdf->as.principled.sheen = scalar_or(at, leaf->as.principled.sheen, 0.0f);
+    bxdf->as.principled.sheen_tint = scalar_or(at, leaf->as.principled.sheen_tint, 0.0f);
+    bxdf->as.principled.flatness = scalar_or(at, leaf->as.principled.flatness, 0.0f);
+    bxdf->as.principled.clearcoat = scalar_or(at, leaf->as.principled.clearcoat, 0.0f);
+    bxdf->as.principled.clearcoat_gloss = scalar_or(at, leaf->as.principled.clearcoat_gloss, 0.0f);
+    bxdf->as.principled.diffuse_rate = leaf->as.principled.diffuse_rate;
+    bxdf->as.principled.specular_rate = leaf->as.principled.specular_rate;
+    bxdf->as.principled.clearcoat_rate = leaf->as.principled.clearcoat_rate;
 }
 
-static void init_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+static void init_plastic(ca_bxdf *bxdf, const ca_material_plastic *plastic, lookup at)
 {
     bxdf->kind = CA_BXDF_PLASTIC;
-    bxdf->as.plastic.diffuse = color_or(at, leaf->reflectance, 0.5f);
-    bxdf->as.plastic.specular = color_or(at, leaf->specular, 1.0f);
-    bxdf->as.plastic.eta = leaf->eta;
-    bxdf->as.plastic.internal_reflectance = leaf->internal_reflectance;
-    bxdf->as.plastic.specular_weight = leaf->specular_weight;
-    bxdf->as.plastic.nonlinear = leaf->nonlinear;
+    bxdf->as.plastic.diffuse = color_or(at, plastic->diffuse, 0.5f);
+    bxdf->as.plastic.specular = color_or(at, plastic->specular, 1.0f);
+    bxdf->as.plastic.eta = plastic->eta;
+    bxdf->as.plastic.internal_reflectance = plastic->internal_reflectance;
+    bxdf->as.plastic.specular_weight = plastic->specular_weight;
+    bxdf->as.plastic.nonlinear = plastic->nonlinear;
 }
 
 static void init_rough_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
+    const ca_material_plastic *layers = &leaf->as.rough_plastic.layers;
     bxdf->kind = CA_BXDF_ROUGH_PLASTIC;
-    bxdf->as.rough_plastic.diffuse = color_or(at, leaf->reflectance, 0.5f);
-    bxdf->as.rough_plastic.specular = color_or(at, leaf->specular, 1.0f);
-    bxdf->as.rough_plastic.eta = leaf->eta;
-    bxdf->as.rough_plastic.internal_reflectance = leaf->internal_reflectance;
-    bxdf->as.rough_plastic.specular_weight = leaf->specular_weight;
-    bxdf->as.rough_plastic.nonlinear = leaf->nonlinear;
-    bxdf->as.rough_plastic.facets = leaf_facets(leaf, at);
-    bxdf->as.rough_plastic.transmittance = leaf->rough_transmittance;
+    bxdf->as.rough_plastic.diffuse = color_or(at, layers->diffuse, 0.5f);
+    bxdf->as.rough_plastic.specular = color_or(at, layers->specular, 1.0f);
+    bxdf->as.rough_plastic.eta = layers->eta;
+    bxdf->as.rough_plastic.internal_reflectance = layers->internal_reflectance;
+    bxdf->as.rough_plastic.specular_weight = layers->specular_weight;
+    bxdf->as.rough_plastic.nonlinear = layers->nonlinear;
+    bxdf->as.rough_plastic.facets = facets_at(&leaf->as.rough_plastic.facets, at);
+    bxdf->as.rough_plastic.transmittance = leaf->as.rough_plastic.transmittance;
 }
 
-static void init_other_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+static void init_smooth_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_DIELECTRIC;
+    bxdf->as.dielectric.eta = leaf->as.dielectric.eta;
+    bxdf->as.dielectric.reflectance = color_or(at, leaf->as.dielectric.reflectance, 1.0f);
+    bxdf->as.dielectric.transmittance = color_or(at, leaf->as.dielectric.transmittance, 1.0f);
+}
+
+static void init_thin_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_THIN_DIELECTRIC;
+    bxdf->as.thin_dielectric.eta = leaf->as.thin_dielectric.eta;
+    bxdf->as.thin_dielectric.reflectance = color_or(at, leaf->as.thin_dielectric.reflectance, 1.0f);
+    bxdf->as.thin_dielectric.transmittance = color_or(at, leaf->as.thin_dielectric.transmittance, 1.0f);
+}
+
+static void init_rough_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_ROUGH_DIELECTRIC;
+    bxdf->as.rough_dielectric.eta = leaf->as.rough_dielectric.eta;
+    bxdf->as.rough_dielectric.reflectance = color_or(at, leaf->as.rough_dielectric.reflectance, 1.0f);
+    bxdf->as.rough_dielectric.transmittance = color_or(at, leaf->as.rough_dielectric.transmittance, 1.0f);
+    bxdf->as.rough_dielectric.facets = facets_at(&leaf->as.rough_dielectric.facets, at);
+}
+
+static void init_smooth_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_CONDUCTOR;
+    bxdf->as.conductor.eta = color_or(at, leaf->as.conductor.eta, 0.0f);
+    bxdf->as.conductor.k = color_or(at, leaf->as.conductor.k, 1.0f);
+    bxdf->as.conductor.reflectance = color_or(at, leaf->as.conductor.reflectance, 1.0f);
+}
+
+static void init_rough_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->kind = CA_BXDF_ROUGH_CONDUCTOR;
+    bxdf->as.rough_conductor.eta = color_or(at, leaf->as.rough_conductor.eta, 0.0f);
+    bxdf->as.rough_conductor.k = color_or(at, leaf->as.rough_conductor.k, 1.0f);
+    bxdf->as.rough_conductor.reflectance = color_or(at, leaf->as.rough_conductor.reflectance, 1.0f);
+    bxdf->as.rough_conductor.facets = facets_at(&leaf->as.rough_conductor.facets, at);
+}
+
+static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
     switch (leaf->kind) {
-    case CA_MATERIAL_DIELECTRIC:
-    case CA_MATERIAL_THIN_DIELECTRIC:
-        bxdf->kind = leaf->kind == CA_MATERIAL_DIELECTRIC ? CA_BXDF_DIELECTRIC : CA_BXDF_THIN_DIELECTRIC;
-        bxdf->as.dielectric.eta = leaf->eta;
-        bxdf->as.dielectric.reflectance = color_or(at, leaf->specular, 1.0f);
-        bxdf->as.dielectric.transmittance = color_or(at, leaf->transmittance, 1.0f);
+    case CA_MATERIAL_DIFFUSE:
+        bxdf->kind = CA_BXDF_DIFFUSE;
+        bxdf->as.diffuse.reflectance = color_or(at, leaf->as.diffuse.reflectance, 0.5f);
         break;
-    case CA_MATERIAL_ROUGH_DIELECTRIC:
-        bxdf->kind = CA_BXDF_ROUGH_DIELECTRIC;
-        bxdf->as.rough_dielectric.eta = leaf->eta;
-        bxdf->as.rough_dielectric.reflectance = color_or(at, leaf->specular, 1.0f);
-        bxdf->as.rough_dielectric.transmittance = color_or(at, leaf->transmittance, 1.0f);
-        bxdf->as.rough_dielectric.facets = leaf_facets(leaf, at);
-        break;
-    case CA_MATERIAL_CONDUCTOR:
-        bxdf->kind = CA_BXDF_CONDUCTOR;
-        bxdf->as.conductor.eta = color_or(at, leaf->eta_rgb, 0.0f);
-        bxdf->as.conductor.k = color_or(at, leaf->k_rgb, 1.0f);
-        bxdf->as.conductor.reflectance = color_or(at, leaf->specular, 1.0f);
-        break;
-    case CA_MATERIAL_ROUGH_CONDUCTOR:
-        bxdf->kind = CA_BXDF_ROUGH_CONDUCTOR;
-        bxdf->as.rough_conductor.eta = color_or(at, leaf->eta_rgb, 0.0f);
-        bxdf->as.rough_conductor.k = color_or(at, leaf->k_rgb, 1.0f);
-        bxdf->as.rough_conductor.reflectance = color_or(at, leaf->specular, 1.0f);
-        bxdf->as.rough_conductor.facets = leaf_facets(leaf, at);
-        break;
-    case CA_MATERIAL_PLASTIC: init_plastic(bxdf, leaf, at); break;
+    case CA_MATERIAL_DIELECTRIC: init_smooth_dielectric(bxdf, leaf, at); break;
+    case CA_MATERIAL_THIN_DIELECTRIC: init_thin_dielectric(bxdf, leaf, at); break;
+    case CA_MATERIAL_ROUGH_DIELECTRIC: init_rough_dielectric(bxdf, leaf, at); break;
+    case CA_MATERIAL_CONDUCTOR: init_smooth_conductor(bxdf, leaf, at); break;
+    case CA_MATERIAL_ROUGH_CONDUCTOR: init_rough_conductor(bxdf, leaf, at); break;
+    case CA_MATERIAL_PLASTIC: init_plastic(bxdf, &leaf->as.plastic, at); break;
     case CA_MATERIAL_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
     case CA_MATERIAL_PRINCIPLED: init_principled(bxdf, leaf, at); break;
-    default: assert(!"a material that is no leaf");
+    case CA_MATERIAL_NULL:
+    case CA_MATERIAL_TWOSIDED:
+    case CA_MATERIAL_MASK:
+    case CA_MATERIAL_BLEND:
+    case CA_MATERIAL_BUMP:
+    case CA_MATERIAL_NORMAL_MAP:
+    case CA_MATERIAL_KIND_COUNT: assert(!"a material that is no leaf");
     }
 }
 
@@ -126,14 +158,8 @@ static inline ca_bsdf_lobe *add_lobe(ca_bsdf *bsdf, const ca_material *leaf, loo
     ca_bsdf_lobe *lobe = &bsdf->lobes[bsdf->lobe_count++];
     lobe->weight = weight;
     lobe->flipped = flipped;
-    if (leaf->kind == CA_MATERIAL_DIFFUSE) {
-        lobe->bxdf.kind = CA_BXDF_DIFFUSE;
-        lobe->bxdf.as.diffuse.reflectance = color_or(at, leaf->reflectance, 0.5f);
-        bsdf->scatter |= CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
-    } else {
-        init_other_leaf(&lobe->bxdf, leaf, at);
-        bsdf->scatter |= ca_bxdf_scatter(&lobe->bxdf);
-    }
+    init_leaf(&lobe->bxdf, leaf, at);
+    bsdf->scatter |= ca_bxdf_scatter(&lobe->bxdf);
     return lobe;
 }
 
@@ -169,17 +195,17 @@ static ca_frame perturbed_frame(const tree_branch *branch, ca_vec3 n_local)
  * the surface is neglected, as is usual (Blinn 1978; Mitsuba 3, src/bsdfs/bumpmap.cpp). */
 static ca_vec3 bump_normal_local(const tree_branch *branch, const ca_material *node, lookup at)
 {
-    const ca_vec2 gradient = ca_texture_gradient(at.textures, node->modifier, at.surface);
+    const ca_vec2 gradient = ca_texture_gradient(at.textures, node->as.bump.height, at.surface);
     const ca_vec3 n = branch->frame.n, dpdu = at.surface->dpdu, dpdv = at.surface->dpdv;
-    const ca_vec3 moved_u = ca_madd(dpdu, node->scale * gradient.x - ca_dot(n, dpdu), n);
-    const ca_vec3 moved_v = ca_madd(dpdv, node->scale * gradient.y - ca_dot(n, dpdv), n);
+    const ca_vec3 moved_u = ca_madd(dpdu, node->as.bump.scale * gradient.x - ca_dot(n, dpdu), n);
+    const ca_vec3 moved_v = ca_madd(dpdv, node->as.bump.scale * gradient.y - ca_dot(n, dpdv), n);
     const ca_vec3 normal = ca_cross(moved_u, moved_v);
     return ca_to_local(&branch->frame, ca_dot(at.surface->ng, normal) < 0.0f ? ca_neg(normal) : normal);
 }
 
 static ca_vec3 map_normal_local(const ca_material *node, lookup at)
 {
-    const ca_rgb c = ca_texture_eval(at.textures, node->modifier, at.surface);
+    const ca_rgb c = ca_texture_eval(at.textures, node->as.normal_map.normals, at.surface);
     return (ca_vec3){2.0f * c.r - 1.0f, 2.0f * c.g - 1.0f, 2.0f * c.b - 1.0f};
 }
 
@@ -189,15 +215,12 @@ static ca_vec3 map_normal_local(const ca_material *node, lookup at)
 static inline ca_material_id twosided_child(const ca_material *node, bool wi_behind, bool *flipped)
 {
     const bool back = wi_behind != *flipped;
-    if (!back) return node->child[0];
+    if (!back) return node->as.twosided.front;
     *flipped = !*flipped;
-    return node->child[1] == CA_NONE ? node->child[0] : node->child[1];
+    return node->as.twosided.back == CA_NONE ? node->as.twosided.front : node->as.twosided.back;
 }
 
-static float weight_of(const ca_material *node, lookup at)
-{
-    return ca_clamp(scalar_or(at, node->modifier, 0.5f), 0.0f, 1.0f);
-}
+static float share_at(ca_texture_id id, lookup at) { return ca_clamp(scalar_or(at, id, 0.5f), 0.0f, 1.0f); }
 
 typedef struct tree_walk {
     ca_bsdf *bsdf;
@@ -208,22 +231,26 @@ typedef struct tree_walk {
     uint32_t waiting_count;
 } tree_walk;
 
-/* The first child of a blend or mask goes on with its share; a blend's second child waits. */
+/* A mask's child goes on with its share, the rest is null. */
+static void let_through(tree_walk *walk, const ca_material *node, tree_branch *branch)
+{
+    const float share = share_at(node->as.mask.opacity, walk->at);
+    add_null(walk->bsdf, branch->weight * (1.0f - share));
+    branch->weight *= share;
+    branch->id = node->as.mask.child;
+}
+
+/* A blend's first child goes on with its share; the second waits. */
 static void divide(tree_walk *walk, const ca_material *node, tree_branch *branch)
 {
-    const float share = weight_of(node, walk->at);
-    if (node->kind == CA_MATERIAL_MASK) {
-        add_null(walk->bsdf, branch->weight * (1.0f - share));
-        branch->weight *= share;
-    } else {
-        assert(walk->waiting_count < CA_BSDF_MAX_LOBES);
-        tree_branch *second = &walk->waiting[walk->waiting_count++];
-        *second = *branch;
-        second->id = node->child[1];
-        second->weight *= share;
-        branch->weight *= 1.0f - share;
-    }
-    branch->id = node->child[0];
+    const float share = share_at(node->as.blend.weight, walk->at);
+    assert(walk->waiting_count < CA_BSDF_MAX_LOBES);
+    tree_branch *second = &walk->waiting[walk->waiting_count++];
+    *second = *branch;
+    second->id = node->as.blend.second;
+    second->weight *= share;
+    branch->weight *= 1.0f - share;
+    branch->id = node->as.blend.first;
 }
 
 /* One level down; false at a leaf, which becomes a lobe or a null part. */
@@ -232,21 +259,32 @@ static bool descend(tree_walk *walk, tree_branch *branch)
     const ca_material *node = &walk->materials[branch->id];
     switch (node->kind) {
     case CA_MATERIAL_TWOSIDED: branch->id = twosided_child(node, walk->wi_behind, &branch->flipped); return true;
-    case CA_MATERIAL_MASK:
+    case CA_MATERIAL_MASK: let_through(walk, node, branch); return true;
     case CA_MATERIAL_BLEND: divide(walk, node, branch); return true;
     case CA_MATERIAL_BUMP:
         branch->frame = perturbed_frame(branch, bump_normal_local(branch, node, walk->at));
-        branch->id = node->child[0];
+        branch->id = node->as.bump.child;
         return true;
     case CA_MATERIAL_NORMAL_MAP:
         branch->frame = perturbed_frame(branch, map_normal_local(node, walk->at));
-        branch->id = node->child[0];
+        branch->id = node->as.normal_map.child;
         return true;
     case CA_MATERIAL_NULL: add_null(walk->bsdf, branch->weight); return false;
-    default:
+    case CA_MATERIAL_DIFFUSE:
+    case CA_MATERIAL_DIELECTRIC:
+    case CA_MATERIAL_THIN_DIELECTRIC:
+    case CA_MATERIAL_ROUGH_DIELECTRIC:
+    case CA_MATERIAL_CONDUCTOR:
+    case CA_MATERIAL_ROUGH_CONDUCTOR:
+    case CA_MATERIAL_PLASTIC:
+    case CA_MATERIAL_ROUGH_PLASTIC:
+    case CA_MATERIAL_PRINCIPLED:
         add_lobe(walk->bsdf, node, walk->at, branch->weight, branch->flipped)->frame = branch->frame;
         return false;
+    case CA_MATERIAL_KIND_COUNT: break;
     }
+    assert(!"unknown kind of material");
+    return false;
 }
 
 /* Depth first, first children first; what weighs nothing is left out. */
@@ -275,7 +313,7 @@ void ca_bsdf_init(ca_bsdf *bsdf, const ca_material *materials, const ca_texture 
     while (materials[id].kind == CA_MATERIAL_TWOSIDED) id = twosided_child(&materials[id], wi_behind, &flipped);
 
     /* The common case is a single leaf, twosided or not: no branches to copy. */
-    if (materials[id].kind < CA_MATERIAL_NULL) {
+    if (ca_material_is_leaf(materials[id].kind)) {
         add_lobe(bsdf, &materials[id], at, 1.0f, flipped)->frame = shading_frame(surface);
         return;
     }

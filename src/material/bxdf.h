@@ -63,7 +63,7 @@ typedef struct ca_bxdf {
         struct {
             float eta; /* interior over exterior index of refraction (the interior is at z < 0) */
             ca_rgb reflectance, transmittance; /* factors on the Fresnel terms, 1 in nature */
-        } dielectric; /* and thin: two parallel boundaries, no refraction */
+        } dielectric, thin_dielectric; /* thin: two parallel boundaries, no refraction */
         struct {
             float eta;
             ca_rgb reflectance, transmittance;

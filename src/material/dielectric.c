@@ -52,7 +52,7 @@ ca_rgb ca_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 static float sheet_reflectance(const ca_bxdf *bxdf, float abs_cos)
 {
     float cos_inside;
-    const float once = ca_fresnel_dielectric(abs_cos, bxdf->as.dielectric.eta, &cos_inside);
+    const float once = ca_fresnel_dielectric(abs_cos, bxdf->as.thin_dielectric.eta, &cos_inside);
     return 2.0f * once / (1.0f + once);
 }
 
@@ -61,12 +61,12 @@ bool ca_thin_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lo
     if (wi_local.z == 0.0f) return false;
     const float reflected = sheet_reflectance(bxdf, fabsf(wi_local.z));
     if (u_lobe < reflected) {
-        *sample = mirror_event(wi_local, bxdf->as.dielectric.reflectance, reflected);
+        *sample = mirror_event(wi_local, bxdf->as.thin_dielectric.reflectance, reflected);
         return true;
     }
     if (!(reflected < 1.0f)) return false;
     *sample = (ca_bxdf_sample){.wo_local = ca_neg(wi_local),
-                               .weight = bxdf->as.dielectric.transmittance,
+                               .weight = bxdf->as.thin_dielectric.transmittance,
                                .pdf = {1.0f - reflected},
                                .pdf_reverse = {1.0f - reflected},
                                .scatter = CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC,
@@ -77,5 +77,5 @@ bool ca_thin_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lo
 ca_rgb ca_thin_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 {
     const float reflected = sheet_reflectance(bxdf, fabsf(wi_local.z));
-    return ca_rgb_lerp(bxdf->as.dielectric.transmittance, bxdf->as.dielectric.reflectance, reflected);
+    return ca_rgb_lerp(bxdf->as.thin_dielectric.transmittance, bxdf->as.thin_dielectric.reflectance, reflected);
 }

@@ -32,6 +32,14 @@ static inline float ca_fresnel_dielectric(float cos_near, float eta, float *cos_
     return reflected < 1.0f ? reflected : 1.0f;
 }
 
+/* 1 - reflectance where both cosines are known: no difference is taken, so it keeps its digits at the critical angle,
+ * and is the same to rounding when it is asked for from the other side. */
+static inline float ca_fresnel_transmittance(float cos_near, float cos_far, float eta)
+{
+    const float s = cos_near + eta * cos_far, p = cos_far + eta * cos_near;
+    return ca_min(2.0f * eta * cos_near * cos_far * (1.0f / (s * s) + 1.0f / (p * p)), 1.0f);
+}
+
 /* Reflectance of a metal of complex relative index eta + i k, seen from the outside. */
 float ca_fresnel_conductor(float cos_near, float eta, float k);
 ca_rgb ca_fresnel_conductor_rgb(float cos_near, ca_rgb eta, ca_rgb k);

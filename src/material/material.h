@@ -5,7 +5,7 @@
  * plastics' coats 1, diffuse reflectances 0.5, conductors' eta 0 and k 1 (all is reflected), everything else 0.
  * Roughness is raised to at least CA_MATERIAL_MIN_ALPHA, opacities and blend weights are brought into [0, 1].
  *
- * Ownership: a material owns its rough_transmittance, nothing else. Threads: immutable once prepared. */
+ * Ownership: a rough plastic owns its table of transmittances, others nothing. Threads: immutable once prepared. */
 #ifndef CA_MATERIAL_MATERIAL_H
 #define CA_MATERIAL_MATERIAL_H
 
@@ -34,40 +34,115 @@ typedef enum ca_material_kind {
     CA_MATERIAL_BLEND,
     CA_MATERIAL_BUMP,
     CA_MATERIAL_NORMAL_MAP,
+    CA_MATERIAL_KIND_COUNT
 } ca_material_kind;
+
+/* Microfacets of a rough boundary. */
+typedef struct ca_material_facets {
+    ca_microfacet_kind distribution;
+    bool sample_visible;
+    ca_texture_id alpha_u, alpha_v; /* isotropic: the same id, or no alpha_v */
+} ca_material_facets;
+
+/* A diffuse base under a dielectric coat, smooth or rough. */
+typedef struct ca_material_plastic {
+    ca_texture_id diffuse, specular;
+    float eta; /* interior over exterior index */
+    bool nonlinear;
+    float internal_reflectance, specular_weight; /* made by ca_material_prepare */
+} ca_material_plastic;
 
 typedef struct ca_material {
     ca_material_kind kind;
-    /* Leaves. Unused parameters are CA_NONE. */
-    ca_texture_id reflectance;      /* diffuse: reflectance; plastic: diffuse_reflectance; principled: base_color */
-    ca_texture_id specular;         /* specular_reflectance */
-    ca_texture_id transmittance;    /* specular_transmittance */
-    ca_texture_id alpha_u,
-        alpha_v; /* roughness; isotropic: the same id, or no alpha_v. principled: roughness, anisotropic */
-    ca_texture_id eta_rgb, k_rgb;   /* conductors: complex index of refraction over the outside's */
-    float eta;                      /* dielectrics: interior over exterior index */
-    ca_microfacet_kind distribution;
-    bool sample_visible;
-    bool nonlinear; /* plastics */
-    struct {
-        ca_texture_id metallic, spec_trans, spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss;
-        float diffuse_rate, specular_rate, clearcoat_rate;
-    } principled;
-
-    /* Nodes: twosided (front, back; CA_NONE: the back is the front again), mask (child), blend (a, b), bump and
-     * normal map (child). */
-    ca_material_id child[2];
-    ca_texture_id
-        modifier; /* mask: opacity; blend: weight of child[1]; bump: height; normal map: (n + 1) / 2 (raw) */
-    float scale;            /* bump: factor on the height */
-
-    /* Made by ca_material_prepare. */
-    float internal_reflectance, specular_weight;
-    struct ca_rough_transmittance *rough_transmittance; /* owned; rough plastic */
+    union { /* the member of the kind's name; NULL has none */
+        struct {
+            ca_texture_id reflectance;
+        } diffuse;
+        struct {
+            float eta; /* interior over exterior index */
+            ca_texture_id reflectance, transmittance;
+        } dielectric, thin_dielectric;
+        struct {
+            float eta;
+            ca_texture_id reflectance, transmittance;
+            ca_material_facets facets;
+        } rough_dielectric;
+        struct {
+            ca_texture_id eta, k; /* complex index of refraction over the outside's */
+            ca_texture_id reflectance;
+        } conductor;
+        struct {
+            ca_texture_id eta, k;
+            ca_texture_id reflectance;
+            ca_material_facets facets;
+        } rough_conductor;
+        ca_material_plastic plastic;
+        struct {
+            ca_material_plastic layers;
+            ca_material_facets facets;
+            struct ca_rough_transmittance *transmittance; /* owned; made by ca_material_prepare */
+        } rough_plastic;
+        struct {
+            ca_texture_id base_color, roughness, anisotropic, metallic, spec_trans, spec_tint, sheen, sheen_tint,
+                flatness, clearcoat, clearcoat_gloss;
+            float eta;
+            float diffuse_rate, specular_rate, clearcoat_rate;
+        } principled;
+        struct {
+            ca_material_id front, back; /* no back: the front again */
+        } twosided;
+        struct {
+            ca_material_id child;
+            ca_texture_id opacity;
+        } mask;
+        struct {
+            ca_material_id first, second;
+            ca_texture_id weight; /* of the second */
+        } blend;
+        struct {
+            ca_material_id child;
+            ca_texture_id height;
+            float scale; /* factor on the height */
+        } bump;
+        struct {
+            ca_material_id child;
+            ca_texture_id normals; /* (n + 1) / 2, raw */
+        } normal_map;
+    } as;
 } ca_material;
 
-/* Fills in what a node needs precomputed (for a rough plastic, for its mean roughness). The material must have a zero
- * rough_transmittance; CA_ERROR_MEMORY leaves nothing to release. */
+/* A material of a kind, with no textures and no children; indices, scales and rates are 1. */
+ca_material ca_material_of_kind(ca_material_kind kind);
+
+/* Is it one that scatters by itself, that holds no others and is not null? */
+static inline bool ca_material_is_leaf(ca_material_kind kind)
+{
+    switch (kind) {
+    case CA_MATERIAL_DIFFUSE:
+    case CA_MATERIAL_DIELECTRIC:
+    case CA_MATERIAL_THIN_DIELECTRIC:
+    case CA_MATERIAL_ROUGH_DIELECTRIC:
+    case CA_MATERIAL_CONDUCTOR:
+    case CA_MATERIAL_ROUGH_CONDUCTOR:
+    case CA_MATERIAL_PLASTIC:
+    case CA_MATERIAL_ROUGH_PLASTIC:
+    case CA_MATERIAL_PRINCIPLED: return true;
+    case CA_MATERIAL_NULL:
+    case CA_MATERIAL_TWOSIDED:
+    case CA_MATERIAL_MASK:
+    case CA_MATERIAL_BLEND:
+    case CA_MATERIAL_BUMP:
+    case CA_MATERIAL_NORMAL_MAP:
+    case CA_MATERIAL_KIND_COUNT: break;
+    }
+    return false;
+}
+
+/* The materials that it holds, at most two: how many. A twosided one whose back is its front holds one. */
+uint32_t ca_material_children(const ca_material *material, ca_material_id children[2]);
+
+/* Fills in what a node needs precomputed (for a rough plastic, for its mean roughness, whose transmittance must be
+ * NULL before); CA_ERROR_MEMORY leaves nothing to release. */
 ca_status ca_material_prepare(ca_material *material, const ca_texture *textures, ca_error *error);
 void ca_material_release(ca_material *material);
 

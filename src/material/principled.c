@@ -204,13 +204,12 @@ static ca_bxdf_value eval_through(const ca_bxdf *bxdf, const lobes *l, ca_vec3 w
     if (!ca_half_vector(wi, ca_mul(wo, eta), &m)) return ca_bxdf_value_zero();
     const float cos_i = ca_at_most_one(side * ca_dot(wi, m)), cos_o = ca_at_most_one(-side * ca_dot(wo, m));
     if (!(cos_i > CA_MIN_FACET_COS) || !(cos_o > CA_MIN_FACET_COS)) return ca_bxdf_value_zero();
-    float cos_far;
-    const float fresnel = ca_fresnel_dielectric(cos_i, eta, &cos_far);
     const float length = eta * cos_o - cos_i, eta2 = eta * eta;
     const float density = ca_microfacet_density(&l->facets, m);
     const float masking_i = ca_microfacet_masking_over_cos(&l->facets, wi);
     const float masking_o = ca_microfacet_masking_over_cos(&l->facets, wo);
-    const float common = (1.0f - fresnel) * density * cos_i * cos_o / (length * length);
+    const float passed = ca_fresnel_transmittance(cos_i, cos_o, eta);
+    const float common = passed * density * cos_i * cos_o / (length * length);
 
     const float f = l->transmission * common * masking_i * masking_o * (from == CA_FROM_CAMERA ? 1.0f : eta2);
     const ca_rgb c = bxdf->as.principled.base_color;

@@ -26,7 +26,7 @@ uint32_t ca_rough_dielectric_scatter(const ca_bxdf *bxdf)
 typedef struct facet_event {
     ca_vec3 m;
     float cos_i, cos_o;         /* |wi.m|, |wo.m| */
-    float fresnel;              /* reflectance */
+    float fresnel;              /* reflectance, of reflections */
     float eta;                  /* wo's side over wi's: 1 for reflection */
     float density;              /* D(m) */
     float masking_i, masking_o; /* over the cosines */
@@ -56,7 +56,7 @@ static ca_bxdf_value transmitted_value(const ca_bxdf *bxdf, const facet_event *e
 {
     const ca_microfacet *facets = &bxdf->as.rough_dielectric.facets;
     const float length = e->eta * e->cos_o - e->cos_i, eta2 = e->eta * e->eta;
-    const float share = (1.0f - e->fresnel) / (length * length);
+    const float share = ca_fresnel_transmittance(e->cos_i, e->cos_o, e->eta) / (length * length);
     const float f = share * e->density * e->masking_i * e->masking_o * e->cos_i * e->cos_o;
     return (ca_bxdf_value){
         .f = ca_rgb_scale(bxdf->as.rough_dielectric.transmittance, from == CA_FROM_CAMERA ? f : f * eta2),
@@ -76,7 +76,7 @@ static bool find_facet(float eta_inside, ca_vec3 wi, ca_vec3 wo, facet_event *ev
     event->cos_o = ca_at_most_one((reflects ? side : -side) * ca_dot(wo, event->m));
     if (!(event->cos_i > CA_MIN_FACET_COS) || !(event->cos_o > CA_MIN_FACET_COS)) return false;
     float cos_far;
-    event->fresnel = ca_fresnel_dielectric(event->cos_i, eta, &cos_far);
+    if (reflects) event->fresnel = ca_fresnel_dielectric(event->cos_i, eta, &cos_far);
     return true;
 }
 

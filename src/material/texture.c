@@ -24,11 +24,11 @@ static ca_vec2 texture_uv(const ca_texture *texture, ca_vec2 uv)
  * tiny negative coordinate would round to them and belongs to the last texel. One that overflowed reads as 0. */
 static float wrap_coordinate(float u, ca_texture_wrap wrap)
 {
-    float periodic;
+    float periodic = u;
     switch (wrap) {
     case CA_WRAP_REPEAT: periodic = u - floorf(u); break;
     case CA_WRAP_MIRROR: periodic = u - 2.0f * floorf(0.5f * u); break;
-    default: periodic = u; break;
+    case CA_WRAP_CLAMP: break;
     }
     const float end = wrap == CA_WRAP_MIRROR ? 2.0f * CA_ONE_MINUS_EPSILON : CA_ONE_MINUS_EPSILON;
     return isfinite(periodic) ? ca_clamp(periodic, 0.0f, end) : 0.0f;
@@ -43,8 +43,9 @@ static uint32_t wrap_index(int32_t index, uint32_t size, ca_texture_wrap wrap)
     case CA_WRAP_MIRROR:
         if (index < 0 || index >= 2 * n) return 0;
         return (uint32_t)(index < n ? index : 2 * n - 1 - index);
-    default: return (uint32_t)(index < 0 ? 0 : index >= n ? n - 1 : index);
+    case CA_WRAP_CLAMP: break;
     }
+    return (uint32_t)(index < 0 ? 0 : index >= n ? n - 1 : index);
 }
 
 /* The two texels along one axis around a coordinate, and the share of the second. */
@@ -161,6 +162,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_BITMAP: return bitmap_eval(texture, surface->uv);
     case CA_TEXTURE_CHECKERBOARD: return ca_texture_eval(table, checkerboard_color(texture, surface->uv), surface);
     case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
+    case CA_TEXTURE_KIND_COUNT: break;
     }
     assert(!"a texture of no kind");
     return (ca_rgb){0.0f, 0.0f, 0.0f};
@@ -181,7 +183,8 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_CHECKERBOARD:
         return ca_rgb_lerp(ca_texture_mean(table, texture->as.checkerboard.color0),
                            ca_texture_mean(table, texture->as.checkerboard.color1), 0.5f);
-    case CA_TEXTURE_MESH_ATTRIBUTE: break;
+    case CA_TEXTURE_MESH_ATTRIBUTE:
+    case CA_TEXTURE_KIND_COUNT: break;
     }
     return (ca_rgb){1.0f, 1.0f, 1.0f};
 }
@@ -195,7 +198,8 @@ float ca_texture_max(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_CHECKERBOARD:
         return fmaxf(ca_texture_max(table, texture->as.checkerboard.color0),
                      ca_texture_max(table, texture->as.checkerboard.color1));
-    case CA_TEXTURE_MESH_ATTRIBUTE: break;
+    case CA_TEXTURE_MESH_ATTRIBUTE:
+    case CA_TEXTURE_KIND_COUNT: break;
     }
     return 1.0f;
 }

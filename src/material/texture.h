@@ -18,6 +18,7 @@ typedef enum ca_texture_kind {
     CA_TEXTURE_BITMAP,
     CA_TEXTURE_CHECKERBOARD,
     CA_TEXTURE_MESH_ATTRIBUTE,
+    CA_TEXTURE_KIND_COUNT
 } ca_texture_kind;
 
 typedef enum ca_texture_filter { CA_FILTER_NEAREST, CA_FILTER_BILINEAR } ca_texture_filter;

@@ -78,6 +78,18 @@ static ca_noise_value estimate(const pixel_sums *s, const combination *c)
     return (ca_noise_value){value, root(variance / (double)s->pixel->iterations)};
 }
 
+ca_noise_excess ca_noise_excess_of(const ca_pair_means *means, uint32_t iterations)
+{
+    const double n = iterations, sum = means->sums[CA_PAIR_VALUE];
+    assert(iterations >= 2);
+    const double luminance2 = (sum * sum - means->squares) / (n * (n - 1.0)); /* products of different iterations */
+    return (ca_noise_excess){.luminance = sum / n,
+                             .luminance2 = luminance2,
+                             .pair = means->sums[CA_PAIR_PAIR] / n - luminance2,
+                             .camera = means->sums[CA_PAIR_CAMERA] / n - luminance2,
+                             .light = means->sums[CA_PAIR_LIGHT] / n - luminance2};
+}
+
 ca_noise_components ca_noise_components_of(const ca_pair_pixel *pixel)
 {
     assert(pixel->iterations >= 2);

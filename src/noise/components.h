@@ -38,6 +38,15 @@ typedef struct ca_noise_terms {
     ca_noise_value connect; /* the fourth term, in `predicted` too; may be negative; 0 without connections */
 } ca_noise_terms;
 
+/* The law's coefficients alone, without errors; luminance and its square are L and L^2. */
+typedef struct ca_noise_excess {
+    double luminance, luminance2;
+    double pair, camera, light; /* C - L^2, B - L^2, F - L^2 */
+} ca_noise_excess;
+
+/* From means over at least two iterations. */
+ca_noise_excess ca_noise_excess_of(const ca_pair_means *means, uint32_t iterations);
+
 /* From at least two iterations, without connections. */
 ca_noise_components ca_noise_components_of(const ca_pair_pixel *pixel);
 ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths, double camera_paths);

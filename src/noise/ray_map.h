@@ -8,15 +8,14 @@
 #define CA_NOISE_RAY_MAP_H
 
 #include "image/layers.h"
-
-#include <stdint.h>
+#include "noise/ray_numbers.h"
 
 #define CA_RAY_MAP_LAYER "Rays.Numbers"
 #define CA_RAY_MAP_LIGHT_PATHS "caustica.lightPaths"
 
 enum {
     CA_RAY_MAP_MOST_CAMERA_PATHS = 1 << 16, /* of a pixel; exact as a float */
-    CA_RAY_MAP_MOST_LIGHT_PATHS = 1 << 30,
+    CA_RAY_MAP_MOST_LIGHT_PATHS = CA_RAY_MOST_LIGHT_PATHS,
 };
 
 /* Adds the two to an image of the map's size; camera_paths: N_B(p) row by row. Errors: CA_ERROR_MEMORY. */

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { DEFAULT_MAX_LIGHT_PATHS = 1 << 30, DEFAULT_MAX_CAMERA_PATHS = 4096, LARGEST_BOX = 2, DECILE_STEPS = 80 };
+enum { LARGEST_BOX = 2, DECILE_STEPS = 80 };
 
 /* Weights closer than this to the largest minimum are not worth more steps. */
 #define DECILE_GAP 0.002
@@ -21,6 +21,9 @@ typedef struct chooser {
     double *ranked;       /* owned; ... and again, to find the worst of */
     uint32_t *map;        /* N_B(p) */
 } chooser;
+
+_Static_assert(sizeof(ca_ray_term) + 4 * sizeof(double) + sizeof(uint32_t) == CA_RAY_CHOICE_PIXEL_BYTES,
+               "ray_numbers.h tells what a choice allocates for each pixel");
 
 /* ---- Checks ---------------------------------------------------------------------------------------------------- */
 
@@ -434,9 +437,9 @@ ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *ima
                             .light_time = image->light_time,
                             .min_light_paths = settings->min_light_paths ? settings->min_light_paths : 1,
                             .max_light_paths = settings->max_light_paths ? settings->max_light_paths
-                                                                         : DEFAULT_MAX_LIGHT_PATHS,
+                                                                         : CA_RAY_MOST_LIGHT_PATHS,
                             .max_camera_paths = settings->max_camera_paths ? settings->max_camera_paths
-                                                                           : DEFAULT_MAX_CAMERA_PATHS}};
+                                                                           : CA_RAY_MOST_CAMERA_PATHS}};
     CA_TRY(check_limits(&c.search, error));
     CA_TRY(check_image(image, error));
     const bool enough = allocate(&c, numbers);

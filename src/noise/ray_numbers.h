@@ -23,10 +23,11 @@
  *     mean           1 / P, P the number of pixels
  *     relative       1 / P / (L^2 + delta), delta a hundredth of the image's mean L^2; L^2 smoothed like the others
  *     worst decile   1 / P' for the P' = ceil(P / 10) pixels with the largest V_p, 0 for the rest. Which these are
- * depends on the numbers: the weights are iterated (Frank and Wolfe's steps towards the largest minimum), the best
- * numbers met are kept. Within some tenths of a percent of the best for real numbers; integers of a handful of pixels
- * may lose a few percent An image that is black for all that is known has the mean's weights instead of relative
- * ones.
+ *                    depends on the numbers: the weights are iterated (Frank and Wolfe's steps towards the largest
+ *                    minimum), the best numbers met are kept. Real numbers come within some tenths of a percent of
+ *                    the best; integers of a handful of pixels may lose a few percent.
+ *
+ * Where all L^2 are estimated as 0 or less, the relative objective has the weights of the mean.
  *
  * Integers: for a fixed N_F the best integer N_B(p) is the smallest n with n (n + 1) >= kappa^2 w_p a_p / tau_p for
  * some kappa, a_p = Q_p / N_F + B_p, tau_p = t_B + N_F t_M; kappa and N_F are improved in turns until neither
@@ -37,6 +38,13 @@
 #define CA_NOISE_RAY_NUMBERS_H
 
 #include "base/status.h"
+
+enum {
+    CA_RAY_MOST_LIGHT_PATHS = 1 << 30,    /* of an iteration */
+    CA_RAY_MOST_LIGHT_PATHS_HELD = 1 << 22, /* if no limit of memory is set: all are in memory at once */
+    CA_RAY_MOST_CAMERA_PATHS = 4096,      /* of a pixel in an iteration: the default */
+    CA_RAY_CHOICE_PIXEL_BYTES = 108,      /* what ca_ray_numbers_choose allocates for each pixel */
+};
 
 /* Estimates of a pixel: noisy, negative where small. */
 typedef struct ca_ray_pixel {
@@ -60,8 +68,8 @@ ca_status ca_ray_objective_find(const char *name, ca_ray_objective *objective, c
 typedef struct ca_ray_settings {
     ca_ray_objective objective;
     uint32_t smoothing;                        /* pixels to each side; 0: none */
-    uint32_t min_light_paths, max_light_paths; /* 0: 1 and 2^30 */
-    uint32_t max_camera_paths;                 /* of a pixel; 0: 4096. 1 for ppm: N_F alone is chosen */
+    uint32_t min_light_paths, max_light_paths; /* 0: 1 and CA_RAY_MOST_LIGHT_PATHS */
+    uint32_t max_camera_paths; /* of a pixel; 0: CA_RAY_MOST_CAMERA_PATHS. 1 for ppm: N_F alone is chosen */
     uint32_t given_light_paths, given_camera_paths; /* what the gain is told over; 0: nothing */
 } ca_ray_settings;
 
@@ -85,7 +93,7 @@ typedef struct ca_ray_numbers {
 
 /* Errors: CA_ERROR_ARGUMENT (no pixels, an estimate or a time that is not finite, a time out of its range, limits
  * that exclude all numbers), CA_ERROR_MEMORY. Cost: some ten sweeps over the image, some hundreds for the worst
- * decile (a tenth of a second and five seconds for 512 x 512 pixels); 108 bytes a pixel. */
+ * decile (a tenth of a second and five seconds for 512 x 512 pixels). */
 ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *image, const ca_ray_settings *settings,
                                 ca_error *error);
 void ca_ray_numbers_destroy(ca_ray_numbers *numbers);

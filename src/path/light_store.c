@@ -9,12 +9,15 @@
 _Static_assert((int)CA_PATH_MAX_VERTICES <= (int)CA_LIGHT_SLAB, "a path lies in one slab");
 
 /* Slabs that `paths` of the greatest length can need: one is left when it has no room for another such path, and
- * every worker has one under way. More than vertex numbers reach there never are. The table is of this size from the
- * start, for it may not move while workers read it; its untouched part costs address space only. */
+ * every worker has one under way when a chunk ends. More than vertex numbers reach there never are. The table is of
+ * this size from the start, for it may not move while workers read it; its untouched part costs address space
+ * only. */
 static uint32_t slabs_needed(uint32_t paths, uint32_t workers)
 {
     const uint64_t paths_a_slab = CA_LIGHT_SLAB / (uint64_t)CA_PATH_MAX_VERTICES;
-    const uint64_t needed = paths / paths_a_slab + 1 + workers, numbered = UINT64_C(1) << (32 - CA_LIGHT_SLAB_BITS);
+    const uint64_t chunks = ((uint64_t)paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS;
+    const uint64_t needed = paths / paths_a_slab + 1 + workers * chunks;
+    const uint64_t numbered = UINT64_C(1) << (32 - CA_LIGHT_SLAB_BITS);
     return (uint32_t)(needed < numbered ? needed : numbered);
 }
 
@@ -31,8 +34,9 @@ ca_status ca_light_store_create(ca_light_store *store, uint32_t path_count, uint
         .path_count = path_count, .worker_count = workers, .slab_capacity = slabs_needed(path_count, workers)};
     store->paths = ca_alloc_zeroed(path_count, sizeof *store->paths);
     store->slabs = ca_alloc_zeroed(store->slab_capacity, sizeof *store->slabs);
+    store->slab_chunks = ca_alloc_zeroed(store->slab_capacity, sizeof *store->slab_chunks);
     store->cursors = ca_alloc_zeroed(workers, sizeof *store->cursors);
-    if (!store->paths || !store->slabs || !store->cursors) {
+    if (!store->paths || !store->slabs || !store->slab_chunks || !store->cursors) {
         ca_light_store_destroy(store);
         return ca_fail_memory(error, "the light paths");
     }
@@ -44,6 +48,7 @@ void ca_light_store_destroy(ca_light_store *store)
 {
     for (uint32_t i = 0; i < slabs_touched(store); i++) ca_free(store->slabs[i]);
     ca_free(store->slabs);
+    ca_free(store->slab_chunks);
     ca_free(store->paths);
     ca_free(store->cursors);
     *store = (ca_light_store){0};
@@ -55,6 +60,12 @@ void ca_light_store_clear(ca_light_store *store)
     store->slab_peak = slabs_touched(store);
     store->slab_used = 0;
     store->failed = false;
+    ca_light_store_begin_chunk(store, 0);
+}
+
+void ca_light_store_begin_chunk(ca_light_store *store, uint32_t chunk)
+{
+    store->chunk = chunk;
     /* as if the worker's slab were full */
     for (uint32_t i = 0; i < store->worker_count; i++) store->cursors[i].used = CA_LIGHT_SLAB;
 }
@@ -72,6 +83,7 @@ static bool next_slab(ca_light_store *store, ca_light_cursor *cursor)
         ca_light_store_fail(store);
         return false;
     }
+    store->slab_chunks[slab] = store->chunk;
     cursor->slab = slab;
     cursor->used = 0;
     return true;
@@ -105,6 +117,7 @@ size_t ca_light_store_bytes(const ca_light_store *store)
 {
     size_t slabs = 0;
     for (uint32_t i = 0; i < slabs_touched(store); i++) slabs += store->slabs[i] != NULL;
-    return store->path_count * sizeof *store->paths + store->slab_capacity * sizeof *store->slabs +
+    return store->path_count * sizeof *store->paths +
+           store->slab_capacity * (sizeof *store->slabs + sizeof *store->slab_chunks) +
            store->worker_count * sizeof *store->cursors + slabs * sizeof(ca_light_slab);
 }

@@ -52,15 +52,6 @@ static inline float ca_light_disk_distance(const ca_light *light, ca_vec3 direct
     return ca_dot(ca_sub(position, light->scene_center), direction) + light->scene_radius;
 }
 
-/* The density of choosing the light's point by next event over that of starting there, both given per area: only
- * spheres, which are sampled by the cone in which they are seen, differ from 1. */
-static inline float ca_next_event_ratio(const ca_light *light, ca_pdf_solid_angle pdf_direct, float cos_light,
-                                        float distance2)
-{
-    if (light->kind != CA_LIGHT_AREA || light->shape->kind != CA_SHAPE_SPHERE) return 1.0f;
-    return ca_pdf_to_area(pdf_direct, cos_light, distance2).v * light->shape->area;
-}
-
 /* Fills `vertex`, where the flight meets a surface; `previous` is the vertex it left. Until it scatters the vertex
  * counts as not connectable. */
 static inline void ca_path_vertex_arrive(ca_path_vertex *vertex, const ca_path_vertex *previous,

@@ -1,8 +1,9 @@
 /* The inside of a photon grid, shared by its building (photon_grid.c) and its queries (photon_query.c).
  *
- * Cells count from the low corner of the photons' bounds. Everything up to the cell's number is in double precision,
- * where each step is monotone in the coordinate: a photon within reach in exact numbers then lies in a cell from that
- * of position - reach to that of position + reach, and a cell is wide enough that these are neighbours at most. */
+ * Cells count from the low corner of the bounds. Everything up to the cell's number is in double precision, where
+ * each step is monotone in the coordinate, also that which takes what lies beyond the bounds to their border: a
+ * photon within reach in exact numbers then lies in a cell from that of position - reach to that of position + reach,
+ * and a cell is wide enough that these are neighbours at most. */
 #ifndef CA_PHOTON_PHOTON_CELLS_H
 #define CA_PHOTON_PHOTON_CELLS_H
 
@@ -23,11 +24,17 @@ _Static_assert(sizeof(ca_photon_block) == 128, "a block is two cache lines");
 
 /* Where the cells are. */
 typedef struct ca_photon_lattice {
-    double low[3], high[3]; /* bounds of the photons */
+    double low[3], high[3]; /* the bounds */
     double cells_per_meter;
     double reach;         /* of the grid's radius */
     uint32_t bucket_mask; /* buckets are a power of two */
 } ca_photon_lattice;
+
+/* A worker's copy of the partition that it sorts. */
+typedef struct ca_photon_scratch {
+    ca_photon *photons; /* owned */
+    size_t capacity;
+} ca_photon_scratch;
 
 struct ca_photon_grid {
     ca_photon_lattice lattice;
@@ -38,12 +45,12 @@ struct ca_photon_grid {
     size_t start_capacity;
     void *block_memory; /* owned */
     size_t block_capacity;
-    ca_photon *partitioned; /* owned; halfway through the sort */
-    size_t partitioned_capacity;
-    uint32_t *cursors; /* owned; photons of each chunk in each partition, then where they go */
+    ca_photon_block *straddling; /* owned; at each partition's border, while they are sorted */
+    size_t straddling_capacity;
+    uint32_t *cursors; /* owned; photons of each task in each partition, then where they go */
     size_t cursor_capacity;
-    uint32_t *run_starts; /* owned; number of each run's first photon */
-    size_t run_capacity;
+    ca_photon_scratch *scratch; /* owned; one a worker */
+    size_t scratch_capacity;
 };
 
 /* No photon farther than this along an axis passes the distance test. The test is in single precision: the
@@ -54,10 +61,13 @@ static inline double ca_photon_reach(float radius)
     return isinf(radius * radius) ? (double)INFINITY : (double)radius * (1.0 + 0x1p-20) + 0x1p-72;
 }
 
-/* Truncation is floor: coordinates are not below `low`, and their cells are below 2^31. */
+/* Truncation is floor: coordinates are taken to the bounds, whose cells are below 2^31. What is no number is taken to
+ * the low one. */
 static inline uint32_t ca_photon_cell(const ca_photon_lattice *lattice, int axis, double coordinate)
 {
-    return (uint32_t)(int32_t)((coordinate - lattice->low[axis]) * lattice->cells_per_meter);
+    const double low = lattice->low[axis], high = lattice->high[axis];
+    const double inside = coordinate > low ? (coordinate < high ? coordinate : high) : low;
+    return (uint32_t)(int32_t)((inside - low) * lattice->cells_per_meter);
 }
 
 /* Cells that follow each other along x are neighbours in memory; rows of cells are strewn over the buckets. The
@@ -75,6 +85,20 @@ static inline uint32_t ca_photon_bucket(const ca_photon_lattice *lattice, ca_vec
     const uint32_t row = ca_photon_row(ca_photon_cell(lattice, 1, (double)position.y),
                                        ca_photon_cell(lattice, 2, (double)position.z));
     return (row + ca_photon_cell(lattice, 0, (double)position.x)) & lattice->bucket_mask;
+}
+
+/* Which lanes of a block are of the cell of an exact query's current range. */
+static inline uint32_t ca_photon_lanes_in_cell(const ca_photon_query *query, const ca_photon_block *block)
+{
+    const ca_photon_lattice *lattice = &query->grid->lattice;
+    const uint32_t *cell = query->cell[query->range];
+    uint32_t lanes = 0;
+    for (uint32_t i = 0; i < CA_PHOTON_LANES; i++)
+        lanes |= (uint32_t)(ca_photon_cell(lattice, 0, (double)block->x[i]) == cell[0] &&
+                            ca_photon_cell(lattice, 1, (double)block->y[i]) == cell[1] &&
+                            ca_photon_cell(lattice, 2, (double)block->z[i]) == cell[2])
+                 << i;
+    return lanes;
 }
 
 #endif

@@ -1,7 +1,7 @@
 /* Building: a stable sort by bucket in two steps, so that every write stays within a cache. First into partitions,
- * which are stretches of buckets, chunk of photons by chunk; then within each partition by counting. Chunks and
- * partitions depend on the number of photons only, and each step keeps the order of equals: so the result is the same
- * for any threads. */
+ * which are stretches of buckets, task by task; then within each partition by counting, from a copy of it back into
+ * its place. What tasks and partitions are depends on the number of runs and photons only, and each step keeps the
+ * order of equals: so the result is the same for any threads, and for any division into runs. */
 #include "base/memory.h"
 #include "math/numeric.h"
 #include "photon/photon_cells.h"
@@ -13,20 +13,16 @@ enum {
     MIN_BUCKET_BITS = 4,
     PARTITION_BUCKET_BITS = 12, /* buckets of a partition: with their photons about 150 KB */
     MAX_PARTITION_BITS = 10,    /* more streams of writes than this are slow */
-    MIN_CHUNK = 8192,           /* photons */
-    MAX_CHUNKS = 256,
+    MAX_TASKS = 256,
     CACHE_LINE = 64
 };
 
 typedef struct photon_build {
     ca_photon_grid *grid;
-    const ca_photon_run *runs;
-    uint32_t run_count;
-    uint32_t chunk_size, chunk_count;
+    const ca_photon_source *source;
+    uint32_t task_runs, task_count;
     uint32_t partition_count, partition_shift; /* bucket >> shift is its partition */
-    struct photon_bounds {
-        ca_vec3 low, high;
-    } bounds[MAX_CHUNKS];
+    bool failed;                               /* atomic: out of memory */
 } photon_build;
 
 ca_status ca_photon_grid_create(ca_photon_grid **grid, ca_error *error)
@@ -38,38 +34,25 @@ ca_status ca_photon_grid_create(ca_photon_grid **grid, ca_error *error)
 void ca_photon_grid_destroy(ca_photon_grid *grid)
 {
     if (!grid) return;
+    for (size_t i = 0; i < grid->scratch_capacity; i++) ca_free(grid->scratch[i].photons);
+    ca_free(grid->scratch);
     ca_free(grid->starts);
     ca_free(grid->block_memory);
-    ca_free(grid->partitioned);
+    ca_free(grid->straddling);
     ca_free(grid->cursors);
-    ca_free(grid->run_starts);
     ca_free(grid);
-}
-
-uint32_t ca_photon_grid_vertex(const ca_photon_grid *grid, uint32_t place)
-{
-    return grid->blocks[place / CA_PHOTON_LANES].vertex[place % CA_PHOTON_LANES];
-}
-
-ca_vec3 ca_photon_grid_position(const ca_photon_grid *grid, uint32_t place)
-{
-    const ca_photon_block *block = &grid->blocks[place / CA_PHOTON_LANES];
-    const uint32_t lane = place % CA_PHOTON_LANES;
-    return (ca_vec3){block->x[lane], block->y[lane], block->z[lane]};
-}
-
-void ca_photon_grid_answer_place(ca_photon_grid *grid, uint32_t place)
-{
-    grid->blocks[place / CA_PHOTON_LANES].vertex[place % CA_PHOTON_LANES] = place;
 }
 
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid) { return grid->count; }
 
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid)
 {
+    size_t scratch = grid->scratch_capacity * sizeof *grid->scratch;
+    for (size_t i = 0; i < grid->scratch_capacity; i++)
+        scratch += grid->scratch[i].capacity * sizeof *grid->scratch[i].photons;
     return sizeof *grid + grid->start_capacity * sizeof *grid->starts + grid->block_capacity * sizeof *grid->blocks +
-           grid->partitioned_capacity * sizeof *grid->partitioned + grid->cursor_capacity * sizeof *grid->cursors +
-           grid->run_capacity * sizeof *grid->run_starts;
+           grid->straddling_capacity * sizeof *grid->straddling + grid->cursor_capacity * sizeof *grid->cursors +
+           scratch;
 }
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
@@ -79,175 +62,181 @@ static bool make_room(void **memory, size_t *capacity, size_t needed, size_t siz
 {
     if (needed <= *capacity) return true;
     ca_free(*memory);
+    *memory = NULL;
     *capacity = 0;
-    needed += needed / 8; /* passes differ a little in their number of photons */
+    needed += needed / 16; /* passes differ a little in their number of photons */
     *memory = ca_alloc_large(needed, size);
     if (!*memory) return false;
     *capacity = needed;
     return true;
 }
 
-static bool make_all_room(ca_photon_grid *grid, const photon_build *build, uint32_t count)
+static bool make_partition_room(ca_photon_scratch *scratch, size_t needed)
 {
-    const size_t buckets = (size_t)grid->lattice.bucket_mask + 1;
-    const size_t blocks = count / CA_PHOTON_LANES + 2; /* one may begin within, one is for alignment */
-    void *starts = grid->starts, *partitioned = grid->partitioned, *cursors = grid->cursors;
-    const bool fits = make_room(&starts, &grid->start_capacity, buckets + 1, sizeof *grid->starts) &&
-                      make_room(&grid->block_memory, &grid->block_capacity, blocks, sizeof *grid->blocks) &&
-                      make_room(&partitioned, &grid->partitioned_capacity, count, sizeof *grid->partitioned) &&
-                      make_room(&cursors, &grid->cursor_capacity, (size_t)build->chunk_count * build->partition_count,
-                                sizeof *grid->cursors);
-    grid->starts = starts;
-    grid->partitioned = partitioned;
-    grid->cursors = cursors;
-    if (fits) {
-        const uintptr_t memory = (uintptr_t)grid->block_memory;
-        grid->blocks = (ca_photon_block *)((memory + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE);
-    }
+    void *photons = scratch->photons;
+    const bool fits = make_room(&photons, &scratch->capacity, needed, sizeof *scratch->photons);
+    scratch->photons = photons;
     return fits;
 }
 
-/* Numbers the photons through all runs. */
-static ca_status number_runs(photon_build *build, uint32_t *count, ca_error *error)
+/* Each worker that meets a partition has room for twice what partitions hold on average; it makes more where photons
+ * are crowded. */
+static bool make_scratch(ca_photon_grid *grid, const photon_build *build, uint32_t workers)
 {
-    *count = 0;
-    ca_photon_grid *grid = build->grid;
-    void *run_starts = grid->run_starts;
-    const bool fits = make_room(&run_starts, &grid->run_capacity, build->run_count, sizeof *grid->run_starts);
-    grid->run_starts = run_starts;
-    if (!fits) return ca_fail_memory(error, "the photons");
-    uint64_t sum = 0;
-    for (uint32_t i = 0; i < build->run_count; i++) {
-        grid->run_starts[i] = (uint32_t)sum;
-        sum += build->runs[i].count;
-        if (sum > UINT32_MAX - 2 * CA_PHOTON_LANES)
-            return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
-                           "a pass has 2^32 photons or more; trace fewer light paths per pass");
+    if (workers > grid->scratch_capacity) {
+        ca_photon_scratch *scratch = ca_alloc_zeroed(workers, sizeof *scratch);
+        if (!scratch) return false;
+        for (size_t i = 0; i < grid->scratch_capacity; i++) scratch[i] = grid->scratch[i];
+        ca_free(grid->scratch);
+        grid->scratch = scratch;
+        grid->scratch_capacity = workers;
     }
-    *count = (uint32_t)sum;
-    return CA_OK;
+    bool fits = true;
+    for (uint32_t i = 0; i < workers && i < build->partition_count; i++)
+        fits &= make_partition_room(&grid->scratch[i], (size_t)2 << build->partition_shift);
+    return fits;
 }
 
-/* ---- Walking through runs -------------------------------------------------------------------------------------- */
-
-/* The photons of a chunk as pieces of runs. */
-typedef struct chunk_walk {
-    const photon_build *build;
-    uint32_t run, next, end; /* photon numbers */
-} chunk_walk;
-
-static chunk_walk walk_chunk(const photon_build *build, uint32_t chunk)
+static bool make_all_room(ca_photon_grid *grid, const photon_build *build, uint32_t count, uint32_t workers)
 {
-    const uint32_t first = chunk * build->chunk_size;
-    const uint32_t left = build->grid->count - first;
-    uint32_t low = 0, high = build->run_count; /* the last run that starts at or before `first` */
-    while (high - low > 1) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (build->grid->run_starts[middle] <= first)
-            low = middle;
-        else
-            high = middle;
+    const size_t buckets = (size_t)grid->lattice.bucket_mask + 1;
+    const size_t blocks = count / CA_PHOTON_LANES + 2; /* one may begin within, one is for alignment */
+    void *starts = grid->starts, *straddling = grid->straddling, *cursors = grid->cursors;
+    const bool fits = make_room(&starts, &grid->start_capacity, buckets + 1, sizeof *grid->starts) &&
+                      make_room(&grid->block_memory, &grid->block_capacity, blocks, sizeof *grid->blocks) &&
+                      make_room(&straddling, &grid->straddling_capacity, build->partition_count,
+                                sizeof *grid->straddling) &&
+                      make_room(&cursors, &grid->cursor_capacity, (size_t)build->task_count * build->partition_count,
+                                sizeof *grid->cursors);
+    grid->starts = starts;
+    grid->straddling = straddling;
+    grid->cursors = cursors;
+    if (!fits || !make_scratch(grid, build, workers)) return false;
+    const uintptr_t memory = (uintptr_t)grid->block_memory;
+    grid->blocks = (ca_photon_block *)((memory + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE);
+    return true;
+}
+
+/* ---- Into partitions ------------------------------------------------------------------------------------------- */
+
+/* A task's runs. */
+typedef struct task_walk {
+    const ca_photon_source *source;
+    uint32_t run, end;
+    uint64_t at;
+} task_walk;
+
+static task_walk walk_task(const photon_build *build, uint32_t task)
+{
+    const uint32_t first = task * build->task_runs;
+    const uint32_t left = build->source->run_count - first;
+    return (task_walk){build->source, first, first + ca_min_u32(left, build->task_runs), 0};
+}
+
+/* 0 at the end. */
+static uint32_t next_batch(task_walk *walk, ca_photon *photons)
+{
+    for (; walk->run < walk->end; walk->run++, walk->at = 0) {
+        const uint32_t count = walk->source->read(walk->source->user, walk->run, &walk->at, photons);
+        if (count > 0) return count;
     }
-    return (chunk_walk){build, low, first, first + ca_min_u32(left, build->chunk_size)};
+    return 0;
 }
 
-/* false at the end. */
-static bool next_piece(chunk_walk *walk, ca_photon_run *piece)
-{
-    const photon_build *build = walk->build;
-    while (walk->next < walk->end) {
-        const ca_photon_run *run = &build->runs[walk->run];
-        const uint32_t skipped = walk->next - build->grid->run_starts[walk->run++];
-        if (skipped == run->count) continue; /* an empty run, or one that ends where the chunk begins */
-        piece->photons = run->photons + skipped;
-        piece->count = ca_min_u32(run->count - skipped, walk->end - walk->next);
-        walk->next += piece->count;
-        return true;
-    }
-    return false;
-}
-
-/* ---- The steps ------------------------------------------------------------------------------------------------- */
-
-static void bound_chunk(void *user, uint32_t chunk, uint32_t worker)
-{
-    (void)worker;
-    photon_build *build = user;
-    struct photon_bounds bounds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    chunk_walk walk = walk_chunk(build, chunk);
-    for (ca_photon_run piece; next_piece(&walk, &piece);)
-        for (uint32_t i = 0; i < piece.count; i++) {
-            assert(ca_is_finite3(piece.photons[i].position));
-            bounds.low = ca_min_vec3(bounds.low, piece.photons[i].position);
-            bounds.high = ca_max_vec3(bounds.high, piece.photons[i].position);
-        }
-    build->bounds[chunk] = bounds;
-}
-
-static void count_chunk(void *user, uint32_t chunk, uint32_t worker)
+static void count_task(void *user, uint32_t task, uint32_t worker)
 {
     (void)worker;
     const photon_build *build = user;
     const ca_photon_lattice lattice = build->grid->lattice;
-    uint32_t *counts = build->grid->cursors + (size_t)chunk * build->partition_count;
+    uint32_t *counts = build->grid->cursors + (size_t)task * build->partition_count;
     memset(counts, 0, build->partition_count * sizeof *counts);
-    chunk_walk walk = walk_chunk(build, chunk);
-    for (ca_photon_run piece; next_piece(&walk, &piece);)
-        for (uint32_t i = 0; i < piece.count; i++)
-            counts[ca_photon_bucket(&lattice, piece.photons[i].position) >> build->partition_shift]++;
+    ca_photon photons[CA_PHOTON_BATCH];
+    task_walk walk = walk_task(build, task);
+    for (uint32_t count; (count = next_batch(&walk, photons)) > 0;)
+        for (uint32_t i = 0; i < count; i++) {
+            assert(ca_is_finite3(photons[i].position));
+            counts[ca_photon_bucket(&lattice, photons[i].position) >> build->partition_shift]++;
+        }
 }
 
-static void partition_chunk(void *user, uint32_t chunk, uint32_t worker)
+/* Until partitions are sorted, their photons stand one after the other where the blocks will be. */
+static ca_photon *partitioned(const ca_photon_grid *grid) { return (ca_photon *)(void *)grid->blocks; }
+
+static void partition_task(void *user, uint32_t task, uint32_t worker)
 {
     (void)worker;
     const photon_build *build = user;
     const ca_photon_lattice lattice = build->grid->lattice;
-    ca_photon *partitioned = build->grid->partitioned;
-    uint32_t *cursors = build->grid->cursors + (size_t)chunk * build->partition_count;
-    chunk_walk walk = walk_chunk(build, chunk);
-    for (ca_photon_run piece; next_piece(&walk, &piece);)
-        for (uint32_t i = 0; i < piece.count; i++) {
-            const uint32_t bucket = ca_photon_bucket(&lattice, piece.photons[i].position);
-            partitioned[cursors[bucket >> build->partition_shift]++] = piece.photons[i];
+    ca_photon *to = partitioned(build->grid), photons[CA_PHOTON_BATCH];
+    uint32_t *cursors = build->grid->cursors + (size_t)task * build->partition_count;
+    task_walk walk = walk_task(build, task);
+    for (uint32_t count; (count = next_batch(&walk, photons)) > 0;)
+        for (uint32_t i = 0; i < count; i++) {
+            const uint32_t bucket = ca_photon_bucket(&lattice, photons[i].position);
+            to[cursors[bucket >> build->partition_shift]++] = photons[i];
         }
 }
 
-/* From counts to places: partition by partition, within one chunk by chunk. */
-static void place_chunks(const photon_build *build)
+/* From counts to places: partition by partition, within one task by task. */
+static uint32_t place_tasks(const photon_build *build)
 {
     uint32_t place = 0;
     for (uint32_t p = 0; p < build->partition_count; p++)
-        for (uint32_t c = 0; c < build->chunk_count; c++) {
-            uint32_t *cursor = &build->grid->cursors[(size_t)c * build->partition_count + p];
+        for (uint32_t t = 0; t < build->task_count; t++) {
+            uint32_t *cursor = &build->grid->cursors[(size_t)t * build->partition_count + p];
             const uint32_t count = *cursor;
             *cursor = place;
             place += count;
         }
+    return place;
 }
 
-/* The last chunk's cursors stand at the partitions' ends. */
+/* ---- Within partitions ----------------------------------------------------------------------------------------- */
+
+/* The last task's cursors stand at the partitions' ends. */
 static uint32_t partition_end(const photon_build *build, uint32_t partition)
 {
-    return build->grid->cursors[(size_t)(build->chunk_count - 1) * build->partition_count + partition];
+    return build->grid->cursors[(size_t)(build->task_count - 1) * build->partition_count + partition];
 }
 
-static void sort_partition(void *user, uint32_t partition, uint32_t worker)
+/* The blocks in which partitions end belong to several, which are sorted in any order: they are kept. */
+static void keep_straddling(const photon_build *build)
 {
-    (void)worker;
-    const photon_build *build = user;
-    ca_photon_grid *grid = build->grid;
+    const ca_photon_grid *grid = build->grid;
+    for (uint32_t p = 0; p < build->partition_count; p++)
+        grid->straddling[p] = grid->blocks[partition_end(build, p) / CA_PHOTON_LANES];
+}
+
+/* Photons [begin, end), which lie in the block in which partition p ends. */
+static void copy_kept(const ca_photon_grid *grid, uint32_t p, uint32_t begin, uint32_t end, ca_photon *to)
+{
+    const ca_photon *kept = (const ca_photon *)(const void *)&grid->straddling[p];
+    memcpy(to, kept + begin % CA_PHOTON_LANES, (end - begin) * sizeof *to);
+}
+
+/* A partition's photons as they were before any was sorted. */
+static void copy_partition(const photon_build *build, uint32_t partition, uint32_t begin, uint32_t end, ca_photon *to)
+{
+    const ca_photon_grid *grid = build->grid;
+    const uint32_t first = begin % CA_PHOTON_LANES == 0 || partition == 0
+                               ? begin
+                               : ca_min_u32(end, begin - begin % CA_PHOTON_LANES + CA_PHOTON_LANES);
+    const uint32_t last = ca_max_u32(first, end - end % CA_PHOTON_LANES);
+    if (begin < first) copy_kept(grid, partition - 1, begin, first, to);
+    memcpy(to + (first - begin), partitioned(grid) + first, (last - first) * sizeof *to);
+    if (last < end) copy_kept(grid, partition, last, end, to + (last - begin));
+}
+
+static void sort_photons(ca_photon_grid *grid, const ca_photon *photons, uint32_t count, uint32_t place,
+                         uint32_t first_bucket, uint32_t bucket_count)
+{
     const ca_photon_lattice lattice = grid->lattice;
-    const ca_photon *photons = grid->partitioned;
     uint32_t *starts = grid->starts;
-    const uint32_t begin = partition ? partition_end(build, partition - 1) : 0, end = partition_end(build, partition);
-    const uint32_t first_bucket = partition << build->partition_shift;
-    const uint32_t bucket_count = UINT32_C(1) << build->partition_shift;
     memset(starts + first_bucket, 0, bucket_count * sizeof *starts);
-    for (uint32_t i = begin; i < end; i++) starts[ca_photon_bucket(&lattice, photons[i].position)]++;
-    uint32_t place = begin;
+    for (uint32_t i = 0; i < count; i++) starts[ca_photon_bucket(&lattice, photons[i].position)]++;
     for (uint32_t b = first_bucket; b < first_bucket + bucket_count; b++) starts[b] = place += starts[b];
     /* Each bucket's end moves down to its start as it fills, so the last photon comes first. */
-    for (uint32_t i = end; i-- > begin;) {
+    for (uint32_t i = count; i-- > 0;) {
         const uint32_t to = --starts[ca_photon_bucket(&lattice, photons[i].position)];
         ca_photon_block *block = &grid->blocks[to / CA_PHOTON_LANES];
         block->x[to % CA_PHOTON_LANES] = photons[i].position.x;
@@ -257,9 +246,24 @@ static void sort_partition(void *user, uint32_t partition, uint32_t worker)
     }
 }
 
+static void sort_partition(void *user, uint32_t partition, uint32_t worker)
+{
+    photon_build *build = user;
+    ca_photon_grid *grid = build->grid;
+    const uint32_t begin = partition ? partition_end(build, partition - 1) : 0, end = partition_end(build, partition);
+    ca_photon_scratch *scratch = &grid->scratch[worker];
+    if (!make_partition_room(scratch, end - begin)) {
+        __atomic_store_n(&build->failed, true, __ATOMIC_RELAXED);
+        return;
+    }
+    copy_partition(build, partition, begin, end, scratch->photons);
+    sort_photons(grid, scratch->photons, end - begin, begin, partition << build->partition_shift,
+                 UINT32_C(1) << build->partition_shift);
+}
+
 /* ---- All together ---------------------------------------------------------------------------------------------- */
 
-static void set_cells(ca_photon_lattice *lattice, const struct photon_bounds *bounds, float radius)
+static void set_cells(ca_photon_lattice *lattice, const ca_photon_bounds *bounds, float radius)
 {
     const ca_vec3 low = bounds->low, high = bounds->high;
     lattice->low[0] = (double)low.x, lattice->low[1] = (double)low.y, lattice->low[2] = (double)low.z;
@@ -272,16 +276,7 @@ static void set_cells(ca_photon_lattice *lattice, const struct photon_bounds *bo
     lattice->cells_per_meter = 1.0 / cell;
 }
 
-static void find_bounds(photon_build *build, const ca_parallel *parallel)
-{
-    ca_parallel_for(parallel, build->chunk_count, bound_chunk, build);
-    for (uint32_t c = 1; c < build->chunk_count; c++) {
-        build->bounds[0].low = ca_min_vec3(build->bounds[0].low, build->bounds[c].low);
-        build->bounds[0].high = ca_max_vec3(build->bounds[0].high, build->bounds[c].high);
-    }
-}
-
-/* How the work is divided, by the number of photons alone. */
+/* How the work is divided, by the number of photons and runs alone. */
 static void divide(photon_build *build, uint32_t count)
 {
     uint32_t bits = MIN_BUCKET_BITS;
@@ -291,30 +286,41 @@ static void divide(photon_build *build, uint32_t count)
     if (partition_bits > MAX_PARTITION_BITS) partition_bits = MAX_PARTITION_BITS;
     build->partition_count = UINT32_C(1) << partition_bits;
     build->partition_shift = bits - partition_bits;
-    build->chunk_size = ca_max_u32(MIN_CHUNK, (count + MAX_CHUNKS - 1) / MAX_CHUNKS);
-    build->chunk_count = (count + build->chunk_size - 1) / build->chunk_size;
+    build->task_runs = (build->source->run_count - 1) / MAX_TASKS + 1;
+    build->task_count = (build->source->run_count - 1) / build->task_runs + 1;
 }
 
-ca_status ca_photon_grid_build(ca_photon_grid *grid, const ca_photon_run *runs, uint32_t run_count, float radius,
-                               const ca_parallel *parallel, ca_error *error)
+static ca_status sort(photon_build *build, uint32_t count, const ca_parallel *parallel, ca_error *error)
+{
+    ca_photon_grid *grid = build->grid;
+    ca_parallel_for(parallel, build->task_count, count_task, build);
+    const uint32_t placed = place_tasks(build);
+    assert(placed == count);
+    (void)placed;
+    ca_parallel_for(parallel, build->task_count, partition_task, build);
+    keep_straddling(build);
+    ca_parallel_for(parallel, build->partition_count, sort_partition, build);
+    if (build->failed) return ca_fail_memory(error, "the photons");
+    grid->starts[(size_t)grid->lattice.bucket_mask + 1] = count;
+    grid->count = count;
+    return CA_OK;
+}
+
+ca_status ca_photon_grid_build(ca_photon_grid *grid, const ca_photon_source *source, const ca_photon_bounds *bounds,
+                               float radius, const ca_parallel *parallel, ca_error *error)
 {
     assert(radius > 0.0f);
-    photon_build build = {.grid = grid, .runs = runs, .run_count = run_count};
+    photon_build build = {.grid = grid, .source = source};
     grid->count = 0; /* until all is well */
     grid->radius = radius;
     grid->radius2 = radius * radius;
-    uint32_t count;
-    CA_TRY(number_runs(&build, &count, error));
+    if (source->count > UINT32_MAX - 2 * CA_PHOTON_LANES)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "a pass has 2^32 photons or more; trace fewer light paths per pass");
+    const uint32_t count = (uint32_t)source->count;
     if (count == 0) return CA_OK;
     divide(&build, count);
-    if (!make_all_room(grid, &build, count)) return ca_fail_memory(error, "the photons");
-    grid->count = count;
-    find_bounds(&build, parallel);
-    set_cells(&grid->lattice, &build.bounds[0], radius);
-    ca_parallel_for(parallel, build.chunk_count, count_chunk, &build);
-    place_chunks(&build);
-    ca_parallel_for(parallel, build.chunk_count, partition_chunk, &build);
-    ca_parallel_for(parallel, build.partition_count, sort_partition, &build);
-    grid->starts[(size_t)grid->lattice.bucket_mask + 1] = count;
-    return CA_OK;
+    if (!make_all_room(grid, &build, count, parallel->workers)) return ca_fail_memory(error, "the photons");
+    set_cells(&grid->lattice, bounds, radius);
+    return sort(&build, count, parallel, error);
 }

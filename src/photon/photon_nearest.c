@@ -31,10 +31,12 @@ static void replace_top(nearest_heap *heap, float distance2)
 static void add_block(nearest_heap *heap, const ca_photon_block *block, const ca_photon_query *query, uint32_t first,
                       uint32_t end)
 {
+    const uint32_t lanes = query->exact ? ca_photon_lanes_in_cell(query, block) : 0xffu;
     float distance2[CA_PHOTON_LANES];
     for (uint32_t i = 0; i < CA_PHOTON_LANES; i++)
         distance2[i] = ca_length2(ca_sub((ca_vec3){block->x[i], block->y[i], block->z[i]}, query->position));
     for (uint32_t i = first; i < end; i++) {
+        if (!(lanes >> i & 1)) continue;
         if (heap->count == heap->capacity) {
             if (distance2[i] < heap->distance2[0]) replace_top(heap, distance2[i]);
         } else if (distance2[i] <= query->radius2)
@@ -50,11 +52,11 @@ float ca_photon_grid_nearest(const ca_photon_grid *grid, ca_vec3 position, uint3
     nearest_heap heap;
     heap.count = 0;
     heap.capacity = k;
-    for (uint32_t r = 0; r < query.range_count; r++)
-        for (uint32_t next = query.begin[r]; next < query.end[r];
+    for (; query.range < query.range_count; query.range++)
+        for (uint32_t next = query.begin[query.range]; next < query.end[query.range];
              next = (next / CA_PHOTON_LANES + 1) * CA_PHOTON_LANES) {
             const uint32_t lane = next % CA_PHOTON_LANES;
-            const uint32_t end = ca_min_u32(CA_PHOTON_LANES, query.end[r] - (next - lane));
+            const uint32_t end = ca_min_u32(CA_PHOTON_LANES, query.end[query.range] - (next - lane));
             add_block(&heap, &grid->blocks[next / CA_PHOTON_LANES], &query, lane, end);
         }
     return heap.count == k ? sqrtf(heap.distance2[0]) : INFINITY;

@@ -21,58 +21,54 @@ static inline void add_range(ca_photon_query *query, uint32_t bucket, uint32_t b
     __builtin_prefetch(&query->grid->blocks[begin / CA_PHOTON_LANES]);
 }
 
-/* Where rows of cells fell upon each other, or run on from the last bucket to the first. */
-static void add_buckets_singly(ca_photon_query *query, const uint32_t *rows, uint32_t row_count, uint32_t row_length)
+/* The cells from position - reach to position + reach: rows of one or two along x. `reach` is the grid's at most. */
+typedef struct query_rows {
+    uint32_t first[3], last[3];
+    uint32_t row[4], row_count, row_length;
+} query_rows;
+
+/* Where rows of cells fell upon each other, or run on from the last bucket to the first: cell by cell, so that the
+ * order is the same as where they do not. */
+static void add_cells_singly(ca_photon_query *query, const query_rows *rows)
 {
-    const uint32_t mask = query->grid->lattice.bucket_mask;
-    uint32_t seen[8], seen_count = 0;
-    for (uint32_t r = 0; r < row_count; r++)
-        for (uint32_t k = 0; k < row_length; k++) {
-            const uint32_t bucket = (rows[r] + k) & mask;
-            bool is_new = true;
-            for (uint32_t i = 0; i < seen_count; i++) is_new &= seen[i] != bucket;
-            if (!is_new) continue;
-            seen[seen_count++] = bucket;
-            add_range(query, bucket, 1);
-        }
+    const ca_photon_lattice *lattice = &query->grid->lattice;
+    query->exact = true;
+    for (uint32_t z = rows->first[2]; z <= rows->last[2]; z++)
+        for (uint32_t y = rows->first[1]; y <= rows->last[1]; y++)
+            for (uint32_t x = rows->first[0]; x <= rows->last[0]; x++) {
+                uint32_t *cell = query->cell[query->range_count];
+                cell[0] = x, cell[1] = y, cell[2] = z;
+                add_range(query, (ca_photon_row(y, z) + x) & lattice->bucket_mask, 1);
+            }
 }
 
 /* Are two rows of cells nowhere in the same bucket, and none wrapped around? */
-static inline bool rows_are_apart(const uint32_t *rows, uint32_t row_count, uint32_t row_length, uint32_t mask)
+static inline bool rows_are_apart(const query_rows *rows, uint32_t mask)
 {
     bool apart = true;
-    for (uint32_t r = 0; r < row_count; r++) {
-        apart &= rows[r] + row_length - 1 <= mask;
-        for (uint32_t s = 0; s < r; s++) apart &= rows[r] - rows[s] + 1 > 2;
+    for (uint32_t r = 0; r < rows->row_count; r++) {
+        apart &= rows->row[r] + rows->row_length - 1 <= mask;
+        for (uint32_t s = 0; s < r; s++) apart &= ((rows->row[r] - rows->row[s] + 1) & mask) > 2;
     }
     return apart;
 }
 
-/* The cells from position - reach to position + reach, as far as there are photons: rows of one or two along x.
- * `reach` is the grid's at most. */
-typedef struct query_rows {
-    uint32_t row[4], row_count, row_length;
-} query_rows;
-
-/* false: nowhere near any photon. */
+/* false: there are no photons. */
 static inline bool find_rows(const ca_photon_grid *grid, ca_vec3 position, double reach, query_rows *rows)
 {
     const ca_photon_lattice *lattice = &grid->lattice;
     if (grid->count == 0) return false;
     const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
-    uint32_t first[3], last[3];
     for (int axis = 0; axis < 3; axis++) {
-        const double from = center[axis] - reach, to = center[axis] + reach;
-        if (!(from <= lattice->high[axis] && to >= lattice->low[axis])) return false;
-        first[axis] = ca_photon_cell(lattice, axis, from > lattice->low[axis] ? from : lattice->low[axis]);
-        last[axis] = ca_photon_cell(lattice, axis, to < lattice->high[axis] ? to : lattice->high[axis]);
-        assert(last[axis] - first[axis] <= 1);
+        rows->first[axis] = ca_photon_cell(lattice, axis, center[axis] - reach);
+        rows->last[axis] = ca_photon_cell(lattice, axis, center[axis] + reach);
+        assert(rows->last[axis] - rows->first[axis] <= 1);
     }
-    rows->row_length = last[0] - first[0] + 1;
+    rows->row_length = rows->last[0] - rows->first[0] + 1;
     rows->row_count = 0;
-    for (uint32_t z = first[2]; z <= last[2]; z++)
-        for (uint32_t y = first[1]; y <= last[1]; y++)
-            rows->row[rows->row_count++] = (ca_photon_row(y, z) + first[0]) & lattice->bucket_mask;
+    for (uint32_t z = rows->first[2]; z <= rows->last[2]; z++)
+        for (uint32_t y = rows->first[1]; y <= rows->last[1]; y++)
+            rows->row[rows->row_count++] = (ca_photon_row(y, z) + rows->first[0]) & lattice->bucket_mask;
     return true;
 }
 
@@ -90,11 +86,12 @@ static inline void start(ca_photon_query *query, const ca_photon_grid *grid, ca_
     query->position = position;
     query->radius2 = radius2;
     query->range_count = query->range = 0;
+    query->exact = false;
     query->tested = 0;
     query_rows rows;
     if (!find_rows(grid, position, reach, &rows)) return;
-    if (!rows_are_apart(rows.row, rows.row_count, rows.row_length, grid->lattice.bucket_mask))
-        add_buckets_singly(query, rows.row, rows.row_count, rows.row_length);
+    if (!rows_are_apart(&rows, grid->lattice.bucket_mask))
+        add_cells_singly(query, &rows);
     else
         for (uint32_t r = 0; r < rows.row_count; r++) add_range(query, rows.row[r], rows.row_length);
 }
@@ -175,7 +172,8 @@ uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTO
             }
             const uint32_t lane = next % CA_PHOTON_LANES;
             const uint32_t beyond = ca_min_u32(CA_PHOTON_LANES, end - (next - lane));
-            const uint32_t lanes = 0xffu >> (CA_PHOTON_LANES - beyond) & 0xffu << lane;
+            uint32_t lanes = 0xffu >> (CA_PHOTON_LANES - beyond) & 0xffu << lane;
+            if (query->exact) lanes &= ca_photon_lanes_in_cell(query, &blocks[next / CA_PHOTON_LANES]);
             count += test_block(&blocks[next / CA_PHOTON_LANES], position, radius2, lanes, vertices + count);
             next += CA_PHOTON_LANES - lane;
         }

@@ -1,28 +1,22 @@
+/* Iterations with the numbers in use. */
 #include "base/clock.h"
 #include "render/auto_rays_state.h"
 
-#include <math.h>
-
-void ca_auto_set_uniform(ca_auto_rays *a, uint32_t light_paths, uint32_t camera_paths)
-{
-    const size_t count = (size_t)a->phase.width * a->phase.height;
-    for (size_t p = 0; p < count; p++) a->numbers[p] = camera_paths;
-    a->light_paths = light_paths;
-    a->most = camera_paths;
-    a->mean_numbers = camera_paths;
-}
-
-ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_error *error)
+ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_error *error)
 {
     ca_render_plan *plan = a->plan;
-    *batch = (ca_auto_batch){.counts = {.camera_paths = a->numbers, .first = a->first, .most = a->most}};
-    CA_TRY(ca_render_plan_set_light_paths(plan, a->light_paths, error));
-    plan->input.first_light_path = a->first_light_path;
-    a->gathered = a->halves[0].pairs;
-    a->gathered.light_paths = a->light_paths;
-    plan->input.pairs = &a->gathered;
+    *batch = (ca_auto_batch){
+        .counts = {.camera_paths = a->numbers.camera_paths, .first = a->next.camera_path, .most = a->numbers.most},
+        .gathered = {.x0 = film->x0,
+                     .y0 = film->y0,
+                     .width = film->width,
+                     .height = film->height,
+                     .light_paths = a->numbers.light_paths}};
+    CA_TRY(ca_render_plan_set_light_paths(plan, a->numbers.light_paths, error));
+    plan->input.first_light_path = a->next.light_path;
+    plan->input.pairs = &batch->gathered;
     CA_TRY(plan->type->create(&plan->input, &batch->integrator, error));
-    return ca_pass_runner_create(&batch->runner, plan, batch->integrator, &a->phase, &batch->counts, error);
+    return ca_pass_runner_create(&batch->runner, plan, batch->integrator, film, &batch->counts, error);
 }
 
 ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs,
@@ -32,24 +26,24 @@ ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film
     batch->runner.film = film;
     batch->runner.times = times;
     batch->runner.gathers_pairs = pairs != NULL;
-    if (pairs) a->gathered.pixels = pairs->pixels;
+    batch->gathered.means = pairs ? pairs->means : NULL;
     CA_TRY(ca_pass_run(&batch->runner, batch->passes, error));
-    if (a->gathered.incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
+    if (batch->gathered.incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
     batch->passes++;
     a->iterations++;
-    a->camera_paths += a->mean_numbers;
-    a->numbered += a->most;
+    a->next.largest += a->numbers.most;
     const double now = ca_clock_seconds();
     *seconds = now - start;
-    a->seconds = now - a->start;
+    a->progress.seconds = now - a->start;
+    a->progress.camera_paths += a->numbers.mean;
     return CA_OK;
 }
 
 void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch)
 {
-    const size_t count = (size_t)a->phase.width * a->phase.height;
-    for (size_t p = 0; p < count; p++) a->first[p] += batch->passes * a->numbers[p];
-    a->first_light_path += (uint64_t)batch->passes * a->light_paths;
+    for (size_t p = 0; p < ca_auto_pixels(a); p++)
+        a->next.camera_path[p] += batch->passes * a->numbers.camera_paths[p];
+    a->next.light_path += (uint64_t)batch->passes * a->numbers.light_paths;
     if (batch->runner.workers.list) ca_workers_count(&batch->runner.workers, &a->counts);
     ca_pass_runner_destroy(&batch->runner);
     if (batch->integrator) a->plan->type->destroy(batch->integrator);

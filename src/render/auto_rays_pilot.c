@@ -1,222 +1,233 @@
-/* The pilot: iterations of two halves in turns, with numbers that settings and the clock decide on alone. */
-#include "noise/ray_map.h"
+/* The pilot: iterations of two halves in turns, and what they tell. What it needs is freed when it ends. */
+#include "base/memory.h"
 #include "render/auto_rays_state.h"
 
-#include <math.h>
-#include <string.h>
+/* What is made of one half's samples alone. */
+typedef struct pilot_half {
+    ca_film film;       /* of the group at work: the ramp, then ordinary iterations */
+    ca_pair_film pairs; /* of ordinary iterations */
+    ca_ray_times *times;
+    double plain_seconds; /* of the clock, of ordinary iterations that gathered no pairs ... */
+    uint32_t plain;       /* ... and how many these are */
+    uint32_t gathering;   /* the others */
+} pilot_half;
 
-enum {
-    LEAST_ITERATIONS = 6,    /* of ordinary ones: of each half one without and two with pairs */
-    USUAL_ITERATIONS = 16,   /* as many as long ones as a pilot has time for */
-    PLAIN_EVERY = 4,         /* of a half's iterations the first, fifth ... gather no pairs and are timed */
-    LEAST_LIGHT_PATHS = 2,   /* two halves of them are needed for pairs */
-    MOST_CAMERA_PATHS = 16,
-    /* A step of the ramp, and the one from it to the ordinary iterations: */
-    LIGHT_STEP = 4,
-    CAMERA_STEP = 2, /* its root */
-};
-static const double share_of_seconds = 0.06, share_of_samples = 0.125;
-static const double seconds_to_a_target = 2.0; /* of a pilot where only the noise was said */
-/* An iteration over the one before it on the ramp, with eight times the merges. And what gathering pairs adds to
- * that. */
-static const double cost_of_step = LIGHT_STEP * CAMERA_STEP, cost_of_pairs = 1.4;
+typedef struct pilot {
+    pilot_half halves[CA_PILOT_HALVES];
+} pilot;
 
-/* ---- The plan -------------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
-static bool is_ppm(const ca_auto_rays *a) { return strcmp(a->plan->type->name, "ppm") == 0; }
-
-/* One camera path a pixel is what nobody asked for, unless somebody did. */
-static ca_status plan_camera_paths(const ca_auto_rays *a, uint32_t *camera_paths, ca_error *error)
+static ca_status create(const ca_auto_rays *a, pilot *p, ca_error *error)
 {
-    const ca_render_settings *settings = a->plan->settings;
-    const char *overrides = settings->integrator ? strchr(settings->integrator, ':') : NULL;
-    const bool asked =
-        settings->camera_paths > 0 || ca_render_overrides_mention(overrides ? overrides + 1 : NULL, "camera_paths");
-    *camera_paths = a->plan->camera_paths;
-    if (is_ppm(a)) {
-        if (*camera_paths == 1) return CA_OK;
-        return ca_fail(
-            error, CA_ERROR_ARGUMENT, NULL,
-            "with rays \"auto\" ppm has one camera path per pixel and chooses its light paths alone, not with %u",
-            *camera_paths);
-    }
-    if (*camera_paths > CA_RAY_MAP_MOST_CAMERA_PATHS)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a pilot can have at most %d camera paths per pixel, not %u",
-                       CA_RAY_MAP_MOST_CAMERA_PATHS, *camera_paths);
-    if (*camera_paths >= 2) return CA_OK;
-    if (asked)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a pilot needs at least 2 camera paths per pixel to tell the noise of light paths, not 1");
-    *camera_paths = 2;
-    return CA_OK;
-}
-
-static ca_status plan_light_paths(const ca_auto_rays *a, uint32_t *light_paths, ca_error *error)
-{
-    const ca_render_plan *plan = a->plan;
-    const double given = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0);
-    const double pixels = (double)plan->camera.width * (double)plan->camera.height; /* 0 light paths: one per pixel */
-    const double number = given > 0.0 ? given : fmin(fmax(pixels, LEAST_LIGHT_PATHS), CA_RAY_MAP_MOST_LIGHT_PATHS);
-    if (number < LEAST_LIGHT_PATHS)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a pilot estimates from two halves of the light paths: it needs at least %d, not %.0f",
-                       LEAST_LIGHT_PATHS, number);
-    *light_paths = (uint32_t)number;
-    return CA_OK;
-}
-
-/* Numbers that the image's own map can hold. */
-ca_status ca_auto_pilot_plan(ca_auto_rays *a, ca_error *error)
-{
-    enum { RAMP_ITERATIONS = 2 };
-    const ca_render_plan *plan = a->plan;
-    ca_auto_group *ramp = &a->groups[CA_AUTO_RAMP], *ordinary = &a->groups[CA_AUTO_ORDINARY];
-    a->given = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0) > 0.0 || plan->camera_paths > 1;
-    CA_TRY(plan_camera_paths(a, &ordinary->camera_paths, error));
-    CA_TRY(plan_light_paths(a, &ordinary->light_paths, error));
-    ramp->camera_paths = 1;
-    ramp->light_paths = ordinary->light_paths / LIGHT_STEP;
-    if (ramp->light_paths < LEAST_LIGHT_PATHS) ramp->light_paths = LEAST_LIGHT_PATHS;
-    if (!ca_auto_by_samples(a)) return CA_OK;
-    const double least = RAMP_ITERATIONS * ramp->camera_paths + LEAST_ITERATIONS * ordinary->camera_paths;
-    if (ca_auto_work_end(a) >= 2.0 * least) return CA_OK;
-    return ca_fail(
-        error, CA_ERROR_ARGUMENT, NULL,
-        "%.0f samples per pixel are too few for rays \"auto\": its pilot has %.0f, so at least %.0f are needed",
-        ca_auto_work_end(a), least, 2.0 * least);
-}
-
-/* ---- Its numbers from the clock -------------------------------------------------------------------------------- */
-
-static double pilot_seconds(const ca_auto_rays *a)
-{
-    return a->plan->settings->seconds > 0.0 ? share_of_seconds * a->plan->settings->seconds : seconds_to_a_target;
-}
-
-/* How many times longer than `seconds` an iteration may take, for the rest of the pilot to have `iterations` of
- * them. */
-static double room_for(const ca_auto_rays *a, uint32_t iterations, double seconds)
-{
-    return (pilot_seconds(a) - a->seconds) / (iterations * cost_of_pairs * fmax(seconds, 1e-9));
-}
-
-/* Numbers of another size, which differ by `step` in camera paths and by its square in light paths, within what the
- * image's own map can hold. */
-static void resize(const ca_auto_rays *a, ca_auto_group *g, double step)
-{
-    const double light_paths = fmin(g->light_paths * step * step, CA_RAY_MAP_MOST_LIGHT_PATHS);
-    const double least = is_ppm(a) || g == &a->groups[CA_AUTO_RAMP] ? 1.0 : 2.0,
-                 most = is_ppm(a) ? 1.0 : MOST_CAMERA_PATHS;
-    g->light_paths = light_paths > LEAST_LIGHT_PATHS ? (uint32_t)light_paths : LEAST_LIGHT_PATHS;
-    g->camera_paths = (uint32_t)fmin(fmax(g->camera_paths * step + 0.5, least), most);
-}
-
-/* The memory that is allowed may not hold what there is time for. */
-static ca_status scale_to_memory(ca_auto_rays *a, ca_auto_group *g, uint32_t least, ca_error *error)
-{
-    bool fits = true;
-    while (g->light_paths > least) {
-        CA_TRY(ca_render_plan_fits(a->plan, g->light_paths, &fits, error));
-        if (fits) break;
-        g->light_paths = g->light_paths / 2 > least ? g->light_paths / 2 : least;
+    const ca_film *frame = &a->frame;
+    for (int h = 0; h < CA_PILOT_HALVES; h++) {
+        pilot_half *half = &p->halves[h];
+        CA_TRY(ca_film_create(&half->film, frame->full_width, frame->full_height, a->plan->crop, error));
+        CA_TRY(ca_pair_film_create_means(&half->pairs, a->plan->crop, error));
+        CA_TRY(ca_ray_times_create(&half->times, frame->width, frame->height, a->plan->threads, error));
     }
     return CA_OK;
 }
 
-/* The ordinary iterations after a ramp whose last one took `seconds`: a step further, or more where there is time for
- * the usual number of them, less where there would not be for the least. The larger they are the more a pilot tells
- * in its time: of pairs as many more, and what paths cost when there are many. */
-static ca_status plan_ordinary(ca_auto_rays *a, double seconds, ca_error *error)
+static void destroy_films(pilot *p)
 {
-    ca_auto_group *ordinary = &a->groups[CA_AUTO_ORDINARY];
-    const uint32_t planned = ordinary->light_paths;
-    const double usual = cbrt(room_for(a, USUAL_ITERATIONS, seconds)),
-                 most = cbrt(room_for(a, LEAST_ITERATIONS, seconds));
-    const double step = a->groups[CA_AUTO_RAMP].iterations == CA_AUTO_HALVES ? CAMERA_STEP : 1.0;
-    ordinary->light_paths = a->groups[CA_AUTO_RAMP].light_paths;
-    ordinary->camera_paths = a->groups[CA_AUTO_RAMP].camera_paths;
-    resize(a, ordinary, fmax(fmin(fmax(usual, step), most), 0.5));
-    return scale_to_memory(a, ordinary, planned < ordinary->light_paths ? planned : ordinary->light_paths, error);
+    for (int h = 0; h < CA_PILOT_HALVES; h++) ca_film_destroy(&p->halves[h].film);
+}
+
+static void destroy(pilot *p)
+{
+    destroy_films(p);
+    for (int h = 0; h < CA_PILOT_HALVES; h++) {
+        ca_pair_film_destroy(&p->halves[h].pairs);
+        ca_ray_times_destroy(p->halves[h].times);
+    }
 }
 
 /* ---- Iterations ------------------------------------------------------------------------------------------------ */
 
-/* A noise target may be reached on the way: looked at when the ordinary iterations have doubled. */
-static bool is_quiet_enough(ca_auto_rays *a)
+static ca_status run_iteration(ca_auto_rays *a, pilot *p, ca_auto_batch *batch, ca_pilot_step step,
+                               ca_pilot_group *group, double *seconds, ca_error *error)
 {
-    const uint32_t done = a->groups[CA_AUTO_ORDINARY].iterations, doublings = done / LEAST_ITERATIONS;
-    if (a->looks.target <= 0.0 || done % LEAST_ITERATIONS != 0 || (doublings & (doublings - 1)) != 0) return false;
-    const double ratio = ca_auto_noise(a) / a->looks.target;
-    if (ratio >= 0.0) a->looks.seconds_predicted = a->seconds * ratio * ratio; /* at most: with the pilot's numbers */
-    return ca_noise_looks_reached(&a->looks);
-}
-
-static bool pilot_is_long_enough(ca_auto_rays *a)
-{
-    if (a->groups[CA_AUTO_ORDINARY].iterations < LEAST_ITERATIONS) return false;
-    if (is_quiet_enough(a)) return true;
-    if (ca_auto_by_samples(a)) return a->camera_paths >= share_of_samples * ca_auto_work_end(a);
-    return a->seconds >= pilot_seconds(a);
-}
-
-static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, int group, double *seconds, ca_error *error)
-{
-    ca_auto_group *g = &a->groups[group];
-    ca_auto_half *half = &a->halves[g->iterations % CA_AUTO_HALVES];
-    const bool plain = group == CA_AUTO_RAMP || g->iterations / CA_AUTO_HALVES % PLAIN_EVERY == 0;
-    CA_TRY(ca_auto_batch_run(a, batch, &half->films[group], plain ? NULL : &half->pairs, plain ? half->times : NULL,
-                             seconds, error));
-    g->iterations++;
-    g->variances += 1.0 / sqrt((double)g->light_paths * g->camera_paths);
-    if (plain && group == CA_AUTO_ORDINARY) {
+    const ca_pilot_role role = ca_pilot_role_of(step, group->iterations);
+    pilot_half *half = &p->halves[role.half];
+    CA_TRY(ca_auto_batch_run(a, batch, &half->film, role.gathers_pairs ? &half->pairs : NULL,
+                             role.gathers_pairs ? NULL : half->times, seconds, error));
+    *group = ca_pilot_count(*group);
+    half->gathering += role.gathers_pairs;
+    if (step == CA_PILOT_ORDINARY && !role.gathers_pairs) {
         half->plain_seconds += *seconds;
-        half->plain_count++;
+        half->plain++;
     }
     ca_auto_report(a);
     return CA_OK;
 }
 
-/* Iterations with the group's numbers: two, or ordinary ones to the pilot's end. Both halves have the same whenever
- * that is. *seconds: of the last one; those before it have warmed up memory and caches. */
-static ca_status run_group(ca_auto_rays *a, int group, double *seconds, ca_error *error)
+/* The render may end in its pilot: at its noise target. With the pilot's numbers the predicted time is too long. */
+static void look(ca_auto_rays *a, const pilot *p)
+{
+    if (!ca_pilot_look_is_due(&a->progress, a->ordinary.iterations)) return;
+    const ca_film films[CA_PILOT_HALVES] = {p->halves[0].film, p->halves[1].film};
+    ca_noise_looks *looks = &a->progress.looks;
+    const double ratio = ca_auto_look_in_pilot(a, films) / looks->target;
+    if (ratio >= 0.0) looks->seconds_predicted = a->progress.seconds * ratio * ratio;
+}
+
+/* Two iterations of the ramp, or ordinary ones to the pilot's end; as many of each half. *seconds: of the last one.
+ * Those before it have warmed up memory and caches. */
+static ca_status run_group(ca_auto_rays *a, pilot *p, ca_pilot_step step, ca_pilot_group *group, double *seconds,
+                           ca_error *error)
 {
     ca_auto_batch batch;
-    const ca_auto_group *g = &a->groups[group];
-    ca_auto_set_uniform(a, g->light_paths, g->camera_paths);
-    ca_status status = ca_auto_batch_begin(a, &batch, error);
-    while (status == CA_OK) {
-        status = run_iteration(a, &batch, group, seconds, error);
-        if (g->iterations % CA_AUTO_HALVES != 0) continue;
-        if (a->interrupted || group == CA_AUTO_RAMP || pilot_is_long_enough(a)) break;
+    bool over = false;
+    ca_auto_use_uniform(a, group->numbers);
+    ca_status status = ca_auto_batch_begin(a, &batch, &p->halves[0].film, error);
+    while (status == CA_OK && !over) {
+        status = run_iteration(a, p, &batch, step, group, seconds, error);
+        if (status != CA_OK || group->iterations % CA_PILOT_HALVES != 0) continue;
+        if (step == CA_PILOT_ORDINARY) look(a, p);
+        over = step == CA_PILOT_RAMP || ca_pilot_is_long_enough(&a->goal, &a->progress, group->iterations);
     }
     ca_auto_batch_end(a, &batch);
     return status;
 }
 
-/* Step by step to numbers that are worth their time, where nobody gave numbers and the clock decides. */
-static ca_status run_ramp(ca_auto_rays *a, double *seconds, ca_error *error)
+/* ---- Its numbers ----------------------------------------------------------------------------------------------- */
+
+/* Halves N_F until so many light paths fit the memory at once, or there is no fewer to try. */
+static ca_status fit_memory(ca_auto_rays *a, const ca_pilot_decision *decision, uint32_t *light_paths,
+                            ca_error *error)
 {
-    ca_auto_group *ramp = &a->groups[CA_AUTO_RAMP];
-    CA_TRY(run_group(a, CA_AUTO_RAMP, seconds, error));
-    while (!a->interrupted && room_for(a, USUAL_ITERATIONS, *seconds) > cost_of_step) {
-        const ca_auto_group before = *ramp;
-        resize(a, ramp, CAMERA_STEP);
-        CA_TRY(scale_to_memory(a, ramp, before.light_paths, error));
-        if (ramp->light_paths == before.light_paths) return CA_OK;
-        CA_TRY(run_group(a, CA_AUTO_RAMP, seconds, error));
+    const uint32_t least = decision->least_light_paths;
+    bool fits = true;
+    *light_paths = decision->numbers.light_paths;
+    while (*light_paths > least) {
+        CA_TRY(ca_render_plan_fits(a->plan, *light_paths, &fits, error));
+        if (fits) break;
+        *light_paths = *light_paths / 2 > least ? *light_paths / 2 : least;
     }
     return CA_OK;
 }
 
-ca_status ca_auto_pilot_run(ca_auto_rays *a, ca_error *error)
+/* Decides again where the memory does not hold what was decided. */
+static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *decision, ca_error *error)
+{
+    uint32_t light_paths;
+    ca_pilot_situation situation = {.goal = a->goal,
+                                    .progress = a->progress,
+                                    .settings = a->pilot_settings,
+                                    .given = a->given,
+                                    .one_camera_path = ca_auto_one_camera_path(a),
+                                    .most_light_paths = UINT32_MAX,
+                                    .ramp = a->ramp,
+                                    .iteration_seconds = seconds};
+    *decision = ca_pilot_decide(&situation);
+    if (decision->step == CA_PILOT_END) return CA_OK;
+    CA_TRY(fit_memory(a, decision, &light_paths, error));
+    if (light_paths == decision->numbers.light_paths) return CA_OK;
+    situation.most_light_paths = light_paths;
+    *decision = ca_pilot_decide(&situation);
+    return CA_OK;
+}
+
+static ca_status run_ramp(ca_auto_rays *a, pilot *p, ca_pilot_decision *next, ca_error *error)
+{
+    double seconds = 0.0;
+    CA_TRY(decide(a, seconds, next, error));
+    while (next->step == CA_PILOT_RAMP) {
+        a->ramp.numbers = next->numbers;
+        CA_TRY(run_group(a, p, CA_PILOT_RAMP, &a->ramp, &seconds, error));
+        CA_TRY(decide(a, seconds, next, error));
+    }
+    return CA_OK;
+}
+
+/* The ramp's films make room for the ordinary iterations. */
+static ca_status run_iterations(ca_auto_rays *a, pilot *p, ca_error *error)
 {
     double seconds;
-    if (a->given || ca_auto_by_samples(a)) {
-        CA_TRY(run_group(a, CA_AUTO_RAMP, &seconds, error));
-    } else {
-        CA_TRY(run_ramp(a, &seconds, error));
-        CA_TRY(plan_ordinary(a, seconds, error));
-    }
-    a->timed_light_paths = a->groups[CA_AUTO_ORDINARY].light_paths;
-    return a->interrupted ? CA_OK : run_group(a, CA_AUTO_ORDINARY, &seconds, error);
+    ca_pilot_decision next;
+    CA_TRY(run_ramp(a, p, &next, error));
+    CA_TRY(ca_halved_film_create(&a->pilot, &a->frame, error));
+    ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0);
+    a->ordinary.numbers = next.step == CA_PILOT_ORDINARY ? next.numbers : a->pilot_settings;
+    if (next.step == CA_PILOT_END) return CA_OK;
+    for (int h = 0; h < CA_PILOT_HALVES; h++) ca_film_clear(&p->halves[h].film);
+    CA_TRY(run_group(a, p, CA_PILOT_ORDINARY, &a->ordinary, &seconds, error));
+    const double ramp = ca_pilot_ramp_share(&a->ramp, &a->ordinary);
+    ca_halved_film_scale(&a->pilot, ramp);
+    ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0 - ramp);
+    return CA_OK;
+}
+
+/* ---- What they tell -------------------------------------------------------------------------------------------- */
+
+static void add_known(ca_auto_rays *a, const ca_pair_film *pairs, uint32_t iterations)
+{
+    ca_auto_known_add(a->known, &(ca_auto_gathered){.pairs = pairs,
+                                                    .iterations = iterations,
+                                                    .light_paths = a->numbers.light_paths,
+                                                    .camera_paths = a->numbers.camera_paths,
+                                                    .one_camera_path = ca_auto_one_camera_path(a)});
+}
+
+static void forget(ca_auto_rays *a)
+{
+    for (size_t i = 0; i < ca_auto_pixels(a); i++) a->known[i] = (ca_auto_known){0};
+}
+
+/* From this half alone: its choice does not know the noise, which is that of both. */
+static ca_status judge_half(ca_auto_rays *a, const pilot_half *half, ca_pilot_verdict *verdict, ca_error *error)
+{
+    ca_auto_choice own;
+    const ca_auto_limits limits = ca_auto_half_limits(a->ordinary.numbers.light_paths);
+    ca_auto_basis basis = {half->times, half->plain_seconds / half->plain, a->progress};
+    basis.progress.looks.noise = -1.0;
+    forget(a);
+    add_known(a, &half->pairs, half->gathering);
+    CA_TRY(ca_auto_choose(a, &basis, &limits, &own, error));
+    *verdict = (ca_pilot_verdict){.gain = own.numbers.gain_over_given,
+                                  .seconds_per_sample = own.candidate.seconds / own.candidate.camera_paths,
+                                  .iteration_seconds = basis.plain_seconds};
+    ca_auto_choice_destroy(&own);
+    return CA_OK;
+}
+
+/* After both halves have fixed their weights, they are merged. */
+static void merge_halves(ca_auto_rays *a, pilot *p)
+{
+    pilot_half *first = &p->halves[0], *second = &p->halves[1];
+    ca_pair_film_pool(&first->pairs, &second->pairs, 1);
+    ca_ray_times_pool(first->times, second->times);
+    forget(a);
+    add_known(a, &first->pairs, first->gathering + second->gathering);
+    a->plain_seconds = (first->plain_seconds + second->plain_seconds) / (first->plain + second->plain);
+    a->times = first->times;
+    first->times = NULL;
+}
+
+static ca_status learn(ca_auto_rays *a, pilot *p, ca_error *error)
+{
+    a->known = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->known);
+    if (!a->known) return ca_fail_memory(error, "the numbers of rays");
+    for (int h = 0; h < CA_PILOT_HALVES; h++) CA_TRY(judge_half(a, &p->halves[h], &a->verdicts[h], error));
+    merge_halves(a, p);
+    return CA_OK;
+}
+
+/* ---- All ------------------------------------------------------------------------------------------------------- */
+
+ca_status ca_auto_pilot_run(ca_auto_rays *a, ca_error *error)
+{
+    pilot p = {0};
+    ca_status status = create(a, &p, error);
+    if (status == CA_OK) status = run_iterations(a, &p, error);
+    destroy_films(&p);
+    a->pilot_seconds = a->progress.seconds;
+    a->pilot_work = ca_auto_work(&a->goal, &a->progress);
+    if (status == CA_OK) (void)ca_auto_look(a);
+    const bool ends = a->pilot_work >= ca_auto_work_end(&a->goal) || ca_auto_is_over(&a->goal, &a->progress);
+    if (status == CA_OK && !ends) status = learn(a, &p, error);
+    destroy(&p);
+    return status;
 }

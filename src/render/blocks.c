@@ -21,8 +21,7 @@ typedef struct block_render {
     bool out_of_memory; /* atomic: a worker, while it made a sample */
 } block_render;
 
-/* ---- Which blocks
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Which blocks ---------------------------------------------------------------------------------------------- */
 
 /* The block to stop before, as far as it is known; UINT64_MAX: it is not. An integrator may have only so many blocks:
  * then it has no use for more, however many samples are asked for. */
@@ -62,8 +61,7 @@ static uint32_t samples_after(const block_render *r, uint64_t count)
     return whole < UINT32_MAX ? (uint32_t)whole : UINT32_MAX;
 }
 
-/* ---- The loop
- * --------------------------------------------------------------------------------------------------- */
+/* ---- The loop -------------------------------------------------------------------------------------------------- */
 
 static void render_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
 {
@@ -133,8 +131,7 @@ static ca_status run_blocks(block_render *r, ca_error *error)
     }
 }
 
-/* ---- What is left
- * ----------------------------------------------------------------------------------------------- */
+/* ---- What is left ---------------------------------------------------------------------------------------------- */
 
 /* Where a part file keeps which count. */
 enum { LIGHT_PATHS, CAMERA_PATHS, RAYS, SHADOW_RAYS, PHOTONS, PHOTONS_TESTED, MERGES, NON_FINITE };

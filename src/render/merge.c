@@ -23,8 +23,7 @@ typedef struct merge {
 
 #define RANGE(blocks) (unsigned long long)(blocks)[0], (unsigned long long)(blocks)[1]
 
-/* ---- Do they belong together?
- * ----------------------------------------------------------------------------------- */
+/* ---- Do they belong together? ---------------------------------------------------------------------------------- */
 
 static ca_status fail_settings(const char *first_path, const char *a, const char *path, const char *b,
                                ca_error *error)
@@ -83,8 +82,7 @@ static ca_status check_start(const merge *m, ca_error *error)
                    first->path, (unsigned long long)first->blocks[0]);
 }
 
-/* ---- Adding
- * ----------------------------------------------------------------------------------------------------- */
+/* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
 static void swap_texts(char **a, char **b)
 {

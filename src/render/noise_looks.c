@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-static const double smallest_step = 1.0 / 32.0; /* of the passes so far: what may be rendered in vain, by and large */
+/* Between looks, relative to the passes so far. A render may go on so far beyond its target. */
+static const double smallest_step = 1.0 / 32.0;
 
 ca_noise_looks ca_noise_looks_start(double target, double first)
 {
@@ -24,6 +25,6 @@ void ca_noise_looks_take(ca_noise_looks *looks, double passes, double noise, dou
     if (looks->target <= 0.0 || isnan(noise)) return;
     const double ratio = noise / looks->target, needed = passes * ratio * ratio;
     predict(looks, seconds + fmax(0.0, needed - passes) * seconds_per_pass, seconds);
-    /* Where it is expected to be just below the target, not just at it. */
+    /* The next look is where the noise is expected to be just below the target. */
     looks->next = fmin(looks->next, fmax(needed * (1.0 + 0.25 * smallest_step), passes * (1.0 + smallest_step)));
 }

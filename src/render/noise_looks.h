@@ -2,12 +2,12 @@
  *
  * The square of the noise falls as one over the passes, so that from a look at n passes the target needs n (noise /
  * target)^2 of them. The next look is there, but not beyond 2 n, for the estimate may be wrong, and at least n / 32
- * further. Each look is a chance to stop at a moment of good luck, and an image that is stopped because it looks
- * quiet has the more often missed its rare bright paths: with looks at every pass the render would end at the first
- * of many noisy values that is below the target. So there are few: some of doubling, then about one where the target
- * is expected, which keeps the render from running on to the next doubling, up to twice as long as wanted.
+ * further. Looks are few, since the estimated noise scatters: a render that looked after every pass would stop at the
+ * first estimate below the target, and an image that is stopped because its estimate is low has more often missed its
+ * rare bright paths. The look where the target is expected keeps the render from running on to the next doubling, up
+ * to twice as long as wanted.
  *
- * Passes are counted as real numbers: some renders count their passes by what they are worth. */
+ * Passes are real numbers: renders whose iterations differ count them by their precision. */
 #ifndef CA_RENDER_NOISE_LOOKS_H
 #define CA_RENDER_NOISE_LOOKS_H
 
@@ -18,8 +18,7 @@ typedef struct ca_noise_looks {
     double next;   /* passes at the next look */
     double noise;  /* percent, at the last look; negative: not known */
     double seconds_predicted;                           /* of the whole render; 0: not known */
-    double first_predicted_seconds,
-        first_predicted_at; /* what was predicted first, and in which second; 0: nothing yet */
+    double first_predicted_seconds, first_predicted_at; /* the first prediction, and when it was made; 0: none yet */
 } ca_noise_looks;
 
 /* `first`: passes at the first look. */
@@ -27,8 +26,8 @@ ca_noise_looks ca_noise_looks_start(double target, double first);
 
 static inline bool ca_noise_looks_due(const ca_noise_looks *looks, double passes) { return passes >= looks->next; }
 
-/* What was seen at `passes` in second `seconds`, where a pass is expected to take `seconds_per_pass` from now on.
- * noise: percent; NAN: not known. */
+/* Notes the noise (percent; NAN: not known) after `passes` and `seconds`; passes to come are expected to take
+ * `seconds_per_pass`. */
 void ca_noise_looks_take(ca_noise_looks *looks, double passes, double noise, double seconds, double seconds_per_pass);
 
 /* Was the target reached at the last look? */

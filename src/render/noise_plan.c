@@ -1,6 +1,7 @@
 #include "render/noise_plan.h"
 
 #include "noise/ray_numbers.h"
+#include "render/ray_times.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -83,7 +84,7 @@ static bool is_set(const ca_scene *scene, const char *integrator, const char *pa
     return ca_render_overrides_mention(overrides_of(integrator), parameter);
 }
 
-/* Numbers that nobody has set. */
+/* Numbers that neither the scene nor the settings give. */
 static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
 {
     ca_render_settings *s = &p->settings;
@@ -125,11 +126,10 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
  * `choice`: what choosing takes beside them, when light paths are gone. */
 static double pixel_bytes(const char *integrator, double *choice)
 {
-    enum { BYTES_OF_TIMES = 24, BYTES_OF_CHOICE = 108 };
     *choice = 0.0;
     if (connects(integrator)) return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_connections));
-    *choice = (double)(sizeof(ca_ray_pixel) + BYTES_OF_CHOICE);
-    return (double)(sizeof(ca_pair_pixel) + BYTES_OF_TIMES + sizeof(uint32_t));
+    *choice = (double)(sizeof(ca_ray_pixel) + CA_RAY_CHOICE_PIXEL_BYTES);
+    return (double)(sizeof(ca_pair_pixel) + CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
 }
 
 /* They take their part of the memory that is allowed. */

@@ -9,35 +9,35 @@
 
 #include <math.h>
 
-/* Light paths of a pass stay in memory; and far from the numbers that were measured the smallest terms decide, which
+/* No more than so many times the measured light paths are recommended: further away the smallest terms decide, which
  * are the least certain ones. */
-enum { MOST_LIGHT_PATHS = 1 << 22, MOST_TIMES_MEASURED = 128 };
+enum { MOST_TIMES_MEASURED = 128 };
+/* Estimates are averaged over 3 x 3 pixels. */
+enum { SMOOTHING = 1 };
+/* Passes of N_F / LIGHT_STEP and of N_F LIGHT_STEP are timed, with at most so many camera paths. */
+enum { TIMED_PASSES = 3, LIGHT_STEP = 2, TIMED_CAMERA_PATHS = 4, TIMED_AGAIN_CAMERA_PATHS = 2, LEVELS = 3 };
+/* Costs are measured again for numbers further away than this factor. */
+static const double near_numbers = 2.0;
+/* Timing may take this part of the time that measuring took, and two seconds in any case. */
+static const double timing_share = 0.25, timing_seconds = 2.0;
+/* The least time of a path: what is too short to be measured still takes some time. */
+static const double shortest = 1e-9;
+/* How often the caller is asked while paths are timed. */
+static const double asking_seconds = 0.03;
+/* The most light paths that fit the memory are found to this factor. */
+static const double fitting_step = 1.02;
 
 /* Where memory is not limited. */
 static uint32_t most_light_paths(const ca_pair_film *film)
 {
-    return film->light_paths < MOST_LIGHT_PATHS / MOST_TIMES_MEASURED ? film->light_paths * MOST_TIMES_MEASURED
-                                                                      : MOST_LIGHT_PATHS;
+    return film->light_paths < CA_RAY_MOST_LIGHT_PATHS_HELD / MOST_TIMES_MEASURED
+               ? film->light_paths * MOST_TIMES_MEASURED
+               : CA_RAY_MOST_LIGHT_PATHS_HELD;
 }
-/* Estimates of single pixels are averaged over 3 x 3 of them. */
-enum { SMOOTHING = 1 };
-/* Passes that are timed, of N_F / LIGHT_STEP and of N_F LIGHT_STEP, with this many camera paths where there are as
- * many. */
-enum { TIMED_PASSES = 3, LIGHT_STEP = 2, TIMED_CAMERA_PATHS = 4, TIMED_AGAIN_CAMERA_PATHS = 2, LEVELS = 3 };
-/* Numbers further apart than this factor do not have the same costs. */
-static const double near_numbers = 2.0;
-/* Timing may take this part of the time that was measured in, and two seconds in any case. */
-static const double timing_share = 0.25, timing_seconds = 2.0;
-/* What takes less is not measured but takes some time. */
-static const double shortest = 1e-9;
-/* How often the caller is asked while paths are timed. */
-static const double asking_seconds = 0.03;
-/* The most light paths that fit a memory are found to this factor. */
-static const double fitting_step = 1.02;
 
 /* ---- Choosing -------------------------------------------------------------------------------------------------- */
 
-/* With a single camera path F is not known, and not needed for numbers with one. */
+/* F cannot be estimated from a single camera path; numbers with one do not need it. */
 static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel *to)
 {
     const ca_noise_components c = ca_noise_components_of(&film->pixels[pixel]);
@@ -90,13 +90,13 @@ typedef struct timing {
     const ca_noise *noise;
     ca_noise_plan p;
     ca_ray_times *times; /* owned */
-    ca_film film;        /* owned; what is rendered there is not kept */
-    ca_ray_costs costs;  /* of about so many light paths: */
-    uint32_t light_paths;
+    ca_film film;        /* owned; its samples are thrown away */
+    ca_ray_costs costs;  /* measured last ... */
+    uint32_t light_paths; /* ... with about so many light paths */
     uint32_t most_light_paths; /* that may be timed and recommended */
     ca_ray_numbers numbers;    /* owned; chosen with these costs */
-    double start, asked;       /* by the clock: the timing, and when the caller was asked last whether to go on */
-    uint32_t passes;           /* that were timed */
+    double start, asked;       /* by the clock: of the timing; of the caller's last callback */
+    uint32_t passes;           /* timed so far */
     bool interrupted;          /* by the caller */
 } timing;
 
@@ -119,8 +119,8 @@ static ca_status set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, c
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
-/* The first use of memory, and the first steps in a new integrator, take longer than all later ones and are not
- * timed: all light paths, and a camera path of every pixel (all of them where they are kept from round to round). */
+/* Warms up memory and a new integrator, untimed: all light paths, and one camera path of every pixel (all of them
+ * where they are kept from round to round). */
 static ca_status warm_up(timing *t, ca_pass_runner *runner, ca_error *error)
 {
     const uint32_t camera_paths = t->p.plan.camera_paths;
@@ -168,8 +168,8 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
     return status;
 }
 
-/* The most light paths that may be timed and recommended: those measured, and more where they fit the memory at
- * once. */
+/* The most light paths that may be timed and recommended: at least as many as were measured, and more if they fit
+ * the memory at once. */
 static ca_status limit_light_paths(timing *t, ca_error *error)
 {
     double low = t->noise->film.light_paths, high = most_light_paths(&t->noise->film);
@@ -186,8 +186,8 @@ static ca_status limit_light_paths(timing *t, ca_error *error)
     return CA_OK;
 }
 
-/* Costs of about this number of light paths. Two numbers of them, one on each side, tell a segment from a candidate
- * and an iteration from a light path; what is not linear in N_F is followed by its secant between them. */
+/* Measures costs with fewer and with more light paths than this number. The two tell a segment's cost from a
+ * candidate's and an iteration's from a light path's. Costs that are not linear in N_F are taken along the secant. */
 static ca_status time_level(timing *t, uint32_t light_paths, uint32_t camera_paths, ca_error *error)
 {
     if (camera_paths > t->noise->film.camera_paths) camera_paths = t->noise->film.camera_paths;
@@ -209,8 +209,7 @@ static double iteration_seconds(const timing *t, double light_paths, double came
            pixels * camera_paths * (c->camera_path + light_paths * c->merge);
 }
 
-/* The most light paths that may be timed; costs change little beyond them, compared with what is gained by
- * knowing. */
+/* The most light paths that there is time to measure costs with. */
 static uint32_t affordable(const timing *t)
 {
     const ca_pair_film *film = &t->noise->film;
@@ -221,10 +220,12 @@ static uint32_t affordable(const timing *t)
     const double each =
         (iteration_seconds(t, 1.0, TIMED_AGAIN_CAMERA_PATHS) - iteration_seconds(t, 0.0, TIMED_AGAIN_CAMERA_PATHS)) *
         (LIGHT_STEP + 1.0 / LIGHT_STEP);
-    return (uint32_t)fmin(fmax((seconds - fixed) / each, film->light_paths), MOST_LIGHT_PATHS / LIGHT_STEP);
+    const double most = CA_RAY_MOST_LIGHT_PATHS_HELD / LIGHT_STEP;
+    return (uint32_t)fmin(fmax((seconds - fixed) / each, film->light_paths), most);
 }
 
-/* Costs depend on the numbers, the numbers on the costs. Without numbers where it was interrupted. */
+/* Costs depend on the numbers and the numbers on the costs: both are improved in turns. There are no numbers if the
+ * caller has interrupted. */
 static ca_status time_and_choose(timing *t, ca_ray_objective objective, ca_error *error)
 {
     if (!goes_on(t)) return CA_OK;
@@ -251,7 +252,7 @@ static ca_noise_numbers numbers_of(const ca_ray_choice *choice)
                               .seconds = choice->time};
 }
 
-/* A mean of equal numbers is rounded to them. */
+/* All pixels have the same whole number: rounding removes the error of their mean. */
 static ca_noise_numbers uniform_numbers_of(const ca_ray_choice *choice)
 {
     ca_noise_numbers numbers = numbers_of(choice);
@@ -275,7 +276,7 @@ static ca_noise_times times_of(const timing *t)
                             .candidates_per_pair = c->candidates_per_pair};
 }
 
-/* Where no noise was found all numbers are as good. */
+/* Without any noise all numbers are equally good and none is recommended. */
 static bool has_numbers(const timing *t) { return !t->interrupted && t->numbers.given.variance > 0.0; }
 
 static void describe(const timing *t, ca_noise_recommendation *r)

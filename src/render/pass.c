@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "math/numeric.h"
 
 _Static_assert(sizeof(ca_film_sample) == 64, "pass.h promises 64 bytes a camera path");
 
@@ -54,14 +55,6 @@ static uint32_t most_camera_paths(const ca_pass_runner *runner)
     return runner->counts ? runner->counts->most : runner->plan->camera_paths;
 }
 
-/* Where the samples of a pixel's camera paths are kept; in a pass of one round, where one pixel is finished before
- * the next one begins, in the worker's own row. */
-static ca_film_sample *samples_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t worker)
-{
-    const size_t row = runner->rounds > 1 ? (size_t)y * runner->film->width + x : worker;
-    return &runner->samples[row * most_camera_paths(runner)];
-}
-
 /* How many camera paths a pixel has in a pass, and the number of the first one. */
 static uint32_t camera_paths_of(const ca_pass_runner *runner, uint32_t x, uint32_t y, uint32_t pass, uint32_t *first)
 {
@@ -72,25 +65,88 @@ static uint32_t camera_paths_of(const ca_pass_runner *runner, uint32_t x, uint32
     return count;
 }
 
-/* Gives back how many camera paths that were. */
-static uint32_t run_pixel(const pass_task *task, uint32_t x, uint32_t y, uint32_t worker)
+/* ---- Groups of pixels ------------------------------------------------------------------------------------------ */
+
+/* Whole pixels of a tile whose camera paths are traced together. */
+struct ca_pixel_group {
+    uint32_t path_count, pixel_count;
+    ca_camera_path *paths; /* owned; [capacity] */
+    ca_film_sample *samples; /* owned, likewise; of a pass of one round */
+    struct pixel {
+        uint32_t x, y, first_path, paths;
+    } *pixels; /* owned; [capacity] */
+};
+
+static uint32_t group_capacity(const ca_pass_runner *runner)
+{
+    return ca_max_u32(CA_PASS_GROUP, most_camera_paths(runner));
+}
+
+/* Samples are kept from round to round in the runner's buffer, or in the group's own. */
+static ca_film_sample *samples_of(const ca_pass_runner *runner, const ca_pixel_group *group, uint32_t x, uint32_t y)
+{
+    if (runner->rounds == 1) return &group->samples[group->path_count];
+    return &runner->samples[((size_t)y * runner->film->width + x) * most_camera_paths(runner)];
+}
+
+static void add_pixel(const pass_task *task, ca_pixel_group *group, uint32_t x, uint32_t y)
+{
+    const ca_pass_runner *runner = task->runner;
+    uint32_t first;
+    const uint32_t count = camera_paths_of(runner, x, y, task->pass, &first);
+    ca_film_sample *samples = samples_of(runner, group, x, y);
+    group->pixels[group->pixel_count++] = (struct pixel){x, y, group->path_count, count};
+    for (uint32_t b = 0; b < count; b++) {
+        if (task->round == 0) samples[b] = (ca_film_sample){0};
+        group->paths[group->path_count++] = (ca_camera_path){.x = runner->plan->crop[0] + x,
+                                                             .y = runner->plan->crop[1] + y,
+                                                             .index = first + b,
+                                                             .sample = &samples[b]};
+    }
+}
+
+static void finish_group_pixel(const pass_task *task, const ca_pixel_group *group, const struct pixel *pixel,
+                               uint32_t worker)
+{
+    ca_pass_runner *runner = task->runner;
+    const ca_camera_path *paths = &group->paths[pixel->first_path];
+    if (runner->times) {
+        uint64_t segments = 0, merges = 0;
+        for (uint32_t i = 0; i < pixel->paths; i++) segments += paths[i].segments, merges += paths[i].merges;
+        ca_ray_times_pixel(runner->times, pixel->x, pixel->y, task->light_paths, pixel->paths, segments, merges);
+    }
+    if (task->round + 1 == runner->rounds)
+        finish_pixel(runner, pixel->x, pixel->y, paths->sample, pixel->paths, &runner->workers.film_rejects[worker]);
+}
+
+static void run_group(const pass_task *task, ca_pixel_group *group, uint32_t worker)
 {
     ca_pass_runner *runner = task->runner;
     const ca_integrator_type *type = runner->plan->type;
     ca_worker *own = &runner->workers.list[worker];
-    const uint32_t film_x = runner->plan->crop[0] + x, film_y = runner->plan->crop[1] + y;
-    uint32_t first;
-    const uint32_t count = camera_paths_of(runner, x, y, task->pass, &first);
-    ca_film_sample *samples = samples_of(runner, x, y, worker);
     if (runner->gathers_pairs) type->begin_pixel(runner->integrator, own);
-    for (uint32_t b = 0; b < count; b++) {
-        if (task->round == 0) samples[b] = (ca_film_sample){0};
-        type->camera_path(runner->integrator, film_x, film_y, first + b, task->round, &samples[b], own);
-    }
-    if (runner->gathers_pairs) type->end_pixel(runner->integrator, film_x, film_y, own);
-    if (task->round + 1 == runner->rounds)
-        finish_pixel(runner, x, y, samples, count, &runner->workers.film_rejects[worker]);
-    return count;
+    type->camera_paths(runner->integrator, group->paths, group->path_count, task->round, own);
+    if (runner->gathers_pairs) type->end_pixel(runner->integrator, group->paths->x, group->paths->y, own);
+    for (uint32_t i = 0; i < group->pixel_count; i++) finish_group_pixel(task, group, &group->pixels[i], worker);
+    group->path_count = group->pixel_count = 0;
+}
+
+/* Pairs are gathered pixel by pixel. */
+static bool is_full(const ca_pass_runner *runner, const ca_pixel_group *group)
+{
+    if (runner->gathers_pairs) return group->pixel_count > 0;
+    return group->path_count + most_camera_paths(runner) > group_capacity(runner);
+}
+
+static void run_pixels(const pass_task *task, const ca_tile *tile, uint32_t worker)
+{
+    ca_pixel_group *group = &task->runner->groups[worker];
+    for (uint32_t y = tile->y0; y < tile->y1; y++)
+        for (uint32_t x = tile->x0; x < tile->x1; x++) {
+            if (is_full(task->runner, group)) run_group(task, group, worker);
+            add_pixel(task, group, x, y);
+        }
+    run_group(task, group, worker);
 }
 
 /* ---- Tiles, and what they take --------------------------------------------------------------------------------- */
@@ -103,11 +159,6 @@ static camera_work work_of(const ca_worker *worker)
 {
     const ca_counters *counters = &worker->counters;
     return (camera_work){counters->rays + counters->shadow_rays, counters->merges};
-}
-
-static camera_work between(camera_work before, camera_work now)
-{
-    return (camera_work){now.segments - before.segments, now.candidates - before.candidates};
 }
 
 /* Worker 0 is the thread that runs the pass. What it does when asked is no part of a tile. */
@@ -125,8 +176,7 @@ static void run_tile(void *user, const ca_tile *tile, uint32_t worker)
 {
     const pass_task *task = user;
     if (is_ended(task->runner, worker)) return;
-    for (uint32_t y = tile->y0; y < tile->y1; y++)
-        for (uint32_t x = tile->x0; x < tile->x1; x++) run_pixel(task, x, y, worker);
+    run_pixels(task, tile, worker);
 }
 
 /* What two tiles have between them, some hundredths of a percent, counts for the second one. */
@@ -145,18 +195,11 @@ static void time_tile(void *user, const ca_tile *tile, uint32_t worker)
     const ca_worker *own = &runner->workers.list[worker];
     ca_tile_clock *clock = &runner->clocks[worker];
     const double start = clock->runs ? clock->seconds : ca_clock_thread_seconds();
-    const camera_work at_start = work_of(own);
-    camera_work before = at_start;
-    for (uint32_t y = tile->y0; y < tile->y1; y++)
-        for (uint32_t x = tile->x0; x < tile->x1; x++) {
-            const uint32_t count = run_pixel(task, x, y, worker);
-            const camera_work now = work_of(own), work = between(before, now);
-            ca_ray_times_pixel(runner->times, x, y, task->light_paths, count, work.segments, work.candidates);
-            before = now;
-        }
-    const camera_work work = between(at_start, before);
-    ca_ray_times_tile(runner->times, worker, runner->gathers_pairs, work.segments, work.candidates,
-                      seconds_of_tile(clock, start));
+    const camera_work before = work_of(own);
+    run_pixels(task, tile, worker);
+    const camera_work after = work_of(own);
+    ca_ray_times_tile(runner->times, worker, runner->gathers_pairs, after.segments - before.segments,
+                      after.candidates - before.candidates, seconds_of_tile(clock, start));
 }
 
 /* ---- Rounds ---------------------------------------------------------------------------------------------------- */
@@ -199,6 +242,30 @@ double ca_pass_buffer_bytes(const ca_render_plan *plan)
            (double)plan->camera_paths * (double)sizeof(ca_film_sample);
 }
 
+static bool create_group(ca_pixel_group *group, uint32_t capacity, bool own_samples)
+{
+    group->paths = ca_alloc(capacity, sizeof *group->paths);
+    group->pixels = ca_alloc(capacity, sizeof *group->pixels);
+    group->samples = own_samples ? ca_alloc(capacity, sizeof *group->samples) : NULL;
+    return group->paths && group->pixels && (group->samples || !own_samples);
+}
+
+static ca_status create_buffers(ca_pass_runner *runner, ca_error *error)
+{
+    const uint32_t threads = runner->plan->threads;
+    const size_t pixels = (size_t)runner->film->width * runner->film->height;
+    bool fits = true;
+    runner->clocks = ca_alloc_zeroed(threads, sizeof *runner->clocks);
+    runner->groups = ca_alloc_zeroed(threads, sizeof *runner->groups);
+    if (runner->rounds > 1) {
+        runner->samples = ca_alloc_zeroed(pixels, most_camera_paths(runner) * sizeof *runner->samples);
+        fits = runner->samples != NULL;
+    }
+    for (uint32_t i = 0; fits && runner->groups && i < threads; i++)
+        fits = create_group(&runner->groups[i], group_capacity(runner), runner->rounds == 1);
+    return fits && runner->clocks && runner->groups ? CA_OK : ca_fail_memory(error, "the render");
+}
+
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
                                 const ca_pass_counts *counts, ca_error *error)
 {
@@ -208,19 +275,20 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
                                .counts = counts,
                                .gathers_pairs = plan->input.pairs != NULL,
                                .rounds = plan->type->rounds ? plan->type->rounds(integrator) : 1};
-    const size_t rows = runner->rounds > 1 ? (size_t)film->width * film->height : plan->threads;
     ca_status status = ca_workers_create(&runner->workers, plan->threads, error);
-    if (status == CA_OK) {
-        runner->samples = ca_alloc_zeroed(rows, most_camera_paths(runner) * sizeof *runner->samples);
-        runner->clocks = ca_alloc_zeroed(plan->threads, sizeof *runner->clocks);
-        if (!runner->samples || !runner->clocks) status = ca_fail_memory(error, "the render");
-    }
+    if (status == CA_OK) status = create_buffers(runner, error);
     if (status != CA_OK) ca_pass_runner_destroy(runner);
     return status;
 }
 
 void ca_pass_runner_destroy(ca_pass_runner *runner)
 {
+    for (uint32_t i = 0; runner->groups && i < runner->plan->threads; i++) {
+        ca_free(runner->groups[i].paths);
+        ca_free(runner->groups[i].pixels);
+        ca_free(runner->groups[i].samples);
+    }
+    ca_free(runner->groups);
     ca_free(runner->samples);
     ca_free(runner->clocks);
     ca_workers_destroy(&runner->workers);

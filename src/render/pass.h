@@ -1,11 +1,11 @@
 /* One pass: the light paths of each round, then the camera paths by tiles, then one sample for every pixel of the
  * film.
  *
- * The film gets the mean of a pixel's camera paths plus its splats, as one sample. In a pass of one round a pixel is
- * finished as soon as its camera paths are made; with several rounds each camera path keeps its sample from round to
- * round in a buffer.
+ * The film gets the mean of a pixel's camera paths plus its splats, as one sample. The camera paths of some hundred
+ * pixels are traced together. In a pass of one round a pixel is finished with its group; with several rounds each
+ * camera path keeps its sample from round to round in a buffer.
  *
- * State: 64 bytes a camera path, of a pass with several rounds, or of one pixel a thread. Threads: a pass runs on
+ * State: 64 bytes a camera path, of a pass with several rounds, or of one group a thread. Threads: a pass runs on
  * plan->threads workers; the calls here belong to one thread. */
 #ifndef CA_RENDER_PASS_H
 #define CA_RENDER_PASS_H
@@ -32,6 +32,11 @@ typedef struct ca_tile_clock {
     char apart[112];
 } ca_tile_clock;
 
+/* A thread traces so many camera paths together, or those of one pixel where they are more. */
+enum { CA_PASS_GROUP = 512 };
+
+typedef struct ca_pixel_group ca_pixel_group;
+
 typedef struct ca_pass_runner {
     const ca_render_plan *plan;
     void *integrator; /* borrowed */
@@ -45,7 +50,8 @@ typedef struct ca_pass_runner {
     void *goes_on_user;
     atomic_bool ended; /* by that */
     uint32_t rounds;
-    ca_film_sample *samples; /* owned; camera paths of a pixel next to each other */
+    ca_film_sample *samples; /* owned; camera paths of a pixel next to each other; NULL in a pass of one round */
+    ca_pixel_group *groups;  /* owned; one a worker */
     ca_tile_clock *clocks;   /* owned; one a worker */
     ca_workers workers;      /* owned */
 } ca_pass_runner;

@@ -18,7 +18,8 @@ static const ca_cost_guess iteration_guess = {.ratio = 0.0, .deviation = 300.0};
 typedef struct pixel_work {
     double segments, candidates_per_light_path, camera_paths; /* sums */
 } pixel_work;
-_Static_assert(sizeof(pixel_work) == 24, "ray_times.h promises 24 bytes a pixel");
+_Static_assert(sizeof(pixel_work) == CA_RAY_TIMES_PIXEL_BYTES && CA_RAY_TIMES_PIXEL_BYTES == 24,
+               "ray_times.h promises 24 bytes a pixel");
 
 /* Up to `capacity` of all samples seen. */
 typedef struct sample_list {
@@ -77,6 +78,33 @@ void ca_ray_times_thin(ca_ray_times *t, size_t most)
     for (uint32_t w = 0; w < t->workers; w++)
         for (int kind = 0; kind < KINDS; kind++) thin(&t->tiles[w].tiles[kind], most);
     thin(&t->light, most);
+}
+
+static void pool_lists(sample_list *list, const sample_list *other)
+{
+    const size_t half = list->capacity / 2;
+    size_t kept = other->count;
+    if (list->count + kept > list->capacity) {
+        thin(list, half);
+        kept = kept < half ? kept : half;
+    }
+    for (size_t i = 0; i < kept; i++) list->samples[list->count + i] = other->samples[i * other->count / kept];
+    list->count += kept;
+    list->seen = list->count;
+    assert(list->count <= list->capacity);
+}
+
+void ca_ray_times_pool(ca_ray_times *t, const ca_ray_times *other)
+{
+    assert(t->width == other->width && t->height == other->height && t->workers == other->workers);
+    for (uint32_t w = 0; w < t->workers; w++)
+        for (int kind = 0; kind < KINDS; kind++) pool_lists(&t->tiles[w].tiles[kind], &other->tiles[w].tiles[kind]);
+    pool_lists(&t->light, &other->light);
+    for (size_t i = 0; i < (size_t)t->width * t->height; i++) {
+        t->pixels[i].segments += other->pixels[i].segments;
+        t->pixels[i].candidates_per_light_path += other->pixels[i].candidates_per_light_path;
+        t->pixels[i].camera_paths += other->pixels[i].camera_paths;
+    }
 }
 
 ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t height, uint32_t workers,

@@ -17,8 +17,8 @@
  * as long as photons are few their number hardly depends on N_F (photon_grid.h: what shares a bucket), so that they
  * are a part of the segments.
  *
- * The law is a tangent. A candidate costs more where it comes alone, and where the photons have outgrown the caches;
- * a segment more where photons are in several chunks. Costs are those of the N_F that were measured, and should be
+ * The law is a tangent. A candidate costs more where it comes alone, and where the photons have outgrown the caches.
+ * Costs are those of the N_F that were measured, and should be
  * measured again for numbers far from them.
  *
  * A candidate costs more where pairs are gathered (film/pair_sums.h). Tiles of such passes are kept apart, and count
@@ -36,6 +36,8 @@
 #include <stdint.h>
 
 typedef struct ca_ray_times ca_ray_times;
+
+enum { CA_RAY_TIMES_PIXEL_BYTES = 24 };
 
 /* Seconds; NAN: not measured. Each with the standard error that the scatter of tiles and passes suggests, as large as
  * the value itself, about, where two cannot be told apart. */
@@ -61,6 +63,10 @@ void ca_ray_times_destroy(ca_ray_times *times); /* NULL is allowed */
  * times of another N_F measured, costs follow their secant: candidates are told from segments, which tiles of one N_F
  * hardly do. */
 void ca_ray_times_thin(ca_ray_times *times, size_t most);
+
+/* Adds what `other` has measured, of the same pixels and with as many workers. Of times, where both together do not
+ * fit, an even choice of each. */
+void ca_ray_times_pool(ca_ray_times *times, const ca_ray_times *other);
 
 /* The light paths of a pass took so long, all threads together. A round of a pass that has several counts as a pass
  * of its own. */

@@ -93,19 +93,19 @@ static ca_status run_passes(render *r, ca_error *error)
     }
 }
 
-void ca_render_summarise(const ca_film *film, ca_render_statistics *statistics)
+void ca_render_summarise(const ca_film_summary *summary, ca_render_statistics *statistics)
 {
-    const ca_film_summary summary = ca_film_summarise(film);
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     statistics->peak_memory_bytes = (uint64_t)usage.ru_maxrss * 1024;
-    statistics->mean_luminance = summary.mean_luminance;
-    statistics->mean_standard_deviation = summary.mean_standard_deviation;
-    statistics->noise_percent = isnan(summary.noise) ? -1.0 : 100.0 * summary.noise;
+    statistics->mean_luminance = summary->mean_luminance;
+    statistics->mean_standard_deviation = summary->mean_standard_deviation;
+    statistics->noise_percent = isnan(summary->noise) ? -1.0 : 100.0 * summary->noise;
 }
 
 static void fill_statistics(const render *r, ca_render_statistics *statistics)
 {
+    const ca_film_summary summary = ca_film_summarise(&r->film);
     *statistics = (ca_render_statistics){
         .seconds = r->seconds,
         .iterations = r->passes,
@@ -121,7 +121,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
                             .camera_path_seconds = (double)NAN,
                             .candidate_seconds = (double)NAN},
     };
-    ca_render_summarise(&r->film, statistics);
+    ca_render_summarise(&summary, statistics);
     ca_workers_count(&r->runner.workers, statistics);
 }
 

@@ -60,8 +60,8 @@ ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *
 /* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
 bool ca_render_overrides_mention(const char *overrides, const char *name);
 
-/* What a film says of the image: noise, luminance; and the memory of the process. */
-void ca_render_summarise(const ca_film *film, ca_render_statistics *statistics);
+/* Noise and luminance of the image; and the memory of the process. */
+void ca_render_summarise(const ca_film_summary *summary, ca_render_statistics *statistics);
 
 /* Settings and timings travel with the picture. */
 ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics,

@@ -108,8 +108,7 @@ float ca_distribution_1d_probability(const ca_distribution_1d *distribution, uin
     return distribution->cumulative[bin + 1] - distribution->cumulative[bin];
 }
 
-/* ---- Two dimensions
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Two dimensions -------------------------------------------------------------------------------------------- */
 
 static ca_status create_columns(ca_distribution_2d *distribution, const float *weights, float *row_sums,
                                 ca_error *error)

@@ -19,7 +19,6 @@ void ca_scene_desc_init(ca_scene_desc *desc)
     (void)ca_affine_from_matrix(&identity, &desc->camera.camera.map);
     desc->camera.camera.near_clip = 1e-2f;
     desc->camera.camera.far_clip = 1e4f;
-    desc->camera.camera.focus_distance = 1e4f;
     desc->camera.fov_axis = CA_FOV_DIAGONAL;
     desc->camera.fov_degrees = 46.79300; /* 2 atan(|(36, 24)| / (2 * 50)) */
     desc->film = (ca_film_desc){.width = 768, .height = 576, .crop_width = 768, .crop_height = 576};

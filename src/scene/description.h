@@ -33,11 +33,20 @@ typedef struct ca_material_desc {
 
 typedef struct ca_shape_desc {
     ca_shape_kind kind;
-    uint32_t mesh;       /* index in meshes, each used by one shape; CA_NONE for quadrics. In the shape's own space */
-    ca_matrix to_world;  /* affine; of a group's member: to the group's space */
-    float radius;        /* sphere, cylinder: in the shape's own space */
-    double center[3];    /* sphere */
-    double p0[3], p1[3]; /* cylinder: ends of its axis */
+    union { /* the member of the kind's name, in the shape's own space; a disk is the unit disk */
+        struct {
+            uint32_t index; /* in meshes, each used by one shape */
+        } mesh;
+        struct {
+            double center[3];
+            float radius;
+        } sphere;
+        struct {
+            double p0[3], p1[3]; /* ends of its axis */
+            float radius;
+        } cylinder;
+    } as;
+    ca_matrix to_world; /* affine; of a group's member: to the group's space */
     bool flip_normals;
     uint32_t material; /* index in materials; CA_NONE: diffuse grey of 0.5 */
     uint32_t light;    /* index in lights (an area light), or CA_NONE */
@@ -60,14 +69,39 @@ typedef struct ca_instance_desc {
 /* As ca_light, but shapes and images by index. */
 typedef struct ca_light_desc {
     ca_light_kind kind;
-    ca_matrix to_world;    /* projector, envmap, spot (z is the axis) */
-    double position[3];    /* point */
-    double direction[3];   /* directional: the way the light travels */
-    ca_rgb radiance;       /* radiance, intensity, irradiance or scale, as ca_light.radiance */
-    ca_texture_id texture; /* area: radiance; spot; projector; CA_NONE where it has none */
-    double cutoff_degrees, beam_degrees; /* spot: half angles */
-    double tan_half_x, tan_half_y;       /* projector */
-    uint32_t image;                      /* envmap: index in images */
+    union { /* the member of the kind's name */
+        struct {
+            ca_texture_id radiance; /* its shape says that it is its light */
+        } area;
+        struct {
+            double position[3];
+            ca_rgb intensity;
+        } point;
+        struct {
+            ca_matrix to_world; /* z is the axis */
+            ca_rgb intensity;
+            ca_texture_id texture;               /* or CA_NONE */
+            double cutoff_degrees, beam_degrees; /* half angles */
+        } spot;
+        struct {
+            double direction[3]; /* the way the light travels */
+            ca_rgb irradiance;
+        } directional;
+        struct {
+            ca_matrix to_world;
+            ca_texture_id picture;
+            ca_rgb scale;
+            double tan_half_x, tan_half_y;
+        } projector;
+        struct {
+            ca_rgb radiance;
+        } constant;
+        struct {
+            ca_matrix to_world;
+            uint32_t image; /* index in images */
+            ca_rgb scale;
+        } envmap;
+    } as;
     ca_location where;
 } ca_light_desc;
 

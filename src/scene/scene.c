@@ -33,9 +33,9 @@ static ca_status fail_map(const ca_shape_desc *desc, const char *kind, ca_error 
                    "a %s can be moved, rotated and scaled uniformly, but its to_world does more", kind);
 }
 
-static ca_status set_map(ca_shape *shape, const ca_shape_desc *desc, const ca_matrix *to_world, ca_error *error)
+static ca_status set_map(ca_affine *map, const ca_shape_desc *desc, const ca_matrix *to_world, ca_error *error)
 {
-    if (ca_affine_from_matrix(to_world, &shape->map)) return CA_OK;
+    if (ca_affine_from_matrix(to_world, map)) return CA_OK;
     return ca_fail(error, CA_ERROR_SCENE, &desc->where,
                    "this shape's to_world is singular, not affine or not finite");
 }
@@ -43,32 +43,31 @@ static ca_status set_map(ca_shape *shape, const ca_shape_desc *desc, const ca_ma
 static ca_status compile_sphere(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
 {
     if (!is_similarity(&desc->to_world)) return fail_map(desc, "sphere", error);
-    const double radius = (double)desc->radius;
-    const ca_matrix move = ca_matrix_translate(desc->center[0], desc->center[1], desc->center[2]);
+    const double radius = (double)desc->as.sphere.radius;
+    const double *center = desc->as.sphere.center;
+    const ca_matrix move = ca_matrix_translate(center[0], center[1], center[2]);
     const ca_matrix scale = ca_matrix_scale(radius, radius, radius);
     const ca_matrix placed = ca_matrix_multiply(&desc->to_world, &move);
     const ca_matrix map = ca_matrix_multiply(&placed, &scale);
-    CA_TRY(set_map(shape, desc, &map, error));
-    shape->center = (ca_vec3){(float)map.m[0][3], (float)map.m[1][3], (float)map.m[2][3]};
-    shape->radius = (float)column_length(&map, 0);
-    shape->area = 4.0f * CA_PI * shape->radius * shape->radius;
+    CA_TRY(set_map(&shape->as.sphere.map, desc, &map, error));
+    shape->as.sphere.center = (ca_vec3){(float)map.m[0][3], (float)map.m[1][3], (float)map.m[2][3]};
+    shape->as.sphere.radius = (float)column_length(&map, 0);
+    shape->area = 4.0f * CA_PI * shape->as.sphere.radius * shape->as.sphere.radius;
     return CA_OK;
 }
 
 /* The frame whose z axis is p0 -> p1, scaled to the unit cylinder. */
 static bool cylinder_frame(const ca_shape_desc *desc, ca_matrix *frame)
 {
-    const ca_vec3 axis = {(float)(desc->p1[0] - desc->p0[0]), (float)(desc->p1[1] - desc->p0[1]),
-                          (float)(desc->p1[2] - desc->p0[2])};
+    const double *p0 = desc->as.cylinder.p0, *p1 = desc->as.cylinder.p1, r = (double)desc->as.cylinder.radius;
+    const ca_vec3 axis = {(float)(p1[0] - p0[0]), (float)(p1[1] - p0[1]), (float)(p1[2] - p0[2])};
     const float length = ca_length(axis);
     if (!(length > 0.0f) || !isfinite(length)) return false;
     const ca_frame f = ca_frame_from_normal(ca_mul(axis, 1.0f / length));
-    const double r = (double)desc->radius;
-    *frame = (ca_matrix){
-        {{(double)f.s.x * r, (double)f.t.x * r, desc->p1[0] - desc->p0[0], desc->p0[0]},
-         {(double)f.s.y * r, (double)f.t.y * r, desc->p1[1] - desc->p0[1], desc->p0[1]},
-         {(double)f.s.z * r, (double)f.t.z * r, desc->p1[2] - desc->p0[2], desc->p0[2]},
-         {0, 0, 0, 1}}};
+    *frame = (ca_matrix){{{(double)f.s.x * r, (double)f.t.x * r, p1[0] - p0[0], p0[0]},
+                          {(double)f.s.y * r, (double)f.t.y * r, p1[1] - p0[1], p0[1]},
+                          {(double)f.s.z * r, (double)f.t.z * r, p1[2] - p0[2], p0[2]},
+                          {0, 0, 0, 1}}};
     return true;
 }
 
@@ -79,17 +78,17 @@ static ca_status compile_cylinder(ca_shape *shape, const ca_shape_desc *desc, ca
     if (!cylinder_frame(desc, &frame))
         return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this cylinder's ends p0 and p1 are the same point");
     const ca_matrix map = ca_matrix_multiply(&desc->to_world, &frame);
-    CA_TRY(set_map(shape, desc, &map, error));
-    shape->radius = (float)column_length(&map, 0);
-    shape->length = (float)column_length(&map, 2);
-    shape->area = CA_TWO_PI * shape->radius * shape->length;
+    CA_TRY(set_map(&shape->as.cylinder.map, desc, &map, error));
+    shape->as.cylinder.radius = (float)column_length(&map, 0);
+    shape->as.cylinder.length = (float)column_length(&map, 2);
+    shape->area = CA_TWO_PI * shape->as.cylinder.radius * shape->as.cylinder.length;
     return CA_OK;
 }
 
 static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
 {
-    CA_TRY(set_map(shape, desc, &desc->to_world, error));
-    const ca_affine *map = &shape->map;
+    const ca_affine *map = &shape->as.disk.map;
+    CA_TRY(set_map(&shape->as.disk.map, desc, &desc->to_world, error));
     const ca_vec3 s_axis = ca_map_vector(map->to, (ca_vec3){1, 0, 0});
     const ca_vec3 t_axis = ca_map_vector(map->to, (ca_vec3){0, 1, 0});
     shape->area = CA_PI * ca_length(ca_cross(s_axis, t_axis));
@@ -99,29 +98,32 @@ static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_err
 /* The CDF over triangles that area lights are sampled by. */
 static ca_status triangle_distribution(ca_shape *shape, ca_error *error)
 {
-    float *areas = ca_alloc(shape->mesh->triangle_count, sizeof *areas);
+    const ca_mesh *mesh = shape->as.mesh.mesh;
+    float *areas = ca_alloc(mesh->triangle_count, sizeof *areas);
     if (!areas) return ca_fail_memory(error, "an area light");
-    for (uint32_t i = 0; i < shape->mesh->triangle_count; i++)
-        areas[i] = (float)ca_mesh_triangle_area(shape->mesh, i);
+    for (uint32_t i = 0; i < mesh->triangle_count; i++) areas[i] = (float)ca_mesh_triangle_area(mesh, i);
     const ca_status status =
-        ca_distribution_1d_create(&shape->triangles, areas, shape->mesh->triangle_count, error);
+        ca_distribution_1d_create(&shape->as.mesh.triangles, areas, mesh->triangle_count, error);
     ca_free(areas);
     return status;
 }
 
 static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mesh *mesh, ca_error *error)
 {
-    CA_TRY(set_map(shape, desc, &desc->to_world, error));
-    ca_mesh_transform(mesh, &shape->map);
+    ca_affine map;
+    CA_TRY(set_map(&map, desc, &desc->to_world, error));
+    ca_mesh_transform(mesh, &map);
     if (desc->flip_normals) ca_mesh_flip_normals(mesh);
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
-    shape->mesh = mesh;
+    shape->as.mesh.mesh = mesh;
     for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
-        shape->extent = ca_max(shape->extent, fabsf(mesh->positions[i]));
+        shape->as.mesh.extent = ca_max(shape->as.mesh.extent, fabsf(mesh->positions[i]));
     double area = 0.0;
     for (uint32_t i = 0; i < mesh->triangle_count; i++) area += ca_mesh_triangle_area(mesh, i);
     shape->area = (float)area;
-    return desc->light == CA_NONE ? CA_OK : triangle_distribution(shape, error);
+    if (desc->light == CA_NONE) return CA_OK;
+    shape->as.mesh.rectangle = ca_rectangle_from_mesh(mesh);
+    return triangle_distribution(shape, error);
 }
 
 static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
@@ -133,10 +135,13 @@ static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_
     shape->flip_normals = desc->flip_normals && desc->kind != CA_SHAPE_MESH;
     ca_status status = CA_OK;
     switch (desc->kind) {
-    case CA_SHAPE_MESH: status = compile_mesh(shape, desc, &scene->desc.meshes.items[desc->mesh], error); break;
+    case CA_SHAPE_MESH:
+        status = compile_mesh(shape, desc, &scene->desc.meshes.items[desc->as.mesh.index], error);
+        break;
     case CA_SHAPE_SPHERE: status = compile_sphere(shape, desc, error); break;
     case CA_SHAPE_DISK: status = compile_disk(shape, desc, error); break;
     case CA_SHAPE_CYLINDER: status = compile_cylinder(shape, desc, error); break;
+    case CA_SHAPE_KIND_COUNT: break;
     }
     if (status == CA_OK && desc->light != CA_NONE && !(shape->area > 0.0f))
         return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a shape without area cannot emit light");
@@ -233,7 +238,7 @@ static ca_status add_default_material(ca_scene_desc *desc, ca_error *error)
     const ca_texture_id grey = ca_scene_desc_add_constant(desc, ca_rgb_grey(0.5f));
     if (grey == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return ca_fail_memory(error, "materials");
     const uint32_t id = (uint32_t)desc->materials.count - 1;
-    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .reflectance = grey};
+    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .as.diffuse = {grey}};
     for (size_t i = 0; i < desc->shapes.count; i++)
         if (desc->shapes.items[i].material == CA_NONE) desc->shapes.items[i].material = id;
     return CA_OK;
@@ -257,35 +262,78 @@ static ca_status compile_materials(ca_scene *scene, ca_error *error)
     return CA_OK;
 }
 
+static ca_status light_map(ca_affine *map, const ca_matrix *to_world, const ca_light_desc *desc, ca_error *error)
+{
+    if (ca_affine_from_matrix(to_world, map)) return CA_OK;
+    return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this emitter's to_world is singular or not affine");
+}
+
+static ca_vec3 origin_of(const ca_affine *map) { return (ca_vec3){map->to[0][3], map->to[1][3], map->to[2][3]}; }
+
+static ca_vec3 vec3_from_doubles(const double v[3]) { return (ca_vec3){(float)v[0], (float)v[1], (float)v[2]}; }
+
+static ca_status compile_spot(ca_light *light, const ca_light_desc *desc, ca_error *error)
+{
+    CA_TRY(light_map(&light->as.spot.map, &desc->as.spot.to_world, desc, error));
+    light->as.spot.position = origin_of(&light->as.spot.map);
+    light->as.spot.intensity = desc->as.spot.intensity;
+    light->as.spot.texture = desc->as.spot.texture;
+    light->as.spot.cutoff = (float)(desc->as.spot.cutoff_degrees * (CA_PI_D / 180.0));
+    light->as.spot.beam = (float)(desc->as.spot.beam_degrees * (CA_PI_D / 180.0));
+    return CA_OK;
+}
+
+static ca_status compile_directional(ca_light *light, const ca_light_desc *desc, ca_error *error)
+{
+    const ca_vec3 direction = vec3_from_doubles(desc->as.directional.direction);
+    const float length = ca_length(direction);
+    if (!(length > 0.0f) || !isfinite(length))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this directional light has no direction");
+    light->as.directional.direction = ca_mul(direction, 1.0f / length);
+    light->as.directional.irradiance = desc->as.directional.irradiance;
+    return CA_OK;
+}
+
+static ca_status compile_projector(ca_light *light, const ca_light_desc *desc, ca_error *error)
+{
+    CA_TRY(light_map(&light->as.projector.map, &desc->as.projector.to_world, desc, error));
+    light->as.projector.position = origin_of(&light->as.projector.map);
+    light->as.projector.picture = desc->as.projector.picture;
+    light->as.projector.scale = desc->as.projector.scale;
+    light->as.projector.tan_half_x = (float)desc->as.projector.tan_half_x;
+    light->as.projector.tan_half_y = (float)desc->as.projector.tan_half_y;
+    return CA_OK;
+}
+
 static ca_status light_from_desc(ca_scene *scene, ca_light *light, const ca_light_desc *desc, ca_error *error)
 {
-    *light = (ca_light){.kind = desc->kind, .radiance = desc->radiance, .texture = desc->texture};
-    light->textures = scene->desc.textures.items;
-    if (!ca_affine_from_matrix(&desc->to_world, &light->map))
-        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this emitter's to_world is singular or not affine");
-    light->position =
-        (ca_vec3){(float)desc->position[0], (float)desc->position[1], (float)desc->position[2]};
-    if (desc->kind == CA_LIGHT_SPOT || desc->kind == CA_LIGHT_PROJECTOR)
-        light->position = (ca_vec3){light->map.to[0][3], light->map.to[1][3], light->map.to[2][3]};
-    light->cutoff = (float)(desc->cutoff_degrees * (CA_PI_D / 180.0));
-    light->beam = (float)(desc->beam_degrees * (CA_PI_D / 180.0));
-    light->tan_half_x = (float)desc->tan_half_x;
-    light->tan_half_y = (float)desc->tan_half_y;
-    if (desc->kind == CA_LIGHT_ENVMAP) light->image = &scene->desc.images.items[desc->image];
-    if (desc->kind == CA_LIGHT_DIRECTIONAL) {
-        const ca_vec3 direction = {(float)desc->direction[0], (float)desc->direction[1], (float)desc->direction[2]};
-        const float length = ca_length(direction);
-        if (!(length > 0.0f) || !isfinite(length))
-            return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this directional light has no direction");
-        light->direction = ca_mul(direction, 1.0f / length);
+    *light = (ca_light){.kind = desc->kind, .textures = scene->desc.textures.items};
+    switch (desc->kind) {
+    case CA_LIGHT_AREA: light->as.area.radiance = desc->as.area.radiance; break;
+    case CA_LIGHT_POINT:
+        light->as.point.position = vec3_from_doubles(desc->as.point.position);
+        light->as.point.intensity = desc->as.point.intensity;
+        if (isfinite(ca_length(light->as.point.position))) break;
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this light's position is not finite");
+    case CA_LIGHT_SPOT: return compile_spot(light, desc, error);
+    case CA_LIGHT_DIRECTIONAL: return compile_directional(light, desc, error);
+    case CA_LIGHT_PROJECTOR: return compile_projector(light, desc, error);
+    case CA_LIGHT_CONSTANT: light->as.constant.radiance = desc->as.constant.radiance; break;
+    case CA_LIGHT_ENVMAP:
+        light->as.envmap.image = &scene->desc.images.items[desc->as.envmap.image];
+        light->as.envmap.scale = desc->as.envmap.scale;
+        return light_map(&light->as.envmap.map, &desc->as.envmap.to_world, desc, error);
+    case CA_LIGHT_KIND_COUNT: break;
     }
     return CA_OK;
 }
 
 static void link_area_lights(ca_scene *scene)
 {
-    for (uint32_t i = 0; i < scene->shape_count; i++)
-        if (scene->shapes[i].light != CA_NONE) scene->lights[scene->shapes[i].light].shape = &scene->shapes[i];
+    for (uint32_t i = 0; i < scene->shape_count; i++) {
+        const uint32_t light = scene->shapes[i].light;
+        if (light != CA_NONE) scene->lights[light].as.area.shape = &scene->shapes[i];
+    }
 }
 
 static ca_status note_environment(ca_scene *scene, uint32_t light, ca_error *error)
@@ -333,6 +381,15 @@ static ca_status compile_instances(ca_scene *scene, const uint32_t *group_first,
     return CA_OK;
 }
 
+static ca_status find_regular(ca_scene *scene, uint32_t world_count, ca_error *error)
+{
+    const ca_texture *textures = scene->desc.textures.items;
+    scene->mattes =
+        ca_matte_shapes_create(scene->shapes, scene->shape_count, world_count, scene->materials, textures);
+    scene->even_lights = ca_even_lights_create(scene->lights, scene->light_count, textures);
+    return scene->mattes && scene->even_lights ? CA_OK : ca_fail_memory(error, "the scene");
+}
+
 static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error)
 {
     uint32_t world_count = 0;
@@ -343,6 +400,7 @@ static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error
     CA_TRY(compile_instances(scene, group_first, error));
     compute_bounds(scene, world_count);
     CA_TRY(compile_lights(scene, error));
+    CA_TRY(find_regular(scene, world_count, error));
     return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count, 0,
                            &scene->accel, error);
 }
@@ -354,7 +412,8 @@ ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height
     camera.width = width;
     camera.height = height;
     if (camera.kind != CA_CAMERA_ORTHOGRAPHIC)
-        camera.tan_half_x = (float)ca_camera_tan_half_x(desc->fov_degrees, desc->fov_axis, width, height);
+        ca_camera_set_tan_half_x(&camera,
+                                 (float)ca_camera_tan_half_x(desc->fov_degrees, desc->fov_axis, width, height));
     ca_camera_prepare(&camera);
     return camera;
 }
@@ -388,8 +447,11 @@ void ca_scene_destroy(ca_scene *scene)
     ca_accel_destroy(scene->accel);
     ca_light_choice_destroy(&scene->light_choice);
     for (uint32_t i = 0; i < scene->light_count; i++) ca_light_release(&scene->lights[i]);
-    for (uint32_t i = 0; i < scene->shape_count; i++) ca_distribution_1d_destroy(&scene->shapes[i].triangles);
+    for (uint32_t i = 0; i < scene->shape_count; i++)
+        if (scene->shapes[i].kind == CA_SHAPE_MESH) ca_distribution_1d_destroy(&scene->shapes[i].as.mesh.triangles);
     for (uint32_t i = 0; i < scene->material_count; i++) ca_material_release(&scene->materials[i]);
+    ca_free(scene->mattes);
+    ca_free(scene->even_lights);
     ca_free(scene->lights);
     ca_free(scene->shapes);
     ca_free(scene->materials);

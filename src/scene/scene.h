@@ -9,6 +9,7 @@
 #include "light/light_choice.h"
 #include "material/bsdf.h"
 #include "scene/description.h"
+#include "scene/matte.h"
 
 struct ca_scene {
     ca_scene_desc desc; /* film, sampler, integrator and strings; its images, meshes and textures are used in place */
@@ -22,6 +23,8 @@ struct ca_scene {
     uint32_t light_count;
     uint32_t environment; /* index of the light that shines from all around (constant, envmap), or CA_NONE */
     ca_light_choice light_choice;
+    ca_matte_shape *mattes;     /* [shape_count] */
+    ca_even_light *even_lights; /* [light_count] */
     ca_accel *accel;
     ca_vec3 low, high; /* world bounds of the shapes */
     ca_vec3 center;    /* bounding sphere */

@@ -186,6 +186,17 @@ static const agreement_scene scenes[] = {
              SHAPE("rectangle", SCALE("0.6") TURN("y", "15") AT("-0.6,0.7,0.2"), TWOSIDED(DIFFUSE("0.2,0.6,0.7")))
                  BALL("0.8,0.4,0.2", "0.4", DIFFUSE("0.7,0.4,0.3")) CEILING_LIGHT("0.5", "2.6", GLOW("4,5,6"))
                      POINT("1.6,1.8,1.8", "2,1.5,1") SPOT("-1.6,2.4,1.5", "0,0,-0.4", "8,8,12") SKY("0.1,0.12,0.15")},
+    /* each vertex chooses among them differently, and emission by power */
+    {.name = "lamps of several shapes",
+     .sensor = FRONT_VIEW,
+     .max_depth = 4,
+     .radius = 0.02f,
+     .hide_emitters = true,
+     .fast = true,
+     .content = ROOM(DIFFUSE("0.5,0.55,0.6")) BALL("0.1,0.5,0.2", "0.5", DIFFUSE("0.6,0.5,0.4"))
+         BALL("-1.4,1.9,0.4", "0.2", BLACK GLOW("6,5,4")) BALL("1.6,0.5,1.1", "0.15", BLACK GLOW("9,9,12"))
+             SHAPE("disk", SCALE("0.4") TURN("y", "60") AT("-2,0.8,1.4"), BLACK GLOW("5,6,7"))
+                 CEILING_LIGHT("0.7", "2.7", GLOW("2,2,2"))},
     /* what a mask lets pass is Dirac, as with glass */
     {.name = "mask, area light and sky",
      .sensor = FRONT_VIEW,

@@ -76,18 +76,12 @@ static auto_bias_means means_of(const region_sums *sums, double n)
 
 /* ---- The naive way --------------------------------------------------------------------------------------------- */
 
-/* Of the mean of both halves' ordinary iterations: mean and variance of the luminance. */
+/* Of the mean of both halves: mean and variance of the luminance. */
 static void pilot_of(const ca_auto_parts *parts, int p, double *mean, double *variance)
 {
-    double rgb[3] = {0.0, 0.0, 0.0}, squares = 0.0, n = 0.0;
-    for (int h = 0; h < CA_AUTO_HALVES; h++) {
-        const ca_film_pixel *pixel = &parts->pilot[h][1]->pixels[p];
-        for (int c = 0; c < 3; c++) rgb[c] += pixel->sum[c];
-        squares += pixel->sum_squares_luminance;
-        n += pixel->samples;
-    }
-    *mean = luminance(rgb) / n;
-    *variance = fmax(0.0, (squares - n * *mean * *mean) / (n - 1.0) / n);
+    const ca_joined_pixel *pixel = &parts->pilot->mean.pixels[p];
+    *mean = luminance(pixel->mean);
+    *variance = pixel->luminance_variance;
 }
 
 /* Weights that make the variance small, by the variances that the very samples seem to have. */

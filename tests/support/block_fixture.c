@@ -46,8 +46,7 @@ int ca_block_remove_folder(void **state)
     return system(command);
 }
 
-/* ---- The integrator
- * ------------------------------------------------------------------------------------------------- */
+/* ---- The integrator -------------------------------------------------------------------------------------------- */
 
 static ca_status fake_create(const ca_integrator_input *input, void **state, ca_error *error)
 {
@@ -135,8 +134,7 @@ static const ca_integrator_type fake = {.name = "fake",
                                         .block_pixel = fake_block_pixel,
                                         .blocks_needed = fake_blocks_needed};
 
-/* ---- Renders
- * ---------------------------------------------------------------------------------------------------------- */
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 ca_status ca_block_run(const ca_block_job *j, ca_image_layers **image, ca_render_statistics *statistics,
                        ca_error *error)

@@ -43,7 +43,7 @@ static void add_smooth(ca_bxdf_cases *list)
         snprintf(name, sizeof name, "thin dielectric eta %.2g", (double)eta[i]);
         add(list, name,
             (ca_bxdf){.kind = CA_BXDF_THIN_DIELECTRIC,
-                      .as.dielectric = {.eta = eta[i], .reflectance = white, .transmittance = white}})
+                      .as.thin_dielectric = {.eta = eta[i], .reflectance = white, .transmittance = white}})
             ->lossless = true;
     }
     add(list, "conductor",

@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 const char *const ca_test_light_names[LIGHT_COUNT] = {
-    "sphere", "sphere from inside", "disk",        "cylinder",  "rectangle", "point",
+    "sphere", "sphere from inside", "disk",        "cylinder",  "quadrangle", "rectangle", "point",
     "spot",   "spot with slide",    "directional", "projector", "constant",  "envmap"};
 
 static ca_affine affine(const double m[3][4])
@@ -28,17 +28,19 @@ static ca_shape sphere(ca_vec3 center, float radius, bool inward)
     return (ca_shape){.kind = CA_SHAPE_SPHERE,
                       .flip_normals = inward,
                       .area = 4.0f * CA_PI * radius * radius,
-                      .map = affine((const double[3][4]){
-                          {r, 0, 0, (double)center.x}, {0, 0, -r, (double)center.y}, {0, r, 0, (double)center.z}}),
-                      .center = center,
-                      .radius = radius};
+                      .as.sphere = {.map = affine((const double[3][4]){{r, 0, 0, (double)center.x},
+                                                                       {0, 0, -r, (double)center.y},
+                                                                       {0, r, 0, (double)center.z}}),
+                                    .center = center,
+                                    .radius = radius}};
 }
 
 static ca_shape disk(void)
 {
     /* s = (0.9, 0.2, 0), t = (0, -0.1, 1.3); n = s x t points down. */
     ca_shape shape = {.kind = CA_SHAPE_DISK,
-                      .map = affine((const double[3][4]){{0.9, 0, 0.2, -2}, {0.2, -0.1, -1, 3}, {0, 1.3, 0, 1}})};
+                      .as.disk.map = affine(
+                          (const double[3][4]){{0.9, 0, 0.2, -2}, {0.2, -0.1, -1, 3}, {0, 1.3, 0, 1}})};
     shape.area = CA_PI * ca_length(ca_cross((ca_vec3){0.9f, 0.2f, 0.0f}, (ca_vec3){0.0f, -0.1f, 1.3f}));
     return shape;
 }
@@ -48,18 +50,17 @@ static ca_shape cylinder(void)
     /* Axis (0, 0.6, 0.8) of length 1.5, radius 0.4. */
     return (ca_shape){.kind = CA_SHAPE_CYLINDER,
                       .area = CA_TWO_PI * 0.4f * 1.5f,
-                      .map = affine((const double[3][4]){
-                          {0.4, 0, 0, 2}, {0, 0.4 * 0.8, 1.5 * 0.6, 3}, {0, -0.4 * 0.6, 1.5 * 0.8, 1}}),
-                      .radius = 0.4f,
-                      .length = 1.5f};
+                      .as.cylinder = {.map = affine((const double[3][4]){{0.4, 0, 0, 2},
+                                                                         {0, 0.4 * 0.8, 1.5 * 0.6, 3},
+                                                                         {0, -0.4 * 0.6, 1.5 * 0.8, 1}}),
+                                      .radius = 0.4f,
+                                      .length = 1.5f}};
 }
 
-static void create_rectangle(ca_light_fixture *fixture)
+static void create_mesh_light(ca_light_fixture *fixture, int light, const float corners[4][5])
 {
-    ca_mesh *mesh = &fixture->mesh;
+    ca_mesh *mesh = &fixture->meshes[light - LIGHT_QUADRANGLE];
     assert_int_equal(ca_mesh_create(mesh, 4, 2, false, true, NULL), CA_OK);
-    static const float corners[4][5] = {
-        {-1, 4, -2, 0, 0}, {1.5f, 4, -2, 1, 0}, {1.5f, 4, 1, 1, 1}, {-1, 4, 1.2f, 0, 1}};
     static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     for (int i = 0; i < 4; i++) {
         for (int k = 0; k < 3; k++) mesh->positions[3 * i + k] = corners[i][k];
@@ -67,11 +68,29 @@ static void create_rectangle(ca_light_fixture *fixture)
         mesh->uvs[2 * i + 1] = corners[i][4];
     }
     for (int i = 0; i < 6; i++) mesh->indices[i] = indices[i];
-    ca_shape *shape = &fixture->shapes[LIGHT_RECTANGLE];
-    *shape = (ca_shape){.kind = CA_SHAPE_MESH, .mesh = mesh, .extent = 4.0f};
+    ca_shape *shape = &fixture->shapes[light];
+    *shape = (ca_shape){.kind = CA_SHAPE_MESH, .as.mesh = {.mesh = mesh, .extent = 4.0f}};
+    shape->as.mesh.rectangle = ca_rectangle_from_mesh(mesh);
     float areas[2];
     for (uint32_t i = 0; i < 2; i++) shape->area += areas[i] = (float)ca_mesh_triangle_area(mesh, i);
-    assert_int_equal(ca_distribution_1d_create(&shape->triangles, areas, 2, NULL), CA_OK);
+    assert_int_equal(ca_distribution_1d_create(&shape->as.mesh.triangles, areas, 2, NULL), CA_OK);
+}
+
+static void create_meshes(ca_light_fixture *fixture)
+{
+    create_mesh_light(fixture, LIGHT_QUADRANGLE,
+                      (const float[4][5]){{-1, 4, -2, 0, 0},
+                                          {1.5f, 4, -2, 1, 0},
+                                          {1.5f, 4, 1, 1, 1},
+                                          {-1, 4, 1.2f, 0, 1}});
+    /* Sides 2 (0.6, -0.8, 0) and 1.5 (0, 0, 1); it faces down and to the left. */
+    create_mesh_light(fixture, LIGHT_RECTANGLE,
+                      (const float[4][5]){{-1.6f, 3.8f, -0.25f, 0, 0},
+                                          {-0.4f, 2.2f, -0.25f, 1, 0},
+                                          {-0.4f, 2.2f, 1.25f, 1, 1},
+                                          {-1.6f, 3.8f, 1.25f, 0, 1}});
+    assert_true(fixture->shapes[LIGHT_RECTANGLE].as.mesh.rectangle.exists);
+    assert_false(fixture->shapes[LIGHT_QUADRANGLE].as.mesh.rectangle.exists);
 }
 
 static void create_pictures(ca_light_fixture *fixture)
@@ -96,35 +115,37 @@ static void create_lights(ca_light_fixture *fixture)
     /* Their z looks down, -y of the world. */
     static const double down[3][4] = {{1, 0, 0, 0}, {0, 0, -1, 5}, {0, 1, 0, 0}};
     static const double turned[3][4] = {{0.6, 0, 0.8, 0}, {0, 1, 0, 0}, {-0.8, 0, 0.6, 0}};
+    const ca_rgb color = {5.0f, 4.0f, 3.0f};
     ca_light *lights = fixture->lights;
-    for (int i = 0; i < LIGHT_COUNT; i++)
+    for (int i = 0; i < LIGHT_SHAPES; i++)
         lights[i] = (ca_light){
-            .textures = fixture->textures, .texture = CA_NONE, .radiance = {5.0f, 4.0f, 3.0f}, .map = affine(down)};
-    for (int i = 0; i < LIGHT_SHAPES; i++) {
-        lights[i].kind = CA_LIGHT_AREA;
-        lights[i].shape = &fixture->shapes[i];
-        lights[i].texture = i == LIGHT_RECTANGLE ? 0 : 1;
-    }
-    lights[LIGHT_POINT].kind = CA_LIGHT_POINT;
-    lights[LIGHT_POINT].position = (ca_vec3){0.5f, 4.0f, 0.2f};
-    for (int i = LIGHT_SPOT; i <= LIGHT_SPOT_SLIDE; i++) {
-        lights[i].kind = CA_LIGHT_SPOT;
-        lights[i].position = (ca_vec3){0.3f, 5.0f, 0.1f};
-        lights[i].cutoff = 50.0f * CA_PI / 180.0f;
-        lights[i].beam = 30.0f * CA_PI / 180.0f;
-    }
-    lights[LIGHT_SPOT_SLIDE].texture = 2;
-    lights[LIGHT_DIRECTIONAL].kind = CA_LIGHT_DIRECTIONAL;
-    lights[LIGHT_DIRECTIONAL].direction = ca_normalize((ca_vec3){0.3f, -1.0f, 0.2f});
-    lights[LIGHT_PROJECTOR].kind = CA_LIGHT_PROJECTOR;
-    lights[LIGHT_PROJECTOR].position = (ca_vec3){-0.2f, 5.0f, 0.3f};
-    lights[LIGHT_PROJECTOR].tan_half_x = 0.6f;
-    lights[LIGHT_PROJECTOR].tan_half_y = 0.4f;
-    lights[LIGHT_PROJECTOR].texture = 2;
-    lights[LIGHT_CONSTANT].kind = CA_LIGHT_CONSTANT;
-    lights[LIGHT_ENVMAP].kind = CA_LIGHT_ENVMAP;
-    lights[LIGHT_ENVMAP].image = &fixture->environment;
-    lights[LIGHT_ENVMAP].map = affine(turned);
+            .kind = CA_LIGHT_AREA,
+            .as.area = {.shape = &fixture->shapes[i], .radiance = i == LIGHT_QUADRANGLE ? 0 : 1}};
+    lights[LIGHT_POINT] =
+        (ca_light){.kind = CA_LIGHT_POINT, .as.point = {.position = {0.5f, 4.0f, 0.2f}, .intensity = color}};
+    for (int i = LIGHT_SPOT; i <= LIGHT_SPOT_SLIDE; i++)
+        lights[i] = (ca_light){.kind = CA_LIGHT_SPOT,
+                               .as.spot = {.map = affine(down),
+                                           .position = {0.3f, 5.0f, 0.1f},
+                                           .intensity = color,
+                                           .texture = i == LIGHT_SPOT ? CA_NONE : 2,
+                                           .cutoff = 50.0f * CA_PI / 180.0f,
+                                           .beam = 30.0f * CA_PI / 180.0f}};
+    lights[LIGHT_DIRECTIONAL] =
+        (ca_light){.kind = CA_LIGHT_DIRECTIONAL,
+                   .as.directional = {.direction = ca_normalize((ca_vec3){0.3f, -1.0f, 0.2f}), .irradiance = color}};
+    lights[LIGHT_PROJECTOR] = (ca_light){.kind = CA_LIGHT_PROJECTOR,
+                                         .as.projector = {.map = affine(down),
+                                                          .position = {-0.2f, 5.0f, 0.3f},
+                                                          .picture = 2,
+                                                          .scale = color,
+                                                          .tan_half_x = 0.6f,
+                                                          .tan_half_y = 0.4f}};
+    lights[LIGHT_CONSTANT] = (ca_light){.kind = CA_LIGHT_CONSTANT, .as.constant.radiance = color};
+    lights[LIGHT_ENVMAP] =
+        (ca_light){.kind = CA_LIGHT_ENVMAP,
+                   .as.envmap = {.map = affine(turned), .image = &fixture->environment, .scale = color}};
+    for (int i = 0; i < LIGHT_COUNT; i++) lights[i].textures = fixture->textures;
     for (int i = 0; i < LIGHT_COUNT; i++)
         assert_int_equal(ca_light_prepare(&lights[i], (ca_vec3){1.0f, 0.0f, -1.0f}, 10.0f, NULL), CA_OK);
 }
@@ -137,7 +158,7 @@ void ca_light_fixture_create(ca_light_fixture *fixture)
     fixture->shapes[LIGHT_SPHERE_IN] = sphere((ca_vec3){0.0f, 0.0f, 0.0f}, 6.0f, true);
     fixture->shapes[LIGHT_DISK] = disk();
     fixture->shapes[LIGHT_CYLINDER] = cylinder();
-    create_rectangle(fixture);
+    create_meshes(fixture);
     for (int i = 0; i < LIGHT_SHAPES; i++)
         assert_int_equal(ca_accel_create(&fixture->shapes[i], 1, 1, NULL, 0, 1, &fixture->accels[i], NULL), CA_OK);
     create_lights(fixture);
@@ -147,14 +168,17 @@ void ca_light_fixture_destroy(ca_light_fixture *fixture)
 {
     for (int i = 0; i < LIGHT_COUNT; i++) ca_light_release(&fixture->lights[i]);
     for (int i = 0; i < LIGHT_SHAPES; i++) ca_accel_destroy(fixture->accels[i]);
-    ca_distribution_1d_destroy(&fixture->shapes[LIGHT_RECTANGLE].triangles);
-    ca_mesh_destroy(&fixture->mesh);
+    for (int i = 0; i < 2; i++) {
+        ca_distribution_1d_destroy(&fixture->shapes[LIGHT_QUADRANGLE + i].as.mesh.triangles);
+        ca_mesh_destroy(&fixture->meshes[i]);
+    }
     ca_image_destroy(&fixture->picture);
     ca_image_destroy(&fixture->environment);
 }
 
 ca_vec3 ca_light_fixture_reference(int light)
 {
+    if (light == LIGHT_RECTANGLE) return (ca_vec3){-2.1f, 1.9f, 0.3f};
     return light == LIGHT_SPHERE_IN ? (ca_vec3){2.0f, -1.0f, 3.0f} : (ca_vec3){0.4f, 0.2f, 0.3f};
 }
 

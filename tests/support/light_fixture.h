@@ -11,7 +11,8 @@ enum {
     LIGHT_SPHERE_IN,  /* around the origin, radius 6, shines inward */
     LIGHT_DISK,       /* an ellipse at (-2, 3, 1) */
     LIGHT_CYLINDER,   /* near (2, 3, 1) */
-    LIGHT_RECTANGLE,  /* a mesh at y = 4, facing down, with a bitmap */
+    LIGHT_QUADRANGLE, /* a mesh of two triangles at y = 4, facing down, with a bitmap; no rectangle */
+    LIGHT_RECTANGLE,  /* a mesh of two triangles, tilted, 2 x 1.5, around (-1, 3, 0.5) */
     LIGHT_POINT,      /* at (0.5, 4, 0.2) */
     LIGHT_SPOT,       /* at (0.3, 5, 0.1), down, 50 and 30 degrees */
     LIGHT_SPOT_SLIDE, /* the same with a bitmap */
@@ -26,7 +27,7 @@ enum {
 extern const char *const ca_test_light_names[LIGHT_COUNT];
 
 typedef struct ca_light_fixture {
-    ca_mesh mesh;
+    ca_mesh meshes[2]; /* of the quadrangle and the rectangle */
     ca_image picture, environment;
     ca_texture textures[3];
     ca_shape shapes[LIGHT_SHAPES];

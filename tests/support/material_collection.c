@@ -13,36 +13,86 @@ ca_test_collection ca_test_all;
 
 static ca_material *set(uint32_t id, ca_material_kind kind)
 {
-    ca_material *material = &ca_test_all.materials[id];
-    memset(material, 0xff, sizeof *material); /* every parameter CA_NONE */
-    material->kind = kind;
-    material->rough_transmittance = NULL;
-    material->eta = 1.5f;
-    material->scale = 1.0f;
-    material->distribution = CA_MICROFACET_GGX;
-    material->sample_visible = true;
-    material->nonlinear = false;
-    material->principled.diffuse_rate = material->principled.specular_rate = material->principled.clearcoat_rate =
-        1.0f;
-    return material;
+    ca_test_all.materials[id] = ca_material_of_kind(kind);
+    return &ca_test_all.materials[id];
 }
 
-static void set_node(uint32_t id, ca_material_kind kind, uint32_t first, uint32_t second, uint32_t modifier)
+static ca_material_facets facets(uint32_t alpha_u, uint32_t alpha_v)
 {
-    ca_material *material = set(id, kind);
-    material->child[0] = first;
-    material->child[1] = second;
-    material->modifier = modifier;
+    return (ca_material_facets){CA_MICROFACET_GGX, true, alpha_u, alpha_v};
 }
 
-static void set_rough(uint32_t id, ca_material_kind kind, uint32_t alpha_u, uint32_t alpha_v)
+static void set_leaves(void)
 {
-    ca_material *material = set(id, kind);
-    material->alpha_u = alpha_u;
-    material->alpha_v = alpha_v;
-    material->reflectance = RED;
-    material->eta_rgb = kind == CA_MATERIAL_ROUGH_CONDUCTOR ? METAL_ETA : CA_NONE;
-    material->k_rgb = kind == CA_MATERIAL_ROUGH_CONDUCTOR ? METAL_K : CA_NONE;
+    set(DIFFUSE, CA_MATERIAL_DIFFUSE)->as.diffuse.reflectance = GREY;
+    set(RED_DIFFUSE, CA_MATERIAL_DIFFUSE)->as.diffuse.reflectance = RED;
+    set(DIELECTRIC, CA_MATERIAL_DIELECTRIC)->as.dielectric.eta = 1.5f;
+    set(THIN, CA_MATERIAL_THIN_DIELECTRIC)->as.thin_dielectric.eta = 1.5f;
+    ca_material *glass = set(ROUGH_GLASS, CA_MATERIAL_ROUGH_DIELECTRIC);
+    glass->as.rough_dielectric.eta = 1.5f;
+    glass->as.rough_dielectric.facets = facets(ROUGH_04, ROUGH_04);
+    set(MIRROR, CA_MATERIAL_CONDUCTOR);
+    ca_material *metal = set(METAL, CA_MATERIAL_ROUGH_CONDUCTOR);
+    metal->as.rough_conductor.eta = METAL_ETA;
+    metal->as.rough_conductor.k = METAL_K;
+    metal->as.rough_conductor.facets = facets(ROUGH_02, ROUGH_04);
+    const ca_material_plastic layers = {.diffuse = RED, .specular = CA_NONE, .eta = 1.5f};
+    set(PLASTIC, CA_MATERIAL_PLASTIC)->as.plastic = layers;
+    ca_material *rough_plastic = set(ROUGH_PLASTIC, CA_MATERIAL_ROUGH_PLASTIC);
+    rough_plastic->as.rough_plastic.layers = layers;
+    rough_plastic->as.rough_plastic.facets = facets(ROUGH_04, ROUGH_04);
+    set(NOTHING, CA_MATERIAL_NULL);
+}
+
+static void set_principled(void)
+{
+    ca_material *opaque = set(PRINCIPLED, CA_MATERIAL_PRINCIPLED), *glassy = set(GLASSY, CA_MATERIAL_PRINCIPLED);
+    opaque->as.principled.base_color = glassy->as.principled.base_color = RED;
+    opaque->as.principled.roughness = glassy->as.principled.roughness = HALF;
+    opaque->as.principled.eta = glassy->as.principled.eta = 1.5f;
+    opaque->as.principled.clearcoat = opaque->as.principled.sheen = HALF;
+    opaque->as.principled.clearcoat_gloss = opaque->as.principled.metallic = THIRD;
+    glassy->as.principled.spec_trans = HALF;
+}
+
+static void set_twosided(uint32_t id, ca_material_id front, ca_material_id back)
+{
+    ca_material *material = set(id, CA_MATERIAL_TWOSIDED);
+    material->as.twosided.front = front;
+    material->as.twosided.back = back;
+}
+
+static void set_blend(uint32_t id, ca_material_id first, ca_material_id second, ca_texture_id weight)
+{
+    ca_material *material = set(id, CA_MATERIAL_BLEND);
+    material->as.blend.first = first;
+    material->as.blend.second = second;
+    material->as.blend.weight = weight;
+}
+
+static void set_bump(uint32_t id, ca_material_id child)
+{
+    ca_material *material = set(id, CA_MATERIAL_BUMP);
+    material->as.bump.child = child;
+    material->as.bump.height = HEIGHT;
+}
+
+static void set_nodes(void)
+{
+    set_twosided(TWOSIDED, DIFFUSE, CA_NONE);
+    set_twosided(TWO_COLORS, DIFFUSE, RED_DIFFUSE);
+    ca_material *masked = set(MASKED, CA_MATERIAL_MASK);
+    masked->as.mask.child = TWO_COLORS;
+    masked->as.mask.opacity = THIRD;
+    set_blend(METAL_PAINT, METAL, DIFFUSE, THIRD);
+    set_blend(GLASS_PAINT, ROUGH_GLASS, TWOSIDED_BUMP, HALF);
+    set_bump(BUMPED_METAL, METAL);
+    ca_material *mapped = set(MAPPED_GLASS, CA_MATERIAL_NORMAL_MAP);
+    mapped->as.normal_map.child = ROUGH_GLASS;
+    mapped->as.normal_map.normals = NORMALS;
+    set_twosided(TWOSIDED_BUMP, BUMPED_METAL, RED_DIFFUSE);
+    set_bump(BUMPED_TWOSIDED, TWO_COLORS);
+    set_blend(PATCHWORK, MASKED, GLASS_PAINT, HALF);
 }
 
 static ca_texture picture(const ca_image *image)
@@ -77,33 +127,9 @@ int ca_test_make_collection(void **state)
 {
     (void)state;
     make_textures();
-    set(DIFFUSE, CA_MATERIAL_DIFFUSE)->reflectance = GREY;
-    set(RED_DIFFUSE, CA_MATERIAL_DIFFUSE)->reflectance = RED;
-    set(DIELECTRIC, CA_MATERIAL_DIELECTRIC);
-    set(THIN, CA_MATERIAL_THIN_DIELECTRIC);
-    set_rough(ROUGH_GLASS, CA_MATERIAL_ROUGH_DIELECTRIC, ROUGH_04, ROUGH_04);
-    set(MIRROR, CA_MATERIAL_CONDUCTOR);
-    set_rough(METAL, CA_MATERIAL_ROUGH_CONDUCTOR, ROUGH_02, ROUGH_04);
-    set(PLASTIC, CA_MATERIAL_PLASTIC)->reflectance = RED;
-    set_rough(ROUGH_PLASTIC, CA_MATERIAL_ROUGH_PLASTIC, ROUGH_04, ROUGH_04);
-    set_rough(PRINCIPLED, CA_MATERIAL_PRINCIPLED, HALF, CA_NONE);
-    ca_test_all.materials[PRINCIPLED].principled.clearcoat = ca_test_all.materials[PRINCIPLED].principled.sheen =
-        HALF;
-    ca_test_all.materials[PRINCIPLED].principled.clearcoat_gloss =
-        ca_test_all.materials[PRINCIPLED].principled.metallic = THIRD;
-    set_rough(GLASSY, CA_MATERIAL_PRINCIPLED, HALF, CA_NONE);
-    ca_test_all.materials[GLASSY].principled.spec_trans = HALF;
-    set(NOTHING, CA_MATERIAL_NULL);
-    set_node(TWOSIDED, CA_MATERIAL_TWOSIDED, DIFFUSE, CA_NONE, CA_NONE);
-    set_node(TWO_COLORS, CA_MATERIAL_TWOSIDED, DIFFUSE, RED_DIFFUSE, CA_NONE);
-    set_node(MASKED, CA_MATERIAL_MASK, TWO_COLORS, CA_NONE, THIRD);
-    set_node(METAL_PAINT, CA_MATERIAL_BLEND, METAL, DIFFUSE, THIRD);
-    set_node(GLASS_PAINT, CA_MATERIAL_BLEND, ROUGH_GLASS, TWOSIDED_BUMP, HALF);
-    set_node(BUMPED_METAL, CA_MATERIAL_BUMP, METAL, CA_NONE, HEIGHT);
-    set_node(MAPPED_GLASS, CA_MATERIAL_NORMAL_MAP, ROUGH_GLASS, CA_NONE, NORMALS);
-    set_node(TWOSIDED_BUMP, CA_MATERIAL_TWOSIDED, BUMPED_METAL, RED_DIFFUSE, CA_NONE);
-    set_node(BUMPED_TWOSIDED, CA_MATERIAL_BUMP, TWO_COLORS, CA_NONE, HEIGHT);
-    set_node(PATCHWORK, CA_MATERIAL_BLEND, MASKED, GLASS_PAINT, HALF);
+    set_leaves();
+    set_principled();
+    set_nodes();
     for (int i = 0; i < MATERIAL_COUNT; ++i)
         if (ca_material_prepare(&ca_test_all.materials[i], ca_test_all.textures, NULL) != CA_OK) return 1;
     return 0;

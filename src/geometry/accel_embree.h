@@ -1,0 +1,32 @@
+/* What the files around Embree share. Internal to accel*.c. */
+#ifndef CA_GEOMETRY_ACCEL_EMBREE_H
+#define CA_GEOMETRY_ACCEL_EMBREE_H
+
+#include "geometry/accel.h"
+
+#if CA_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+struct ca_accel {
+    RTCDevice device;
+    RTCScene scene;
+    RTCScene *group_scenes; /* [shape_count], at a group's first shape; NULL elsewhere */
+    const ca_shape *shapes;
+    uint32_t shape_count, world_count;
+    const ca_accel_instance *instances; /* Embree's geometry ids world_count, world_count + 1, ... */
+    uint32_t instance_count;
+    ca_vec3 low, cells_per_meter; /* the scene's bounds in a few cells along each axis: rays are sorted by them */
+    size_t bytes;
+};
+
+/* Embree's asserts abort the process on rays that are not finite or start beyond 1e30: such a ray meets nothing. A
+ * comparison with NaN is false, and squares overflow to infinity early enough. */
+static inline bool ca_accel_ray_is_valid(ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
+{
+    return ca_length2(origin) < 1e36f && ca_length2(direction) < INFINITY && t_min >= 0.0f && t_max > t_min;
+}
+
+#endif

@@ -1,0 +1,71 @@
+/* Batches: their numbers, and how camera paths start. */
+#include "integrator/batch.h"
+#include "integrator/walk.h"
+
+/* ---- Numbers --------------------------------------------------------------------------------------------------- */
+
+static bool is_independent(const ca_batch *batch) { return batch->streams[0].kind == CA_SAMPLER_INDEPENDENT; }
+
+void ca_batch_sample_2d(const ca_batch *batch, uint32_t dimension, ca_number_batch *numbers)
+{
+    const uint32_t pair = dimension >> 1;
+    if (!is_independent(batch)) {
+        for (uint32_t i = 0; i < batch->count; i++) {
+            const ca_vec2 u = ca_sample_2d(&batch->streams[batch->slot[i]], dimension);
+            numbers->x[i] = u.x, numbers->y[i] = u.y;
+        }
+        return;
+    }
+    for (uint32_t i = 0; i < batch->count; i++) {
+        const uint64_t bits = ca_independent_pair(batch->key[i], pair);
+        numbers->x[i] = ca_unit_float(bits, 40), numbers->y[i] = ca_unit_float(bits, 8);
+    }
+}
+
+void ca_batch_sample_1d(const ca_batch *batch, uint32_t dimension, ca_number_batch *numbers)
+{
+    for (uint32_t i = 0; i < batch->count; i++)
+        numbers->x[i] = ca_sample_1d(&batch->streams[batch->slot[i]], dimension);
+}
+
+/* ---- Camera paths ---------------------------------------------------------------------------------------------- */
+
+static void start_one(ca_batch *batch, const ca_integrator_input *input, uint32_t i)
+{
+    const ca_camera_path *path = &batch->paths[i];
+    const uint64_t pixel = (uint64_t)path->y * input->camera->width + path->x;
+    const ca_stream stream = ca_stream_start(input->sampler, pixel, path->index);
+    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &stream, path->x, path->y,
+                                                 &path->sample->filter_weight);
+    batch->streams[i] = stream;
+    batch->key[i] = stream.key;
+    batch->slot[i] = i;
+    batch->radiance[i] = (ca_rgb){0};
+    ca_column3_set(&batch->rays.origin, i, ray.origin);
+    ca_column3_set(&batch->rays.direction, i, ray.direction);
+    batch->rays.t_min[i] = ray.t_min;
+    batch->rays.t_max[i] = ray.t_max;
+    ca_column3_set(&batch->previous, i, ray.origin);
+    ca_column3_set(&batch->previous_normal, i, (ca_vec3){0});
+    batch->throughput.x[i] = ray.weight.r, batch->throughput.y[i] = ray.weight.g,
+    batch->throughput.z[i] = ray.weight.b;
+    batch->eta2[i] = 1.0f;
+    batch->pdf[i] = 0.0f;
+    batch->dirac[i] = UINT32_MAX; /* no next event could find what is seen directly */
+}
+
+void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca_camera_path *paths, uint32_t count)
+{
+    batch->paths = paths;
+    batch->count = count;
+    batch->segments = 0;
+    for (uint32_t i = 0; i < count; i++) start_one(batch, input, i);
+}
+
+void ca_batch_intersect(ca_batch *batch, const ca_scene *scene, ca_worker *worker)
+{
+    worker->counters.rays += batch->count;
+    for (uint32_t i = 0; i < batch->count; i++) batch->paths[batch->slot[i]].segments++;
+    ca_accel_intersect_batch(scene->accel, &batch->rays, batch->count, &batch->hits);
+    batch->segments++;
+}

@@ -1,0 +1,82 @@
+/* Merges of a camera path's vertex with photons, the vertices of all light paths, that are close. */
+#include "integrator/bidirectional.h"
+
+#include <stddef.h>
+
+/* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
+ * previous one. */
+float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
+                      const ca_bsdf_value *value)
+{
+    const ca_reuse_rules *reuse = &walk->b->rules.reuse;
+    const ca_path_vertex *light = ca_light_density_at(store, photon->first), *l = &light[photon->index];
+    const ca_walk *w = &walk->walk;
+    const float cos_out = ca_abs_dot(w->surface.ng, photon->wi);
+    const float ratio = cos_out / ca_abs_dot(w->surface.ng, w->wi);
+    const ca_arrival from_light = {.pdf = l->pdf_forward, .sqrt_area = l->sqrt_area, .sqrt_omega = l->sqrt_omega};
+    const ca_flight flight = ca_flight_towards(ca_camera_walk_vertex(walk), value->pdf, cos_out, ratio, reuse);
+    const ca_arrival from_camera = {.pdf = {value->pdf.v * l->to_previous},
+                                    .sqrt_area = ca_flight_sqrt_area(&flight, l->distance),
+                                    .sqrt_omega = flight.sqrt_omega};
+    const ca_mis_path path = ca_join(
+        ca_join_scattering(w->densities, w->vertex + 1, from_light, value->pdf_reverse, ratio, reuse),
+        ca_join_scattered(light, photon->index, from_camera), light, w->densities[1].distance);
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_MERGE, &path, walk->points,
+                                   ca_light_vertex_at(store, photon->first));
+}
+
+static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, float normalisation)
+{
+    const ca_bsdf_value value = ca_bsdf_eval(&walk->walk.bsdf, walk->walk.wi, photon->wi, CA_FROM_CAMERA);
+    const ca_rgb unweighted = ca_rgb_scale(
+        ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, value.f), photon->throughput), normalisation);
+    if (ca_rgb_is_black(unweighted)) return;
+    walk->worker->counters.merges++;
+    walk->path->merges++;
+    const float weight = ca_merge_weight(walk, &walk->b->store, photon, &value);
+    if (ca_camera_walk_add(walk, chunk, CA_TECHNIQUE_MERGE, walk->walk.vertex + 1, photon->index + 1u, unweighted,
+                           weight) &&
+        walk->scratch->pairing)
+        ca_pairs_add_merge(walk, chunk, photon, unweighted, weight);
+}
+
+/* Not too long a path, and on the same surface. */
+static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *photon)
+{
+    return walk->walk.vertex + photon->index <= walk->b->max_depth &&
+           ca_dot(photon->point.ng, walk->walk.surface.ng) >= CA_MERGE_MIN_COS;
+}
+
+/* Light vertices and the densities of their paths lie all over the memory. Asking for those of a batch before using
+ * the first overlaps the waiting, which would be most of what a merge costs. */
+static void merge_batch(ca_camera_walk *walk, const uint32_t *found, uint32_t count, float normalisation)
+{
+    const ca_light_store *store = &walk->b->store;
+    uint32_t kept[CA_PHOTON_BATCH], kept_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const char *photon = (const char *)ca_light_vertex_at(store, found[i]);
+        __builtin_prefetch(photon);
+        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_light_vertex *photon = ca_light_vertex_at(store, found[i]);
+        if (!may_merge(walk, photon)) continue;
+        kept[kept_count++] = found[i];
+        const char *densities = (const char *)ca_light_density_at(store, photon->first);
+        for (uint32_t at = 0; at < (photon->index + 1u) * sizeof(ca_path_vertex); at += 64)
+            __builtin_prefetch(densities + at);
+    }
+    for (uint32_t i = 0; i < kept_count; i++)
+        merge_with(walk, ca_light_chunk_of(store, kept[i]), ca_light_vertex_at(store, kept[i]), normalisation);
+}
+
+void ca_merge_all(ca_camera_walk *walk)
+{
+    const ca_bidirectional *b = walk->b;
+    const float normalisation = 1.0f / (b->rules.merge_area * (float)b->light_paths);
+    uint32_t found[CA_PHOTON_BATCH], count;
+    ca_photon_query query;
+    ca_photon_query_start(&query, b->grid, walk->walk.surface.position);
+    while ((count = ca_photon_query_next(&query, found)) > 0) merge_batch(walk, found, count, normalisation);
+    walk->worker->counters.photons_tested += query.tested;
+}

@@ -1,0 +1,100 @@
+/* Next event of the bidirectional engine: each vertex asks one light. */
+#include "integrator/bidirectional.h"
+
+static float weight_of(const ca_next_event *event)
+{
+    const ca_camera_walk *walk = event->walk;
+    const ca_reuse_rules *reuse = &walk->b->rules.reuse;
+    const ca_light_direct *direct = &event->direct;
+    const ca_light *light = event->light;
+    ca_path_vertex end;
+    /* Emission chooses the light with another probability. */
+    const uint32_t number = (uint32_t)(light - walk->b->input.scene->lights);
+    const float choice = ca_light_choice_probability(&walk->b->input.scene->light_choice, number);
+    const ca_flight flight =
+        ca_light_end(light, choice, direct->pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
+    end.next_event_ratio = direct->next_event_ratio * (event->choice / choice);
+    const bool infinite = ca_light_is_infinite(light);
+    const float distance =
+        infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->walk.surface.position)
+                 : direct->distance;
+    /* Meeting the light by chance: not a Dirac one; one at infinity has a density of directions. */
+    const float hit_factor = !flight.reversible ? 0.0f : infinite ? 1.0f : direct->cos_light / ca_sqr(distance);
+    const float cos_ratio = event->cos_out / ca_abs_dot(walk->walk.surface.ng, walk->walk.wi);
+    const ca_mis_path path =
+        ca_join(ca_join_scattering(walk->walk.densities, walk->walk.vertex + 1,
+                                   ca_arrive(&flight, distance, event->cos_out), event->value.pdf_reverse, cos_ratio,
+                                   reuse),
+                ca_join_end(&end, (ca_pdf_area){event->value.pdf.v * hit_factor}), &end,
+                walk->walk.densities[1].distance);
+    const ca_light_vertex start = {.point = {.position = direct->position, .ng = direct->ng, .shape = number}};
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_NEXT_EVENT, &path, walk->points, &start);
+}
+
+/* false: there is nothing to ask. */
+static bool ask(ca_camera_walk *walk, ca_next_event *event)
+{
+    const ca_scene *scene = walk->b->input.scene;
+    const ca_walk *w = &walk->walk;
+    const uint32_t dimension = ca_vertex_dimension(w->vertex - 1);
+    const ca_light_receiver receiver = ca_walk_receiver(&w->surface, &w->bsdf, w->wi);
+    const uint32_t index =
+        ca_light_choice_sample_direct(&scene->light_choice, &receiver,
+                                      ca_sample_1d(&w->stream, dimension + CA_DIM_NEXT_LIGHT), &event->choice);
+    if (index == CA_NONE) return false;
+    event->walk = walk;
+    event->light = &scene->lights[index];
+    if (!ca_light_sample_direct(event->light, w->surface.position,
+                                ca_sample_2d(&w->stream, dimension + CA_DIM_NEXT_EVENT), &event->direct))
+        return false;
+    const ca_light_direct *direct = &event->direct;
+    event->value = ca_bsdf_eval(&w->bsdf, w->wi, direct->to_light, CA_FROM_CAMERA);
+    event->cos_out = ca_abs_dot(w->surface.ng, direct->to_light);
+    const float factor = event->cos_out / (event->choice * direct->pdf_direct.v);
+    event->unweighted =
+        ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(w->throughput, event->value.f), direct->radiance), factor);
+    return !ca_rgb_is_black(event->unweighted);
+}
+
+static void count_ray(ca_camera_walk *walk)
+{
+    walk->worker->counters.shadow_rays++;
+    walk->path->segments++;
+}
+
+static void take(const ca_next_event *event, bool weighted)
+{
+    ca_camera_walk *walk = event->walk;
+    const float weight = weighted ? weight_of(event) : 1.0f;
+    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->walk.vertex + 1, 1, event->unweighted, weight) &&
+        walk->scratch->pairing)
+        ca_pairs_add_alone(walk, event->unweighted, weight);
+}
+
+void ca_next_events(ca_camera_walk *const *walks, uint32_t count)
+{
+    if (count == 0) return;
+    ca_bidirectional_scratch *scratch = walks[0]->scratch;
+    const ca_accel *accel = walks[0]->b->input.scene->accel;
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        ca_next_event *event = &scratch->next_events[asked];
+        if (!(walks[i]->walk.bsdf.scatter & CA_SCATTER_SMOOTH) || !ask(walks[i], event)) continue;
+        const ca_next_event_ray ray = ca_walk_next_event_ray(&walks[i]->walk.surface, &event->direct);
+        ca_walk_rays_set(scratch->rays, asked++, ray.origin, ray.direction, 0.0f, ray.t_max);
+        count_ray(walks[i]);
+    }
+    ca_accel_occluded_batch(accel, &scratch->rays->rays, asked, scratch->rays->occluded);
+    for (uint32_t i = 0; i < asked; i++)
+        if (!scratch->rays->occluded[i]) take(&scratch->next_events[i], true);
+}
+
+void ca_next_event_now(ca_camera_walk *walk, bool weighted)
+{
+    ca_next_event event;
+    if (!ask(walk, &event)) return;
+    const ca_next_event_ray ray = ca_walk_next_event_ray(&walk->walk.surface, &event.direct);
+    count_ray(walk);
+    if (!ca_accel_occluded(walk->b->input.scene->accel, ray.origin, ray.direction, 0.0f, ray.t_max))
+        take(&event, weighted);
+}

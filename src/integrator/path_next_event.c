@@ -1,0 +1,216 @@
+/* Next event of `path`: each vertex asks one light. Even lights at matte points eight at a time, all others one by
+ * one; then all questions for visibility at once. */
+#include "integrator/batch_lanes.h"
+#include "integrator/path.h"
+
+/* Per place: the chosen light; for even lights at matte points the triangle's corners and the place on it too. */
+typedef struct choice_batch {
+    _Alignas(32) float probability[CA_BATCH];
+    uint32_t light[CA_BATCH];  /* CA_NONE: none to ask */
+    uint32_t lanes[CA_BATCH];  /* all bits: even light and matte point */
+    ca_column3 corner[3], radiance;
+    float pdf_area[CA_BATCH];
+} choice_batch;
+
+static bool scatters_smoothly(const ca_vertex_batch *v, uint32_t i)
+{
+    return v->matte[i] || (v->bsdfs[i].scatter & CA_SCATTER_SMOOTH);
+}
+
+static ca_light_receiver receiver_at(const ca_vertex_batch *v, uint32_t i)
+{
+    if (!v->matte[i]) return ca_walk_receiver(&v->surfaces[i], &v->bsdfs[i], ca_column3_at(&v->wi, i));
+    const ca_vec3 ng = ca_column3_at(&v->ng, i);
+    return (ca_light_receiver){ca_column3_at(&v->position, i),
+                               ca_dot(ng, ca_column3_at(&v->wi, i)) < 0.0f ? ca_neg(ng) : ng};
+}
+
+static void choose_light(const path_state *state, const ca_batch *batch, float u, uint32_t i, choice_batch *choices)
+{
+    const ca_scene *scene = state->scene;
+    choices->light[i] = CA_NONE;
+    choices->lanes[i] = 0;
+    if (ca_batch_left(batch, i) || !scatters_smoothly(&batch->vertices, i)) return;
+    const ca_vertex_batch *v = &batch->vertices;
+    const ca_light_receiver receiver = receiver_at(v, i);
+    choices->light[i] =
+        ca_light_choice_sample_direct(&scene->light_choice, &receiver, u, &choices->probability[i]);
+    if (choices->light[i] == CA_NONE || !v->matte[i]) return;
+    const ca_even_light *light = &scene->even_lights[choices->light[i]];
+    const bool by_area =
+        light->is_even && !ca_rectangle_may_look_large(&light->shape->as.mesh.rectangle, receiver.position);
+    choices->lanes[i] = by_area ? UINT32_MAX : 0;
+}
+
+/* sample_mesh of geometry/shape_sampling.c up to the triangle; u->x becomes the number within its share. */
+static void choose_triangle(const path_state *state, ca_number_batch *u, uint32_t i, choice_batch *choices)
+{
+    const ca_even_light *light = &state->scene->even_lights[choices->light[i]];
+    float probability;
+    const uint32_t primitive =
+        ca_distribution_1d_sample(&light->shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
+    const ca_triangle triangle = ca_triangle_load(light->shape->as.mesh.mesh, primitive);
+    for (int k = 0; k < 3; k++) ca_column3_set(&choices->corner[k], i, triangle.p[k]);
+    choices->pdf_area[i] = 1.0f / light->shape->area;
+    choices->radiance.x[i] = light->radiance.r;
+    choices->radiance.y[i] = light->radiance.g;
+    choices->radiance.z[i] = light->radiance.b;
+}
+
+/* A point on the light: ca_warp_triangle, ca_triangle_position and the normal. */
+typedef struct light_point8 {
+    ca_v8 position, ng;
+    ca_f8 error;
+} light_point8;
+
+static light_point8 point_on_triangle(const choice_batch *choices, const ca_number_batch *u, uint32_t i)
+{
+    const ca_v8 p0 = ca_column3_load(&choices->corner[0], i), p1 = ca_column3_load(&choices->corner[1], i),
+                p2 = ca_column3_load(&choices->corner[2], i);
+    const ca_f8 root = ca_sqrt8(ca_load8(u->x, i)), v = ca_load8(u->y, i);
+    const ca_f8 bx = root * (1.0f - v), by = root * v;
+    const ca_v8 extent = ca_max_v8(ca_abs_v8(p0), ca_max_v8(ca_abs_v8(p1), ca_abs_v8(p2)));
+    return (light_point8){
+        .position = ca_madd_v8(ca_madd_v8(ca_mul_v8(p0, 1.0f - bx - by), bx, p1), by, p2),
+        .ng = ca_normalize_v8(ca_cross_v8(ca_sub_v8(p1, p0), ca_sub_v8(p2, p0))),
+        .error = 2.0f * CA_GAMMA(7) * ca_max3_v8(extent)};
+}
+
+/* The light's share of the weight, eight at a time. */
+static ca_f8 weight8(const path_state *state, ca_f8 a, ca_f8 b)
+{
+    if (state->power_heuristic) a *= a, b *= b;
+    return ca_select8(a > 0.0f, a / (a + b), ca_f8_all(0.0f));
+}
+
+/* A question for visibility: the segment between two points, both moved off their surfaces. */
+static void ask(ca_batch *batch, uint32_t i, ca_vec3 origin, ca_vec3 direction, float t_max, ca_rgb contribution,
+                float weight)
+{
+    ca_visibility_batch *visibility = &batch->visibility;
+    const uint32_t k = visibility->count++;
+    ca_column3_set(&visibility->rays.origin, k, origin);
+    ca_column3_set(&visibility->rays.direction, k, direction);
+    visibility->rays.t_min[k] = 0.0f;
+    visibility->rays.t_max[k] = t_max;
+    visibility->contribution.x[k] = contribution.r;
+    visibility->contribution.y[k] = contribution.g;
+    visibility->contribution.z[k] = contribution.b;
+    visibility->weight[k] = weight;
+    visibility->slot[k] = batch->slot[i];
+}
+
+static void keep_light(ca_batch *batch, ca_vec3 position, ca_vec3 ng, uint32_t light)
+{
+    if (!batch->points) return;
+    batch->visibility.lights[batch->visibility.count - 1] =
+        (ca_light_vertex){.point = {.position = position, .ng = ng, .shape = light}};
+}
+
+/* ca_light_area_direct, eval_diffuse and the sum of both, eight at a time. */
+static void ask_lanes(const path_state *state, ca_batch *batch, const ca_number_batch *u, const choice_batch *choices,
+                      uint32_t i)
+{
+    const ca_vertex_batch *v = &batch->vertices;
+    const ca_v8 reference = ca_column3_load(&v->position, i), n = ca_column3_load(&v->ns, i);
+    const light_point8 point = point_on_triangle(choices, u, i);
+    const ca_v8 segment = ca_sub_v8(point.position, reference);
+    const ca_f8 distance2 = ca_dot_v8(segment, segment), inverse = 1.0f / ca_sqrt8(distance2);
+    const ca_f8 cos_light = -ca_dot_v8(segment, point.ng) * inverse;
+    const ca_v8 to_light = ca_mul_v8(segment, inverse);
+    const ca_f8 pdf_direct = ca_load8(choices->pdf_area, i) * distance2 / cos_light;
+
+    const ca_f8 side = ca_load8(v->side, i), grazing = ca_f8_all(CA_GRAZING_COS);
+    const ca_f8 cos_i = ca_dot_v8(n, ca_column3_load(&v->wi, i)) * side, dot_o = ca_dot_v8(n, to_light);
+    const ca_f8 cos_o = dot_o * side;
+    const ca_f8 pdf_light = ca_load8(choices->probability, i) * pdf_direct;
+    const ca_f8 weight = weight8(state, pdf_light, cos_o * CA_INV_PI);
+    const ca_f8 factor = weight * ca_abs8(dot_o) / pdf_light;
+    const ca_v8 throughput = ca_column3_load(&batch->throughput, i), color = ca_column3_load(&v->reflectance, i),
+                radiance = ca_column3_load(&choices->radiance, i);
+    const ca_v8 light = {throughput.x * (color.x * CA_INV_PI) * radiance.x * factor,
+                         throughput.y * (color.y * CA_INV_PI) * radiance.y * factor,
+                         throughput.z * (color.z * CA_INV_PI) * radiance.z * factor};
+    const ca_m8 lit = ca_load8_u32(choices->lanes, i) & (cos_light > 0.0f) & (distance2 > 0.0f) &
+                      (pdf_direct > 0.0f) & (cos_i > grazing) & (cos_o > grazing) &
+                      ~((light.x == 0.0f) & (light.y == 0.0f) & (light.z == 0.0f));
+
+    const ca_v8 origin = ca_offset_origin8(reference, ca_load8(v->error, i), n, segment);
+    const ca_v8 target = ca_offset_origin8(point.position, point.error, point.ng, ca_neg_v8(segment));
+    const ca_v8 ray = ca_sub_v8(target, origin);
+    for (uint32_t bits = ca_mask_bits(lit); bits; bits &= bits - 1) {
+        const int k = __builtin_ctz(bits);
+        ask(batch, i + (uint32_t)k, (ca_vec3){origin.x[k], origin.y[k], origin.z[k]},
+            (ca_vec3){ray.x[k], ray.y[k], ray.z[k]}, ca_visible_t_max, (ca_rgb){light.x[k], light.y[k], light.z[k]},
+            weight[k]);
+        keep_light(batch, (ca_vec3){point.position.x[k], point.position.y[k], point.position.z[k]},
+                   (ca_vec3){point.ng.x[k], point.ng.y[k], point.ng.z[k]}, choices->light[i + (uint32_t)k]);
+    }
+}
+
+/* A matte point as the scalar interfaces have it. */
+static void make_scalar(ca_batch *batch, const ca_scene *scene, uint32_t i)
+{
+    ca_vertex_batch *v = &batch->vertices;
+    const ca_hit hit = ca_hit_batch_at(&batch->hits, i);
+    ca_accel_surface(scene->accel, ca_column3_at(&batch->rays.origin, i),
+                     ca_column3_at(&batch->rays.direction, i), &hit, &v->surfaces[i]);
+    ca_bsdf_init(&v->bsdfs[i], scene->materials, scene->desc.textures.items, &v->surfaces[i],
+                 ca_column3_at(&v->wi, i));
+}
+
+static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const choice_batch *choices, uint32_t i)
+{
+    const ca_light *light = &state->scene->lights[choices->light[i]];
+    ca_vertex_batch *v = &batch->vertices;
+    ca_light_direct direct;
+    if (!ca_light_sample_direct(light, ca_column3_at(&v->position, i), u, &direct)) return;
+    if (v->matte[i]) make_scalar(batch, state->scene, i);
+    const ca_surface *surface = &v->surfaces[i];
+    const ca_bsdf_value value = ca_bsdf_eval(&v->bsdfs[i], ca_column3_at(&v->wi, i), direct.to_light, CA_FROM_CAMERA);
+    const float pdf_light = choices->probability[i] * direct.pdf_direct.v;
+    const bool only_technique = ca_light_has_dirac_position(light) || ca_light_has_dirac_direction(light);
+    const float weight = only_technique ? 1.0f : path_mis_weight(state, pdf_light, value.pdf.v);
+    const float factor = weight * ca_abs_dot(surface->ng, direct.to_light) / pdf_light;
+    const ca_rgb throughput = {batch->throughput.x[i], batch->throughput.y[i], batch->throughput.z[i]};
+    const ca_rgb contribution = ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(throughput, value.f), direct.radiance), factor);
+    if (ca_rgb_is_black(contribution)) return;
+    const ca_next_event_ray ray = ca_walk_next_event_ray(surface, &direct);
+    ask(batch, i, ray.origin, ray.direction, ray.t_max, contribution, weight);
+    keep_light(batch, direct.position, direct.ng, choices->light[i]);
+}
+
+static void add_visible(const path_state *state, ca_batch *batch, ca_worker *worker)
+{
+    ca_visibility_batch *v = &batch->visibility;
+    worker->counters.shadow_rays += v->count;
+    ca_accel_occluded_batch(state->scene->accel, &v->rays, v->count, v->occluded);
+    for (uint32_t k = 0; k < v->count; k++) {
+        batch->paths[v->slot[k]].segments++;
+        if (v->occluded[k]) continue;
+        if (batch->points) path_observe(state, batch, v->slot[k], &v->lights[k], v->weight[k]);
+        const ca_rgb contribution = {v->contribution.x[k], v->contribution.y[k], v->contribution.z[k]};
+        path_contribute(state, batch, v->slot[k], CA_TECHNIQUE_NEXT_EVENT, batch->segments + 1, contribution,
+                        v->weight[k], &worker->counters);
+    }
+}
+
+void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *worker)
+{
+    choice_batch choices;
+    const uint32_t dimension = ca_vertex_dimension(batch->segments - 1);
+    ca_number_batch *u = &batch->numbers[0], *u_choice = &batch->numbers[1];
+    if (state->scene->light_count > 1) ca_batch_sample_1d(batch, dimension + CA_DIM_NEXT_LIGHT, u_choice);
+    ca_batch_sample_2d(batch, dimension + CA_DIM_NEXT_EVENT, u);
+    for (uint32_t i = 0; i < batch->count; i++) {
+        choose_light(state, batch, u_choice->x[i], i, &choices);
+        if (choices.lanes[i]) choose_triangle(state, u, i, &choices);
+    }
+    for (uint32_t i = batch->count; i < ca_lanes_up(batch->count); i++) choices.lanes[i] = 0;
+    batch->visibility.count = 0;
+    for (uint32_t i = 0; i < batch->count; i += CA_LANES) ask_lanes(state, batch, u, &choices, i);
+    for (uint32_t i = 0; i < batch->count; i++)
+        if (choices.light[i] != CA_NONE && !choices.lanes[i])
+            ask_one(state, batch, (ca_vec2){u->x[i], u->y[i]}, &choices, i);
+    add_visible(state, batch, worker);
+}

@@ -1,0 +1,63 @@
+#include "scene/matte.h"
+
+#include "base/memory.h"
+
+static bool is_constant(const ca_texture *textures, ca_texture_id id)
+{
+    return id == CA_NONE || textures[id].kind == CA_TEXTURE_CONSTANT;
+}
+
+/* The reflectance of a diffuse material without pattern; false for any other. */
+static bool diffuse_reflectance(const ca_material *material, const ca_texture *textures, ca_rgb *reflectance)
+{
+    if (material->kind != CA_MATERIAL_DIFFUSE || !is_constant(textures, material->as.diffuse.reflectance))
+        return false;
+    const ca_texture_id id = material->as.diffuse.reflectance;
+    *reflectance = id == CA_NONE ? ca_rgb_grey(0.5f) : textures[id].as.constant;
+    return true;
+}
+
+static bool find_reflectances(const ca_material *materials, ca_material_id id, const ca_texture *textures,
+                              ca_matte_shape *matte)
+{
+    const ca_material *top = &materials[id];
+    matte->back_is_front = top->kind == CA_MATERIAL_TWOSIDED;
+    const ca_material *front = matte->back_is_front ? &materials[top->as.twosided.front] : top;
+    const bool has_back = matte->back_is_front && top->as.twosided.back != CA_NONE;
+    const ca_material *back = has_back ? &materials[top->as.twosided.back] : front;
+    return diffuse_reflectance(front, textures, &matte->reflectance[0]) &&
+           diffuse_reflectance(back, textures, &matte->reflectance[1]);
+}
+
+static bool is_flat_mesh(const ca_shape *shape)
+{
+    return shape->kind == CA_SHAPE_MESH && !shape->as.mesh.mesh->normals;
+}
+
+ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, uint32_t world_count,
+                                       const ca_material *materials, const ca_texture *textures)
+{
+    ca_matte_shape *mattes = ca_alloc_zeroed(count, sizeof *mattes);
+    for (uint32_t i = 0; mattes && i < count; i++) {
+        if (shapes[i].kind == CA_SHAPE_MESH) mattes[i].extent = shapes[i].as.mesh.extent;
+        mattes[i].is_matte = i < world_count && is_flat_mesh(&shapes[i]) && !shapes[i].needs_tangents &&
+                             find_reflectances(materials, shapes[i].material, textures, &mattes[i]);
+    }
+    return mattes;
+}
+
+ca_even_light *ca_even_lights_create(const ca_light *lights, uint32_t count, const ca_texture *textures)
+{
+    ca_even_light *evens = ca_alloc_zeroed(count, sizeof *evens);
+    for (uint32_t i = 0; evens && i < count; i++) {
+        const ca_light *light = &lights[i];
+        if (light->kind != CA_LIGHT_AREA || !is_flat_mesh(light->as.area.shape) ||
+            !is_constant(textures, light->as.area.radiance))
+            continue;
+        evens[i].is_even = true;
+        const ca_texture_id radiance = light->as.area.radiance;
+        evens[i].radiance = radiance == CA_NONE ? ca_rgb_grey(1.0f) : textures[radiance].as.constant;
+        evens[i].shape = light->as.area.shape;
+    }
+    return evens;
+}

@@ -1,0 +1,33 @@
+/* Which shapes and lights are so regular that the integrators treat eight of them at a time.
+ *
+ * A matte shape is a mesh without vertex normals, of the world, whose material is diffuse with one reflectance (alone
+ * or twosided): its surface point and BSDF follow from the hit and a few numbers. An even light is a mesh without
+ * vertex normals that emits one radiance. All other shapes and lights go through the scalar interfaces (accel.h,
+ * bsdf.h, light.h), which give the same bits for the regular ones too: tests hold the two against each other. */
+#ifndef CA_SCENE_MATTE_H
+#define CA_SCENE_MATTE_H
+
+#include "light/light.h"
+#include "material/material.h"
+
+typedef struct ca_matte_shape {
+    bool is_matte;
+    bool back_is_front; /* twosided: seen from the back, the frame is mirrored */
+    float extent;       /* as the shape's */
+    ca_rgb reflectance[2]; /* seen from the front, from the back; a one-sided material has the same twice */
+} ca_matte_shape;
+
+typedef struct ca_even_light {
+    bool is_even;
+    ca_rgb radiance;
+    const ca_shape *shape; /* borrowed from the scene */
+} ca_even_light;
+
+/* One for each shape; NULL when out of memory. To be freed with ca_free. `world_count`: shapes behind are in
+ * groups. */
+ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, uint32_t world_count,
+                                       const ca_material *materials, const ca_texture *textures);
+/* One for each light, likewise. */
+ca_even_light *ca_even_lights_create(const ca_light *lights, uint32_t count, const ca_texture *textures);
+
+#endif
