@@ -50,6 +50,33 @@ static void test_parameters_mean_what_mitsuba_means(void **state)
     ca_scene_release(scene);
 }
 
+/* A flat matte surface under a white sky has the radiance of its reflectance, which is that of the seen side; the
+ * same where a texture keeps it from being one of the matte shapes. */
+static void test_backs_of_matte_surfaces(void **state)
+{
+    (void)state;
+    static const char *const back[] = {
+        "<rgb name='reflectance' value='0.8'/>",
+        "<texture type='checkerboard' name='reflectance'><rgb name='color0' value='0.8'/>"
+        "<rgb name='color1' value='0.8'/></texture>"};
+    for (int i = 0; i < 2; i++) {
+        char text[1500];
+        snprintf(text, sizeof text,
+                 "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='60'/>"
+                 "<transform name='to_world'><lookat origin='0,0,-1' target='0,0,0' up='0,1,0'/></transform>"
+                 "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='8'/></film>"
+                 "</sensor><emitter type='constant'><rgb name='radiance' value='1'/></emitter>"
+                 "<shape type='rectangle'><bsdf type='twosided'>"
+                 "<bsdf type='diffuse'><rgb name='reflectance' value='0.2'/></bsdf>"
+                 "<bsdf type='diffuse'>%s</bsdf></bsdf></shape></scene>",
+                 back[i]);
+        ca_scene *scene = scene_from_text(text);
+        assert_true(fabs(rendered_mean(scene, "path", 400) - 0.8) < 0.002);
+        assert_true(fabs(rendered_mean(scene, "path:next_event=false", 400) - 0.8) < 0.002);
+        ca_scene_release(scene);
+    }
+}
+
 static void expect_refusal(const ca_scene *scene, const char *integrator, const char *message)
 {
     ca_render_settings settings;
@@ -85,6 +112,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_closed_forms),
         cmocka_unit_test(test_parameters_mean_what_mitsuba_means),
+        cmocka_unit_test(test_backs_of_matte_surfaces),
         cmocka_unit_test(test_wrong_parameters_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
