@@ -1,5 +1,6 @@
 /* `path` on scenes whose radiance is known in closed form, for every sampler and sensor, and what its parameters
  * do. */
+#define _DEFAULT_SOURCE
 #include "support/closed_forms.h"
 #include "support/scene_text.h"
 
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -50,6 +52,59 @@ static void test_parameters_mean_what_mitsuba_means(void **state)
     ca_scene_release(scene);
 }
 
+/* A square without normals of its own: flat shapes are what batches take eight at a time. */
+static void write_square(char *path)
+{
+    const int number = mkstemps(path, 4);
+    FILE *file = number < 0 ? NULL : fdopen(number, "w");
+    assert_non_null(file);
+    fputs("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n", file);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* A floor seen from its back, under sixteen small lights. */
+static ca_scene *lit_floor(const char *square, const char *back)
+{
+    char text[12000];
+    int used = snprintf(text, sizeof text,
+                        "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='50'/>"
+                        "<transform name='to_world'><lookat origin='0,0,-0.8' target='0,0,0' up='0,1,0'/></transform>"
+                        "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='8'/>"
+                        "</film></sensor><shape type='obj'><string name='filename' value='%s'/>"
+                        "<boolean name='face_normals' value='true'/><bsdf type='twosided'><bsdf type='diffuse'/>"
+                        "<bsdf type='diffuse'>%s</bsdf></bsdf></shape>",
+                        square, back);
+    for (int i = 0; i < 16; i++)
+        used += snprintf(text + used, sizeof text - (size_t)used,
+                         "<shape type='obj'><string name='filename' value='%s'/>"
+                         "<boolean name='face_normals' value='true'/><transform name='to_world'>"
+                         "<scale value='0.15'/><translate x='%g' y='%g' z='-1'/></transform>"
+                         "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>",
+                         square, 0.4 * (i % 4) - 0.6, 0.4 * (double)(i / 4) - 0.6);
+    snprintf(text + used, sizeof text - (size_t)used, "</scene>");
+    return scene_from_text(text);
+}
+
+/* Matte shapes give the picture of shapes with a pattern, which go one by one, with and without next event. */
+static void test_matte_shapes_as_all_others(void **state)
+{
+    (void)state;
+    char square[] = "/tmp/caustica-square-XXXXXX.obj";
+    write_square(square);
+    ca_scene *matte = lit_floor(square, "<rgb name='reflectance' value='0.8'/>");
+    ca_scene *pattern =
+        lit_floor(square, "<texture type='checkerboard' name='reflectance'><rgb name='color0' value='0.8'/>"
+                          "<rgb name='color1' value='0.8'/></texture>");
+    unlink(square);
+    const double expected = rendered_mean(pattern, "path", 256);
+    assert_true(expected > 0.05);
+    assert_true(fabs(rendered_mean(matte, "path", 256) / expected - 1.0) < 0.02);
+    assert_true(fabs(rendered_mean(matte, "path:heuristic=balance", 256) / expected - 1.0) < 0.02);
+    assert_true(fabs(rendered_mean(matte, "path:next_event=false", 1024) / expected - 1.0) < 0.02);
+    ca_scene_release(matte);
+    ca_scene_release(pattern);
+}
+
 static void expect_refusal(const ca_scene *scene, const char *integrator, const char *message)
 {
     ca_render_settings settings;
@@ -85,6 +140,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_closed_forms),
         cmocka_unit_test(test_parameters_mean_what_mitsuba_means),
+        cmocka_unit_test(test_matte_shapes_as_all_others),
         cmocka_unit_test(test_wrong_parameters_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
