@@ -89,7 +89,7 @@ void ca_batch_arrive(ca_batch *batch, const ca_scene *scene, bool wants_bsdf);
 void ca_batch_record_primary(ca_batch *batch);
 
 /* Samples directions at the vertices and ends paths by absorption and roulette (from rr_depth segments on): the batch
- * then holds the paths that go on, with their next segments. Paths with `ended` set are left out. */
+ * then holds the paths that go on, with their next segments. */
 void ca_batch_scatter(ca_batch *batch, uint32_t rr_depth);
 
 /* Did the path leave the scene? */
