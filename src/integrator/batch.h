@@ -85,6 +85,9 @@ void ca_batch_intersect(ca_batch *batch, const ca_scene *scene, ca_worker *worke
 /* From hits to `vertices`: surfaces and BSDFs. Paths that left the scene keep light = CA_NONE and are not looked at;
  * where `wants_bsdf` is false only surfaces are made. */
 void ca_batch_arrive(ca_batch *batch, const ca_scene *scene, bool wants_bsdf);
+/* The whole surface at a place: where the point is matte it is made now. */
+const ca_surface *ca_batch_surface(ca_batch *batch, const ca_scene *scene, uint32_t i);
+
 /* What the film's first-hit layers show. */
 void ca_batch_record_primary(ca_batch *batch);
 

@@ -51,13 +51,24 @@ static void color_matte(ca_batch *batch, const ca_scene *scene, uint32_t i)
     v->reflectance.x[i] = color.r, v->reflectance.y[i] = color.g, v->reflectance.z[i] = color.b;
 }
 
-static void arrive_one(ca_batch *batch, const ca_scene *scene, bool wants_bsdf, uint32_t i)
+static const ca_surface *make_surface(ca_batch *batch, const ca_scene *scene, uint32_t i)
 {
-    ca_vertex_batch *v = &batch->vertices;
-    ca_surface *surface = &v->surfaces[i];
+    ca_surface *surface = &batch->vertices.surfaces[i];
     const ca_hit hit = ca_hit_batch_at(&batch->hits, i);
     ca_accel_surface(scene->accel, ca_column3_at(&batch->rays.origin, i),
                      ca_column3_at(&batch->rays.direction, i), &hit, surface);
+    return surface;
+}
+
+const ca_surface *ca_batch_surface(ca_batch *batch, const ca_scene *scene, uint32_t i)
+{
+    return batch->vertices.matte[i] ? make_surface(batch, scene, i) : &batch->vertices.surfaces[i];
+}
+
+static void arrive_one(ca_batch *batch, const ca_scene *scene, bool wants_bsdf, uint32_t i)
+{
+    ca_vertex_batch *v = &batch->vertices;
+    const ca_surface *surface = make_surface(batch, scene, i);
     ca_column3_set(&v->position, i, surface->position);
     ca_column3_set(&v->ng, i, surface->ng);
     ca_column3_set(&v->ns, i, surface->ns);

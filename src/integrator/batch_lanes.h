@@ -6,9 +6,6 @@
 #include "math/lanes.h"
 #include "math/numeric.h"
 
-/* A direction nearer than this to the plane of a normal has no certain side: material/bsdf.c. */
-#define CA_GRAZING_COS 1e-6f
-
 /* sincos_quarter of sampling/warp.c. */
 static inline void ca_sincos_quarter8(ca_f8 x, ca_f8 *sine, ca_f8 *cosine)
 {

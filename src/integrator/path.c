@@ -56,10 +56,7 @@ static void keep_vertices(ca_batch *batch, const ca_scene *scene)
         ca_surface_point point = {.shape = CA_NONE};
         const ca_vec3 origin = ca_column3_at(&batch->rays.origin, i), to = ca_column3_at(&batch->rays.direction, i);
         if (!ca_batch_left(batch, i)) {
-            ca_surface surface;
-            const ca_hit hit = ca_hit_batch_at(&batch->hits, i);
-            ca_accel_surface(scene->accel, origin, to, &hit, &surface);
-            point = ca_surface_point_of(&surface);
+            point = ca_surface_point_of(ca_batch_surface(batch, scene, i));
         } else if (scene->environment != CA_NONE) {
             point.position = ca_madd(origin, 4.0f * scene->radius, to);
         }
@@ -117,11 +114,7 @@ static void add_emissions(const path_state *state, ca_batch *batch, ca_counters 
         if (ca_batch_left(batch, i)) {
             if (scene->environment != CA_NONE) add_emission(state, batch, i, scene->environment, NULL, counters);
         } else if (light != CA_NONE) {
-            ca_surface surface;
-            const ca_hit hit = ca_hit_batch_at(&batch->hits, i);
-            ca_accel_surface(scene->accel, ca_column3_at(&batch->rays.origin, i),
-                             ca_column3_at(&batch->rays.direction, i), &hit, &surface);
-            add_emission(state, batch, i, light, &surface, counters);
+            add_emission(state, batch, i, light, ca_batch_surface(batch, scene, i), counters);
         }
     }
 }

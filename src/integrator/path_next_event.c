@@ -148,25 +148,16 @@ static void ask_lanes(const path_state *state, ca_batch *batch, const ca_number_
     }
 }
 
-/* A matte point as the scalar interfaces have it. */
-static void make_scalar(ca_batch *batch, const ca_scene *scene, uint32_t i)
-{
-    ca_vertex_batch *v = &batch->vertices;
-    const ca_hit hit = ca_hit_batch_at(&batch->hits, i);
-    ca_accel_surface(scene->accel, ca_column3_at(&batch->rays.origin, i),
-                     ca_column3_at(&batch->rays.direction, i), &hit, &v->surfaces[i]);
-    ca_bsdf_init(&v->bsdfs[i], scene->materials, scene->desc.textures.items, &v->surfaces[i],
-                 ca_column3_at(&v->wi, i));
-}
-
 static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const choice_batch *choices, uint32_t i)
 {
     const ca_light *light = &state->scene->lights[choices->light[i]];
     ca_vertex_batch *v = &batch->vertices;
     ca_light_direct direct;
     if (!ca_light_sample_direct(light, ca_column3_at(&v->position, i), u, &direct)) return;
-    if (v->matte[i]) make_scalar(batch, state->scene, i);
-    const ca_surface *surface = &v->surfaces[i];
+    const ca_scene *scene = state->scene;
+    const ca_surface *surface = ca_batch_surface(batch, scene, i);
+    if (v->matte[i])
+        ca_bsdf_init(&v->bsdfs[i], scene->materials, scene->desc.textures.items, surface, ca_column3_at(&v->wi, i));
     const ca_bsdf_value value = ca_bsdf_eval(&v->bsdfs[i], ca_column3_at(&v->wi, i), direct.to_light, CA_FROM_CAMERA);
     const float pdf_light = choices->probability[i] * direct.pdf_direct.v;
     const bool only_technique = ca_light_has_dirac_position(light) || ca_light_has_dirac_direction(light);

@@ -3,15 +3,12 @@
 #include "math/numeric.h"
 #include "sampling/warp.h"
 
-/* A direction nearer than this to the plane of a normal has no certain side. */
-#define GRAZING_COS 1e-6f
-
 static const ca_bsdf_value ZERO_VALUE;
 
 /* On the same side of both normals, and clearly so. */
 static inline bool sides_agree(float cos_ns, float cos_ng)
 {
-    return fabsf(cos_ns) > GRAZING_COS && fabsf(cos_ng) > GRAZING_COS && (cos_ns > 0.0f) == (cos_ng > 0.0f);
+    return fabsf(cos_ns) > CA_GRAZING_COS && fabsf(cos_ng) > CA_GRAZING_COS && (cos_ns > 0.0f) == (cos_ng > 0.0f);
 }
 
 /* The sign of local z. A factor, not a branch: which side a path is on cannot be predicted. */
@@ -60,8 +57,8 @@ static inline ca_bsdf_value eval_diffuse(const ca_bsdf_lobe *lobe, ca_vec3 wi_wo
 {
     const float side = lobe_side(lobe);
     const pair_cosines cos_ns = {ca_dot(lobe->frame.n, wi_world) * side, ca_dot(lobe->frame.n, wo_world) * side};
-    if (!(cos_ns.i > GRAZING_COS && cos_ns.o > GRAZING_COS && cos_ng.i * side > GRAZING_COS &&
-          cos_ng.o * side > GRAZING_COS))
+    if (!(cos_ns.i > CA_GRAZING_COS && cos_ns.o > CA_GRAZING_COS && cos_ng.i * side > CA_GRAZING_COS &&
+          cos_ng.o * side > CA_GRAZING_COS))
         return ZERO_VALUE;
     const float scale = lobe->weight * CA_INV_PI;
     return (ca_bsdf_value){
@@ -116,11 +113,11 @@ static bool sample_diffuse(const ca_bsdf *bsdf, ca_vec3 wi_world, ca_vec2 u, ca_
     const ca_bsdf_lobe *lobe = &bsdf->lobes[0];
     const float side = lobe_side(lobe);
     const float cos_ns_i = ca_dot(lobe->frame.n, wi_world) * side, cos_ng_i = ca_dot(bsdf->ng, wi_world) * side;
-    if (!(cos_ns_i > GRAZING_COS && cos_ng_i > GRAZING_COS)) return false;
+    if (!(cos_ns_i > CA_GRAZING_COS && cos_ng_i > CA_GRAZING_COS)) return false;
     const ca_vec3 wo_local = ca_warp_cosine_hemisphere(u);
     const ca_vec3 wo_world = lobe_to_world(lobe, wo_local);
     const float cos_ng_o = ca_dot(bsdf->ng, wo_world) * side;
-    if (!(wo_local.z > GRAZING_COS && cos_ng_o > GRAZING_COS)) return false;
+    if (!(wo_local.z > CA_GRAZING_COS && cos_ng_o > CA_GRAZING_COS)) return false;
 
     const ca_rgb reflectance = lobe->bxdf.as.diffuse.reflectance;
     sample->wo_world = wo_world;

@@ -20,6 +20,9 @@
 
 #include "material/material.h"
 
+/* A direction whose cosine with a normal is smaller has no certain side. */
+#define CA_GRAZING_COS 1e-6f
+
 /* More leaves are refused when a scene is compiled. */
 enum { CA_BSDF_MAX_LOBES = 8 };
 

@@ -80,7 +80,7 @@ static inline ca_mis_side ca_join_end(const ca_path_vertex *end, ca_pdf_area pdf
 }
 
 /* The camera's side where its last vertex lies on a light: `end` and `flight` as the light would start there,
- * `arrival` at the vertex before. */
+ * pdf_before: the density with which it would have sampled the vertex before. */
 static inline ca_mis_side ca_join_hit(const ca_path_vertex *vertices, uint32_t count, const ca_path_vertex *end,
                                       const ca_flight *flight, ca_pdf_area pdf_before)
 {
