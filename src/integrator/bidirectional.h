@@ -54,6 +54,19 @@ typedef struct ca_light_walk ca_light_walk;
 typedef struct ca_next_event ca_next_event;
 typedef struct ca_connection ca_connection;
 
+/* Vectors of three by components, for groups of eight that begin anywhere. */
+typedef struct ca_end_column {
+    float x[CA_LIGHT_ENDS + CA_LANES], y[CA_LIGHT_ENDS + CA_LANES], z[CA_LIGHT_ENDS + CA_LANES];
+} ca_end_column;
+
+/* Vertices of the light paths that are connected to; where they are matte, once more by components. */
+typedef struct ca_light_ends {
+    ca_vertex vertices[CA_LIGHT_ENDS];
+    ca_end_column position, ng, color; /* color: flux times f */
+    float error[CA_LIGHT_ENDS + CA_LANES], side[CA_LIGHT_ENDS + CA_LANES]; /* as ca_vertex */
+    uint32_t matte[CA_LIGHT_ENDS + CA_LANES]; /* all bits: light leaves it on its front; else 0 */
+} ca_light_ends;
+
 /* What a worker needs for a batch of paths. */
 typedef struct ca_bidirectional_scratch {
     uint32_t row;                 /* vertices of a path that there is room for */
@@ -65,8 +78,7 @@ typedef struct ca_bidirectional_scratch {
     ca_splat_list splats;         /* of a batch */
     uint32_t *splat_next;         /* owned; number of the next one of the same walk, or CA_NONE */
     size_t splat_next_capacity;
-    ca_surface *light_surfaces;   /* owned; [CA_LIGHT_ENDS]: of the light paths that are connected to; likewise: */
-    ca_bsdf *light_bsdfs;
+    ca_light_ends *light_ends;    /* owned */
     ca_walk_rays *rays;           /* owned */
     ca_next_event *next_events;   /* owned; [CA_RAY_BATCH]; likewise: */
     ca_connection *connections;
@@ -160,7 +172,7 @@ struct ca_camera_walk {
     bool has_paired;       /* is the light path to connect to in memory? */
     uint32_t paired;       /* its number there */
     uint32_t connect_slot; /* where what connections bring is added: the chunk's number, or one behind the last */
-    uint32_t light_first;  /* of its vertices in scratch->light_bsdfs, ... */
+    uint32_t light_first;  /* of its vertices in scratch->light_ends, ... */
     uint32_t light_ready;  /* ... which are made up to this one */
     const struct ca_walk_hooks *hooks; /* NULL: gather */
     void *user;            /* of the hooks */
@@ -209,12 +221,17 @@ void ca_next_event_now(ca_camera_walk *walk, bool weighted);
 
 /* ---- Connect --------------------------------------------------------------------------------------------------- */
 
+/* How a vertex samples the direction that leaves it, and the one that arrived. */
+typedef struct ca_pdf_pair {
+    ca_pdf_solid_angle pdf, pdf_reverse;
+} ca_pdf_pair;
+
 /* An edge between a camera path's last vertex and a light vertex, until the ray is answered. */
 struct ca_connection {
     ca_camera_walk *walk;
     const ca_light_vertex *vertex;
     float distance, cos_camera, cos_light, cos_light_in; /* cos_light_in: of the light path's own segment */
-    ca_bsdf_value camera, light;
+    ca_pdf_pair camera, light;
     ca_rgb unweighted;
 };
 

@@ -51,10 +51,10 @@ static void keep_vertex(ca_camera_walk *walk)
         return;
     }
     task->vertices[task->vertex_count++] =
-        (ca_gather_vertex){.point = ca_surface_point_of(&walk->walk.surface),
-                           .wi = walk->walk.wi,
+        (ca_gather_vertex){.point = ca_vertex_point(&walk->walk.last),
+                           .wi = walk->walk.last.wi,
                            .throughput = walk->walk.throughput,
-                           .radius0 = initial_radius(q, walk->walk.surface.position),
+                           .radius0 = initial_radius(q, walk->walk.last.position),
                            .vertex = (uint16_t)walk->walk.vertex,
                            .dirac = dirac};
 }

@@ -187,15 +187,15 @@ static bool arrive(ca_camera_walk *walk, const ca_hit *hit)
         return false;
     }
     if (!ca_walk_arrive(w, scene, hit)) return false;
-    ca_camera_walk_vertex(walk)->photon_density = ca_bidirectional_density(b, w->surface.position);
-    keep_point(walk, ca_surface_point_of(&w->surface));
-    if (w->surface.light != CA_NONE) add_hit(walk, w->surface.light, &w->surface);
+    ca_camera_walk_vertex(walk)->photon_density = ca_bidirectional_density(b, w->last.position);
+    if (walk->points) keep_point(walk, ca_vertex_point(&w->last));
+    if (w->last.light != CA_NONE) add_hit(walk, w->last.light, ca_vertex_surface(&w->last, scene));
     if (w->vertex > 1 && w->vertex >= b->max_depth) return false;
-    ca_bsdf_init(&w->bsdf, scene->materials, scene->desc.textures.items, &w->surface, w->wi);
+    ca_vertex_prepare(&w->last, scene);
     if (w->vertex > 1) return true;
-    walk->path->sample->albedo = ca_bsdf_albedo(&w->bsdf, w->wi);
-    walk->path->sample->normal = w->surface.ns;
-    walk->path->sample->position = w->surface.position;
+    walk->path->sample->albedo = ca_vertex_albedo(&w->last);
+    walk->path->sample->normal = w->last.matte ? w->last.ng : w->last.surface.ns;
+    walk->path->sample->position = w->last.position;
     return w->vertex < b->max_depth;
 }
 
@@ -210,13 +210,11 @@ static void arrive_all(walk_list *list)
     list->count = kept;
 }
 
-static bool scatters_smoothly(const ca_camera_walk *walk) { return walk->walk.bsdf.scatter & CA_SCATTER_SMOOTH; }
-
 /* What takes the place of gathering, where somebody wants that. */
 static void call_hooks(const walk_list *list)
 {
     for (uint32_t i = 0; i < list->count; i++)
-        if (scatters_smoothly(list->walks[i])) list->walks[i]->hooks->at_vertex(list->walks[i]);
+        if (ca_vertex_is_smooth(&list->walks[i]->walk.last)) list->walks[i]->hooks->at_vertex(list->walks[i]);
 }
 
 /* What a query asks of the memory arrives while those before it are done. */
@@ -226,8 +224,8 @@ static void merge_all(const walk_list *list)
     const ca_photon_grid *grid = list->walks[0]->b->grid;
     for (uint32_t i = 0; i < list->count; i++) {
         if (i + LOOK_AHEAD < list->count)
-            ca_photon_grid_prefetch(grid, list->walks[i + LOOK_AHEAD]->walk.surface.position);
-        if (scatters_smoothly(list->walks[i])) ca_merge_all(list->walks[i]);
+            ca_photon_grid_prefetch(grid, list->walks[i + LOOK_AHEAD]->walk.last.position);
+        if (ca_vertex_is_smooth(&list->walks[i]->walk.last)) ca_merge_all(list->walks[i]);
     }
 }
 

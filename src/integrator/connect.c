@@ -1,21 +1,40 @@
-/* Connections: edges between vertices of a camera path and of its paired light path. */
+/* Connections: edges between vertices of a camera path and of its paired light path. From a matte vertex to matte
+ * ones eight edges at a time, all others one by one; then all questions for visibility at once. */
+#include "integrator/batch_lanes.h"
 #include "integrator/bidirectional.h"
 
-/* Surfaces and BSDFs of the paired light path are made once for all camera vertices, as far as they are needed. */
+/* ---- Light vertices -------------------------------------------------------------------------------------------- */
+
+/* A matte vertex into the columns. */
+static void set_matte(ca_light_ends *ends, uint32_t end, const ca_vertex *v, ca_rgb throughput)
+{
+    const ca_rgb color = ca_rgb_mul(throughput, ca_rgb_scale(v->reflectance, CA_INV_PI));
+    ends->position.x[end] = v->position.x, ends->position.y[end] = v->position.y, ends->position.z[end] = v->position.z;
+    ends->ng.x[end] = v->ng.x, ends->ng.y[end] = v->ng.y, ends->ng.z[end] = v->ng.z;
+    ends->color.x[end] = color.r, ends->color.y[end] = color.g, ends->color.z[end] = color.b;
+    ends->error[end] = v->position_error.x;
+    ends->side[end] = v->side;
+    ends->matte[end] = ca_dot(v->ng, v->wi) * v->side > CA_GRAZING_COS ? UINT32_MAX : 0;
+}
+
+/* The vertices of the paired light path are made once for all camera vertices, as far as they are needed. */
 static void make_ready(ca_camera_walk *walk, const ca_light_path *path, uint32_t vertex)
 {
     const ca_scene *scene = walk->b->input.scene;
-    ca_bidirectional_scratch *scratch = walk->scratch;
+    ca_light_ends *ends = walk->scratch->light_ends;
     for (uint32_t i = walk->light_ready + 1; i <= vertex; i++) {
         const ca_light_vertex *v = ca_light_vertex_at(&walk->b->store, path->first + i);
         const uint32_t end = walk->light_first + i;
+        ca_vertex *made = &ends->vertices[end];
         walk->light_ready = i;
+        ends->matte[end] = 0;
         if (!v->capable) continue;
-        ca_accel_surface_at(scene->accel, &v->point, &scratch->light_surfaces[end]);
-        ca_bsdf_init(&scratch->light_bsdfs[end], scene->materials, scene->desc.textures.items,
-                     &scratch->light_surfaces[end], v->wi);
+        ca_vertex_from_point(made, scene, &v->point, v->wi);
+        if (made->matte) set_matte(ends, end, made, v->throughput);
     }
 }
+
+/* ---- Answers --------------------------------------------------------------------------------------------------- */
 
 static float weight_of(const ca_connection *c)
 {
@@ -23,7 +42,7 @@ static float weight_of(const ca_connection *c)
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *light = ca_light_density_at(&walk->b->store, c->vertex->first);
     const uint32_t t = c->vertex->index;
-    const float ratio_camera = c->cos_camera / ca_abs_dot(walk->walk.surface.ng, walk->walk.wi);
+    const float ratio_camera = c->cos_camera / walk->walk.last.cos_in;
     const float ratio_light = c->cos_light / c->cos_light_in;
     const ca_flight from_camera =
         ca_flight_towards(ca_camera_walk_vertex(walk), c->camera.pdf, c->cos_camera, ratio_camera, reuse);
@@ -59,55 +78,149 @@ static void answer(ca_bidirectional_scratch *scratch, uint32_t *asked)
     *asked = 0;
 }
 
-/* false: nothing goes along the edge. */
-static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_bsdf *light_bsdf,
-                      ca_connection *c)
+/* A full batch of rays is answered before the next one comes. */
+static void ask(const ca_connection *c, ca_vec3 origin, ca_vec3 direction, uint32_t *asked)
 {
-    const ca_surface *surface = &walk->walk.surface;
-    const ca_vec3 segment = ca_sub(vertex->point.position, surface->position);
+    ca_camera_walk *walk = c->walk;
+    walk->scratch->connections[*asked] = *c;
+    ca_walk_rays_set(walk->scratch->rays, (*asked)++, origin, direction, 0.0f, ca_visible_t_max);
+    walk->worker->counters.shadow_rays++;
+    walk->path->segments++;
+    if (*asked == CA_RAY_BATCH) answer(walk->scratch, asked);
+}
+
+/* ---- One edge -------------------------------------------------------------------------------------------------- */
+
+/* false: nothing goes along the edge. */
+static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_vertex *end, ca_connection *c)
+{
+    const ca_vertex *last = &walk->walk.last;
+    const ca_vec3 segment = ca_sub(end->position, last->position);
     const float distance2 = ca_length2(segment);
     if (!(distance2 > 0.0f)) return false;
     c->walk = walk;
     c->vertex = vertex;
     c->distance = sqrtf(distance2);
     const ca_vec3 to_light = ca_mul(segment, 1.0f / c->distance);
-    c->camera = ca_bsdf_eval(&walk->walk.bsdf, walk->walk.wi, to_light, CA_FROM_CAMERA);
-    if (ca_rgb_is_black(c->camera.f)) return false;
-    c->light = ca_bsdf_eval(light_bsdf, vertex->wi, ca_neg(to_light), CA_FROM_LIGHT);
-    if (ca_rgb_is_black(c->light.f)) return false;
-    c->cos_camera = ca_abs_dot(surface->ng, to_light);
-    c->cos_light = ca_abs_dot(vertex->point.ng, to_light);
-    c->cos_light_in = ca_abs_dot(vertex->point.ng, vertex->wi);
+    const ca_bsdf_value camera = ca_vertex_eval(last, to_light, CA_FROM_CAMERA);
+    if (ca_rgb_is_black(camera.f)) return false;
+    const ca_bsdf_value light = ca_vertex_eval(end, ca_neg(to_light), CA_FROM_LIGHT);
+    if (ca_rgb_is_black(light.f)) return false;
+    c->camera = (ca_pdf_pair){camera.pdf, camera.pdf_reverse};
+    c->light = (ca_pdf_pair){light.pdf, light.pdf_reverse};
+    c->cos_camera = ca_abs_dot(last->ng, to_light);
+    c->cos_light = ca_abs_dot(end->ng, to_light);
+    c->cos_light_in = end->cos_in;
     const float geometry = c->cos_camera * c->cos_light / distance2;
-    c->unweighted = ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, c->camera.f),
-                                            ca_rgb_mul(vertex->throughput, c->light.f)),
-                                 geometry);
+    c->unweighted = ca_rgb_scale(
+        ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, camera.f), ca_rgb_mul(vertex->throughput, light.f)), geometry);
     return !ca_rgb_is_black(c->unweighted);
 }
 
-/* Edges of one walk; full batches of rays are answered on the way. */
+static void connect_one(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_vertex *end, uint32_t *asked)
+{
+    const ca_vertex *last = &walk->walk.last;
+    ca_connection c;
+    if (!make_edge(walk, vertex, end, &c)) return;
+    const ca_segment ray = ca_segment_between(last->position, last->position_error, last->ng, end->position,
+                                              end->position_error, end->ng);
+    ask(&c, ray.origin, ray.direction, asked);
+}
+
+/* ---- Eight edges ----------------------------------------------------------------------------------------------- */
+
+static inline ca_v8 load_column(const ca_end_column *column, uint32_t i)
+{
+    return (ca_v8){ca_load8_anywhere(column->x + i), ca_load8_anywhere(column->y + i),
+                   ca_load8_anywhere(column->z + i)};
+}
+
+/* Edges from one matte vertex to eight. */
+typedef struct edges8 {
+    ca_m8 lit;
+    ca_f8 distance, cos_camera, cos_light;
+    ca_v8 light, origin, ray; /* light: before the weight */
+} edges8;
+
+/* make_edge and ca_segment_between for light vertices `end` to `end` + 7. */
+static edges8 make_edges(const ca_walk *walk, const ca_light_ends *ends, uint32_t end)
+{
+    const ca_vertex *last = &walk->last;
+    const ca_rgb color = ca_rgb_mul(walk->throughput, ca_rgb_scale(last->reflectance, CA_INV_PI));
+    const ca_v8 position = ca_v8_all(last->position), ng = ca_v8_all(last->ng);
+    const ca_v8 target = load_column(&ends->position, end), other = load_column(&ends->ng, end);
+    const ca_v8 arrives = load_column(&ends->color, end);
+    const ca_f8 grazing = ca_f8_all(CA_GRAZING_COS);
+    const ca_v8 segment = ca_sub_v8(target, position);
+    const ca_f8 distance2 = ca_dot_v8(segment, segment), distance = ca_sqrt8(distance2), inverse = 1.0f / distance;
+    const ca_f8 dot_camera = ca_dot_v8(ng, segment) * inverse, dot_light = ca_dot_v8(other, segment) * inverse;
+    const ca_f8 cos_camera = dot_camera * last->side, cos_light = -dot_light * ca_load8_anywhere(ends->side + end);
+    const ca_f8 geometry = cos_camera * cos_light / distance2;
+    edges8 e = {.distance = distance, .cos_camera = cos_camera, .cos_light = cos_light};
+    e.light = (ca_v8){color.r * arrives.x * geometry, color.g * arrives.y * geometry, color.b * arrives.z * geometry};
+    e.lit = (ca_m8)ca_load8_anywhere((const float *)(ends->matte + end)) & (distance2 > 0.0f) &
+            (cos_camera > grazing) & (cos_light > grazing) &
+            ~((e.light.x == 0.0f) & (e.light.y == 0.0f) & (e.light.z == 0.0f));
+    e.origin = ca_offset_origin8(position, ca_f8_all(last->position_error.x), ng, segment);
+    const ca_v8 there =
+        ca_offset_origin8(target, ca_load8_anywhere(ends->error + end), other, ca_neg_v8(segment));
+    e.ray = ca_sub_v8(there, e.origin);
+    return e;
+}
+
+static inline ca_vec3 lane_of(const ca_v8 *v, int lane) { return (ca_vec3){v->x[lane], v->y[lane], v->z[lane]}; }
+
+static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const edges8 *e, int lane, uint32_t *asked)
+{
+    const ca_vertex *last = &walk->walk.last;
+    const float cos_in = ca_abs_dot(vertex->point.ng, vertex->wi);
+    const ca_connection c = {
+        .walk = walk,
+        .vertex = vertex,
+        .distance = e->distance[lane],
+        .cos_camera = e->cos_camera[lane],
+        .cos_light = e->cos_light[lane],
+        .cos_light_in = cos_in,
+        .camera = {{e->cos_camera[lane] * CA_INV_PI}, {last->cos_in * CA_INV_PI}},
+        .light = {{e->cos_light[lane] * CA_INV_PI}, {cos_in * CA_INV_PI}},
+        .unweighted = {e->light.x[lane], e->light.y[lane], e->light.z[lane]},
+    };
+    ask(&c, lane_of(&e->origin, lane), lane_of(&e->ray, lane), asked);
+}
+
+/* ---- Walks ----------------------------------------------------------------------------------------------------- */
+
+/* Edges to the matte ones of the light path's vertices [1, last]. */
+static void connect_matte(ca_camera_walk *walk, const ca_light_path *path, uint32_t last, uint32_t *asked)
+{
+    const ca_light_store *store = &walk->b->store;
+    if (!(ca_dot(walk->walk.last.ng, walk->walk.last.wi) * walk->walk.last.side > CA_GRAZING_COS)) return;
+    for (uint32_t first = 1; first <= last; first += CA_LANES) {
+        const edges8 edges = make_edges(&walk->walk, walk->scratch->light_ends, walk->light_first + first);
+        const uint32_t lanes = ca_min_u32(last + 1 - first, CA_LANES);
+        for (uint32_t bits = ca_mask_bits(edges.lit) & (0xffu >> (CA_LANES - lanes)); bits; bits &= bits - 1) {
+            const int lane = __builtin_ctz(bits);
+            ask_edge(walk, ca_light_vertex_at(store, path->first + first + (uint32_t)lane), &edges, lane, asked);
+        }
+    }
+}
+
+/* Edges of one walk. */
 static void connect_walk(ca_camera_walk *walk, uint32_t *asked)
 {
-    ca_bidirectional_scratch *scratch = walk->scratch;
     const ca_light_store *store = &walk->b->store;
     const ca_light_path *path = &store->paths[walk->paired];
-    const ca_surface *surface = &walk->walk.surface;
+    const ca_light_ends *ends = walk->scratch->light_ends;
     if (path->count < 2) return;
     /* Segments: walk->vertex, the edge, and i. */
     const uint32_t last = ca_min_u32(path->count - 1, walk->b->max_depth - walk->walk.vertex - 1);
     make_ready(walk, path, last);
+    const bool matte = walk->walk.last.matte;
+    if (matte) connect_matte(walk, path, last, asked);
     for (uint32_t i = 1; i <= last; i++) {
         const ca_light_vertex *vertex = ca_light_vertex_at(store, path->first + i);
-        const uint32_t end = walk->light_first + i;
-        if (!vertex->capable || !make_edge(walk, vertex, &scratch->light_bsdfs[end], &scratch->connections[*asked]))
-            continue;
-        const ca_surface *other = &scratch->light_surfaces[end];
-        const ca_segment ray = ca_segment_between(surface->position, surface->position_error, surface->ng,
-                                                  other->position, other->position_error, other->ng);
-        ca_walk_rays_set(scratch->rays, (*asked)++, ray.origin, ray.direction, 0.0f, ca_visible_t_max);
-        walk->worker->counters.shadow_rays++;
-        walk->path->segments++;
-        if (*asked == CA_RAY_BATCH) answer(scratch, asked);
+        const ca_vertex *end = &ends->vertices[walk->light_first + i];
+        if (vertex->capable && !(matte && end->matte)) connect_one(walk, vertex, end, asked);
     }
 }
 
@@ -115,6 +228,6 @@ void ca_connect_all(ca_camera_walk *const *walks, uint32_t count)
 {
     uint32_t asked = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (walks[i]->has_paired && (walks[i]->walk.bsdf.scatter & CA_SCATTER_SMOOTH)) connect_walk(walks[i], &asked);
+        if (walks[i]->has_paired && ca_vertex_is_smooth(&walks[i]->walk.last)) connect_walk(walks[i], &asked);
     if (count > 0) answer(walks[0]->scratch, &asked);
 }

@@ -73,21 +73,21 @@ static float next_event_ratio_of_start(const ca_bidirectional *b, const ca_light
 {
     const ca_walk *w = &walk->walk;
     const ca_surface_point *point = &walk->vertices[0].point;
-    const ca_light_receiver receiver = ca_walk_receiver(&w->surface, &w->bsdf, w->wi);
-    return ca_light_next_event_ratio(walk->light, w->surface.position, point->position, point->ng) *
+    const ca_light_receiver receiver = ca_vertex_receiver(&w->last);
+    return ca_light_next_event_ratio(walk->light, w->last.position, point->position, point->ng) *
            ca_light_choice_ratio(&b->input.scene->light_choice, &receiver, point->shape);
 }
 
 static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_light_block *block, ca_worker *worker)
 {
     const ca_walk *w = &walk->walk;
-    const bool capable = (w->bsdf.scatter & CA_SCATTER_SMOOTH) != 0;
-    walk->vertices[w->vertex] = (ca_light_vertex){.wi = w->wi,
+    const bool capable = ca_vertex_is_smooth(&w->last);
+    walk->vertices[w->vertex] = (ca_light_vertex){.wi = w->last.wi,
                                                   .throughput = w->throughput,
                                                   .index = w->vertex & 0x1fff,
                                                   .capable = capable,
                                                   .path = walk->path & (CA_CHUNK_PATHS - 1),
-                                                  .point = ca_surface_point_of(&w->surface)};
+                                                  .point = ca_vertex_point(&w->last)};
     if (!capable || !ca_bidirectional_merges(b)) return;
     block->photons++;
     worker->counters.photons++;
@@ -100,8 +100,8 @@ static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit 
     const ca_scene *scene = b->input.scene;
     ca_walk *w = &walk->walk;
     if (hit->shape == CA_NONE || !ca_walk_arrive(w, scene, hit)) return false;
-    w->densities[w->vertex].photon_density = ca_bidirectional_density(b, w->surface.position);
-    ca_bsdf_init(&w->bsdf, scene->materials, scene->desc.textures.items, &w->surface, w->wi);
+    w->densities[w->vertex].photon_density = ca_bidirectional_density(b, w->last.position);
+    ca_vertex_prepare(&w->last, scene);
     if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);
     store_vertex(b, walk, block, worker);
     return true;

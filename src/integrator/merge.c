@@ -11,8 +11,8 @@ float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, c
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *light = ca_light_density_at(store, photon->first), *l = &light[photon->index];
     const ca_walk *w = &walk->walk;
-    const float cos_out = ca_abs_dot(w->surface.ng, photon->wi);
-    const float ratio = cos_out / ca_abs_dot(w->surface.ng, w->wi);
+    const float cos_out = ca_abs_dot(w->last.ng, photon->wi);
+    const float ratio = cos_out / w->last.cos_in;
     const ca_arrival from_light = {.pdf = l->pdf_forward, .sqrt_area = l->sqrt_area, .sqrt_omega = l->sqrt_omega};
     const ca_flight flight = ca_flight_towards(ca_camera_walk_vertex(walk), value->pdf, cos_out, ratio, reuse);
     const ca_arrival from_camera = {.pdf = {value->pdf.v * l->to_previous},
@@ -27,7 +27,7 @@ float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, c
 
 static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, float normalisation)
 {
-    const ca_bsdf_value value = ca_bsdf_eval(&walk->walk.bsdf, walk->walk.wi, photon->wi, CA_FROM_CAMERA);
+    const ca_bsdf_value value = ca_vertex_eval(&walk->walk.last, photon->wi, CA_FROM_CAMERA);
     const ca_rgb unweighted = ca_rgb_scale(
         ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, value.f), photon->throughput), normalisation);
     if (ca_rgb_is_black(unweighted)) return;
@@ -44,7 +44,7 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vert
 static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *photon)
 {
     return walk->walk.vertex + photon->index <= walk->b->max_depth &&
-           ca_dot(photon->point.ng, walk->walk.surface.ng) >= CA_MERGE_MIN_COS;
+           ca_dot(photon->point.ng, walk->walk.last.ng) >= CA_MERGE_MIN_COS;
 }
 
 /* Light vertices and the densities of their paths lie all over the memory. Asking for those of a batch before using
@@ -76,7 +76,7 @@ void ca_merge_all(ca_camera_walk *walk)
     const float normalisation = 1.0f / (b->rules.merge_area * (float)b->light_paths);
     uint32_t found[CA_PHOTON_BATCH], count;
     ca_photon_query query;
-    ca_photon_query_start(&query, b->grid, walk->walk.surface.position);
+    ca_photon_query_start(&query, b->grid, walk->walk.last.position);
     while ((count = ca_photon_query_next(&query, found)) > 0) merge_batch(walk, found, count, normalisation);
     walk->worker->counters.photons_tested += query.tested;
 }

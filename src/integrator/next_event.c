@@ -16,11 +16,11 @@ static float weight_of(const ca_next_event *event)
     end.next_event_ratio = direct->next_event_ratio * (event->choice / choice);
     const bool infinite = ca_light_is_infinite(light);
     const float distance =
-        infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->walk.surface.position)
+        infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->walk.last.position)
                  : direct->distance;
     /* Meeting the light by chance: not a Dirac one; one at infinity has a density of directions. */
     const float hit_factor = !flight.reversible ? 0.0f : infinite ? 1.0f : direct->cos_light / ca_sqr(distance);
-    const float cos_ratio = event->cos_out / ca_abs_dot(walk->walk.surface.ng, walk->walk.wi);
+    const float cos_ratio = event->cos_out / walk->walk.last.cos_in;
     const ca_mis_path path =
         ca_join(ca_join_scattering(walk->walk.densities, walk->walk.vertex + 1,
                                    ca_arrive(&flight, distance, event->cos_out), event->value.pdf_reverse, cos_ratio,
@@ -37,23 +37,29 @@ static bool ask(ca_camera_walk *walk, ca_next_event *event)
     const ca_scene *scene = walk->b->input.scene;
     const ca_walk *w = &walk->walk;
     const uint32_t dimension = ca_vertex_dimension(w->vertex - 1);
-    const ca_light_receiver receiver = ca_walk_receiver(&w->surface, &w->bsdf, w->wi);
+    const ca_light_receiver receiver = ca_vertex_receiver(&w->last);
     const uint32_t index =
         ca_light_choice_sample_direct(&scene->light_choice, &receiver,
                                       ca_sample_1d(&w->stream, dimension + CA_DIM_NEXT_LIGHT), &event->choice);
     if (index == CA_NONE) return false;
     event->walk = walk;
     event->light = &scene->lights[index];
-    if (!ca_light_sample_direct(event->light, w->surface.position,
+    if (!ca_light_sample_direct(event->light, w->last.position,
                                 ca_sample_2d(&w->stream, dimension + CA_DIM_NEXT_EVENT), &event->direct))
         return false;
     const ca_light_direct *direct = &event->direct;
-    event->value = ca_bsdf_eval(&w->bsdf, w->wi, direct->to_light, CA_FROM_CAMERA);
-    event->cos_out = ca_abs_dot(w->surface.ng, direct->to_light);
+    event->value = ca_vertex_eval(&w->last, direct->to_light, CA_FROM_CAMERA);
+    event->cos_out = ca_abs_dot(w->last.ng, direct->to_light);
     const float factor = event->cos_out / (event->choice * direct->pdf_direct.v);
     event->unweighted =
         ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(w->throughput, event->value.f), direct->radiance), factor);
     return !ca_rgb_is_black(event->unweighted);
+}
+
+static ca_next_event_ray ray_of(const ca_next_event *event)
+{
+    const ca_vertex *last = &event->walk->walk.last;
+    return ca_walk_next_event_ray(last->position, last->position_error, last->ng, &event->direct);
 }
 
 static void count_ray(ca_camera_walk *walk)
@@ -79,8 +85,8 @@ void ca_next_events(ca_camera_walk *const *walks, uint32_t count)
     uint32_t asked = 0;
     for (uint32_t i = 0; i < count; i++) {
         ca_next_event *event = &scratch->next_events[asked];
-        if (!(walks[i]->walk.bsdf.scatter & CA_SCATTER_SMOOTH) || !ask(walks[i], event)) continue;
-        const ca_next_event_ray ray = ca_walk_next_event_ray(&walks[i]->walk.surface, &event->direct);
+        if (!ca_vertex_is_smooth(&walks[i]->walk.last) || !ask(walks[i], event)) continue;
+        const ca_next_event_ray ray = ray_of(event);
         ca_walk_rays_set(scratch->rays, asked++, ray.origin, ray.direction, 0.0f, ray.t_max);
         count_ray(walks[i]);
     }
@@ -93,7 +99,7 @@ void ca_next_event_now(ca_camera_walk *walk, bool weighted)
 {
     ca_next_event event;
     if (!ask(walk, &event)) return;
-    const ca_next_event_ray ray = ca_walk_next_event_ray(&walk->walk.surface, &event.direct);
+    const ca_next_event_ray ray = ray_of(&event);
     count_ray(walk);
     if (!ca_accel_occluded(walk->b->input.scene->accel, ray.origin, ray.direction, 0.0f, ray.t_max))
         take(&event, weighted);

@@ -19,10 +19,8 @@ static bool scatters_smoothly(const ca_vertex_batch *v, uint32_t i)
 
 static ca_light_receiver receiver_at(const ca_vertex_batch *v, uint32_t i)
 {
-    if (!v->matte[i]) return ca_walk_receiver(&v->surfaces[i], &v->bsdfs[i], ca_column3_at(&v->wi, i));
-    const ca_vec3 ng = ca_column3_at(&v->ng, i);
-    return (ca_light_receiver){ca_column3_at(&v->position, i),
-                               ca_dot(ng, ca_column3_at(&v->wi, i)) < 0.0f ? ca_neg(ng) : ng};
+    return ca_receiver_at(ca_column3_at(&v->position, i), ca_column3_at(&v->ng, i), ca_column3_at(&v->wi, i),
+                          v->matte[i] ? CA_SCATTER_REFLECTION : v->bsdfs[i].scatter);
 }
 
 static void choose_light(const path_state *state, const ca_batch *batch, float u, uint32_t i, choice_batch *choices)
@@ -166,7 +164,7 @@ static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const c
     const ca_rgb throughput = {batch->throughput.x[i], batch->throughput.y[i], batch->throughput.z[i]};
     const ca_rgb contribution = ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(throughput, value.f), direct.radiance), factor);
     if (ca_rgb_is_black(contribution)) return;
-    const ca_next_event_ray ray = ca_walk_next_event_ray(surface, &direct);
+    const ca_next_event_ray ray = ca_walk_next_event_ray(surface->position, surface->position_error, surface->ng, &direct);
     ask(batch, i, ray.origin, ray.direction, ray.t_max, contribution, weight);
     keep_light(batch, direct.position, direct.ng, choices->light[i]);
 }

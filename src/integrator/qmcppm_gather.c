@@ -20,13 +20,11 @@ typedef struct gather {
 
 /* ---- Merges ---------------------------------------------------------------------------------------------------- */
 
-static void make_surface(gather *g)
+static void make_vertex(gather *g)
 {
     const ca_scene *scene = g->q->input.scene;
     if (g->made) return;
-    ca_accel_surface_at(scene->accel, &g->vertex->point, &g->walk.walk.surface);
-    ca_bsdf_init(&g->walk.walk.bsdf, scene->materials, scene->desc.textures.items, &g->walk.walk.surface,
-                 g->walk.walk.wi);
+    ca_vertex_from_point(&g->walk.walk.last, scene, &g->vertex->point, g->vertex->wi);
     g->made = true;
 }
 
@@ -75,8 +73,8 @@ static void merge(gather *g, uint32_t number)
         t = ca_length2(offset) / ca_sqr(g->radius);
         if (q->gradients) add_gradient(g, photon, offset);
     }
-    make_surface(g);
-    const ca_bsdf_value value = ca_bsdf_eval(&g->walk.walk.bsdf, g->walk.walk.wi, photon->wi, CA_FROM_CAMERA);
+    make_vertex(g);
+    const ca_bsdf_value value = ca_vertex_eval(&g->walk.walk.last, photon->wi, CA_FROM_CAMERA);
     const float kernel = ca_kernel_value(q->kernel, t) / ca_sqr(g->radius);
     ca_rgb contribution =
         ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(g->vertex->throughput, value.f), photon->throughput), kernel);
@@ -128,7 +126,6 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
     for (uint32_t i = 0; i < record->count; i++) {
         g.vertex = &task->vertices[record->first + i];
         g.walk.walk.vertex = g.vertex->vertex;
-        g.walk.walk.wi = g.vertex->wi;
         g.radius = g.vertex->radius0 * q->shrink;
         g.gradient = (ca_vec3){0};
         g.made = false;

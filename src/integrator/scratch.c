@@ -12,11 +12,10 @@ static uint32_t row_of(const ca_bidirectional *b)
 
 static bool create_joins(ca_bidirectional_scratch *scratch)
 {
-    scratch->light_surfaces = ca_alloc_large(CA_LIGHT_ENDS, sizeof *scratch->light_surfaces);
-    scratch->light_bsdfs = ca_alloc_large(CA_LIGHT_ENDS, sizeof *scratch->light_bsdfs);
+    scratch->light_ends = ca_alloc_large(1, sizeof *scratch->light_ends);
     scratch->next_events = ca_alloc_large(CA_RAY_BATCH, sizeof *scratch->next_events);
     scratch->connections = ca_alloc_large(CA_RAY_BATCH, sizeof *scratch->connections);
-    return scratch->light_surfaces && scratch->light_bsdfs && scratch->next_events && scratch->connections;
+    return scratch->light_ends && scratch->next_events && scratch->connections;
 }
 
 ca_status ca_bidirectional_scratch_create(ca_bidirectional_scratch *scratch, const ca_bidirectional *b,
@@ -53,8 +52,7 @@ void ca_bidirectional_scratch_destroy(ca_bidirectional_scratch *scratch)
     ca_free(scratch->points);
     ca_splat_list_destroy(&scratch->splats);
     ca_free(scratch->splat_next);
-    ca_free(scratch->light_surfaces);
-    ca_free(scratch->light_bsdfs);
+    ca_free(scratch->light_ends);
     ca_free(scratch->rays);
     ca_free(scratch->next_events);
     ca_free(scratch->connections);

@@ -22,7 +22,7 @@ static float weight_of(const ca_bidirectional *b, const lens_join *join)
     ca_path_vertex lens;
     const ca_flight flight =
         ca_camera_end(b->input.camera, direct->pdf_position, direct->pdf_direction, &b->rules.reuse, &lens);
-    const float cos_ratio = join->cos_out / ca_abs_dot(w->surface.ng, w->wi);
+    const float cos_ratio = join->cos_out / w->last.cos_in;
     const ca_mis_path path =
         ca_join(ca_join_end(&lens, (ca_pdf_area){0.0f}),
                 ca_join_scattering(w->densities, w->vertex + 1, ca_arrive(&flight, direct->distance, join->cos_out),
@@ -39,10 +39,10 @@ static bool ask(const ca_bidirectional *b, ca_light_walk *walk, lens_join *join)
     const ca_walk *w = &walk->walk;
     const ca_vec2 u_lens = ca_sample_2d(&w->stream, ca_vertex_dimension(w->vertex - 1) + CA_DIM_NEXT_EVENT);
     join->walk = walk;
-    if (!ca_camera_sample_direct(input->camera, w->surface.position, u_lens, input->filter->radius, &join->direct))
+    if (!ca_camera_sample_direct(input->camera, w->last.position, u_lens, input->filter->radius, &join->direct))
         return false;
-    join->value = ca_bsdf_eval(&w->bsdf, w->wi, join->direct.to_camera, CA_FROM_LIGHT);
-    join->cos_out = ca_abs_dot(w->surface.ng, join->direct.to_camera);
+    join->value = ca_vertex_eval(&w->last, join->direct.to_camera, CA_FROM_LIGHT);
+    join->cos_out = ca_abs_dot(w->last.ng, join->direct.to_camera);
     const float factor = join->cos_out * join->direct.importance / join->direct.pdf_direct.v;
     join->unweighted = ca_rgb_scale(ca_rgb_mul(w->throughput, join->value.f), factor);
     join->touches = !(join->direct.t_near > 0.0f);
@@ -92,10 +92,9 @@ static uint32_t ask_all(const ca_bidirectional *b, ca_light_walk *const *walks, 
     for (uint32_t i = 0; i < count; i++) {
         const ca_walk *w = &walks[i]->walk;
         lens_join *join = &joins[asked];
-        if (!(w->bsdf.scatter & CA_SCATTER_SMOOTH) || !ask(b, walks[i], join)) continue;
+        if (!ca_vertex_is_smooth(&w->last) || !ask(b, walks[i], join)) continue;
         const ca_vec3 to_camera = join->direct.to_camera;
-        const ca_vec3 origin =
-            ca_offset_origin(w->surface.position, w->surface.position_error, w->surface.ng, to_camera);
+        const ca_vec3 origin = ca_vertex_leave(&w->last, to_camera);
         ca_walk_rays_set(rays, asked++, origin, to_camera, 0.0f, join->touches ? 0.0f : join->direct.t_near);
     }
     return asked;

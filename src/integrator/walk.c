@@ -2,12 +2,10 @@
 
 bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit)
 {
-    ca_accel_surface(scene->accel, walk->origin, walk->direction, hit, &walk->surface);
-    walk->wi = ca_neg(walk->direction);
-    const float cos_in = ca_abs_dot(walk->surface.ng, walk->wi);
-    if (!(cos_in > 0.0f) || !(hit->t > 0.0f)) return false;
+    ca_vertex_from_hit(&walk->last, scene, walk->origin, walk->direction, hit);
+    if (!(walk->last.cos_in > 0.0f) || !(hit->t > 0.0f)) return false;
     ca_path_vertex *v = &walk->densities[++walk->vertex];
-    ca_path_vertex_arrive(v, v - 1, &walk->flight, hit->t, cos_in, 0.0f);
+    ca_path_vertex_arrive(v, v - 1, &walk->flight, hit->t, walk->last.cos_in, 0.0f);
     return true;
 }
 
@@ -29,19 +27,19 @@ bool ca_walk_scatter(ca_walk *walk, const ca_reuse_rules *rules, uint32_t rr_dep
 {
     const uint32_t dimension = ca_vertex_dimension(walk->vertex - 1);
     const ca_vec2 u_lobe_roulette = ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
-    const ca_surface *surface = &walk->surface;
+    const ca_vertex *last = &walk->last;
     ca_bsdf_sample event;
-    if (!ca_bsdf_sample_direction(&walk->bsdf, walk->wi, u_lobe_roulette.x,
-                                  ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION), walk->from, &event))
+    if (!ca_vertex_sample(last, u_lobe_roulette.x, ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION),
+                          walk->from, &event))
         return false;
     ca_path_vertex *v = &walk->densities[walk->vertex];
-    walk->flight = ca_path_vertex_scatter(v, v - 1, walk->wi, surface->ng, &event, rules);
+    walk->flight = ca_path_vertex_scatter(v, v - 1, last->wi, last->ng, &event, rules);
     walk->throughput = ca_rgb_mul(walk->throughput, event.weight);
     if (walk->from == CA_FROM_CAMERA) {
         walk->eta2 *= ca_sqr(event.eta);
-        walk->receiver = ca_walk_receiver(surface, &walk->bsdf, walk->wi);
+        walk->receiver = ca_vertex_receiver(last);
     }
-    walk->origin = ca_offset_origin(surface->position, surface->position_error, surface->ng, event.wo_world);
+    walk->origin = ca_vertex_leave(last, event.wo_world);
     walk->direction = event.wo_world;
     walk->t_min = 0.0f;
     walk->t_max = INFINITY;

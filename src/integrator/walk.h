@@ -7,6 +7,7 @@
 #include "geometry/ray_batch.h"
 #include "math/numeric.h"
 #include "path/subpath.h"
+#include "path/vertex.h"
 #include "sampling/filter.h"
 #include "scene/scene.h"
 
@@ -21,11 +22,9 @@ typedef struct ca_walk {
     ca_rgb throughput;         /* from a light: flux, W */
     float start; /* the roulette looks at the throughput over this: from a light the flux that was emitted */
     float eta2;                /* from the camera: what refraction took from the throughput */
-    ca_vec3 wi;                /* from the last vertex to the one before */
     ca_light_receiver receiver; /* from the camera: the vertex that the segment leaves, as it asked for light */
     ca_path_vertex *densities; /* borrowed: v[0] first */
-    ca_surface surface;        /* of the last vertex */
-    ca_bsdf bsdf;
+    ca_vertex last;            /* v[vertex], where it lies on a surface */
 } ca_walk;
 
 /* Rays of walks, or questions for visibility, and the answers. */
@@ -44,7 +43,7 @@ static inline void ca_walk_rays_set(ca_walk_rays *rays, uint32_t i, ca_vec3 orig
     rays->rays.t_max[i] = t_max;
 }
 
-/* A hit on the walk's segment becomes its last vertex: surface and densities (photon_density: 0), not yet a BSDF.
+/* A hit on the walk's segment becomes its last vertex: place and densities (photon_density: 0), not yet a BSDF.
  * false where the ray runs along the surface, which has no measure. */
 bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit);
 
@@ -63,33 +62,22 @@ static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca
     return ca_camera_sample_ray(camera, film_position, lens);
 }
 
-/* Who asks for light at a surface where the path came from wi: what lies behind one that only reflects cannot
- * help. */
-static inline ca_light_receiver ca_walk_receiver(const ca_surface *surface, const ca_bsdf *bsdf, ca_vec3 wi)
-{
-    ca_light_receiver receiver = {.position = surface->position};
-    if (!(bsdf->scatter & CA_SCATTER_TRANSMISSION))
-        receiver.normal = ca_dot(surface->ng, wi) < 0.0f ? ca_neg(surface->ng) : surface->ng;
-    return receiver;
-}
-
-/* Next event: the ray that asks whether the way from the surface to the chosen point of the light is free. */
+/* Next event: the ray that asks whether the way from a point to the chosen point of the light is free. */
 typedef struct ca_next_event_ray {
     ca_vec3 origin, direction;
     float t_max;
 } ca_next_event_ray;
 
-static inline ca_next_event_ray ca_walk_next_event_ray(const ca_surface *surface, const ca_light_direct *direct)
+static inline ca_next_event_ray ca_walk_next_event_ray(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng,
+                                                       const ca_light_direct *direct)
 {
     if (isfinite(direct->distance)) {
-        const ca_segment segment =
-            ca_segment_between(surface->position, surface->position_error, surface->ng, direct->position,
-                               direct->position_error, direct->ng);
+        const ca_segment segment = ca_segment_between(position, position_error, ng, direct->position,
+                                                      direct->position_error, direct->ng);
         return (ca_next_event_ray){segment.origin, segment.direction, ca_visible_t_max};
     }
-    return (ca_next_event_ray){
-        ca_offset_origin(surface->position, surface->position_error, surface->ng, direct->to_light), direct->to_light,
-        INFINITY};
+    return (ca_next_event_ray){ca_offset_origin(position, position_error, ng, direct->to_light), direct->to_light,
+                               INFINITY};
 }
 
 #endif

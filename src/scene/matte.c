@@ -39,6 +39,7 @@ ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, u
 {
     ca_matte_shape *mattes = ca_alloc_zeroed(count, sizeof *mattes);
     for (uint32_t i = 0; mattes && i < count; i++) {
+        mattes[i].light = shapes[i].light;
         if (shapes[i].kind == CA_SHAPE_MESH) mattes[i].extent = shapes[i].as.mesh.extent;
         mattes[i].is_matte = i < world_count && is_flat_mesh(&shapes[i]) && !shapes[i].needs_tangents &&
                              find_reflectances(materials, shapes[i].material, textures, &mattes[i]);

@@ -13,7 +13,8 @@
 typedef struct ca_matte_shape {
     bool is_matte;
     bool back_is_front; /* twosided: seen from the back, the frame is mirrored */
-    float extent;       /* as the shape's */
+    float extent;       /* as the shape's; likewise: */
+    uint32_t light;
     ca_rgb reflectance[2]; /* seen from the front, from the back; a one-sided material has the same twice */
 } ca_matte_shape;
 

@@ -1,0 +1,134 @@
+#include "path/vertex.h"
+
+#include "math/numeric.h"
+#include "sampling/warp.h"
+
+/* ---- Matte points ---------------------------------------------------------------------------------------------- */
+
+/* mesh_surface of geometry/surface.c for a flat mesh of the world. false: the ray is so long that the triangle's
+ * corners give a better bound. */
+static bool place_matte(ca_vertex *v, float extent, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit)
+{
+    const ca_vec3 segment = ca_mul(direction, hit->t);
+    const float reach = ca_max3(ca_abs3(segment)) + ca_max3(ca_abs3(origin));
+    if (reach > 4.0f * extent) return false;
+    const float bound = CA_GAMMA(12) * (reach + extent);
+    v->position = ca_add(origin, segment);
+    v->position_error = (ca_vec3){bound, bound, bound};
+    v->ng = ca_normalize(hit->ng);
+    v->barycentric = (ca_vec2){hit->u, hit->v};
+    return true;
+}
+
+static void color_matte(ca_vertex *v, const ca_matte_shape *matte)
+{
+    const bool mirrored = matte->back_is_front && ca_dot(v->wi, v->ng) < 0.0f;
+    v->side = mirrored ? -1.0f : 1.0f;
+    v->reflectance = matte->reflectance[mirrored];
+    v->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
+}
+
+/* sample_diffuse of material/bsdf.c; ng is the shading normal, too, so that both directions of transport get the same
+ * weight. */
+static bool sample_matte(const ca_vertex *v, ca_vec2 u, ca_bsdf_sample *sample)
+{
+    const float cos_i = ca_dot(v->ng, v->wi) * v->side;
+    if (!(cos_i > CA_GRAZING_COS)) return false;
+    ca_vec3 local = ca_warp_cosine_hemisphere(u);
+    const float cos_local = local.z;
+    local.z *= v->side;
+    const ca_frame frame = ca_frame_from_normal(v->ng);
+    sample->wo_world = ca_to_world(&frame, local);
+    if (!(cos_local > CA_GRAZING_COS && ca_dot(v->ng, sample->wo_world) * v->side > CA_GRAZING_COS)) return false;
+    sample->weight = v->reflectance;
+    sample->pdf.v = cos_local * CA_INV_PI;
+    sample->pdf_reverse.v = cos_i * CA_INV_PI;
+    sample->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
+    sample->eta = 1.0f;
+    return true;
+}
+
+/* ---- All points ------------------------------------------------------------------------------------------------ */
+
+static void copy_place(ca_vertex *v, const ca_surface *surface)
+{
+    v->position = surface->position;
+    v->position_error = surface->position_error;
+    v->ng = surface->ng;
+    v->barycentric = surface->barycentric;
+}
+
+void ca_vertex_from_hit(ca_vertex *v, const ca_scene *scene, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit)
+{
+    const ca_matte_shape *matte = &scene->mattes[hit->shape];
+    v->shape = hit->shape;
+    v->primitive = hit->primitive;
+    v->instance = hit->instance;
+    v->light = matte->light;
+    v->wi = ca_neg(direction);
+    v->matte = matte->is_matte && place_matte(v, matte->extent, origin, direction, hit);
+    if (!v->matte) {
+        ca_accel_surface(scene->accel, origin, direction, hit, &v->surface);
+        copy_place(v, &v->surface);
+    }
+    v->cos_in = ca_abs_dot(v->ng, v->wi);
+}
+
+void ca_vertex_prepare(ca_vertex *v, const ca_scene *scene)
+{
+    if (v->matte) {
+        color_matte(v, &scene->mattes[v->shape]);
+        return;
+    }
+    ca_bsdf_init(&v->bsdf, scene->materials, scene->desc.textures.items, &v->surface, v->wi);
+    v->scatter = v->bsdf.scatter;
+}
+
+void ca_vertex_from_point(ca_vertex *v, const ca_scene *scene, const ca_surface_point *point, ca_vec3 wi)
+{
+    v->shape = point->shape;
+    v->primitive = point->primitive;
+    v->instance = point->instance;
+    v->light = scene->mattes[point->shape].light;
+    v->wi = wi;
+    v->matte = scene->mattes[point->shape].is_matte;
+    v->position = point->position;
+    v->position_error = (ca_vec3){point->position_error, point->position_error, point->position_error};
+    v->ng = point->ng;
+    v->barycentric = point->barycentric;
+    v->cos_in = ca_abs_dot(v->ng, v->wi);
+    if (!v->matte) ca_accel_surface_at(scene->accel, point, &v->surface);
+    ca_vertex_prepare(v, scene);
+}
+
+const ca_surface *ca_vertex_surface(ca_vertex *v, const ca_scene *scene)
+{
+    if (v->matte) {
+        const ca_surface_point point = ca_vertex_point(v);
+        ca_accel_surface_at(scene->accel, &point, &v->surface);
+    }
+    return &v->surface;
+}
+
+ca_rgb ca_vertex_albedo(const ca_vertex *v)
+{
+    if (!v->matte) return ca_bsdf_albedo(&v->bsdf, v->wi);
+    return ca_dot(v->ng, v->wi) * v->side > 0.0f ? v->reflectance : ca_rgb_grey(0.0f);
+}
+
+ca_surface_point ca_vertex_point(const ca_vertex *v)
+{
+    return (ca_surface_point){.ng = v->ng,
+                              .position = v->position,
+                              .position_error = ca_max3(v->position_error),
+                              .barycentric = v->barycentric,
+                              .shape = v->shape,
+                              .primitive = v->primitive,
+                              .instance = v->instance};
+}
+
+bool ca_vertex_sample(const ca_vertex *v, float u_lobe, ca_vec2 u, ca_from from, ca_bsdf_sample *sample)
+{
+    return v->matte ? sample_matte(v, u, sample)
+                    : ca_bsdf_sample_direction(&v->bsdf, v->wi, u_lobe, u, from, sample);
+}
