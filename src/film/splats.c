@@ -135,39 +135,72 @@ static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel,
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
-static inline void add_to_pixel(const add_task *task, const ca_splat *splat, uint32_t x, uint32_t y, float filter)
+/* A splat's filter over a part of its pixels: at most so many columns and rows. */
+enum { WIDEST = 64 };
+
+typedef struct footprint {
+    uint32_t x, columns, y, rows;
+    float along_x[WIDEST], along_y[BAND_ROWS];
+} footprint;
+
+/* The filter along both axes; a box has one height over all it covers, its edge included. */
+static void fill_along(const add_task *task, const ca_splat *splat, footprint *f)
 {
-    ca_rgb *pixel = &task->buffer->pixels[(size_t)y * task->buffer->width + x];
-    *pixel = ca_rgb_madd(*pixel, filter * task->scale, splat->value);
-    if (task->images)
-        ca_technique_images_add(task->images, CA_TECHNIQUE_SPLAT, 1, splat->light_vertices, task->buffer->x0 + x,
-                                task->buffer->y0 + y,
-                                ca_rgb_scale(splat->value, filter * task->scale / splat->weight), splat->weight);
+    const float x = splat->film.x - ((float)(task->buffer->x0 + f->x) + 0.5f);
+    const float y = splat->film.y - ((float)(task->buffer->y0 + f->y) + 0.5f);
+    if (task->filter->kind != CA_RFILTER_BOX) {
+        ca_filter_eval_run(task->filter, x, f->columns, f->along_x);
+        ca_filter_eval_run(task->filter, y, f->rows, f->along_y);
+        return;
+    }
+    for (uint32_t i = 0; i < f->columns; i++) f->along_x[i] = task->box_height;
+    for (uint32_t j = 0; j < f->rows; j++) f->along_y[j] = task->box_height;
 }
 
-/* The filter along one axis for a pixel; a box has one height over all it covers, its edge included. */
-static inline float along(const add_task *task, float film, uint32_t pixel)
+static void add_to_images(const add_task *task, const ca_splat *splat, const footprint *f)
 {
-    return task->filter->kind == CA_RFILTER_BOX ? task->box_height
-                                                : ca_filter_eval(task->filter, film - ((float)pixel + 0.5f));
+    const ca_rgb unweighted = ca_rgb_scale(splat->value, task->scale / splat->weight);
+    for (uint32_t j = 0; j < f->rows; j++)
+        for (uint32_t i = 0; i < f->columns; i++)
+            ca_technique_images_add(task->images, CA_TECHNIQUE_SPLAT, 1, splat->light_vertices,
+                                    task->buffer->x0 + f->x + i, task->buffer->y0 + f->y + j,
+                                    ca_rgb_scale(unweighted, f->along_x[i] * f->along_y[j]), splat->weight);
 }
 
-/* The part of a splat that falls into rows [first_row, end_row) of the buffer. */
+/* Row by row, as numbers that follow each other. */
+static void add_to_pixels(const add_task *task, const ca_splat *splat, const footprint *f)
+{
+    float spread[3 * WIDEST];
+    const uint32_t numbers = 3 * f->columns;
+    for (uint32_t i = 0; i < f->columns; i++) {
+        const float height = f->along_x[i] * task->scale;
+        spread[3 * i] = height * splat->value.r;
+        spread[3 * i + 1] = height * splat->value.g;
+        spread[3 * i + 2] = height * splat->value.b;
+    }
+    for (uint32_t j = 0; j < f->rows; j++) {
+        float *row = &task->buffer->pixels[(size_t)(f->y + j) * task->buffer->width + f->x].r;
+        const float height = f->along_y[j];
+        for (uint32_t k = 0; k < numbers; k++) row[k] += height * spread[k];
+    }
+}
+
+_Static_assert(sizeof(ca_rgb) == 3 * sizeof(float), "a row of pixels is a row of numbers");
+
+/* The part of a splat that falls into rows [first_row, end_row) of the buffer, no more than a band. */
 static void add_splat(const add_task *task, const ca_splat *splat, uint32_t first_row, uint32_t end_row)
 {
-    enum { WIDEST = 64 };
     const ca_splat_buffer *buffer = task->buffer;
-    const ca_filter *filter = task->filter;
-    const pixel_range rows = covered(splat->film.y, filter->radius, buffer->y0, first_row, end_row);
-    const pixel_range columns = covered(splat->film.x, filter->radius, buffer->x0, 0, buffer->width);
+    const float radius = task->filter->radius;
+    const pixel_range rows = covered(splat->film.y, radius, buffer->y0, first_row, end_row);
+    const pixel_range columns = covered(splat->film.x, radius, buffer->x0, 0, buffer->width);
     for (uint32_t begin = columns.low; begin < columns.high; begin += WIDEST) {
-        const uint32_t end = ca_min_u32(begin + WIDEST, columns.high);
-        float along_x[WIDEST];
-        for (uint32_t x = begin; x < end; x++) along_x[x - begin] = along(task, splat->film.x, buffer->x0 + x);
-        for (uint32_t y = rows.low; y < rows.high; y++) {
-            const float along_y = along(task, splat->film.y, buffer->y0 + y);
-            for (uint32_t x = begin; x < end; x++) add_to_pixel(task, splat, x, y, along_y * along_x[x - begin]);
-        }
+        footprint f;
+        f.x = begin, f.columns = ca_min_u32(WIDEST, columns.high - begin);
+        f.y = rows.low, f.rows = rows.high - rows.low;
+        fill_along(task, splat, &f);
+        add_to_pixels(task, splat, &f);
+        if (task->images) add_to_images(task, splat, &f);
     }
 }
 

@@ -33,14 +33,15 @@ static inline uint32_t ca_lanes_up(uint32_t count) { return (count + CA_LANES - 
 
 /* Elements i to i + 7 of an array that is aligned to 32 bytes; i is a multiple of eight. */
 static inline ca_f8 ca_load8(const float *array, uint32_t i) { return *(const ca_f8 *)(const void *)(array + i); }
-/* Eight elements from anywhere. */
+static inline void ca_store8(float *array, uint32_t i, ca_f8 v) { *(ca_f8 *)(void *)(array + i) = v; }
+/* Eight elements from or to anywhere. */
 static inline ca_f8 ca_load8_anywhere(const float *from)
 {
     ca_f8 v;
     memcpy(&v, from, sizeof v);
     return v;
 }
-static inline void ca_store8(float *array, uint32_t i, ca_f8 v) { *(ca_f8 *)(void *)(array + i) = v; }
+static inline void ca_store8_anywhere(float *to, ca_f8 v) { memcpy(to, &v, sizeof v); }
 static inline ca_m8 ca_load8_u32(const uint32_t *array, uint32_t i)
 {
     return *(const ca_m8 *)(const void *)(array + i);

@@ -1,6 +1,6 @@
 #include "sampling/filter.h"
 
-#include "math/numeric.h"
+#include "math/exponential.h"
 
 #include <stddef.h>
 
@@ -43,16 +43,15 @@ static float cubic(float b, float c, float x)
 
 static float sinc(float x) { return fabsf(x) < 1e-4f ? 1.0f : sinf(CA_PI * x) / (CA_PI * x); }
 
+static float gaussian(const ca_filter *filter, float x) { return ca_exp(-0.5f / ca_sqr(filter->stddev) * x * x); }
+
 /* The filter as its formula says, x >= 0 and below the radius; formulae of Mitsuba 3's rfilters. */
 static float shape_of(const ca_filter *filter, float x)
 {
     switch (filter->kind) {
     case CA_RFILTER_BOX: return 1.0f;
     case CA_RFILTER_TENT: return 1.0f - x / filter->radius;
-    case CA_RFILTER_GAUSSIAN: { /* lowered so that it ends at 0 */
-        const float a = -0.5f / ca_sqr(filter->stddev);
-        return fmaxf(expf(a * x * x) - expf(a * ca_sqr(filter->radius)), 0.0f);
-    }
+    case CA_RFILTER_GAUSSIAN: return ca_max(gaussian(filter, x) - filter->border, 0.0f);
     case CA_RFILTER_MITCHELL:
     case CA_RFILTER_CATMULL_ROM: return cubic(filter->b, filter->c, x * (2.0f / filter->radius));
     case CA_RFILTER_LANCZOS: return sinc(x) * sinc(x / filter->radius);
@@ -81,6 +80,7 @@ static double integral_of(const ca_filter *filter)
 void ca_filter_prepare(ca_filter *filter)
 {
     if (filter->kind == CA_RFILTER_LANCZOS) filter->radius = filter->lobes;
+    filter->border = filter->kind == CA_RFILTER_GAUSSIAN ? gaussian(filter, filter->radius) : 0.0f;
     filter->integral = (float)integral_of(filter);
 
     double cumulative[CA_FILTER_TABLE + 1] = {0.0};
@@ -106,6 +106,24 @@ float ca_filter_eval(const ca_filter *filter, float x)
     return distance < filter->radius ? shape_of(filter, distance) / filter->integral : 0.0f;
 }
 
+/* ca_filter_eval of a gaussian, eight at a time. */
+static ca_f8 eval_gaussian8(const ca_filter *filter, ca_f8 x)
+{
+    const ca_f8 distance = ca_abs8(x), zero = ca_f8_all(0.0f);
+    const ca_f8 height = ca_exp8(-0.5f / ca_sqr(filter->stddev) * distance * distance) - filter->border;
+    return ca_select8(distance < filter->radius, ca_max8(height, zero) / filter->integral, zero);
+}
+
+void ca_filter_eval_run(const ca_filter *filter, float x, uint32_t count, float *values)
+{
+    static const ca_f8 steps = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
+    if (filter->kind == CA_RFILTER_GAUSSIAN)
+        for (uint32_t i = 0; i < count; i += CA_LANES)
+            ca_store8_anywhere(values + i, eval_gaussian8(filter, (x - (float)i) - steps));
+    else
+        for (uint32_t i = 0; i < count; i++) values[i] = ca_filter_eval(filter, x - (float)i);
+}
+
 /* Interval of the table that holds u, from the one where u's cell of the guide begins: one or two steps on
  * average. */
 static uint32_t find_interval(const ca_filter *filter, float u)
@@ -125,7 +143,7 @@ static float sample_table(const ca_filter *filter, float u, float *weight)
     const float inside = (u - filter->cumulative[i]) / (filter->cumulative[i + 1] - filter->cumulative[i]);
     const float mass = inside * (a + b);
     const float root = a + sqrtf(ca_sqr(a) + mass * (b - a));
-    const float t = root > 0.0f ? fminf(mass / root, 1.0f) : 0.0f;
+    const float t = root > 0.0f ? ca_min(mass / root, 1.0f) : 0.0f;
     const float x = filter->radius * ((2.0f / CA_FILTER_TABLE) * ((float)i + t) - 1.0f);
     const float density = a + t * (b - a);
     *weight = density > 0.0f ? ca_filter_eval(filter, x) / density : 0.0f;

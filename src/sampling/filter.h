@@ -28,6 +28,7 @@ typedef struct ca_filter {
     float lobes;  /* lanczos */
 
     /* Made by ca_filter_prepare: |f| tabulated for sampling. */
+    float border;                          /* of a gaussian: what it is lowered by, so that it ends at 0 */
     float integral;                        /* of f over one axis: the normalisation */
     float nodes[CA_FILTER_TABLE + 1];      /* sampling density of an offset, in 1/pixel, linear in between: |f| */
     float cumulative[CA_FILTER_TABLE + 1]; /* its integral from -radius */
@@ -40,6 +41,9 @@ void ca_filter_prepare(ca_filter *filter);
 
 /* Value at a distance along one axis, normalised to an integral of 1. */
 float ca_filter_eval(const ca_filter *filter, float x);
+/* The same at x, x - 1, ... for the pixels of a row: `count` values, in an array with room for whole groups of eight
+ * (math/lanes.h). */
+void ca_filter_eval_run(const ca_filter *filter, float x, uint32_t count, float *values);
 
 /* Offset from the pixel's centre and the weight f / pdf, whose mean is 1. */
 ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight);
