@@ -30,6 +30,7 @@ static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, cons
         rules->merge_limit = (uint32_t)ca_integrator_value(type, input, "camera_diffuse_depth", 0.0) + 1;
         if (ca_integrator_value(type, input, "merges", 0.0) != 0.0) rules->merge = CA_MERGE_LAST;
     }
+    b->weighs_merges = input->observer || !ca_mis_has_one_technique(rules);
     rules->splat_count = (float)((double)b->light_paths / b->camera_paths);
     rules->reuse.light_paths = (float)b->light_paths;
     rules->reuse.epsilon = (float)ca_integrator_value(type, input, "epsilon", 0.01);

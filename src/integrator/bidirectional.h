@@ -109,6 +109,7 @@ struct ca_bidirectional {
     ca_integrator_input input;
     uint32_t max_depth, rr_depth;
     bool hide_emitters;
+    bool weighs_merges; /* else their weights are 1 and nobody looks at them */
     ca_mis_rules rules; /* of the pass */
     uint32_t light_paths, camera_paths; /* N_F, N_B */
     float radius0, alpha;      /* merge radius of the first pass; how fast it shrinks */
@@ -240,8 +241,8 @@ void ca_connect_all(ca_camera_walk *const *walks, uint32_t count);
 
 /* ---- Merge ----------------------------------------------------------------------------------------------------- */
 
-/* Photons near the last vertex. */
-void ca_merge_all(ca_camera_walk *walk);
+/* Photons near the last vertices of the walks that scatter smoothly. */
+void ca_merge_all(ca_camera_walk *const *walks, uint32_t count);
 
 /* The weight of a merge of the last vertex with a photon, whose path is in `store`; `value` of the BSDF for it. */
 float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,

@@ -217,18 +217,6 @@ static void call_hooks(const walk_list *list)
         if (ca_vertex_is_smooth(&list->walks[i]->walk.last)) list->walks[i]->hooks->at_vertex(list->walks[i]);
 }
 
-/* What a query asks of the memory arrives while those before it are done. */
-static void merge_all(const walk_list *list)
-{
-    enum { LOOK_AHEAD = 4 };
-    const ca_photon_grid *grid = list->walks[0]->b->grid;
-    for (uint32_t i = 0; i < list->count; i++) {
-        if (i + LOOK_AHEAD < list->count)
-            ca_photon_grid_prefetch(grid, list->walks[i + LOOK_AHEAD]->walk.last.position);
-        if (ca_vertex_is_smooth(&list->walks[i]->walk.last)) ca_merge_all(list->walks[i]);
-    }
-}
-
 /* Asks the lights and joins the last vertices with all that light paths offer. */
 static void gather_all(const walk_list *list)
 {
@@ -239,7 +227,7 @@ static void gather_all(const walk_list *list)
     }
     if (b->rules.next_event && gathers_own_light(b)) ca_next_events(list->walks, list->count);
     if (b->rules.connect) ca_connect_all(list->walks, list->count);
-    if (ca_bidirectional_merges(b)) merge_all(list);
+    if (ca_bidirectional_merges(b)) ca_merge_all(list->walks, list->count);
 }
 
 /* Does the algorithm do nothing behind the last vertex' event? */

@@ -3,11 +3,14 @@
 
 #include <stddef.h>
 
+/* ---- One merge ------------------------------------------------------------------------------------------------- */
+
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one. */
 float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
                       const ca_bsdf_value *value)
 {
+    if (!walk->b->weighs_merges) return 1.0f;
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const ca_path_vertex *light = ca_light_density_at(store, photon->first), *l = &light[photon->index];
     const ca_walk *w = &walk->walk;
@@ -40,6 +43,30 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vert
         ca_pairs_add_merge(walk, chunk, photon, unweighted, weight);
 }
 
+/* ---- Queries --------------------------------------------------------------------------------------------------- */
+
+/* Buckets, light vertices and the densities of their paths lie all over the memory. Several queries go through each
+ * step together, which asks the memory for what the next step reads: so waiting overlaps, which would be most of what
+ * a merge costs. */
+enum { MERGE_QUERIES = 8 };
+
+typedef struct merge_query {
+    ca_camera_walk *walk;
+    ca_photon_query query;
+    uint32_t found[CA_PHOTON_BATCH], count;
+} merge_query;
+
+static bool find(merge_query *m)
+{
+    m->count = ca_photon_query_next(&m->query, m->found);
+    for (uint32_t i = 0; i < m->count; i++) {
+        const char *photon = (const char *)ca_light_vertex_at(&m->walk->b->store, m->found[i]);
+        __builtin_prefetch(photon);
+        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
+    }
+    return m->count > 0;
+}
+
 /* Not too long a path, and on the same surface. */
 static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *photon)
 {
@@ -47,36 +74,59 @@ static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *
            ca_dot(photon->point.ng, walk->walk.last.ng) >= CA_MERGE_MIN_COS;
 }
 
-/* Light vertices and the densities of their paths lie all over the memory. Asking for those of a batch before using
- * the first overlaps the waiting, which would be most of what a merge costs. */
-static void merge_batch(ca_camera_walk *walk, const uint32_t *found, uint32_t count, float normalisation)
+static void select_photons(merge_query *m)
 {
-    const ca_light_store *store = &walk->b->store;
-    uint32_t kept[CA_PHOTON_BATCH], kept_count = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const char *photon = (const char *)ca_light_vertex_at(store, found[i]);
-        __builtin_prefetch(photon);
-        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        const ca_light_vertex *photon = ca_light_vertex_at(store, found[i]);
-        if (!may_merge(walk, photon)) continue;
-        kept[kept_count++] = found[i];
+    const ca_light_store *store = &m->walk->b->store;
+    const bool weighs = m->walk->b->weighs_merges;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < m->count; i++) {
+        const ca_light_vertex *photon = ca_light_vertex_at(store, m->found[i]);
+        if (!may_merge(m->walk, photon)) continue;
+        m->found[kept++] = m->found[i];
+        if (!weighs) continue;
         const char *densities = (const char *)ca_light_density_at(store, photon->first);
         for (uint32_t at = 0; at < (photon->index + 1u) * sizeof(ca_path_vertex); at += 64)
             __builtin_prefetch(densities + at);
     }
-    for (uint32_t i = 0; i < kept_count; i++)
-        merge_with(walk, ca_light_chunk_of(store, kept[i]), ca_light_vertex_at(store, kept[i]), normalisation);
+    m->count = kept;
 }
 
-void ca_merge_all(ca_camera_walk *walk)
+static void merge(const merge_query *m, float normalisation)
 {
-    const ca_bidirectional *b = walk->b;
+    const ca_light_store *store = &m->walk->b->store;
+    for (uint32_t i = 0; i < m->count; i++)
+        merge_with(m->walk, ca_light_chunk_of(store, m->found[i]), ca_light_vertex_at(store, m->found[i]),
+                   normalisation);
+}
+
+/* All batches of photons that the queries find. */
+static void answer(merge_query *queries, uint32_t count)
+{
+    const ca_bidirectional *b = queries[0].walk->b;
     const float normalisation = 1.0f / (b->rules.merge_area * (float)b->light_paths);
-    uint32_t found[CA_PHOTON_BATCH], count;
-    ca_photon_query query;
-    ca_photon_query_start(&query, b->grid, walk->walk.last.position);
-    while ((count = ca_photon_query_next(&query, found)) > 0) merge_batch(walk, found, count, normalisation);
-    walk->worker->counters.photons_tested += query.tested;
+    bool more = true;
+    while (more) {
+        more = false;
+        for (uint32_t i = 0; i < count; i++) more |= find(&queries[i]);
+        for (uint32_t i = 0; i < count; i++) select_photons(&queries[i]);
+        for (uint32_t i = 0; i < count; i++) merge(&queries[i], normalisation);
+    }
+    for (uint32_t i = 0; i < count; i++) queries[i].walk->worker->counters.photons_tested += queries[i].query.tested;
+}
+
+void ca_merge_all(ca_camera_walk *const *walks, uint32_t count)
+{
+    merge_query queries[MERGE_QUERIES];
+    const ca_photon_grid *grid = walks[0]->b->grid;
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (i + MERGE_QUERIES < count) ca_photon_grid_prefetch(grid, walks[i + MERGE_QUERIES]->walk.last.position);
+        if (!ca_vertex_is_smooth(&walks[i]->walk.last)) continue;
+        queries[asked].walk = walks[i];
+        ca_photon_query_start(&queries[asked++].query, grid, walks[i]->walk.last.position);
+        if (asked < MERGE_QUERIES) continue;
+        answer(queries, asked);
+        asked = 0;
+    }
+    if (asked > 0) answer(queries, asked);
 }

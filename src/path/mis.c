@@ -160,7 +160,7 @@ static inline void sum_densities(const ca_mis_rules *rules, const ca_mis_path *p
 }
 
 /* Light tracing, and photon mapping at the first vertex, have one way for each path that they find. */
-static inline bool has_one_technique(const ca_mis_rules *rules)
+bool ca_mis_has_one_technique(const ca_mis_rules *rules)
 {
     if (rules->next_event || rules->connect) return false;
     if (rules->hit == CA_HIT_DIRECT) return rules->merge == CA_MERGE_NONE;
@@ -179,7 +179,7 @@ static inline float weight_of_one(const ca_mis_rules *rules, const ca_mis_path *
 
 float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
 {
-    if (has_one_technique(rules)) return weight_of_one(rules, path, technique);
+    if (ca_mis_has_one_technique(rules)) return weight_of_one(rules, path, technique);
     mis_sum sum = {0};
     sum_densities(rules, path, technique, &sum);
     const double own = technique == CA_TECHNIQUE_MERGE ? sum.merge : sum.split;

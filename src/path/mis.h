@@ -4,13 +4,16 @@
  *
  * A path comes as the two subpaths that made it and what the join adds. The split after s camera vertices has the
  * density D_s = product of pdf_camera[0 .. s-1] times product of pdf_light[s .. n-1], and every technique's density
- * is one of these times a factor: connect, hit   D_s                                     count 1 next event D_(n-1)
- * next_event_ratio                count 1 splat          D_1                                     count N_F / N_B
- *     merge at x[m]  D_(m+1) pdf_light[m] pi r^2             count reuse[m]  (N_F, or what the reuse rule makes of
- * it) per camera path, for N_F light paths and N_B camera paths per pixel. The weight is its (count * density)^beta
- * over the sum of all that the rules allow; beta = 1 is the balance heuristic, 2 the power heuristic. Not available
- * are: a connection next to a vertex that is not connectable, a merge at one; paths of a single segment are only
- * hit. */
+ * is one of these times a factor:
+ *
+ *     connect, hit   D_s                            count 1
+ *     next event     D_(n-1) next_event_ratio       count 1
+ *     splat          D_1                            count N_F / N_B
+ *     merge at x[m]  D_(m+1) pdf_light[m] pi r^2    count reuse[m] (N_F, or what the reuse rule makes of it)
+ *
+ * per camera path, for N_F light paths and N_B camera paths per pixel. The weight is its (count * density)^beta over
+ * the sum of all that the rules allow; beta = 1 is the balance heuristic, 2 the power heuristic. Not available are: a
+ * connection next to a vertex that is not connectable, a merge at one; paths of a single segment are only hit. */
 #ifndef CA_PATH_MIS_H
 #define CA_PATH_MIS_H
 
@@ -46,6 +49,9 @@ typedef struct ca_mis_rules {
 /* Weight in [0, 1] of `technique` at the path's split. The vertices that the technique joins count as connectable,
  * whatever their records say: those tell which event was sampled there, which is not used. */
 float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique);
+
+/* Have the paths that these rules find one technique each? Its weight is then 1, but for hits. */
+bool ca_mis_has_one_technique(const ca_mis_rules *rules);
 
 /* The (count * density) of every technique relative to D_s of the given split, before the exponent; NULL entries are
  * skipped. `splits` has n + 1 entries, [k]: the technique of k camera vertices (0 where not allowed), `merges` n. For

@@ -7,8 +7,8 @@
  *     normalised  the same, rescaled so that the mean over the path's mergeable vertices is N_F
  *     footprint   Jendersie 2019, equations 8a to 8c: in [1, N_F]
  *     correlation n = N_F c / (c + l - c l), for the chances c and l that other camera paths and light paths come
- * along the same way to the vertex; N_F at x[1] (correlation-aware MIS, Grittmann et al. 2021, as the authors'
- *                 renderer SeeSharp has it: VertexConnectionAndMerging.cs, CorrelAwareRatios)
+ *                 along the same way to the vertex; N_F at x[1] (correlation-aware MIS, Grittmann et al. 2021, as the
+ *                 authors' renderer SeeSharp has it: VertexConnectionAndMerging.cs, CorrelAwareRatios)
  *
  * docs/decisions/007-reuse-rules.md tells what the sources leave open.
  */
