@@ -6,7 +6,7 @@
 #include "math/lanes.h"
 #include "math/numeric.h"
 
-/* sincos_quarter of sampling/warp.c. */
+/* ca_sincos_quarter. */
 static inline void ca_sincos_quarter8(ca_f8 x, ca_f8 *sine, ca_f8 *cosine)
 {
     const ca_f8 x2 = x * x;

@@ -59,12 +59,13 @@ typedef struct ca_end_column {
     float x[CA_LIGHT_ENDS + CA_LANES], y[CA_LIGHT_ENDS + CA_LANES], z[CA_LIGHT_ENDS + CA_LANES];
 } ca_end_column;
 
-/* Vertices of the light paths that are connected to; where they are matte, once more by components. */
+/* Vertices of the light paths that are connected to: matte ones by components, the others as they are. */
 typedef struct ca_light_ends {
-    ca_vertex vertices[CA_LIGHT_ENDS];
+    ca_vertex vertices[CA_LIGHT_ENDS]; /* not matte; room for one that is, too */
+    bool matte[CA_LIGHT_ENDS];
+    uint32_t lit[CA_LIGHT_ENDS + CA_LANES]; /* all bits: matte, and light leaves its front; else 0 */
     ca_end_column position, ng, color; /* color: flux times f */
-    float error[CA_LIGHT_ENDS + CA_LANES], side[CA_LIGHT_ENDS + CA_LANES]; /* as ca_vertex */
-    uint32_t matte[CA_LIGHT_ENDS + CA_LANES]; /* all bits: light leaves it on its front; else 0 */
+    float error[CA_LIGHT_ENDS + CA_LANES], side[CA_LIGHT_ENDS + CA_LANES], cos_in[CA_LIGHT_ENDS + CA_LANES];
 } ca_light_ends;
 
 /* What a worker needs for a batch of paths. */

@@ -6,15 +6,18 @@
 /* ---- Light vertices -------------------------------------------------------------------------------------------- */
 
 /* A matte vertex into the columns. */
-static void set_matte(ca_light_ends *ends, uint32_t end, const ca_vertex *v, ca_rgb throughput)
+static void set_matte(ca_light_ends *ends, uint32_t end, const ca_matte_shape *shape, const ca_light_vertex *v)
 {
-    const ca_rgb color = ca_rgb_mul(throughput, ca_rgb_scale(v->reflectance, CA_INV_PI));
-    ends->position.x[end] = v->position.x, ends->position.y[end] = v->position.y, ends->position.z[end] = v->position.z;
-    ends->ng.x[end] = v->ng.x, ends->ng.y[end] = v->ng.y, ends->ng.z[end] = v->ng.z;
+    const ca_surface_point *p = &v->point;
+    const float cos_in = ca_dot(p->ng, v->wi), side = ca_matte_side(shape, cos_in);
+    const ca_rgb color = ca_rgb_mul(v->throughput, ca_rgb_scale(shape->reflectance[side < 0.0f], CA_INV_PI));
+    ends->position.x[end] = p->position.x, ends->position.y[end] = p->position.y, ends->position.z[end] = p->position.z;
+    ends->ng.x[end] = p->ng.x, ends->ng.y[end] = p->ng.y, ends->ng.z[end] = p->ng.z;
     ends->color.x[end] = color.r, ends->color.y[end] = color.g, ends->color.z[end] = color.b;
-    ends->error[end] = v->position_error.x;
-    ends->side[end] = v->side;
-    ends->matte[end] = ca_dot(v->ng, v->wi) * v->side > CA_GRAZING_COS ? UINT32_MAX : 0;
+    ends->error[end] = p->position_error;
+    ends->side[end] = side;
+    ends->cos_in[end] = fabsf(cos_in);
+    ends->lit[end] = cos_in * side > CA_GRAZING_COS ? UINT32_MAX : 0;
 }
 
 /* The vertices of the paired light path are made once for all camera vertices, as far as they are needed. */
@@ -25,12 +28,15 @@ static void make_ready(ca_camera_walk *walk, const ca_light_path *path, uint32_t
     for (uint32_t i = walk->light_ready + 1; i <= vertex; i++) {
         const ca_light_vertex *v = ca_light_vertex_at(&walk->b->store, path->first + i);
         const uint32_t end = walk->light_first + i;
-        ca_vertex *made = &ends->vertices[end];
+        const ca_matte_shape *shape = &scene->mattes[v->point.shape];
         walk->light_ready = i;
-        ends->matte[end] = 0;
+        ends->lit[end] = 0;
+        ends->matte[end] = shape->is_matte;
         if (!v->capable) continue;
-        ca_vertex_from_point(made, scene, &v->point, v->wi);
-        if (made->matte) set_matte(ends, end, made, v->throughput);
+        if (shape->is_matte)
+            set_matte(ends, end, shape, v);
+        else
+            ca_vertex_from_point(&ends->vertices[end], scene, &v->point, v->wi);
     }
 }
 
@@ -78,11 +84,9 @@ static void answer(ca_bidirectional_scratch *scratch, uint32_t *asked)
     *asked = 0;
 }
 
-/* A full batch of rays is answered before the next one comes. */
-static void ask(const ca_connection *c, ca_vec3 origin, ca_vec3 direction, uint32_t *asked)
+/* The ray of the connection that the scratch has at *asked. A full batch is answered before the next one comes. */
+static void ask(ca_camera_walk *walk, ca_vec3 origin, ca_vec3 direction, uint32_t *asked)
 {
-    ca_camera_walk *walk = c->walk;
-    walk->scratch->connections[*asked] = *c;
     ca_walk_rays_set(walk->scratch->rays, (*asked)++, origin, direction, 0.0f, ca_visible_t_max);
     walk->worker->counters.shadow_rays++;
     walk->path->segments++;
@@ -120,11 +124,10 @@ static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const
 static void connect_one(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_vertex *end, uint32_t *asked)
 {
     const ca_vertex *last = &walk->walk.last;
-    ca_connection c;
-    if (!make_edge(walk, vertex, end, &c)) return;
+    if (!make_edge(walk, vertex, end, &walk->scratch->connections[*asked])) return;
     const ca_segment ray = ca_segment_between(last->position, last->position_error, last->ng, end->position,
                                               end->position_error, end->ng);
-    ask(&c, ray.origin, ray.direction, asked);
+    ask(walk, ray.origin, ray.direction, asked);
 }
 
 /* ---- Eight edges ----------------------------------------------------------------------------------------------- */
@@ -158,7 +161,7 @@ static edges8 make_edges(const ca_walk *walk, const ca_light_ends *ends, uint32_
     const ca_f8 geometry = cos_camera * cos_light / distance2;
     edges8 e = {.distance = distance, .cos_camera = cos_camera, .cos_light = cos_light};
     e.light = (ca_v8){color.r * arrives.x * geometry, color.g * arrives.y * geometry, color.b * arrives.z * geometry};
-    e.lit = (ca_m8)ca_load8_anywhere((const float *)(ends->matte + end)) & (distance2 > 0.0f) &
+    e.lit = (ca_m8)ca_load8_anywhere((const float *)(ends->lit + end)) & (distance2 > 0.0f) &
             (cos_camera > grazing) & (cos_light > grazing) &
             ~((e.light.x == 0.0f) & (e.light.y == 0.0f) & (e.light.z == 0.0f));
     e.origin = ca_offset_origin8(position, ca_f8_all(last->position_error.x), ng, segment);
@@ -170,22 +173,20 @@ static edges8 make_edges(const ca_walk *walk, const ca_light_ends *ends, uint32_
 
 static inline ca_vec3 lane_of(const ca_v8 *v, int lane) { return (ca_vec3){v->x[lane], v->y[lane], v->z[lane]}; }
 
-static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const edges8 *e, int lane, uint32_t *asked)
+static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, float cos_in, const edges8 *e, int lane,
+                     uint32_t *asked)
 {
-    const ca_vertex *last = &walk->walk.last;
-    const float cos_in = ca_abs_dot(vertex->point.ng, vertex->wi);
-    const ca_connection c = {
-        .walk = walk,
-        .vertex = vertex,
-        .distance = e->distance[lane],
-        .cos_camera = e->cos_camera[lane],
-        .cos_light = e->cos_light[lane],
-        .cos_light_in = cos_in,
-        .camera = {{e->cos_camera[lane] * CA_INV_PI}, {last->cos_in * CA_INV_PI}},
-        .light = {{e->cos_light[lane] * CA_INV_PI}, {cos_in * CA_INV_PI}},
-        .unweighted = {e->light.x[lane], e->light.y[lane], e->light.z[lane]},
-    };
-    ask(&c, lane_of(&e->origin, lane), lane_of(&e->ray, lane), asked);
+    ca_connection *c = &walk->scratch->connections[*asked];
+    c->walk = walk;
+    c->vertex = vertex;
+    c->distance = e->distance[lane];
+    c->cos_camera = e->cos_camera[lane];
+    c->cos_light = e->cos_light[lane];
+    c->cos_light_in = cos_in;
+    c->camera.pdf.v = c->cos_camera * CA_INV_PI, c->camera.pdf_reverse.v = walk->walk.last.cos_in * CA_INV_PI;
+    c->light.pdf.v = c->cos_light * CA_INV_PI, c->light.pdf_reverse.v = cos_in * CA_INV_PI;
+    c->unweighted.r = e->light.x[lane], c->unweighted.g = e->light.y[lane], c->unweighted.b = e->light.z[lane];
+    ask(walk, lane_of(&e->origin, lane), lane_of(&e->ray, lane), asked);
 }
 
 /* ---- Walks ----------------------------------------------------------------------------------------------------- */
@@ -194,13 +195,15 @@ static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const 
 static void connect_matte(ca_camera_walk *walk, const ca_light_path *path, uint32_t last, uint32_t *asked)
 {
     const ca_light_store *store = &walk->b->store;
+    const ca_light_ends *ends = walk->scratch->light_ends;
     if (!(ca_dot(walk->walk.last.ng, walk->walk.last.wi) * walk->walk.last.side > CA_GRAZING_COS)) return;
     for (uint32_t first = 1; first <= last; first += CA_LANES) {
-        const edges8 edges = make_edges(&walk->walk, walk->scratch->light_ends, walk->light_first + first);
+        const edges8 edges = make_edges(&walk->walk, ends, walk->light_first + first);
         const uint32_t lanes = ca_min_u32(last + 1 - first, CA_LANES);
         for (uint32_t bits = ca_mask_bits(edges.lit) & (0xffu >> (CA_LANES - lanes)); bits; bits &= bits - 1) {
-            const int lane = __builtin_ctz(bits);
-            ask_edge(walk, ca_light_vertex_at(store, path->first + first + (uint32_t)lane), &edges, lane, asked);
+            const uint32_t lane = (uint32_t)__builtin_ctz(bits), i = first + lane;
+            ask_edge(walk, ca_light_vertex_at(store, path->first + i), ends->cos_in[walk->light_first + i], &edges,
+                     (int)lane, asked);
         }
     }
 }
@@ -208,9 +211,10 @@ static void connect_matte(ca_camera_walk *walk, const ca_light_path *path, uint3
 /* Edges of one walk. */
 static void connect_walk(ca_camera_walk *walk, uint32_t *asked)
 {
+    const ca_scene *scene = walk->b->input.scene;
     const ca_light_store *store = &walk->b->store;
     const ca_light_path *path = &store->paths[walk->paired];
-    const ca_light_ends *ends = walk->scratch->light_ends;
+    ca_light_ends *ends = walk->scratch->light_ends;
     if (path->count < 2) return;
     /* Segments: walk->vertex, the edge, and i. */
     const uint32_t last = ca_min_u32(path->count - 1, walk->b->max_depth - walk->walk.vertex - 1);
@@ -218,9 +222,12 @@ static void connect_walk(ca_camera_walk *walk, uint32_t *asked)
     const bool matte = walk->walk.last.matte;
     if (matte) connect_matte(walk, path, last, asked);
     for (uint32_t i = 1; i <= last; i++) {
+        const uint32_t end = walk->light_first + i;
+        if (matte && ends->matte[end]) continue;
         const ca_light_vertex *vertex = ca_light_vertex_at(store, path->first + i);
-        const ca_vertex *end = &ends->vertices[walk->light_first + i];
-        if (vertex->capable && !(matte && end->matte)) connect_one(walk, vertex, end, asked);
+        if (!vertex->capable) continue;
+        if (ends->matte[end]) ca_vertex_from_point(&ends->vertices[end], scene, &vertex->point, vertex->wi);
+        connect_one(walk, vertex, &ends->vertices[end], asked);
     }
 }
 

@@ -22,9 +22,8 @@ static bool place_matte(ca_vertex *v, float extent, ca_vec3 origin, ca_vec3 dire
 
 static void color_matte(ca_vertex *v, const ca_matte_shape *matte)
 {
-    const bool mirrored = matte->back_is_front && ca_dot(v->wi, v->ng) < 0.0f;
-    v->side = mirrored ? -1.0f : 1.0f;
-    v->reflectance = matte->reflectance[mirrored];
+    v->side = ca_matte_side(matte, ca_dot(v->wi, v->ng));
+    v->reflectance = matte->reflectance[v->side < 0.0f];
     v->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
 }
 

@@ -18,6 +18,12 @@ typedef struct ca_matte_shape {
     ca_rgb reflectance[2]; /* seen from the front, from the back; a one-sided material has the same twice */
 } ca_matte_shape;
 
+/* -1 where the frame is mirrored for a path that arrives with this cosine to the normal, else 1. */
+static inline float ca_matte_side(const ca_matte_shape *shape, float cos_in)
+{
+    return shape->back_is_front && cos_in < 0.0f ? -1.0f : 1.0f;
+}
+
 typedef struct ca_even_light {
     bool is_even;
     ca_rgb radiance;
