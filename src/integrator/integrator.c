@@ -18,6 +18,32 @@ const ca_integrator_type *ca_integrator_at(size_t index)
     return index < INTEGRATOR_COUNT ? integrators[index] : NULL;
 }
 
+/* Adds a name to a list of `count` names; `separator` stands before it. */
+static void append_name(char text[CA_INTEGRATOR_NAMES_SIZE], size_t count, const char *separator, const char *name)
+{
+    const size_t used = strlen(text);
+    snprintf(text + used, CA_INTEGRATOR_NAMES_SIZE - used, "%s%s", count ? separator : "", name);
+}
+
+void ca_integrator_names(unsigned abilities, const char *last, char text[CA_INTEGRATOR_NAMES_SIZE])
+{
+    const char *names[INTEGRATOR_COUNT];
+    size_t count = 0;
+    for (int i = 0; i < INTEGRATOR_COUNT; i++)
+        if (ca_integrator_has(integrators[i], abilities)) names[count++] = integrators[i]->name;
+    text[0] = '\0';
+    for (size_t i = 0; i < count; i++) append_name(text, i, i + 1 < count ? ", " : last, names[i]);
+}
+
+const ca_integrator_type *ca_integrator_of(const char *text)
+{
+    const size_t length = text ? strcspn(text, ":") : 0;
+    for (int i = 0; text && i < INTEGRATOR_COUNT; i++)
+        if (strlen(integrators[i]->name) == length && strncmp(text, integrators[i]->name, length) == 0)
+            return integrators[i];
+    return NULL;
+}
+
 /* What the scene file says is the scene's fault; anything else came with the caller's settings. */
 static ca_status blame(const ca_location *where)
 {
@@ -28,15 +54,14 @@ ca_status ca_integrator_find(const char *name, const ca_location *where, const c
                              ca_error *error)
 {
     const char *names[INTEGRATOR_COUNT];
-    char all[256] = "";
+    char all[CA_INTEGRATOR_NAMES_SIZE] = "";
     for (int i = 0; i < INTEGRATOR_COUNT; i++) {
         names[i] = integrators[i]->name;
         if (strcmp(name, names[i]) == 0) {
             *type = integrators[i];
             return CA_OK;
         }
-        const size_t used = strlen(all);
-        snprintf(all + used, sizeof all - used, "%s%s", i ? ", " : "", names[i]);
+        append_name(all, (size_t)i, ", ", names[i]);
     }
     const char *nearest = ca_nearest_name(name, names, INTEGRATOR_COUNT);
     return ca_fail(error, blame(where), where, "unknown integrator \"%s\"%s%s%s (there are: %s)", name,

@@ -12,6 +12,7 @@ typedef struct ca_noise_plan {
     const ca_render_settings *given;
     uint32_t light_paths; /* N_F; N_B is plan.camera_paths */
     bool connects;        /* its camera paths connect to light paths */
+    bool instead_of_scene; /* the default integrator, though the scene names another */
     bool ended;           /* by the caller's callback */
 } ca_noise_plan;
 
