@@ -1,6 +1,6 @@
 /* What each integrator can do, as its user sees it: which take rays, have their noise measured, have one camera path,
- * count light paths as samples, render by blocks. All rows of the table are asked; a row that `expected` does not name
- * can do none of it. */
+ * count light paths as samples, render by blocks. All rows of the table are asked; a row that `expected` does not
+ * name can do none of it. */
 #include "integrator/integrator.h"
 #include "render/noise.h"
 #include "render/render.h"

@@ -56,7 +56,7 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
     *noise = ca_alloc_zeroed(1, sizeof **noise);
     ca_status status = *noise ? CA_OK : ca_fail_memory(error, "the noise");
     if (status == CA_OK)
-        (*noise)->light_paths_only = 
+        (*noise)->light_paths_only =
             ca_integrator_has(p.plan.type, CA_ABILITY_ONE_CAMERA_PATH) || p.plan.camera_paths == 1;
     if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, statistics, error);
     if (status == CA_OK && image) {
