@@ -189,3 +189,12 @@ const ca_integrator_type ca_integrator_ovcm = {
 };
 const ca_integrator_type ca_integrator_cavcm = {
     .name = "cavcm", .parameters = vcm_parameters, .create = create_cavcm, ENGINE_FUNCTIONS};
+
+/* ---- The table ------------------------------------------------------------------------------------------------- */
+
+const ca_integrator_type *const ca_algorithms[] = {
+    &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,  &ca_integrator_vcm,
+    &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
+};
+const size_t ca_algorithm_count = sizeof ca_algorithms / sizeof ca_algorithms[0];
+_Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 2 <= CA_MAX_INTEGRATORS, "room for all names");

@@ -1,6 +1,6 @@
 /* Integrators: from a scene and a pixel to a radiance.
  *
- * An integrator is a row of the table in integrator.c: its name, its parameters with their defaults, its abilities,
+ * An integrator is a row of a table (ca_integrator_at): its name, its parameters with their defaults, its abilities,
  * and functions. Other folders ask what a row can do (ca_integrator_has), never what it is called.
  * It knows nothing of time, stopping or files (render/ does): it is given a pixel and an index of a camera path and
  * answers with one film sample, a pure function of (scene, settings, pixel, index). One that has light paths traces
@@ -135,7 +135,7 @@ static inline bool ca_integrator_has(const ca_integrator_type *type, unsigned ab
     return type && (type->abilities & abilities) != 0;
 }
 
-enum { CA_INTEGRATOR_NAMES_SIZE = 256 }; /* holds all names */
+enum { CA_MAX_INTEGRATORS = 32, CA_INTEGRATOR_NAMES_SIZE = 512 /* holds all names */ };
 
 /* Names of the rows that have one of the abilities, in the order of the table: "bdpt, ppm or vcm", where " or " is
  * `last`. */
@@ -167,7 +167,11 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text,
                             size_t size);
 
-/* Rows of the table. */
+/* The rows of algorithms.c, in the order of the table, and how many they are. */
+extern const ca_integrator_type *const ca_algorithms[];
+extern const size_t ca_algorithm_count;
+
+/* Rows that others ask for by themselves. */
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
     ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
     ca_integrator_cavcm, ca_integrator_qmcppm;
