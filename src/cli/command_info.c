@@ -119,7 +119,7 @@ static void print_materials(const ca_scene *scene)
     print_kinds("materials", ca_material_kind_names, CA_MATERIAL_KIND_COUNT, kinds);
 }
 
-/* Constants are parameters rather than textures to whoever wrote the scene. */
+/* Constants were written as parameters, not as textures: they are not counted. */
 static void print_textures(const ca_scene *scene)
 {
     uint64_t kinds[MOST_KINDS] = {0};

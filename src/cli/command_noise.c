@@ -166,7 +166,7 @@ static int print_help(void)
         "time, that is the "
         "least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for "
         "render --rays), "
-        "and the best uniform pair of numbers for those who do not want a map. Where the method has one camera path "
+        "and the best uniform pair of numbers, which needs no map. Where the method has one camera path "
         "(ppm): NF.\n"
         "Where paths connect, the three terms are those of all light but what connections bring, and the fourth one "
         "is theirs, with "
@@ -212,11 +212,12 @@ static ca_status check_predictions(const ca_noise_report *report, ca_error *erro
         if (report->measured.camera_paths == 1 && report->predictions[i].camera_paths > 1)
             return ca_fail(
                 error, CA_ERROR_ARGUMENT, NULL,
-                "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
+                "--predict: from one camera path the noise of %u cannot be predicted: measure with --camera-paths 2 "
+                "or more",
                 report->predictions[i].camera_paths);
         else if (report->connects && report->predictions[i].camera_paths > report->predictions[i].light_paths)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "--predict: of connected paths noise is told for no more camera paths per pixel than "
+                           "--predict: of connected paths noise is predicted for no more camera paths per pixel than "
                            "light paths, not for "
                            "%u,%u",
                            report->predictions[i].light_paths, report->predictions[i].camera_paths);

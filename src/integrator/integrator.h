@@ -42,7 +42,7 @@ typedef struct ca_camera_path {
     ca_film_sample *sample;
 } ca_camera_path;
 
-/* A parameter an integrator understands, and what it is if nobody says. */
+/* A parameter that an integrator has, with its default. */
 typedef struct ca_parameter_spec {
     const char *name;
     enum { CA_SPEC_INTEGER, CA_SPEC_REAL, CA_SPEC_BOOLEAN, CA_SPEC_CHOICE } kind;
@@ -63,18 +63,18 @@ typedef struct ca_integrator_input {
     uint32_t crop[4];     /* the rendered part of the film */
     uint32_t workers;
     double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
-    ca_technique_images *technique_images; /* NULL: not wanted */
-    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not wanted.
-     * Its crop and N_F are those of this input; it tells itself when it is incomplete. Filled by those with
-     * begin_pixel. */
+    ca_technique_images *technique_images; /* NULL: none are made */
+    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not
+     * recorded. Its crop and N_F are those of this input; its field `incomplete` is set where memory ran out. Filled
+     * by integrators with begin_pixel. */
     ca_pair_film *pairs;
     const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
 
-/* What others must know of an integrator, as bits. Whether it renders by blocks is told by begin_block, which merge
- * radius and which numbers of paths it has by its parameters. */
+/* What others must know of an integrator, as bits. Its functions say whether it renders by blocks (begin_block), its
+ * parameters whether it has a merge radius and numbers of paths. */
 typedef enum ca_ability {
     /* The variance of a pixel in an iteration of N_F light paths and N_B camera paths is
      * pair / (N_F N_B) + camera / N_B + light / N_F, whatever the two numbers are (Ershov et al. 2020): noise is
@@ -94,7 +94,7 @@ typedef struct ca_integrator_type {
     const ca_parameter_spec *parameters; /* ended by a NULL name */
     unsigned abilities;                  /* ca_ability */
     ca_sampler_kind
-        sampler; /* that it was made for: where nobody chose one for it. CA_SAMPLER_INDEPENDENT: any will do */
+        sampler; /* that it was made for: used unless one is chosen for it. CA_SAMPLER_INDEPENDENT: any will do */
     /* Makes the state from the input; what that points to outlives it. Refuses what the integrator cannot do
      * (CA_ERROR_UNSUPPORTED, with the reason). */
     ca_status (*create)(const ca_integrator_input *input, void **state, ca_error *error);
@@ -107,8 +107,8 @@ typedef struct ca_integrator_type {
     /* Adds to the samples what the round has for these camera paths. Samples start zeroed in round 0. A path's sample
      * does not depend on which others are asked for with it. */
     void (*camera_paths)(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round, ca_worker *worker);
-    /* Around the camera paths of a pixel in a pass of one round, where pairs are wanted: all of them between the two,
-     * one after the other on one worker. NULL: pairs are refused. */
+    /* Around the camera paths of a pixel in a pass of one round, where pairs are recorded: all of them between the
+     * two, one after the other on one worker. NULL: pairs are refused. */
     void (*begin_pixel)(const void *state, ca_worker *worker);
     void (*end_pixel)(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
     /* What the pass' light paths have splatted to a pixel, after its last round. NULL: nothing ever. */

@@ -83,7 +83,8 @@ ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32
     if (film->camera_paths == 1 && camera_paths > 1)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
-            "one camera path per pixel and iteration does not tell the noise of more: measure with at least 2");
+            "from one camera path per pixel and iteration the noise of more cannot be predicted: measure with at "
+            "least 2");
     if (film->connections && camera_paths > light_paths)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "of connected paths noise is predicted for no more camera paths per pixel than light paths, "

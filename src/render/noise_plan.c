@@ -14,7 +14,7 @@ static const char *overrides_of(const char *text)
     return colon ? colon + 1 : NULL;
 }
 
-/* A name that no integrator has is left to the plan, which names them all. */
+/* An unknown name is accepted here: the plan refuses it with a list of all names. */
 static ca_status check_integrator(const char *text, ca_error *error)
 {
     enum { MEASURABLE = CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE };
@@ -56,7 +56,7 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     return CA_OK;
 }
 
-/* Do the scene or what stands beside the integrator's name set a parameter? */
+/* Is a parameter set by the scene or in the text behind the integrator's name? */
 static bool is_set(const ca_scene *scene, const char *integrator, const char *parameter)
 {
     const ca_integrator_desc *desc = &scene->desc.integrator;
@@ -103,7 +103,7 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
 }
 
 /* Bytes of a pixel beside the film: sums of pairs; where numbers are recommended, what its paths do and its number.
- * `choice`: what choosing takes beside them, when light paths are gone. */
+ * *choice: further bytes for choosing numbers, after the light paths are released. */
 static double pixel_bytes(const ca_integrator_type *type, double *choice)
 {
     *choice = 0.0;
@@ -113,7 +113,7 @@ static double pixel_bytes(const ca_integrator_type *type, double *choice)
     return (double)(sizeof(ca_pair_pixel) + CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
 }
 
-/* They take their part of the memory that is allowed. */
+/* These bytes are subtracted from the memory allowed. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
@@ -144,7 +144,7 @@ ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_r
     CA_TRY(check_settings(given, iterations, error));
     *p = (ca_noise_plan){.settings = *given, .given = given};
     p->settings.sampler = "independent";
-    p->settings.samples_per_pixel = 1; /* until the iterations are known to be countable */
+    p->settings.samples_per_pixel = 1; /* a placeholder: plan_counts sets the number of iterations */
     p->settings.progress = report_progress;
     p->settings.progress_user = p;
     choose_integrator(p, scene);

@@ -66,7 +66,8 @@ bool ca_render_overrides_mention(const char *overrides, const char *name)
     return false;
 }
 
-/* A setting of its own for a parameter: wins over the scene, must not contradict what stands beside the name. */
+/* A setting for an integrator's parameter: it overrides the scene, and must not contradict the text behind the
+ * integrator's name. */
 typedef struct own_setting {
     const char *name, *what; /* "integrator "path" has no <what>" */
     bool given;
@@ -193,7 +194,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     return CA_OK;
 }
 
-/* Technique images are one a technique, so there must be an end to their number. */
+/* There is one image for each technique, so the number of techniques must be limited. */
 static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
 {
     if (!plan->settings->strategies_directory) return CA_OK;
@@ -257,7 +258,7 @@ static ca_status check_block_settings(const ca_render_plan *plan, ca_error *erro
     return CA_OK;
 }
 
-/* A given range, else from the first block on until there are samples enough, or until time says so. */
+/* The given range; else from the first block on until there are enough samples or the time is used up. */
 static void plan_blocks(ca_render_plan *plan)
 {
     const ca_render_settings *settings = plan->settings;
@@ -323,7 +324,7 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
     return CA_OK;
 }
 
-/* What the film leaves is for light paths. */
+/* Light paths get the memory that the film leaves. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
