@@ -257,7 +257,7 @@ CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_setting
 /* What the law says for any numbers of paths, averaged over a region of the measured picture: x0, y0, x1, y1, half
  * open, in pixels of the full film; NULL: all of it. `measured` is the sample variance of the iterations that were
  * made, whatever the numbers here. CA_ERROR_ARGUMENT: a region that is empty or outside; a number of 0; camera_paths
- * > 1 after a measurement with one camera path, which cannot tell F. */
+ * > 1 after a measurement with one camera path, from which F cannot be estimated. */
 CA_API ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32_t light_paths,
                                   uint32_t camera_paths, ca_noise_summary *summary, ca_error *error);
 CA_API void ca_noise_release(ca_noise *noise); /* NULL is allowed */
@@ -304,9 +304,9 @@ typedef struct ca_noise_recommendation {
  * found (a black image), nothing is recommended: CA_OK, but best.light_paths and all else is 0, and there is no map.
  * objective: the variance of the "mean" pixel (NULL), the "relative" one (over squared luminance), or that of the
  * "worst-decile". `image`, of the measurement, gets the map as layer Rays.Numbers and the light paths as attribute
- * caustica.lightPaths, for ca_render_settings.rays; NULL: not wanted. CA_ERROR_ARGUMENT: another objective; settings
- * that do not fit the measurement. CA_ERROR_UNSUPPORTED: a measurement of `bdpt`, `vcm` or `ovcm`, whose weights
- * would change with the numbers. */
+ * caustica.lightPaths, for ca_render_settings.rays; NULL: the map is not kept. CA_ERROR_ARGUMENT: another objective;
+ * settings that do not fit the measurement. CA_ERROR_UNSUPPORTED: a measurement of `bdpt`, `vcm` or `ovcm`, whose
+ * weights would change with the numbers. */
 CA_API ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const ca_render_settings *settings,
                                     const char *objective, ca_image_layers *image,
                                     ca_noise_recommendation *recommendation, ca_error *error);

@@ -6,6 +6,7 @@
 #   3. Heap memory comes from base/memory.h; nothing below cli/ prints or exits.
 #   4. No file is left half done.
 #   5. No line of C is longer than .editorconfig says.
+#   6. Outside of src/integrator no name is compared with an integrator's: its row in the table says what it can do.
 #
 # Prints one line for each breach; exit status 1 if there is any. Comments and strings do not count for 3.
 set -eu
@@ -96,6 +97,14 @@ FNR == 1 { own = FILENAME; sub(/^src\//, "", own); sub(/\/.*/, "", own); in_comm
 }
 END { exit breaches > 0 }
 ' $sources
+
+# Rows of the table: .name = "bdpm"
+integrators=$(find src/integrator -name '*.c' -exec sed -n 's/.*\.name = "\([a-z-]*\)",.*/\1/p' {} + 2>/dev/null | paste -sd'|' -)
+if [ -n "$integrators" ] &&
+    grep -nE "strn?cmp\([^;]*\"($integrators)[:\"]" $(find src -name '*.[ch]' ! -path 'src/integrator/*'); then
+    echo "these lines compare with an integrator's name: ask its row for an ability (src/integrator/integrator.h)"
+    exit 1
+fi
 
 # Characters, not bytes: sigma counts once.
 width=$(sed -n 's/^max_line_length = //p' .editorconfig)

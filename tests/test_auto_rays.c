@@ -294,7 +294,7 @@ static void test_refusals(void **state)
     assert_refused(scene, &settings, "its pilot has 14, so at least 28 are needed");
     settings = settings_auto(32);
     settings.integrator = "vcm";
-    assert_refused(scene, &settings, "bdpm and ppm, not for vcm");
+    assert_refused(scene, &settings, "ppm and bdpm, not for vcm");
     settings.integrator = "ppm:camera_paths=2";
     assert_refused(scene, &settings, "ppm has one camera path");
     settings.integrator = "bdpm:alpha=0.5";

@@ -1,5 +1,6 @@
 /* The program from outside: exit statuses, messages, files. */
 #include "image/layers.h"
+#include "integrator/integrator.h"
 #include "support/program_test.h"
 #include "support/scene_text.h"
 
@@ -39,13 +40,17 @@ static void test_help_lists_the_integrators(void **state)
     assert_non_null(name);
     name += strlen("there are: ");
     *strchr(name, ')') = '\0';
-    int count = 0;
+    int count = 0; /* of rows of the table */
     for (name = strtok(name, ", "); name; name = strtok(NULL, ", "), count++) {
         char line[64];
         snprintf(line, sizeof line, "\n  %s:max_depth=-1,rr_depth=5,hide_emitters=false", name);
         assert_says(help.output, line);
     }
-    assert_int_equal(count, 11);
+    assert_true(count > 0 && ca_integrator_at((size_t)count - 1) && !ca_integrator_at((size_t)count));
+    assert_says(help.output, "\nIntegrators with --rays: ppm, bdpm\n");
+    RUN(&help, "noise", "--help");
+    assert_says(help.output, "an iteration of ppm or bdpm has three terms");
+    assert_says(help.output, "That of bdpt, vcm or ovcm has a fourth");
     assert_says(help.output, "(default: one per processor)");
 }
 

@@ -270,7 +270,8 @@ static void test_one_camera_path(void **state)
     RUN(&r, "noise", ROOM, COUNTS(100, 1, 20), "--predict=50,2");
     assert_exit(&r, 2);
     assert_says(r.errors,
-                "--predict: one camera path does not tell the noise of 2: measure with --camera-paths 2 or more");
+                "--predict: from one camera path the noise of 2 cannot be predicted: measure with --camera-paths 2 "
+                "or more");
 }
 
 /* ---- Recommended numbers --------------------------------------------------------------------------------------- */
@@ -497,7 +498,7 @@ static const struct refusal {
      "--objective: the objective \"median\" is not known; there are mean,"},
     {2,
      {"room.xml", "-ippm", "--predict=20,2"},
-     "--predict: one camera path does not tell the noise of 2: measure with"},
+     "--predict: from one camera path the noise of 2 cannot be predicted: measure with"},
     {2, {COUNTS(20, 2, 3)}, "a scene file is missing"},
     {2, {"room.xml", "room.xml", COUNTS(20, 2, 3)}, "more than one scene file"},
     {2, {"room.xml", COUNTS(20, 2, 1)}, "--iterations: \"1\" is not a whole number of at least 2"},
@@ -513,7 +514,7 @@ static const struct refusal {
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=2,-1"}, "--predict: \"2,-1\" is not NF,NB"},
     {2,
      {"room.xml", COUNTS(20, 2, 2), "-i", "path"},
-     "the integrator must be bdpm, ppm, bdpt, vcm or ovcm, not path"},
+     "the integrator must be bdpt, ppm, bdpm, vcm or ovcm, not path"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdmp"}, "bdmp"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdpm:light_paths=30"}, "\"light_paths\" is 30 among"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--sampler=sobol"}, "option --sampler=sobol is not known"},

@@ -30,7 +30,7 @@ counted() {
     echo "$(printf '%s\n' "$output" | tail -n 1), status $status"
 }
 
-echo "1..23"
+echo "1..25"
 verdict "all pass" "2 passed, 0 failed, status 0" "$(counted 'echo 1..2; echo ok 1 - a; echo ok 2 - b')"
 verdict "two groups" "2 passed, 0 failed, status 0" "$(counted 'echo 1..1; echo ok 1 - a; echo 1..1; echo ok 1 - b')"
 verdict "one fails" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a; echo not ok 2 - b; exit 1')"
@@ -51,6 +51,8 @@ complaints() { # complaints PATH LINES
     cp "$scripts/check-sources.sh" "$folder/tree/scripts/"
     echo '/* a vector */' >"$folder/tree/src/math/vec.h"
     echo '/* a scene */' >"$folder/tree/src/scene/scene.h"
+    mkdir -p "$folder/tree/src/integrator"
+    echo 'const ca_integrator_type ca_integrator_bdpm = {.name = "bdpm", .create = create};' >"$folder/tree/src/integrator/b.c"
     printf '%s\n' "$2" >"$folder/tree/$1"
     "$folder/tree/scripts/check-sources.sh" | grep -c "^$1:"
 }
@@ -62,6 +64,10 @@ verdict "a library outside of its file" 1 "$(complaints src/math/a.c '#include <
 verdict "malloc" 1 "$(complaints src/math/a.c 'void *p = malloc(3);')"
 verdict "words in comments and strings are fine" 0 \
     "$(complaints src/math/a.c $'/* malloc(3)\n   exit(1) */ const char *s = "printf(\\"x\\")"; // free(s)')"
+verdict "a comparison with an integrator's name" 1 \
+    "$(complaints src/render/a.c 'return strcmp(type->name, "bdpm") == 0;')"
+verdict "one in the folder of integrators is fine" 0 \
+    "$(complaints src/integrator/a.c 'return strcmp(type->name, "bdpm") == 0;')"
 verdict "exit below cli" 1 "$(complaints src/math/a.c '/* last */ exit(1);')"
 verdict "exit in cli is fine" 0 "$(complaints src/cli/a.c 'exit(1); printf("x");')"
 

@@ -22,8 +22,8 @@ void *ca_alloc_zeroed(size_t count, size_t size);
 void *ca_alloc_large(size_t count, size_t size);
 void ca_free(void *memory);
 
-/* The same for libraries that are told what to call and pass a pointer of their user along, which is not looked at:
- * zlib's zalloc and zfree. */
+/* The same for libraries that take functions to call, with a pointer of their user, which is not used: zlib's zalloc
+ * and zfree. */
 void *ca_alloc_for_library(void *user, unsigned count, unsigned size);
 void ca_free_for_library(void *user, void *memory);
 

@@ -15,7 +15,7 @@ typedef struct ca_parallel_seconds {
 
 typedef struct ca_parallel {
     uint32_t workers;             /* at least 1 */
-    ca_parallel_seconds *seconds; /* loops add theirs; NULL: not wanted */
+    ca_parallel_seconds *seconds; /* loops add theirs; NULL: not measured */
 } ca_parallel;
 
 /* As many as there are processors; at least 1. */

@@ -127,8 +127,8 @@ static int print_help(void)
         "FOLDER/index.html shows the results: error against time and against samples with fitted slopes, "
         "pictures in equal time, standard deviations; images.html compares the images; renders.csv and "
         "converge.json have the numbers.\n"
-        "The same command again renders only what is missing; whoever adds steps, integrators or repeats "
-        "keeps the rest.\n"
+        "The same command again renders only what is missing: steps, integrators and repeats can be "
+        "added later.\n"
         "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, "
         "exit status 1; the same command goes on from there. A second one ends at once.\n"
         "Example: caustica converge scene.xml -i \"path;ovcm:max_depth=8\" --spp 1:256 -r ref.exr -o results\n",

@@ -41,7 +41,7 @@ static const ca_option options[] = {
      .minimum = 1,
      AT(settings.camera_paths),
      .help = "camera paths per pixel of an iteration; 2 or more to predict for others than 1 (default: the scene's, "
-             "else 4; ppm 1)"},
+             "else 4, or the 1 that the method has, as ppm)"},
     {.name = "iterations",
      .argument = "K",
      .kind = CA_OPTION_COUNT,
@@ -80,7 +80,7 @@ static const ca_option options[] = {
      .argument = "NAME[:param=value,...]",
      .kind = CA_OPTION_TEXT,
      AT(settings.integrator),
-     .help = "bdpm or ppm (default: the scene's if it is one of them, else bdpm), or bdpt, vcm, ovcm; depths set in "
+     .help = "one of those named below (default: the scene's if its noise has three terms, else bdpm); depths set in "
              "the scene stay"},
     {.name = "define",
      .letter = 'D',
@@ -143,10 +143,15 @@ static int print_help(void)
 {
     printf("caustica noise SCENE [options]: where the noise comes from, and which numbers of paths give less\n\n");
     ca_options_print(&table, stdout);
-    printf("\nThe variance of a pixel in an iteration of bdpm or ppm has three terms (Ershov et al. 2020):\n"
+    char three_terms[CA_INTEGRATOR_NAMES_SIZE], four_terms[CA_INTEGRATOR_NAMES_SIZE];
+    ca_integrator_names(CA_ABILITY_PAIR_LAW, " or ", three_terms);
+    ca_integrator_names(CA_ABILITY_CONNECTION_NOISE, " or ", four_terms);
+    printf("\nThe variance of a pixel in an iteration of %s has three terms (Ershov et al. 2020):\n"
            "    camera   of the camera paths, goes down as 1 / NB\n"
            "    light    of the light paths, goes down as 1 / NF\n"
-           "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n");
+           "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n"
+           "That of %s has a fourth, of connections (see below).\n",
+           three_terms, four_terms);
     ca_options_print_prose(
         "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were "
         "stands beside), of "
@@ -161,8 +166,9 @@ static int print_help(void)
         "time, that is the "
         "least noise after a given time: NF with a map of camera paths per pixel (layer Rays.Numbers of an .exr, for "
         "render --rays), "
-        "and the best uniform pair of numbers for those who do not want a map. Of ppm: NF, with one camera path.\n"
-        "Of bdpt, vcm and ovcm the three terms are those of all light but what connections bring, and a fourth one "
+        "and the best uniform pair of numbers, which needs no map. Where the method has one camera path "
+        "(ppm): NF.\n"
+        "Where paths connect, the three terms are those of all light but what connections bring, and the fourth one "
         "is theirs, with "
         "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction "
         "for other "
@@ -206,11 +212,12 @@ static ca_status check_predictions(const ca_noise_report *report, ca_error *erro
         if (report->measured.camera_paths == 1 && report->predictions[i].camera_paths > 1)
             return ca_fail(
                 error, CA_ERROR_ARGUMENT, NULL,
-                "--predict: one camera path does not tell the noise of %u: measure with --camera-paths 2 or more",
+                "--predict: from one camera path the noise of %u cannot be predicted: measure with --camera-paths 2 "
+                "or more",
                 report->predictions[i].camera_paths);
         else if (report->connects && report->predictions[i].camera_paths > report->predictions[i].light_paths)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "--predict: of connected paths noise is told for no more camera paths per pixel than "
+                           "--predict: of connected paths noise is predicted for no more camera paths per pixel than "
                            "light paths, not for "
                            "%u,%u",
                            report->predictions[i].light_paths, report->predictions[i].camera_paths);
@@ -331,15 +338,14 @@ static void print_report(const noise_options *o, const ca_noise_setup *setup, co
 }
 
 /* What is used instead of what the scene says. */
-static void print_replaced(const noise_options *o, const ca_scene *scene)
+static void print_replaced(const ca_noise_setup *setup, const ca_scene *scene)
 {
     const ca_scene_desc *desc = &scene->desc;
     if (desc->names_sampler && desc->sampler.kind != CA_SAMPLER_INDEPENDENT)
         printf("sampler: independent instead of the scene's %s, as the law of noise wants\n",
                ca_sampler_name(desc->sampler.kind));
-    const char *name = desc->integrator.name;
-    if (!o->settings.integrator && name && strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
-        printf("integrator: bdpm instead of the scene's %s\n", name);
+    if (setup->instead_of_scene)
+        printf("integrator: %s instead of the scene's %s\n", setup->integrator, desc->integrator.name);
 }
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */
@@ -419,7 +425,7 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     ca_image_layers *image = NULL;
     double scale = 1.0;
     CA_TRY(check_settings(o, scene, &settings, &setup, report, error));
-    if (!o->quiet) print_replaced(o, scene);
+    if (!o->quiet) print_replaced(&setup, scene);
     ca_signals_catch(o->quiet);
     ca_status status = work(o, scene, &settings, &line, report, &image, error);
     ca_progress_clear(&line);

@@ -126,7 +126,7 @@ static const ca_option options[] = {
      .argument = "auto|FILE.exr",
      .kind = CA_OPTION_TEXT,
      AT(settings.rays),
-     .help = "of bdpm and ppm, light paths and camera paths of each pixel: chosen from a pilot, or those kept in an "
+     .help = "numbers of light paths and of camera paths of each pixel: chosen from a pilot, or those kept in an "
              "image"},
     {.name = "objective",
      .argument = "NAME",
@@ -216,6 +216,9 @@ static void print_integrators(void)
         ca_integrator_describe(type, &input, text, sizeof text);
         print_integrator(text);
     }
+    char names[CA_INTEGRATOR_NAMES_SIZE];
+    ca_integrator_names(CA_ABILITY_PAIR_LAW, ", ", names);
+    printf("\nIntegrators with --rays: %s\n", names);
 }
 
 static int print_help(void)
@@ -223,8 +226,7 @@ static int print_help(void)
     printf("caustica render SCENE [options]: make an image of a Mitsuba 3 XML scene\n\n");
     ca_options_print(&table, stdout);
     print_integrators();
-    printf("\nSamplers: %s\n", ca_sampler_names());
-    printf("\n");
+    printf("Samplers: %s\n\n", ca_sampler_names());
     ca_options_print_prose(
         "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
         "they win over the scene and must not contradict -i NAME:param=value.\n"

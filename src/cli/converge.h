@@ -7,7 +7,7 @@
  * and repeats are independent.
  *
  * A render's EXR carries all that its image depends on (attribute caustica.converge), so it is its own record: where
- * the text is the one that is wanted now the file is taken, else it is rendered again. */
+ * the text is that of the present settings the file is taken, else it is rendered again. */
 #ifndef CA_CLI_CONVERGE_H
 #define CA_CLI_CONVERGE_H
 

@@ -18,7 +18,7 @@
 
 enum { STEP_LIMIT = 64, RENDER_LIMIT = 100000 };
 
-/* Steps are told apart by their texts, of twelve digits. */
+/* Steps are identified by their texts, of twelve digits. */
 #define SMALLEST_FACTOR (1.0 + 1e-10)
 
 /* ---- Steps ----------------------------------------------------------------------------------------------------- */

@@ -54,7 +54,7 @@ static void say_changed(const ca_converge *c, const ca_converge_render *r, const
     }
 }
 
-/* *image stays NULL where there is no file, or one that is not what is wanted now. */
+/* *image stays NULL where there is no file, or one made with other settings. */
 static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca_image_layers **image,
                            ca_error *error)
 {
@@ -83,7 +83,7 @@ typedef struct watcher {
     bool quiet, told;
 } watcher;
 
-/* A render that a signal comes into is finished: half of one would be of no use. */
+/* A render during which a signal arrives is finished: half of one would be of no use. */
 static bool watch(const ca_render_progress *progress, void *user)
 {
     watcher *w = user;
@@ -168,7 +168,7 @@ static void say_done(const ca_converge *c, const ca_converge_render *r)
     printf("%zu of %zu: %s, %s%s: %.3g s, relMSE %.4g%s\n", c->renders_done, c->render_count,
            c->integrators[r->integrator].text, step, repeat, r->seconds, r->metrics[CA_CONVERGE_RELMSE],
            r->kept ? " (kept)" : "");
-    fflush(stdout); /* somebody may be watching for hours */
+    fflush(stdout); /* so that each line is seen at once */
 }
 
 static ca_status make_one(ca_converge *c, ca_converge_render *r, ca_error *error)
@@ -185,7 +185,7 @@ static ca_status make_one(ca_converge *c, ca_converge_render *r, ca_error *error
 ca_status ca_converge_render_all(ca_converge *c, ca_error *error)
 {
     ca_status status = CA_OK;
-    ca_signals_catch(true); /* what will happen now is said by watch */
+    ca_signals_catch(true); /* watch prints what a signal does */
     while (c->renders_done < c->render_count && status == CA_OK && !ca_signals_arrived()) {
         ca_converge_render *r = &c->renders[c->renders_done];
         status = make_one(c, r, error);

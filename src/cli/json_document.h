@@ -1,4 +1,4 @@
-/* JSON files written by people: read with the place of each value, so that what is wrong is told as file:line:column.
+/* JSON files written by people: read with the place of each value, so that errors are reported as file:line:column.
  *
  *     static const ca_json_field fields[] = {
  *         {.key = "seconds", .kind = CA_JSON_NUMBER, .low = 0.01, .high = 600.0, .offset = offsetof(settings,

@@ -79,7 +79,7 @@ bool ca_live_view_report(const ca_render_progress *progress, void *user)
 void ca_live_view_end(ca_live_view *view, ca_image_layers *image, const ca_render_statistics *statistics)
 {
     if (view->live && image) {
-        fflush(stdout); /* the summary is not to wait for those who look */
+        fflush(stdout); /* so that the summary does not wait for viewers */
         ca_live_finish(view->live, image, statistics);
     } else {
         ca_image_release(image);

@@ -1,4 +1,4 @@
-/* What the progress callback of `caustica render` does: the progress line, signals, and those who look (--serve,
+/* What the progress callback of `caustica render` does: the progress line, signals, and the live view (--serve,
  * --tev). */
 #ifndef CA_CLI_LIVE_VIEW_H
 #define CA_CLI_LIVE_VIEW_H
@@ -22,15 +22,15 @@ typedef struct ca_live_view_settings {
 typedef struct ca_live_view {
     ca_live_view_settings settings;
     ca_progress_line line;
-    ca_live *live; /* NULL: nobody looks */
+    ca_live *live; /* NULL: no live view */
     char title[256];
 } ca_live_view;
 
 /* Prints where the page is. `draws`: a progress line? */
 ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error);
 
-/* For ca_render_settings.progress, with the view as its user; false once a signal has arrived (signals.h) or somebody
- * who looks says so. */
+/* For ca_render_settings.progress, with the view as its user; false once a signal has arrived (signals.h) or a viewer
+ * has asked to end the render. */
 bool ca_live_view_report(const ca_render_progress *progress, void *view);
 
 /* Shows the last picture (NULL: there is none), which it takes over, and says good-bye. */

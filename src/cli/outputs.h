@@ -8,7 +8,7 @@
 ca_status ca_output_check_place(const char *path, ca_error *error);
 
 /* Checks the places of several outputs, at most one of which may be a part file: *part_path is that one, or NULL. All
- * names are looked at before any place: wrong usage is told apart from a full disk. */
+ * names are checked before any place, so that wrong usage is reported before a full disk. */
 ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error);
 
 /* Writes the image to all of them but a part file. */

@@ -57,7 +57,7 @@ static void append_bar(char *line, size_t width, double fraction)
     append(line, width, bar);
 }
 
-/* The most wanted part first: on a narrow terminal the last ones do not fit. */
+/* The most important part first: on a narrow terminal the last ones do not fit. */
 static void compose(const ca_render_progress *p, size_t width, bool with_bar, char line[LINE_LIMIT])
 {
     char part[64], time[32];
@@ -100,8 +100,7 @@ static size_t terminal_width(void)
     return size.ws_col;
 }
 
-/* Soon after the last line in the beginning, later rarely: whoever reads a log wants to know that the work goes
- * on. */
+/* Soon after the last line in the beginning, later rarely: a log shows that the work goes on. */
 static void write_plain(ca_progress_line *line, const ca_render_progress *progress)
 {
     const double first = 5.0, most = 60.0, last = line->last_drawn;

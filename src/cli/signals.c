@@ -19,7 +19,7 @@ static void on_signal(int number)
     arrived = 1;
     static const char text[] =
         "\ncaustica: finishing this pass or block, then the result is written (again: stop at once)\n";
-    if (!is_quiet && write(STDERR_FILENO, text, sizeof text - 1) < 0) return; /* nobody listens: nothing to do */
+    if (!is_quiet && write(STDERR_FILENO, text, sizeof text - 1) < 0) return; /* standard error is closed */
 }
 
 static void catch_one(int number, struct sigaction *previous)

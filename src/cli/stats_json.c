@@ -11,7 +11,7 @@ static bool set(json_t *object, const char *key, json_t *value)
     return json_object_set_new(object, key, value) == 0;
 }
 
-/* By technique; "film": noticed by nobody else. */
+/* By technique; "film": those that only the film's check found. */
 static json_t *non_finite_json(const ca_render_statistics *s)
 {
     json_t *object = json_object();
@@ -55,7 +55,7 @@ static json_t *rays_json(const ca_rays_statistics *r)
     return NULL;
 }
 
-/* What was said first of the time to the noise target, and when; null where nothing was. */
+/* The first prediction of the time to the noise target, and when it was made; null: there was none. */
 static json_t *prediction_json(const ca_render_statistics *s)
 {
     if (s->first_predicted_seconds <= 0.0) return json_null();
@@ -95,7 +95,7 @@ ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s,
 
 /* ---- Noise ----------------------------------------------------------------------------------------------------- */
 
-/* `value` where `complete`; else it is given up. */
+/* `value` if it is complete; else it is released, and NULL. */
 static json_t *whole(json_t *value, bool complete)
 {
     if (complete) return value;

@@ -3,7 +3,7 @@
  *
  * A pixel's value is the sum over all its pairs over their number (Keller, Grünschloß, Droske, "Quasi-Monte Carlo
  * Progressive Photon Mapping", section 4.2). Blocks share their paths, so they are no independent samples, and their
- * scatter tells nothing. Error bars, where wanted, are made of what each block tells of its pairs
+ * scatter does not show the error. Error bars, where asked for, come from variances estimated within each block
  * (pair_covariances.h, pair_interval.h); the camera paths and light paths must then be independent random ones.
  *
  * Layers: R G B; Albedo.*, N.*, P.* of the primary hits, averaged; IrradianceGradient.X .Y .Z, W m^-3, of the
@@ -40,7 +40,7 @@ typedef struct ca_block_sample {
     ca_rgb albedo;               /* over the pixel's camera paths in the block, likewise: */
     ca_vec3 normal, position;
     uint32_t paths;
-    bool out_of_memory; /* while it was made: worthless. The film does not look */
+    bool out_of_memory; /* while it was made: the render is to be given up. The film does not check */
     /* For error bars. How many blocks from the first on, before this one, had the same camera paths, and the same
      * light paths: (0, 0) in the first block only. All of the pixel's blocks have as many paths and pairs as each
      * other. */

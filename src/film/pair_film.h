@@ -2,7 +2,7 @@
  * noise/components.h makes components, predictions and standard errors.
  *
  * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths; 40 bytes a pixel where only means
- * are wanted. Threads: different pixels at once; a pixel's iterations come in order. */
+ * are kept. Threads: different pixels at once; a pixel's iterations come in order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
 
@@ -44,7 +44,7 @@ typedef struct ca_pair_means {
 typedef struct ca_pair_film {
     uint32_t x0, y0, width, height; /* the rendered part of the film */
     uint32_t light_paths, camera_paths; /* N_F, N_B of every iteration */
-    ca_pair_pixel *pixels;          /* owned; NULL: only means are wanted */
+    ca_pair_pixel *pixels;          /* owned; NULL: only means are kept */
     ca_pair_means *means;           /* owned; one a pixel, instead of `pixels` */
     ca_pair_connections *connections; /* owned; one a pixel; NULL: not wanted */
     bool incomplete;                /* atomic: a worker ran out of memory */

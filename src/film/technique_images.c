@@ -18,8 +18,8 @@ enum { SIDE = CA_TECHNIQUE_MAX_VERTICES + 1, PICTURES = CA_TECHNIQUE_COUNT * SID
 
 struct ca_technique_images {
     uint32_t x0, y0, width, height;
-    technique_pixel *pictures[PICTURES]; /* NULL until something was found; set once, by whoever comes first */
-    bool failed;                         /* out of memory: told when the pictures are written */
+    technique_pixel *pictures[PICTURES]; /* NULL until something was found; set once, by the first thread */
+    bool failed;                         /* out of memory: reported when the pictures are written */
 };
 
 ca_status ca_technique_images_create(ca_technique_images **images, const uint32_t crop[4], ca_error *error)

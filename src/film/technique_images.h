@@ -18,8 +18,8 @@ enum { CA_TECHNIQUE_MAX_VERTICES = 14 };
 ca_status ca_technique_images_create(ca_technique_images **images, const uint32_t crop[4], ca_error *error);
 void ca_technique_images_destroy(ca_technique_images *images); /* NULL is allowed */
 
-/* A contribution to pixel (x, y) of the full film; `unweighted` times weight is what the image got. Out of memory is
- * remembered, and told by ca_technique_images_write. */
+/* A contribution to pixel (x, y) of the full film; `unweighted` times weight is what the image got. Lack of memory is
+ * remembered, and reported by ca_technique_images_write. */
 void ca_technique_images_add(ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t, uint32_t x,
                              uint32_t y, ca_rgb unweighted, float weight);
 

@@ -232,7 +232,7 @@ static int find_channel(const exr_input *input, const char *name)
 }
 
 /* Channel order[c] of the file becomes channel c of the image. By way of planes: told to interleave four channels of
- * halves itself, the library (3.1.5) gives them in the reverse order. All channels nobody asked for share one more
+ * halves itself, the library (3.1.5) gives them in the reverse order. All channels that are not read share one more
  * plane, for where all are halves, it writes even those without a place. */
 static ca_status read_interleaved(const exr_input *input, const int *order, ca_image *image, ca_error *error)
 {

@@ -28,7 +28,7 @@ static void keep_message(png_structp png, png_const_charp message)
     longjmp(png_jmpbuf(png), 1);
 }
 
-/* libpng words a lack of memory like any other damage: whoever asks for the memory notes it. */
+/* libpng reports a lack of memory like any other damage: the function that allocates for it notes the lack. */
 static png_voidp allocate(png_structp png, png_alloc_size_t bytes)
 {
     void *memory = ca_alloc(bytes, 1);

@@ -1,4 +1,4 @@
-/* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and the table of all BSDFs. */
+/* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and any BSDF. */
 #include "import/bsdf_plugins.h"
 
 #include <string.h>
@@ -35,24 +35,9 @@ static bool is_zero_constant(const ca_scene_desc *desc, ca_texture_id id)
 static bool transmits(const ca_scene_desc *desc, ca_material_id id)
 {
     const ca_material *m = &desc->materials.items[id].material;
-    switch (m->kind) {
-    case CA_MATERIAL_DIFFUSE:
-    case CA_MATERIAL_CONDUCTOR:
-    case CA_MATERIAL_ROUGH_CONDUCTOR:
-    case CA_MATERIAL_PLASTIC:
-    case CA_MATERIAL_ROUGH_PLASTIC: return false;
-    case CA_MATERIAL_DIELECTRIC:
-    case CA_MATERIAL_THIN_DIELECTRIC:
-    case CA_MATERIAL_ROUGH_DIELECTRIC:
-    case CA_MATERIAL_NULL:
-    case CA_MATERIAL_MASK: return true;
-    case CA_MATERIAL_PRINCIPLED: return !is_zero_constant(desc, m->as.principled.spec_trans);
-    case CA_MATERIAL_BUMP:
-    case CA_MATERIAL_NORMAL_MAP:
-    case CA_MATERIAL_TWOSIDED:
-    case CA_MATERIAL_BLEND: break;
-    case CA_MATERIAL_KIND_COUNT: return true;
-    }
+    if (m->kind == CA_MATERIAL_NULL || m->kind == CA_MATERIAL_MASK) return true;
+    if (m->kind == CA_MATERIAL_PRINCIPLED) return !is_zero_constant(desc, m->as.principled.spec_trans);
+    if (ca_material_is_leaf(m->kind)) return (ca_material_scatter(m, 0) & CA_SCATTER_TRANSMISSION) != 0;
     ca_material_id children[2];
     const uint32_t count = ca_material_children(m, children);
     for (uint32_t i = 0; i < count; i++)
@@ -62,7 +47,7 @@ static bool transmits(const ca_scene_desc *desc, ca_material_id id)
 
 /* ---- The plugins ----------------------------------------------------------------------------------------------- */
 
-static void import_twosided(ca_props *props, void *result)
+void ca_import_twosided(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_TWOSIDED);
@@ -79,7 +64,7 @@ static void import_twosided(ca_props *props, void *result)
     }
 }
 
-static void import_mask(ca_props *props, void *result)
+void ca_import_mask(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_MASK);
@@ -87,7 +72,7 @@ static void import_mask(ca_props *props, void *result)
     import_children(props, &m->as.mask.child, 1, 1);
 }
 
-static void import_blend(ca_props *props, void *result)
+void ca_import_blend(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_BLEND);
@@ -111,7 +96,7 @@ static ca_texture_id import_nested_texture(ca_props *props)
     return ca_import_texture(props->importer, texture);
 }
 
-static void import_bump(ca_props *props, void *result)
+void ca_import_bump(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_BUMP);
@@ -120,7 +105,7 @@ static void import_bump(ca_props *props, void *result)
     import_children(props, &m->as.bump.child, 1, 1);
 }
 
-static void import_normal_map(ca_props *props, void *result)
+void ca_import_normal_map(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_NORMAL_MAP);
@@ -128,29 +113,13 @@ static void import_normal_map(ca_props *props, void *result)
     import_children(props, &m->as.normal_map.child, 1, 1);
 }
 
-static const ca_plugin plugins[] = {
-    {"diffuse", ca_import_diffuse},
-    {"dielectric", ca_import_dielectric},
-    {"thindielectric", ca_import_thin_dielectric},
-    {"roughdielectric", ca_import_rough_dielectric},
-    {"conductor", ca_import_conductor},
-    {"roughconductor", ca_import_rough_conductor},
-    {"plastic", ca_import_plastic},
-    {"roughplastic", ca_import_rough_plastic},
-    {"principled", ca_import_principled},
-    {"null", ca_import_null},
-    {"twosided", import_twosided},
-    {"mask", import_mask},
-    {"blendbsdf", import_blend},
-    {"bumpmap", import_bump},
-    {"normalmap", import_normal_map},
-};
-
 /* ---- Any BSDF -------------------------------------------------------------------------------------------------- */
 
 static ca_material_id build(ca_importer *importer, ca_xml_node *node)
 {
-    const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
+    size_t count;
+    const ca_plugin *plugins = ca_import_bsdf_plugins(&count);
+    const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, count);
     if (!plugin) return CA_NONE;
     ca_material material = {0};
     ca_props props;

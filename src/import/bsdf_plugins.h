@@ -1,18 +1,16 @@
-/* The BSDF plugins, one function each: ca_import_... (props, ca_material *). */
+/* The table of all BSDF plugins, and those that hold others: ca_import_... (props, ca_material *). */
 #ifndef CA_IMPORT_BSDF_PLUGINS_H
 #define CA_IMPORT_BSDF_PLUGINS_H
 
 #include "import/importer.h"
 
-void ca_import_diffuse(ca_props *props, void *result);
-void ca_import_dielectric(ca_props *props, void *result);
-void ca_import_thin_dielectric(ca_props *props, void *result);
-void ca_import_rough_dielectric(ca_props *props, void *result);
-void ca_import_conductor(ca_props *props, void *result);
-void ca_import_rough_conductor(ca_props *props, void *result);
-void ca_import_plastic(ca_props *props, void *result);
-void ca_import_rough_plastic(ca_props *props, void *result);
-void ca_import_principled(ca_props *props, void *result);
-void ca_import_null(ca_props *props, void *result);
+/* In bsdfs.c, beside those that scatter by themselves. */
+const ca_plugin *ca_import_bsdf_plugins(size_t *count);
+
+void ca_import_twosided(ca_props *props, void *result);
+void ca_import_mask(ca_props *props, void *result);
+void ca_import_blend(ca_props *props, void *result);
+void ca_import_bump(ca_props *props, void *result);
+void ca_import_normal_map(ca_props *props, void *result);
 
 #endif

@@ -1,4 +1,5 @@
-/* BSDFs that scatter by themselves. Result of each: ca_material. Those that hold others are in bsdf_nodes.c. */
+/* BSDFs that scatter by themselves, and the table of all. Result of each: ca_material. Those that hold others are in
+ * bsdf_nodes.c. */
 #include "import/bsdf_plugins.h"
 
 #include "base/text.h"
@@ -72,7 +73,7 @@ static void import_roughness(ca_props *props, ca_material_facets *facets)
 
 /* ---- The plugins ----------------------------------------------------------------------------------------------- */
 
-void ca_import_diffuse(ca_props *props, void *result)
+static void import_diffuse(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_DIFFUSE);
@@ -94,7 +95,7 @@ static ca_texture_id specular_transmittance(ca_props *props)
     return ca_props_texture(props, "specular_transmittance", 1.0f, CA_COLOR_REFLECTANCE);
 }
 
-void ca_import_dielectric(ca_props *props, void *result)
+static void import_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_DIELECTRIC);
@@ -103,7 +104,7 @@ void ca_import_dielectric(ca_props *props, void *result)
     m->as.dielectric.transmittance = specular_transmittance(props);
 }
 
-void ca_import_thin_dielectric(ca_props *props, void *result)
+static void import_thin_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_THIN_DIELECTRIC);
@@ -112,7 +113,7 @@ void ca_import_thin_dielectric(ca_props *props, void *result)
     m->as.thin_dielectric.transmittance = specular_transmittance(props);
 }
 
-void ca_import_rough_dielectric(ca_props *props, void *result)
+static void import_rough_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_ROUGH_DIELECTRIC);
@@ -162,7 +163,7 @@ static void import_complex_index(ca_props *props, ca_texture_id *eta, ca_texture
     *k = constant(props, ca_rgb_scale(ca_props_color(props, "k", named->k, CA_COLOR_INDEX), inverse));
 }
 
-void ca_import_conductor(ca_props *props, void *result)
+static void import_conductor(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_CONDUCTOR);
@@ -170,7 +171,7 @@ void ca_import_conductor(ca_props *props, void *result)
     m->as.conductor.reflectance = specular_reflectance(props);
 }
 
-void ca_import_rough_conductor(ca_props *props, void *result)
+static void import_rough_conductor(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_ROUGH_CONDUCTOR);
@@ -188,7 +189,7 @@ static ca_material_plastic import_layers(ca_props *props)
     return plastic;
 }
 
-void ca_import_plastic(ca_props *props, void *result)
+static void import_plastic(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_PLASTIC);
@@ -196,7 +197,7 @@ void ca_import_plastic(ca_props *props, void *result)
 }
 
 /* Its roughness is one number, because a table of transmittances is made for it. */
-void ca_import_rough_plastic(ca_props *props, void *result)
+static void import_rough_plastic(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_ROUGH_PLASTIC);
@@ -222,7 +223,7 @@ static float principled_index(ca_props *props, bool transmits)
     return (float)eta;
 }
 
-void ca_import_principled(ca_props *props, void *result)
+static void import_principled(ca_props *props, void *result)
 {
     ca_material *m = result;
     const ca_color_role role = CA_COLOR_REFLECTANCE; /* all of them are shares in [0, 1] */
@@ -246,9 +247,33 @@ void ca_import_principled(ca_props *props, void *result)
     m->as.principled.eta = principled_index(props, ca_props_find(props, "spec_trans") != NULL);
 }
 
-void ca_import_null(ca_props *props, void *result)
+static void import_null(ca_props *props, void *result)
 {
     ca_material *m = result;
     (void)props;
     *m = ca_material_of_kind(CA_MATERIAL_NULL);
+}
+
+static const ca_plugin plugins[] = {
+    {"diffuse", import_diffuse},
+    {"dielectric", import_dielectric},
+    {"thindielectric", import_thin_dielectric},
+    {"roughdielectric", import_rough_dielectric},
+    {"conductor", import_conductor},
+    {"roughconductor", import_rough_conductor},
+    {"plastic", import_plastic},
+    {"roughplastic", import_rough_plastic},
+    {"principled", import_principled},
+    {"null", import_null},
+    {"twosided", ca_import_twosided},
+    {"mask", ca_import_mask},
+    {"blendbsdf", ca_import_blend},
+    {"bumpmap", ca_import_bump},
+    {"normalmap", ca_import_normal_map},
+};
+
+const ca_plugin *ca_import_bsdf_plugins(size_t *count)
+{
+    *count = CA_COUNT(plugins);
+    return plugins;
 }

@@ -5,7 +5,7 @@
 
 /* ---- Filters --------------------------------------------------------------------------------------------------- */
 
-/* Wider filters reach over more pixels than anybody wants. */
+/* Wider filters would reach over too many pixels. */
 static const double max_radius = 64.0;
 
 static void import_box(ca_props *props, void *result)

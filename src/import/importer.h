@@ -12,7 +12,7 @@
 #include "import/document.h"
 #include "import/properties.h"
 
-/* References and nesting together: deeper scenes are refused, so that nobody who walks a material recurses far. */
+/* References and nesting together: deeper scenes are refused, which limits every recursion over a material. */
 enum { CA_IMPORT_MAX_NESTING = 16 };
 
 /* A bitmap that was read already. */

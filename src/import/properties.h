@@ -1,5 +1,5 @@
 /* The parameters of one object, asked for by name and type. Asking marks a parameter as used; ca_props_end fails at
- * one that nobody asked for, and names the nearest of those that were. Every getter returns its default where the
+ * one that was never asked for, and names the nearest of those that were. Every getter returns its default where the
  * parameter is missing, and also after a failure (see importer.h). */
 #ifndef CA_IMPORT_PROPERTIES_H
 #define CA_IMPORT_PROPERTIES_H

@@ -28,7 +28,7 @@ typedef struct ca_xml_node {
     ca_location where;
     struct ca_xml_node *first_child, *last_child, *next;
     /* What the importer made of it. */
-    bool used; /* somebody asked for this parameter or object */
+    bool used; /* an importer has read this parameter or object */
     enum { CA_NODE_UNTOUCHED, CA_NODE_BEGUN, CA_NODE_DONE } progress;
     uint32_t result; /* index in the description's table, once done */
 } ca_xml_node;

@@ -45,7 +45,12 @@ static ca_status create_light(const ca_integrator_input *input, void **state, ca
 
 static const ca_parameter_spec light_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_light = {
-    .name = "light", .parameters = light_parameters, .create = create_light, ENGINE_FUNCTIONS};
+    .name = "light",
+    .parameters = light_parameters,
+    .abilities = CA_ABILITY_LIGHT_SAMPLES,
+    .create = create_light,
+    ENGINE_FUNCTIONS,
+};
 
 /* ---- bdpt ------------------------------------------------------------------------------------------------------ */
 
@@ -61,7 +66,12 @@ static const ca_parameter_spec bdpt_parameters[] = {
     PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
     {"strategies", CA_SPEC_CHOICE, .choices = "all|no-splat", .number = 0}, END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_bdpt = {
-    .name = "bdpt", .parameters = bdpt_parameters, .create = create_bdpt, ENGINE_FUNCTIONS};
+    .name = "bdpt",
+    .parameters = bdpt_parameters,
+    .abilities = CA_ABILITY_CONNECTION_NOISE,
+    .create = create_bdpt,
+    ENGINE_FUNCTIONS,
+};
 
 /* ---- ppm, bdpm: photons alone ---------------------------------------------------------------------------------- */
 
@@ -80,7 +90,12 @@ static ca_status create_bdpm(const ca_integrator_input *input, void **state, ca_
 static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS,
                                                    END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_ppm = {
-    .name = "ppm", .parameters = ppm_parameters, .create = create_ppm, ENGINE_FUNCTIONS};
+    .name = "ppm",
+    .parameters = ppm_parameters,
+    .abilities = CA_ABILITY_PAIR_LAW | CA_ABILITY_ONE_CAMERA_PATH,
+    .create = create_ppm,
+    ENGINE_FUNCTIONS,
+};
 
 /* camera_diffuse_depth: the smooth events a camera path may have (BDD of Ershov et al.); merges happen after 0 to so
  * many of them, weighted, or at the last of these vertices only. */
@@ -93,7 +108,12 @@ static const ca_parameter_spec bdpm_parameters[] = {
     {"merges", CA_SPEC_CHOICE, .choices = "all|last", .number = 0},
     END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_bdpm = {
-    .name = "bdpm", .parameters = bdpm_parameters, .create = create_bdpm, ENGINE_FUNCTIONS};
+    .name = "bdpm",
+    .parameters = bdpm_parameters,
+    .abilities = CA_ABILITY_PAIR_LAW,
+    .create = create_bdpm,
+    ENGINE_FUNCTIONS,
+};
 
 /* ---- vcm and its kin: everything, told apart by what a merge counts for ---------------------------------------- */
 
@@ -150,12 +170,31 @@ static const ca_parameter_spec ovcm_parameters[] = {
     END_OF_PARAMETERS};
 
 const ca_integrator_type ca_integrator_vcm = {
-    .name = "vcm", .parameters = vcm_parameters, .create = create_vcm, ENGINE_FUNCTIONS};
+    .name = "vcm",
+    .parameters = vcm_parameters,
+    .abilities = CA_ABILITY_CONNECTION_NOISE,
+    .create = create_vcm,
+    ENGINE_FUNCTIONS,
+};
 const ca_integrator_type ca_integrator_vcm_plus = {
     .name = "vcm-plus", .parameters = vcm_parameters, .create = create_vcm_plus, ENGINE_FUNCTIONS};
 const ca_integrator_type ca_integrator_vcm_star = {
     .name = "vcm-star", .parameters = vcm_parameters, .create = create_vcm_star, ENGINE_FUNCTIONS};
 const ca_integrator_type ca_integrator_ovcm = {
-    .name = "ovcm", .parameters = ovcm_parameters, .create = create_ovcm, ENGINE_FUNCTIONS};
+    .name = "ovcm",
+    .parameters = ovcm_parameters,
+    .abilities = CA_ABILITY_CONNECTION_NOISE,
+    .create = create_ovcm,
+    ENGINE_FUNCTIONS,
+};
 const ca_integrator_type ca_integrator_cavcm = {
     .name = "cavcm", .parameters = vcm_parameters, .create = create_cavcm, ENGINE_FUNCTIONS};
+
+/* ---- The table ------------------------------------------------------------------------------------------------- */
+
+const ca_integrator_type *const ca_algorithms[] = {
+    &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,  &ca_integrator_vcm,
+    &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
+};
+const size_t ca_algorithm_count = sizeof ca_algorithms / sizeof ca_algorithms[0];
+_Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 2 <= CA_MAX_INTEGRATORS, "room for all names");

@@ -6,16 +6,38 @@
 #include <stdio.h>
 #include <string.h>
 
-static const ca_integrator_type *const integrators[] = {
-    &ca_integrator_path, &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,
-    &ca_integrator_vcm,  &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
-    &ca_integrator_qmcppm,
-};
-enum { INTEGRATOR_COUNT = sizeof integrators / sizeof integrators[0] };
-
 const ca_integrator_type *ca_integrator_at(size_t index)
 {
-    return index < INTEGRATOR_COUNT ? integrators[index] : NULL;
+    if (index == 0) return &ca_integrator_path;
+    if (index <= ca_algorithm_count) return ca_algorithms[index - 1];
+    return index == ca_algorithm_count + 1 ? &ca_integrator_qmcppm : NULL;
+}
+
+/* Adds a name to a list of `count` names; `separator` stands before it. */
+static void append_name(char text[CA_INTEGRATOR_NAMES_SIZE], size_t count, const char *separator, const char *name)
+{
+    const size_t used = strlen(text);
+    snprintf(text + used, CA_INTEGRATOR_NAMES_SIZE - used, "%s%s", count ? separator : "", name);
+}
+
+void ca_integrator_names(unsigned abilities, const char *last, char text[CA_INTEGRATOR_NAMES_SIZE])
+{
+    const char *names[CA_MAX_INTEGRATORS];
+    const ca_integrator_type *type;
+    size_t count = 0;
+    for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++)
+        if (ca_integrator_has(type, abilities)) names[count++] = type->name;
+    text[0] = '\0';
+    for (size_t i = 0; i < count; i++) append_name(text, i, i + 1 < count ? ", " : last, names[i]);
+}
+
+const ca_integrator_type *ca_integrator_of(const char *text)
+{
+    const ca_integrator_type *type;
+    const size_t length = text ? strcspn(text, ":") : 0;
+    for (size_t i = 0; text && (type = ca_integrator_at(i)) != NULL; i++)
+        if (strlen(type->name) == length && strncmp(text, type->name, length) == 0) return type;
+    return NULL;
 }
 
 /* What the scene file says is the scene's fault; anything else came with the caller's settings. */
@@ -27,18 +49,19 @@ static ca_status blame(const ca_location *where)
 ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,
                              ca_error *error)
 {
-    const char *names[INTEGRATOR_COUNT];
-    char all[256] = "";
-    for (int i = 0; i < INTEGRATOR_COUNT; i++) {
-        names[i] = integrators[i]->name;
-        if (strcmp(name, names[i]) == 0) {
-            *type = integrators[i];
+    const char *names[CA_MAX_INTEGRATORS];
+    char all[CA_INTEGRATOR_NAMES_SIZE] = "";
+    const ca_integrator_type *row;
+    size_t count = 0;
+    for (; (row = ca_integrator_at(count)) != NULL; count++) {
+        names[count] = row->name;
+        if (strcmp(name, row->name) == 0) {
+            *type = row;
             return CA_OK;
         }
-        const size_t used = strlen(all);
-        snprintf(all + used, sizeof all - used, "%s%s", i ? ", " : "", names[i]);
+        append_name(all, count, ", ", row->name);
     }
-    const char *nearest = ca_nearest_name(name, names, INTEGRATOR_COUNT);
+    const char *nearest = ca_nearest_name(name, names, count);
     return ca_fail(error, blame(where), where, "unknown integrator \"%s\"%s%s%s (there are: %s)", name,
                    nearest ? "; did you mean \"" : "", nearest ? nearest : "", nearest ? "\"?" : "", all);
 }

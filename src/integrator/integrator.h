@@ -1,6 +1,7 @@
 /* Integrators: from a scene and a pixel to a radiance.
  *
- * An integrator is a row of the table in integrator.c: its name, its parameters with their defaults, and functions.
+ * An integrator is a row of a table (ca_integrator_at): its name, its parameters with their defaults, its abilities,
+ * and functions. Other folders ask what a row can do (ca_integrator_has), never what it is called.
  * It knows nothing of time, stopping or files (render/ does): it is given a pixel and an index of a camera path and
  * answers with one film sample, a pure function of (scene, settings, pixel, index). One that has light paths traces
  * those of a pass before the camera paths of that pass.
@@ -41,7 +42,7 @@ typedef struct ca_camera_path {
     ca_film_sample *sample;
 } ca_camera_path;
 
-/* A parameter an integrator understands, and what it is if nobody says. */
+/* A parameter that an integrator has, with its default. */
 typedef struct ca_parameter_spec {
     const char *name;
     enum { CA_SPEC_INTEGER, CA_SPEC_REAL, CA_SPEC_BOOLEAN, CA_SPEC_CHOICE } kind;
@@ -62,21 +63,38 @@ typedef struct ca_integrator_input {
     uint32_t crop[4];     /* the rendered part of the film */
     uint32_t workers;
     double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
-    ca_technique_images *technique_images; /* NULL: not wanted */
-    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not wanted.
-     * Its crop and N_F are those of this input; it tells itself when it is incomplete. Only ppm, bdpm and those that
-     * connect fill it. */
+    ca_technique_images *technique_images; /* NULL: none are made */
+    /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not
+     * recorded. Its crop and N_F are those of this input; its field `incomplete` is set where memory ran out. Filled
+     * by integrators with begin_pixel. */
     ca_pair_film *pairs;
     const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
 
+/* What others must know of an integrator, as bits. Its functions say whether it renders by blocks (begin_block), its
+ * parameters whether it has a merge radius and numbers of paths. */
+typedef enum ca_ability {
+    /* The variance of a pixel in an iteration of N_F light paths and N_B camera paths is
+     * pair / (N_F N_B) + camera / N_B + light / N_F, whatever the two numbers are (Ershov et al. 2020): noise is
+     * measured and predicted, and numbers are chosen (rays). Needs begin_pixel. */
+    CA_ABILITY_PAIR_LAW = 1 << 0,
+    /* Camera paths connect to light paths by weights that depend on N_F and N_B. Noise is measured, with a fourth
+     * term of the connections (film/pair_sums.h), but no numbers are chosen. Needs begin_pixel. */
+    CA_ABILITY_CONNECTION_NOISE = 1 << 1,
+    /* The method has one camera path per pixel and iteration; where numbers are chosen, only N_F is. */
+    CA_ABILITY_ONE_CAMERA_PATH = 1 << 2,
+    /* Samples per pixel are light paths, of which there are N_F in a pass; camera paths only see emitters. */
+    CA_ABILITY_LIGHT_SAMPLES = 1 << 3,
+} ca_ability;
+
 typedef struct ca_integrator_type {
     const char *name;
     const ca_parameter_spec *parameters; /* ended by a NULL name */
+    unsigned abilities;                  /* ca_ability */
     ca_sampler_kind
-        sampler; /* that it was made for: where nobody chose one for it. CA_SAMPLER_INDEPENDENT: any will do */
+        sampler; /* that it was made for: used unless one is chosen for it. CA_SAMPLER_INDEPENDENT: any will do */
     /* Makes the state from the input; what that points to outlives it. Refuses what the integrator cannot do
      * (CA_ERROR_UNSUPPORTED, with the reason). */
     ca_status (*create)(const ca_integrator_input *input, void **state, ca_error *error);
@@ -89,8 +107,8 @@ typedef struct ca_integrator_type {
     /* Adds to the samples what the round has for these camera paths. Samples start zeroed in round 0. A path's sample
      * does not depend on which others are asked for with it. */
     void (*camera_paths)(const void *state, ca_camera_path *paths, uint32_t count, uint32_t round, ca_worker *worker);
-    /* Around the camera paths of a pixel in a pass of one round, where pairs are wanted: all of them between the two,
-     * one after the other on one worker. NULL: pairs are refused. */
+    /* Around the camera paths of a pixel in a pass of one round, where pairs are recorded: all of them between the
+     * two, one after the other on one worker. NULL: pairs are refused. */
     void (*begin_pixel)(const void *state, ca_worker *worker);
     void (*end_pixel)(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
     /* What the pass' light paths have splatted to a pixel, after its last round. NULL: nothing ever. */
@@ -111,10 +129,25 @@ typedef struct ca_integrator_type {
 /* The rows one after the other; NULL behind the last. */
 const ca_integrator_type *ca_integrator_at(size_t index);
 
+/* Has it one of the abilities? NULL has none. */
+static inline bool ca_integrator_has(const ca_integrator_type *type, unsigned abilities)
+{
+    return type && (type->abilities & abilities) != 0;
+}
+
+enum { CA_MAX_INTEGRATORS = 32, CA_INTEGRATOR_NAMES_SIZE = 512 /* holds all names */ };
+
+/* Names of the rows that have one of the abilities, in the order of the table: "bdpt, ppm or vcm", where " or " is
+ * `last`. */
+void ca_integrator_names(unsigned abilities, const char *last, char text[CA_INTEGRATOR_NAMES_SIZE]);
+
 /* The row of that name. For an unknown one the error names all there are: CA_ERROR_SCENE at `where`, or, where that
  * is NULL because the name came with the settings, CA_ERROR_ARGUMENT. Parameters likewise. */
 ca_status ca_integrator_find(const char *name, const ca_location *where, const ca_integrator_type **type,
                              ca_error *error);
+
+/* The row named by "name" or "name:parameter=value,..."; NULL where there is none, or no text. */
+const ca_integrator_type *ca_integrator_of(const char *text);
 
 /* Fills input->values: the type's defaults, over them the scene's parameters, over them `overrides`
  * ("max_depth=5,rr_depth=3", may be NULL). The scene's parameters must all be known to the type, unless the
@@ -134,7 +167,11 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text,
                             size_t size);
 
-/* Rows of the table. */
+/* The rows of algorithms.c, in the order of the table, and how many they are. */
+extern const ca_integrator_type *const ca_algorithms[];
+extern const size_t ca_algorithm_count;
+
+/* Rows that others ask for by themselves. */
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
     ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
     ca_integrator_cavcm, ca_integrator_qmcppm;

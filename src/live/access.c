@@ -21,7 +21,7 @@ bool ca_live_make_token(char token[CA_LIVE_TOKEN_LENGTH + 1])
     return true;
 }
 
-/* In the same time wherever the first difference is. */
+/* Takes the same time wherever the first difference is. */
 static bool token_is(const ca_live_access *access, const char *text, size_t length)
 {
     unsigned difference = 0;
@@ -30,7 +30,7 @@ static bool token_is(const ca_live_access *access, const char *text, size_t leng
     return difference == 0;
 }
 
-/* "127.0.0.1", "::1": a number, and so no name that somebody else resolves. */
+/* "127.0.0.1", "::1": a number, and so not a name that is resolved outside of this machine. */
 static bool is_number(const char *name)
 {
     unsigned char address[16];
@@ -59,7 +59,7 @@ static bool origin_is_ours(const ca_live_access *access, const char *origin)
     return strncmp(origin, scheme, sizeof scheme - 1) == 0 && host_is_ours(access, origin + sizeof scheme - 1);
 }
 
-/* No resource has any of these in its name: whoever sends them looks for files. */
+/* No resource has any of these in its name: a request that has them tries to read files. */
 static bool climbs(const char *path) { return strstr(path, "..") || strpbrk(path, "\\%") || strstr(path, "//"); }
 
 int ca_live_judge(const ca_live_access *access, const ca_live_request *request, ca_live_resource *resource)

@@ -1,11 +1,11 @@
-/* What looking at a render may cost it: at most a share of the processor time that the process has used.
+/* What watching a render may cost: at most a share of the processor time that the process has used.
  *
  * The account counts two things: the processor time of the thread that serves, and for each picture taken the time of
- * the rendering thread times the number of rendering threads, which wait meanwhile. Whoever wants to spend asks
- * first; what a picture will cost is told from the last one: the first one is taken whatever it costs, and paid off
- * before the second. A small advance, counted once, is there from the beginning, so that a page opens at once. A part
- * of the share is kept for the end, when those who look fetch the last picture, and with it what it takes to send
- * this once; debts of before do not count then.
+ * the rendering thread times the number of rendering threads, which wait meanwhile. Before anything is spent, the
+ * budget is asked. What a picture will cost is estimated from the last one: the first one is taken whatever it costs,
+ * and paid off before the second. A small advance, granted once, is there from the beginning, so that a page opens at
+ * once. A part of the share is kept for the end, when viewers fetch the last picture, together with the cost of
+ * sending it once; earlier debts do not count then.
  *
  * Threads: the caller's lock. */
 #ifndef CA_LIVE_BUDGET_H

@@ -31,7 +31,7 @@ struct ca_live {
 
 /* ---- The serving thread ---------------------------------------------------------------------------------------- */
 
-/* Up to `milliseconds`, or until somebody asks for something. With the lock held. */
+/* Waits up to `milliseconds`, or until a viewer asks for something. With the lock held. */
 static void nap(ca_live_state *state, long milliseconds)
 {
     struct timespec end;
@@ -54,10 +54,10 @@ static void wait_for_work(ca_live *live)
         places[2] = (struct pollfd){.fd = ca_tev_descriptor(live->tev), .events = POLLOUT};
     poll(places, 3, timeout);
     eventfd_t count;
-    if (eventfd_read(live->state.wake_descriptor, &count) != 0) return; /* nobody woke it */
+    if (eventfd_read(live->state.wake_descriptor, &count) != 0) return; /* it was not woken */
 }
 
-/* When it has got a picture it wants the next one. */
+/* Once it has received a picture it is to get the next one. */
 static void serve_tev(ca_live *live)
 {
     ca_live_state *state = &live->state;
@@ -77,7 +77,7 @@ static void serve_tev(ca_live *live)
     pthread_mutex_unlock(&state->lock);
 }
 
-/* Puts what was done on the account, and waits until it is paid. false: it is over. */
+/* Charges what was done to the budget, and waits until that allows more. false: the thread is to end. */
 static bool settle(ca_live *live, double cost)
 {
     ca_live_state *state = &live->state;
@@ -200,7 +200,7 @@ static void show(ca_live *live, ca_live_snapshot *picture)
     ca_live_snapshot *old = state->snapshot;
     state->snapshot = picture;
     state->wants_picture = false;
-    state->tev_is_behind = live->tev != NULL; /* until the thread says otherwise */
+    state->tev_is_behind = live->tev != NULL; /* until the thread sets it */
     ca_live_state_tell(state);
     pthread_mutex_unlock(&state->lock);
     ca_live_snapshot_release(old);
@@ -214,7 +214,7 @@ static void charge_picture(ca_live *live, double cost)
     pthread_mutex_unlock(&live->state.lock);
 }
 
-/* The other threads of the render wait meanwhile. `counts`: is it for those who look? */
+/* The other threads of the render wait meanwhile. `counts`: against the budget, as it is for viewers. */
 static ca_status take_picture(ca_live *live, const ca_render_progress *progress, bool counts, ca_error *error)
 {
     ca_image_layers *image = NULL;
@@ -286,7 +286,7 @@ static void keep_progress(ca_live *live, const ca_render_progress *progress)
     pthread_mutex_unlock(&state->lock);
 }
 
-/* One look at what is wanted; true: the render is to wait, and to be asked again. */
+/* Handles what viewers have asked for; true: the render is to wait, and to call again. */
 static bool serve_wishes(ca_live *live, const ca_render_progress *progress, bool *stops)
 {
     ca_live_state *state = &live->state;
@@ -313,8 +313,7 @@ bool ca_live_report(ca_live *live, const ca_render_progress *progress)
     return !stops;
 }
 
-/* With the lock held: somebody has not got the last picture yet, and there is something left of what that may
- * cost. */
+/* With the lock held: a viewer has not got the last picture yet, and the budget is not used up. */
 static bool farewell_goes_on(const ca_live_state *state)
 {
     return (state->watchers > 0 || state->tev_is_behind) &&

@@ -1,9 +1,9 @@
-/* Looking at a render while it goes on: a page in a browser (server.h), or the viewer tev (tev.h).
+/* Watching a render while it goes on: a page in a browser (server.h), or the program tev (tev.h).
  *
- * One thread of its own serves all who look; the render is asked in its progress callback, which takes a picture when
- * somebody waits for one, at most every 250 ms, and waits itself while it is paused. Both together may cost 3 % of
- * the process's processor time (budget.h): beyond, answers come later, whoever asks for how much. Nobody who looks
- * can make the render wait.
+ * One thread serves all viewers. The render takes part in its progress callback: it takes a picture when a viewer
+ * waits for one, at most every 250 ms, and waits while it is paused. Both together may cost 3 % of the process's
+ * processor time (budget.h): beyond, answers come later, however many viewers there are. No viewer can make the
+ * render wait.
  *
  * Memory: pictures of all layers, about 120 bytes a pixel each: usually two of them, and one more for each of at most
  * 8 clients that are slow to fetch theirs. */
@@ -21,7 +21,7 @@ typedef struct ca_live_settings {
     const char *tev;      /* "HOST:PORT"; NULL: no tev */
     const char *title;    /* of the page and of tev's image; borrowed */
     uint32_t threads;     /* of the render, which wait while a picture is taken */
-    /* Writes the picture so far, because somebody asked for it. Says in `message` what was written. */
+    /* Writes the picture so far, when a viewer has asked for it. Says in `message` what was written. */
     ca_status (*save)(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message,
                       size_t size, ca_error *error);
     bool (*is_interrupted)(void); /* ends a pause, and the wait at the end */
@@ -35,11 +35,11 @@ void ca_live_destroy(ca_live *live); /* NULL is allowed */
 /* Where the page is: "http://127.0.0.1:8080/0123.../"; "" without a page. */
 const char *ca_live_url(const ca_live *live);
 
-/* To be called from the render's progress callback; false: somebody wants the render to end here. */
+/* To be called from the render's progress callback; false: a viewer has asked to end the render. */
 bool ca_live_report(ca_live *live, const ca_render_progress *progress);
 
-/* The render is over: shows its picture, which it takes over, and waits until all who look have it, 5 seconds at
- * most, and no longer than what looking may cost allows. */
+/* The render is over: shows its picture, which it takes over, and waits until all viewers have it, for 5 seconds at
+ * most and within the budget. */
 void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_statistics *statistics);
 
 #endif

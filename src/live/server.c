@@ -28,7 +28,7 @@ typedef struct event_stream {
     struct ca_live_server *server;
     struct MHD_Connection *connection;
     struct event_stream *next;
-    uint64_t news;        /* the last that was told */
+    uint64_t news;        /* number of the last news it was sent */
     double last_told;     /* when */
     size_t length, sent;  /* of text */
     bool suspended;
@@ -209,7 +209,7 @@ static enum MHD_Result answer_planes(ca_live_server *server, struct MHD_Connecti
     a->server = server;
     server->pictures++;
     count_watcher(server, 1);
-    /* Who takes a picture waits for the next one. */
+    /* A client that takes a picture waits for the next one. */
     want_picture(server);
     struct MHD_Response *response = MHD_create_response_from_callback(ca_live_planes_bytes(&a->planes), PLANES_BLOCK,
                                                                       read_planes, a, close_planes);
@@ -384,8 +384,8 @@ static enum MHD_Result answer_resource(ca_live_server *server, struct MHD_Connec
     return MHD_NO;
 }
 
-/* Called with the headers, with each piece of a body, and at its end. Who is refused is so before a body is read;
- * bodies say nothing here. */
+/* Called with the headers, with each piece of a body, and at its end. Requests are refused before their body is read;
+ * bodies are not used. */
 static enum MHD_Result on_request(void *user, struct MHD_Connection *connection, const char *path, const char *method,
                                   const char *version, const char *body, size_t *body_size, void **seen)
 {

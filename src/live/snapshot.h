@@ -1,5 +1,5 @@
-/* A picture of a render so far, shared by the render and those who look at it: never changed once it is made,
- * released when the last one lets it go. Threads: any. */
+/* A picture of a render so far, shared by the render and its viewers: never changed once it is made, released when
+ * the last one lets it go. Threads: any. */
 #ifndef CA_LIVE_SNAPSHOT_H
 #define CA_LIVE_SNAPSHOT_H
 

@@ -62,7 +62,7 @@ static void put(FILE *stream, const char *name, double value)
     ca_page_put_number(stream, value);
 }
 
-/* Of the image so far: the render looks at it rarely, each picture tells it. */
+/* The noise of the latest picture: the render itself estimates it rarely. */
 static double noise_percent(const ca_live_state *state)
 {
     const ca_live_snapshot *picture = state->snapshot;

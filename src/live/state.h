@@ -1,5 +1,5 @@
-/* What the render and the thread that serves it know of each other. Everything is guarded by `lock`; neither side
- * holds it while it makes, sends or writes a picture. */
+/* What the render and the serving thread share. Everything is guarded by `lock`; neither side holds it while it
+ * makes, sends or writes a picture. */
 #ifndef CA_LIVE_STATE_H
 #define CA_LIVE_STATE_H
 
@@ -18,15 +18,15 @@ typedef enum ca_live_phase {
 
 typedef struct ca_live_state {
     pthread_mutex_t lock;
-    pthread_cond_t asked; /* somebody wants something of the render */
-    int wake_descriptor;  /* an eventfd: there is news for those who look */
+    pthread_cond_t asked; /* a viewer has asked for something */
+    int wake_descriptor;  /* an eventfd: there is news for viewers */
 
     /* From the render. */
     ca_live_phase phase;
     ca_render_progress progress; /* its pointers are of no use here */
     ca_live_snapshot *snapshot;  /* the newest; held; NULL: none yet */
-    uint64_t news;               /* counts what is worth telling */
-    char message[1400];          /* the last thing that was done for somebody, or that failed; "": nothing */
+    uint64_t news;               /* number of the latest news */
+    char message[1400];          /* the last request that was carried out, or failed; "": none */
 
     /* To the render. */
     bool wants_picture, wants_pause, wants_stop, wants_save;
@@ -46,7 +46,7 @@ void ca_live_state_tell(ca_live_state *state);
 /* The newest picture, held for the caller; NULL: none yet. Takes the lock. */
 ca_live_snapshot *ca_live_state_picture(ca_live_state *state);
 
-/* May the serving thread go on? While the render is paused it costs nobody anything. With the lock held. */
+/* Does the budget let the serving thread go on? While the render is paused it always does. With the lock held. */
 bool ca_live_state_may_serve(const ca_live_state *state);
 
 enum { CA_LIVE_EVENT_SIZE = 16384 };

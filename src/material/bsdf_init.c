@@ -41,7 +41,6 @@ static ca_microfacet facets_at(const ca_material_facets *facets, lookup at)
 
 static void init_principled(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    bxdf->kind = CA_BXDF_PRINCIPLED;
     bxdf->as.principled.base_color = color_or(at, leaf->as.principled.base_color, 0.5f);
     bxdf->as.principled.roughness = scalar_or(at, leaf->as.principled.roughness, 0.0f);
     bxdf->as.principled.anisotropic = scalar_or(at, leaf->as.principled.anisotropic, 0.0f);
@@ -61,7 +60,6 @@ static void init_principled(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 
 static void init_plastic(ca_bxdf *bxdf, const ca_material_plastic *plastic, lookup at)
 {
-    bxdf->kind = CA_BXDF_PLASTIC;
     bxdf->as.plastic.diffuse = color_or(at, plastic->diffuse, 0.5f);
     bxdf->as.plastic.specular = color_or(at, plastic->specular, 1.0f);
     bxdf->as.plastic.eta = plastic->eta;
@@ -73,7 +71,6 @@ static void init_plastic(ca_bxdf *bxdf, const ca_material_plastic *plastic, look
 static void init_rough_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
     const ca_material_plastic *layers = &leaf->as.rough_plastic.layers;
-    bxdf->kind = CA_BXDF_ROUGH_PLASTIC;
     bxdf->as.rough_plastic.diffuse = color_or(at, layers->diffuse, 0.5f);
     bxdf->as.rough_plastic.specular = color_or(at, layers->specular, 1.0f);
     bxdf->as.rough_plastic.eta = layers->eta;
@@ -86,7 +83,6 @@ static void init_rough_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at
 
 static void init_smooth_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    bxdf->kind = CA_BXDF_DIELECTRIC;
     bxdf->as.dielectric.eta = leaf->as.dielectric.eta;
     bxdf->as.dielectric.reflectance = color_or(at, leaf->as.dielectric.reflectance, 1.0f);
     bxdf->as.dielectric.transmittance = color_or(at, leaf->as.dielectric.transmittance, 1.0f);
@@ -94,7 +90,6 @@ static void init_smooth_dielectric(ca_bxdf *bxdf, const ca_material *leaf, looku
 
 static void init_thin_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    bxdf->kind = CA_BXDF_THIN_DIELECTRIC;
     bxdf->as.thin_dielectric.eta = leaf->as.thin_dielectric.eta;
     bxdf->as.thin_dielectric.reflectance = color_or(at, leaf->as.thin_dielectric.reflectance, 1.0f);
     bxdf->as.thin_dielectric.transmittance = color_or(at, leaf->as.thin_dielectric.transmittance, 1.0f);
@@ -102,7 +97,6 @@ static void init_thin_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup 
 
 static void init_rough_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    bxdf->kind = CA_BXDF_ROUGH_DIELECTRIC;
     bxdf->as.rough_dielectric.eta = leaf->as.rough_dielectric.eta;
     bxdf->as.rough_dielectric.reflectance = color_or(at, leaf->as.rough_dielectric.reflectance, 1.0f);
     bxdf->as.rough_dielectric.transmittance = color_or(at, leaf->as.rough_dielectric.transmittance, 1.0f);
@@ -111,7 +105,6 @@ static void init_rough_dielectric(ca_bxdf *bxdf, const ca_material *leaf, lookup
 
 static void init_smooth_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    bxdf->kind = CA_BXDF_CONDUCTOR;
     bxdf->as.conductor.eta = color_or(at, leaf->as.conductor.eta, 0.0f);
     bxdf->as.conductor.k = color_or(at, leaf->as.conductor.k, 1.0f);
     bxdf->as.conductor.reflectance = color_or(at, leaf->as.conductor.reflectance, 1.0f);
@@ -119,35 +112,29 @@ static void init_smooth_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup
 
 static void init_rough_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    bxdf->kind = CA_BXDF_ROUGH_CONDUCTOR;
     bxdf->as.rough_conductor.eta = color_or(at, leaf->as.rough_conductor.eta, 0.0f);
     bxdf->as.rough_conductor.k = color_or(at, leaf->as.rough_conductor.k, 1.0f);
     bxdf->as.rough_conductor.reflectance = color_or(at, leaf->as.rough_conductor.reflectance, 1.0f);
     bxdf->as.rough_conductor.facets = facets_at(&leaf->as.rough_conductor.facets, at);
 }
 
+/* A leaf's kind is that of its model (material.c asserts it). */
 static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    switch (leaf->kind) {
-    case CA_MATERIAL_DIFFUSE:
-        bxdf->kind = CA_BXDF_DIFFUSE;
+    bxdf->kind = (ca_bxdf_kind)leaf->kind;
+    switch (bxdf->kind) {
+    case CA_BXDF_DIFFUSE:
         bxdf->as.diffuse.reflectance = color_or(at, leaf->as.diffuse.reflectance, 0.5f);
         break;
-    case CA_MATERIAL_DIELECTRIC: init_smooth_dielectric(bxdf, leaf, at); break;
-    case CA_MATERIAL_THIN_DIELECTRIC: init_thin_dielectric(bxdf, leaf, at); break;
-    case CA_MATERIAL_ROUGH_DIELECTRIC: init_rough_dielectric(bxdf, leaf, at); break;
-    case CA_MATERIAL_CONDUCTOR: init_smooth_conductor(bxdf, leaf, at); break;
-    case CA_MATERIAL_ROUGH_CONDUCTOR: init_rough_conductor(bxdf, leaf, at); break;
-    case CA_MATERIAL_PLASTIC: init_plastic(bxdf, &leaf->as.plastic, at); break;
-    case CA_MATERIAL_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
-    case CA_MATERIAL_PRINCIPLED: init_principled(bxdf, leaf, at); break;
-    case CA_MATERIAL_NULL:
-    case CA_MATERIAL_TWOSIDED:
-    case CA_MATERIAL_MASK:
-    case CA_MATERIAL_BLEND:
-    case CA_MATERIAL_BUMP:
-    case CA_MATERIAL_NORMAL_MAP:
-    case CA_MATERIAL_KIND_COUNT: assert(!"a material that is no leaf");
+    case CA_BXDF_DIELECTRIC: init_smooth_dielectric(bxdf, leaf, at); break;
+    case CA_BXDF_THIN_DIELECTRIC: init_thin_dielectric(bxdf, leaf, at); break;
+    case CA_BXDF_ROUGH_DIELECTRIC: init_rough_dielectric(bxdf, leaf, at); break;
+    case CA_BXDF_CONDUCTOR: init_smooth_conductor(bxdf, leaf, at); break;
+    case CA_BXDF_ROUGH_CONDUCTOR: init_rough_conductor(bxdf, leaf, at); break;
+    case CA_BXDF_PLASTIC: init_plastic(bxdf, &leaf->as.plastic, at); break;
+    case CA_BXDF_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
+    case CA_BXDF_PRINCIPLED: init_principled(bxdf, leaf, at); break;
+    case CA_BXDF_KIND_COUNT: assert(!"a material that is no leaf");
     }
 }
 
@@ -257,6 +244,10 @@ static void divide(tree_walk *walk, const ca_material *node, tree_branch *branch
 static bool descend(tree_walk *walk, tree_branch *branch)
 {
     const ca_material *node = &walk->materials[branch->id];
+    if (ca_material_is_leaf(node->kind)) {
+        add_lobe(walk->bsdf, node, walk->at, branch->weight, branch->flipped)->frame = branch->frame;
+        return false;
+    }
     switch (node->kind) {
     case CA_MATERIAL_TWOSIDED: branch->id = twosided_child(node, walk->wi_behind, &branch->flipped); return true;
     case CA_MATERIAL_MASK: let_through(walk, node, branch); return true;
@@ -270,18 +261,7 @@ static bool descend(tree_walk *walk, tree_branch *branch)
         branch->id = node->as.normal_map.child;
         return true;
     case CA_MATERIAL_NULL: add_null(walk->bsdf, branch->weight); return false;
-    case CA_MATERIAL_DIFFUSE:
-    case CA_MATERIAL_DIELECTRIC:
-    case CA_MATERIAL_THIN_DIELECTRIC:
-    case CA_MATERIAL_ROUGH_DIELECTRIC:
-    case CA_MATERIAL_CONDUCTOR:
-    case CA_MATERIAL_ROUGH_CONDUCTOR:
-    case CA_MATERIAL_PLASTIC:
-    case CA_MATERIAL_ROUGH_PLASTIC:
-    case CA_MATERIAL_PRINCIPLED:
-        add_lobe(walk->bsdf, node, walk->at, branch->weight, branch->flipped)->frame = branch->frame;
-        return false;
-    case CA_MATERIAL_KIND_COUNT: break;
+    default: break;
     }
     assert(!"unknown kind of material");
     return false;

@@ -8,15 +8,10 @@
 uint32_t ca_bxdf_scatter(const ca_bxdf *bxdf)
 {
     switch (bxdf->kind) {
-    case CA_BXDF_DIFFUSE:
-    case CA_BXDF_ROUGH_CONDUCTOR:
-    case CA_BXDF_ROUGH_PLASTIC: return CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
-    case CA_BXDF_DIELECTRIC:
-    case CA_BXDF_THIN_DIELECTRIC: return CA_SCATTER_REFLECTION | CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC;
-    case CA_BXDF_ROUGH_DIELECTRIC: return ca_rough_dielectric_scatter(bxdf);
-    case CA_BXDF_CONDUCTOR: return CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC;
-    case CA_BXDF_PLASTIC: return CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC | CA_SCATTER_SMOOTH;
-    case CA_BXDF_PRINCIPLED: return ca_principled_scatter(bxdf);
+#define SCATTER(KIND, name)                                                                                          \
+    case CA_BXDF_##KIND: return ca_##name##_scatter(bxdf);
+        CA_BXDF_MODELS(SCATTER)
+    case CA_BXDF_KIND_COUNT: break;
     }
     assert(!"unknown kind of BSDF");
     return 0;
@@ -25,15 +20,10 @@ uint32_t ca_bxdf_scatter(const ca_bxdf *bxdf)
 ca_bxdf_value ca_bxdf_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from)
 {
     switch (bxdf->kind) {
-    case CA_BXDF_DIFFUSE: return ca_diffuse_eval(bxdf, wi_local, wo_local);
-    case CA_BXDF_DIELECTRIC:
-    case CA_BXDF_THIN_DIELECTRIC:
-    case CA_BXDF_CONDUCTOR: return ca_bxdf_value_zero();
-    case CA_BXDF_ROUGH_DIELECTRIC: return ca_rough_dielectric_eval(bxdf, wi_local, wo_local, from);
-    case CA_BXDF_ROUGH_CONDUCTOR: return ca_rough_conductor_eval(bxdf, wi_local, wo_local);
-    case CA_BXDF_PLASTIC: return ca_plastic_eval(bxdf, wi_local, wo_local);
-    case CA_BXDF_ROUGH_PLASTIC: return ca_rough_plastic_eval(bxdf, wi_local, wo_local);
-    case CA_BXDF_PRINCIPLED: return ca_principled_eval(bxdf, wi_local, wo_local, from);
+#define EVAL(KIND, name)                                                                                             \
+    case CA_BXDF_##KIND: return ca_##name##_eval(bxdf, wi_local, wo_local, from);
+        CA_BXDF_MODELS(EVAL)
+    case CA_BXDF_KIND_COUNT: break;
     }
     assert(!"unknown kind of BSDF");
     return ca_bxdf_value_zero();
@@ -43,15 +33,10 @@ bool ca_bxdf_sample_direction(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lob
                               ca_bxdf_sample *sample)
 {
     switch (bxdf->kind) {
-    case CA_BXDF_DIFFUSE: return ca_diffuse_sample(bxdf, wi_local, u, sample);
-    case CA_BXDF_DIELECTRIC: return ca_dielectric_sample(bxdf, wi_local, u_lobe, from, sample);
-    case CA_BXDF_THIN_DIELECTRIC: return ca_thin_dielectric_sample(bxdf, wi_local, u_lobe, sample);
-    case CA_BXDF_ROUGH_DIELECTRIC: return ca_rough_dielectric_sample(bxdf, wi_local, u_lobe, u, from, sample);
-    case CA_BXDF_CONDUCTOR: return ca_conductor_sample(bxdf, wi_local, sample);
-    case CA_BXDF_ROUGH_CONDUCTOR: return ca_rough_conductor_sample(bxdf, wi_local, u, sample);
-    case CA_BXDF_PLASTIC: return ca_plastic_sample(bxdf, wi_local, u_lobe, u, sample);
-    case CA_BXDF_ROUGH_PLASTIC: return ca_rough_plastic_sample(bxdf, wi_local, u_lobe, u, sample);
-    case CA_BXDF_PRINCIPLED: return ca_principled_sample(bxdf, wi_local, u_lobe, u, from, sample);
+#define SAMPLE(KIND, name)                                                                                           \
+    case CA_BXDF_##KIND: return ca_##name##_sample(bxdf, wi_local, u_lobe, u, from, sample);
+        CA_BXDF_MODELS(SAMPLE)
+    case CA_BXDF_KIND_COUNT: break;
     }
     assert(!"unknown kind of BSDF");
     return false;
@@ -60,15 +45,10 @@ bool ca_bxdf_sample_direction(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lob
 ca_rgb ca_bxdf_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 {
     switch (bxdf->kind) {
-    case CA_BXDF_DIFFUSE: return wi_local.z > 0.0f ? bxdf->as.diffuse.reflectance : ca_rgb_grey(0.0f);
-    case CA_BXDF_DIELECTRIC: return ca_dielectric_albedo(bxdf, wi_local);
-    case CA_BXDF_THIN_DIELECTRIC: return ca_thin_dielectric_albedo(bxdf, wi_local);
-    case CA_BXDF_ROUGH_DIELECTRIC: return ca_rough_dielectric_albedo(bxdf, wi_local);
-    case CA_BXDF_CONDUCTOR: return ca_conductor_albedo(bxdf, wi_local);
-    case CA_BXDF_ROUGH_CONDUCTOR: return ca_rough_conductor_albedo(bxdf, wi_local);
-    case CA_BXDF_PLASTIC: return ca_plastic_albedo(bxdf, wi_local);
-    case CA_BXDF_ROUGH_PLASTIC: return ca_rough_plastic_albedo(bxdf, wi_local);
-    case CA_BXDF_PRINCIPLED: return ca_principled_albedo(bxdf, wi_local);
+#define ALBEDO(KIND, name)                                                                                           \
+    case CA_BXDF_##KIND: return ca_##name##_albedo(bxdf, wi_local);
+        CA_BXDF_MODELS(ALBEDO)
+    case CA_BXDF_KIND_COUNT: break;
     }
     assert(!"unknown kind of BSDF");
     return ca_rgb_grey(0.0f);

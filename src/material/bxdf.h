@@ -22,17 +22,21 @@
 
 typedef enum ca_from { CA_FROM_CAMERA, CA_FROM_LIGHT } ca_from;
 
-typedef enum ca_bxdf_kind {
-    CA_BXDF_DIFFUSE,
-    CA_BXDF_DIELECTRIC,
-    CA_BXDF_THIN_DIELECTRIC,
-    CA_BXDF_ROUGH_DIELECTRIC,
-    CA_BXDF_CONDUCTOR,
-    CA_BXDF_ROUGH_CONDUCTOR,
-    CA_BXDF_PLASTIC,
-    CA_BXDF_ROUGH_PLASTIC,
-    CA_BXDF_PRINCIPLED,
-} ca_bxdf_kind;
+/* The models: MODEL(KIND, name) has the kind CA_BXDF_KIND, its parameters in as.name, and the functions ca_name_...
+ * (bxdf_models.h). */
+#define CA_BXDF_MODELS(MODEL)                                                                                        \
+    MODEL(DIFFUSE, diffuse)                                                                                          \
+    MODEL(DIELECTRIC, dielectric)                                                                                    \
+    MODEL(THIN_DIELECTRIC, thin_dielectric)                                                                          \
+    MODEL(ROUGH_DIELECTRIC, rough_dielectric)                                                                        \
+    MODEL(CONDUCTOR, conductor)                                                                                      \
+    MODEL(ROUGH_CONDUCTOR, rough_conductor)                                                                          \
+    MODEL(PLASTIC, plastic)                                                                                          \
+    MODEL(ROUGH_PLASTIC, rough_plastic)                                                                              \
+    MODEL(PRINCIPLED, principled)
+
+#define CA_BXDF_ENUMERATOR(KIND, name) CA_BXDF_##KIND,
+typedef enum ca_bxdf_kind { CA_BXDF_MODELS(CA_BXDF_ENUMERATOR) CA_BXDF_KIND_COUNT } ca_bxdf_kind;
 
 /* What happened at a sampled vertex, and what a BSDF is capable of. */
 enum {

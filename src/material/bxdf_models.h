@@ -1,46 +1,20 @@
-/* The models behind bxdf.h: for each an evaluation, a sampler and an albedo with the contracts written there. Only
- * bxdf.c calls them. */
+/* The models behind bxdf.h: four functions each, with the contracts written there. Only bxdf.c calls them. */
 #ifndef CA_MATERIAL_BXDF_MODELS_H
 #define CA_MATERIAL_BXDF_MODELS_H
 
 #include "material/bxdf.h"
 
+#define CA_BXDF_EVAL_ARGUMENTS const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from
 #define CA_BXDF_SAMPLE_ARGUMENTS                                                                                     \
     const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_from from, ca_bxdf_sample *sample
 
-/* Without a smooth part: no evaluation; without a choice: fewer numbers. */
-ca_bxdf_value ca_diffuse_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
-bool ca_diffuse_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u, ca_bxdf_sample *sample);
+#define CA_BXDF_DECLARE(KIND, name)                                                                                  \
+    uint32_t ca_##name##_scatter(const ca_bxdf *bxdf);                                                               \
+    ca_bxdf_value ca_##name##_eval(CA_BXDF_EVAL_ARGUMENTS); /* zero without a smooth part */                         \
+    bool ca_##name##_sample(CA_BXDF_SAMPLE_ARGUMENTS);                                                               \
+    ca_rgb ca_##name##_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
 
-bool ca_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_from from, ca_bxdf_sample *sample);
-ca_rgb ca_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-bool ca_thin_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_bxdf_sample *sample);
-ca_rgb ca_thin_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-
-bool ca_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_bxdf_sample *sample);
-ca_rgb ca_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-
-ca_bxdf_value ca_rough_conductor_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
-bool ca_rough_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u, ca_bxdf_sample *sample);
-ca_rgb ca_rough_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-
-uint32_t ca_rough_dielectric_scatter(const ca_bxdf *bxdf);
-ca_bxdf_value ca_rough_dielectric_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from);
-bool ca_rough_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS);
-ca_rgb ca_rough_dielectric_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-
-ca_bxdf_value ca_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
-bool ca_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample);
-ca_rgb ca_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-
-ca_bxdf_value ca_rough_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local);
-bool ca_rough_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample);
-ca_rgb ca_rough_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
-
-uint32_t ca_principled_scatter(const ca_bxdf *bxdf);
-ca_bxdf_value ca_principled_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local, ca_from from);
-bool ca_principled_sample(CA_BXDF_SAMPLE_ARGUMENTS);
-ca_rgb ca_principled_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
+CA_BXDF_MODELS(CA_BXDF_DECLARE)
 
 static inline ca_bxdf_value ca_bxdf_value_zero(void) { return (ca_bxdf_value){.f = {0.0f, 0.0f, 0.0f}}; }
 

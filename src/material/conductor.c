@@ -10,8 +10,21 @@ ca_rgb ca_conductor_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
     return ca_rgb_mul(fresnel, bxdf->as.conductor.reflectance);
 }
 
-bool ca_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_bxdf_sample *sample)
+uint32_t ca_conductor_scatter(const ca_bxdf *bxdf)
 {
+    (void)bxdf;
+    return CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC;
+}
+
+ca_bxdf_value ca_conductor_eval(CA_BXDF_EVAL_ARGUMENTS)
+{
+    (void)bxdf, (void)wi_local, (void)wo_local, (void)from;
+    return ca_bxdf_value_zero();
+}
+
+bool ca_conductor_sample(CA_BXDF_SAMPLE_ARGUMENTS)
+{
+    (void)u_lobe, (void)u, (void)from;
     if (!(wi_local.z > 0.0f)) return false;
     *sample = (ca_bxdf_sample){.wo_local = ca_reflect_local(wi_local),
                                .weight = ca_conductor_albedo(bxdf, wi_local),

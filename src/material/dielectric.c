@@ -14,8 +14,21 @@ static ca_bxdf_sample mirror_event(ca_vec3 wi, ca_rgb weight, float probability)
                             .eta = 1.0f};
 }
 
-bool ca_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_from from, ca_bxdf_sample *sample)
+uint32_t ca_dielectric_scatter(const ca_bxdf *bxdf)
 {
+    (void)bxdf;
+    return CA_SCATTER_REFLECTION | CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC;
+}
+
+ca_bxdf_value ca_dielectric_eval(CA_BXDF_EVAL_ARGUMENTS)
+{
+    (void)bxdf, (void)wi_local, (void)wo_local, (void)from;
+    return ca_bxdf_value_zero();
+}
+
+bool ca_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS)
+{
+    (void)u;
     if (wi_local.z == 0.0f) return false;
     const float eta = ca_eta_seen_from(bxdf->as.dielectric.eta, wi_local.z);
     float cos_far;
@@ -56,8 +69,21 @@ static float sheet_reflectance(const ca_bxdf *bxdf, float abs_cos)
     return 2.0f * once / (1.0f + once);
 }
 
-bool ca_thin_dielectric_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_bxdf_sample *sample)
+uint32_t ca_thin_dielectric_scatter(const ca_bxdf *bxdf)
 {
+    (void)bxdf;
+    return CA_SCATTER_REFLECTION | CA_SCATTER_TRANSMISSION | CA_SCATTER_DIRAC;
+}
+
+ca_bxdf_value ca_thin_dielectric_eval(CA_BXDF_EVAL_ARGUMENTS)
+{
+    (void)bxdf, (void)wi_local, (void)wo_local, (void)from;
+    return ca_bxdf_value_zero();
+}
+
+bool ca_thin_dielectric_sample(CA_BXDF_SAMPLE_ARGUMENTS)
+{
+    (void)u, (void)from;
     if (wi_local.z == 0.0f) return false;
     const float reflected = sheet_reflectance(bxdf, fabsf(wi_local.z));
     if (u_lobe < reflected) {

@@ -7,32 +7,18 @@
 
 /* ---- Kinds ----------------------------------------------------------------------------------------------------- */
 
-/* What an initialiser leaves out is 0, which is a texture: every id is named. */
-#define NO_FACETS {.sample_visible = true, .alpha_u = CA_NONE, .alpha_v = CA_NONE}
-#define NO_PLASTIC {.diffuse = CA_NONE, .specular = CA_NONE, .eta = 1.0f}
-#define NO_PRINCIPLED                                                                                                \
-    {CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, 1, 1, 1, 1}
+#define SAME_KIND(KIND, name)                                                                                        \
+    _Static_assert((int)CA_MATERIAL_##KIND == (int)CA_BXDF_##KIND, "leaves and models have the same order");
+CA_BXDF_MODELS(SAME_KIND)
+_Static_assert((int)CA_MATERIAL_NULL == (int)CA_BXDF_KIND_COUNT, "each leaf has its model");
+
+#define NAME(KIND, name, ...) [CA_MATERIAL_##KIND] = name,
+const char *const ca_material_kind_names[CA_MATERIAL_KIND_COUNT] = {CA_MATERIAL_LEAVES(NAME) CA_MATERIAL_NODES(NAME)};
 
 ca_material ca_material_of_kind(ca_material_kind kind)
 {
-    static const ca_material of_kind[] = {
-        [CA_MATERIAL_DIFFUSE] = {.as.diffuse = {CA_NONE}},
-        [CA_MATERIAL_DIELECTRIC] = {.as.dielectric = {1.0f, CA_NONE, CA_NONE}},
-        [CA_MATERIAL_THIN_DIELECTRIC] = {.as.thin_dielectric = {1.0f, CA_NONE, CA_NONE}},
-        [CA_MATERIAL_ROUGH_DIELECTRIC] = {.as.rough_dielectric = {1.0f, CA_NONE, CA_NONE, NO_FACETS}},
-        [CA_MATERIAL_CONDUCTOR] = {.as.conductor = {CA_NONE, CA_NONE, CA_NONE}},
-        [CA_MATERIAL_ROUGH_CONDUCTOR] = {.as.rough_conductor = {CA_NONE, CA_NONE, CA_NONE, NO_FACETS}},
-        [CA_MATERIAL_PLASTIC] = {.as.plastic = NO_PLASTIC},
-        [CA_MATERIAL_ROUGH_PLASTIC] = {.as.rough_plastic = {NO_PLASTIC, NO_FACETS, NULL}},
-        [CA_MATERIAL_PRINCIPLED] = {.as.principled = NO_PRINCIPLED},
-        [CA_MATERIAL_NULL] = {.kind = CA_MATERIAL_NULL},
-        [CA_MATERIAL_TWOSIDED] = {.as.twosided = {CA_NONE, CA_NONE}},
-        [CA_MATERIAL_MASK] = {.as.mask = {CA_NONE, CA_NONE}},
-        [CA_MATERIAL_BLEND] = {.as.blend = {CA_NONE, CA_NONE, CA_NONE}},
-        [CA_MATERIAL_BUMP] = {.as.bump = {CA_NONE, CA_NONE, 1.0f}},
-        [CA_MATERIAL_NORMAL_MAP] = {.as.normal_map = {CA_NONE, CA_NONE}},
-    };
-    _Static_assert(sizeof of_kind / sizeof *of_kind == CA_MATERIAL_KIND_COUNT, "every kind has its row");
+#define VALUE(KIND, name, ...) [CA_MATERIAL_##KIND] = {__VA_ARGS__},
+    static const ca_material of_kind[] = {CA_MATERIAL_LEAVES(VALUE) CA_MATERIAL_NODES(VALUE)};
     ca_material material = of_kind[kind];
     material.kind = kind;
     return material;
@@ -53,19 +39,8 @@ uint32_t ca_material_children(const ca_material *material, ca_material_id childr
     case CA_MATERIAL_MASK: children[0] = material->as.mask.child; return 1;
     case CA_MATERIAL_BUMP: children[0] = material->as.bump.child; return 1;
     case CA_MATERIAL_NORMAL_MAP: children[0] = material->as.normal_map.child; return 1;
-    case CA_MATERIAL_DIFFUSE:
-    case CA_MATERIAL_DIELECTRIC:
-    case CA_MATERIAL_THIN_DIELECTRIC:
-    case CA_MATERIAL_ROUGH_DIELECTRIC:
-    case CA_MATERIAL_CONDUCTOR:
-    case CA_MATERIAL_ROUGH_CONDUCTOR:
-    case CA_MATERIAL_PLASTIC:
-    case CA_MATERIAL_ROUGH_PLASTIC:
-    case CA_MATERIAL_PRINCIPLED:
-    case CA_MATERIAL_NULL:
-    case CA_MATERIAL_KIND_COUNT: break;
+    default: return 0; /* leaves and null */
     }
-    return 0;
 }
 
 /* ---- Preparation ----------------------------------------------------------------------------------------------- */
@@ -128,44 +103,28 @@ static bool facets_are_anisotropic(const ca_material_facets *facets)
     return facets->alpha_v != CA_NONE && facets->alpha_v != facets->alpha_u;
 }
 
+static bool is_anisotropic(const ca_material *leaf)
+{
+    switch (leaf->kind) {
+    case CA_MATERIAL_ROUGH_DIELECTRIC: return facets_are_anisotropic(&leaf->as.rough_dielectric.facets);
+    case CA_MATERIAL_ROUGH_CONDUCTOR: return facets_are_anisotropic(&leaf->as.rough_conductor.facets);
+    case CA_MATERIAL_ROUGH_PLASTIC: return facets_are_anisotropic(&leaf->as.rough_plastic.facets);
+    case CA_MATERIAL_PRINCIPLED: return leaf->as.principled.anisotropic != CA_NONE;
+    default: return false;
+    }
+}
+
 /* What a material that holds no others can do wherever its textures are looked up: all that a set parameter switches
  * on counts as on. */
 static tree_summary summary_without_children(const ca_material *leaf)
 {
-    ca_bxdf bxdf = {.kind = CA_BXDF_DIFFUSE};
-    bool tangents = false;
-    switch (leaf->kind) {
-    case CA_MATERIAL_DIFFUSE: break;
-    case CA_MATERIAL_DIELECTRIC: bxdf.kind = CA_BXDF_DIELECTRIC; break;
-    case CA_MATERIAL_THIN_DIELECTRIC: bxdf.kind = CA_BXDF_THIN_DIELECTRIC; break;
-    case CA_MATERIAL_ROUGH_DIELECTRIC:
-        bxdf.kind = CA_BXDF_ROUGH_DIELECTRIC;
-        tangents = facets_are_anisotropic(&leaf->as.rough_dielectric.facets);
-        break;
-    case CA_MATERIAL_CONDUCTOR: bxdf.kind = CA_BXDF_CONDUCTOR; break;
-    case CA_MATERIAL_ROUGH_CONDUCTOR:
-        bxdf.kind = CA_BXDF_ROUGH_CONDUCTOR;
-        tangents = facets_are_anisotropic(&leaf->as.rough_conductor.facets);
-        break;
-    case CA_MATERIAL_PLASTIC: bxdf.kind = CA_BXDF_PLASTIC; break;
-    case CA_MATERIAL_ROUGH_PLASTIC:
-        bxdf.kind = CA_BXDF_ROUGH_PLASTIC;
-        tangents = facets_are_anisotropic(&leaf->as.rough_plastic.facets);
-        break;
-    case CA_MATERIAL_PRINCIPLED:
-        bxdf.kind = CA_BXDF_PRINCIPLED;
-        bxdf.as.principled.spec_trans = leaf->as.principled.spec_trans == CA_NONE ? 0.0f : 1.0f;
-        tangents = leaf->as.principled.anisotropic != CA_NONE;
-        break;
-    case CA_MATERIAL_NULL: return (tree_summary){.leaves = 1, .scatter = CA_SCATTER_NULL | CA_SCATTER_DIRAC};
-    case CA_MATERIAL_TWOSIDED:
-    case CA_MATERIAL_MASK:
-    case CA_MATERIAL_BLEND:
-    case CA_MATERIAL_BUMP:
-    case CA_MATERIAL_NORMAL_MAP:
-    case CA_MATERIAL_KIND_COUNT: assert(!"a material that is no leaf");
-    }
-    return (tree_summary){.leaves = 1, .scatter = ca_bxdf_scatter(&bxdf), .tangents = tangents};
+    if (leaf->kind == CA_MATERIAL_NULL)
+        return (tree_summary){.leaves = 1, .scatter = CA_SCATTER_NULL | CA_SCATTER_DIRAC};
+    assert(ca_material_is_leaf(leaf->kind));
+    ca_bxdf bxdf = {.kind = (ca_bxdf_kind)leaf->kind};
+    if (leaf->kind == CA_MATERIAL_PRINCIPLED && leaf->as.principled.spec_trans != CA_NONE)
+        bxdf.as.principled.spec_trans = 1.0f;
+    return (tree_summary){.leaves = 1, .scatter = ca_bxdf_scatter(&bxdf), .tangents = is_anisotropic(leaf)};
 }
 
 static uint32_t saturating_add(uint32_t a, uint32_t b)

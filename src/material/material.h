@@ -17,24 +17,35 @@ typedef uint32_t ca_material_id;
 /* Below this the microfacet models lose their digits. */
 #define CA_MATERIAL_MIN_ALPHA 1e-4f
 
+/* What an initialiser leaves out is 0, which is a texture: every id is named. */
+#define CA_NO_FACETS {.sample_visible = true, .alpha_u = CA_NONE, .alpha_v = CA_NONE}
+#define CA_NO_PLASTIC {.diffuse = CA_NONE, .specular = CA_NONE, .eta = 1.0f}
+#define CA_NO_PRINCIPLED                                                                                             \
+    {CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, 1, 1, 1, 1}
+
+/* Leaves scatter by themselves, each by the model of its name (CA_BXDF_MODELS, in that order); nodes hold others.
+ * ROW(KIND, name in scene files, value as ca_material_of_kind makes it). */
+#define CA_MATERIAL_LEAVES(ROW)                                                                                      \
+    ROW(DIFFUSE, "diffuse", .as.diffuse = {CA_NONE})                                                                 \
+    ROW(DIELECTRIC, "dielectric", .as.dielectric = {1.0f, CA_NONE, CA_NONE})                                         \
+    ROW(THIN_DIELECTRIC, "thindielectric", .as.thin_dielectric = {1.0f, CA_NONE, CA_NONE})                           \
+    ROW(ROUGH_DIELECTRIC, "roughdielectric", .as.rough_dielectric = {1.0f, CA_NONE, CA_NONE, CA_NO_FACETS})          \
+    ROW(CONDUCTOR, "conductor", .as.conductor = {CA_NONE, CA_NONE, CA_NONE})                                         \
+    ROW(ROUGH_CONDUCTOR, "roughconductor", .as.rough_conductor = {CA_NONE, CA_NONE, CA_NONE, CA_NO_FACETS})          \
+    ROW(PLASTIC, "plastic", .as.plastic = CA_NO_PLASTIC)                                                             \
+    ROW(ROUGH_PLASTIC, "roughplastic", .as.rough_plastic = {CA_NO_PLASTIC, CA_NO_FACETS, NULL})                      \
+    ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)
+#define CA_MATERIAL_NODES(ROW)                                                                                       \
+    ROW(NULL, "null", .as.diffuse = {CA_NONE}) /* has no parameters */                                               \
+    ROW(TWOSIDED, "twosided", .as.twosided = {CA_NONE, CA_NONE})                                                     \
+    ROW(MASK, "mask", .as.mask = {CA_NONE, CA_NONE})                                                                 \
+    ROW(BLEND, "blendbsdf", .as.blend = {CA_NONE, CA_NONE, CA_NONE})                                                 \
+    ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f})                                                        \
+    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE})
+
+#define CA_MATERIAL_ENUMERATOR(KIND, ...) CA_MATERIAL_##KIND,
 typedef enum ca_material_kind {
-    CA_MATERIAL_DIFFUSE,
-    CA_MATERIAL_DIELECTRIC,
-    CA_MATERIAL_THIN_DIELECTRIC,
-    CA_MATERIAL_ROUGH_DIELECTRIC,
-    CA_MATERIAL_CONDUCTOR,
-    CA_MATERIAL_ROUGH_CONDUCTOR,
-    CA_MATERIAL_PLASTIC,
-    CA_MATERIAL_ROUGH_PLASTIC,
-    CA_MATERIAL_PRINCIPLED,
-    CA_MATERIAL_NULL,
-    /* those that hold others */
-    CA_MATERIAL_TWOSIDED,
-    CA_MATERIAL_MASK,
-    CA_MATERIAL_BLEND,
-    CA_MATERIAL_BUMP,
-    CA_MATERIAL_NORMAL_MAP,
-    CA_MATERIAL_KIND_COUNT
+    CA_MATERIAL_LEAVES(CA_MATERIAL_ENUMERATOR) CA_MATERIAL_NODES(CA_MATERIAL_ENUMERATOR) CA_MATERIAL_KIND_COUNT
 } ca_material_kind;
 
 /* Microfacets of a rough boundary. */
@@ -114,29 +125,11 @@ typedef struct ca_material {
 /* A material of a kind, with no textures and no children; indices, scales and rates are 1. */
 ca_material ca_material_of_kind(ca_material_kind kind);
 
+/* As in scene files: "roughplastic". */
+extern const char *const ca_material_kind_names[CA_MATERIAL_KIND_COUNT];
+
 /* Is it one that scatters by itself, that holds no others and is not null? */
-static inline bool ca_material_is_leaf(ca_material_kind kind)
-{
-    switch (kind) {
-    case CA_MATERIAL_DIFFUSE:
-    case CA_MATERIAL_DIELECTRIC:
-    case CA_MATERIAL_THIN_DIELECTRIC:
-    case CA_MATERIAL_ROUGH_DIELECTRIC:
-    case CA_MATERIAL_CONDUCTOR:
-    case CA_MATERIAL_ROUGH_CONDUCTOR:
-    case CA_MATERIAL_PLASTIC:
-    case CA_MATERIAL_ROUGH_PLASTIC:
-    case CA_MATERIAL_PRINCIPLED: return true;
-    case CA_MATERIAL_NULL:
-    case CA_MATERIAL_TWOSIDED:
-    case CA_MATERIAL_MASK:
-    case CA_MATERIAL_BLEND:
-    case CA_MATERIAL_BUMP:
-    case CA_MATERIAL_NORMAL_MAP:
-    case CA_MATERIAL_KIND_COUNT: break;
-    }
-    return false;
-}
+static inline bool ca_material_is_leaf(ca_material_kind kind) { return kind < CA_MATERIAL_NULL; }
 
 /* The materials that it holds, at most two: how many. A twosided one whose back is its front holds one. */
 uint32_t ca_material_children(const ca_material *material, ca_material_id children[2]);

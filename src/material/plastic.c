@@ -34,8 +34,15 @@ static ca_rgb base_reflectance(const ca_bxdf *bxdf)
                     d.b * inv_eta2 / (1.0f - rho * d.b)};
 }
 
-ca_bxdf_value ca_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local)
+uint32_t ca_plastic_scatter(const ca_bxdf *bxdf)
 {
+    (void)bxdf;
+    return CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC | CA_SCATTER_SMOOTH;
+}
+
+ca_bxdf_value ca_plastic_eval(CA_BXDF_EVAL_ARGUMENTS)
+{
+    (void)from;
     if (!(wi_local.z > 0.0f) || !(wo_local.z > 0.0f)) return ca_bxdf_value_zero();
     const float f_i = reflectance_at(bxdf, wi_local.z), f_o = reflectance_at(bxdf, wo_local.z);
     const float passage = CA_INV_PI * (1.0f - f_i) * (1.0f - f_o);
@@ -44,8 +51,9 @@ ca_bxdf_value ca_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_
                            .pdf_reverse = {(1.0f - mirror_probability(bxdf, f_o)) * wi_local.z * CA_INV_PI}};
 }
 
-bool ca_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample)
+bool ca_plastic_sample(CA_BXDF_SAMPLE_ARGUMENTS)
 {
+    (void)from;
     if (!(wi_local.z > 0.0f)) return false;
     const float f_i = reflectance_at(bxdf, wi_local.z), mirror = mirror_probability(bxdf, f_i);
     if (u_lobe < mirror) {

@@ -28,8 +28,15 @@ static facet_terms terms_at(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, ca_vec3
     return t;
 }
 
-ca_bxdf_value ca_rough_conductor_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local)
+uint32_t ca_rough_conductor_scatter(const ca_bxdf *bxdf)
 {
+    (void)bxdf;
+    return CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
+}
+
+ca_bxdf_value ca_rough_conductor_eval(CA_BXDF_EVAL_ARGUMENTS)
+{
+    (void)from;
     ca_vec3 m;
     if (!(wi_local.z > 0.0f) || !(wo_local.z > 0.0f) || !ca_half_vector(wi_local, wo_local, &m))
         return ca_bxdf_value_zero();
@@ -42,8 +49,9 @@ ca_bxdf_value ca_rough_conductor_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_
 }
 
 /* The weight is F G1(wo) for visible normals: D, and with it all that is large, has cancelled. */
-bool ca_rough_conductor_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec2 u, ca_bxdf_sample *sample)
+bool ca_rough_conductor_sample(CA_BXDF_SAMPLE_ARGUMENTS)
 {
+    (void)u_lobe, (void)from;
     if (!(wi_local.z > 0.0f)) return false;
     const ca_microfacet *facets = &bxdf->as.rough_conductor.facets;
     const ca_vec3 m = ca_microfacet_sample(facets, wi_local, u);

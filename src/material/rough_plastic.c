@@ -53,8 +53,15 @@ static void add_facets(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, float probab
     value->pdf_reverse.v += probability_o * jacobian * ca_microfacet_pdf(facets, density, masking_o, cos_facet, m.z);
 }
 
-ca_bxdf_value ca_rough_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_local)
+uint32_t ca_rough_plastic_scatter(const ca_bxdf *bxdf)
 {
+    (void)bxdf;
+    return CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
+}
+
+ca_bxdf_value ca_rough_plastic_eval(CA_BXDF_EVAL_ARGUMENTS)
+{
+    (void)from;
     if (!(wi_local.z > 0.0f) || !(wo_local.z > 0.0f)) return ca_bxdf_value_zero();
     const float t_i = transmittance_at(bxdf, wi_local.z), t_o = transmittance_at(bxdf, wo_local.z);
     const float probability_i = facet_probability(bxdf, t_i), probability_o = facet_probability(bxdf, t_o);
@@ -65,7 +72,7 @@ ca_bxdf_value ca_rough_plastic_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_ve
     return value;
 }
 
-bool ca_rough_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe, ca_vec2 u, ca_bxdf_sample *sample)
+bool ca_rough_plastic_sample(CA_BXDF_SAMPLE_ARGUMENTS)
 {
     if (!(wi_local.z > 0.0f)) return false;
     ca_vec3 wo;
@@ -75,7 +82,7 @@ bool ca_rough_plastic_sample(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lobe
     } else {
         wo = ca_warp_cosine_hemisphere(u);
     }
-    const ca_bxdf_value value = ca_rough_plastic_eval(bxdf, wi_local, wo);
+    const ca_bxdf_value value = ca_rough_plastic_eval(bxdf, wi_local, wo, from);
     if (!(value.pdf.v > 0.0f)) return false;
     *sample = (ca_bxdf_sample){.wo_local = wo,
                                .weight = ca_rgb_scale(value.f, wo.z / value.pdf.v),

@@ -37,10 +37,10 @@ ca_metric_settings ca_metric_defaults(void);
 typedef struct ca_image_metrics {
     double ssim;               /* NAN: no window fits around any pixel that counts */
     double flip_ldr, flip_hdr; /* NAN: not computed */
-    ca_flip_exposures exposures; /* of FLIP HDR; count 0: the reference is too dark to choose them, or nobody asked */
+    ca_flip_exposures exposures; /* of FLIP HDR; count 0: not asked for, or the reference is too dark */
 } ca_image_metrics;
 
-/* `maps` NULL: not wanted. Errors: CA_ERROR_ARGUMENT (those of ca_compare, ca_ssim_map, ca_flip_create,
+/* `maps` NULL: none are made. Errors: CA_ERROR_ARGUMENT (those of ca_compare, ca_ssim_map, ca_flip_create,
  * ca_flip_choose_exposures; no pixel counts), CA_ERROR_MEMORY. The result does not depend on the number of threads.
  * Cost: some tenths of a second for each million pixels and exposure. Memory: about 80 bytes a pixel, 120 with
  * maps. */

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* What the iterations told about a pixel. */
+/* What the iterations measured at a pixel. */
 typedef struct pixel_sums {
     const ca_pair_pixel *pixel;
     const ca_pair_connections *connections; /* NULL: there are none */

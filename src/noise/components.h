@@ -23,7 +23,7 @@ typedef struct ca_noise_value {
     double value, error;
 } ca_noise_value;
 
-/* What iterations told about a pixel. */
+/* What iterations measured at a pixel. */
 typedef struct ca_noise_components {
     ca_noise_value luminance, luminance2; /* L, L^2 */
     ca_noise_value pair, camera, light;   /* C, B, F */
@@ -55,8 +55,8 @@ ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths,
 ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths);
 
 /* Averages over a rectangle of pixels of the full film, as the paper prints them: of the roots of variances, those
- * below zero counted as zero and their pixels told; and of the variances themselves (ca_noise_summary of caustica.h).
- * What is not known is NAN. rect: x0, y0, x1, y1, within the film's part. */
+ * below zero taken as zero and their pixels counted; and of the variances themselves (ca_noise_summary of
+ * caustica.h). What is not known is NAN. rect: x0, y0, x1, y1, within the film's part. */
 ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths,
                                     double camera_paths);
 

@@ -32,7 +32,7 @@ static ca_status check_place(const ca_image_layers *image, const char *path, con
                    c[3], place->full_width, place->full_height);
 }
 
-/* A whole number of digits only, 1 to `most`; 0: it is none. */
+/* The whole number from 1 to `most` that the text has, in digits only; 0: it has none. */
 static uint32_t count_of(const char *text, uint32_t most)
 {
     uint64_t count = 0;

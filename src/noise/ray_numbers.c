@@ -269,7 +269,7 @@ static ca_ray_point relax_worst_decile(chooser *c, bool uniform)
         }
         if (ca_ray_cost(&best) <= bound * (1.0 + DECILE_GAP)) break;
         step_weights(c, limit, 2.0 / (k + 3.0));
-        /* The minimum does not go far in a step. */
+        /* The weights of one step move the minimum little: the next search is near it. */
         low = fmax(point.light_paths / 4.0, s->min_light_paths);
         high = fmin(point.light_paths * 4.0, s->max_light_paths);
     }
@@ -312,7 +312,7 @@ static ca_ray_choice judge_point(const chooser *c, const ca_ray_search *search, 
     return judge(c, point->light_paths, c->map, 0.0);
 }
 
-/* Integers that are the best for the weights need not be for the worst decile: a look around. */
+/* The best integers for the weights need not be the best for the worst decile: numbers around them are tried, too. */
 static ca_ray_point look_around(const chooser *c, const ca_ray_search *search, const ca_ray_point *point)
 {
     static const double light_factors[] = {0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.7};

@@ -70,7 +70,7 @@ typedef struct ca_ray_settings {
     uint32_t smoothing;                        /* pixels to each side; 0: none */
     uint32_t min_light_paths, max_light_paths; /* 0: 1 and CA_RAY_MOST_LIGHT_PATHS */
     uint32_t max_camera_paths; /* of a pixel; 0: CA_RAY_MOST_CAMERA_PATHS. 1 for ppm: N_F alone is chosen */
-    uint32_t given_light_paths, given_camera_paths; /* what the gain is told over; 0: nothing */
+    uint32_t given_light_paths, given_camera_paths; /* the numbers that the gain compares with; 0: none */
 } ca_ray_settings;
 
 /* Numbers of rays and what is to be expected of an iteration with them. */

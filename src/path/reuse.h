@@ -25,6 +25,7 @@ typedef enum ca_reuse_kind {
     CA_REUSE_NORMALISED,
     CA_REUSE_FOOTPRINT,
     CA_REUSE_CORRELATION,
+    CA_REUSE_KIND_COUNT
 } ca_reuse_kind;
 
 typedef struct ca_reuse_rules {

@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-static bool is_ppm(const ca_render_plan *plan) { return strcmp(plan->type->name, "ppm") == 0; }
-
 static bool camera_paths_are_given(const ca_render_plan *plan)
 {
     const ca_render_settings *settings = plan->settings;
@@ -18,12 +16,12 @@ static bool camera_paths_are_given(const ca_render_plan *plan)
 static ca_status read_camera_paths(const ca_render_plan *plan, uint32_t *camera_paths, ca_error *error)
 {
     *camera_paths = plan->camera_paths;
-    if (is_ppm(plan)) {
+    if (ca_integrator_has(plan->type, CA_ABILITY_ONE_CAMERA_PATH)) {
         if (*camera_paths == 1) return CA_OK;
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
-            "ppm has one camera path per pixel, not %u: with rays \"auto\" only its light paths are chosen",
-            *camera_paths);
+            "%s has one camera path per pixel, not %u: with rays \"auto\" only its light paths are chosen",
+            plan->type->name, *camera_paths);
     }
     if (*camera_paths > CA_RAY_MAP_MOST_CAMERA_PATHS)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a pilot can have at most %d camera paths per pixel, not %u",

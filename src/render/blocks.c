@@ -23,8 +23,8 @@ typedef struct block_render {
 
 /* ---- Which blocks ---------------------------------------------------------------------------------------------- */
 
-/* The block to stop before, as far as it is known; UINT64_MAX: it is not. An integrator may have only so many blocks:
- * then it has no use for more, however many samples are asked for. */
+/* The number of the block to stop before; UINT64_MAX: not known yet. An integrator with a limited number of blocks
+ * stops after its last one, even if more samples were asked for. */
 static uint64_t block_limit(const block_render *r)
 {
     const ca_render_plan *plan = r->plan;
@@ -34,13 +34,13 @@ static uint64_t block_limit(const block_render *r)
     return needed > plan->blocks[0] ? needed : plan->blocks[0] + 1;
 }
 
-/* The most samples per pixel that blocks [0, count) are enough for. Where no blocks add any, the fewest of those
- * numbers, in whole blocks. */
+/* The largest number of samples per pixel that needs no more than blocks [0, count). Where further blocks add no
+ * samples, many numbers need the same blocks: then the smallest of these, rounded up to whole blocks. */
 static uint32_t samples_after(const block_render *r, uint64_t count)
 {
     const ca_render_plan *plan = r->plan;
     uint32_t low = 0, high = UINT32_MAX;
-    while (low < high) { /* low is enough for, high + 1 too much */
+    while (low < high) { /* low needs no more than count blocks, high + 1 does */
         const uint32_t middle = high - (high - low) / 2;
         if (plan->type->blocks_needed(r->integrator, middle) <= count)
             low = middle;
@@ -133,7 +133,7 @@ static ca_status run_blocks(block_render *r, ca_error *error)
 
 /* ---- What is left ---------------------------------------------------------------------------------------------- */
 
-/* Where a part file keeps which count. */
+/* The place of each count in a part file. */
 enum { LIGHT_PATHS, CAMERA_PATHS, RAYS, SHADOW_RAYS, PHOTONS, PHOTONS_TESTED, MERGES, NON_FINITE };
 _Static_assert((int)NON_FINITE + (int)CA_NON_FINITE_SOURCES <= (int)CA_PART_COUNTS,
                "a part file has room for all counts");
@@ -226,7 +226,7 @@ ca_status ca_part_develop(const ca_part *part, ca_image_layers **image, ca_error
     return status;
 }
 
-/* What is known of samples per pixel: after these blocks, and after the next number of blocks that adds any. */
+/* Records the samples per pixel after these blocks, and after the next number of blocks that adds samples. */
 static void keep_samples(block_render *r)
 {
     ca_part *part = &r->part;

@@ -9,7 +9,7 @@
 #include "film/part_file.h"
 #include "render/render.h"
 
-/* Renders a plan whose integrator has begin_block; writes the part file if one is wanted. */
+/* Renders a plan whose integrator has begin_block; writes the part file if the settings name one. */
 ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error);
 

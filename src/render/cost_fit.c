@@ -11,7 +11,7 @@ enum { HUBER_STEPS = 6, TUKEY_STEPS = 10 };
 #define HUBER_LIMIT 1.345
 #define TUKEY_LIMIT 4.685
 
-/* The scatter of a single sample cannot be seen: one of a tenth is added to what is seen. */
+/* A single sample shows no scatter: the samples count together with one of a relative scatter of a tenth. */
 #define SCATTER_GUESS 0.1
 #define SCATTER_GUESS_COUNT 1.0
 
@@ -23,7 +23,7 @@ typedef struct normal_equations {
 typedef struct fit_state {
     const ca_cost_sample *samples;
     size_t count;
-    double prior[2], prior_weight[2]; /* what the guess says of each cost */
+    double prior[2], prior_weight[2]; /* of each cost */
     double cost[2];
     double scatter; /* relative standard deviation of a sample */
     double effective_count;
@@ -84,7 +84,7 @@ static void sum_up(fit_state *f, bool tukey)
         f->sums.b1 += weight * u1 * y;
         f->effective_count += weight;
     }
-    /* The guess as two more samples, of one kind of work each. */
+    /* The prior as two more samples, of one kind of work each. */
     const double variance = f->scatter * f->scatter;
     f->sums.a00 += variance * f->prior_weight[0];
     f->sums.b0 += variance * f->prior_weight[0] * f->prior[0];
@@ -135,7 +135,7 @@ ca_cost_fit ca_fit_costs(const ca_cost_sample *samples, size_t count, ca_cost_gu
         seconds += samples[i].seconds;
     }
     if (!(seconds > 0.0) || !(units[0] > 0.0)) return (ca_cost_fit){{unknown, unknown}, {unknown, unknown}};
-    /* What a unit of the first kind costs if the guess is right: where to start, and the measure of the guess. */
+    /* The cost of the first kind if the prior is right: the starting value, and the scale of the prior. */
     const double start = seconds / (units[0] + guess.ratio * units[1]), unsure = guess.deviation * start;
     fit_state f = {.samples = samples,
                    .count = count,

@@ -6,10 +6,10 @@
  * off what the others say (an interrupt, a page fault) lose their weight (Tukey's bisquare, after steps with Huber's
  * weights that do not need a good start).
  *
- * Where the two kinds keep one ratio in all samples, only the sum of their times can be told. So a guess is put in,
- * of what the second costs in terms of the first: where samples can tell it has no influence, where they cannot it
- * decides, and the standard errors are then as large as it is unsure. (Of the first it says what all samples together
- * give, give or take all of it.)
+ * Where the two kinds have the same ratio in all samples, only the sum of their times can be estimated. So a prior is
+ * added for the cost of the second kind relative to the first. It has no influence where the samples determine both
+ * costs. Where they do not, it decides, and the standard errors are as large as its own. (Its value for the first
+ * kind is what all samples together give, with a relative standard deviation of 1.)
  *
  * Standard errors come from the scatter of the samples, as if they were independent and the model were right. */
 #ifndef CA_RENDER_COST_FIT_H
@@ -21,7 +21,7 @@ typedef struct ca_cost_sample {
     double units[2], seconds; /* >= 0 */
 } ca_cost_sample;
 
-/* cost[1] / cost[0], roughly, and how unsure: a standard deviation > 0. */
+/* The prior: cost[1] / cost[0], and its standard deviation > 0. */
 typedef struct ca_cost_guess {
     double ratio, deviation;
 } ca_cost_guess;

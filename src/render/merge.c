@@ -105,8 +105,8 @@ static void add_part(merge *m, ca_part *part)
     if (part->blocks[1] > sum->blocks[1]) sum->blocks[1] = part->blocks[1];
 }
 
-/* Each part tells only what its own blocks let it know: the most of them, and of the next steps the nearest that is
- * left. */
+/* Each part knows the samples per pixel for its own blocks only. The sum gets the largest number of all parts, and
+ * the nearest next step that none of them has reached. */
 static void join_samples(merge *m)
 {
     ca_part *sum = &m->sum;

@@ -14,7 +14,8 @@ ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settin
     *setup = (ca_noise_setup){.integrator = p.plan.type->name,
                               .light_paths = p.light_paths,
                               .camera_paths = p.plan.camera_paths,
-                              .connects = p.connects};
+                              .connects = p.connects,
+                              .instead_of_scene = p.instead_of_scene};
     memcpy(setup->picture, p.plan.crop, sizeof p.plan.crop);
     return CA_OK;
 }
@@ -55,7 +56,8 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
     *noise = ca_alloc_zeroed(1, sizeof **noise);
     ca_status status = *noise ? CA_OK : ca_fail_memory(error, "the noise");
     if (status == CA_OK)
-        (*noise)->light_paths_only = strcmp(p.plan.type->name, "ppm") == 0 || p.plan.camera_paths == 1;
+        (*noise)->light_paths_only =
+            ca_integrator_has(p.plan.type, CA_ABILITY_ONE_CAMERA_PATH) || p.plan.camera_paths == 1;
     if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, statistics, error);
     if (status == CA_OK && image) {
         *image = made;
@@ -81,7 +83,8 @@ ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32
     if (film->camera_paths == 1 && camera_paths > 1)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
-            "one camera path per pixel and iteration does not tell the noise of more: measure with at least 2");
+            "from one camera path per pixel and iteration the noise of more cannot be predicted: measure with at "
+            "least 2");
     if (film->connections && camera_paths > light_paths)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "of connected paths noise is predicted for no more camera paths per pixel than light paths, "

@@ -22,6 +22,7 @@ typedef struct ca_noise_setup {
     uint32_t picture[4];                /* the part of the film */
     uint32_t light_paths, camera_paths; /* N_F, N_B */
     bool connects;                      /* camera paths connect to light paths: no numbers are recommended */
+    bool instead_of_scene;              /* the scene names an integrator, but one without the pair law */
 } ca_noise_setup;
 
 /* All that can be wrong with the settings, before any work. Errors as of ca_render_plan_make. */

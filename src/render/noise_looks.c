@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-/* Between looks, relative to the passes so far. A render may go on so far beyond its target. */
+/* The smallest distance between two looks, relative to the passes so far. A render may exceed its target by as
+ * much. */
 static const double smallest_step = 1.0 / 32.0;
 
 ca_noise_looks ca_noise_looks_start(double target, double first)

@@ -1,11 +1,11 @@
-/* When to look at a render's noise, and when it will have reached its target.
+/* When to estimate a render's noise (a look), and when the noise will reach its target.
  *
  * The square of the noise falls as one over the passes, so that from a look at n passes the target needs n (noise /
- * target)^2 of them. The next look is there, but not beyond 2 n, for the estimate may be wrong, and at least n / 32
- * further. Looks are few, since the estimated noise scatters: a render that looked after every pass would stop at the
- * first estimate below the target, and an image that is stopped because its estimate is low has more often missed its
- * rare bright paths. The look where the target is expected keeps the render from running on to the next doubling, up
- * to twice as long as wanted.
+ * target)^2 of them. The next look is at that number, but not beyond 2 n, for the estimate may be wrong, and at least
+ * n / 32 further. Looks are few, since the estimated noise scatters: with a look after every pass a render would stop
+ * at the first estimate below the target, and an image that is stopped because its estimate is low has more often
+ * missed its rare bright paths. The look at the predicted number of passes keeps the render from running on to the
+ * next doubling, up to twice as long as needed.
  *
  * Passes are real numbers: renders whose iterations differ count them by their precision. */
 #ifndef CA_RENDER_NOISE_LOOKS_H

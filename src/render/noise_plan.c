@@ -4,27 +4,9 @@
 #include "render/ray_times.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
-enum { DEFAULT_LIGHT_PATHS = 30000, DEFAULT_CAMERA_PATHS = 4, NAME_SIZE = 64 };
-
-static bool is_photon_mapping(const char *integrator)
-{
-    return integrator && (strcmp(integrator, "bdpm") == 0 || strcmp(integrator, "ppm") == 0);
-}
-
-/* Camera paths connect to light paths, by weights that depend on the numbers of both. */
-static bool connects(const char *integrator)
-{
-    return strcmp(integrator, "bdpt") == 0 || strcmp(integrator, "vcm") == 0 || strcmp(integrator, "ovcm") == 0;
-}
-
-/* Of "name:parameter=value,..." or NULL. */
-static void name_of(const char *text, char name[NAME_SIZE])
-{
-    snprintf(name, NAME_SIZE, "%.*s", text ? (int)strcspn(text, ":") : 0, text ? text : "");
-}
+enum { DEFAULT_LIGHT_PATHS = 30000, DEFAULT_CAMERA_PATHS = 4 };
 
 static const char *overrides_of(const char *text)
 {
@@ -32,19 +14,18 @@ static const char *overrides_of(const char *text)
     return colon ? colon + 1 : NULL;
 }
 
-/* A name that no integrator has is left to the plan, which names them all. */
+/* An unknown name is accepted here: the plan refuses it with a list of all names. */
 static ca_status check_integrator(const char *text, ca_error *error)
 {
-    char name[NAME_SIZE];
-    const ca_integrator_type *type;
-    name_of(text, name);
-    if (is_photon_mapping(name) || connects(name) || ca_integrator_find(name, NULL, &type, NULL) != CA_OK)
-        return CA_OK;
+    enum { MEASURABLE = CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE };
+    const ca_integrator_type *type = ca_integrator_of(text);
+    char names[CA_INTEGRATOR_NAMES_SIZE];
+    if (!type || ca_integrator_has(type, MEASURABLE)) return CA_OK;
+    ca_integrator_names(MEASURABLE, " or ", names);
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "noise components are those of light and camera paths that meet: the integrator must be bdpm, "
-                   "ppm, bdpt, vcm or "
-                   "ovcm, not %s",
-                   name);
+                   "noise components are those of light and camera paths that meet: the integrator must be %s, not "
+                   "%s",
+                   names, type->name);
 }
 
 static ca_status check_settings(const ca_render_settings *s, uint32_t iterations, ca_error *error)
@@ -75,7 +56,7 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     return CA_OK;
 }
 
-/* Do the scene or what stands beside the integrator's name set a parameter? */
+/* Is a parameter set by the scene or in the text behind the integrator's name? */
 static bool is_set(const ca_scene *scene, const char *integrator, const char *parameter)
 {
     const ca_integrator_desc *desc = &scene->desc.integrator;
@@ -88,11 +69,10 @@ static bool is_set(const ca_scene *scene, const char *integrator, const char *pa
 static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
 {
     ca_render_settings *s = &p->settings;
-    char name[NAME_SIZE];
-    name_of(s->integrator ? s->integrator : scene->desc.integrator.name, name);
+    const ca_integrator_type *type = ca_integrator_of(s->integrator ? s->integrator : scene->desc.integrator.name);
     if (s->light_paths == 0 && !is_set(scene, s->integrator, "light_paths")) s->light_paths = DEFAULT_LIGHT_PATHS;
     if (s->camera_paths == 0 && !is_set(scene, s->integrator, "camera_paths"))
-        s->camera_paths = strcmp(name, "ppm") == 0 ? 1 : DEFAULT_CAMERA_PATHS;
+        s->camera_paths = ca_integrator_has(type, CA_ABILITY_ONE_CAMERA_PATH) ? 1 : DEFAULT_CAMERA_PATHS;
 }
 
 static bool report_progress(const ca_render_progress *progress, void *user)
@@ -123,21 +103,22 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
 }
 
 /* Bytes of a pixel beside the film: sums of pairs; where numbers are recommended, what its paths do and its number.
- * `choice`: what choosing takes beside them, when light paths are gone. */
-static double pixel_bytes(const char *integrator, double *choice)
+ * *choice: further bytes for choosing numbers, after the light paths are released. */
+static double pixel_bytes(const ca_integrator_type *type, double *choice)
 {
     *choice = 0.0;
-    if (connects(integrator)) return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_connections));
+    if (ca_integrator_has(type, CA_ABILITY_CONNECTION_NOISE))
+        return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_connections));
     *choice = (double)(sizeof(ca_ray_pixel) + CA_RAY_CHOICE_PIXEL_BYTES);
     return (double)(sizeof(ca_pair_pixel) + CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
 }
 
-/* They take their part of the memory that is allowed. */
+/* These bytes are subtracted from the memory allowed. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
     double choice;
-    const double bytes = pixels * pixel_bytes(plan->type->name, &choice), most = bytes + pixels * choice;
+    const double bytes = pixels * pixel_bytes(plan->type, &choice), most = bytes + pixels * choice;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (most >= plan->input.memory_bytes)
         return ca_fail(
@@ -148,21 +129,30 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
     return CA_OK;
 }
 
+/* The scene's, unless it names none or one without the pair law. */
+static void choose_integrator(ca_noise_plan *p, const ca_scene *scene)
+{
+    const char *name = scene->desc.integrator.name;
+    if (p->given->integrator || ca_integrator_has(ca_integrator_of(name), CA_ABILITY_PAIR_LAW)) return;
+    p->settings.integrator = ca_integrator_bdpm.name;
+    p->instead_of_scene = name != NULL;
+}
+
 ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_render_settings *given,
                              uint32_t iterations, ca_error *error)
 {
     CA_TRY(check_settings(given, iterations, error));
     *p = (ca_noise_plan){.settings = *given, .given = given};
     p->settings.sampler = "independent";
-    p->settings.samples_per_pixel = 1; /* until the iterations are known to be countable */
+    p->settings.samples_per_pixel = 1; /* a placeholder: plan_counts sets the number of iterations */
     p->settings.progress = report_progress;
     p->settings.progress_user = p;
-    if (!given->integrator && !is_photon_mapping(scene->desc.integrator.name)) p->settings.integrator = "bdpm";
+    choose_integrator(p, scene);
     CA_TRY(check_integrator(given->integrator, error));
     complete_counts(p, scene);
     CA_TRY(ca_render_plan_make(&p->plan, scene, &p->settings, error));
     const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
-    p->connects = connects(p->plan.type->name);
+    p->connects = ca_integrator_has(p->plan.type, CA_ABILITY_CONNECTION_NOISE);
     if (!given->has_alpha && !ca_render_overrides_mention(overrides_of(given->integrator), "alpha") &&
         !isnan(ca_integrator_value(p->plan.type, &p->plan.input, "alpha", (double)NAN)))
         CA_TRY(ca_integrator_set(p->plan.type, &one_radius, &p->plan.input, error));

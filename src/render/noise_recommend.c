@@ -119,8 +119,8 @@ static ca_status set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, c
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
-/* Warms up memory and a new integrator, untimed: all light paths, and one camera path of every pixel (all of them
- * where they are kept from round to round). */
+/* Warm-up of memory and of a new integrator, not timed: all light paths, and one camera path of every pixel (all of
+ * them where they are kept from round to round). */
 static ca_status warm_up(timing *t, ca_pass_runner *runner, ca_error *error)
 {
     const uint32_t camera_paths = t->p.plan.camera_paths;
@@ -209,7 +209,7 @@ static double iteration_seconds(const timing *t, double light_paths, double came
            pixels * camera_paths * (c->camera_path + light_paths * c->merge);
 }
 
-/* The most light paths that there is time to measure costs with. */
+/* The largest number of light paths whose costs can be measured in the time that is left. */
 static uint32_t affordable(const timing *t)
 {
     const ca_pair_film *film = &t->noise->film;

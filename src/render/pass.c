@@ -16,8 +16,8 @@ typedef struct pass_task {
 
 static bool is_radiance(ca_rgb a) { return ca_rgb_is_finite(a) && a.r >= 0.0f && a.g >= 0.0f && a.b >= 0.0f; }
 
-/* The mean of a pixel's camera paths, each judged here as the film judges a single one. Negative lobes of the filter
- * may make the mean negative, as they may a splat: so it takes the place of one, behind the filter. */
+/* The mean of a pixel's camera paths, each checked here as the film checks a single one. Negative lobes of the filter
+ * may make the mean negative, as they may a splat: so the mean is added like a splat, after the filter's weight. */
 static ca_film_sample mean_of_camera_paths(const ca_film_sample *samples, uint32_t count, uint64_t *rejects)
 {
     ca_film_sample mean = {.filter_weight = 1.0f};
@@ -161,7 +161,7 @@ static camera_work work_of(const ca_worker *worker)
     return (camera_work){counters->rays + counters->shadow_rays, counters->merges};
 }
 
-/* Worker 0 is the thread that runs the pass. What it does when asked is no part of a tile. */
+/* Worker 0 is the thread that runs the pass. The time of its callback does not count for a tile. */
 static bool is_ended(ca_pass_runner *runner, uint32_t worker)
 {
     if (!runner->goes_on) return false;
@@ -179,7 +179,7 @@ static void run_tile(void *user, const ca_tile *tile, uint32_t worker)
     run_pixels(task, tile, worker);
 }
 
-/* What two tiles have between them, some hundredths of a percent, counts for the second one. */
+/* The time between two tiles, some hundredths of a percent, counts for the second one. */
 static double seconds_of_tile(ca_tile_clock *clock, double start)
 {
     clock->seconds = ca_clock_thread_seconds();
@@ -204,7 +204,8 @@ static void time_tile(void *user, const ca_tile *tile, uint32_t worker)
 
 /* ---- Rounds ---------------------------------------------------------------------------------------------------- */
 
-/* What it takes: what threads do in loops, and one thread between them, but not waiting for each other. */
+/* The measured time is that of all threads in parallel loops and of one thread between the loops, without the time
+ * that threads wait for each other. */
 static ca_status run_light(pass_task *task, ca_error *error)
 {
     ca_pass_runner *runner = task->runner;

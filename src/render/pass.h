@@ -25,7 +25,7 @@ typedef struct ca_pass_counts {
 } ca_pass_counts;
 
 /* A worker's clock when it had finished its last tile of the round, where times are measured: the next one begins
- * there, so that one look at the clock does for a tile. In a cache line of its own, nearly. */
+ * there, so that the clock is read once a tile. Padded to a cache line, nearly. */
 typedef struct ca_tile_clock {
     double seconds;
     bool runs;
@@ -45,7 +45,7 @@ typedef struct ca_pass_runner {
     ca_ray_times *times;          /* borrowed; NULL: times are not measured. May change between passes; likewise: */
     bool gathers_pairs;           /* does the pass fill the integrator's pair film? */
     /* Asked between tiles, by the thread that runs the pass: false ends the pass (and those after it) soon, and the
-     * film is worth nothing. NULL: passes are finished. */
+     * film must not be used. NULL: passes are finished. */
     bool (*goes_on)(void *user);
     void *goes_on_user;
     atomic_bool ended; /* by that */
@@ -56,12 +56,12 @@ typedef struct ca_pass_runner {
     ca_workers workers;      /* owned */
 } ca_pass_runner;
 
-/* `counts` may be NULL. Pairs are gathered where the plan's input wants them. */
+/* `counts` may be NULL. Pairs are gathered where the plan's input has a pair film. */
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
                                 const ca_pass_counts *counts, ca_error *error);
 void ca_pass_runner_destroy(ca_pass_runner *runner);
 
-/* Runs the pass-th pass. After an error the film is worth nothing; an end by goes_on is none. */
+/* Runs the pass-th pass. After an error the film must not be used; an end by goes_on is no error. */
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error);
 
 /* Bytes of the buffer that passes of several rounds need. */

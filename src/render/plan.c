@@ -66,7 +66,8 @@ bool ca_render_overrides_mention(const char *overrides, const char *name)
     return false;
 }
 
-/* A setting of its own for a parameter: wins over the scene, must not contradict what stands beside the name. */
+/* A setting for an integrator's parameter: it overrides the scene, and must not contradict the text behind the
+ * integrator's name. */
 typedef struct own_setting {
     const char *name, *what; /* "integrator "path" has no <what>" */
     bool given;
@@ -171,15 +172,16 @@ static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
 static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
-    const char *name = plan->type->name;
+    char names[CA_INTEGRATOR_NAMES_SIZE];
     if (settings->rays) plan->rays = strcmp(settings->rays, "auto") == 0 ? CA_RAYS_AUTO : CA_RAYS_OF_FILE;
     CA_TRY(plan_objective(plan, error));
     if (plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
-    if (strcmp(name, "bdpm") != 0 && strcmp(name, "ppm") != 0)
+    ca_integrator_names(CA_ABILITY_PAIR_LAW, " and ", names);
+    if (!ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "numbers of rays are chosen by the law of photon mapping: rays are for integrators bdpm and "
-                       "ppm, not for %s",
-                       name);
+                       "numbers of rays are chosen by the law of photon mapping: rays are for integrators %s, not "
+                       "for %s",
+                       names, plan->type->name);
     if (settings->strategies_directory)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
@@ -192,7 +194,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     return CA_OK;
 }
 
-/* Technique images are one a technique, so there must be an end to their number. */
+/* There is one image for each technique, so the number of techniques must be limited. */
 static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
 {
     if (!plan->settings->strategies_directory) return CA_OK;
@@ -220,10 +222,10 @@ static ca_status check_targets(const ca_render_settings *settings, ca_error *err
     return CA_OK;
 }
 
-/* Samples per pixel are camera paths; of `light`, whose camera paths only see emitters, they are light paths. */
+/* Samples per pixel are camera paths, or light paths where camera paths only see emitters. */
 static double samples_per_pass(const ca_render_plan *plan, uint32_t width, uint32_t height)
 {
-    if (strcmp(plan->type->name, "light") != 0) return plan->camera_paths;
+    if (!ca_integrator_has(plan->type, CA_ABILITY_LIGHT_SAMPLES)) return plan->camera_paths;
     const double light_paths = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0);
     return light_paths > 0.0 ? light_paths / ((double)width * (double)height) : 1.0; /* 0: one per pixel */
 }
@@ -256,7 +258,7 @@ static ca_status check_block_settings(const ca_render_plan *plan, ca_error *erro
     return CA_OK;
 }
 
-/* A given range, else from the first block on until there are samples enough, or until time says so. */
+/* The given range; else from the first block on until there are enough samples or the time is used up. */
 static void plan_blocks(ca_render_plan *plan)
 {
     const ca_render_settings *settings = plan->settings;
@@ -322,7 +324,7 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
     return CA_OK;
 }
 
-/* What the film leaves is for light paths. */
+/* Light paths get the memory that the film leaves. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;

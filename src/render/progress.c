@@ -2,8 +2,7 @@
 
 #include <math.h>
 
-/* Until it is known when the noise target will be reached: noise falls with the square root of the number of
- * passes. */
+/* Where no time is predicted for the noise target: noise falls with the square root of the number of passes. */
 double ca_progress_fraction(const ca_render_progress *p)
 {
     double fraction = -1.0;

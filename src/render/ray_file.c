@@ -24,7 +24,7 @@ static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_erro
     return status;
 }
 
-/* The integrator's own number of camera paths is not asked where counts are given. */
+/* Given counts replace the integrator's own number of camera paths. */
 static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
 {
     const ca_parameter light_paths = {

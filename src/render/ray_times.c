@@ -10,9 +10,9 @@
 
 enum { TILE_SAMPLES = 1024, LIGHT_SAMPLES = 256 };
 
-/* A candidate's weight against a ray through the scene: a third, or twice that. */
+/* Prior: a candidate costs a third of a segment, give or take as much. */
 static const ca_cost_guess candidate_guess = {.ratio = 0.3, .deviation = 0.3};
-/* An iteration of no paths takes none of a light path's times, or as long as some hundreds of them. */
+/* Prior: an iteration without paths takes no time, or as long as some hundreds of light paths. */
 static const ca_cost_guess iteration_guess = {.ratio = 0.0, .deviation = 300.0};
 
 typedef struct pixel_work {
@@ -143,8 +143,8 @@ void ca_ray_times_destroy(ca_ray_times *t)
 
 /* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
-/* Each of the n seen is kept with the same probability (reservoir sampling): whatever takes turns among them does so
- * among those kept. */
+/* Reservoir sampling: each of the n seen is kept with the same probability, so that those kept are a fair choice even
+ * where kinds of samples alternate. */
 static void add_sample(sample_list *list, const ca_cost_sample *sample)
 {
     const uint64_t number = list->seen++;

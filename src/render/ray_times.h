@@ -10,7 +10,7 @@
  * docs/papers/000.md (D1): t_B(p) in proportion to the segments of the pixel's camera paths, t_M(p) to the candidates
  * that one light path brings to one of its camera paths. The two factors come from the times of tiles, in which
  * segments and candidates differ: least squares that interrupts do not move (cost_fit.h). Passes of different N_F
- * tell them apart better than tiles do. t_0 and t_F come from passes of different N_F; where all had the same, t_0 is
+ * separate them better than tiles do. t_0 and t_F come from passes of different N_F; where all had the same, t_0 is
  * 0.
  *
  * Photons that are looked at in vain (most of ca_counters.photons_tested) do not count: eight are tested at once, and
@@ -26,7 +26,7 @@
  *
  * State: 24 bytes a pixel, 80 KiB a worker: where there are more tiles than fit, an even choice of them is kept.
  * Threads: ca_ray_times_pixel and _tile by different workers at once, for different pixels; all else by one thread.
- * The image knows nothing of it. */
+ * The image does not depend on it. */
 #ifndef CA_RENDER_RAY_TIMES_H
 #define CA_RENDER_RAY_TIMES_H
 
@@ -39,8 +39,8 @@ typedef struct ca_ray_times ca_ray_times;
 
 enum { CA_RAY_TIMES_PIXEL_BYTES = 24 };
 
-/* Seconds; NAN: not measured. Each with the standard error that the scatter of tiles and passes suggests, as large as
- * the value itself, about, where two cannot be told apart. */
+/* Seconds; NAN: not measured. Each with the standard error that the scatter of tiles and passes suggests, about as
+ * large as the value itself where two costs cannot be separated. */
 typedef struct ca_ray_costs {
     double iteration, light_path;             /* t_0, t_F */
     double iteration_error, light_path_error;
@@ -58,10 +58,10 @@ ca_status ca_ray_times_create(ca_ray_times **times, uint32_t width, uint32_t hei
                               ca_error *error);
 void ca_ray_times_destroy(ca_ray_times *times); /* NULL is allowed */
 
-/* Forgets times, but not what pixels did: of each worker's tiles and of the light paths up to `most` are kept, an
- * even choice; with 0 all are forgotten, as where the costs of other numbers are wanted. Where some are kept and then
- * times of another N_F measured, costs follow their secant: candidates are told from segments, which tiles of one N_F
- * hardly do. */
+/* Discards measured times, but keeps what pixels did. Of each worker's tiles and of the light paths an even choice of
+ * up to `most` samples stays; 0 discards all, to measure the costs of other numbers. Where some stay and times of
+ * another N_F are measured next, costs follow the secant between the two: this separates the cost of candidates from
+ * that of segments, which tiles of one N_F hardly do. */
 void ca_ray_times_thin(ca_ray_times *times, size_t most);
 
 /* Adds what `other` has measured, of the same pixels and with as many workers. Of times, where both together do not

@@ -13,7 +13,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
-/* The noise is looked at after this many passes, and then as noise_looks.h says. */
+/* The noise is first estimated after this many passes, then as noise_looks.h says. */
 enum { FIRST_NOISE_PASS = 8 };
 
 typedef struct render {

@@ -28,7 +28,7 @@ typedef struct ca_render_plan {
     ca_rays_source rays;
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
     uint32_t pass_limit;
-    bool open_ended; /* until time or noise say so; pass_limit is then as many as can be counted */
+    bool open_ended; /* ends by time or noise; pass_limit is then the largest number that can be counted */
     uint32_t passes_per_replicate; /* 0: no number of replicates was asked for */
     uint64_t seed;                 /* as given; the sampler's changes from replicate to replicate */
     double
@@ -47,14 +47,14 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
-/* How many passes give the samples that are wanted, with plan->samples_per_pass in each: sets pass_limit and
- * open_ended. `most`: the largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors:
+/* Sets pass_limit and open_ended: the passes that the requested samples take with plan->samples_per_pass in each.
+ * `most`: the largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors:
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
 
 /* Light paths of a pass from now on. */
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error);
-/* Sets them, and tells whether they fit the memory that is allowed at once, in one round. */
+/* Sets them. *fits: all of them fit the memory that is allowed at once, in one round. */
 ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error);
 
 /* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
@@ -67,8 +67,8 @@ void ca_render_summarise(const ca_film_summary *summary, ca_render_statistics *s
 ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics,
                                   ca_image_layers *layers, ca_error *error);
 
-/* Calls the progress callback, if there is one; false where the render should end. What it takes is no rendering
- * time: *start, when the render began, moves on by it. */
+/* Calls the progress callback, if there is one; false where the render should end. Its time is no rendering time:
+ * *start, when the render began, is moved on by it. */
 bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start);
 
 /* Renders a plan; ca_render is this after ca_render_plan_make. */

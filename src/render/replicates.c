@@ -22,7 +22,7 @@ ca_status ca_replicates_plan(ca_render_plan *plan, ca_error *error)
     if (replicates == 0) return CA_OK;
     if (replicates == 1)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "one replicate tells nothing of the error: at least 2 are needed");
+                       "the error cannot be estimated from one replicate: at least 2 are needed");
     if (ca_render_plan_by_blocks(plan))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "integrator \"%s\" renders by blocks of pairs and makes no replicates", plan->type->name);

@@ -149,7 +149,7 @@ typedef struct ca_scene_desc {
     ca_camera_desc camera;
     ca_film_desc film;
     ca_sampler sampler;
-    bool names_sampler; /* false: `sampler` is nobody's choice */
+    bool names_sampler; /* false: `sampler` is the default */
     uint32_t samples_per_pixel;
     ca_integrator_desc integrator;
 } ca_scene_desc;

@@ -115,7 +115,7 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     ca_mesh_transform(mesh, &map);
     if (desc->flip_normals) ca_mesh_flip_normals(mesh);
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
-    if (ca_mesh_normals_are_flat(mesh)) ca_mesh_drop_normals(mesh); /* they say nothing */
+    if (ca_mesh_normals_are_flat(mesh)) ca_mesh_drop_normals(mesh); /* those of the faces serve as well */
     shape->as.mesh.mesh = mesh;
     for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
         shape->as.mesh.extent = ca_max(shape->as.mesh.extent, fabsf(mesh->positions[i]));

@@ -144,6 +144,14 @@ static void add_principled(ca_bxdf_cases *list)
     add(list, "principled, glass of index 1", b);
 }
 
+static void assert_all_models(const ca_bxdf_cases *list)
+{
+    bool there[CA_BXDF_KIND_COUNT] = {false};
+    for (uint32_t i = 0; i < list->count; ++i) there[list->cases[i].bxdf.kind] = true;
+    for (int kind = 0; kind < CA_BXDF_KIND_COUNT; ++kind)
+        if (!there[kind]) fail_msg("no case of BSDF kind %d", kind);
+}
+
 ca_bxdf_cases ca_bxdf_cases_create(void)
 {
     ca_bxdf_cases list = {.cases = calloc(MAX_CASES, sizeof(ca_bxdf_case))};
@@ -166,6 +174,7 @@ ca_bxdf_cases ca_bxdf_cases_create(void)
     add_rough_plastic(&list, CA_MICROFACET_GGX, 0.02f, false);
     add_rough_plastic(&list, CA_MICROFACET_GGX, 0.5f, true);
     add_principled(&list);
+    assert_all_models(&list);
     return list;
 }
 

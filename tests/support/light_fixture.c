@@ -110,6 +110,14 @@ static void create_pictures(ca_light_fixture *fixture)
     fixture->textures[2] = bitmap;
 }
 
+static void assert_all_kinds(const ca_light_fixture *fixture)
+{
+    bool there[CA_LIGHT_KIND_COUNT] = {false};
+    for (int i = 0; i < LIGHT_COUNT; i++) there[fixture->lights[i].kind] = true;
+    for (int kind = 0; kind < CA_LIGHT_KIND_COUNT; kind++)
+        if (!there[kind]) fail_msg("no light of kind %d", kind);
+}
+
 static void create_lights(ca_light_fixture *fixture)
 {
     /* Their z looks down, -y of the world. */
@@ -145,6 +153,7 @@ static void create_lights(ca_light_fixture *fixture)
     lights[LIGHT_ENVMAP] =
         (ca_light){.kind = CA_LIGHT_ENVMAP,
                    .as.envmap = {.map = affine(turned), .image = &fixture->environment, .scale = color}};
+    assert_all_kinds(fixture);
     for (int i = 0; i < LIGHT_COUNT; i++) lights[i].textures = fixture->textures;
     for (int i = 0; i < LIGHT_COUNT; i++)
         assert_int_equal(ca_light_prepare(&lights[i], (ca_vec3){1.0f, 0.0f, -1.0f}, 10.0f, NULL), CA_OK);

@@ -102,6 +102,7 @@ void ca_oracle_reuse(const ca_reuse_rules *rules, const ca_full_path *path, doub
         case CA_REUSE_NORMALISED: reuse[m] = limited(rules, path, m) * all / mean_limited(rules, path); break;
         case CA_REUSE_FOOTPRINT: reuse[m] = footprint(rules, path, m); break;
         case CA_REUSE_CORRELATION: reuse[m] = correlation(rules, path, m); break;
+        case CA_REUSE_KIND_COUNT: reuse[m] = (double)NAN; break;
         }
     }
 }

@@ -55,7 +55,7 @@ ca_mis_rules ca_random_rules(ca_test_random *random)
     rules.power = happens(random, 0.5f);
     rules.splat_count = light_paths / (float)(1 + below(random, 8));
     rules.merge_area = log_uniform(random, 1e-7f, 1e-1f);
-    rules.reuse = (ca_reuse_rules){.kind = (ca_reuse_kind)below(random, CA_REUSE_CORRELATION + 1),
+    rules.reuse = (ca_reuse_rules){.kind = (ca_reuse_kind)below(random, CA_REUSE_KIND_COUNT),
                                    .light_paths = light_paths,
                                    .merge_area = rules.merge_area,
                                    .epsilon = happens(random, 0.5f) ? 0.01f : uniform(random, 0.0f, 0.1f),
