@@ -243,7 +243,8 @@ static void count_regular(const ca_scene *scene, uint32_t *mattes, uint32_t *eve
 static void test_matte_points_are_as_any_other(void **state)
 {
     (void)state;
-    static const char *const integrators[] = {"path", "path:rr_depth=2", "path:heuristic=balance"};
+    static const char *const integrators[] = {"path", "path:rr_depth=2", "path:heuristic=balance", "bdpt",
+                                              "vcm",  "ovcm",            "ppm",                    "light"};
     for (size_t s = 0; s < sizeof scenes / sizeof scenes[0]; s++)
         for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
             ca_scene *scene = load(scenes[s]);
@@ -263,13 +264,16 @@ static void test_matte_points_are_as_any_other(void **state)
 static void test_points_and_lights_apart(void **state)
 {
     (void)state;
-    ca_scene *scene = load(mixed_scene);
-    trace_once(scene, "path", "independent", &first);
-    for (uint32_t i = 0; i < scene->light_count; i += 2) scene->even_lights[i].is_even = false;
-    for (uint32_t i = 0; i < scene->shape_count; i += 2) scene->mattes[i].is_matte = false;
-    trace_once(scene, "path", "independent", &second);
-    assert_same(&second, &first, "every other one by one", "mixed", "path");
-    ca_scene_release(scene);
+    static const char *const integrators[] = {"path", "bdpt", "vcm"};
+    for (size_t k = 0; k < sizeof integrators / sizeof integrators[0]; k++) {
+        ca_scene *scene = load(mixed_scene);
+        trace_once(scene, integrators[k], "independent", &first);
+        for (uint32_t i = 0; i < scene->light_count; i += 2) scene->even_lights[i].is_even = false;
+        for (uint32_t i = 0; i < scene->shape_count; i += 2) scene->mattes[i].is_matte = false;
+        trace_once(scene, integrators[k], "independent", &second);
+        assert_same(&second, &first, "every other one by one", "mixed", integrators[k]);
+        ca_scene_release(scene);
+    }
 }
 
 int main(void)

@@ -1,6 +1,7 @@
 /* Eight lanes at a time against their scalar twins, bit for bit, for every number that a sampler gives. */
 #include "geometry/shape.h"
 #include "integrator/batch_lanes.h"
+#include "math/exponential.h"
 #include "sampling/warp.h"
 #include "support/test_random.h"
 
@@ -199,6 +200,26 @@ static void test_frames_and_origins(void **state)
     }
 }
 
+/* Every 61st of all floats, both signs, beyond the ends of the interval too. */
+static void test_exponential(void **state)
+{
+    (void)state;
+    enum { STEP = 61 };
+    double worst = 0.0;
+    for (uint64_t bits = 0; bits + 8 * STEP < UINT64_C(0xff800000); bits += 8 * STEP) {
+        ca_f8 x;
+        for (uint32_t k = 0; k < CA_LANES; k++) x[k] = ca_bits_float((uint32_t)bits + k * STEP);
+        const ca_f8 got = ca_exp8(x);
+        for (int k = 0; k < CA_LANES; k++) check_bits(got[k], ca_exp(x[k]), "exp");
+        const double exact = exp((double)x[0]);
+        if (x[0] >= -87.0f && x[0] <= 88.0f) worst = fmax(worst, fabs((double)got[0] / exact - 1.0));
+    }
+    printf("largest relative error %.3g\n", worst);
+    assert_true(worst < 1.2e-7);
+    check_bits(ca_exp(0.0f), 1.0f, "exp of 0");
+    check_bits(ca_exp(-1e30f), ca_exp(-87.0f), "exp of what is far below");
+}
+
 int main(void)
 {
     numbers = ca_test_random_seed(2);
@@ -206,6 +227,7 @@ int main(void)
         cmocka_unit_test(test_choices_and_signs),     cmocka_unit_test(test_signs_of_nan),
         cmocka_unit_test(test_rounding_up_to_groups), cmocka_unit_test(test_vectors),
         cmocka_unit_test(test_hemisphere),            cmocka_unit_test(test_frames_and_origins),
+        cmocka_unit_test(test_exponential),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -155,9 +155,10 @@ static edges8 make_edges(const ca_walk *walk, const ca_light_ends *ends, uint32_
     const ca_v8 arrives = load_column(&ends->color, end);
     const ca_f8 grazing = ca_f8_all(CA_GRAZING_COS);
     const ca_v8 segment = ca_sub_v8(target, position);
-    const ca_f8 distance2 = ca_dot_v8(segment, segment), distance = ca_sqrt8(distance2), inverse = 1.0f / distance;
-    const ca_f8 dot_camera = ca_dot_v8(ng, segment) * inverse, dot_light = ca_dot_v8(other, segment) * inverse;
-    const ca_f8 cos_camera = dot_camera * last->side, cos_light = -dot_light * ca_load8_anywhere(ends->side + end);
+    const ca_f8 distance2 = ca_dot_v8(segment, segment), distance = ca_sqrt8(distance2);
+    const ca_v8 to_light = ca_mul_v8(segment, 1.0f / distance);
+    const ca_f8 cos_camera = ca_dot_v8(ng, to_light) * last->side;
+    const ca_f8 cos_light = -ca_dot_v8(other, to_light) * ca_load8_anywhere(ends->side + end);
     const ca_f8 geometry = cos_camera * cos_light / distance2;
     edges8 e = {.distance = distance, .cos_camera = cos_camera, .cos_light = cos_light};
     e.light = (ca_v8){color.r * arrives.x * geometry, color.g * arrives.y * geometry, color.b * arrives.z * geometry};
@@ -191,44 +192,49 @@ static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, float 
 
 /* ---- Walks ----------------------------------------------------------------------------------------------------- */
 
-/* Edges to the matte ones of the light path's vertices [1, last]. */
-static void connect_matte(ca_camera_walk *walk, const ca_light_path *path, uint32_t last, uint32_t *asked)
+/* The edge to vertex i of the light path, of which the lanes do not know. */
+static void connect_other(ca_camera_walk *walk, const ca_light_path *path, uint32_t i, uint32_t *asked)
 {
-    const ca_light_store *store = &walk->b->store;
+    ca_light_ends *ends = walk->scratch->light_ends;
+    const uint32_t end = walk->light_first + i;
+    const ca_light_vertex *vertex = ca_light_vertex_at(&walk->b->store, path->first + i);
+    if (!vertex->capable) return;
+    if (ends->matte[end])
+        ca_vertex_from_point(&ends->vertices[end], walk->b->input.scene, &vertex->point, vertex->wi);
+    connect_one(walk, vertex, &ends->vertices[end], asked);
+}
+
+/* Edges to vertices [first, last] of the light path, eight at most, from a matte vertex. */
+static void connect_group(ca_camera_walk *walk, const ca_light_path *path, uint32_t first, uint32_t last,
+                          uint32_t *asked)
+{
     const ca_light_ends *ends = walk->scratch->light_ends;
-    if (!(ca_dot(walk->walk.last.ng, walk->walk.last.wi) * walk->walk.last.side > CA_GRAZING_COS)) return;
-    for (uint32_t first = 1; first <= last; first += CA_LANES) {
-        const edges8 edges = make_edges(&walk->walk, ends, walk->light_first + first);
-        const uint32_t lanes = ca_min_u32(last + 1 - first, CA_LANES);
-        for (uint32_t bits = ca_mask_bits(edges.lit) & (0xffu >> (CA_LANES - lanes)); bits; bits &= bits - 1) {
-            const uint32_t lane = (uint32_t)__builtin_ctz(bits), i = first + lane;
-            ask_edge(walk, ca_light_vertex_at(store, path->first + i), ends->cos_in[walk->light_first + i], &edges,
-                     (int)lane, asked);
-        }
+    const edges8 edges = make_edges(&walk->walk, ends, walk->light_first + first);
+    const uint32_t lit = ca_mask_bits(edges.lit);
+    for (uint32_t i = first; i <= last; i++) {
+        const uint32_t end = walk->light_first + i;
+        if (!ends->matte[end])
+            connect_other(walk, path, i, asked);
+        else if (lit >> (i - first) & 1)
+            ask_edge(walk, ca_light_vertex_at(&walk->b->store, path->first + i), ends->cos_in[end], &edges,
+                     (int)(i - first), asked);
     }
 }
 
 /* Edges of one walk. */
 static void connect_walk(ca_camera_walk *walk, uint32_t *asked)
 {
-    const ca_scene *scene = walk->b->input.scene;
-    const ca_light_store *store = &walk->b->store;
-    const ca_light_path *path = &store->paths[walk->paired];
-    ca_light_ends *ends = walk->scratch->light_ends;
+    const ca_light_path *path = &walk->b->store.paths[walk->paired];
+    const ca_vertex *vertex = &walk->walk.last;
     if (path->count < 2) return;
     /* Segments: walk->vertex, the edge, and i. */
     const uint32_t last = ca_min_u32(path->count - 1, walk->b->max_depth - walk->walk.vertex - 1);
     make_ready(walk, path, last);
-    const bool matte = walk->walk.last.matte;
-    if (matte) connect_matte(walk, path, last, asked);
-    for (uint32_t i = 1; i <= last; i++) {
-        const uint32_t end = walk->light_first + i;
-        if (matte && ends->matte[end]) continue;
-        const ca_light_vertex *vertex = ca_light_vertex_at(store, path->first + i);
-        if (!vertex->capable) continue;
-        if (ends->matte[end]) ca_vertex_from_point(&ends->vertices[end], scene, &vertex->point, vertex->wi);
-        connect_one(walk, vertex, &ends->vertices[end], asked);
-    }
+    if (!vertex->matte)
+        for (uint32_t i = 1; i <= last; i++) connect_other(walk, path, i, asked);
+    else if (ca_dot(vertex->ng, vertex->wi) * vertex->side > CA_GRAZING_COS)
+        for (uint32_t i = 1; i <= last; i += CA_LANES)
+            connect_group(walk, path, i, ca_min_u32(i + CA_LANES - 1, last), asked);
 }
 
 void ca_connect_all(ca_camera_walk *const *walks, uint32_t count)

@@ -27,9 +27,8 @@ static void color_matte(ca_vertex *v, const ca_matte_shape *matte)
     v->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
 }
 
-/* sample_diffuse of material/bsdf.c; ng is the shading normal, too, so that both directions of transport get the same
- * weight. */
-static bool sample_matte(const ca_vertex *v, ca_vec2 u, ca_bsdf_sample *sample)
+/* sample_diffuse of material/bsdf.c; ng is the shading normal, too. */
+static bool sample_matte(const ca_vertex *v, ca_vec2 u, ca_from from, ca_bsdf_sample *sample)
 {
     const float cos_i = ca_dot(v->ng, v->wi) * v->side;
     if (!(cos_i > CA_GRAZING_COS)) return false;
@@ -38,8 +37,10 @@ static bool sample_matte(const ca_vertex *v, ca_vec2 u, ca_bsdf_sample *sample)
     local.z *= v->side;
     const ca_frame frame = ca_frame_from_normal(v->ng);
     sample->wo_world = ca_to_world(&frame, local);
-    if (!(cos_local > CA_GRAZING_COS && ca_dot(v->ng, sample->wo_world) * v->side > CA_GRAZING_COS)) return false;
-    sample->weight = v->reflectance;
+    const float cos_o = ca_dot(v->ng, sample->wo_world) * v->side;
+    if (!(cos_local > CA_GRAZING_COS && cos_o > CA_GRAZING_COS)) return false;
+    sample->weight = from == CA_FROM_CAMERA ? v->reflectance
+                                            : ca_rgb_scale(v->reflectance, cos_i * cos_o / (cos_i * cos_local));
     sample->pdf.v = cos_local * CA_INV_PI;
     sample->pdf_reverse.v = cos_i * CA_INV_PI;
     sample->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
@@ -128,6 +129,6 @@ ca_surface_point ca_vertex_point(const ca_vertex *v)
 
 bool ca_vertex_sample(const ca_vertex *v, float u_lobe, ca_vec2 u, ca_from from, ca_bsdf_sample *sample)
 {
-    return v->matte ? sample_matte(v, u, sample)
+    return v->matte ? sample_matte(v, u, from, sample)
                     : ca_bsdf_sample_direction(&v->bsdf, v->wi, u_lobe, u, from, sample);
 }
