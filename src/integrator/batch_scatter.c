@@ -48,8 +48,9 @@ static void scatter_one(const ca_batch *batch, float u_lobe, ca_vec2 u, event_ba
     }
     events->go_on[i] = UINT32_MAX;
     ca_column3_set(&events->direction, i, event.wo_world);
-    ca_column3_set(&events->receiver_normal, i,
-                   ca_receiver_at(surface->position, surface->ng, ca_column3_at(&v->wi, i), v->bsdfs[i].scatter).normal);
+    ca_column3_set(
+        &events->receiver_normal, i,
+        ca_receiver_at(surface->position, surface->ng, ca_column3_at(&v->wi, i), v->bsdfs[i].scatter).normal);
     ca_column3_set(&events->origin, i,
                    ca_offset_origin(surface->position, surface->position_error, surface->ng, event.wo_world));
     events->throughput.x[i] = batch->throughput.x[i] * event.weight.r;

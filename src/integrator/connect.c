@@ -11,7 +11,8 @@ static void set_matte(ca_light_ends *ends, uint32_t end, const ca_matte_shape *s
     const ca_surface_point *p = &v->point;
     const float cos_in = ca_dot(p->ng, v->wi), side = ca_matte_side(shape, cos_in);
     const ca_rgb color = ca_rgb_mul(v->throughput, ca_rgb_scale(shape->reflectance[side < 0.0f], CA_INV_PI));
-    ends->position.x[end] = p->position.x, ends->position.y[end] = p->position.y, ends->position.z[end] = p->position.z;
+    ends->position.x[end] = p->position.x, ends->position.y[end] = p->position.y,
+    ends->position.z[end] = p->position.z;
     ends->ng.x[end] = p->ng.x, ends->ng.y[end] = p->ng.y, ends->ng.z[end] = p->ng.z;
     ends->color.x[end] = color.r, ends->color.y[end] = color.g, ends->color.z[end] = color.b;
     ends->error[end] = p->position_error;
