@@ -24,6 +24,7 @@ typedef struct ca_walk {
     float eta2;                /* from the camera: what refraction took from the throughput */
     ca_light_receiver receiver; /* from the camera: the vertex that the segment leaves, as it asked for light */
     ca_path_vertex *densities; /* borrowed: v[0] first */
+    double tail;               /* of their weights, up to the last vertex (path/mis.h) */
     ca_vertex last;            /* v[vertex], where it lies on a surface */
 } ca_walk;
 
