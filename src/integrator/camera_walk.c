@@ -120,8 +120,9 @@ static void start_ray(ca_camera_walk *walk)
     const ca_camera_path *path = walk->path;
     ca_walk *w = &walk->walk;
     w->stream = ca_stream_start(input->sampler, (uint64_t)path->y * input->camera->width + path->x, path->index);
-    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &w->stream, path->x, path->y,
-                                                 &path->sample->filter_weight);
+    const ca_vec2 offset =
+        ca_filter_sample(input->filter, ca_sample_2d(&w->stream, CA_DIM_FILM), &path->sample->filter_weight);
+    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, &w->stream, path->x, path->y, offset);
     w->from = CA_FROM_CAMERA;
     w->vertex = 0;
     w->receiver = (ca_light_receiver){.position = ray.origin};
