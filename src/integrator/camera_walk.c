@@ -252,13 +252,14 @@ static bool is_finished(const ca_camera_walk *walk)
 static void scatter_all(walk_list *list)
 {
     const ca_bidirectional *b = list->walks[0]->b;
+    ca_walk *walks[CA_WALKS];
+    bool goes_on[CA_WALKS];
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < list->count; i++) {
-        ca_camera_walk *walk = list->walks[i];
-        const bool goes_on = ca_walk_scatter(&walk->walk, &b->rules.reuse, b->rr_depth) && !is_finished(walk) &&
-                             walk->walk.vertex + 2 < CA_PATH_MAX_VERTICES;
-        if (goes_on) list->walks[kept++] = walk;
-    }
+    for (uint32_t i = 0; i < list->count; i++) walks[i] = &list->walks[i]->walk;
+    ca_walks_scatter(walks, list->count, &b->rules.reuse, b->rr_depth, goes_on);
+    for (uint32_t i = 0; i < list->count; i++)
+        if (goes_on[i] && !is_finished(list->walks[i]) && walks[i]->vertex + 2 < CA_PATH_MAX_VERTICES)
+            list->walks[kept++] = list->walks[i];
     list->count = kept;
 }
 
