@@ -115,14 +115,14 @@ static void sort_list(void *user, uint32_t list, uint32_t worker)
 }
 
 /* Afterwards starts[] holds the ends. */
-static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel, ca_error *error)
+static ca_status sort_by_band(add_task *task, const ca_parallel *parallel, ca_error *error)
 {
     ca_splat_buffer *buffer = task->buffer;
     const size_t entries = (size_t)task->band_count * task->list_count;
     uint32_t *starts = ca_array_grow(buffer->starts, &buffer->starts_capacity, entries, sizeof *starts);
     if (!starts) return ca_fail_memory(error, "the splats");
     buffer->starts = starts;
-    ca_parallel_for(parallel, task->list_count, count_list, (void *)(uintptr_t)task);
+    ca_parallel_for(parallel, task->list_count, count_list, task);
     uint32_t total = 0;
     for (size_t i = 0; i < entries; i++) {
         const uint32_t count = buffer->starts[i];
@@ -133,7 +133,7 @@ static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel,
     const ca_splat **sorted = ca_array_grow(buffer->sorted, &buffer->sorted_capacity, total, sizeof *sorted);
     if (!sorted) return ca_fail_memory(error, "the splats");
     buffer->sorted = sorted;
-    ca_parallel_for(parallel, task->list_count, sort_list, (void *)(uintptr_t)task);
+    ca_parallel_for(parallel, task->list_count, sort_list, task);
     return CA_OK;
 }
 
