@@ -17,7 +17,7 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 add_library(caustica-flags INTERFACE)
 target_compile_options(caustica-flags INTERFACE
     -std=c17 -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wdouble-promotion
-    -Wfloat-conversion)
+    -Wconversion -Wsign-conversion -Wcast-qual)
 if(CA_WERROR)
     target_compile_options(caustica-flags INTERFACE -Werror)
 endif()

@@ -55,7 +55,7 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < scenes; i++)
         tests[i] = (struct CMUnitTest){.name = agreement_scene_at(i)->name,
                                        .test_func = test_scene,
-                                       .initial_state = (void *)(uintptr_t)agreement_scene_at(i)};
+                                       .initial_state = (void *)(uintptr_t)agreement_scene_at(i)}; /* only read */
     tests[scenes] = (struct CMUnitTest)cmocka_unit_test(test_suspicions_are_as_few_as_chance_has_it);
     return _cmocka_run_group_tests("agreement", tests, scenes + 1, NULL, NULL);
 }

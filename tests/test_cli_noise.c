@@ -157,7 +157,8 @@ static void test_what_comes_out(void **state)
     double scale = 0.0;
     assert_int_equal(sscanf(strstr(r.output, "term of r.m.s. "), "term of r.m.s. %lf", &scale), 1);
     assert_picture(image, picture, scale);
-    const json_t *root = load_json(folder_of(state), "a.json"), *predict = json_object_get(root, "predict");
+    json_t *root = load_json(folder_of(state), "a.json");
+    const json_t *predict = json_object_get(root, "predict");
     assert_averages(json_object_get(root, "image"), image, (const uint32_t[]){0, 0, WIDTH, HEIGHT});
     assert_averages(json_object_get(root, "roi"), image, (const uint32_t[]){3, 4, 9, 8});
     assert_true(json_number(root, "iterations") == 40 && json_number(root, "light_paths") == 40 * 60 &&
@@ -178,7 +179,7 @@ static void test_what_comes_out(void **state)
     for (int t = 0; t < 3; t += 2)
         assert_near(terms[t].variance, json_number(json_object_get(second, "roi"), terms[t].variance),
                     json_number(json_object_get(root, "roi"), terms[t].variance) / 10, 1e-9);
-    json_decref((json_t *)root);
+    json_decref(root);
     ca_image_release(image);
     ca_image_release(picture);
 }

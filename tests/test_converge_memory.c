@@ -49,9 +49,9 @@ static const char scene_text[] =
     "</scene>\n";
 
 /* Runs the command in the folder; what it says goes to files there. */
-static int converge(const char *spp)
+static int converge(char *spp)
 {
-    char *const words[] = {"scene.xml", "-ipath", (char *)spp, "--threads=1", "-rref.exr", "-oout"};
+    char *const words[] = {"scene.xml", "-ipath", spp, "--threads=1", "-rref.exr", "-oout"};
     return ca_command_converge(sizeof words / sizeof words[0], words);
 }
 

@@ -187,7 +187,7 @@ static void test_time_and_noise_stop_the_render(void **state)
     print_message("    noise %.3f %% after %u passes, %.1f were needed; %.3g s, of which %.3g s were predicted\n",
                   statistics.noise_percent, (unsigned)statistics.iterations, needed, statistics.seconds,
                   statistics.first_predicted_seconds);
-    assert_true(statistics.iterations >= 8 && statistics.iterations <= needed * 1.1 + 2.0);
+    assert_true(statistics.iterations >= 8 && (double)statistics.iterations <= needed * 1.1 + 2.0);
     assert_true(statistics.first_predicted_seconds >= statistics.first_predicted_at &&
                 statistics.first_predicted_at > 0.0);
     /* the same figure, from the layers */

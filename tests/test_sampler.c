@@ -281,13 +281,14 @@ static void test_pairs_and_range(void **state)
         for (uint64_t i = 0; i < 3000; i++) {
             const uint64_t sequence = i % 3 == 0 ? CA_SEQUENCE_LIGHT : i * 7 % (WIDTH * HEIGHT);
             const ca_stream stream = ca_stream_start(&sampler, sequence, i * 1299709u << (i % 20));
+            const uint32_t further = i % 2 ? 300 : 0;
             for (uint32_t dimension = 0; dimension < 32; dimension += 2) {
-                const ca_vec2 pair = ca_sample_2d(&stream, dimension + 300 * (i % 2));
+                const ca_vec2 pair = ca_sample_2d(&stream, dimension + further);
                 assert_true(pair.x >= 0.0f && pair.x < 1.0f && pair.y >= 0.0f && pair.y < 1.0f);
                 assert_true(pair.x * 0x1p24f == floorf(pair.x * 0x1p24f));
                 assert_true(pair.y * 0x1p24f == floorf(pair.y * 0x1p24f));
-                assert_true(pair.x == ca_sample_1d(&stream, dimension + 300 * (i % 2)));
-                assert_true(pair.y == ca_sample_1d(&stream, dimension + 300 * (i % 2) + 1));
+                assert_true(pair.x == ca_sample_1d(&stream, dimension + further));
+                assert_true(pair.y == ca_sample_1d(&stream, dimension + further + 1));
             }
         }
     }

@@ -212,7 +212,7 @@ static void test_pixels_cover_the_sequence(void **state)
     for (uint32_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
         const uint32_t width = sizes[s][0], height = sizes[s][1];
         const ca_sampler sampler = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, width, height);
-        const uint32_t bits = sampler.pixels.sobol.bits, count = RUNS << (2 * bits);
+        const uint32_t bits = sampler.pixels.sobol.bits, count = (uint32_t)RUNS << (2 * bits);
         uint8_t *owners = calloc(count, 1);
         for (uint32_t pixel = 0; pixel < width * height; pixel++)
             for (uint64_t k = 0; k < RUNS; k++) owners[ca_stream_start(&sampler, pixel, k).index]++;

@@ -352,7 +352,7 @@ static void test_pairs(void **state)
     ca_splat_list lists[LISTS];
     make_lists(lists, 20000);
     for (int l = 0; l < LISTS; l++)
-        for (size_t i = 0; i < lists[l].count; i++) lists[l].items[i].light_path = (uint32_t)i % 40;
+        for (size_t i = 0; i < lists[l].count; i++) lists[l].items[i].light_path = i % 40 & 0x3ffff;
     for (int kind = 0; kind < KINDS; kind++)
         for (int stretch = 0; stretch < 3; stretch++) {
             const ca_filter filter = prepared(kind, 1.0f + 0.4f * (float)stretch);

@@ -253,7 +253,7 @@ static void test_splats(void **state)
         const ca_splat splat = {.film = {x, y},
                                 .value = {1.0f + ca_test_random_float(&random), 2.0f, 3.0f},
                                 .weight = t == 2 ? 0.5f : 0.125f,
-                                .light_vertices = t};
+                                .light_vertices = t & 0x3fff};
         assert_true(ca_splat_list_add(&lists[i % 3], &splat));
     }
     ca_splat_buffer one, many;

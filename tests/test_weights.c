@@ -107,7 +107,7 @@ static weight_sums render_weights(size_t k, const ca_scene *scene, const char *i
     settings.integrator = integrator;
     settings.samples_per_pixel = scenes[k].samples;
     settings.has_max_depth = true;
-    settings.max_depth = scenes[k].most - 1;
+    settings.max_depth = (int)(scenes[k].most - 1);
     settings.strategies_directory = folder;
     ca_image_release(render_scene(scene, &settings));
     for (int i = 0; i < 5; i++)

@@ -64,19 +64,17 @@ void ca_free_for_library(void *user, void *memory)
     ca_free(memory);
 }
 
-bool ca_array_reserve(void **array, size_t *capacity, size_t needed, size_t size)
+void *ca_array_grow(void *array, size_t *capacity, size_t needed, size_t size)
 {
-    if (needed <= *capacity) return true;
+    if (needed <= *capacity && array) return array;
     size_t grown = *capacity > SIZE_MAX / 2 ? needed : 2 * *capacity;
     if (grown < needed) grown = needed;
     if (grown < 8) grown = 8;
     size_t bytes;
-    if (!byte_count(grown, size, &bytes)) return false;
-    void *moved = realloc(*array, bytes);
-    if (!moved) return false;
-    *array = moved;
-    *capacity = grown;
-    return true;
+    if (!byte_count(grown, size, &bytes)) return NULL;
+    void *moved = realloc(array, bytes);
+    if (moved) *capacity = grown;
+    return moved;
 }
 
 /* An arena is a list of blocks, newest first; each is filled from its start. */

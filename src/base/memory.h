@@ -27,9 +27,13 @@ void ca_free(void *memory);
 void *ca_alloc_for_library(void *user, unsigned count, unsigned size);
 void ca_free_for_library(void *user, void *memory);
 
-/* Makes room for `needed` elements in a growing array (capacity at least doubles). false when out of memory; the
- * old array is then still valid. `*array` may start as NULL with capacity 0. */
-bool ca_array_reserve(void **array, size_t *capacity, size_t needed, size_t size);
+/* The array with room for `needed` elements: where it was, or moved with at least twice the capacity. NULL when out of
+ * memory; the old array and `*capacity` then stay as they were. An array starts as NULL with capacity 0. Used as
+ *
+ *     type *items = ca_array_grow(list->items, &list->capacity, list->count + 1, sizeof *items);
+ *     if (!items) return ...;
+ *     list->items = items; */
+void *ca_array_grow(void *array, size_t *capacity, size_t needed, size_t size);
 
 /* For tests: the allocation after `count` further ones fails, once; a negative count turns it off. */
 void ca_memory_fail_after(long count);

@@ -304,8 +304,9 @@ static ca_status complete_outputs(render_options *o, char *made[2], ca_error *er
     static const char *const extensions[2] = {".exr", ".png"};
     if (o->outputs.count > 0) return CA_OK;
     ca_text_list *list = &o->outputs;
-    if (!ca_array_reserve((void **)&list->items, &list->capacity, 2, sizeof *list->items))
-        return ca_fail_memory(error, "the command line");
+    const char **items = ca_array_grow(list->items, &list->capacity, 2, sizeof *items);
+    if (!items) return ca_fail_memory(error, "the command line");
+    list->items = items;
     for (int i = 0; i < 2; i++) {
         made[i] = ca_output_default(o->scene, extensions[i]);
         if (!made[i]) return ca_fail_memory(error, "the command line");

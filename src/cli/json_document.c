@@ -77,13 +77,16 @@ static void skip_string(place *p)
     p->at++;
 }
 
+/* jansson's iterators want an object that may change, and change nothing. */
+static json_t *for_iterator(const json_t *object) { return (json_t *)(uintptr_t)object; }
+
 static bool walk(place *p, const json_t *value);
 
-static bool walk_object(place *p, json_t *object)
+static bool walk_object(place *p, const json_t *object)
 {
     const char *key;
     json_t *value;
-    json_object_foreach(object, key, value) {
+    json_object_foreach(for_iterator(object), key, value) {
         const bool wanted = object == p->parent && p->key && strcmp(key, p->key) == 0;
         p->at++; /* { or , */
         skip_space(p);
@@ -117,7 +120,7 @@ static bool walk(place *p, const json_t *value)
     if (json_is_string(value)) {
         skip_string(p);
     } else if (json_is_object(value) || json_is_array(value)) {
-        if (json_is_object(value) ? walk_object(p, (json_t *)(uintptr_t)value) : walk_array(p, value)) return true;
+        if (json_is_object(value) ? walk_object(p, value) : walk_array(p, value)) return true;
         p->at += strcspn(p->at, "]}"); /* of an empty one there is space before the end */
         p->at++;
     } else {
@@ -224,7 +227,7 @@ ca_status ca_json_fill(const ca_json *document, const ca_json_value *object, con
         return ca_json_fail(document, object, NULL, error, "expected %s: an object { ... }", what);
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)(uintptr_t)object, key, value) {
+    json_object_foreach(for_iterator(object), key, value) {
         size_t i = 0;
         while (i < count && strcmp(fields[i].key, key) != 0) i++;
         if (i == count) return fail_unknown(document, object, key, what, fields, count, error);
@@ -254,8 +257,8 @@ ca_status ca_json_object_at(const ca_json *document, const ca_json_value *list, 
 ca_status ca_json_text_member(const ca_json *document, const ca_json_value *object, size_t index, const char **key,
                               const char **text, ca_error *error)
 {
-    void *member = json_object_iter((json_t *)(uintptr_t)object);
-    while (index-- > 0) member = json_object_iter_next((json_t *)(uintptr_t)object, member);
+    void *member = json_object_iter(for_iterator(object));
+    while (index-- > 0) member = json_object_iter_next(for_iterator(object), member);
     *key = json_object_iter_key(member);
     *text = json_string_value(json_object_iter_value(member));
     if (*text) return CA_OK;

@@ -35,16 +35,18 @@ static ca_status fail_unknown(const ca_option_table *table, const char *word, co
 
 static ca_status append_text(ca_text_list *list, const char *text, ca_error *error)
 {
-    if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items))
-        return ca_fail_memory(error, "the command line");
+    const char **items = ca_array_grow(list->items, &list->capacity, list->count + 1, sizeof *items);
+    if (!items) return ca_fail_memory(error, "the command line");
+    list->items = items;
     list->items[list->count++] = text;
     return CA_OK;
 }
 
 static ca_status append_rect(ca_rect_list *list, const char *text, ca_error *error)
 {
-    if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items))
-        return ca_fail_memory(error, "the command line");
+    uint32_t(*items)[4] = ca_array_grow(list->items, &list->capacity, list->count + 1, sizeof *items);
+    if (!items) return ca_fail_memory(error, "the command line");
+    list->items = items;
     CA_TRY(ca_value_rect(text, list->items[list->count], error));
     list->count++;
     return CA_OK;

@@ -175,9 +175,10 @@ static ca_status add_subject(const ca_json *document, const ca_json_value *objec
                                 "subject \"%.100s\" has taken part before, in %.400s; expected one session of each",
                                 added->subject, known->file);
     }
-    if (!ca_array_reserve((void **)&answers->subjects, &answers->subject_capacity, answers->subject_count + 1,
-                          sizeof *answers->subjects))
-        return ca_fail_memory(error, "the answers");
+    ca_study_subject *subjects =
+        ca_array_grow(answers->subjects, &answers->subject_capacity, answers->subject_count + 1, sizeof *subjects);
+    if (!subjects) return ca_fail_memory(error, "the answers");
+    answers->subjects = subjects;
     answers->subjects[answers->subject_count++] = *added;
     *taken = true;
     return CA_OK;

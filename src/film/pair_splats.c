@@ -48,8 +48,9 @@ ca_status ca_pair_splats_add(ca_pair_splats *splats, const ca_splat_list *lists,
     size_t more = 0, pixel;
     for (uint32_t l = 0; l < list_count; l++) more += lists[l].count;
     if (splats->count + more > UINT32_MAX) return ca_fail_memory(error, "more than 2^32 splats at a time");
-    if (!ca_array_reserve((void **)&splats->items, &splats->capacity, splats->count + more, sizeof *splats->items))
-        return ca_fail_memory(error, "the splats of light paths");
+    ca_pair_splat *items = ca_array_grow(splats->items, &splats->capacity, splats->count + more, sizeof *items);
+    if (!items) return ca_fail_memory(error, "the splats of light paths");
+    splats->items = items;
     for (uint32_t l = 0; l < list_count; l++)
         for (size_t i = 0; i < lists[l].count; i++) {
             const ca_splat *s = &lists[l].items[i];
@@ -65,8 +66,9 @@ ca_status ca_pair_splats_sort(ca_pair_splats *splats, ca_error *error)
 {
     const size_t pixels = (size_t)splats->width * splats->height;
     size_t pixel;
-    if (!ca_array_reserve((void **)&splats->sorted, &splats->sorted_capacity, splats->count, sizeof *splats->sorted))
-        return ca_fail_memory(error, "the splats of light paths");
+    ca_pair_splat *sorted = ca_array_grow(splats->sorted, &splats->sorted_capacity, splats->count, sizeof *sorted);
+    if (!sorted) return ca_fail_memory(error, "the splats of light paths");
+    splats->sorted = sorted;
     memset(splats->starts, 0, (pixels + 1) * sizeof *splats->starts);
     for (size_t i = 0; i < splats->count; i++)
         if (find_pixel(splats, splats->items[i].film, &pixel)) splats->starts[pixel + 1]++;

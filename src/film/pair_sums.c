@@ -240,11 +240,13 @@ static void keep_connection(ca_pair_sums *sums, double merged)
     const connection found = sums->connected;
     sums->connected = (connection){0};
     if (found.luminance == 0.0) return;
-    if (!ca_array_reserve((void **)&sums->connections, &sums->connection_capacity, sums->connection_count + 1,
-                          sizeof *sums->connections)) {
+    connection *connections = ca_array_grow(sums->connections, &sums->connection_capacity, sums->connection_count + 1,
+                                            sizeof *connections);
+    if (!connections) {
         sums->failed = true;
         return;
     }
+    sums->connections = connections;
     connection *c = &sums->connections[sums->connection_count++];
     *c = found;
     c->pair = current_pair(sums, c->light_path);

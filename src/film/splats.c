@@ -12,7 +12,9 @@ enum { BAND_ROWS = 16, AHEAD = 16 };
 bool ca_splat_list_add(ca_splat_list *list, const ca_splat *splat)
 {
     assert(isfinite(splat->film.x) && isfinite(splat->film.y) && splat->weight > 0.0f);
-    if (!ca_array_reserve((void **)&list->items, &list->capacity, list->count + 1, sizeof *list->items)) return false;
+    ca_splat *items = ca_array_grow(list->items, &list->capacity, list->count + 1, sizeof *items);
+    if (!items) return false;
+    list->items = items;
     list->items[list->count++] = *splat;
     return true;
 }
@@ -113,13 +115,14 @@ static void sort_list(void *user, uint32_t list, uint32_t worker)
 }
 
 /* Afterwards starts[] holds the ends. */
-static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel, ca_error *error)
+static ca_status sort_by_band(add_task *task, const ca_parallel *parallel, ca_error *error)
 {
     ca_splat_buffer *buffer = task->buffer;
     const size_t entries = (size_t)task->band_count * task->list_count;
-    if (!ca_array_reserve((void **)&buffer->starts, &buffer->starts_capacity, entries, sizeof *buffer->starts))
-        return ca_fail_memory(error, "the splats");
-    ca_parallel_for(parallel, task->list_count, count_list, (void *)(uintptr_t)task);
+    uint32_t *starts = ca_array_grow(buffer->starts, &buffer->starts_capacity, entries, sizeof *starts);
+    if (!starts) return ca_fail_memory(error, "the splats");
+    buffer->starts = starts;
+    ca_parallel_for(parallel, task->list_count, count_list, task);
     uint32_t total = 0;
     for (size_t i = 0; i < entries; i++) {
         const uint32_t count = buffer->starts[i];
@@ -127,9 +130,10 @@ static ca_status sort_by_band(const add_task *task, const ca_parallel *parallel,
         buffer->starts[i] = total;
         total += count;
     }
-    if (!ca_array_reserve((void **)&buffer->sorted, &buffer->sorted_capacity, total, sizeof *buffer->sorted))
-        return ca_fail_memory(error, "the splats");
-    ca_parallel_for(parallel, task->list_count, sort_list, (void *)(uintptr_t)task);
+    const ca_splat **sorted = ca_array_grow(buffer->sorted, &buffer->sorted_capacity, total, sizeof *sorted);
+    if (!sorted) return ca_fail_memory(error, "the splats");
+    buffer->sorted = sorted;
+    ca_parallel_for(parallel, task->list_count, sort_list, task);
     return CA_OK;
 }
 

@@ -94,7 +94,7 @@ static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
     }
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, 1);
-    rtcSetGeometryUserData(geometry, (void *)(uintptr_t)shape);
+    rtcSetGeometryUserData(geometry, (void *)(uintptr_t)shape); /* not const, but Embree only hands it back */
     rtcSetGeometryBoundsFunction(geometry, quadric_bounds, NULL);
     rtcSetGeometryIntersectFunction(geometry, quadric_intersect);
     rtcSetGeometryOccludedFunction(geometry, quadric_occluded);

@@ -55,11 +55,10 @@ ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t compon
     assert(components >= 1 && components <= 4 && !ca_mesh_find_attribute(mesh, name));
     const size_t name_size = strlen(name) + 1;
     size_t capacity = mesh->attribute_count;
-    void *attributes = mesh->attributes;
-    const bool reserved =
-        ca_array_reserve(&attributes, &capacity, (size_t)mesh->attribute_count + 1, sizeof *mesh->attributes);
+    ca_mesh_attribute *attributes =
+        ca_array_grow(mesh->attributes, &capacity, (size_t)mesh->attribute_count + 1, sizeof *attributes);
+    if (!attributes) return ca_fail_memory(error, "mesh attribute");
     mesh->attributes = attributes;
-    if (!reserved) return ca_fail_memory(error, "mesh attribute");
 
     ca_mesh_attribute attribute = {.components = components, .per_face = per_face};
     attribute.name = ca_alloc(name_size, 1);

@@ -25,13 +25,12 @@ void ca_layers_destroy(ca_image_layers *layers)
 ca_status ca_layers_add(ca_image_layers *layers, const char *name, float **data, ca_error *error)
 {
     assert(!ca_layers_find(layers, name));
-    void *channels = layers->channels;
-    const bool reserved = ca_array_reserve(&channels, &layers->channel_capacity, layers->channel_count + 1,
-                                           sizeof *layers->channels);
-    layers->channels = channels;
+    ca_channel *channels =
+        ca_array_grow(layers->channels, &layers->channel_capacity, layers->channel_count + 1, sizeof *channels);
+    if (channels) layers->channels = channels;
     const ca_channel channel = {
-        .name = reserved ? ca_arena_strdup(&layers->names, name) : NULL,
-        .data = reserved ? ca_alloc_zeroed((size_t)layers->width * layers->height, sizeof(float)) : NULL,
+        .name = channels ? ca_arena_strdup(&layers->names, name) : NULL,
+        .data = channels ? ca_alloc_zeroed((size_t)layers->width * layers->height, sizeof(float)) : NULL,
     };
     if (!channel.name || !channel.data) {
         ca_free(channel.data);
@@ -66,11 +65,11 @@ static ca_attribute *attribute_at(ca_image_layers *layers, const char *name)
 {
     ca_attribute *there = find_attribute(layers, name);
     if (there) return there;
-    void *attributes = layers->attributes;
-    const bool reserved = ca_array_reserve(&attributes, &layers->attribute_capacity, layers->attribute_count + 1,
-                                           sizeof *layers->attributes);
+    ca_attribute *attributes = ca_array_grow(layers->attributes, &layers->attribute_capacity,
+                                             layers->attribute_count + 1, sizeof *attributes);
+    if (!attributes) return NULL;
     layers->attributes = attributes;
-    const char *copy = reserved ? ca_arena_strdup(&layers->names, name) : NULL;
+    const char *copy = ca_arena_strdup(&layers->names, name);
     if (!copy) return NULL;
     ca_attribute *attribute = &layers->attributes[layers->attribute_count++];
     *attribute = (ca_attribute){.name = copy};

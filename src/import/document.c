@@ -47,8 +47,9 @@ static ca_status read_tree(expander *x, const char *path, const char *text, size
 static ca_status add_id(expander *x, const char *id, ca_xml_node *node)
 {
     ca_document *d = x->document;
-    if (!ca_array_reserve((void **)&d->ids, &d->id_capacity, d->id_count + 1, sizeof *d->ids))
-        return ca_fail_memory(x->error, "the scene's ids");
+    ca_document_id *ids = ca_array_grow(d->ids, &d->id_capacity, d->id_count + 1, sizeof *ids);
+    if (!ids) return ca_fail_memory(x->error, "the scene's ids");
+    d->ids = ids;
     d->ids[d->id_count++] = (ca_document_id){.id = id, .node = node};
     return CA_OK;
 }
@@ -59,9 +60,9 @@ static ca_status add_folder(expander *x, const ca_xml_node *node)
     const char *value = ca_xml_attribute_value(node, "value");
     const char *folder = ca_document_resolve(d, node->where.file, value);
     char *with_slash = folder ? ca_arena_alloc(&d->arena, strlen(folder) + 2, 1) : NULL;
-    if (!with_slash ||
-        !ca_array_reserve((void **)&d->folders, &d->folder_capacity, d->folder_count + 1, sizeof *d->folders))
-        return ca_fail_memory(x->error, "a path");
+    const char **folders = ca_array_grow(d->folders, &d->folder_capacity, d->folder_count + 1, sizeof *folders);
+    if (folders) d->folders = folders;
+    if (!with_slash || !folders) return ca_fail_memory(x->error, "a path");
     struct stat info;
     if (stat(folder, &info) != 0 || !S_ISDIR(info.st_mode))
         return ca_fail(x->error, CA_ERROR_SCENE, &node->where, "<path>: there is no folder \"%s\"", folder);

@@ -48,10 +48,9 @@ static void destroy_reader(obj_reader *reader)
 
 static bool append(float_list *list, const float *values, size_t count)
 {
-    void *array = list->values;
-    const bool reserved = ca_array_reserve(&array, &list->capacity, list->count + count, sizeof *list->values);
-    list->values = array;
-    if (!reserved) return false;
+    float *grown = ca_array_grow(list->values, &list->capacity, list->count + count, sizeof *grown);
+    if (!grown) return false;
+    list->values = grown;
     memcpy(list->values + list->count, values, count * sizeof *values);
     list->count += count;
     return true;
@@ -198,11 +197,11 @@ static bool vertex_of(obj_reader *reader, const obj_corner *corner, uint32_t *ve
     if (!grow_table(reader)) return false;
     uint32_t *place = table_place(reader, corner);
     if (*place == CA_NONE) {
-        void *corners = reader->corners;
-        const bool reserved =
-            ca_array_reserve(&corners, &reader->corner_capacity, reader->corner_count + 1, sizeof *reader->corners);
+        obj_corner *corners =
+            ca_array_grow(reader->corners, &reader->corner_capacity, reader->corner_count + 1, sizeof *corners);
+        if (!corners) return false;
         reader->corners = corners;
-        if (!reserved || reader->corner_count >= CA_NONE) return false;
+        if (reader->corner_count >= CA_NONE) return false;
         reader->corners[reader->corner_count] = *corner;
         *place = (uint32_t)reader->corner_count++;
     }
@@ -212,11 +211,10 @@ static bool vertex_of(obj_reader *reader, const obj_corner *corner, uint32_t *ve
 
 static bool add_triangle(obj_reader *reader, uint32_t a, uint32_t b, uint32_t c)
 {
-    void *indices = reader->indices;
-    const bool reserved =
-        ca_array_reserve(&indices, &reader->index_capacity, reader->index_count + 3, sizeof *reader->indices);
+    uint32_t *indices =
+        ca_array_grow(reader->indices, &reader->index_capacity, reader->index_count + 3, sizeof *indices);
+    if (!indices) return false;
     reader->indices = indices;
-    if (!reserved) return false;
     uint32_t *corners = reader->indices + reader->index_count;
     corners[0] = a;
     corners[1] = b;

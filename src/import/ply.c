@@ -292,11 +292,10 @@ static ca_status read_polygon(ply_reader *reader, const ca_ply_element *element,
     size_t length;
     CA_TRY(next_length(reader, element, row, property, &length, error));
     if (length < 3) return fail_data(reader, element, row, "a face of at least three corners", error);
-    void *indices = reader->indices;
-    const bool reserved = ca_array_reserve(&indices, &reader->index_capacity, reader->index_count + 3 * (length - 2),
-                                           sizeof *reader->indices);
+    uint32_t *indices = ca_array_grow(reader->indices, &reader->index_capacity,
+                                      reader->index_count + 3 * (length - 2), sizeof *indices);
+    if (!indices) return ca_fail_memory(error, reader->scan.where.file);
     reader->indices = indices;
-    if (!reserved) return ca_fail_memory(error, reader->scan.where.file);
     uint32_t first = 0, last = 0;
     for (size_t i = 0; i < length; ++i) {
         double value;

@@ -102,11 +102,10 @@ static ca_status read_format(ca_text_scan *scan, ca_ply_format *format, ca_error
 
 static ca_status read_element(ca_text_scan *scan, const word *keyword, ca_ply_header *header, ca_error *error)
 {
-    void *elements = header->elements;
-    const bool reserved =
-        ca_array_reserve(&elements, &header->element_capacity, header->element_count + 1, sizeof *header->elements);
+    ca_ply_element *elements =
+        ca_array_grow(header->elements, &header->element_capacity, header->element_count + 1, sizeof *elements);
+    if (!elements) return ca_fail_memory(error, scan->where.file);
     header->elements = elements;
-    if (!reserved) return ca_fail_memory(error, scan->where.file);
     ca_ply_element element = {.where = keyword->where};
     CA_TRY(read_name(scan, &header->names, &element.name, error));
     for (size_t i = 0; i < header->element_count; ++i)
@@ -126,11 +125,10 @@ static ca_status read_property(ca_text_scan *scan, const word *keyword, ca_ply_h
 {
     if (header->element_count == 0) return fail_expected(keyword, "an element before its properties", error);
     ca_ply_element *element = &header->elements[header->element_count - 1];
-    void *properties = element->properties;
-    const bool reserved = ca_array_reserve(&properties, &element->property_capacity, element->property_count + 1,
-                                           sizeof *element->properties);
+    ca_ply_property *properties = ca_array_grow(element->properties, &element->property_capacity,
+                                                element->property_count + 1, sizeof *properties);
+    if (!properties) return ca_fail_memory(error, scan->where.file);
     element->properties = properties;
-    if (!reserved) return ca_fail_memory(error, scan->where.file);
 
     ca_ply_property property = {.where = keyword->where, .scale = 1.0f};
     const word type = next_word(scan);

@@ -1,6 +1,7 @@
 /* Mitsuba's .serialized meshes, versions 3 and 4, little endian: for each mesh a short header (0x041C, version) and a
  * zlib stream with flags, name (version 4), counts and arrays; at the end of the file the offset of each mesh (4
  * bytes each in version 3, 8 in version 4) and their number. Source: Mitsuba 3, src/shapes/serialized.cpp. */
+#define ZLIB_CONST /* what zlib reads is const */
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
@@ -41,7 +42,7 @@ static void refill(mesh_stream *stream)
     enum { PIECE = 1 << 30 };
     if (stream->zlib.avail_in > 0) return;
     stream->zlib.avail_in = (uInt)(stream->source_bytes < PIECE ? stream->source_bytes : PIECE);
-    stream->zlib.next_in = (z_const Bytef *)stream->source;
+    stream->zlib.next_in = stream->source;
     stream->source += stream->zlib.avail_in;
     stream->source_bytes -= stream->zlib.avail_in;
 }

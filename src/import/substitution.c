@@ -93,7 +93,9 @@ typedef struct text_buffer {
 static bool append(text_buffer *buffer, const char *text, size_t length)
 {
     if (length > CA_DOCUMENT_MAX_VALUE - buffer->length) return false;
-    if (!ca_array_reserve((void **)&buffer->text, &buffer->capacity, buffer->length + length + 1, 1)) return false;
+    char *grown = ca_array_grow(buffer->text, &buffer->capacity, buffer->length + length + 1, 1);
+    if (!grown) return false;
+    buffer->text = grown;
     memcpy(buffer->text + buffer->length, text, length);
     buffer->length += length;
     buffer->text[buffer->length] = '\0';

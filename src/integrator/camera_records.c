@@ -45,11 +45,13 @@ static void keep_vertex(ca_camera_walk *walk)
     ca_camera_task *task = record->task;
     const bool dirac = met_dirac(walk);
     if (!q->direct_photons && ca_qmcppm_shows(q, dirac)) ca_next_event_now(walk, false);
-    if (!ca_array_reserve((void **)&task->vertices, &task->vertex_capacity, task->vertex_count + 1,
-                          sizeof *task->vertices)) {
+    ca_gather_vertex *vertices =
+        ca_array_grow(task->vertices, &task->vertex_capacity, task->vertex_count + 1, sizeof *vertices);
+    if (!vertices) {
         task->failed = true;
         return;
     }
+    task->vertices = vertices;
     task->vertices[task->vertex_count++] =
         (ca_gather_vertex){.point = ca_vertex_point(&walk->walk.last),
                            .wi = walk->walk.last.wi,
@@ -65,11 +67,13 @@ static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_ca
     record->densities = (uint32_t)task->density_count;
     if (!q->weighted || record->count == 0) return;
     const uint32_t count = walk->walk.vertex + 1;
-    if (!ca_array_reserve((void **)&task->densities, &task->density_capacity, task->density_count + count,
-                          sizeof *task->densities)) {
+    ca_path_vertex *densities =
+        ca_array_grow(task->densities, &task->density_capacity, task->density_count + count, sizeof *densities);
+    if (!densities) {
         task->failed = true;
         return;
     }
+    task->densities = densities;
     memcpy(&task->densities[task->density_count], walk->walk.densities, count * sizeof *task->densities);
     task->density_count += count;
 }
@@ -121,15 +125,24 @@ static void trace_task(void *user, uint32_t index, uint32_t worker)
 
 static size_t task_count(uint64_t paths) { return (size_t)((paths + CA_CAMERA_TASK - 1) / CA_CAMERA_TASK); }
 
+static bool make_room(ca_camera_records *records, uint64_t count, size_t tasks)
+{
+    ca_camera_record *grown = ca_array_grow(records->records, &records->record_capacity, count, sizeof *grown);
+    if (!grown) return false;
+    records->records = grown;
+    ca_camera_task *grown_tasks = ca_array_grow(records->tasks, &records->task_capacity, tasks, sizeof *grown_tasks);
+    if (!grown_tasks) return false;
+    records->tasks = grown_tasks;
+    return true;
+}
+
 /* Room for `count` records and their tasks, and the tasks [first_task, ...) of them traced. */
 static ca_status trace_tasks(ca_qmcppm *q, uint32_t first_task, uint64_t count, const ca_parallel *parallel,
                              ca_worker *workers, ca_error *error)
 {
     ca_camera_records *records = &q->camera;
     const size_t tasks = task_count(count);
-    if (!ca_array_reserve((void **)&records->records, &records->record_capacity, count, sizeof *records->records) ||
-        !ca_array_reserve((void **)&records->tasks, &records->task_capacity, tasks, sizeof *records->tasks))
-        return ca_fail_memory(error, "the camera paths");
+    if (!make_room(records, count, tasks)) return ca_fail_memory(error, "the camera paths");
     for (; records->task_count < tasks; records->task_count++)
         records->tasks[records->task_count] = (ca_camera_task){0};
     records->count = count;

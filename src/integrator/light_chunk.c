@@ -24,10 +24,10 @@ static void trace_block(void *user, uint32_t index, uint32_t worker)
 }
 
 /* Traces so many blocks of light paths into the store, and counts their photons. */
-static ca_status trace_blocks(const block_task *task, uint32_t count, const ca_parallel *parallel, ca_error *error)
+static ca_status trace_blocks(block_task *task, uint32_t count, const ca_parallel *parallel, ca_error *error)
 {
     ca_bidirectional *b = task->b;
-    ca_parallel_for(parallel, count, trace_block, (void *)task);
+    ca_parallel_for(parallel, count, trace_block, task);
     for (uint32_t i = 0; i < count; i++)
         b->photons_now += b->blocks[(task->first_block + i) % (CA_CHUNK_PATHS / CA_BLOCK_PATHS)].photons;
     return ca_light_store_check(&b->store, error);
@@ -60,7 +60,7 @@ ca_status ca_light_paths_prepare(ca_bidirectional *b, uint64_t number, uint32_t 
     clear(b, count);
     for (uint32_t c = 0; c < b->chunks_now; c++) {
         const uint32_t first = c * (uint32_t)CA_CHUNK_PATHS, paths = ca_min_u32(CA_CHUNK_PATHS, count - first);
-        const block_task task = {b, workers, number, first / CA_BLOCK_PATHS};
+        block_task task = {b, workers, number, first / CA_BLOCK_PATHS};
         ca_light_store_begin_chunk(&b->store, c);
         CA_TRY(trace_blocks(&task, ca_light_block_count(paths), parallel, error));
         if (b->rules.splat)
@@ -107,7 +107,7 @@ ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **gri
                          const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {
     const bool splat = b->rules.splat;
-    const block_task task = {.b = b, .workers = workers, .first_number = CA_PILOT_NUMBER};
+    block_task task = {.b = b, .workers = workers, .first_number = CA_PILOT_NUMBER};
     clear(b, ca_min_u32(CA_CHUNK_PATHS, b->light_paths));
     b->rules.splat = false;
     ca_status status = trace_blocks(&task, ca_light_block_count(b->paths_now), parallel, error);

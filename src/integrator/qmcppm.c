@@ -264,8 +264,9 @@ static ca_status fill_camera(const block_job *job, uint64_t start, uint64_t *cou
 
 static ca_status keep_start(ca_block_starts *starts, uint64_t start, ca_error *error)
 {
-    if (!ca_array_reserve((void **)&starts->starts, &starts->capacity, starts->known + 1, sizeof *starts->starts))
-        return ca_fail_memory(error, "the blocks");
+    uint64_t *known = ca_array_grow(starts->starts, &starts->capacity, starts->known + 1, sizeof *known);
+    if (!known) return ca_fail_memory(error, "the blocks");
+    starts->starts = known;
     starts->starts[starts->known++] = start;
     return CA_OK;
 }

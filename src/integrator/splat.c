@@ -53,11 +53,9 @@ static bool ask(const ca_bidirectional *b, ca_light_walk *walk, lens_join *join)
 static bool keep(ca_bidirectional_scratch *scratch, const ca_splat *record, ca_light_walk *walk)
 {
     const uint32_t number = (uint32_t)scratch->splats.count;
-    void *next = scratch->splat_next;
-    const bool fits =
-        ca_array_reserve(&next, &scratch->splat_next_capacity, number + 1u, sizeof *scratch->splat_next);
-    scratch->splat_next = next;
-    if (!fits || !ca_splat_list_add(&scratch->splats, record)) return false;
+    uint32_t *next = ca_array_grow(scratch->splat_next, &scratch->splat_next_capacity, number + 1u, sizeof *next);
+    if (next) scratch->splat_next = next;
+    if (!next || !ca_splat_list_add(&scratch->splats, record)) return false;
     scratch->splat_next[number] = CA_NONE;
     if (walk->first_splat == CA_NONE)
         walk->first_splat = number;

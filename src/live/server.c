@@ -65,10 +65,15 @@ static enum MHD_Result answer(struct MHD_Connection *connection, unsigned status
     return result;
 }
 
+/* libmicrohttpd's buffers are not const, but of those that it does not free it only reads. */
+static struct MHD_Response *new_response(const void *bytes, size_t size, enum MHD_ResponseMemoryMode mode)
+{
+    return MHD_create_response_from_buffer(size, (void *)(uintptr_t)bytes, mode);
+}
+
 static enum MHD_Result answer_text(struct MHD_Connection *connection, unsigned status, const char *text)
 {
-    return answer(connection, status,
-                  MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text, MHD_RESPMEM_MUST_COPY),
+    return answer(connection, status, new_response(text, strlen(text), MHD_RESPMEM_MUST_COPY),
                   "text/plain; charset=utf-8");
 }
 
@@ -84,9 +89,7 @@ static enum MHD_Result refuse(struct MHD_Connection *connection, int status)
 static enum MHD_Result answer_file(struct MHD_Connection *connection, const char *name, const char *type)
 {
     const ca_page_file *file = ca_page_file_named(name);
-    return answer(connection, MHD_HTTP_OK,
-                  MHD_create_response_from_buffer(file->size, (void *)(uintptr_t)file->data, MHD_RESPMEM_PERSISTENT),
-                  type);
+    return answer(connection, MHD_HTTP_OK, new_response(file->data, file->size, MHD_RESPMEM_PERSISTENT), type);
 }
 
 /* What `write` puts into a buffer. */

@@ -168,8 +168,10 @@ static bool make_room(ca_tev *tev)
 {
     const size_t bands = (tev->height + rows_of_a_band(tev) - 1) / rows_of_a_band(tev);
     const size_t around = HEADER_BYTES + strlen(tev->name) + 1 + 100; /* the numbers and names before the values */
-    return ca_array_reserve((void **)&tev->bytes, &tev->capacity,
-                            CHANNELS * sizeof(float) * tev->width * tev->height + (bands + 1) * around, 1);
+    unsigned char *bytes = ca_array_grow(
+        tev->bytes, &tev->capacity, CHANNELS * sizeof(float) * tev->width * tev->height + (bands + 1) * around, 1);
+    if (bytes) tev->bytes = bytes;
+    return bytes != NULL;
 }
 
 void ca_tev_show(ca_tev *tev, const ca_live_snapshot *picture)

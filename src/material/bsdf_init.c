@@ -134,7 +134,7 @@ static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
     case CA_BXDF_PLASTIC: init_plastic(bxdf, &leaf->as.plastic, at); break;
     case CA_BXDF_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
     case CA_BXDF_PRINCIPLED: init_principled(bxdf, leaf, at); break;
-    case CA_BXDF_KIND_COUNT: assert(!"a material that is no leaf");
+    case CA_BXDF_KIND_COUNT: assert(false && "a material that is no leaf");
     }
 }
 
@@ -263,7 +263,7 @@ static bool descend(tree_walk *walk, tree_branch *branch)
     case CA_MATERIAL_NULL: add_null(walk->bsdf, branch->weight); return false;
     default: break;
     }
-    assert(!"unknown kind of material");
+    assert(false && "unknown kind of material");
     return false;
 }
 

@@ -13,7 +13,7 @@ uint32_t ca_bxdf_scatter(const ca_bxdf *bxdf)
         CA_BXDF_MODELS(SCATTER)
     case CA_BXDF_KIND_COUNT: break;
     }
-    assert(!"unknown kind of BSDF");
+    assert(false && "unknown kind of BSDF");
     return 0;
 }
 
@@ -25,7 +25,7 @@ ca_bxdf_value ca_bxdf_eval(const ca_bxdf *bxdf, ca_vec3 wi_local, ca_vec3 wo_loc
         CA_BXDF_MODELS(EVAL)
     case CA_BXDF_KIND_COUNT: break;
     }
-    assert(!"unknown kind of BSDF");
+    assert(false && "unknown kind of BSDF");
     return ca_bxdf_value_zero();
 }
 
@@ -38,7 +38,7 @@ bool ca_bxdf_sample_direction(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lob
         CA_BXDF_MODELS(SAMPLE)
     case CA_BXDF_KIND_COUNT: break;
     }
-    assert(!"unknown kind of BSDF");
+    assert(false && "unknown kind of BSDF");
     return false;
 }
 
@@ -50,6 +50,6 @@ ca_rgb ca_bxdf_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
         CA_BXDF_MODELS(ALBEDO)
     case CA_BXDF_KIND_COUNT: break;
     }
-    assert(!"unknown kind of BSDF");
+    assert(false && "unknown kind of BSDF");
     return ca_rgb_grey(0.0f);
 }

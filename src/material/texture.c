@@ -164,7 +164,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
     case CA_TEXTURE_KIND_COUNT: break;
     }
-    assert(!"a texture of no kind");
+    assert(false && "a texture of no kind");
     return (ca_rgb){0.0f, 0.0f, 0.0f};
 }
 

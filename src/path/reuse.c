@@ -209,6 +209,6 @@ void ca_reuse_fill(const ca_reuse_rules *rules, const ca_mis_path *path, bool ca
         return;
     case CA_REUSE_FOOTPRINT: fill_footprint(rules, path, camera, light); return;
     case CA_REUSE_CORRELATION: fill_correlation(rules, path, camera_last, light_last, camera, light); return;
-    case CA_REUSE_KIND_COUNT: assert(!"unknown reuse rule");
+    case CA_REUSE_KIND_COUNT: assert(false && "unknown reuse rule");
     }
 }

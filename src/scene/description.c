@@ -1,12 +1,18 @@
 #include "scene/description.h"
 
-bool ca_table_add(void **items, size_t *count, size_t *capacity, size_t size)
+#include <string.h>
+
+void *ca_table_room(void *items, size_t count, size_t *capacity, size_t size)
+{
+    void *grown = ca_array_grow(items, capacity, count + 1, size);
+    return grown ? grown : items;
+}
+
+bool ca_table_append(void *items, size_t *count, size_t capacity, size_t size)
 {
     /* Indices are 32 bits, and UINT32_MAX is CA_NONE. */
-    if (*count >= UINT32_MAX - 1) return false;
-    if (!ca_array_reserve(items, capacity, *count + 1, size)) return false;
-    unsigned char *added = (unsigned char *)*items + *count * size;
-    for (size_t i = 0; i < size; i++) added[i] = 0;
+    if (*count == capacity || *count >= UINT32_MAX - 1) return false;
+    memset((unsigned char *)items + *count * size, 0, size);
     ++*count;
     return true;
 }

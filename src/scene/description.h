@@ -22,8 +22,11 @@
 
 /* Appends a zeroed element; false when out of memory. The new element is table.items[table.count - 1]. */
 #define CA_TABLE_ADD(table)                                                                                          \
-    ca_table_add((void **)&(table)->items, &(table)->count, &(table)->capacity, sizeof *(table)->items)
-bool ca_table_add(void **items, size_t *count, size_t *capacity, size_t size);
+    ((table)->items = ca_table_room((table)->items, (table)->count, &(table)->capacity, sizeof *(table)->items),     \
+     ca_table_append((table)->items, &(table)->count, (table)->capacity, sizeof *(table)->items))
+/* Its two steps: `items` with room for one more, as they were when out of memory; the new element, where there is room. */
+void *ca_table_room(void *items, size_t count, size_t *capacity, size_t size);
+bool ca_table_append(void *items, size_t *count, size_t capacity, size_t size);
 
 typedef struct ca_material_desc {
     ca_material material;

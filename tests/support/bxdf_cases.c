@@ -98,7 +98,8 @@ static void add_rough_plastic(ca_bxdf_cases *list, ca_microfacet_kind kind, floa
                                        .specular_weight = 0.6f,
                                        .nonlinear = nonlinear,
                                        .facets = ca_microfacet_make(kind, alpha, alpha, !nonlinear),
-                                       .transmittance = table}});
+                                       .transmittance = table}})
+        ->table = table;
 }
 
 /* The principled model invents light at grazing angles where base, sheen and coat add up: only those sets are
@@ -180,11 +181,7 @@ ca_bxdf_cases ca_bxdf_cases_create(void)
 
 void ca_bxdf_cases_destroy(ca_bxdf_cases *list)
 {
-    for (uint32_t i = 0; i < list->count; ++i) {
-        ca_bxdf *bxdf = &list->cases[i].bxdf;
-        if (bxdf->kind != CA_BXDF_ROUGH_PLASTIC) continue;
-        ca_rough_transmittance_destroy((ca_rough_transmittance *)bxdf->as.rough_plastic.transmittance);
-    }
+    for (uint32_t i = 0; i < list->count; ++i) ca_rough_transmittance_destroy(list->cases[i].table);
     free(list->cases);
     *list = (ca_bxdf_cases){.count = 0};
 }

@@ -11,6 +11,7 @@
 typedef struct ca_bxdf_case {
     char name[80];
     ca_bxdf bxdf;
+    struct ca_rough_transmittance *table; /* of a rough plastic, else NULL */
     bool two_sided;   /* scatters light that comes from below, too */
     bool lossless;    /* gives back all light, to rounding */
     bool is_physical; /* never gives back more than it gets */

@@ -47,7 +47,7 @@ static void redirect(const char *file, int target)
 
 pid_t ca_program_start(const ca_program *program, const char *const words[], int error_descriptor)
 {
-    char *arguments[WORD_LIMIT + 2] = {(char *)(uintptr_t)program->path};
+    char *arguments[WORD_LIMIT + 2] = {(char *)(uintptr_t)program->path}; /* exec wants no const, and only reads */
     int count = 1;
     for (; words[count - 1] && count <= WORD_LIMIT; count++) arguments[count] = (char *)(uintptr_t)words[count - 1];
     const pid_t process = fork();
