@@ -221,22 +221,15 @@ static void arrive_all(walk_list *list)
     list->count = kept;
 }
 
-/* What takes the place of gathering, where somebody wants that. */
-static void call_hooks(const walk_list *list)
-{
-    for (uint32_t i = 0; i < list->count; i++)
-        if (ca_vertex_is_smooth(&list->walks[i]->walk.last)) list->walks[i]->hooks->at_vertex(list->walks[i]);
-}
-
-/* Asks the lights and joins the last vertices with all that light paths offer. */
+/* Asks the lights and joins the last vertices with all that light paths offer, or what takes the place of that. */
 static void gather_all(const walk_list *list)
 {
     const ca_bidirectional *b = list->walks[0]->b;
     if (list->walks[0]->hooks) {
-        call_hooks(list);
+        list->walks[0]->hooks->at_vertices(list->walks, list->count);
         return;
     }
-    if (b->rules.next_event && gathers_own_light(b)) ca_next_events(list->walks, list->count);
+    if (b->rules.next_event && gathers_own_light(b)) ca_next_events(list->walks, list->count, true);
     if (b->rules.connect) ca_connect_all(list->walks, list->count);
     if (ca_bidirectional_merges(b)) ca_merge_all(list->walks, list->count);
 }
