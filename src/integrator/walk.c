@@ -62,8 +62,8 @@ static void load_matte(const ca_walk *walk, matte8 *m, int lane)
     m->u[lane] = u.x, m->v[lane] = u.y;
 }
 
-/* sample_diffuse of material/bsdf.c once the direction is drawn, where ng is the shading normal, too: cos_local is the
- * cosine as it was drawn, cos_out that with the normal in front. false where no light goes there. */
+/* sample_diffuse of material/bsdf.c once the direction is drawn, where ng is the shading normal, too: cos_local is
+ * the cosine as it was drawn, cos_out that with the normal in front. false where no light goes there. */
 static bool finish_matte(const ca_vertex *v, float cos_local, float cos_out, ca_from from, ca_bsdf_sample *sample)
 {
     const float cos_i = ca_dot(v->ng, v->wi) * v->side;
