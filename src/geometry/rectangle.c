@@ -21,11 +21,15 @@ static bool fits(const ca_triangle t[2], int k0, int k1, ca_rectangle *rectangle
     *rectangle = (ca_rectangle){.exists = true,
                                 .right_angle = {(uint8_t)k0, (uint8_t)k1},
                                 .corner = corner,
+                                .end_x = end_x,
+                                .end_y = end_y,
                                 .x = ca_mul(x, 1.0f / width),
                                 .y = ca_mul(y, 1.0f / height),
                                 .width = width,
                                 .height = height};
-    rectangle->n = ca_normalize(ca_cross(rectangle->x, rectangle->y));
+    rectangle->n = ca_normalize(ca_cross(x, y));
+    const float rounding = CA_GAMMA(4) * ca_max3(ca_max_vec3(ca_abs3(corner), ca_abs3(t[1].p[k1])));
+    rectangle->is_plain = same_point(t[1].p[k1], ca_add(end_x, y), rounding);
     rectangle->center = ca_mul(ca_add(end_x, end_y), 0.5f);
     rectangle->half_diagonal = 0.5f * ca_length(ca_sub(end_x, end_y));
     /* The solid angle is under width height / distance^2 for the distance of the nearest point; a little more is
@@ -42,6 +46,7 @@ ca_rectangle ca_rectangle_from_mesh(const ca_mesh *mesh)
     const ca_triangle t[2] = {ca_triangle_load(mesh, 0), ca_triangle_load(mesh, 1)};
     for (int k = 0; k < 9; k++)
         if (fits(t, k / 3, k % 3, &rectangle)) break;
+    rectangle.is_plain = rectangle.is_plain && !mesh->normals;
     return rectangle;
 }
 
@@ -49,13 +54,12 @@ uint32_t ca_rectangle_triangle(const ca_rectangle *rectangle, ca_vec2 st, ca_vec
 {
     const uint32_t triangle = st.x + st.y > 1.0f;
     const float along_x = triangle ? 1.0f - st.y : st.x, along_y = triangle ? 1.0f - st.x : st.y;
-    float weight[3];
     const uint32_t k = rectangle->right_angle[triangle];
-    /* The second triangle comes to the end of y first, whose weight is what s leaves. */
-    weight[k] = ca_max(1.0f - along_x - along_y, 0.0f);
-    weight[(k + 1) % 3] = triangle ? along_y : along_x;
-    weight[(k + 2) % 3] = triangle ? along_x : along_y;
-    *barycentric = (ca_vec2){weight[1], weight[2]};
+    /* Weights of the right angle's corner and the two behind it. The second triangle comes to the end of y first,
+     * whose weight is what s leaves. */
+    const float at = ca_max(1.0f - along_x - along_y, 0.0f);
+    const float next = triangle ? along_y : along_x, last = triangle ? along_x : along_y;
+    *barycentric = k == 0 ? (ca_vec2){next, last} : k == 1 ? (ca_vec2){at, next} : (ca_vec2){last, at};
     return triangle;
 }
 

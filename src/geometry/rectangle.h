@@ -19,8 +19,10 @@
 
 typedef struct ca_rectangle {
     bool exists;
+    bool is_plain;          /* no vertex normals, and its corners are a parallelogram's but for their rounding */
     uint8_t right_angle[2]; /* which corner of triangle 0 and of triangle 1 is not on the diagonal */
-    ca_vec3 corner;         /* that of triangle 0 */
+    ca_vec3 corner;         /* that of triangle 0; likewise its others: */
+    ca_vec3 end_x, end_y;
     ca_vec3 x, y, n;        /* unit, from `corner` along both sides, and x cross y */
     float width, height;    /* along x and y */
     ca_vec3 center;
@@ -28,11 +30,22 @@ typedef struct ca_rectangle {
     float large_distance2;  /* from the centre: seen from farther away it is sampled by area */
 } ca_rectangle;
 
+/* Bound on the rounding of each coordinate of a plain rectangle's point, over that of a triangle's points with the
+ * same corners: the weights of the corners may add up to 3 and the fourth corner has a rounding of its own. */
+#define CA_RECTANGLE_ERROR 4.0f
+
 /* Does not exist where the mesh is anything else, or misses being one by more than 1e-5 of its sides. */
 ca_rectangle ca_rectangle_from_mesh(const ca_mesh *mesh);
 
 /* The triangle and its barycentric coordinates (of corners 1 and 2) at (s, t) in [0, 1]^2 along x and y. */
 uint32_t ca_rectangle_triangle(const ca_rectangle *rectangle, ca_vec2 st, ca_vec2 *barycentric);
+
+/* The point of a plain rectangle at (s, t), for a light's sample by area. */
+static inline ca_vec3 ca_rectangle_position(const ca_rectangle *rectangle, ca_vec2 st)
+{
+    const ca_vec3 along_x = ca_madd(ca_mul(rectangle->corner, 1.0f - st.x - st.y), st.x, rectangle->end_x);
+    return ca_madd(along_x, st.y, rectangle->end_y);
+}
 
 /* The rectangle in the frame (x, y, away) of a reference, on the plane z = -distance. */
 typedef struct ca_spherical_rectangle {

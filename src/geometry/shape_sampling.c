@@ -19,8 +19,29 @@ static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 ba
     ca_triangle_attributes(mesh, primitive, barycentric, surface);
 }
 
+/* Without choosing a triangle first. */
+static void sample_plain_rectangle(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
+{
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    ca_vec2 barycentric;
+    surface->mesh = shape->as.mesh.mesh;
+    surface->primitive = ca_rectangle_triangle(rectangle, u, &barycentric);
+    surface->barycentric = surface->uv = barycentric;
+    surface->ng = surface->ns = rectangle->n;
+    if (surface->mesh->uvs) ca_triangle_attributes(surface->mesh, surface->primitive, barycentric, surface);
+    surface->position = ca_rectangle_position(rectangle, u);
+    const ca_vec3 extent =
+        ca_max_vec3(ca_abs3(rectangle->corner), ca_max_vec3(ca_abs3(rectangle->end_x), ca_abs3(rectangle->end_y)));
+    const float bound = 2.0f * CA_GAMMA(7) * ca_max3(extent) * CA_RECTANGLE_ERROR;
+    surface->position_error = (ca_vec3){bound, bound, bound};
+}
+
 static void sample_mesh(const ca_shape *shape, ca_vec2 u, ca_surface *surface)
 {
+    if (shape->as.mesh.rectangle.is_plain) {
+        sample_plain_rectangle(shape, u, surface);
+        return;
+    }
     float probability;
     const uint32_t primitive = ca_distribution_1d_sample(&shape->as.mesh.triangles, u.x, &probability, &u.x);
     triangle_surface(shape->as.mesh.mesh, primitive, ca_warp_triangle(u), surface);

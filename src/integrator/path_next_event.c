@@ -3,11 +3,12 @@
 #include "integrator/batch_lanes.h"
 #include "integrator/path.h"
 
-/* Per place: the chosen light; for even lights at matte points the triangle's corners and the place on it too. */
+/* Per place: the chosen light; for even lights at matte points the corners of what is sampled, too. */
 typedef struct choice_batch {
     _Alignas(32) float probability[CA_BATCH];
     uint32_t light[CA_BATCH];  /* CA_NONE: none to ask */
     uint32_t lanes[CA_BATCH];  /* all bits: even light and matte point */
+    uint32_t rectangle[CA_BATCH]; /* all bits: the corners span a rectangle; 0: a triangle */
     ca_column3 corner[3], radiance;
     float pdf_area[CA_BATCH];
 } choice_batch;
@@ -40,38 +41,54 @@ static void choose_light(const path_state *state, const ca_batch *batch, float u
     choices->lanes[i] = by_area ? UINT32_MAX : 0;
 }
 
-/* sample_mesh of geometry/shape_sampling.c up to the triangle; u->x becomes the number within its share. */
-static void choose_triangle(const path_state *state, ca_number_batch *u, uint32_t i, choice_batch *choices)
+static void set_corners(choice_batch *choices, uint32_t i, ca_vec3 a, ca_vec3 b, ca_vec3 c)
+{
+    ca_column3_set(&choices->corner[0], i, a);
+    ca_column3_set(&choices->corner[1], i, b);
+    ca_column3_set(&choices->corner[2], i, c);
+}
+
+/* sample_mesh of geometry/shape_sampling.c up to the triangle, where there is one to choose: u->x then becomes the
+ * number within its share. */
+static void choose_corners(const path_state *state, ca_number_batch *u, uint32_t i, choice_batch *choices)
 {
     const ca_even_light *light = &state->scene->even_lights[choices->light[i]];
-    float probability;
-    const uint32_t primitive =
-        ca_distribution_1d_sample(&light->shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
-    const ca_triangle triangle = ca_triangle_load(light->shape->as.mesh.mesh, primitive);
-    for (int k = 0; k < 3; k++) ca_column3_set(&choices->corner[k], i, triangle.p[k]);
+    const ca_rectangle *rectangle = &light->shape->as.mesh.rectangle;
+    choices->rectangle[i] = rectangle->is_plain ? UINT32_MAX : 0;
+    if (rectangle->is_plain) {
+        set_corners(choices, i, rectangle->corner, rectangle->end_x, rectangle->end_y);
+    } else {
+        float probability;
+        const uint32_t primitive =
+            ca_distribution_1d_sample(&light->shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
+        const ca_triangle triangle = ca_triangle_load(light->shape->as.mesh.mesh, primitive);
+        set_corners(choices, i, triangle.p[0], triangle.p[1], triangle.p[2]);
+    }
     choices->pdf_area[i] = 1.0f / light->shape->area;
     choices->radiance.x[i] = light->radiance.r;
     choices->radiance.y[i] = light->radiance.g;
     choices->radiance.z[i] = light->radiance.b;
 }
 
-/* A point on the light: ca_warp_triangle, ca_triangle_position and the normal. */
+/* A point on the light: ca_warp_triangle, ca_triangle_position and the normal; or ca_rectangle_position. */
 typedef struct light_point8 {
     ca_v8 position, ng;
     ca_f8 error;
 } light_point8;
 
-static light_point8 point_on_triangle(const choice_batch *choices, const ca_number_batch *u, uint32_t i)
+static light_point8 point_on_light(const choice_batch *choices, const ca_number_batch *u, uint32_t i)
 {
     const ca_v8 p0 = ca_column3_load(&choices->corner[0], i), p1 = ca_column3_load(&choices->corner[1], i),
                 p2 = ca_column3_load(&choices->corner[2], i);
-    const ca_f8 root = ca_sqrt8(ca_load8(u->x, i)), v = ca_load8(u->y, i);
-    const ca_f8 bx = root * (1.0f - v), by = root * v;
+    const ca_m8 rectangle = ca_load8_u32(choices->rectangle, i);
+    const ca_f8 s = ca_load8(u->x, i), t = ca_load8(u->y, i), root = ca_sqrt8(s);
+    const ca_f8 bx = ca_select8(rectangle, s, root * (1.0f - t)), by = ca_select8(rectangle, t, root * t);
+    const ca_f8 error = ca_select8(rectangle, ca_f8_all(CA_RECTANGLE_ERROR), ca_f8_all(1.0f));
     const ca_v8 extent = ca_max_v8(ca_abs_v8(p0), ca_max_v8(ca_abs_v8(p1), ca_abs_v8(p2)));
     return (light_point8){
         .position = ca_madd_v8(ca_madd_v8(ca_mul_v8(p0, 1.0f - bx - by), bx, p1), by, p2),
         .ng = ca_normalize_v8(ca_cross_v8(ca_sub_v8(p1, p0), ca_sub_v8(p2, p0))),
-        .error = 2.0f * CA_GAMMA(7) * ca_max3_v8(extent)};
+        .error = 2.0f * CA_GAMMA(7) * ca_max3_v8(extent) * error};
 }
 
 /* The light's share of the weight, eight at a time. */
@@ -111,7 +128,7 @@ static void ask_lanes(const path_state *state, ca_batch *batch, const ca_number_
 {
     const ca_vertex_batch *v = &batch->vertices;
     const ca_v8 reference = ca_column3_load(&v->position, i), n = ca_column3_load(&v->ns, i);
-    const light_point8 point = point_on_triangle(choices, u, i);
+    const light_point8 point = point_on_light(choices, u, i);
     const ca_v8 segment = ca_sub_v8(point.position, reference);
     const ca_f8 distance2 = ca_dot_v8(segment, segment), inverse = 1.0f / ca_sqrt8(distance2);
     const ca_f8 cos_light = -ca_dot_v8(segment, point.ng) * inverse;
@@ -194,7 +211,7 @@ void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *wo
     ca_batch_sample_2d(batch, dimension + CA_DIM_NEXT_EVENT, u);
     for (uint32_t i = 0; i < batch->count; i++) {
         choose_light(state, batch, u_choice->x[i], i, &choices);
-        if (choices.lanes[i]) choose_triangle(state, u, i, &choices);
+        if (choices.lanes[i]) choose_corners(state, u, i, &choices);
     }
     for (uint32_t i = batch->count; i < ca_lanes_up(batch->count); i++) choices.lanes[i] = 0;
     batch->visibility.count = 0;
