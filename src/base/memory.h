@@ -27,8 +27,8 @@ void ca_free(void *memory);
 void *ca_alloc_for_library(void *user, unsigned count, unsigned size);
 void ca_free_for_library(void *user, void *memory);
 
-/* The array with room for `needed` elements: where it was, or moved with at least twice the capacity. NULL when out of
- * memory; the old array and `*capacity` then stay as they were. An array starts as NULL with capacity 0. Used as
+/* The array with room for `needed` elements: where it was, or moved with at least twice the capacity. NULL when out
+ * of memory; the old array and `*capacity` then stay as they were. An array starts as NULL with capacity 0. Used as
  *
  *     type *items = ca_array_grow(list->items, &list->capacity, list->count + 1, sizeof *items);
  *     if (!items) return ...;
