@@ -14,6 +14,8 @@
 
 enum { PATHS = 400000 };
 
+static uint64_t tails_checked[CA_TECHNIQUE_COUNT];
+
 /* What is compared, for a failure's message. */
 typedef struct comparison {
     const ca_mis_rules *rules;
@@ -53,6 +55,29 @@ static ca_technique technique_of_split(uint32_t n, uint32_t k)
                         : CA_TECHNIQUE_CONNECT;
 }
 
+/* As a walk grows it. */
+static double tail_of(double grow(const ca_mis_rules *, const ca_path_vertex *, uint32_t, double),
+                      const ca_mis_rules *rules, const ca_mis_side *side)
+{
+    double tail = 0.0;
+    for (uint32_t last = 1; last < side->count; last++) tail = grow(rules, side->vertices, last, tail);
+    return tail;
+}
+
+/* The same weight from the sides' tails, where there are any. */
+static void check_tails(const comparison *of, const ca_mis_path *split, double expected)
+{
+    ca_mis_rules rules = *of->rules;
+    ca_mis_path path = *split;
+    if (!ca_mis_has_tails(&rules)) return;
+    rules.has_tails = true;
+    path.camera.tail = tail_of(ca_mis_camera_tail, &rules, &path.camera);
+    path.light.tail = tail_of(ca_mis_light_tail, &rules, &path.light);
+    assert_true(path.camera.tail >= 0.0 && path.light.tail >= 0.0);
+    check_equal(of, "weight by tails", of->s, (double)ca_mis_weight(&rules, &path, of->technique), expected);
+    tails_checked[of->technique]++;
+}
+
 /* Checks one technique's weight and gives it. */
 static double check_technique(const comparison *of, const double *splits, const double *merges, double value,
                               ca_test_random *random)
@@ -60,7 +85,9 @@ static double check_technique(const comparison *of, const double *splits, const 
     ca_split_path split;
     ca_split(of->path, &of->rules->reuse, of->s, of->technique, random, &split);
     const float weight = ca_mis_weight(of->rules, &split.path, of->technique);
-    check_equal(of, "weight", of->s, (double)weight, ca_oracle_weight(of->rules, of->path->n, splits, merges, value));
+    const double expected = ca_oracle_weight(of->rules, of->path->n, splits, merges, value);
+    check_equal(of, "weight", of->s, (double)weight, expected);
+    check_tails(of, &split.path, expected);
     check_densities(of, &split.path, splits, merges);
     return (double)weight;
 }
@@ -102,6 +129,9 @@ static void test_random_paths(void **state)
     /* The generator must not have drifted into paths that nothing can find. */
     assert_true(techniques > 2 * (uint64_t)PATHS);
     assert_true(alone < PATHS / 2);
+    assert_true(tails_checked[CA_TECHNIQUE_CONNECT] > PATHS / 10);
+    assert_true(tails_checked[CA_TECHNIQUE_NEXT_EVENT] > PATHS / 100);
+    assert_true(tails_checked[CA_TECHNIQUE_SPLAT] > PATHS / 100);
 }
 
 /* A technique that the rules leave out, or that cannot make the path, weighs nothing. */

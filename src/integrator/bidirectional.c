@@ -31,6 +31,7 @@ static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, cons
         if (ca_integrator_value(type, input, "merges", 0.0) != 0.0) rules->merge = CA_MERGE_LAST;
     }
     b->weighs_merges = input->observer || !ca_mis_has_one_technique(rules);
+    rules->has_tails = ca_mis_has_tails(rules);
     rules->splat_count = (float)((double)b->light_paths / b->camera_paths);
     rules->reuse.light_paths = (float)b->light_paths;
     rules->reuse.epsilon = (float)ca_integrator_value(type, input, "epsilon", 0.01);

@@ -63,6 +63,7 @@ typedef struct ca_end_column {
 typedef struct ca_light_ends {
     ca_vertex vertices[CA_LIGHT_ENDS]; /* not matte; room for one that is, too */
     bool matte[CA_LIGHT_ENDS];
+    double tail[CA_LIGHT_ENDS]; /* of the light path up to here (path/mis.h) */
     uint32_t lit[CA_LIGHT_ENDS + CA_LANES]; /* all bits: matte, and light leaves its front; else 0 */
     ca_end_column position, ng, color; /* color: flux times f */
     float error[CA_LIGHT_ENDS + CA_LANES], side[CA_LIGHT_ENDS + CA_LANES], cos_in[CA_LIGHT_ENDS + CA_LANES];

@@ -131,6 +131,7 @@ static void start_ray(ca_camera_walk *walk)
     w->t_max = ray.t_max;
     w->throughput = ray.weight;
     w->start = w->eta2 = 1.0f;
+    w->tail = 0.0;
     w->flight = ca_camera_end(input->camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
                               &w->densities[0]);
     keep_point(walk, (ca_surface_point){.position = ray.origin});
@@ -187,6 +188,7 @@ static bool arrive(ca_camera_walk *walk, const ca_hit *hit)
         return false;
     }
     if (!ca_walk_arrive(w, scene, hit)) return false;
+    w->tail = ca_mis_camera_tail(&b->rules, w->densities, w->vertex, w->tail);
     ca_camera_walk_vertex(walk)->photon_density = ca_bidirectional_density(b, w->last.position);
     if (walk->points) keep_point(walk, ca_vertex_point(&w->last));
     if (w->last.light != CA_NONE) add_hit(walk, w->last.light, ca_vertex_surface(&w->last, scene));

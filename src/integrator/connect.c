@@ -11,7 +11,8 @@ static void set_matte(ca_light_ends *ends, uint32_t end, const ca_matte_shape *s
     const ca_surface_point *p = &v->point;
     const float cos_in = ca_dot(p->ng, v->wi), side = ca_matte_side(shape, cos_in);
     const ca_rgb color = ca_rgb_mul(v->throughput, ca_rgb_scale(shape->reflectance[side < 0.0f], CA_INV_PI));
-    ends->position.x[end] = p->position.x, ends->position.y[end] = p->position.y, ends->position.z[end] = p->position.z;
+    ends->position.x[end] = p->position.x, ends->position.y[end] = p->position.y,
+    ends->position.z[end] = p->position.z;
     ends->ng.x[end] = p->ng.x, ends->ng.y[end] = p->ng.y, ends->ng.z[end] = p->ng.z;
     ends->color.x[end] = color.r, ends->color.y[end] = color.g, ends->color.z[end] = color.b;
     ends->error[end] = p->position_error;
@@ -25,11 +26,14 @@ static void make_ready(ca_camera_walk *walk, const ca_light_path *path, uint32_t
 {
     const ca_scene *scene = walk->b->input.scene;
     ca_light_ends *ends = walk->scratch->light_ends;
+    const ca_path_vertex *densities = ca_light_density_at(&walk->b->store, path->first);
     for (uint32_t i = walk->light_ready + 1; i <= vertex; i++) {
         const ca_light_vertex *v = ca_light_vertex_at(&walk->b->store, path->first + i);
         const uint32_t end = walk->light_first + i;
         const ca_matte_shape *shape = &scene->mattes[v->point.shape];
         walk->light_ready = i;
+        ends->tail[end] =
+            ca_mis_light_tail(&walk->b->rules, densities, i, i > 1 ? ends->tail[end - 1] : 0.0);
         ends->lit[end] = 0;
         ends->matte[end] = shape->is_matte;
         if (!v->capable) continue;
@@ -56,9 +60,10 @@ static float weight_of(const ca_connection *c)
     const ca_mis_path path =
         ca_join(ca_join_scattering(walk->walk.densities, walk->walk.vertex + 1,
                                    ca_arrive(&from_light, c->distance, c->cos_camera), c->camera.pdf_reverse,
-                                   ratio_camera, reuse),
+                                   ratio_camera, reuse, walk->walk.tail),
                 ca_join_scattering(light, t + 1, ca_arrive(&from_camera, c->distance, c->cos_light),
-                                   c->light.pdf_reverse, ratio_light, reuse),
+                                   c->light.pdf_reverse, ratio_light, reuse,
+                                   walk->scratch->light_ends->tail[walk->light_first + t]),
                 light, walk->walk.densities[1].distance);
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_CONNECT, &path, walk->points, c->vertex - t);
 }

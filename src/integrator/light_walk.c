@@ -45,6 +45,7 @@ static bool start(const ca_bidirectional *b, ca_light_walk *walk, uint32_t slot,
     walk->walk.from = CA_FROM_LIGHT;
     walk->walk.vertex = 0;
     walk->walk.eta2 = 1.0f;
+    walk->walk.tail = 0.0;
     walk->walk.stream = ca_stream_start(b->input.sampler, CA_SEQUENCE_LIGHT, number);
     worker->counters.light_paths++;
     return b->max_depth > 1 && emit(b, walk);
@@ -100,6 +101,7 @@ static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit 
     const ca_scene *scene = b->input.scene;
     ca_walk *w = &walk->walk;
     if (hit->shape == CA_NONE || !ca_walk_arrive(w, scene, hit)) return false;
+    w->tail = ca_mis_light_tail(&b->rules, w->densities, w->vertex, w->tail);
     w->densities[w->vertex].photon_density = ca_bidirectional_density(b, w->last.position);
     ca_vertex_prepare(&w->last, scene);
     if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);

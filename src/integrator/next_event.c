@@ -24,7 +24,7 @@ static float weight_of(const ca_next_event *event)
     const ca_mis_path path =
         ca_join(ca_join_scattering(walk->walk.densities, walk->walk.vertex + 1,
                                    ca_arrive(&flight, distance, event->cos_out), event->value.pdf_reverse, cos_ratio,
-                                   reuse),
+                                   reuse, walk->walk.tail),
                 ca_join_end(&end, (ca_pdf_area){event->value.pdf.v * hit_factor}), &end,
                 walk->walk.densities[1].distance);
     const ca_light_vertex start = {.point = {.position = direct->position, .ng = direct->ng, .shape = number}};

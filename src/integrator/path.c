@@ -3,7 +3,7 @@
  * 9).
  *
  * max_depth, rr_depth and hide_emitters mean what Mitsuba 3's `path` means by them: a depth of 1 sees emitters only;
- * the roulette may end a path after vertex rr_depth, surviving with min(0.95, largest throughput * eta^2). */
+ * the roulette may end a path after vertex rr_depth. It ends fewer than Mitsuba's (walk.h). */
 #include "integrator/path.h"
 
 #include "base/memory.h"

@@ -164,7 +164,8 @@ static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const c
     const ca_rgb throughput = {batch->throughput.x[i], batch->throughput.y[i], batch->throughput.z[i]};
     const ca_rgb contribution = ca_rgb_scale(ca_rgb_mul(ca_rgb_mul(throughput, value.f), direct.radiance), factor);
     if (ca_rgb_is_black(contribution)) return;
-    const ca_next_event_ray ray = ca_walk_next_event_ray(surface->position, surface->position_error, surface->ng, &direct);
+    const ca_next_event_ray ray =
+        ca_walk_next_event_ray(surface->position, surface->position_error, surface->ng, &direct);
     ask(batch, i, ray.origin, ray.direction, ray.t_max, contribution, weight);
     keep_light(batch, direct.position, direct.ng, choices->light[i]);
 }

@@ -9,7 +9,6 @@ bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit)
     return true;
 }
 
-/* Survives with min(0.95, largest throughput * eta2). */
 static bool survives(ca_walk *walk, uint32_t rr_depth, float u)
 {
     const ca_rgb left = ca_rgb_scale(walk->throughput, 1.0f / walk->start);
@@ -17,7 +16,7 @@ static bool survives(ca_walk *walk, uint32_t rr_depth, float u)
     if (!(largest > 0.0f)) return false;
     walk->throughput = ca_rgb_scale(left, walk->start);
     if (walk->vertex + 1 < rr_depth) return true;
-    const float survival = ca_min(0.95f, largest * walk->eta2);
+    const float survival = ca_min(CA_ROULETTE_MOST, largest * walk->eta2);
     if (u >= survival) return false;
     walk->throughput = ca_rgb_scale(ca_rgb_scale(left, 1.0f / survival), walk->start);
     return true;

@@ -24,6 +24,7 @@ typedef struct ca_walk {
     float eta2;                /* from the camera: what refraction took from the throughput */
     ca_light_receiver receiver; /* from the camera: the vertex that the segment leaves, as it asked for light */
     ca_path_vertex *densities; /* borrowed: v[0] first */
+    double tail;               /* of their weights, up to the last vertex (path/mis.h) */
     ca_vertex last;            /* v[vertex], where it lies on a surface */
 } ca_walk;
 
@@ -47,8 +48,12 @@ static inline void ca_walk_rays_set(ca_walk_rays *rays, uint32_t i, ca_vec3 orig
  * false where the ray runs along the surface, which has no measure. */
 bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit);
 
-/* Samples the event at the last vertex and the next segment, and plays roulette (from rr_depth segments on: survives
- * with min(0.95, largest throughput * eta2)). false where the path ends. */
+/* Russian roulette: a path survives with min(CA_ROULETTE_MOST, largest throughput * eta2), times a gain in `path`
+ * (batch_scatter.c). Unlimited paths end because of CA_ROULETTE_MOST. */
+#define CA_ROULETTE_MOST 0.95f
+
+/* Samples the event at the last vertex and the next segment, and plays roulette from rr_depth segments on. false
+ * where the path ends. */
 bool ca_walk_scatter(ca_walk *walk, const ca_reuse_rules *rules, uint32_t rr_depth);
 
 /* The first ray of a camera path through pixel (x, y) of the full film; *filter_weight as in sampling/filter.h. */

@@ -44,10 +44,10 @@ static inline ca_flight ca_flight_towards(const ca_path_vertex *vertex, ca_pdf_s
 }
 
 /* A side whose last vertex scatters what arrives from the other one; pdf_reverse: of going on to the vertex
- * before. */
+ * before; tail: as mis.h has it. */
 static inline ca_mis_side ca_join_scattering(const ca_path_vertex *vertices, uint32_t count, ca_arrival arrival,
                                              ca_pdf_solid_angle pdf_reverse, float cos_ratio,
-                                             const ca_reuse_rules *rules)
+                                             const ca_reuse_rules *rules, double tail)
 {
     return (ca_mis_side){.vertices = vertices,
                          .count = count,
@@ -56,7 +56,8 @@ static inline ca_mis_side ca_join_scattering(const ca_path_vertex *vertices, uin
                          .sqrt_area = arrival.sqrt_area,
                          .sqrt_omega = arrival.sqrt_omega,
                          .spread = ca_footprint_spread(rules->epsilon, pdf_reverse),
-                         .cos_ratio = cos_ratio};
+                         .cos_ratio = cos_ratio,
+                         .tail = tail};
 }
 
 /* A side whose last vertex has scattered towards the other one: its record tells what would go on. */
@@ -70,7 +71,8 @@ static inline ca_mis_side ca_join_scattered(const ca_path_vertex *vertices, uint
                          .sqrt_area = arrival.sqrt_area,
                          .sqrt_omega = arrival.sqrt_omega,
                          .spread = last->spread_reverse,
-                         .cos_ratio = last->cos_ratio};
+                         .cos_ratio = last->cos_ratio,
+                         .tail = CA_MIS_NO_TAIL};
 }
 
 /* A side that is an end only: the lens, or a point of a light. pdf_last: of meeting it by chance. */
@@ -90,7 +92,8 @@ static inline ca_mis_side ca_join_hit(const ca_path_vertex *vertices, uint32_t c
                          .pdf_before = pdf_before,
                          .sqrt_area = end->sqrt_area,
                          .spread = flight->sqrt_omega,
-                         .cos_ratio = 1.0f};
+                         .cos_ratio = 1.0f,
+                         .tail = CA_MIS_NO_TAIL};
 }
 
 /* The whole path. light_start: v[0] of the light path, or what ca_light_end made of the light's point, with its

@@ -159,6 +159,114 @@ static inline void sum_densities(const ca_mis_rules *rules, const ca_mis_path *p
     sum->total = sum->split + camera_side(&m, path, sum) + light_side(&m, path, sum);
 }
 
+/* ---- Tails ----------------------------------------------------------------------------------------------------- */
+
+bool ca_mis_has_tails(const ca_mis_rules *rules)
+{
+    const bool same_reuse =
+        rules->merge == CA_MERGE_NONE || (rules->merge == CA_MERGE_ALL && rules->merge_limit == UINT32_MAX &&
+                                          rules->reuse.kind == CA_REUSE_FULL);
+    return !rules->power && rules->hit == CA_HIT_ALWAYS && same_reuse;
+}
+
+/* What a merge at any vertex brings, per density of sampling it from the other side. */
+static inline double merge_factor(const ca_mis_rules *rules)
+{
+    return rules->merge == CA_MERGE_NONE ? 0.0 : (double)rules->merge_area * (double)rules->reuse.light_paths;
+}
+
+/* Split terms over the ratio: with the split before camera vertex k, and before the light's vertex i (as it is
+ * counted from the light). `at`: is that vertex connectable? */
+static inline double camera_split(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t k, bool at)
+{
+    if (k == 1) return rules->splat && at ? (double)rules->splat_count : 0.0;
+    return rules->connect && at && vertices[k - 1].connectable ? 1.0 : 0.0;
+}
+
+static inline double light_split(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t i, bool at)
+{
+    if (i == 0) return 1.0;
+    if (i == 1) return rules->next_event && at ? (double)vertices[0].next_event_ratio : 0.0;
+    return rules->connect && at && vertices[i - 1].connectable ? 1.0 : 0.0;
+}
+
+/* One more vertex, `v`, on whose other side the split lies. */
+static inline double grow_tail(const ca_path_vertex *v, double merge, double split, double before)
+{
+    return (double)v->pdf_reverse.v * (merge + (split + before) / (double)v->pdf_forward.v);
+}
+
+double ca_mis_camera_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before)
+{
+    if (!rules->has_tails) return CA_MIS_NO_TAIL;
+    if (last < 3) return 0.0;
+    const ca_path_vertex *v = &vertices[last - 2];
+    return grow_tail(v, v->connectable ? merge_factor(rules) : 0.0,
+                     camera_split(rules, vertices, last - 2, v->connectable), before);
+}
+
+double ca_mis_light_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before)
+{
+    if (!rules->has_tails) return CA_MIS_NO_TAIL;
+    if (last < 2) return 0.0;
+    const ca_path_vertex *v = &vertices[last - 2];
+    const bool connectable = last > 2 && v->connectable;
+    return grow_tail(v, connectable ? merge_factor(rules) : 0.0,
+                     light_split(rules, vertices, last - 2, connectable), before);
+}
+
+/* Techniques with the split at or before the side's last vertex, over D_s. split_last, split_before: of the last two
+ * vertices; `second`: is there a second one? */
+static inline double side_total(const ca_mis_side *side, double merge_last, double merge_before, double split_last,
+                                double split_before, bool second)
+{
+    const ca_path_vertex *v = &side->vertices[side->count - 1];
+    double inside = split_last;
+    if (second)
+        inside += (double)side->pdf_before.v *
+                  (merge_before + (split_before + side->tail) / (double)(v - 1)->pdf_forward.v);
+    return (double)side->pdf_last.v * (merge_last + inside / (double)v->pdf_forward.v);
+}
+
+static inline double camera_total(const ca_mis_rules *rules, const ca_mis_side *side)
+{
+    const uint32_t last = side->count - 1;
+    if (last == 0) return 0.0;
+    const ca_path_vertex *v = side->vertices;
+    const bool second = last > 1, connectable = second && v[last - 1].connectable;
+    const double merge = merge_factor(rules);
+    return side_total(side, merge, connectable ? merge : 0.0, camera_split(rules, v, last, true),
+                      second ? camera_split(rules, v, last - 1, connectable) : 0.0, second);
+}
+
+static inline double light_total(const ca_mis_rules *rules, const ca_mis_side *side)
+{
+    const uint32_t last = side->count - 1;
+    const ca_path_vertex *v = side->vertices;
+    const bool second = last > 0, connectable = last > 1 && v[last - 1].connectable;
+    const double merge = merge_factor(rules);
+    return side_total(side, second ? merge : 0.0, connectable ? merge : 0.0, light_split(rules, v, last, true),
+                      second ? light_split(rules, v, last - 1, connectable) : 0.0, second);
+}
+
+/* The weight of next event, a connection or a splat whose sides have tails. */
+static inline float weight_by_tails(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
+{
+    const double own = technique == CA_TECHNIQUE_SPLAT        ? (double)rules->splat_count
+                       : technique == CA_TECHNIQUE_NEXT_EVENT ? (double)path->next_event_ratio
+                                                              : 1.0;
+    const double total = own + camera_total(rules, &path->camera) + light_total(rules, &path->light);
+    return own > 0.0 ? (float)(own / total) : 0.0f;
+}
+
+static inline bool has_tails(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
+{
+    return rules->has_tails && technique != CA_TECHNIQUE_HIT && technique != CA_TECHNIQUE_MERGE &&
+           path->camera.tail >= 0.0 && path->light.tail >= 0.0;
+}
+
+/* ---- Weights --------------------------------------------------------------------------------------------------- */
+
 /* Light tracing, and photon mapping at the first vertex, have one way for each path that they find. */
 bool ca_mis_has_one_technique(const ca_mis_rules *rules)
 {
@@ -180,6 +288,7 @@ static inline float weight_of_one(const ca_mis_rules *rules, const ca_mis_path *
 float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
 {
     if (ca_mis_has_one_technique(rules)) return weight_of_one(rules, path, technique);
+    if (has_tails(rules, path, technique)) return weight_by_tails(rules, path, technique);
     mis_sum sum = {0};
     sum_densities(rules, path, technique, &sum);
     const double own = technique == CA_TECHNIQUE_MERGE ? sum.merge : sum.split;

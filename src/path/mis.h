@@ -41,6 +41,7 @@ typedef struct ca_mis_rules {
     bool next_event, connect, splat;
     ca_merge_rule merge;
     uint32_t merge_limit; /* merges at the first so many connectable vertices from the camera; UINT32_MAX: all */
+    bool has_tails;       /* ca_mis_has_tails; may be false where it is true */
     float splat_count;    /* N_F / N_B */
     float merge_area;     /* pi r^2, m^2 */
     ca_reuse_rules reuse;
@@ -49,6 +50,17 @@ typedef struct ca_mis_rules {
 /* Weight in [0, 1] of `technique` at the path's split. The vertices that the technique joins count as connectable,
  * whatever their records say: those tell which event was sampled there, which is not used. */
 float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique);
+
+/* Tails. Under the balance heuristic, with merges that count the same everywhere, the techniques whose split or merge
+ * lies before a side's last two vertices bring to the sum of all densities a number times what those two bring. That
+ * number, the tail, follows from the subpath alone: it grows with the path, and a weight then costs the same whatever
+ * the path's length (Georgiev 2012, "Implementing Vertex Connection and Merging", has such sums). Weights are those
+ * of the sum over all vertices but for rounding. */
+bool ca_mis_has_tails(const ca_mis_rules *rules);
+/* Of a camera's or a light's subpath whose last vertex is v[last], last >= 1, from that of the subpath without it; 0
+ * where last < 3 (camera) or < 2 (light). Where the rules have no tails, CA_MIS_NO_TAIL. */
+double ca_mis_camera_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before);
+double ca_mis_light_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before);
 
 /* Have the paths that these rules find one technique each? Its weight is then 1, but for hits. */
 bool ca_mis_has_one_technique(const ca_mis_rules *rules);

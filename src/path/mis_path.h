@@ -4,6 +4,8 @@
 
 #include "path/path_vertex.h"
 
+#define CA_MIS_NO_TAIL -1.0
+
 /* One subpath of a split, and what its last vertex v[count-1] gets to know from the other side. */
 typedef struct ca_mis_side {
     const ca_path_vertex *vertices;
@@ -14,6 +16,7 @@ typedef struct ca_mis_side {
     float sqrt_omega;
     float spread;           /* 1 / (epsilon + sqrt p) for the other side's going on to the vertex before */
     float cos_ratio;        /* |cos out| / |cos in| at the last vertex, as walked from *this* side's end; 1 at ends */
+    double tail;            /* as mis.h has it; CA_MIS_NO_TAIL: not known */
 } ca_mis_side;
 
 /* A full path, split into x[0 .. camera.count-1] and the light's vertices in reverse. A merge is given as the split

@@ -200,11 +200,16 @@ static void fill_vertices(const walk *w, uint32_t count, bool last_is_recorded, 
                                 .connectable = smooth,
                                 .connectable_count = so_far};
     }
+    if (w->from_light && count > 0) {
+        v[0].next_event_ratio = w->path->next_event_ratio;
+        v[0].light_choice = w->path->light_choice;
+        v[0].at_infinity = w->path->light_infinite;
+    }
 }
 
 static ca_mis_side make_side(const walk *w, uint32_t count, const ca_path_vertex *vertices)
 {
-    ca_mis_side side = {.vertices = vertices, .count = count};
+    ca_mis_side side = {.vertices = vertices, .count = count, .tail = CA_MIS_NO_TAIL};
     if (count == 0) return side;
     const walk other = {w->path, !w->from_light, w->rules};
     float sqrt_area[CA_FULL_PATH_MAX], sqrt_omega[CA_FULL_PATH_MAX];
