@@ -9,7 +9,8 @@ set -eu
 cd "$(dirname "$0")/.."
 build=$1
 shift
-[ -f "$build/compile_commands.json" ] || { echo "$build has no compile_commands.json: configure it first" >&2; exit 2; }
+[ -f "$build/compile_commands.json" ] ||
+    { echo "$build has no compile_commands.json: configure it first" >&2; exit 2; }
 [ $# -gt 0 ] || set -- $(find src -name '*.c' | LC_ALL=C sort)
 
 # A few files a process, so that processes end at about the same time. On standard error is only how many warnings of
