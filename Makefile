@@ -26,7 +26,7 @@ help:
 	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only)"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
-	@echo "make lint       source rules; gcc and clang with warnings as errors"
+	@echo "make lint       source rules; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
 	@echo "make clean      removes build folders and out/"
 
@@ -87,6 +87,8 @@ lint:
 	@$(call build_targets,release,all tests tests-long benches fuzz-objects,build)
 	@echo "clang, warnings as errors"
 	@$(call build_targets,clang,all tests tests-long benches fuzz-objects,build-clang)
+	@echo "clang-tidy"
+	@scripts/check-tidy.sh build-clang
 	@echo "lint: no complaints"
 
 install: build

@@ -3,9 +3,9 @@
 #
 #   scripts/bench-peers.sh BUILD_FOLDER [--quick] [--only SCENE]
 #
-# A Python environment with Mitsuba is made in BUILD_FOLDER/peers/python, from the Python package index; scenes and reference
-# images are kept in BUILD_FOLDER/peers. Mitsuba compiles its kernels with LLVM 19 (Debian: libllvm19); DRJIT_LIBLLVM_PATH names
-# another library.
+# A Python environment with Mitsuba is made in BUILD_FOLDER/peers/python, from the Python package index; scenes and
+# reference images are kept in BUILD_FOLDER/peers. Mitsuba compiles its kernels with LLVM 19 (Debian: libllvm19);
+# DRJIT_LIBLLVM_PATH names another library.
 set -eu
 build=$(cd "$1" && pwd)
 shift
@@ -24,7 +24,8 @@ if [ -z "${DRJIT_LIBLLVM_PATH:-}" ]; then
         if [ -e "$library" ]; then DRJIT_LIBLLVM_PATH=$library; fi
     done
 fi
-[ -n "${DRJIT_LIBLLVM_PATH:-}" ] || fail "there is no library of LLVM 19 (Debian: libllvm19); DRJIT_LIBLLVM_PATH can name one"
+[ -n "${DRJIT_LIBLLVM_PATH:-}" ] ||
+    fail "there is no library of LLVM 19 (Debian: libllvm19); DRJIT_LIBLLVM_PATH can name one"
 [ -e "$DRJIT_LIBLLVM_PATH" ] || fail "DRJIT_LIBLLVM_PATH names $DRJIT_LIBLLVM_PATH, which is not there"
 export DRJIT_LIBLLVM_PATH
 

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Checks that the project builds and runs on a bare Debian 12: makes an empty root folder with debootstrap, copies this
-# checkout into it and runs there, as root with no other package than `make`:  make demo, make test.
+# Checks that the project builds and runs on a bare Debian 12: makes an empty root folder with debootstrap, copies
+# this checkout into it and runs there, as root with no other package than `make`:  make demo, make test.
 #
 #   scripts/check-fresh-machine.sh ROOT_FOLDER [make targets...]       (needs root and debootstrap)
 #
@@ -20,7 +20,8 @@ configured_mirror() {
         grep -oE '(https?|file):/[^ ]*/debian/?( |$)' | head -n 1 | tr -d ' ' || true
 }
 mirror=${CA_MIRROR:-$(configured_mirror)}
-[ -n "$mirror" ] || { echo "this machine's apt names no Debian mirror: set CA_MIRROR to the address of one" >&2; exit 1; }
+[ -n "$mirror" ] ||
+    { echo "this machine's apt names no Debian mirror: set CA_MIRROR to the address of one" >&2; exit 1; }
 proxy=$(setting Acquire::http::Proxy)
 
 if [ ! -e "$root/etc/debian_version" ]; then
@@ -44,9 +45,13 @@ mkdir -p "$root/dev/pts"
 mountpoint -q "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
 [ -e "$root/dev/ptmx" ] || ln -s pts/ptmx "$root/dev/ptmx"
 trap 'umount "$root/proc" "$root/dev/pts"' EXIT
-inside() { chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin ${http_proxy:+http_proxy="$http_proxy"} "$@"; }
+inside() {
+    chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin \
+        ${http_proxy:+http_proxy="$http_proxy"} "$@"
+}
 
-inside sh -c 'command -v make >/dev/null || { apt-get -q update && apt-get -qy install --no-install-recommends make; }'
+inside sh -c 'command -v make >/dev/null ||
+    { apt-get -q update && apt-get -qy install --no-install-recommends make; }'
 for target in "$@"; do
     echo "== make $target"
     inside make -C /root/caustica "$target"

@@ -5,7 +5,7 @@
 #   2. Each foreign library is used by its one file.
 #   3. Heap memory comes from base/memory.h; nothing below cli/ prints or exits.
 #   4. No file is left half done.
-#   5. No line of C is longer than .editorconfig says.
+#   5. No line of C, shell or Python is longer than .editorconfig says.
 #   6. Outside of src/integrator no name is compared with an integrator's: its row in the table says what it can do.
 #
 # Prints one line for each breach; exit status 1 if there is any. Comments and strings do not count for 3.
@@ -15,8 +15,8 @@ sources=$(find include src tests bench -name '*.[ch]' | LC_ALL=C sort)
 
 awk '
 BEGIN {
-    count = split("base math sampling image geometry material light camera scene path photon metrics film report import" \
-                  " integrator noise render live cli", order, " ")
+    count = split("base math sampling image geometry material light camera scene path photon metrics film report" \
+                  " import integrator noise render live cli", order, " ")
     for (i = 1; i <= count; i++) level[order[i]] = i
     # library: the files that may include it; tests make their own sample files
     owner["embree"]    = "^src/geometry/accel[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
@@ -99,16 +99,34 @@ END { exit breaches > 0 }
 ' $sources
 
 # Rows of the table: .name = "bdpm"
-integrators=$(find src/integrator -name '*.c' -exec sed -n 's/.*\.name = "\([a-z-]*\)",.*/\1/p' {} + 2>/dev/null | paste -sd'|' -)
+integrators=$(find src/integrator -name '*.c' -exec sed -n 's/.*\.name = "\([a-z-]*\)",.*/\1/p' {} + 2>/dev/null |
+    paste -sd'|' -)
 if [ -n "$integrators" ] &&
     grep -nE "strn?cmp\([^;]*\"($integrators)[:\"]" $(find src -name '*.[ch]' ! -path 'src/integrator/*'); then
     echo "these lines compare with an integrator's name: ask its row for an ability (src/integrator/integrator.h)"
     exit 1
 fi
 
+# What .editorconfig promises for [PATTERN].
+promised_width() {
+    awk -v section="[$1]" '/^\[/ { inside = $0 == section } inside && /^max_line_length/ { print $3 }' .editorconfig
+}
+
 # Characters, not bytes: sigma counts once.
-width=$(sed -n 's/^max_line_length = //p' .editorconfig)
-if LC_ALL=C.UTF-8 grep -nE "^.{$((width + 1)),}\$" $sources; then
-    echo "these lines are longer than the $width characters that .editorconfig promises"
-    exit 1
-fi
+check_width() { # check_width WIDTH FILE...
+    longest=$1
+    shift
+    LC_ALL=C.UTF-8 grep -nE "^.{$((longest + 1)),}\$" /dev/null "$@" || return 0
+    echo "these lines are longer than the $longest characters that .editorconfig promises"
+    return 1
+}
+
+named() { find . \( -path './build*' -o -path ./out -o -path ./.git \) -prune -o -name "$1" -printf '%P\n'; }
+width=$(promised_width '*')
+python_width=$(promised_width '*.py')
+status=0
+# shellcheck disable=SC2046,SC2086 # names have no spaces
+check_width "$width" $sources $(named '*.sh') || status=1
+# shellcheck disable=SC2046
+check_width "$python_width" $(named '*.py') || status=1
+exit $status

@@ -1,16 +1,16 @@
 #!/bin/sh
-# Completion for bash and zsh from what the program says of itself, so that it cannot go stale: commands from `caustica --help`,
-# options from `caustica COMMAND --help`, names of integrators and samplers from that of render.
+# Completion for bash and zsh from what the program says of itself, so that it cannot go stale: commands from
+# `caustica --help`, options from `caustica COMMAND --help`, names of integrators and samplers from that of render.
 #
 #   scripts/help-to-completion.sh CAUSTICA BASH-FILE ZSH-FILE
 #
-# What an option's value is, its argument says: FILE is a file, FOLDER and DIR are folders. Values of --integrator and --sampler are
-# names. Words that are no options are files.
+# What an option's value is, its argument says: FILE is a file, FOLDER and DIR are folders. Values of --integrator and
+# --sampler are names. Words that are no options are files.
 set -eu
 program=$1 bash_file=$2 zsh_file=$3
 
-# One line for each: "command NAME SUMMARY", "option COMMAND LETTER LONG ARGUMENT HELP", "integrator NAME", "sampler NAME"; with tabs;
-# "-" where there is none.
+# One line for each: "command NAME SUMMARY", "option COMMAND LETTER LONG ARGUMENT HELP", "integrator NAME", "sampler
+# NAME"; with tabs; "-" where there is none.
 describe() {
     "$program" --help | awk '/^  [a-z]/ && $1 != "caustica" {
         name = $1
@@ -132,7 +132,8 @@ END {
     print "#compdef caustica\n# Completion of caustica for zsh; made by scripts/help-to-completion.sh."
     print "_caustica() {\n    local -a commands\n    local command=$words[2]\n    commands=("
     for (i = 1; i <= commands; i++) print "        \047" command[i] ":" quoted(summary[command[i]]) "\047"
-    print "    )\n    if (( CURRENT == 2 )); then\n        _describe command commands\n        _arguments --help --version\n        return\n    fi"
+    print "    )\n    if (( CURRENT == 2 )); then\n        _describe command commands"
+    print "        _arguments --help --version\n        return\n    fi"
     print "    shift words\n    (( CURRENT-- ))\n    case $command in"
     for (i = 1; i <= commands; i++) {
         c = command[i]
@@ -144,7 +145,8 @@ END {
             if (letter[c, k] != "-") names = "{-" letter[c, k] (kind == "flag" ? "" : "+") "," names "}"
             else names = "\047" names "\047"
             value = kind == "flag" ? "" : ":" quoted(argument[c, k]) ":" action(kind)
-            print "            " (text ~ /several times/ ? "\047*\047" : "") names "\047[" quoted(text) "]" value "\047 \\"
+            repeats = text ~ /several times/ ? "\047*\047" : ""
+            print "            " repeats names "\047[" quoted(text) "]" value "\047 \\"
         }
         print "            \047*:file:_files\047\n        ;;"
     }

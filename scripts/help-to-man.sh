@@ -1,12 +1,14 @@
 #!/bin/sh
-# Man pages from what the program says of itself, so that they cannot go stale: caustica(1) from `caustica --help`, and
-# caustica-COMMAND(1) from `caustica COMMAND --help` of each command named there. Those texts come from the tables of options.
+# Man pages from what the program says of itself, so that they cannot go stale: caustica(1) from `caustica --help`,
+# and caustica-COMMAND(1) from `caustica COMMAND --help` of each command named there. Those texts come from the tables
+# of options.
 #
 #   scripts/help-to-man.sh CAUSTICA FOLDER
 #
-# What the help of a command is made of: a first line "caustica COMMAND WORDS: what it does", or two after the colon; options, "  -o, --output FILE  text",
-# where the text may stand in the next line; paragraphs; lines that begin with two or more spaces, which stay as they are;
-# "Example: words", or "Examples: words" and lines with more of them under the first word.
+# What the help of a command is made of: a first line "caustica COMMAND WORDS: what it does", or two after the colon;
+# options, "  -o, --output FILE  text", where the text may stand in the next line; paragraphs; lines that begin with
+# two or more spaces, which stay as they are; "Example: words", or "Examples: words" and lines with more of them under
+# the first word.
 set -eu
 program=$1 folder=$2
 mkdir -p "$folder"

@@ -1,7 +1,7 @@
 #!/bin/sh
-# Paper 002's comparison to look at: for each scene a page of `caustica compare --html` with eight images (path tracing, the six
-# estimators of docs/papers/002.md and a reference), their difference and FLIP maps and sigma of an iteration, as in the paper's figure 6.
-# Takes some two minutes on two processors.
+# Paper 002's comparison to look at: for each scene a page of `caustica compare --html` with eight images (path
+# tracing, the six estimators of docs/papers/002.md and a reference), their difference and FLIP maps and sigma of an
+# iteration, as in the paper's figure 6. Takes some two minutes on two processors.
 #
 #   scripts/paper-002-report.sh BUILD_FOLDER FOLDER [SIZE [SPP [SCENE...]]]
 #
@@ -16,7 +16,8 @@ mkdir -p "$folder"
 cd "$folder"
 
 render() { # render SCENE FILE INTEGRATOR SPP SEED
-    [ -s "$1/$2" ] || "$program" render "$scenes/$1/$1.xml" -i "$3" --spp "$4" --seed "$5" --resolution "${size}x$size" --quiet -o "$1/$2"
+    [ -s "$1/$2" ] || "$program" render "$scenes/$1/$1.xml" -i "$3" --spp "$4" --seed "$5" \
+        --resolution "${size}x$size" --quiet -o "$1/$2"
 }
 
 for scene; do
@@ -28,7 +29,7 @@ for scene; do
     done
     render "$scene" reference.exr ovcm $((8 * spp)) 2
     # shellcheck disable=SC2086 # these names have no spaces
-    "$program" compare $images --reference "$scene/reference.exr" --html "$scene.html" --html-layers StandardDeviation \
-        --stats "$scene.json" --maps "$scene/maps.exr" >"$scene.txt"
+    "$program" compare $images --reference "$scene/reference.exr" --html "$scene.html" \
+        --html-layers StandardDeviation --stats "$scene.json" --maps "$scene/maps.exr" >"$scene.txt"
     echo "$PWD/$scene.html"
 done

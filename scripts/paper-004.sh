@@ -1,11 +1,11 @@
 #!/bin/sh
-# The figures of paper 004: renders, and writes its tables into docs/papers/004.md (between the two markers there) and its plots and
-# pictures to docs/pictures/paper-004/. Some twelve minutes on two processors.
+# The figures of paper 004: renders, and writes its tables into docs/papers/004.md (between the two markers there) and
+# its plots and pictures to docs/pictures/paper-004/. Some twelve minutes on two processors.
 #
 #   scripts/paper-004.sh BUILD_FOLDER [--quick] [--only SECTION]
 #
-# --quick: less of everything; --only: one section. Either only prints, and leaves the document alone. Where build-clang/ has the
-# program too, pictures of the two builds are compared.
+# --quick: less of everything; --only: one section. Either only prints, and leaves the document alone. Where
+# build-clang/ has the program too, pictures of the two builds are compared.
 set -eu
 build=$(cd "$1" && pwd)
 shift
@@ -41,7 +41,8 @@ compare_builds()
     for scene in mirror-room camera-is-light; do
         for sampler in halton independent; do
             set -- "scenes/paper-004/$scene.xml" -i qmcppm --sampler "$sampler" --spp 4 --resolution 128x81
-            if ! same_picture "$build/caustica" "$folder/gcc.exr" "$@" || ! same_picture "$clang" "$folder/clang.exr" "$@"; then
+            if ! same_picture "$build/caustica" "$folder/gcc.exr" "$@" ||
+                ! same_picture "$clang" "$folder/clang.exr" "$@"; then
                 echo "SKIPPED: $scene, $sampler does not render with both builds" >&2
                 continue
             fi

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The figures of a paper: runs its program (bench/paper_NUMBER.c), and writes the tables into docs/papers/NUMBER.md (between the two
-# markers there) and pictures to docs/pictures/paper-NUMBER/.
+# The figures of a paper: runs its program (bench/paper_NUMBER.c), and writes the tables into docs/papers/NUMBER.md
+# (between the two markers there) and pictures to docs/pictures/paper-NUMBER/.
 #
 #   scripts/paper-figures.sh NUMBER BUILD_FOLDER [the program's options: --quick, --only ...]
 #

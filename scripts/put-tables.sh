@@ -1,5 +1,6 @@
 #!/bin/sh
-# Puts the file TABLE into DOCUMENT, in place of what stands between the lines "<!-- NAME: begin" and "<!-- NAME: end".
+# Puts the file TABLE into DOCUMENT, in place of what stands between the lines "<!-- NAME: begin" and
+# "<!-- NAME: end".
 #
 #   scripts/put-tables.sh DOCUMENT NAME TABLE
 set -eu

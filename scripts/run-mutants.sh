@@ -3,22 +3,23 @@
 #
 #   scripts/run-mutants.sh [PATTERN]...      those whose names match one of the patterns (grep -E); default: all
 #
-# tests/mutants/NAME.patch is a unified diff with paths from the project's folder (patch -p1), and before it two lines:
+# tests/mutants/NAME.patch is a unified diff with paths from the project's folder (patch -p1), and before it two
+# lines:
 #
 #   Bug: what is wrong now, in a sentence.
 #   Killed-by: test_X
 #
-# A mutant is killed when test_X fails. These have failed: one that applies no longer (lines of context must be the same,
-# they may have moved), one that does not compile, one that test_X passes. Of the last kind the other fast tests are run,
-# too, until one fails, and it is named. A test that fails by the time limit has killed, and is marked. All test_X must
-# pass before anything is changed.
+# A mutant is killed when test_X fails. These have failed: one that applies no longer (lines of context must be the
+# same, they may have moved), one that does not compile, one that test_X passes. Of the last kind the other fast tests
+# are run, too, until one fails, and it is named. A test that fails by the time limit has killed, and is marked. All
+# test_X must pass before anything is changed.
 #
 # Prints a line for each mutant as it ends, then those that failed, and last of all exactly "N killed, N failed". Exit
 # status 1 when any failed or none was found.
 #
 # Copies, builds and logs are in build-mutants/, one copy for each mutant at a time; the checkout is not touched.
-# CA_MUTANT_JOBS: mutants at a time (default: the number of processors). CA_MUTANT_TIMEOUT: seconds for each test (180).
-# CA_MUTANT_SEARCH=0: a mutant that test_X passes has failed without a look at other tests.
+# CA_MUTANT_JOBS: mutants at a time (default: the number of processors). CA_MUTANT_TIMEOUT: seconds for each test
+# (180). CA_MUTANT_SEARCH=0: a mutant that test_X passes has failed without a look at other tests.
 set -u
 project=$(cd "$(dirname "$0")/.." && pwd)
 work=$project/build-mutants

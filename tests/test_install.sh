@@ -32,7 +32,8 @@ int main(void)
     ca_scene *scene = NULL;
     ca_error error;
     if (strcmp(ca_status_name(CA_OK), "ok") != 0 || ca_version()[0] == 0) return 1;
-    return ca_scene_load("missing.xml", NULL, 0, &scene, &error) != CA_OK && strstr(error.message, "missing.xml") ? 0 : 2;
+    if (ca_scene_load("missing.xml", NULL, 0, &scene, &error) == CA_OK) return 2;
+    return strstr(error.message, "missing.xml") ? 0 : 3;
 }
 END
 cp "$folder/user.c" "$folder/user.cpp"
@@ -40,7 +41,8 @@ warnings="-Wall -Wextra -Wpedantic -Wshadow -Werror"
 
 # shellcheck disable=SC2046,SC2086 # flags are several words
 check "header compiles as C11" \
-    $compiler -std=c11 -Wstrict-prototypes $warnings $(pkg-config --cflags caustica) -c "$folder/user.c" -o "$folder/c.o"
+    $compiler -std=c11 -Wstrict-prototypes $warnings $(pkg-config --cflags caustica) \
+    -c "$folder/user.c" -o "$folder/c.o"
 # shellcheck disable=SC2046,SC2086
 check "header compiles as C++11" \
     g++ -std=c++11 $warnings $(pkg-config --cflags caustica) -c "$folder/user.cpp" -o "$folder/cpp.o"
@@ -54,24 +56,25 @@ check "a C++ program runs with the shared library" shared_program
 
 # With all of the library, whatever this program wants of it: every library behind it must be named.
 static_program() {
+    local whole='-Wl,--whole-archive -l:libcaustica.a -Wl,--no-whole-archive'
     # shellcheck disable=SC2046
-    "$compiler" "$folder/c.o" \
-        $(pkg-config --static --libs caustica | sed 's/-lcaustica/-Wl,--whole-archive -l:libcaustica.a -Wl,--no-whole-archive/') \
+    "$compiler" "$folder/c.o" $(pkg-config --static --libs caustica | sed "s/-lcaustica/$whole/") \
         -o "$folder/static" && "$folder/static"
 }
 check "a C program runs with the static library" static_program
 
 # The names the header declares, and the names a dynamic linker sees.
 exports_agree() {
-    tr '\n' ' ' <include/caustica.h | grep -oE 'CA_API [^;{]*' | grep -oE '\bca_[a-z0-9_]+ *\(' | tr -d ' (' | sort -u \
-        >"$folder/declared"
+    tr '\n' ' ' <include/caustica.h | grep -oE 'CA_API [^;{]*' | grep -oE '\bca_[a-z0-9_]+ *\(' | tr -d ' (' |
+        sort -u >"$folder/declared"
     nm -D --defined-only "$library_folder/libcaustica.so" | awk '{ print $3 }' | sort -u >"$folder/exported"
     diff "$folder/declared" "$folder/exported"
 }
 check "the shared library exports what the header declares" exports_agree
 
 manuals_are_there() {
-    for file in man/man1/caustica.1 man/man1/caustica-render.1 bash-completion/completions/caustica zsh/site-functions/_caustica; do
+    for file in man/man1/caustica.1 man/man1/caustica-render.1 \
+        bash-completion/completions/caustica zsh/site-functions/_caustica; do
         test -s "$folder/prefix/share/$file" || return 1
     done
 }

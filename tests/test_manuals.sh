@@ -1,6 +1,6 @@
 #!/bin/bash
-# Man pages and completion: each command and each option that the program knows stands in them, the pages are good for groff, and
-# bash completes with them. Speaks TAP. CA_BUILD_DIR: the build folder.
+# Man pages and completion: each command and each option that the program knows stands in them, the pages are good for
+# groff, and bash completes with them. Speaks TAP. CA_BUILD_DIR: the build folder.
 set -u
 . tests/support/tap.sh
 build=${CA_BUILD_DIR:?the build folder}
@@ -25,7 +25,8 @@ help_is_good() {
     for command in $commands; do
         "$program" "$command" --help >"$folder/help" || return 1
         grep -Eq "^Examples?: caustica $command " "$folder/help" || { echo "$command: no example"; return 1; }
-        [ "$(head -c $((10 + ${#command})) "$folder/help")" = "caustica $command " ] || { echo "$command: first line"; return 1; }
+        [ "$(head -c $((10 + ${#command})) "$folder/help")" = "caustica $command " ] ||
+            { echo "$command: first line"; return 1; }
         [ "$(wc -l <"$folder/help")" -le 110 ] || { echo "$command: long"; return 1; }
         [ "$(options_of "$command" | wc -l)" -ge 2 ] || { echo "$command: no options"; return 1; }
     done
@@ -42,7 +43,10 @@ lines_are_short() {
             /^  (-.,|   ) --[a-z]/ { options = 1 }
             length($0) > 100 { print command ": " $0; bad = 1 }
             /^$/ { options = 0 }
-            options && !/^  (-.,|   ) --[a-z]/ && !/^                              [^ ]/ { print command ": not under its option: " $0; bad = 1 }
+            options && !/^  (-.,|   ) --[a-z]/ && !/^                              [^ ]/ {
+                print command ": not under its option: " $0
+                bad = 1
+            }
             END { exit bad }' "$folder/help" || return 1
     done
 }
@@ -51,10 +55,12 @@ check "lines of helps are short" lines_are_short
 pages_are_complete() {
     for command in $commands; do
         page=$folder/man/caustica-$command.1
-        grep -q "caustica\\\\-$command" "$folder/man/caustica.1" || { echo "$command is not in caustica(1)"; return 1; }
+        grep -q "caustica\\\\-$command" "$folder/man/caustica.1" ||
+            { echo "$command is not in caustica(1)"; return 1; }
         for option in $(options_of "$command"); do
             escaped=$(printf "%s" "$option" | sed 's/-/\\\\-/g')
-            grep -Eq "^\.B .*\\\\-\\\\-$escaped( |$)" "$page" || { echo "$command --$option is not in its page"; return 1; }
+            grep -Eq "^\.B .*\\\\-\\\\-$escaped( |$)" "$page" ||
+                { echo "$command --$option is not in its page"; return 1; }
         done
         for section in NAME SYNOPSIS OPTIONS EXAMPLES "SEE ALSO"; do
             grep -q "^\.SH $section$" "$page" || { echo "$command has no $section"; return 1; }
@@ -71,7 +77,8 @@ pages_say_all() {
             -e 's/^caustica[a-z-]* - //' -e 's/^ *//' \
             "$folder/man/caustica-$command.1" >"$folder/page"
         "$program" "$command" --help | sed -e '1s/^[^:]*:\( \|$\)//' \
-            -e 's/^  \(-.,\|   \) --[a-z0-9-]*\( [^ ][^ ]*\)\{0,1\}//' -e 's/^Examples\{0,1\}: //' -e 's/^ *//' -e '/^$/d' >"$folder/help"
+            -e 's/^  \(-.,\|   \) --[a-z0-9-]*\( [^ ][^ ]*\)\{0,1\}//' -e 's/^Examples\{0,1\}: //' \
+            -e 's/^ *//' -e '/^$/d' >"$folder/help"
         [ "$(wc -l <"$folder/help")" -ge 3 ] || { echo "$command: hardly a help"; return 1; }
         if grep -Fxv -f "$folder/page" "$folder/help"; then
             echo "$command: not in its page"
@@ -112,7 +119,8 @@ bash_completes() {
         completes "--sampler" render a.xml --quiet --sam && completes "bdpt bdpm" render -i bd &&
         completes "bdpt bdpm" render --integrator bd && completes "halton halton-plain" render --sampler = ha &&
         completes "" render --spp 1 && completes "" info --s && completes "" nothing --s &&
-        completes "-o default" render sc && completes "-o default" render --stats "" && completes "-o default" render -o "" &&
+        completes "-o default" render sc && completes "-o default" render --stats "" &&
+        completes "-o default" render -o "" &&
         completes "-o dirnames" render --dump-strategies ""
 }
 check "bash completes commands, options and names" bash_completes
@@ -137,7 +145,8 @@ names_agree() {
 check "bash knows integrators and samplers" names_agree
 
 # What stands in brackets and between colons for _arguments has none of its own.
-zsh_spec="^ +('\*')?(\{-.\+?,--[a-z0-9-]+=?\}|'--[a-z0-9-]+=?')'\[([^]:\\[]|\\\\.)*\](:([^]:\\[]|\\\\.)*:[^:]*)?' \\\\$"
+zsh_names="(\{-.\+?,--[a-z0-9-]+=?\}|'--[a-z0-9-]+=?')"
+zsh_spec="^ +('\*')?$zsh_names'\[([^]:\\[]|\\\\.)*\](:([^]:\\[]|\\\\.)*:[^:]*)?' \\\\$"
 zsh_knows_all() {
     local command option valued
     for command in $commands; do

@@ -1,5 +1,6 @@
 #!/bin/bash
-# The arithmetic of `make bench-peers`: errors, costs, their ratio and its interval, the agreement of means. Speaks TAP.
+# The arithmetic of `make bench-peers`: errors, costs, their ratio and its interval, the agreement of means. Speaks
+# TAP.
 set -u
 if ! command -v python3 >/dev/null; then
     echo "1..1"
@@ -51,7 +52,8 @@ numbers = random.Random(7)
 f.RESAMPLES = 200
 held, width = 0, 0.0
 for _ in range(200):
-    sample = [runs([numbers.lognormvariate(m, 0.3) for _ in range(16)], [1.0] * 16) for m in (0.0, 0.6931471805599453)]
+    sample = [runs([numbers.lognormvariate(mean, 0.3) for _ in range(16)], [1.0] * 16)
+              for mean in (0.0, 0.6931471805599453)]
     _, low, high = f.efficiency_ratio(sample[0], sample[1], "relmse")
     held += low <= 2.0 <= high
     width += (high - low) / 200

@@ -1,7 +1,7 @@
 #!/bin/bash
-# The scripts that judge the project are judged here: run-tests.sh must count crashes, silence, leaks and time limits as
-# failures, check-sources.sh must find each kind of breach and nothing else, and run-mutants.sh must tell what a test
-# finds from what none finds. Speaks TAP.
+# The scripts that judge the project are judged here: run-tests.sh must count crashes, silence, leaks and time limits
+# as failures, check-sources.sh must find each kind of breach and nothing else, and run-mutants.sh must tell what a
+# test finds from what none finds. Speaks TAP.
 set -u
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -30,7 +30,7 @@ counted() {
     echo "$(printf '%s\n' "$output" | tail -n 1), status $status"
 }
 
-echo "1..25"
+echo "1..31"
 verdict "all pass" "2 passed, 0 failed, status 0" "$(counted 'echo 1..2; echo ok 1 - a; echo ok 2 - b')"
 verdict "two groups" "2 passed, 0 failed, status 0" "$(counted 'echo 1..1; echo ok 1 - a; echo 1..1; echo ok 1 - b')"
 verdict "one fails" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a; echo not ok 2 - b; exit 1')"
@@ -49,15 +49,18 @@ complaints() { # complaints PATH LINES
     mkdir -p "$folder/tree/scripts" "$folder/tree/tests" "$folder/tree/bench" "$folder/tree/include"
     mkdir -p "$folder/tree/src/math" "$folder/tree/src/scene" "$folder/tree/$(dirname "$1")"
     cp "$scripts/check-sources.sh" "$folder/tree/scripts/"
+    printf '[*]\nmax_line_length = 118\n[*.py]\nmax_line_length = 140\n' >"$folder/tree/.editorconfig"
     echo '/* a vector */' >"$folder/tree/src/math/vec.h"
     echo '/* a scene */' >"$folder/tree/src/scene/scene.h"
     mkdir -p "$folder/tree/src/integrator"
-    echo 'const ca_integrator_type ca_integrator_bdpm = {.name = "bdpm", .create = create};' >"$folder/tree/src/integrator/b.c"
+    echo 'const ca_integrator_type ca_integrator_bdpm = {.name = "bdpm", .create = create};' \
+        >"$folder/tree/src/integrator/b.c"
     printf '%s\n' "$2" >"$folder/tree/$1"
     "$folder/tree/scripts/check-sources.sh" | grep -c "^$1:"
 }
 
-verdict "downward and system includes are fine" 0 "$(complaints src/scene/a.c $'#include "math/vec.h"\n#include <math.h>')"
+verdict "downward and system includes are fine" 0 \
+    "$(complaints src/scene/a.c $'#include "math/vec.h"\n#include <math.h>')"
 verdict "an upward include" 1 "$(complaints src/math/a.c '#include "scene/scene.h"')"
 verdict "an include not from src/" 1 "$(complaints src/math/a.c '#include "vec.h"')"
 verdict "a library outside of its file" 1 "$(complaints src/math/a.c '#include <embree3/rtcore.h>')"
@@ -68,6 +71,12 @@ verdict "a comparison with an integrator's name" 1 \
     "$(complaints src/render/a.c 'return strcmp(type->name, "bdpm") == 0;')"
 verdict "one in the folder of integrators is fine" 0 \
     "$(complaints src/integrator/a.c 'return strcmp(type->name, "bdpm") == 0;')"
+letters() { printf "%$1s" '' | tr ' ' x; }
+for place in "src/math/a.c 118" "tests/a.sh 118" "tests/a.py 140"; do
+    read -r path width <<<"$place"
+    verdict "a line of $width characters in $path" 0 "$(complaints "$path" "$(letters "$width")")"
+    verdict "one more is too long" 1 "$(complaints "$path" "$(letters $((width + 1)))")"
+done
 verdict "exit below cli" 1 "$(complaints src/math/a.c '/* last */ exit(1);')"
 verdict "exit in cli is fine" 0 "$(complaints src/cli/a.c 'exit(1); printf("x");')"
 

@@ -2,6 +2,10 @@
 
 #include <stdio.h>
 
+/* Here are the functions themselves. */
+#undef ca_fail
+#undef ca_fail_memory
+
 ca_status ca_fail(ca_error *error, ca_status status, const ca_location *where, const char *format, ...)
 {
     if (!error) return status;

@@ -35,6 +35,12 @@ ca_status ca_fail(ca_error *error, ca_status status, const ca_location *where, c
 /* The commonest of all: no memory for `what`. Returns CA_ERROR_MEMORY. */
 ca_status ca_fail_memory(ca_error *error, const char *what);
 
+/* Clang's analyzer sees one file at a time: that a failure never returns CA_OK must stand here. */
+#ifdef __clang_analyzer__
+#define ca_fail(error, status, ...) (ca_fail(error, status, __VA_ARGS__), (status))
+#define ca_fail_memory(error, what) (ca_fail_memory(error, what), CA_ERROR_MEMORY)
+#endif
+
 /* Leaves the function with the status of a failed call. */
 #define CA_TRY(call)                                                                                              \
     do {                                                                                                           \

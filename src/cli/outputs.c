@@ -7,6 +7,7 @@
 #include "image/layers.h"
 #include "path/technique.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -27,6 +28,7 @@ ca_status ca_outputs_check(const char *const *paths, size_t count, const char **
 {
     *part_path = NULL;
     for (size_t i = 0; i < count; i++) {
+        assert(paths[i]);
         if (!ca_part_is_path(paths[i])) {
             CA_TRY(ca_layers_check_path(paths[i], error));
             continue;
@@ -92,10 +94,8 @@ ca_status ca_output_check_folder(const char *path, ca_error *error)
 char *ca_output_default(const char *scene_path, const char *extension)
 {
     const char *slash = strrchr(scene_path, '/'), *name = slash ? slash + 1 : scene_path;
-    const size_t length = strlen(name) - strlen(ca_path_extension(name));
-    char *path = ca_alloc(length + strlen(extension) + 1, 1);
-    if (!path) return NULL;
-    memcpy(path, name, length);
-    memcpy(path + length, extension, strlen(extension) + 1);
+    const size_t length = strlen(name) - strlen(ca_path_extension(name)), size = length + strlen(extension) + 1;
+    char *path = ca_alloc(size, 1);
+    if (path) snprintf(path, size, "%.*s%s", (int)length, name, extension);
     return path;
 }

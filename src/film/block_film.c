@@ -236,6 +236,7 @@ double ca_block_film_mean_luminance(const ca_block_film *film)
 static bool pixel_variances(const block_bars *bars, const block_pixel *pixel, ca_pair_design *design,
                             ca_pair_variances *v)
 {
+    assert(bars); /* of films that have them */
     const uint64_t *counts = bars->counts;
     if (counts[BAR_FIRST] != 1 || counts[BAR_LOST] > 0 || pixel->paths == 0) return false;
     const double blocks = (double)counts[BAR_BLOCKS];

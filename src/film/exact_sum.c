@@ -94,12 +94,12 @@ double ca_exact_sum_value(const ca_exact_sum *sum)
 
 void ca_exact_sum_write(const ca_exact_sum *sum, unsigned char bytes[CA_EXACT_SUM_BYTES])
 {
-    for (int i = 0; i <= TOP; i++) ca_put_u64(bytes + 8 * i, sum->words[i]);
+    for (size_t i = 0; i <= TOP; i++) ca_put_u64(bytes + 8 * i, sum->words[i]);
 }
 
 ca_exact_sum ca_exact_sum_read(const unsigned char bytes[CA_EXACT_SUM_BYTES])
 {
     ca_exact_sum sum;
-    for (int i = 0; i <= TOP; i++) sum.words[i] = ca_get_u64(bytes + 8 * i);
+    for (size_t i = 0; i <= TOP; i++) sum.words[i] = ca_get_u64(bytes + 8 * i);
     return sum;
 }

@@ -105,7 +105,7 @@ static void fill_header(const ca_part *part, unsigned char header[HEADER_BYTES])
     for (int i = 0; i < 4; i++) fields[FIELD_CROP + i] = film->crop[i];
     for (int i = 0; i < CA_PART_COUNTS; i++) fields[FIELD_COUNTS + i] = part->counts[i];
     memcpy(header, magic, sizeof magic);
-    for (int i = 0; i < FIELD_COUNT; i++) ca_put_u64(header + 8 + 8 * i, fields[i]);
+    for (size_t i = 0; i < FIELD_COUNT; i++) ca_put_u64(header + 8 + 8 * i, fields[i]);
 }
 
 static void put_part(part_writer *writer, const ca_part *part, unsigned char *row)
@@ -166,7 +166,7 @@ static ca_status read_fields(part_reader *reader, ca_error *error)
     if (bytes->size < HEADER_BYTES + HASH_BYTES)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off after %zu bytes", reader->path,
                        bytes->size);
-    for (int i = 0; i < FIELD_COUNT; i++) reader->fields[i] = ca_get_u64(bytes->data + 8 + 8 * i);
+    for (size_t i = 0; i < FIELD_COUNT; i++) reader->fields[i] = ca_get_u64(bytes->data + 8 + 8 * i);
     if (reader->fields[FIELD_FORMAT] != FORMAT)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: a part file of format %llu, but this version reads %d",
                        reader->path, (unsigned long long)reader->fields[FIELD_FORMAT], FORMAT);

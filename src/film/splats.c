@@ -176,7 +176,7 @@ static void add_to_pixels(const add_task *task, const ca_splat *splat, const foo
 {
     float spread[3 * WIDEST];
     const uint32_t numbers = 3 * f->columns;
-    for (uint32_t i = 0; i < f->columns; i++) {
+    for (size_t i = 0; i < f->columns; i++) {
         const float height = f->along_x[i] * task->scale;
         spread[3 * i] = height * splat->value.r;
         spread[3 * i + 1] = height * splat->value.g;

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "import/substitution.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -59,7 +60,8 @@ static ca_status add_folder(expander *x, const ca_xml_node *node)
     ca_document *d = x->document;
     const char *value = ca_xml_attribute_value(node, "value");
     const char *folder = ca_document_resolve(d, node->where.file, value);
-    char *with_slash = folder ? ca_arena_alloc(&d->arena, strlen(folder) + 2, 1) : NULL;
+    const size_t size = folder ? strlen(folder) + 2 : 0;
+    char *with_slash = folder ? ca_arena_alloc(&d->arena, size, 1) : NULL;
     const char **folders = ca_array_grow(d->folders, &d->folder_capacity, d->folder_count + 1, sizeof *folders);
     if (folders) d->folders = folders;
     if (!with_slash || !folders) return ca_fail_memory(x->error, "a path");
@@ -67,7 +69,7 @@ static ca_status add_folder(expander *x, const ca_xml_node *node)
     if (stat(folder, &info) != 0 || !S_ISDIR(info.st_mode))
         return ca_fail(x->error, CA_ERROR_SCENE, &node->where, "<path>: there is no folder \"%s\"", folder);
     if (d->folder_count == 64) return ca_fail(x->error, CA_ERROR_SCENE, &node->where, "more than 64 paths");
-    strcat(strcpy(with_slash, folder), "/");
+    snprintf(with_slash, size, "%s/", folder);
     d->folders[d->folder_count++] = with_slash;
     return CA_OK;
 }

@@ -62,10 +62,10 @@ static void stop(reader *r, ca_status status, const char *message)
 
 static bool copy_attributes(reader *r, ca_xml_node *node, const XML_Char **pairs)
 {
-    while (pairs[2 * node->attribute_count]) node->attribute_count++;
+    while (pairs[2 * (size_t)node->attribute_count]) node->attribute_count++;
     node->attributes = ca_arena_alloc(r->arena, node->attribute_count, sizeof *node->attributes);
     if (!node->attributes) return false;
-    for (uint32_t i = 0; i < node->attribute_count; i++) {
+    for (size_t i = 0; i < node->attribute_count; i++) {
         node->attributes[i].name = ca_arena_strdup(r->arena, pairs[2 * i]);
         node->attributes[i].value = ca_arena_strdup(r->arena, pairs[2 * i + 1]);
         if (!node->attributes[i].name || !node->attributes[i].value) return false;

@@ -164,10 +164,11 @@ static ca_status apply_overrides(const ca_integrator_type *type, const char *ove
                                  ca_error *error)
 {
     char text[512];
-    if (strlen(overrides) >= sizeof text)
+    const size_t size = strlen(overrides) + 1;
+    if (size > sizeof text)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the integrator's parameters are longer than %zu characters",
                        sizeof text - 1);
-    strcpy(text, overrides);
+    memcpy(text, overrides, size);
     bool given[CA_MAX_PARAMETERS] = {false};
     for (char *rest = text, *end; rest && *rest; rest = end) {
         end = strchr(rest, ',');

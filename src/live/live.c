@@ -84,7 +84,7 @@ static bool settle(ca_live *live, double cost)
     pthread_mutex_lock(&state->lock);
     if (state->phase != CA_LIVE_PAUSED) state->budget.spent += cost;
     while (!ca_live_state_may_serve(state)) {
-        struct timespec time = {.tv_nsec = NAP_MILLISECONDS * 1000000};
+        struct timespec time = {.tv_nsec = NAP_MILLISECONDS * 1000000L};
         pthread_mutex_unlock(&state->lock);
         nanosleep(&time, NULL);
         pthread_mutex_lock(&state->lock);

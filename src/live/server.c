@@ -440,10 +440,11 @@ static ca_status open_server(ca_live_server *server, const char *address, uint16
     const struct addrinfo hints = {.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE,
                                    .ai_socktype = SOCK_STREAM};
     snprintf(port_text, sizeof port_text, "%u", port);
-    if (strlen(address) >= CA_LIVE_ADDRESS_SIZE || getaddrinfo(address, port_text, &hints, &place) != 0)
+    const size_t size = strlen(address) + 1;
+    if (size > CA_LIVE_ADDRESS_SIZE || getaddrinfo(address, port_text, &hints, &place) != 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not an address in numbers, such as 127.0.0.1",
                        address);
-    strcpy(server->access.address, address);
+    memcpy(server->access.address, address, size);
     server->access.any_address = strcmp(address, "0.0.0.0") == 0 || strcmp(address, "::") == 0;
     ca_status status = CA_OK;
     if (!ca_live_make_token(server->access.token))

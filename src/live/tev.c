@@ -33,8 +33,9 @@ static ca_status split_place(const char *place, char host[256], const char **por
     if (length == 0 || length >= 256 || !ca_parse_digits(colon + 1, strlen(colon + 1), 65535, &number) || number == 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.300s\" is not HOST:PORT, such as localhost:14158", place);
     const bool bracketed = place[0] == '[' && length > 2 && place[length - 1] == ']';
-    memcpy(host, place + bracketed, length - 2 * bracketed);
-    host[length - 2 * bracketed] = '\0';
+    const size_t host_length = bracketed ? length - 2 : length;
+    memcpy(host, place + bracketed, host_length);
+    host[host_length] = '\0';
     *port = colon + 1;
     return CA_OK;
 }

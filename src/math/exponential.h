@@ -12,7 +12,7 @@
 
 #define CA_LOG2_E 1.44269504088896341f
 #define CA_LN_2_HIGH 0.693359375f
-#define CA_LN_2_LOW -2.12194440e-4f
+#define CA_LN_2_LOW (-2.12194440e-4f)
 /* Adding it rounds to a whole number; taking it away again leaves that. */
 #define CA_ROUND_TO_WHOLE 12582912.0f
 

@@ -25,6 +25,7 @@ static uint32_t slabs_needed(uint32_t paths, uint32_t workers)
 static uint32_t slabs_touched(const ca_light_store *store)
 {
     const uint32_t used = ca_max_u32(store->slab_peak, store->slab_used);
+    assert(used == 0 || store->slabs);
     return ca_min_u32(used, store->slab_capacity);
 }
 

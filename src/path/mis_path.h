@@ -4,7 +4,7 @@
 
 #include "path/path_vertex.h"
 
-#define CA_MIS_NO_TAIL -1.0
+#define CA_MIS_NO_TAIL (-1.0)
 
 /* One subpath of a split, and what its last vertex v[count-1] gets to know from the other side. */
 typedef struct ca_mis_side {

@@ -262,9 +262,10 @@ static ca_status prepare_part(const ca_render_plan *plan, ca_part *part, ca_erro
 {
     const char *path = plan->scene->desc.path ? plan->scene->desc.path : "";
     part->threads = plan->threads;
-    part->scene_path = ca_alloc(strlen(path) + 1, 1);
+    const size_t size = strlen(path) + 1;
+    part->scene_path = ca_alloc(size, 1);
     if (!part->scene_path) return ca_fail_memory(error, "the render");
-    strcpy(part->scene_path, path);
+    memcpy(part->scene_path, path, size);
     CA_TRY(ca_part_settings_make(plan, &part->settings, error));
     return ca_block_film_create(&part->film, &plan->block_film, error);
 }

@@ -13,6 +13,7 @@
 #include "sampling/sampler_kinds.h"
 #include "sampling/sobol_table.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* ---- The first two dimensions ---------------------------------------------------------------------------------- */
@@ -63,7 +64,7 @@ void ca_sobol_prepare(ca_sampler *sampler)
     }
     for (uint32_t bit = 0; bit < count; bit++) {
         uint32_t pivot = bit;
-        while (!(pixel[pivot] >> bit & 1)) pivot++; /* exists: every pixel is reached */
+        for (; !(pixel[pivot] >> bit & 1); pivot++) assert(pivot + 1 < count); /* exists: every pixel is reached */
         const uint64_t pivot_pixel = pixel[pivot], pivot_number = number[pivot];
         pixel[pivot] = pixel[bit], number[pivot] = number[bit];
         pixel[bit] = pivot_pixel, number[bit] = pivot_number;

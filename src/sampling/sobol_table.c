@@ -44,15 +44,15 @@
 #define TERM(s, a, k, v) (((COEFFICIENTS(s, a) >> (11 - (k)) & 1) ? (v) : 0) ^ ((k) == (s) ? (v) >> (s) : 0))
 
 #define COLUMN(d, s, a, j, j1, j2, j3, j4, j5, j6, j7, j8, j9, j10, j11) \
-    V##d##_##j = TERM(s, a, 1, V##d##_##j1) ^ TERM(s, a, 2, V##d##_##j2) ^ TERM(s, a, 3, V##d##_##j3) ^ \
-                 TERM(s, a, 4, V##d##_##j4) ^ TERM(s, a, 5, V##d##_##j5) ^ TERM(s, a, 6, V##d##_##j6) ^ \
-                 TERM(s, a, 7, V##d##_##j7) ^ TERM(s, a, 8, V##d##_##j8) ^ TERM(s, a, 9, V##d##_##j9) ^ \
-                 TERM(s, a, 10, V##d##_##j10) ^ TERM(s, a, 11, V##d##_##j11)
+    V##d##_##j = (TERM(s, a, 1, V##d##_##j1) ^ TERM(s, a, 2, V##d##_##j2) ^ TERM(s, a, 3, V##d##_##j3) ^ \
+                  TERM(s, a, 4, V##d##_##j4) ^ TERM(s, a, 5, V##d##_##j5) ^ TERM(s, a, 6, V##d##_##j6) ^ \
+                  TERM(s, a, 7, V##d##_##j7) ^ TERM(s, a, 8, V##d##_##j8) ^ TERM(s, a, 9, V##d##_##j9) ^ \
+                  TERM(s, a, 10, V##d##_##j10) ^ TERM(s, a, 11, V##d##_##j11))
 
 #define ROW(d, s, a, v0, v1, v2, v3, v4, v5, v6, v7, v8, v9, v10) \
     enum { \
-        V##d##_0 = v0, V##d##_1 = v1, V##d##_2 = v2, V##d##_3 = v3, V##d##_4 = v4, V##d##_5 = v5, \
-        V##d##_6 = v6, V##d##_7 = v7, V##d##_8 = v8, V##d##_9 = v9, V##d##_10 = v10, \
+        V##d##_0 = (v0), V##d##_1 = (v1), V##d##_2 = (v2), V##d##_3 = (v3), V##d##_4 = (v4), V##d##_5 = (v5), \
+        V##d##_6 = (v6), V##d##_7 = (v7), V##d##_8 = (v8), V##d##_9 = (v9), V##d##_10 = (v10), \
         COLUMN(d, s, a, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0), \
         COLUMN(d, s, a, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1), \
         COLUMN(d, s, a, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2), \

@@ -24,7 +24,7 @@
 #define CA_TABLE_ADD(table)                                                                                          \
     ((table)->items = ca_table_room((table)->items, (table)->count, &(table)->capacity, sizeof *(table)->items),     \
      ca_table_append((table)->items, &(table)->count, (table)->capacity, sizeof *(table)->items))
-/* Its two steps: `items` with room for one more, as they were when out of memory; the new element, where there is
+/* Its two steps: `items` with room for one more, or as they were when out of memory; the new element, if there is
  * room. */
 void *ca_table_room(void *items, size_t count, size_t *capacity, size_t size);
 bool ca_table_append(void *items, size_t *count, size_t capacity, size_t size);

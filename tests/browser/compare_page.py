@@ -94,7 +94,8 @@ class Page:
         self.settle()
 
     def captions(self):
-        return self.browser.run("return [...document.querySelectorAll('.caption')].map((c) => c.querySelector('b').textContent + ' ' + c.querySelector('span').textContent)")
+        return self.browser.run("return [...document.querySelectorAll('.caption')].map((c) => "
+                                "c.querySelector('b').textContent + ' ' + c.querySelector('span').textContent)")
 
     def values(self):
         """Texts of the table's last cell, by the image's number."""

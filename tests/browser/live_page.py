@@ -24,8 +24,8 @@ class Render:
 
     def __init__(self, *words):
         # One thread that steps back: the browser is to have the processors when it needs them.
-        self.process = subprocess.Popen(["nice", "-n", "10", CAUSTICA, "render", "--threads", "1", "scene.xml", "--serve", *words], cwd=FOLDER, stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True)
+        command = ["nice", "-n", "10", CAUSTICA, "render", "--threads", "1", "scene.xml", "--serve", *words]
+        self.process = subprocess.Popen(command, cwd=FOLDER, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.url = re.search(r"http://\S+", self.process.stdout.readline()).group(0)
 
     def finish(self):
@@ -115,8 +115,8 @@ def test_a_render_to_its_end(browser):
         passes = int(re.search(r"pass (\d+)", status(browser)).group(1))
         press(browser, "save")
         wait(browser, "return document.getElementById('said').textContent.startsWith('saved a.exr, a.png with')")
-        expect(browser.run("return document.getElementById('said').textContent") == f"saved a.exr, a.png with {passes:.4g} samples per pixel",
-               browser.run("return document.getElementById('said').textContent"))
+        said = browser.run("return document.getElementById('said').textContent")
+        expect(said == f"saved a.exr, a.png with {passes:.4g} samples per pixel", said)
         wait(browser, "return document.querySelector('.caption .right').textContent.endsWith(` ${arguments[0]}`)", passes)
         wait(browser, "return document.querySelector('[data-channel=\"ConfidenceHigh.Y\"]').nextElementSibling.textContent.trim()")
         time.sleep(0.3)
@@ -132,7 +132,8 @@ def test_a_render_to_its_end(browser):
 
         press(browser, "pause")
         wait(browser, "return document.getElementById('status').textContent.startsWith('rendering')")
-        wait(browser, "return Number(/pass ([0-9]+)/.exec(document.querySelector('.caption .right').textContent)[1]) > arguments[0]", passes)
+        wait(browser, "return Number(/pass ([0-9]+)/.exec(document.querySelector('.caption .right').textContent)[1]) > arguments[0]",
+             passes)
         os.remove(os.path.join(FOLDER, "a.exr"))
         press(browser, "stop")
         wait(browser, "return document.getElementById('status').textContent.startsWith('done')")

@@ -91,7 +91,8 @@ def test_error_bars_are_the_files(page):
             expect(text[0] == "±" and abs(float(text[1:]) - error) <= 0.056 * error, text, error)
     # Drawn: in the bar's own row the interval is the channel's colour, outside of it nothing.
     drawn = page.browser.run("return [...document.querySelectorAll('.values canvas')].map((c) =>"
-                             "[...c.getContext('2d').getImageData(0, 0, c.width, c.height).data].filter((v, i) => i % 4 === 3 && v).length)")
+                             "[...c.getContext('2d').getImageData(0, 0, c.width, c.height).data]"
+                             ".filter((v, i) => i % 4 === 3 && v).length)")
     expect(len(drawn) == 3 and min(drawn) > 40, drawn)
 
 
@@ -262,14 +263,16 @@ def test_layers_of_the_file(page):
 def test_colours_agree_with_the_scale(page):
     page.choose("layer", "absolute")
     page.choose("map", "grey")
-    page.browser.run("for (const [id, v] of [['low', '0.05'], ['high', '0.55']]) { const e = document.getElementById(id); e.value = v; e.dispatchEvent(new Event('change')); }")
+    page.browser.run("for (const [id, v] of [['low', '0.05'], ['high', '0.55']]) { "
+                     "const e = document.getElementById(id); e.value = v; e.dispatchEvent(new Event('change')); }")
     page.settle()
     for x, y in SPOTS:
         value = sum(abs(p - q) for p, q in zip(page.rgb(1, x, y), page.rgb(0, x, y))) / 3
         level = 255 * min(max((value - 0.05) / 0.5, 0), 1)
         found = page.color(*page.place(x, y))
         expect(near(found, [level] * 3), x, y, found, level)
-    scale = page.browser.run("const c = document.getElementById('scale'), d = c.getContext('2d').getImageData(44, 8, c.clientWidth - 88, 1).data;"
+    scale = page.browser.run("const c = document.getElementById('scale'), "
+                             "d = c.getContext('2d').getImageData(44, 8, c.clientWidth - 88, 1).data;"
                              "return [...d].filter((v, i) => i % 4 === 0)")
     for i in (0, len(scale) // 4, len(scale) // 2, len(scale) - 1):
         expect(abs(scale[i] - 255 * (i + 0.5) / len(scale)) <= 1.5, i, scale[i])
@@ -344,7 +347,8 @@ def prepare():
     os.makedirs(os.path.dirname(os.path.join(FOLDER, NASTY)), exist_ok=True)
     for name, spp, seed in (("ref.exr", "64", "1"), ("a.exr", "8", "2"), (NASTY, "4", "3")):
         caustica("render", "scene.xml", "--spp", spp, "--seed", seed, "-o", name, "--quiet")
-    caustica("compare", "a.exr", NASTY, "--reference", "ref.exr", "--html", "page.html", "--stats", "stats.json", "--html-layers", "Albedo,N")
+    caustica("compare", "a.exr", NASTY, "--reference", "ref.exr", "--html", "page.html", "--stats", "stats.json",
+             "--html-layers", "Albedo,N")
     caustica("compare", "a.exr", "--reference", "ref.exr", "--maps", "maps-a.exr")
     caustica("render", "scene.xml", "--spp", "2", "--resolution", "1024x1024", "-o", "large.exr", "--quiet")
     names = [f"large-{i}.exr" for i in range(8)]

@@ -1,6 +1,6 @@
 #!/bin/bash
-# A page in a headless Chromium: tests/browser/NAME_page.py, which speaks TAP, on the program in CA_BUILD_DIR. Screenshots stay there, in
-# tests/NAME-page/. Where there is no browser it says so.
+# A page in a headless Chromium: tests/browser/NAME_page.py, which speaks TAP, on the program in CA_BUILD_DIR.
+# Screenshots stay there, in tests/NAME-page/. Where there is no browser it says so.
 #
 #   tests/browser/run.sh NAME WHAT      (WHAT: for people)
 set -u

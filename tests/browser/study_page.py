@@ -65,7 +65,8 @@ def begin(browser, subject):
 
 
 def stored(browser):
-    return browser.run("return JSON.parse(localStorage.getItem('caustica-study-' + JSON.parse(document.getElementById('data').textContent).id) || '[]')")
+    return browser.run("return JSON.parse(localStorage.getItem("
+                       "'caustica-study-' + JSON.parse(document.getElementById('data').textContent).id) || '[]')")
 
 
 def watched(browser):
@@ -239,7 +240,8 @@ def test_images_are_those_of_the_files(browser):
     click(browser, "show")
     browser.wait("return getComputedStyle(document.querySelector('canvas.picture')).visibility === 'visible'")
     browser.screenshot(os.path.join(FOLDER, "shown.png"))
-    boxes = browser.run("return [...document.querySelectorAll('canvas.picture')].map((c) => [c.width, c.height, c.clientWidth, c.clientHeight])")
+    boxes = browser.run("return [...document.querySelectorAll('canvas.picture')].map((c) => "
+                        "[c.width, c.height, c.clientWidth, c.clientHeight])")
     expect(boxes == [[300, 200, 300, 200]] * 2, boxes)
     found = browser.run(
         "return [...document.querySelectorAll('canvas.picture')].map((c) => [...c.getContext('2d').getImageData(0, 0, 300, 200).data]"
@@ -287,7 +289,8 @@ def test_two_windows(browser):
     browser.wait("return getComputedStyle(document.querySelector('canvas.picture')).visibility === 'visible'")
     other = next(each for each in windows(browser) if each != main)
     browser._call("POST", browser.base + "/window", {"handle": other})
-    found = browser.run("const c = document.querySelectorAll('canvas'); return [c.length, c[0].width, c[0].clientWidth, c[0].style.visibility]")
+    found = browser.run("const c = document.querySelectorAll('canvas'); "
+                        "return [c.length, c[0].width, c[0].clientWidth, c[0].style.visibility]")
     browser.screenshot(os.path.join(FOLDER, "second.png"))
     browser._call("POST", browser.base + "/window", {"handle": main})
     expect(found == [1, 300, 300, "visible"], found)
