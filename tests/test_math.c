@@ -1,4 +1,5 @@
 /* Matrices, frames and measures against what they are by definition. */
+#include "math/arc_tangent.h"
 #include "math/frame.h"
 #include "math/measure.h"
 #include "math/transform.h"
@@ -190,12 +191,36 @@ static void test_neighbours(void **state)
     }
 }
 
+/* Angles all around, of points near and far, and on the axes. */
+static void test_arc_tangent(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(9);
+    double worst = 0.0;
+    for (int i = 0; i < 1000000; i++) {
+        const float x = 2.0f * ca_test_random_float(&random) - 1.0f, y = 2.0f * ca_test_random_float(&random) - 1.0f;
+        const float far = ldexpf(1.0f, (int)(ca_test_random_u32(&random) % 100) - 50);
+        const float thin = ldexpf(1.0f, -(int)(ca_test_random_u32(&random) % 20));
+        const double exact = atan2((double)(y * thin * far), (double)(x * far));
+        worst = fmax(worst, fabs((double)ca_atan2(y * thin * far, x * far) / exact - 1.0));
+    }
+    print_message("largest relative error %.3g\n", worst);
+    assert_true(worst < 3e-7);
+    static const float axis[][2] = {{0.0f, 0.0f}, {-0.0f, 0.0f},  {0.0f, -0.0f}, {-0.0f, -0.0f}, {0.0f, 3.0f},
+                                    {3.0f, 0.0f}, {-3.0f, -0.0f}, {0.0f, -3.0f}, {-0.0f, -3.0f}};
+    for (size_t i = 0; i < sizeof axis / sizeof axis[0]; i++) {
+        const float got = ca_atan2(axis[i][0], axis[i][1]), expected = atan2f(axis[i][0], axis[i][1]);
+        assert_true(got == expected && signbit(got) == signbit(expected));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rotations), cmocka_unit_test(test_products),    cmocka_unit_test(test_look_at),
         cmocka_unit_test(test_inverses),  cmocka_unit_test(test_affine_maps), cmocka_unit_test(test_frames),
         cmocka_unit_test(test_measures),  cmocka_unit_test(test_neighbours),
+        cmocka_unit_test(test_arc_tangent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 #include "geometry/quadric.h"
 
-#include "math/numeric.h"
+#include "math/arc_tangent.h"
 
 /* Double precision vectors of this file. */
 typedef struct dvec {
@@ -117,8 +117,8 @@ static ca_vec3 rounding_error(ca_vec3 p)
 /* Angle around z in turns, [0, 1). */
 static float turn(float x, float y)
 {
-    const float u = atan2f(y, x) * CA_INV_TWO_PI;
-    return u < 0.0f ? fminf(u + 1.0f, CA_ONE_MINUS_EPSILON) : u;
+    const float u = ca_atan2(y, x) * CA_INV_TWO_PI;
+    return u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u;
 }
 
 static void set_tangents(const ca_affine *map, ca_vec3 dpdu_local, ca_vec3 dpdv_local, ca_surface *surface)
@@ -135,9 +135,9 @@ static void sphere_surface(const ca_shape *shape, ca_vec3 position, ca_surface *
     surface->position = dround(dmadd(center, (double)shape->as.sphere.radius * scale, from_center));
     surface->ng = dround(dscale(from_center, scale));
     const ca_vec3 local = ca_normalize(ca_map_vector(shape->as.sphere.map.from, surface->ng));
-    surface->uv = (ca_vec2){turn(local.x, local.y), acosf(ca_clamp(local.z, -1.0f, 1.0f)) * CA_INV_PI};
-    if (!shape->needs_tangents) return;
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
+    surface->uv = (ca_vec2){turn(local.x, local.y), ca_atan2(ring, local.z) * CA_INV_PI};
+    if (!shape->needs_tangents) return;
     const ca_vec3 outward = ring > 0.0f ? (ca_vec3){local.x / ring, local.y / ring, 0.0f} : (ca_vec3){1, 0, 0};
     set_tangents(&shape->as.sphere.map, (ca_vec3){-CA_TWO_PI * ring * outward.y, CA_TWO_PI * ring * outward.x, 0.0f},
                  (ca_vec3){CA_PI * local.z * outward.x, CA_PI * local.z * outward.y, -CA_PI * ring}, surface);

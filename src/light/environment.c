@@ -8,7 +8,7 @@
  * luminance (but for chroma of negative values), so its density is positive wherever the light is not black. */
 #include "base/memory.h"
 #include "light/light_kinds.h"
-#include "math/numeric.h"
+#include "math/arc_tangent.h"
 #include "sampling/warp.h"
 
 /* ---- Lookup ---------------------------------------------------------------------------------------------------- */
@@ -17,9 +17,9 @@
 static ca_vec2 direction_to_uv(ca_vec3 local, float *sin_theta)
 {
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.z));
-    const float u = atan2f(local.x, -local.z) * CA_INV_TWO_PI;
+    const float u = ca_atan2(local.x, -local.z) * CA_INV_TWO_PI;
     *sin_theta = ring;
-    return (ca_vec2){u < 0.0f ? fminf(u + 1.0f, CA_ONE_MINUS_EPSILON) : u, atan2f(ring, local.y) * CA_INV_PI};
+    return (ca_vec2){u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u, ca_atan2(ring, local.y) * CA_INV_PI};
 }
 
 static ca_vec3 uv_to_direction(ca_vec2 uv)
