@@ -30,16 +30,21 @@ void ca_batch_sample_1d(const ca_batch *batch, uint32_t dimension, ca_number_bat
 
 /* ---- Camera paths ---------------------------------------------------------------------------------------------- */
 
-static void start_one(ca_batch *batch, const ca_integrator_input *input, uint32_t i)
+static void start_streams(ca_batch *batch, const ca_integrator_input *input)
+{
+    for (uint32_t i = 0; i < batch->count; i++) {
+        const ca_camera_path *path = &batch->paths[i];
+        const uint64_t pixel = (uint64_t)path->y * input->camera->width + path->x;
+        batch->streams[i] = ca_stream_start(input->sampler, pixel, path->index);
+        batch->key[i] = batch->streams[i].key;
+        batch->slot[i] = i;
+    }
+}
+
+static void start_one(ca_batch *batch, const ca_camera *camera, ca_vec2 offset, uint32_t i)
 {
     const ca_camera_path *path = &batch->paths[i];
-    const uint64_t pixel = (uint64_t)path->y * input->camera->width + path->x;
-    const ca_stream stream = ca_stream_start(input->sampler, pixel, path->index);
-    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &stream, path->x, path->y,
-                                                 &path->sample->filter_weight);
-    batch->streams[i] = stream;
-    batch->key[i] = stream.key;
-    batch->slot[i] = i;
+    const ca_camera_ray ray = ca_walk_camera_ray(camera, &batch->streams[i], path->x, path->y, offset);
     batch->radiance[i] = (ca_rgb){0};
     ca_column3_set(&batch->rays.origin, i, ray.origin);
     ca_column3_set(&batch->rays.direction, i, ray.direction);
@@ -56,10 +61,18 @@ static void start_one(ca_batch *batch, const ca_integrator_input *input, uint32_
 
 void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca_camera_path *paths, uint32_t count)
 {
+    ca_number_batch *offset = &batch->numbers[0], *weight = &batch->numbers[1];
     batch->paths = paths;
     batch->count = count;
     batch->segments = 0;
-    for (uint32_t i = 0; i < count; i++) start_one(batch, input, i);
+    start_streams(batch, input);
+    ca_batch_sample_2d(batch, CA_DIM_FILM, offset);
+    ca_filter_sample_axis(input->filter, count, offset->x, weight->x);
+    ca_filter_sample_axis(input->filter, count, offset->y, weight->y);
+    for (uint32_t i = 0; i < count; i++) {
+        paths[i].sample->filter_weight = weight->x[i] * weight->y[i];
+        start_one(batch, input->camera, (ca_vec2){offset->x[i], offset->y[i]}, i);
+    }
 }
 
 void ca_batch_intersect(ca_batch *batch, const ca_scene *scene, ca_worker *worker)

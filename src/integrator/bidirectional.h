@@ -183,7 +183,8 @@ struct ca_camera_walk {
 
 /* For algorithms that join paths in another order. */
 typedef struct ca_walk_hooks {
-    void (*at_vertex)(ca_camera_walk *walk); /* takes the place of gathering at a vertex that scatters smoothly */
+    /* Takes the place of gathering, at the last vertices of all walks of a batch that are still on their way. */
+    void (*at_vertices)(ca_camera_walk *const *walks, uint32_t count);
     bool (*shows_light)(
         const ca_camera_walk *walk); /* does the light that the last vertex lies on count? NULL: yes */
 } ca_walk_hooks;
@@ -217,10 +218,9 @@ struct ca_next_event {
     ca_rgb unweighted;
 };
 
-/* At the last vertices of the walks that scatter smoothly. */
-void ca_next_events(ca_camera_walk *const *walks, uint32_t count);
-/* The same for one walk at once; `weighted`: by all that the rules allow, else it counts in full. */
-void ca_next_event_now(ca_camera_walk *walk, bool weighted);
+/* At the last vertices of the walks that scatter smoothly; `weighted`: by all that the rules allow, else each counts
+ * in full. */
+void ca_next_events(ca_camera_walk *const *walks, uint32_t count, bool weighted);
 
 /* ---- Connect --------------------------------------------------------------------------------------------------- */
 

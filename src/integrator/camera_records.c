@@ -8,13 +8,19 @@
 /* Tasks of one step when records are filled into the memory. */
 enum { FILL_TASKS = 32 };
 
-/* What a walk fills. */
-typedef struct record_walk {
+/* ---- Vertices of a batch --------------------------------------------------------------------------------------- */
+
+/* The paths of a task, which are traced together. */
+typedef struct record_batch {
     const ca_qmcppm *q;
     ca_camera_task *task;
-} record_walk;
-
-/* ---- One camera path ------------------------------------------------------------------------------------------- */
+    ca_camera_record *records;
+    ca_kept_vertices *kept; /* of the worker */
+    uint32_t count, kept_count;
+    uint32_t first[CA_CAMERA_TASK], last[CA_CAMERA_TASK]; /* of each path in `kept`, or CA_NONE */
+    ca_camera_path paths[CA_CAMERA_TASK];
+    ca_camera_walk *walks[CA_CAMERA_TASK];
+} record_batch;
 
 /* Was there a Dirac event before the last vertex? */
 static bool met_dirac(const ca_camera_walk *walk)
@@ -25,8 +31,8 @@ static bool met_dirac(const ca_camera_walk *walk)
 
 static bool shows_light(const ca_camera_walk *walk)
 {
-    const record_walk *record = walk->user;
-    return ca_qmcppm_shows(record->q, met_dirac(walk));
+    const record_batch *batch = walk->user;
+    return ca_qmcppm_shows(batch->q, met_dirac(walk));
 }
 
 static float initial_radius(const ca_qmcppm *q, ca_vec3 position)
@@ -37,36 +43,71 @@ static float initial_radius(const ca_qmcppm *q, ca_vec3 position)
     return ca_clamp(distance * q->pilot_scale, radius0 / CA_LOCAL_RADIUS_RANGE, radius0 * CA_LOCAL_RADIUS_RANGE);
 }
 
-/* Called at every vertex that scatters smoothly. */
-static void keep_vertex(ca_camera_walk *walk)
+static void ask_lights(const ca_qmcppm *q, ca_camera_walk *const *walks, uint32_t count)
 {
-    const record_walk *record = walk->user;
-    const ca_qmcppm *q = record->q;
-    ca_camera_task *task = record->task;
-    const bool dirac = met_dirac(walk);
-    if (!q->direct_photons && ca_qmcppm_shows(q, dirac)) ca_next_event_now(walk, false);
-    ca_gather_vertex *vertices =
-        ca_array_grow(task->vertices, &task->vertex_capacity, task->vertex_count + 1, sizeof *vertices);
-    if (!vertices) {
-        task->failed = true;
-        return;
-    }
-    task->vertices = vertices;
-    task->vertices[task->vertex_count++] =
-        (ca_gather_vertex){.point = ca_vertex_point(&walk->walk.last),
-                           .wi = walk->walk.last.wi,
-                           .throughput = walk->walk.throughput,
-                           .radius0 = initial_radius(q, walk->walk.last.position),
-                           .vertex = (uint16_t)walk->walk.vertex,
-                           .dirac = dirac};
+    ca_camera_walk *shown[CA_CAMERA_TASK];
+    uint32_t shown_count = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (ca_qmcppm_shows(q, met_dirac(walks[i]))) shown[shown_count++] = walks[i];
+    ca_next_events(shown, shown_count, false);
 }
 
-static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_camera_task *task,
-                           ca_camera_record *record)
+/* Behind those of the same path. */
+static void keep_vertex(record_batch *batch, const ca_camera_walk *walk)
 {
+    const uint32_t number = batch->kept_count++, slot = (uint32_t)(walk->path - batch->paths);
+    ca_kept_vertex *items = batch->kept->items;
+    items[number] = (ca_kept_vertex){.vertex = {.point = ca_vertex_point(&walk->walk.last),
+                                                .wi = walk->walk.last.wi,
+                                                .throughput = walk->walk.throughput,
+                                                .radius0 = initial_radius(batch->q, walk->walk.last.position),
+                                                .vertex = (uint16_t)walk->walk.vertex,
+                                                .dirac = met_dirac(walk)},
+                                     .next = CA_NONE};
+    if (batch->first[slot] == CA_NONE)
+        batch->first[slot] = number;
+    else
+        items[batch->last[slot]].next = number;
+    batch->last[slot] = number;
+}
+
+/* Called with all paths of the batch that are still on their way. */
+static void keep_vertices(ca_camera_walk *const *walks, uint32_t count)
+{
+    record_batch *batch = walks[0]->user;
+    if (!batch->q->direct_photons) ask_lights(batch->q, walks, count);
+    ca_kept_vertex *items =
+        ca_array_grow(batch->kept->items, &batch->kept->capacity, batch->kept_count + count, sizeof *items);
+    if (!items) {
+        batch->task->failed = true;
+        return;
+    }
+    batch->kept->items = items;
+    for (uint32_t i = 0; i < count; i++)
+        if (ca_vertex_is_smooth(&walks[i]->walk.last)) keep_vertex(batch, walks[i]);
+}
+
+/* ---- Records --------------------------------------------------------------------------------------------------- */
+
+/* A path's vertices into its task, where there is room, next to each other. */
+static void take_vertices(const record_batch *batch, uint32_t slot)
+{
+    ca_camera_task *task = batch->task;
+    ca_camera_record *record = &batch->records[slot];
+    record->first = (uint32_t)task->vertex_count;
+    for (uint32_t i = batch->first[slot]; i != CA_NONE; i = batch->kept->items[i].next)
+        task->vertices[task->vertex_count++] = batch->kept->items[i].vertex;
+    record->count = (uint32_t)task->vertex_count - record->first;
+}
+
+static void take_densities(const record_batch *batch, uint32_t slot)
+{
+    ca_camera_task *task = batch->task;
+    ca_camera_record *record = &batch->records[slot];
+    const ca_walk *walk = &batch->walks[slot]->walk;
     record->densities = (uint32_t)task->density_count;
-    if (!q->weighted || record->count == 0) return;
-    const uint32_t count = walk->walk.vertex + 1;
+    if (!batch->q->weighted || record->count == 0) return;
+    const uint32_t count = walk->vertex + 1;
     ca_path_vertex *densities =
         ca_array_grow(task->densities, &task->density_capacity, task->density_count + count, sizeof *densities);
     if (!densities) {
@@ -74,32 +115,23 @@ static void keep_densities(const ca_qmcppm *q, const ca_camera_walk *walk, ca_ca
         return;
     }
     task->densities = densities;
-    memcpy(&task->densities[task->density_count], walk->walk.densities, count * sizeof *task->densities);
+    memcpy(&task->densities[task->density_count], walk->densities, count * sizeof *task->densities);
     task->density_count += count;
 }
 
-static void trace_path(const ca_qmcppm *q, uint64_t number, ca_camera_task *task, ca_camera_record *record,
-                       ca_worker *worker)
+static void fill_records(const record_batch *batch)
 {
-    static const ca_walk_hooks hooks = {.at_vertex = keep_vertex, .shows_light = shows_light};
-    const uint32_t *crop = q->input.crop;
-    const uint64_t pixel = number % q->pixels;
-    const uint32_t width = crop[2] - crop[0];
-    record_walk user = {.q = q, .task = task};
-    ca_camera_walk *walk = &q->engine->scratch[worker->index].camera_walks[0];
-    *record = (ca_camera_record){.first = (uint32_t)task->vertex_count};
-    ca_camera_path path = {.x = crop[0] + (uint32_t)(pixel % width),
-                           .y = crop[1] + (uint32_t)(pixel / width),
-                           .index = (uint32_t)(number / q->pixels),
-                           .sample = &record->sample};
-    ca_camera_walk_start(walk, q->engine, &path, 0, worker);
-    walk->hooks = &hooks;
-    walk->user = &user;
-    worker->counters.camera_paths++;
-    if (q->engine->max_depth > 0) ca_camera_walks_trace(&walk, 1);
-    record->count = (uint32_t)task->vertex_count - record->first;
-    record->own_light = walk->light[0];
-    keep_densities(q, walk, task, record);
+    ca_camera_task *task = batch->task;
+    const uint32_t room = ca_max_u32(batch->kept_count, 1);
+    ca_gather_vertex *vertices = ca_array_grow(task->vertices, &task->vertex_capacity, room, sizeof *vertices);
+    if (!vertices) task->failed = true;
+    if (task->failed) return;
+    task->vertices = vertices;
+    for (uint32_t i = 0; i < batch->count; i++) {
+        take_vertices(batch, i);
+        take_densities(batch, i);
+        batch->records[i].own_light = batch->walks[i]->light[0];
+    }
 }
 
 /* ---- A block --------------------------------------------------------------------------------------------------- */
@@ -110,17 +142,46 @@ typedef struct trace_job {
     uint32_t first_task;
 } trace_job;
 
+/* Starts the batch's paths, the `number`-th and those after it. */
+static void start_walks(record_batch *batch, uint64_t number, ca_worker *worker)
+{
+    static const ca_walk_hooks hooks = {.at_vertices = keep_vertices, .shows_light = shows_light};
+    const ca_qmcppm *q = batch->q;
+    const uint32_t *crop = q->input.crop, width = crop[2] - crop[0];
+    for (uint32_t i = 0; i < batch->count; i++) {
+        const uint64_t pixel = (number + i) % q->pixels;
+        ca_camera_walk *walk = batch->walks[i] = &q->engine->scratch[worker->index].camera_walks[i];
+        batch->records[i] = (ca_camera_record){0};
+        batch->paths[i] = (ca_camera_path){.x = crop[0] + (uint32_t)(pixel % width),
+                                           .y = crop[1] + (uint32_t)(pixel / width),
+                                           .index = (uint32_t)((number + i) / q->pixels),
+                                           .sample = &batch->records[i].sample};
+        batch->first[i] = batch->last[i] = CA_NONE;
+        ca_camera_walk_start(walk, q->engine, &batch->paths[i], i, worker);
+        walk->hooks = &hooks;
+        walk->user = batch;
+    }
+    worker->counters.camera_paths += batch->count;
+}
+
 static void trace_task(void *user, uint32_t index, uint32_t worker)
 {
     const trace_job *job = user;
-    ca_camera_records *records = &job->q->camera;
-    const uint64_t number = job->first_task + index, begin = number * CA_CAMERA_TASK;
-    const uint64_t end = begin + CA_CAMERA_TASK < records->count ? begin + CA_CAMERA_TASK : records->count;
-    ca_camera_task *task = &records->tasks[number];
-    task->vertex_count = task->density_count = 0;
-    task->failed = false;
-    for (uint64_t i = begin; i < end; i++)
-        trace_path(job->q, records->first + i, task, &records->records[i], &job->workers[worker]);
+    const ca_qmcppm *q = job->q;
+    const ca_camera_records *records = &q->camera;
+    const uint64_t number = job->first_task + index, begin = number * CA_CAMERA_TASK, left = records->count - begin;
+    record_batch batch;
+    batch.q = q;
+    batch.task = &records->tasks[number];
+    batch.records = &records->records[begin];
+    batch.kept = &q->kept[worker];
+    batch.count = left < CA_CAMERA_TASK ? (uint32_t)left : CA_CAMERA_TASK;
+    batch.kept_count = 0;
+    batch.task->vertex_count = batch.task->density_count = 0;
+    batch.task->failed = false;
+    start_walks(&batch, records->first + begin, &job->workers[worker]);
+    if (q->engine->max_depth > 0) ca_camera_walks_trace(batch.walks, batch.count);
+    fill_records(&batch);
 }
 
 static size_t task_count(uint64_t paths) { return (size_t)((paths + CA_CAMERA_TASK - 1) / CA_CAMERA_TASK); }

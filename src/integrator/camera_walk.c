@@ -114,14 +114,13 @@ static void take_light(const ca_camera_walk *walk, ca_rgb *sum)
         }
 }
 
-static void start_ray(ca_camera_walk *walk)
+/* The first segment, for an offset from the pixel's centre. */
+static void start_ray(ca_camera_walk *walk, ca_vec2 offset)
 {
     const ca_integrator_input *input = &walk->b->input;
     const ca_camera_path *path = walk->path;
     ca_walk *w = &walk->walk;
-    w->stream = ca_stream_start(input->sampler, (uint64_t)path->y * input->camera->width + path->x, path->index);
-    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, input->filter, &w->stream, path->x, path->y,
-                                                 &path->sample->filter_weight);
+    const ca_camera_ray ray = ca_walk_camera_ray(input->camera, &w->stream, path->x, path->y, offset);
     w->from = CA_FROM_CAMERA;
     w->vertex = 0;
     w->receiver = (ca_light_receiver){.position = ray.origin};
@@ -137,8 +136,9 @@ static void start_ray(ca_camera_walk *walk)
     keep_point(walk, (ca_surface_point){.position = ray.origin});
 }
 
-void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, ca_camera_path *path, uint32_t slot,
-                          ca_worker *worker)
+/* All but the first segment. */
+static void prepare(ca_camera_walk *walk, const ca_bidirectional *b, ca_camera_path *path, uint32_t slot,
+                    ca_worker *worker)
 {
     ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
     walk->b = b;
@@ -152,8 +152,17 @@ void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, ca_ca
     walk->light_used = scratch->chunk_used + (size_t)slot * ca_chunk_words(b);
     walk->points = scratch->points ? scratch->points + (size_t)slot * scratch->row : NULL;
     walk->walk.densities = scratch->densities + (size_t)slot * scratch->row;
+    walk->walk.stream =
+        ca_stream_start(b->input.sampler, (uint64_t)path->y * b->input.camera->width + path->x, path->index);
     take_light(walk, &(ca_rgb){0}); /* of the path before, where nobody has */
-    start_ray(walk);
+}
+
+void ca_camera_walk_start(ca_camera_walk *walk, const ca_bidirectional *b, ca_camera_path *path, uint32_t slot,
+                          ca_worker *worker)
+{
+    prepare(walk, b, path, slot, worker);
+    start_ray(walk, ca_filter_sample(b->input.filter, ca_sample_2d(&walk->walk.stream, CA_DIM_FILM),
+                                     &path->sample->filter_weight));
 }
 
 /* ---- Stages ---------------------------------------------------------------------------------------------------- */
@@ -212,22 +221,15 @@ static void arrive_all(walk_list *list)
     list->count = kept;
 }
 
-/* What takes the place of gathering, where somebody wants that. */
-static void call_hooks(const walk_list *list)
-{
-    for (uint32_t i = 0; i < list->count; i++)
-        if (ca_vertex_is_smooth(&list->walks[i]->walk.last)) list->walks[i]->hooks->at_vertex(list->walks[i]);
-}
-
-/* Asks the lights and joins the last vertices with all that light paths offer. */
+/* Asks the lights and joins the last vertices with all that light paths offer, or what takes the place of that. */
 static void gather_all(const walk_list *list)
 {
     const ca_bidirectional *b = list->walks[0]->b;
     if (list->walks[0]->hooks) {
-        call_hooks(list);
+        list->walks[0]->hooks->at_vertices(list->walks, list->count);
         return;
     }
-    if (b->rules.next_event && gathers_own_light(b)) ca_next_events(list->walks, list->count);
+    if (b->rules.next_event && gathers_own_light(b)) ca_next_events(list->walks, list->count, true);
     if (b->rules.connect) ca_connect_all(list->walks, list->count);
     if (ca_bidirectional_merges(b)) ca_merge_all(list->walks, list->count);
 }
@@ -243,13 +245,14 @@ static bool is_finished(const ca_camera_walk *walk)
 static void scatter_all(walk_list *list)
 {
     const ca_bidirectional *b = list->walks[0]->b;
+    ca_walk *walks[CA_WALKS];
+    bool goes_on[CA_WALKS];
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < list->count; i++) {
-        ca_camera_walk *walk = list->walks[i];
-        const bool goes_on = ca_walk_scatter(&walk->walk, &b->rules.reuse, b->rr_depth) && !is_finished(walk) &&
-                             walk->walk.vertex + 2 < CA_PATH_MAX_VERTICES;
-        if (goes_on) list->walks[kept++] = walk;
-    }
+    for (uint32_t i = 0; i < list->count; i++) walks[i] = &list->walks[i]->walk;
+    ca_walks_scatter(walks, list->count, &b->rules.reuse, b->rr_depth, goes_on);
+    for (uint32_t i = 0; i < list->count; i++)
+        if (goes_on[i] && !is_finished(list->walks[i]) && walks[i]->vertex + 2 < CA_PATH_MAX_VERTICES)
+            list->walks[kept++] = list->walks[i];
     list->count = kept;
 }
 
@@ -274,6 +277,21 @@ static uint32_t light_ends(const ca_camera_walk *walk)
     return walk->has_paired ? walk->b->store.paths[walk->paired].count : 0;
 }
 
+static void start_rays(const ca_bidirectional *b, ca_camera_walk *const *walks, uint32_t count)
+{
+    float x[CA_WALKS], y[CA_WALKS], weight_x[CA_WALKS], weight_y[CA_WALKS];
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_vec2 u = ca_sample_2d(&walks[i]->walk.stream, CA_DIM_FILM);
+        x[i] = u.x, y[i] = u.y;
+    }
+    ca_filter_sample_axis(b->input.filter, count, x, weight_x);
+    ca_filter_sample_axis(b->input.filter, count, y, weight_y);
+    for (uint32_t i = 0; i < count; i++) {
+        walks[i]->path->sample->filter_weight = weight_x[i] * weight_y[i];
+        start_ray(walks[i], (ca_vec2){x[i], y[i]});
+    }
+}
+
 /* Starts walks until there are CA_WALKS of them or the light paths they connect to have no room; pairs are gathered
  * path by path. */
 static uint32_t start_batch(const ca_bidirectional *b, ca_camera_path *paths, uint32_t count, ca_camera_walk **walks,
@@ -284,12 +302,13 @@ static uint32_t start_batch(const ca_bidirectional *b, ca_camera_path *paths, ui
     uint32_t started = 0, ends = 0;
     while (started < most && ends + CA_PATH_MAX_VERTICES <= CA_LIGHT_ENDS) {
         ca_camera_walk *walk = walks[started] = &scratch->camera_walks[started];
-        ca_camera_walk_start(walk, b, &paths[started], started, worker);
+        prepare(walk, b, &paths[started], started, worker);
         pair(walk);
         walk->light_first = ends;
         ends += light_ends(walk);
         started++;
     }
+    start_rays(b, walks, started);
     return started;
 }
 

@@ -122,13 +122,14 @@ static void arrive_all(const ca_bidirectional *b, walk_list *list, ca_light_bloc
 
 static void scatter_all(const ca_bidirectional *b, walk_list *list)
 {
+    ca_walk *walks[CA_WALKS];
+    bool goes_on[CA_WALKS];
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < list->count; i++) {
-        ca_walk *w = &list->walks[i]->walk;
-        const bool goes_on = ca_walk_scatter(w, &b->rules.reuse, b->rr_depth) &&
-                             w->vertex + 1 < CA_PATH_MAX_VERTICES && w->vertex + 1 < b->max_depth;
-        if (goes_on) list->walks[kept++] = list->walks[i];
-    }
+    for (uint32_t i = 0; i < list->count; i++) walks[i] = &list->walks[i]->walk;
+    ca_walks_scatter(walks, list->count, &b->rules.reuse, b->rr_depth, goes_on);
+    for (uint32_t i = 0; i < list->count; i++)
+        if (goes_on[i] && walks[i]->vertex + 1 < CA_PATH_MAX_VERTICES && walks[i]->vertex + 1 < b->max_depth)
+            list->walks[kept++] = list->walks[i];
     list->count = kept;
 }
 

@@ -77,7 +77,7 @@ static void take(const ca_next_event *event, bool weighted)
         ca_pairs_add_alone(walk, event->unweighted, weight);
 }
 
-void ca_next_events(ca_camera_walk *const *walks, uint32_t count)
+void ca_next_events(ca_camera_walk *const *walks, uint32_t count, bool weighted)
 {
     if (count == 0) return;
     ca_bidirectional_scratch *scratch = walks[0]->scratch;
@@ -92,15 +92,5 @@ void ca_next_events(ca_camera_walk *const *walks, uint32_t count)
     }
     ca_accel_occluded_batch(accel, &scratch->rays->rays, asked, scratch->rays->occluded);
     for (uint32_t i = 0; i < asked; i++)
-        if (!scratch->rays->occluded[i]) take(&scratch->next_events[i], true);
-}
-
-void ca_next_event_now(ca_camera_walk *walk, bool weighted)
-{
-    ca_next_event event;
-    if (!ask(walk, &event)) return;
-    const ca_next_event_ray ray = ray_of(&event);
-    count_ray(walk);
-    if (!ca_accel_occluded(walk->b->input.scene->accel, ray.origin, ray.direction, 0.0f, ray.t_max))
-        take(&event, weighted);
+        if (!scratch->rays->occluded[i]) take(&scratch->next_events[i], weighted);
 }

@@ -202,12 +202,20 @@ static void destroy(void *state)
     ca_qmcppm *q = state;
     for (uint32_t i = 0; q->pairs && i < q->input.workers; i++) ca_pair_covariances_destroy(&q->pairs[i]);
     ca_free(q->pairs);
+    for (uint32_t i = 0; q->kept && i < q->input.workers; i++) ca_free(q->kept[i].items);
+    ca_free(q->kept);
     if (q->engine) ca_bidirectional_destroy(q->engine);
     ca_photon_grid_destroy(q->pilot);
     ca_camera_records_destroy(&q->camera);
     ca_free(q->camera_starts.starts);
     ca_free(q->light_starts.starts);
     ca_free(q);
+}
+
+static ca_status create_kept(ca_qmcppm *q, ca_error *error)
+{
+    q->kept = ca_alloc_zeroed(q->input.workers, sizeof *q->kept);
+    return q->kept ? CA_OK : ca_fail_memory(error, "the camera paths");
 }
 
 static ca_status create_pairs(ca_qmcppm *q, ca_error *error)
@@ -228,6 +236,7 @@ static ca_status create(const ca_integrator_input *input, void **state, ca_error
     read_settings(q);
     ca_status status = check_error_bars(q, error);
     if (status == CA_OK) status = create_engine(q, error);
+    if (status == CA_OK) status = create_kept(q, error);
     if (status == CA_OK) status = create_pairs(q, error);
     if (status != CA_OK) {
         destroy(q);

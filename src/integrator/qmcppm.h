@@ -68,7 +68,20 @@ typedef struct ca_camera_task {
     bool failed;                /* out of memory */
 } ca_camera_task;
 
-enum { CA_CAMERA_TASK = 256 }; /* camera paths of one task */
+/* Camera paths of one task, which are traced as one batch. */
+enum { CA_CAMERA_TASK = 256 };
+_Static_assert((int)CA_CAMERA_TASK <= (int)CA_WALKS, "a task is a batch");
+
+/* A worker's room for the vertices of the batch under way, in the order in which the paths come to them. */
+typedef struct ca_kept_vertex {
+    ca_gather_vertex vertex;
+    uint32_t next; /* number of the same path's next one, or CA_NONE */
+} ca_kept_vertex;
+
+typedef struct ca_kept_vertices {
+    ca_kept_vertex *items; /* owned */
+    size_t capacity;
+} ca_kept_vertices;
 
 /* One block's camera paths, [first, first + count). */
 typedef struct ca_camera_records {
@@ -102,6 +115,7 @@ typedef struct ca_qmcppm {
     double reference;    /* N_ref: light paths for which the radius is radius0 */
     uint64_t total_light; /* n fixed in advance; 0: progressive */
     ca_pair_covariances *pairs; /* owned, one a worker: for error bars; NULL: not wanted */
+    ca_kept_vertices *kept;     /* owned, one a worker */
     double side_bytes;   /* memory of filled blocks, of either side */
     ca_block_starts camera_starts, light_starts; /* of filled blocks */
 

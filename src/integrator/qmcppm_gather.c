@@ -137,11 +137,13 @@ static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradie
 
 /* ---- Shadow rays ----------------------------------------------------------------------------------------------- */
 
-/* Joins the last vertex with every light path of the block. */
-static void connect_all(ca_camera_walk *walk)
+/* Joins the last vertex of the only walk with every light path of the block. */
+static void connect_all(ca_camera_walk *const *walks, uint32_t count)
 {
+    ca_camera_walk *walk = walks[0];
     const ca_bidirectional *b = walk->b;
-    ca_next_event_now(walk, true);
+    if (!ca_vertex_is_smooth(&walk->walk.last)) return;
+    ca_next_events(walks, count, true);
     walk->has_paired = true;
     walk->connect_slot = 1;
     for (walk->paired = 0; walk->paired < b->paths_now; walk->paired++) {
@@ -154,7 +156,7 @@ static void connect_all(ca_camera_walk *walk)
 static ca_rgb connect_path(const ca_qmcppm *q, uint32_t x, uint32_t y, uint32_t index, ca_film_sample *sample,
                            ca_rgb *own_light, ca_worker *worker)
 {
-    static const ca_walk_hooks hooks = {.at_vertex = connect_all};
+    static const ca_walk_hooks hooks = {.at_vertices = connect_all};
     ca_camera_walk *walk = &q->engine->scratch[worker->index].camera_walks[0];
     ca_camera_path path = {.x = x, .y = y, .index = index, .sample = sample};
     ca_camera_walk_start(walk, q->engine, &path, 0, worker);

@@ -52,15 +52,15 @@ bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit);
  * (batch_scatter.c). Unlimited paths end because of CA_ROULETTE_MOST. */
 #define CA_ROULETTE_MOST 0.95f
 
-/* Samples the event at the last vertex and the next segment, and plays roulette from rr_depth segments on. false
- * where the path ends. */
-bool ca_walk_scatter(ca_walk *walk, const ca_reuse_rules *rules, uint32_t rr_depth);
+/* Samples the events at the last vertices and the next segments, and plays roulette from rr_depth segments on.
+ * goes_on[i]: else walk i ends. */
+void ca_walks_scatter(ca_walk *const *walks, uint32_t count, const ca_reuse_rules *rules, uint32_t rr_depth,
+                      bool *goes_on);
 
-/* The first ray of a camera path through pixel (x, y) of the full film; *filter_weight as in sampling/filter.h. */
-static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca_filter *filter,
-                                               const ca_stream *stream, uint32_t x, uint32_t y, float *filter_weight)
+/* The first ray of a camera path through pixel (x, y) of the full film at an offset from its centre. */
+static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca_stream *stream, uint32_t x,
+                                               uint32_t y, ca_vec2 offset)
 {
-    const ca_vec2 offset = ca_filter_sample(filter, ca_sample_2d(stream, CA_DIM_FILM), filter_weight);
     const ca_vec2 film_position = {(float)x + 0.5f + offset.x, (float)y + 0.5f + offset.y};
     const ca_vec2 lens =
         camera->kind == CA_CAMERA_THIN_LENS ? ca_sample_2d(stream, CA_DIM_LENS) : (ca_vec2){0.5f, 0.5f};

@@ -1,7 +1,6 @@
 #include "path/vertex.h"
 
 #include "math/numeric.h"
-#include "sampling/warp.h"
 
 /* ---- Matte points ---------------------------------------------------------------------------------------------- */
 
@@ -25,27 +24,6 @@ static void color_matte(ca_vertex *v, const ca_matte_shape *matte)
     v->side = ca_matte_side(matte, ca_dot(v->wi, v->ng));
     v->reflectance = matte->reflectance[v->side < 0.0f];
     v->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
-}
-
-/* sample_diffuse of material/bsdf.c; ng is the shading normal, too. */
-static bool sample_matte(const ca_vertex *v, ca_vec2 u, ca_from from, ca_bsdf_sample *sample)
-{
-    const float cos_i = ca_dot(v->ng, v->wi) * v->side;
-    if (!(cos_i > CA_GRAZING_COS)) return false;
-    ca_vec3 local = ca_warp_cosine_hemisphere(u);
-    const float cos_local = local.z;
-    local.z *= v->side;
-    const ca_frame frame = ca_frame_from_normal(v->ng);
-    sample->wo_world = ca_to_world(&frame, local);
-    const float cos_o = ca_dot(v->ng, sample->wo_world) * v->side;
-    if (!(cos_local > CA_GRAZING_COS && cos_o > CA_GRAZING_COS)) return false;
-    sample->weight = from == CA_FROM_CAMERA ? v->reflectance
-                                            : ca_rgb_scale(v->reflectance, cos_i * cos_o / (cos_i * cos_local));
-    sample->pdf.v = cos_local * CA_INV_PI;
-    sample->pdf_reverse.v = cos_i * CA_INV_PI;
-    sample->scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH;
-    sample->eta = 1.0f;
-    return true;
 }
 
 /* ---- All points ------------------------------------------------------------------------------------------------ */
@@ -125,10 +103,4 @@ ca_surface_point ca_vertex_point(const ca_vertex *v)
                               .shape = v->shape,
                               .primitive = v->primitive,
                               .instance = v->instance};
-}
-
-bool ca_vertex_sample(const ca_vertex *v, float u_lobe, ca_vec2 u, ca_from from, ca_bsdf_sample *sample)
-{
-    return v->matte ? sample_matte(v, u, from, sample)
-                    : ca_bsdf_sample_direction(&v->bsdf, v->wi, u_lobe, u, from, sample);
 }

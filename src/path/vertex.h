@@ -56,9 +56,6 @@ static inline ca_bsdf_value ca_vertex_eval(const ca_vertex *vertex, ca_vec3 wo, 
     return vertex->matte ? ca_vertex_eval_matte(vertex, wo) : ca_bsdf_eval(&vertex->bsdf, vertex->wi, wo, from);
 }
 
-/* ca_bsdf_sample_direction; u_lobe is not looked at where the point is matte. */
-bool ca_vertex_sample(const ca_vertex *vertex, float u_lobe, ca_vec2 u, ca_from from, ca_bsdf_sample *sample);
-
 /* Who asks for light at a point that scatters so: what lies behind a surface that only reflects cannot help. */
 static inline ca_light_receiver ca_receiver_at(ca_vec3 position, ca_vec3 ng, ca_vec3 wi, uint32_t scatter)
 {

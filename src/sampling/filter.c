@@ -162,6 +162,43 @@ static float sample_axis(const ca_filter *filter, float u, float *weight)
     }
 }
 
+/* Eight entries of the table, from entry[k] + step on. */
+static ca_f8 table8(const float *table, const uint32_t *entry, uint32_t step)
+{
+    ca_f8 v;
+    for (int k = 0; k < CA_LANES; k++) v[k] = table[entry[k] + step];
+    return v;
+}
+
+/* sample_table, eight at a time. */
+static void sample_gaussian8(const ca_filter *filter, float *u, float *weight)
+{
+    uint32_t interval[CA_LANES];
+    ca_f8 first;
+    for (int k = 0; k < CA_LANES; k++) {
+        interval[k] = find_interval(filter, u[k]);
+        first[k] = (float)interval[k];
+    }
+    const ca_f8 a = table8(filter->nodes, interval, 0), b = table8(filter->nodes, interval, 1);
+    const ca_f8 below = table8(filter->cumulative, interval, 0), above = table8(filter->cumulative, interval, 1);
+    const ca_f8 inside = (ca_load8_anywhere(u) - below) / (above - below), zero = ca_f8_all(0.0f);
+    const ca_f8 mass = inside * (a + b);
+    const ca_f8 root = a + ca_sqrt8(a * a + mass * (b - a));
+    const ca_f8 t = ca_select8(root > zero, ca_min8(mass / root, ca_f8_all(1.0f)), zero);
+    const ca_f8 x = filter->radius * ((2.0f / CA_FILTER_TABLE) * (first + t) - 1.0f);
+    const ca_f8 density = a + t * (b - a);
+    ca_store8_anywhere(u, x);
+    ca_store8_anywhere(weight, ca_select8(density > zero, eval_gaussian8(filter, x) / density, zero));
+}
+
+void ca_filter_sample_axis(const ca_filter *filter, uint32_t count, float *u, float *weight)
+{
+    uint32_t i = 0;
+    if (filter->kind == CA_RFILTER_GAUSSIAN)
+        for (; i + CA_LANES <= count; i += CA_LANES) sample_gaussian8(filter, u + i, weight + i);
+    for (; i < count; i++) u[i] = sample_axis(filter, u[i], &weight[i]);
+}
+
 ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight)
 {
     float weight_x, weight_y;

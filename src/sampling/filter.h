@@ -48,6 +48,10 @@ void ca_filter_eval_run(const ca_filter *filter, float x, uint32_t count, float 
 /* Offset from the pixel's centre and the weight f / pdf, whose mean is 1. */
 ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight);
 
+/* The same along one axis for `count` numbers, which become the offsets. The weight of a position is the product of
+ * those of its axes. */
+void ca_filter_sample_axis(const ca_filter *filter, uint32_t count, float *u, float *weight);
+
 const char *ca_filter_name(ca_filter_kind kind);
 
 #endif
