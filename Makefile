@@ -13,11 +13,12 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-long mutants check-metrics bench bench-peers paper-000 paper-002 paper-004 lint install clean dependencies
+.PHONY: help build demo test test-sanitized test-long mutants check-metrics bench bench-peers paper-000 paper-002 paper-004 lint install clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
 	@echo "make test       every fast test           (PRESET=asan, tsan, debug: with that build)"
+	@echo "make test-sanitized  the tests that stay fast with the address and undefined-behaviour sanitizers"
 	@echo "make check-metrics  compare's SSIM and FLIP against other programs, from the Python package index"
 	@echo "make test-long  the slow, statistical tests"
 	@echo "make mutants    deliberate bugs, and whether its test finds each (ONLY=pattern: those with such names)"
@@ -47,6 +48,11 @@ test: dependencies
 	@rm -f $(BUILD)/tests/summary
 	@$(call build_targets,$(PRESET),all tests,$(BUILD))
 	@scripts/run-tests.sh $(BUILD) tests
+
+# The fast tests but those of tests/slow_sanitized.txt.
+test-sanitized: dependencies
+	@$(call build_targets,asan,all tests-sanitized,build-asan)
+	@scripts/run-tests.sh build-asan tests-sanitized
 
 test-long: dependencies
 	@$(call build_targets,$(PRESET),all tests-long,$(BUILD))

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs test programs and counts their tests.
 #
-#   scripts/run-tests.sh BUILD_FOLDER [tests | tests-long]
+#   scripts/run-tests.sh BUILD_FOLDER [tests | tests-sanitized | tests-long]
 #
 # Prints a line for each program as it ends, the whole output of those with failures, and last of all exactly
 # "N passed, N failed" (", N skipped" only if any were). Exit status 1 when a test failed or nothing ran.
@@ -51,7 +51,7 @@ if [ "${1:-}" = --one ]; then
     exit 0
 fi
 
-[ $# -ge 1 ] || { echo "usage: $0 BUILD_FOLDER [tests | tests-long]" >&2; exit 2; }
+[ $# -ge 1 ] || { echo "usage: $0 BUILD_FOLDER [tests | tests-sanitized | tests-long]" >&2; exit 2; }
 CA_BUILD_DIR=$(cd "$1" && pwd) || exit 2
 list=$CA_BUILD_DIR/tests/${2:-tests}.list
 [ -f "$list" ] || { echo "$list is missing: build first" >&2; exit 2; }

@@ -122,10 +122,13 @@ static void take_densities(const record_batch *batch, uint32_t slot)
 static void fill_records(const record_batch *batch)
 {
     ca_camera_task *task = batch->task;
-    const uint32_t room = ca_max_u32(batch->kept_count, 1);
-    ca_gather_vertex *vertices = ca_array_grow(task->vertices, &task->vertex_capacity, room, sizeof *vertices);
-    if (!vertices) task->failed = true;
     if (task->failed) return;
+    ca_gather_vertex *vertices =
+        ca_array_grow(task->vertices, &task->vertex_capacity, batch->kept_count, sizeof *vertices);
+    if (!vertices) {
+        task->failed = true;
+        return;
+    }
     task->vertices = vertices;
     for (uint32_t i = 0; i < batch->count; i++) {
         take_vertices(batch, i);
