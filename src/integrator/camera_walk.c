@@ -225,24 +225,28 @@ static void gather_all(const walk_list *list)
     if (ca_bidirectional_merges(b)) ca_merge_all(list->walks, list->count);
 }
 
-/* Does the algorithm do nothing behind the last vertex' event? */
-static bool is_finished(const ca_camera_walk *walk)
+/* Does the algorithm do nothing behind so many smooth events? */
+static inline bool is_finished(const ca_mis_rules *rules, uint32_t smooth)
 {
-    const ca_mis_rules *rules = &walk->b->rules;
-    if (rules->hit == CA_HIT_DIRECT) return true;
-    return rules->hit == CA_HIT_UNMERGEABLE && ca_camera_walk_vertex(walk)->connectable_count >= rules->merge_limit;
+    return rules->hit == CA_HIT_DIRECT || (rules->hit == CA_HIT_UNMERGEABLE && smooth >= rules->merge_limit);
+}
+
+/* Samples the last vertex' event where the algorithm wants to know what lies behind it. */
+static bool scatter(ca_camera_walk *walk)
+{
+    const ca_bidirectional *b = walk->b;
+    const ca_path_vertex *v = ca_camera_walk_vertex(walk);
+    const bool surely_smooth = !(walk->walk.last.scatter & CA_SCATTER_DIRAC);
+    if (is_finished(&b->rules, v->connectable_count + surely_smooth)) return false;
+    return ca_walk_scatter(&walk->walk, &b->rules.reuse, b->rr_depth) &&
+           !is_finished(&b->rules, v->connectable_count) && walk->walk.vertex + 2 < CA_PATH_MAX_VERTICES;
 }
 
 static void scatter_all(walk_list *list)
 {
-    const ca_bidirectional *b = list->walks[0]->b;
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < list->count; i++) {
-        ca_camera_walk *walk = list->walks[i];
-        const bool goes_on = ca_walk_scatter(&walk->walk, &b->rules.reuse, b->rr_depth) && !is_finished(walk) &&
-                             walk->walk.vertex + 2 < CA_PATH_MAX_VERTICES;
-        if (goes_on) list->walks[kept++] = walk;
-    }
+    for (uint32_t i = 0; i < list->count; i++)
+        if (scatter(list->walks[i])) list->walks[kept++] = list->walks[i];
     list->count = kept;
 }
 
