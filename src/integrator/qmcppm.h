@@ -154,7 +154,8 @@ void ca_camera_records_destroy(ca_camera_records *records);
 
 /* ---- qmcppm_gather.c ------------------------------------------------------------------------------------------- */
 
-/* What the block has for a pixel, integrator.h. */
-void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);
+/* What the block has for pixels, integrator.h. */
+void ca_qmcppm_block_pixels(const void *state, uint32_t x, uint32_t y, uint32_t count, ca_block_sample *samples,
+                            ca_worker *worker);
 
 #endif
