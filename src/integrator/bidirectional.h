@@ -218,8 +218,8 @@ struct ca_next_event {
     ca_rgb unweighted;
 };
 
-/* At the last vertices of the walks that scatter smoothly; `weighted`: by all that the rules allow, else each counts in
- * full. */
+/* At the last vertices of the walks that scatter smoothly; `weighted`: by all that the rules allow, else each counts
+ * in full. */
 void ca_next_events(ca_camera_walk *const *walks, uint32_t count, bool weighted);
 
 /* ---- Connect --------------------------------------------------------------------------------------------------- */

@@ -181,6 +181,7 @@ static void begin_gather(gather_group *group, uint64_t number, ca_block_sample *
     g->sum = (ca_rgb){0};
     g->gradient = (ca_vec3){0};
     g->pairs = q->pairs ? &q->pairs[group->worker->index] : NULL;
+    if (record->count > 0) ca_photon_grid_prefetch(q->engine->grid, g->vertices->point.position);
     if (q->weighted && record->count > 0) {
         const uint32_t last = g->vertices[record->count - 1].vertex;
         memcpy(g->walk.walk.densities, &task->densities[record->densities], (last + 1) * sizeof *task->densities);

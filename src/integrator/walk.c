@@ -22,10 +22,17 @@ static bool survives(ca_walk *walk, uint32_t rr_depth, float u)
     return true;
 }
 
+/* Numbers that choose the lobe and play roulette; zeros where nobody looks at them. */
+static ca_vec2 lobe_and_roulette(const ca_walk *walk, uint32_t dimension, uint32_t rr_depth)
+{
+    if (walk->last.matte && walk->vertex + 1 < rr_depth) return (ca_vec2){0};
+    return ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
+}
+
 bool ca_walk_scatter(ca_walk *walk, const ca_reuse_rules *rules, uint32_t rr_depth)
 {
     const uint32_t dimension = ca_vertex_dimension(walk->vertex - 1);
-    const ca_vec2 u_lobe_roulette = ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_LOBE);
+    const ca_vec2 u_lobe_roulette = lobe_and_roulette(walk, dimension, rr_depth);
     const ca_vertex *last = &walk->last;
     ca_bsdf_sample event;
     if (!ca_vertex_sample(last, u_lobe_roulette.x, ca_sample_2d(&walk->stream, dimension + CA_DIM_BSDF_DIRECTION),
