@@ -25,8 +25,8 @@
  * interval, is too large rather than too small: that of the expectation at these radii.
  *
  * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted, 84 a
- * vertex of the batch that a worker traces; of light paths as light_store.h and photon_grid.h say. Threads: blocks are prepared in parallel and pixels gathered at
- * once; all of it in orders that do not depend on threads. */
+ * vertex of the batch that a worker traces; of light paths as light_store.h and photon_grid.h say. Threads: blocks
+ * are prepared in parallel and pixels gathered at once; all of it in orders that do not depend on threads. */
 #ifndef CA_INTEGRATOR_QMCPPM_H
 #define CA_INTEGRATOR_QMCPPM_H
 
