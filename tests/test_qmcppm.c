@@ -271,6 +271,25 @@ static void test_smooth_and_dirac_transport_add_up(void **state)
     ca_scene_release(scene);
 }
 
+/* Paths with up to four vertices that look for photons find the light that those with one do. */
+static void test_several_merges_share_the_light(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(room_text);
+    double means[2];
+    for (int k = 0; k < 2; k++) {
+        static const char *const kinds[2] = {
+            "qmcppm:radius=0.1,alpha=0,light_paths=5000,camera_paths=4,camera_diffuse_depth=0",
+            "qmcppm:radius=0.1,alpha=0,light_paths=5000,camera_paths=4,camera_diffuse_depth=3"};
+        ca_image_layers *image = render_blocks(scene, kinds[k], "halton", 25, 2);
+        means[k] = mean_of(image, "G");
+        print_message("    %s: %.5f\n", kinds[k], means[k]);
+        ca_image_release(image);
+    }
+    assert_true(fabs(means[1] / means[0] - 1.0) < 0.01);
+    ca_scene_release(scene);
+}
+
 /* Direct light by next event, by shadow rays, or from photons is the same light. */
 static void test_other_joins_find_the_same_light(void **state)
 {
@@ -471,6 +490,7 @@ int main(void)
         cmocka_unit_test(test_filled_blocks_estimate_the_same),
         cmocka_unit_test(test_filled_blocks_follow_each_other),
         cmocka_unit_test(test_smooth_and_dirac_transport_add_up),
+        cmocka_unit_test(test_several_merges_share_the_light),
         cmocka_unit_test(test_other_joins_find_the_same_light),
         cmocka_unit_test(test_gradients_are_those_of_the_irradiance),
         cmocka_unit_test(test_one_side_is_kept),

@@ -234,25 +234,35 @@ static void gather_all(const walk_list *list)
     if (ca_bidirectional_merges(b)) ca_merge_all(list->walks, list->count);
 }
 
-/* Does the algorithm do nothing behind the last vertex' event? */
-static bool is_finished(const ca_camera_walk *walk)
+/* Does the algorithm do nothing behind so many smooth events? */
+static inline bool is_finished(const ca_mis_rules *rules, uint32_t smooth)
 {
-    const ca_mis_rules *rules = &walk->b->rules;
-    if (rules->hit == CA_HIT_DIRECT) return true;
-    return rules->hit == CA_HIT_UNMERGEABLE && ca_camera_walk_vertex(walk)->connectable_count >= rules->merge_limit;
+    return rules->hit == CA_HIT_DIRECT || (rules->hit == CA_HIT_UNMERGEABLE && smooth >= rules->merge_limit);
 }
 
+/* Surely finished, whatever its last vertex' event may be? */
+static bool is_surely_finished(const ca_camera_walk *walk)
+{
+    const bool surely_smooth = !(walk->walk.last.scatter & CA_SCATTER_DIRAC);
+    return is_finished(&walk->b->rules, ca_camera_walk_vertex(walk)->connectable_count + surely_smooth);
+}
+
+/* Samples events where the algorithm wants to know what lies behind them. */
 static void scatter_all(walk_list *list)
 {
     const ca_bidirectional *b = list->walks[0]->b;
     ca_walk *walks[CA_WALKS];
     bool goes_on[CA_WALKS];
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < list->count; i++) walks[i] = &list->walks[i]->walk;
-    ca_walks_scatter(walks, list->count, &b->rules.reuse, b->rr_depth, goes_on);
+    uint32_t wanted = 0, kept = 0;
     for (uint32_t i = 0; i < list->count; i++)
-        if (goes_on[i] && !is_finished(list->walks[i]) && walks[i]->vertex + 2 < CA_PATH_MAX_VERTICES)
+        if (!is_surely_finished(list->walks[i])) list->walks[wanted++] = list->walks[i];
+    for (uint32_t i = 0; i < wanted; i++) walks[i] = &list->walks[i]->walk;
+    ca_walks_scatter(walks, wanted, &b->rules.reuse, b->rr_depth, goes_on);
+    for (uint32_t i = 0; i < wanted; i++) {
+        const uint32_t smooth = ca_camera_walk_vertex(list->walks[i])->connectable_count;
+        if (goes_on[i] && !is_finished(&b->rules, smooth) && walks[i]->vertex + 2 < CA_PATH_MAX_VERTICES)
             list->walks[kept++] = list->walks[i];
+    }
     list->count = kept;
 }
 

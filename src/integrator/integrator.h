@@ -119,8 +119,10 @@ typedef struct ca_integrator_type {
      * follow any. */
     ca_status (*begin_block)(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers,
                              ca_error *error);
-    /* What the block has for pixel (x, y) of the full film; the sample starts zeroed. */
-    void (*block_pixel)(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);
+    /* What the block has for `count` pixels of the full film, (x, y) and those to its right; samples start zeroed. A
+     * pixel's does not depend on which others are asked for with it. */
+    void (*block_pixels)(const void *state, uint32_t x, uint32_t y, uint32_t count, ca_block_sample *samples,
+                         ca_worker *worker);
     /* How many blocks, from the first, give every pixel so many camera paths, each with all light paths so far;
      * UINT64_MAX as long as that is not known. */
     uint64_t (*blocks_needed)(const void *state, uint32_t samples_per_pixel);

@@ -414,6 +414,6 @@ const ca_integrator_type ca_integrator_qmcppm = {
     .create = create,
     .destroy = destroy,
     .begin_block = begin_block,
-    .block_pixel = ca_qmcppm_block_pixel,
+    .block_pixels = ca_qmcppm_block_pixels,
     .blocks_needed = blocks_needed,
 };

@@ -24,9 +24,9 @@
  * mean square is used. It is no smaller, so that on a whole rectangle of blocks the variance, and with it the
  * interval, is too large rather than too small: that of the expectation at these radii.
  *
- * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted; of
- * light paths as light_store.h and photon_grid.h say. Threads: blocks are prepared in parallel and pixels gathered at
- * once; all of it in orders that do not depend on threads. */
+ * State: 88 bytes a camera path, 80 a vertex where photons are looked up, 40 a vertex where merges are weighted, 84 a
+ * vertex of the batch that a worker traces; of light paths as light_store.h and photon_grid.h say. Threads: blocks
+ * are prepared in parallel and pixels gathered at once; all of it in orders that do not depend on threads. */
 #ifndef CA_INTEGRATOR_QMCPPM_H
 #define CA_INTEGRATOR_QMCPPM_H
 
@@ -154,7 +154,8 @@ void ca_camera_records_destroy(ca_camera_records *records);
 
 /* ---- qmcppm_gather.c ------------------------------------------------------------------------------------------- */
 
-/* What the block has for a pixel, integrator.h. */
-void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker);
+/* What the block has for pixels, integrator.h. */
+void ca_qmcppm_block_pixels(const void *state, uint32_t x, uint32_t y, uint32_t count, ca_block_sample *samples,
+                            ca_worker *worker);
 
 #endif

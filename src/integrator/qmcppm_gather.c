@@ -2,21 +2,37 @@
  * block. */
 #include "integrator/qmcppm.h"
 
+#include <stddef.h>
 #include <string.h>
 
-/* A vertex of a camera path that looks for photons. The walk has what merges read: the path's densities where merges
- * are weighted, and, made when the first photon is found, surface and BSDF. */
+/* A kept camera path that looks for photons, vertex by vertex. The walk has what merges read: the path's densities
+ * where merges are weighted, and, made when the first photon is found, surface and BSDF. */
 typedef struct gather {
     const ca_qmcppm *q;
-    const ca_gather_vertex *vertex;
+    const ca_camera_record *record;
+    const ca_gather_vertex *vertices; /* of the record */
+    const ca_gather_vertex *vertex;   /* that looks now */
     ca_camera_walk walk;
     ca_pair_covariances *pairs; /* of the pixel; NULL: not wanted */
-    float filter_weight;
+    ca_block_sample *pixel;
     bool made;
     float radius;
     ca_rgb sum;       /* over the block's light paths */
-    ca_vec3 gradient; /* of irradiance, luminance; over the block's light paths */
+    ca_vec3 gradient; /* of irradiance, luminance, at the first vertex; over the block's light paths */
+    ca_photon_query query;
+    uint32_t found[CA_PHOTON_BATCH], found_count;
 } gather;
+
+/* Photons lie all over the memory: several camera paths look for them together, as in merge.c. Where covariances of
+ * a pixel are wanted, which are told pairs path by path, they look one after the other. */
+enum { GATHERS = 8 };
+
+typedef struct gather_group {
+    const ca_qmcppm *q;
+    ca_worker *worker;
+    uint32_t count;
+    gather gathers[GATHERS];
+} gather_group;
 
 /* ---- Merges ---------------------------------------------------------------------------------------------------- */
 
@@ -58,7 +74,7 @@ static void add_gradient(gather *g, const ca_light_vertex *photon, ca_vec3 offse
 static void add_pair(gather *g, uint32_t chunk, const ca_light_vertex *photon, ca_rgb contribution)
 {
     ca_pair_covariances_add(g->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + photon->path,
-                            (double)ca_luminance(contribution) * (double)g->filter_weight);
+                            (double)ca_luminance(contribution) * (double)g->record->sample.filter_weight);
 }
 
 static void merge(gather *g, uint32_t number)
@@ -71,7 +87,7 @@ static void merge(gather *g, uint32_t number)
     if (ca_kernel_is_smooth(q->kernel)) {
         const ca_vec3 offset = ca_sub(photon->point.position, g->vertex->point.position);
         t = ca_length2(offset) / ca_sqr(g->radius);
-        if (q->gradients) add_gradient(g, photon, offset);
+        if (q->gradients && g->vertex == g->vertices) add_gradient(g, photon, offset);
     }
     make_vertex(g);
     const ca_bsdf_value value = ca_vertex_eval(&g->walk.walk.last, photon->wi, CA_FROM_CAMERA);
@@ -90,49 +106,123 @@ static void merge(gather *g, uint32_t number)
     if (g->pairs) add_pair(g, ca_light_chunk_of(store, number), photon, contribution);
 }
 
-static void merge_all(gather *g)
+/* ---- Queries --------------------------------------------------------------------------------------------------- */
+
+static void start_query(gather *g, uint32_t vertex)
 {
-    const ca_bidirectional *engine = g->q->engine;
-    uint32_t found[CA_PHOTON_BATCH], count;
-    ca_photon_query query;
-    ca_photon_query_start_within(&query, engine->grid, g->vertex->point.position, g->radius);
-    while ((count = ca_photon_query_next(&query, found)) > 0) {
-        for (uint32_t i = 0; i < count; i++) __builtin_prefetch(ca_light_vertex_at(&engine->store, found[i]));
-        for (uint32_t i = 0; i < count; i++) merge(g, found[i]);
-    }
-    g->walk.worker->counters.photons_tested += query.tested;
+    g->vertex = &g->vertices[vertex];
+    g->walk.walk.vertex = g->vertex->vertex;
+    g->radius = g->vertex->radius0 * g->q->shrink;
+    g->made = false;
+    ca_photon_query_start_within(&g->query, g->q->engine->grid, g->vertex->point.position, g->radius);
 }
 
-/* A kept camera path with all photons of the block. The gradient is that at the first vertex that looks for
- * photons. */
-static ca_rgb gather_record(const ca_qmcppm *q, uint64_t number, ca_vec3 *gradient, ca_worker *worker)
+static bool find(gather *g)
 {
+    g->found_count = ca_photon_query_next(&g->query, g->found);
+    for (uint32_t i = 0; i < g->found_count; i++) {
+        const char *photon = (const char *)ca_light_vertex_at(&g->q->engine->store, g->found[i]);
+        __builtin_prefetch(photon);
+        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
+    }
+    return g->found_count > 0;
+}
+
+static void merge_found(gather *g)
+{
+    for (uint32_t i = 0; i < g->found_count; i++) merge(g, g->found[i]);
+}
+
+/* All batches of photons that the queries find. */
+static void answer(gather *const *asking, uint32_t count)
+{
+    bool more = true;
+    while (more) {
+        more = false;
+        for (uint32_t i = 0; i < count; i++) more |= find(asking[i]);
+        for (uint32_t i = 0; i < count; i++) merge_found(asking[i]);
+    }
+    for (uint32_t i = 0; i < count; i++) asking[i]->walk.worker->counters.photons_tested += asking[i]->query.tested;
+}
+
+/* ---- Camera paths ---------------------------------------------------------------------------------------------- */
+
+/* Adds a camera path: what it found alone counts for each of the block's pairs. */
+static void add_path(const ca_qmcppm *q, const ca_film_sample *sample, ca_rgb own_light, ca_rgb joined,
+                     ca_block_sample *sum)
+{
+    const ca_rgb light = ca_rgb_madd(joined, (float)q->light_count, own_light);
+    sum->radiance = ca_rgb_madd(sum->radiance, sample->filter_weight, light);
+    sum->albedo = ca_rgb_add(sum->albedo, sample->albedo);
+    sum->normal = ca_add(sum->normal, sample->normal);
+    sum->position = ca_add(sum->position, sample->position);
+    sum->paths++;
+    sum->pairs += q->light_count;
+}
+
+/* Puts the block's number-th camera path, which is the pixel's, into the group. */
+static void begin_gather(gather_group *group, uint64_t number, ca_block_sample *pixel)
+{
+    const ca_qmcppm *q = group->q;
     const ca_camera_record *record = &q->camera.records[number];
     const ca_camera_task *task = &q->camera.tasks[number / CA_CAMERA_TASK];
-    gather g;
-    g.q = q;
-    g.walk.b = q->engine;
-    g.walk.worker = worker;
-    g.walk.scratch = &q->engine->scratch[worker->index];
-    g.walk.points = NULL;
-    g.walk.walk.densities = g.walk.scratch->densities;
-    g.sum = (ca_rgb){0};
-    g.pairs = q->pairs ? &q->pairs[worker->index] : NULL;
-    g.filter_weight = record->sample.filter_weight;
+    ca_bidirectional_scratch *scratch = &q->engine->scratch[group->worker->index];
+    const uint32_t slot = group->count++;
+    gather *g = &group->gathers[slot];
+    g->q = q;
+    g->record = record;
+    g->vertices = task->vertices + record->first;
+    g->walk.b = q->engine;
+    g->walk.worker = group->worker;
+    g->walk.scratch = scratch;
+    g->walk.points = NULL;
+    g->walk.walk.densities = scratch->densities + (size_t)slot * scratch->row;
+    g->pixel = pixel;
+    g->sum = (ca_rgb){0};
+    g->gradient = (ca_vec3){0};
+    g->pairs = q->pairs ? &q->pairs[group->worker->index] : NULL;
+    if (record->count > 0) ca_photon_grid_prefetch(q->engine->grid, g->vertices->point.position);
     if (q->weighted && record->count > 0) {
-        const uint32_t last = task->vertices[record->first + record->count - 1].vertex;
-        memcpy(g.walk.walk.densities, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
+        const uint32_t last = g->vertices[record->count - 1].vertex;
+        memcpy(g->walk.walk.densities, &task->densities[record->densities], (last + 1) * sizeof *task->densities);
     }
-    for (uint32_t i = 0; i < record->count; i++) {
-        g.vertex = &task->vertices[record->first + i];
-        g.walk.walk.vertex = g.vertex->vertex;
-        g.radius = g.vertex->radius0 * q->shrink;
-        g.gradient = (ca_vec3){0};
-        g.made = false;
-        merge_all(&g);
-        if (i == 0) *gradient = g.gradient;
+}
+
+/* The group's paths with all photons of the block. */
+static void look(gather_group *group)
+{
+    gather *asking[GATHERS];
+    uint32_t count = group->count;
+    for (uint32_t vertex = 0; count > 0; vertex++) {
+        count = 0;
+        for (uint32_t i = 0; i < group->count; i++) {
+            if (group->gathers[i].record->count <= vertex) continue;
+            start_query(&group->gathers[i], vertex);
+            asking[count++] = &group->gathers[i];
+        }
+        answer(asking, count);
     }
-    return g.sum;
+}
+
+/* Adds the paths of a group to their pixels, with the covariances of the only one if they are wanted. */
+static void finish_group(gather_group *group)
+{
+    for (uint32_t i = 0; i < group->count; i++) {
+        const gather *g = &group->gathers[i];
+        if (!g->pairs) continue;
+        ca_pair_covariances_next_path(g->pairs);
+        ca_pair_covariances_add_alone(g->pairs, (double)ca_luminance(g->record->own_light) *
+                                                    (double)g->record->sample.filter_weight);
+    }
+    look(group);
+    for (uint32_t i = 0; i < group->count; i++) {
+        const gather *g = &group->gathers[i];
+        const ca_film_sample *sample = &g->record->sample;
+        add_path(group->q, sample, g->record->own_light, g->sum, g->pixel);
+        g->pixel->irradiance_gradient =
+            ca_madd(g->pixel->irradiance_gradient, sample->filter_weight, g->gradient);
+    }
+    group->count = 0;
 }
 
 /* ---- Shadow rays ----------------------------------------------------------------------------------------------- */
@@ -167,58 +257,62 @@ static ca_rgb connect_path(const ca_qmcppm *q, uint32_t x, uint32_t y, uint32_t 
     return walk->light[1];
 }
 
-/* ---- A pixel --------------------------------------------------------------------------------------------------- */
+/* ---- Pixels ---------------------------------------------------------------------------------------------------- */
 
-/* Adds a camera path: what it found alone counts for each of the block's pairs. */
-static void add_path(const ca_qmcppm *q, const ca_film_sample *sample, ca_rgb own_light, ca_rgb joined,
-                     ca_block_sample *sum)
+/* The number of a pixel's first camera path within the block; the next ones follow P apart. */
+static uint64_t first_of_pixel(const ca_qmcppm *q, uint32_t x, uint32_t y)
 {
-    const ca_rgb light = ca_rgb_madd(joined, (float)q->light_count, own_light);
-    sum->radiance = ca_rgb_madd(sum->radiance, sample->filter_weight, light);
-    sum->albedo = ca_rgb_add(sum->albedo, sample->albedo);
-    sum->normal = ca_add(sum->normal, sample->normal);
-    sum->position = ca_add(sum->position, sample->position);
-    sum->paths++;
-    sum->pairs += q->light_count;
-}
-
-/* A kept camera path, with the covariances of the pixel if they are wanted. */
-static void add_record(const ca_qmcppm *q, uint64_t number, ca_block_sample *sum, ca_worker *worker)
-{
-    const ca_camera_record *record = &q->camera.records[number];
-    ca_pair_covariances *pairs = q->pairs ? &q->pairs[worker->index] : NULL;
-    const float weight = record->sample.filter_weight;
-    ca_vec3 gradient = {0};
-    if (pairs) {
-        ca_pair_covariances_next_path(pairs);
-        ca_pair_covariances_add_alone(pairs, (double)ca_luminance(record->own_light) * (double)weight);
-    }
-    const ca_rgb joined = gather_record(q, number, &gradient, worker);
-    add_path(q, &record->sample, record->own_light, joined, sum);
-    sum->irradiance_gradient = ca_madd(sum->irradiance_gradient, weight, gradient);
-}
-
-void ca_qmcppm_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sum, ca_worker *worker)
-{
-    const ca_qmcppm *q = state;
     const uint32_t *crop = q->input.crop;
     const uint64_t pixel = (uint64_t)(y - crop[1]) * (crop[2] - crop[0]) + (x - crop[0]);
-    /* Numbers of the pixel's camera paths within the block. */
-    const uint64_t first = (pixel + q->pixels - q->camera.first % q->pixels) % q->pixels;
-    if (q->pairs) ca_pair_covariances_begin(&q->pairs[worker->index], (uint32_t)q->light_count);
-    for (uint64_t n = first; n < q->camera.count; n += q->pixels) {
-        if (q->connect) {
-            ca_film_sample sample = {0};
-            ca_rgb own_light;
-            const uint32_t index = (uint32_t)((q->camera.first + n) / q->pixels);
-            const ca_rgb joined = connect_path(q, x, y, index, &sample, &own_light, worker);
-            add_path(q, &sample, own_light, joined, sum);
-        } else {
-            add_record(q, n, sum, worker);
-        }
+    return (pixel + q->pixels - q->camera.first % q->pixels) % q->pixels;
+}
+
+static void connect_pixel(const ca_qmcppm *q, uint32_t x, uint32_t y, ca_block_sample *sum, ca_worker *worker)
+{
+    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count; n += q->pixels) {
+        ca_film_sample sample = {0};
+        ca_rgb own_light;
+        const uint32_t index = (uint32_t)((q->camera.first + n) / q->pixels);
+        const ca_rgb joined = connect_path(q, x, y, index, &sample, &own_light, worker);
+        add_path(q, &sample, own_light, joined, sum);
     }
-    if (!q->pairs) return;
-    sum->out_of_memory = !ca_pair_covariances_finish(&q->pairs[worker->index], &sum->covariance);
+}
+
+static void gather_pixel(gather_group *group, uint32_t x, uint32_t y, ca_block_sample *sum)
+{
+    const ca_qmcppm *q = group->q;
+    const uint32_t most = q->pairs ? 1 : GATHERS;
+    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count; n += q->pixels) {
+        begin_gather(group, n, sum);
+        if (group->count == most) finish_group(group);
+    }
+}
+
+static void gather_pixel_with_pairs(gather_group *group, uint32_t x, uint32_t y, ca_block_sample *sum)
+{
+    const ca_qmcppm *q = group->q;
+    ca_pair_covariances *pairs = &q->pairs[group->worker->index];
+    ca_pair_covariances_begin(pairs, (uint32_t)q->light_count);
+    gather_pixel(group, x, y, sum);
+    sum->out_of_memory = !ca_pair_covariances_finish(pairs, &sum->covariance);
     sum->visits_camera = q->visits.camera;
     sum->visits_light = q->visits.light;
+}
+
+void ca_qmcppm_block_pixels(const void *state, uint32_t x, uint32_t y, uint32_t count, ca_block_sample *sums,
+                            ca_worker *worker)
+{
+    const ca_qmcppm *q = state;
+    gather_group group;
+    group.q = q;
+    group.worker = worker;
+    group.count = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (q->connect)
+            connect_pixel(q, x + i, y, &sums[i], worker);
+        else if (q->pairs)
+            gather_pixel_with_pairs(&group, x + i, y, &sums[i]);
+        else
+            gather_pixel(&group, x + i, y, &sums[i]);
+    finish_group(&group);
 }

@@ -128,7 +128,10 @@ static bool go_on(ca_walk *walk, const walk_event *event, const ca_reuse_rules *
     walk->direction = event->sample.wo_world;
     walk->t_min = 0.0f;
     walk->t_max = INFINITY;
-    return survives(walk, rr_depth, ca_sample_2d(&walk->stream, dimension_of(walk) + CA_DIM_BSDF_LOBE).y);
+    /* Nobody looks at the number before the roulette is on. */
+    const bool plays = walk->vertex + 1 >= rr_depth;
+    return survives(walk, rr_depth,
+                    plays ? ca_sample_2d(&walk->stream, dimension_of(walk) + CA_DIM_BSDF_LOBE).y : 0.0f);
 }
 
 void ca_walks_scatter(ca_walk *const *walks, uint32_t count, const ca_reuse_rules *rules, uint32_t rr_depth,

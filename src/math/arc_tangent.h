@@ -1,7 +1,7 @@
 /* The angle of a point in the plane, without libm: the same bits on every machine, and no call.
  *
- * atan of a in [0, 1] is a times a polynomial of degree 9 in a^2, fitted for the least relative error (2.4e-9); the rest
- * is symmetry. The relative error is below 3e-7 (tests/test_math.c). */
+ * atan of a in [0, 1] is a times a polynomial of degree 9 in a^2, fitted for the least relative error (2.4e-9); the
+ * rest is symmetry. The relative error is below 3e-7 (tests/test_math.c). */
 #ifndef CA_MATH_ARC_TANGENT_H
 #define CA_MATH_ARC_TANGENT_H
 

@@ -63,15 +63,23 @@ static uint32_t samples_after(const block_render *r, uint64_t count)
 
 /* ---- The loop -------------------------------------------------------------------------------------------------- */
 
-static void render_pixel(void *user, uint32_t x, uint32_t y, uint32_t worker)
+/* Pixels [x0, x1) of a row, those of a tile. */
+static void render_row(block_render *r, uint32_t x0, uint32_t x1, uint32_t y, uint32_t worker)
 {
-    block_render *r = user;
     const ca_render_plan *plan = r->plan;
-    ca_block_sample sample = {0};
-    plan->type->block_pixel(r->integrator, plan->crop[0] + x, plan->crop[1] + y, &sample, &r->workers.list[worker]);
-    if (sample.out_of_memory) __atomic_store_n(&r->out_of_memory, true, __ATOMIC_RELAXED);
-    if (!ca_block_film_add(r->part.film, plan->crop[0] + x, plan->crop[1] + y, &sample))
-        r->workers.film_rejects[worker]++;
+    const uint32_t x = plan->crop[0] + x0, count = x1 - x0;
+    ca_block_sample samples[CA_TILE_SIDE] = {0};
+    plan->type->block_pixels(r->integrator, x, plan->crop[1] + y, count, samples, &r->workers.list[worker]);
+    for (uint32_t i = 0; i < count; i++) {
+        if (samples[i].out_of_memory) __atomic_store_n(&r->out_of_memory, true, __ATOMIC_RELAXED);
+        if (!ca_block_film_add(r->part.film, x + i, plan->crop[1] + y, &samples[i]))
+            r->workers.film_rejects[worker]++;
+    }
+}
+
+static void render_tile(void *user, const ca_tile *tile, uint32_t worker)
+{
+    for (uint32_t y = tile->y0; y < tile->y1; y++) render_row(user, tile->x0, tile->x1, y, worker);
 }
 
 static ca_status render_block(block_render *r, ca_error *error)
@@ -79,7 +87,7 @@ static ca_status render_block(block_render *r, ca_error *error)
     const ca_render_plan *plan = r->plan;
     const ca_parallel *parallel = &r->workers.parallel;
     CA_TRY(plan->type->begin_block(r->integrator, r->part.blocks[1], parallel, r->workers.list, error));
-    ca_for_each_pixel(parallel, plan->crop[2] - plan->crop[0], plan->crop[3] - plan->crop[1], render_pixel, r);
+    ca_for_each_tile(parallel, plan->crop[2] - plan->crop[0], plan->crop[3] - plan->crop[1], render_tile, r);
     if (r->out_of_memory) return ca_fail_memory(error, "the pairs of light and camera paths");
     r->part.blocks[1]++;
     return CA_OK;

@@ -2,7 +2,7 @@
 
 #include "base/memory.h"
 
-enum { TILE_SIDE = 32, WORKER_ALIGNMENT = 128 };
+enum { WORKER_ALIGNMENT = 128 };
 _Static_assert(sizeof(ca_worker) % WORKER_ALIGNMENT == 0, "counters of different workers: never in one cache line");
 _Static_assert(CA_TECHNIQUE_COUNT + 1 == CA_NON_FINITE_SOURCES, "caustica.h counts the techniques and the film");
 
@@ -57,7 +57,7 @@ uint64_t ca_workers_light_paths(const ca_workers *workers)
     return sum;
 }
 
-/* ---- Tiles and pixels ------------------------------------------------------------------------------------------ */
+/* ---- Tiles ----------------------------------------------------------------------------------------------------- */
 
 typedef struct tile_loop {
     ca_tile_task task;
@@ -65,17 +65,17 @@ typedef struct tile_loop {
     uint32_t width, height;
 } tile_loop;
 
-static uint32_t tiles_along(uint32_t side) { return (side + TILE_SIDE - 1) / TILE_SIDE; }
+static uint32_t tiles_along(uint32_t side) { return (side + CA_TILE_SIDE - 1) / CA_TILE_SIDE; }
 static uint32_t tile_end(uint32_t begin, uint32_t side)
 {
-    return side - begin < TILE_SIDE ? side : begin + TILE_SIDE;
+    return side - begin < CA_TILE_SIDE ? side : begin + CA_TILE_SIDE;
 }
 
 static void run_tile(void *user, uint32_t number, uint32_t worker)
 {
     const tile_loop *loop = user;
     const uint32_t columns = tiles_along(loop->width);
-    ca_tile tile = {.x0 = number % columns * TILE_SIDE, .y0 = number / columns * TILE_SIDE};
+    ca_tile tile = {.x0 = number % columns * CA_TILE_SIDE, .y0 = number / columns * CA_TILE_SIDE};
     tile.x1 = tile_end(tile.x0, loop->width);
     tile.y1 = tile_end(tile.y0, loop->height);
     loop->task(loop->user, &tile, worker);
@@ -85,22 +85,4 @@ void ca_for_each_tile(const ca_parallel *parallel, uint32_t width, uint32_t heig
 {
     tile_loop loop = {.task = task, .user = user, .width = width, .height = height};
     ca_parallel_for(parallel, tiles_along(width) * tiles_along(height), run_tile, &loop);
-}
-
-typedef struct pixel_loop {
-    ca_pixel_task task;
-    void *user;
-} pixel_loop;
-
-static void run_pixels(void *user, const ca_tile *tile, uint32_t worker)
-{
-    const pixel_loop *loop = user;
-    for (uint32_t y = tile->y0; y < tile->y1; y++)
-        for (uint32_t x = tile->x0; x < tile->x1; x++) loop->task(loop->user, x, y, worker);
-}
-
-void ca_for_each_pixel(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_pixel_task task, void *user)
-{
-    pixel_loop loop = {.task = task, .user = user};
-    ca_for_each_tile(parallel, width, height, run_pixels, &loop);
 }

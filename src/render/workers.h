@@ -1,7 +1,6 @@
-/* The threads of a render: what each has of its own, and loops over the tiles and pixels of the film.
+/* The threads of a render: what each has of its own, and a loop over the tiles of the film.
  *
- * Square tiles are handed out as workers come free, the pixels of a tile one after the other. State: about
- * 200 bytes a worker. */
+ * Square tiles are handed out as workers come free. State: about 200 bytes a worker. */
 #ifndef CA_RENDER_WORKERS_H
 #define CA_RENDER_WORKERS_H
 
@@ -23,7 +22,9 @@ void ca_workers_count(const ca_workers *workers, ca_render_statistics *statistic
 /* Adds what all have counted of light paths. */
 uint64_t ca_workers_light_paths(const ca_workers *workers);
 
-/* A part of the film, half open. */
+enum { CA_TILE_SIDE = 32 };
+
+/* A part of the film, half open; CA_TILE_SIDE pixels wide and high, or less at its right and lower border. */
 typedef struct ca_tile {
     uint32_t x0, y0, x1, y1;
 } ca_tile;
@@ -31,9 +32,5 @@ typedef struct ca_tile {
 /* Runs task(user, tile, worker) once for each tile of width x height pixels. */
 typedef void (*ca_tile_task)(void *user, const ca_tile *tile, uint32_t worker);
 void ca_for_each_tile(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_tile_task task, void *user);
-
-/* Runs task(user, x, y, worker) once for each x < width, y < height. */
-typedef void (*ca_pixel_task)(void *user, uint32_t x, uint32_t y, uint32_t worker);
-void ca_for_each_pixel(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_pixel_task task, void *user);
 
 #endif

@@ -86,7 +86,7 @@ float ca_block_radiance(uint32_t x, uint32_t y, uint64_t block)
 
 uint64_t ca_block_pairs(uint32_t x, uint64_t block) { return 10 + (x + block) % 3; }
 
-static void fake_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker)
+static void fill_pixel(const void *state, uint32_t x, uint32_t y, ca_block_sample *sample, ca_worker *worker)
 {
     const ca_block_script *s = state;
     const bool inside = x >= CA_BLOCK_CROP_X && y >= CA_BLOCK_CROP_Y && x < CA_BLOCK_CROP_X + CA_BLOCK_WIDTH &&
@@ -101,6 +101,12 @@ static void fake_block_pixel(const void *state, uint32_t x, uint32_t y, ca_block
     sample->position = (ca_vec3){(float)x / 10.0f, -7.0f, 0.0f};
     worker->counters.camera_paths += sample->paths;
     if (s->bad_samples && x == 5 && y == 4 && s->now % 2 == 1) sample->radiance.g = NAN;
+}
+
+static void fake_block_pixels(const void *state, uint32_t x, uint32_t y, uint32_t count, ca_block_sample *samples,
+                              ca_worker *worker)
+{
+    for (uint32_t i = 0; i < count; i++) fill_pixel(state, x + i, y, &samples[i], worker);
 }
 
 /* Squares of n x n blocks grow by one shell of 2 n + 1 at a time, its own row before its column. */
@@ -131,7 +137,7 @@ static const ca_integrator_type fake = {.name = "fake",
                                         .create = fake_create,
                                         .destroy = fake_destroy,
                                         .begin_block = fake_begin_block,
-                                        .block_pixel = fake_block_pixel,
+                                        .block_pixels = fake_block_pixels,
                                         .blocks_needed = fake_blocks_needed};
 
 /* ---- Renders --------------------------------------------------------------------------------------------------- */
