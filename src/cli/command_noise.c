@@ -139,10 +139,9 @@ static const ca_option options[] = {
 };
 static const ca_option_table table = {"noise", options, sizeof options / sizeof options[0]};
 
-static int print_help(void)
+/* The law that the numbers belong to. */
+static void print_law(void)
 {
-    printf("caustica noise SCENE [options]: where the noise comes from, and which numbers of paths give less\n\n");
-    ca_options_print(&table, stdout);
     char three_terms[CA_INTEGRATOR_NAMES_SIZE], four_terms[CA_INTEGRATOR_NAMES_SIZE];
     ca_integrator_names(CA_ABILITY_PAIR_LAW, " or ", three_terms);
     ca_integrator_names(CA_ABILITY_CONNECTION_NOISE, " or ", four_terms);
@@ -152,6 +151,13 @@ static int print_help(void)
            "    pair     of each pair of a light and a camera path, goes down as 1 / (NF NB)\n"
            "That of %s has a fourth, of connections (see below).\n",
            three_terms, four_terms);
+}
+
+static int print_help(void)
+{
+    printf("caustica noise SCENE [options]: where the noise comes from, and which numbers of paths give less\n\n");
+    ca_options_print(&table, stdout);
+    print_law();
     ca_options_print_prose(
         "Printed are averages over pixels of their roots (an estimate below zero counts as 0; how many there were "
         "stands beside), of "
