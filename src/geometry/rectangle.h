@@ -40,13 +40,6 @@ ca_rectangle ca_rectangle_from_mesh(const ca_mesh *mesh);
 /* The triangle and its barycentric coordinates (of corners 1 and 2) at (s, t) in [0, 1]^2 along x and y. */
 uint32_t ca_rectangle_triangle(const ca_rectangle *rectangle, ca_vec2 st, ca_vec2 *barycentric);
 
-/* The point of a plain rectangle at (s, t), for a light's sample by area. */
-static inline ca_vec3 ca_rectangle_position(const ca_rectangle *rectangle, ca_vec2 st)
-{
-    const ca_vec3 along_x = ca_madd(ca_mul(rectangle->corner, 1.0f - st.x - st.y), st.x, rectangle->end_x);
-    return ca_madd(along_x, st.y, rectangle->end_y);
-}
-
 /* The rectangle in the frame (x, y, away) of a reference, on the plane z = -distance. */
 typedef struct ca_spherical_rectangle {
     double x0, x1, y0, y1, distance;

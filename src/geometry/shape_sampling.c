@@ -29,11 +29,9 @@ static void sample_plain_rectangle(const ca_shape *shape, ca_vec2 u, ca_surface 
     surface->barycentric = surface->uv = barycentric;
     surface->ng = surface->ns = rectangle->n;
     if (surface->mesh->uvs) ca_triangle_attributes(surface->mesh, surface->primitive, barycentric, surface);
-    surface->position = ca_rectangle_position(rectangle, u);
-    const ca_vec3 extent =
-        ca_max_vec3(ca_abs3(rectangle->corner), ca_max_vec3(ca_abs3(rectangle->end_x), ca_abs3(rectangle->end_y)));
-    const float bound = 2.0f * CA_GAMMA(7) * ca_max3(extent) * CA_RECTANGLE_ERROR;
-    surface->position_error = (ca_vec3){bound, bound, bound};
+    const ca_triangle corners = {.p = {rectangle->corner, rectangle->end_x, rectangle->end_y}};
+    ca_triangle_position(&corners, u, surface);
+    surface->position_error = ca_mul(surface->position_error, CA_RECTANGLE_ERROR);
 }
 
 static void sample_mesh(const ca_shape *shape, ca_vec2 u, ca_surface *surface)

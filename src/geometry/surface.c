@@ -14,22 +14,6 @@ ca_vec3 ca_offset_origin(ca_vec3 position, ca_vec3 position_error, ca_vec3 ng, c
     return ca_madd(position, copysignf(distance, ca_dot(ng, direction)), ng);
 }
 
-/* A ray from not too far away gives the point without a look at the triangle's corners, which in a large mesh are
- * three cache misses. The bound: t comes from a plane through a corner, with about a dozen roundings of numbers no
- * larger than the corner's, the origin's and the segment's coordinates together. false where the ray is so long that
- * the corners give a better bound. */
-static inline bool ray_position(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, float t,
-                                ca_surface *surface)
-{
-    const ca_vec3 segment = ca_mul(direction, t);
-    const float reach = ca_max3(ca_abs3(segment)) + ca_max3(ca_abs3(origin));
-    if (reach > 4.0f * shape->as.mesh.extent) return false;
-    const float bound = CA_GAMMA(12) * (reach + shape->as.mesh.extent);
-    surface->position = ca_add(origin, segment);
-    surface->position_error = (ca_vec3){bound, bound, bound};
-    return true;
-}
-
 /* `in_world`: the ray and the mesh are in the same space. */
 static void mesh_surface(const ca_shape *shape, ca_vec3 origin, ca_vec3 direction, bool in_world, const ca_hit *hit,
                          ca_surface *surface)
@@ -40,7 +24,8 @@ static void mesh_surface(const ca_shape *shape, ca_vec3 origin, ca_vec3 directio
     surface->barycentric = (ca_vec2){hit->u, hit->v};
     surface->uv = surface->barycentric;
     surface->mesh = mesh;
-    if (!in_world || !ray_position(shape, origin, direction, hit->t, surface)) {
+    if (!in_world || !ca_ray_position(shape->as.mesh.extent, origin, direction, hit->t,
+                                       &surface->position, &surface->position_error)) {
         const ca_triangle t = ca_triangle_load(mesh, hit->primitive);
         ca_triangle_position(&t, surface->barycentric, surface);
     }

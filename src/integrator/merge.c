@@ -1,7 +1,6 @@
 /* Merges of a camera path's vertex with photons, the vertices of all light paths, that are close. */
 #include "integrator/bidirectional.h"
 
-#include <stddef.h>
 
 /* ---- One merge ------------------------------------------------------------------------------------------------- */
 
@@ -60,11 +59,8 @@ typedef struct merge_query {
 static bool find(merge_query *m)
 {
     m->count = ca_photon_query_next(&m->query, m->found);
-    for (uint32_t i = 0; i < m->count; i++) {
-        const char *photon = (const char *)ca_light_vertex_at(&m->walk->b->store, m->found[i]);
-        __builtin_prefetch(photon);
-        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
-    }
+    for (uint32_t i = 0; i < m->count; i++)
+        ca_light_vertex_prefetch(&m->walk->b->store, m->found[i]);
     return m->count > 0;
 }
 

@@ -70,7 +70,8 @@ static void choose_corners(const path_state *state, ca_number_batch *u, uint32_t
     choices->radiance.z[i] = light->radiance.b;
 }
 
-/* A point on the light: ca_warp_triangle, ca_triangle_position and the normal; or ca_rectangle_position. */
+/* A point on the light: ca_warp_triangle, ca_triangle_position and the normal; in a rectangle
+ * (s, t) are the weights. */
 typedef struct light_point8 {
     ca_v8 position, ng;
     ca_f8 error;

@@ -2,7 +2,6 @@
  * block. */
 #include "integrator/qmcppm.h"
 
-#include <stddef.h>
 #include <string.h>
 
 /* A kept camera path that looks for photons, vertex by vertex. The walk has what merges read: the path's densities
@@ -120,11 +119,8 @@ static void start_query(gather *g, uint32_t vertex)
 static bool find(gather *g)
 {
     g->found_count = ca_photon_query_next(&g->query, g->found);
-    for (uint32_t i = 0; i < g->found_count; i++) {
-        const char *photon = (const char *)ca_light_vertex_at(&g->q->engine->store, g->found[i]);
-        __builtin_prefetch(photon);
-        __builtin_prefetch(photon + offsetof(ca_light_vertex, point.position) - 1);
-    }
+    for (uint32_t i = 0; i < g->found_count; i++)
+        ca_light_vertex_prefetch(&g->q->engine->store, g->found[i]);
     return g->found_count > 0;
 }
 

@@ -1,6 +1,6 @@
 #include "path/vertex.h"
 
-#include "math/numeric.h"
+#include "geometry/triangle.h"
 
 /* ---- Matte points ---------------------------------------------------------------------------------------------- */
 
@@ -8,12 +8,7 @@
  * corners give a better bound. */
 static bool place_matte(ca_vertex *v, float extent, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit)
 {
-    const ca_vec3 segment = ca_mul(direction, hit->t);
-    const float reach = ca_max3(ca_abs3(segment)) + ca_max3(ca_abs3(origin));
-    if (reach > 4.0f * extent) return false;
-    const float bound = CA_GAMMA(12) * (reach + extent);
-    v->position = ca_add(origin, segment);
-    v->position_error = (ca_vec3){bound, bound, bound};
+    if (!ca_ray_position(extent, origin, direction, hit->t, &v->position, &v->position_error)) return false;
     v->ng = ca_normalize(hit->ng);
     v->barycentric = (ca_vec2){hit->u, hit->v};
     return true;
