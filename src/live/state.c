@@ -56,6 +56,26 @@ bool ca_live_state_may_serve(const ca_live_state *state)
 
 /* ---- As JSON --------------------------------------------------------------------------------------------------- */
 
+/* What a viewer is told: copied, since the render would wait while a text is written under the lock. */
+typedef struct news {
+    ca_live_phase phase;
+    ca_render_progress progress;
+    ca_live_snapshot *snapshot; /* held */
+    uint64_t number;
+    char message[sizeof((ca_live_state *)NULL)->message];
+} news;
+
+static void copy_news(news *copy, ca_live_state *state)
+{
+    pthread_mutex_lock(&state->lock);
+    copy->phase = state->phase;
+    copy->progress = state->progress;
+    copy->snapshot = ca_live_snapshot_hold(state->snapshot);
+    copy->number = state->news;
+    memcpy(copy->message, state->message, sizeof copy->message);
+    pthread_mutex_unlock(&state->lock);
+}
+
 static void put(FILE *stream, const char *name, double value)
 {
     fprintf(stream, ",\"%s\":", name);
@@ -63,11 +83,11 @@ static void put(FILE *stream, const char *name, double value)
 }
 
 /* The noise of the latest picture: the render itself estimates it rarely. */
-static double noise_percent(const ca_live_state *state)
+static double noise_percent(const news *told)
 {
-    const ca_live_snapshot *picture = state->snapshot;
+    const ca_live_snapshot *picture = told->snapshot;
     const double noise = picture ? picture->statistics.noise_percent : -1.0;
-    return noise >= 0.0 ? noise : state->progress.noise_percent;
+    return noise >= 0.0 ? noise : told->progress.noise_percent;
 }
 
 static void put_picture(FILE *stream, const ca_live_snapshot *picture)
@@ -84,10 +104,10 @@ static void put_picture(FILE *stream, const ca_live_snapshot *picture)
 }
 
 /* Noise falls with the square root of the passes. */
-static void put_progress(FILE *stream, const ca_live_state *state)
+static void put_progress(FILE *stream, const news *told)
 {
-    const ca_render_progress *p = &state->progress;
-    const double fraction = ca_progress_fraction(p), noise = noise_percent(state);
+    const ca_render_progress *p = &told->progress;
+    const double fraction = ca_progress_fraction(p), noise = noise_percent(told);
     const double unknown = (double)NAN;
     fprintf(stream, ",\"blocks\":%s", p->blocks ? "true" : "false");
     put(stream, "passes", p->passes_done);
@@ -100,21 +120,22 @@ static void put_progress(FILE *stream, const ca_live_state *state)
     put(stream, "predicted", noise >= 0.0 && fraction > 0.0 ? noise * sqrt(fraction) : unknown);
 }
 
-size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE], uint64_t *news)
+size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE], uint64_t *number)
 {
     static const char *const phases[] = {"waiting", "rendering", "paused", "stopping", "done"};
+    news told;
     text[0] = '\0';
     FILE *stream = fmemopen(text, CA_LIVE_EVENT_SIZE, "w");
     if (!stream) return 0;
-    pthread_mutex_lock(&state->lock);
-    *news = state->news;
-    fprintf(stream, "{\"phase\":\"%s\"", phases[state->phase]);
-    put_progress(stream, state);
-    if (state->snapshot) put_picture(stream, state->snapshot);
+    copy_news(&told, state);
+    *number = told.number;
+    fprintf(stream, "{\"phase\":\"%s\"", phases[told.phase]);
+    put_progress(stream, &told);
+    if (told.snapshot) put_picture(stream, told.snapshot);
     fputs(",\"message\":", stream);
-    ca_page_put_json(stream, state->message);
-    pthread_mutex_unlock(&state->lock);
+    ca_page_put_json(stream, told.message);
     fputc('}', stream);
+    ca_live_snapshot_release(told.snapshot);
     const bool whole = fflush(stream) == 0;
     const long length = ftell(stream);
     fclose(stream);

@@ -50,7 +50,7 @@ ca_live_snapshot *ca_live_state_picture(ca_live_state *state);
 bool ca_live_state_may_serve(const ca_live_state *state);
 
 enum { CA_LIVE_EVENT_SIZE = 16384 };
-/* The news as JSON for the page; gives back its length. Takes the lock. */
-size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE], uint64_t *news);
+/* The news as JSON for the page, and its number; gives back its length. Takes the lock, but not while it writes. */
+size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE], uint64_t *number);
 
 #endif
