@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Caustica's `path` against that of Mitsuba 3 (llvm_ad_rgb): the same scenes, filter, depths and sampler, two threads, equal time.
+"""Caustica's `path` against that of Mitsuba 3 (llvm_ad_rgb): the same scenes, filter, largest depth and sampler, each with its own
+default for the roulette, two threads, equal time.
 
     bench-peers.py PROGRAM FOLDER [--quick] [--only SCENE]
 
@@ -28,7 +29,7 @@ import numpy as np
 
 import peers_figures as figures
 
-THREADS, DEPTH, ROULETTE_DEPTH = 2, 10, 5
+THREADS, DEPTH = 2, 10
 LARGE = 512
 SECONDS = {128: 0.4, LARGE: 1.2}          # of a render
 SEEDS, REFERENCE_SECONDS = 16, 60.0
@@ -127,7 +128,6 @@ def same_for_both(path, size):
     integrator.clear()
     integrator.set("type", "path")
     set_property(integrator, "integer", "max_depth", DEPTH)
-    set_property(integrator, "integer", "rr_depth", ROULETTE_DEPTH)
     root.find("sensor/sampler").set("type", "independent")
     film = root.find("sensor/film")
     film.find("rfilter").set("type", "box")
@@ -343,7 +343,7 @@ def circumstances(program, mitsuba):
     return {"processor": processor(), "processors": os.cpu_count(), "system": platform.platform(),
             "load_average": os.getloadavg()[0], "caustica": output_of([program, "--version"]),
             "commit": output_of(["git", "rev-parse", "HEAD"]) + (" and changes" if changed else ""),
-            **mitsuba.versions, "threads": THREADS, "max_depth": DEPTH, "rr_depth": ROULETTE_DEPTH, "filter": "box"}
+            **mitsuba.versions, "threads": THREADS, "max_depth": DEPTH, "roulette": "each renderer's default", "filter": "box"}
 
 
 def arguments():

@@ -398,7 +398,7 @@ static void test_integrators_of_the_scene(void **state)
         const char *version, *type, *parameters, *chosen, *says; /* says: of the description, or of the error */
     } cases[] = {
         {"3.0.0", "vcm-star", "<float name='radius' value='0.25'/><integer name='camera_paths' value='2'/>", NULL,
-         "vcm-star:max_depth=-1,rr_depth=5,hide_emitters=false,heuristic=balance,light_paths=0,camera_paths=2,radius="
+         "vcm-star:max_depth=-1,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,camera_paths=2,radius="
          "0.25,"
          "alpha=0.5"},
         {"0.6.0", "bdpm",

@@ -13,7 +13,7 @@
 
 #define PATH_PARAMETERS                                                                                              \
     {"max_depth", CA_SPEC_INTEGER, .minimum = -1, .number = -1},                                                     \
-        {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = 5},                                                    \
+        {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = CA_ROULETTE_DEPTH},                                    \
     {                                                                                                                \
         "hide_emitters", CA_SPEC_BOOLEAN, .number = 0                                                                \
     }

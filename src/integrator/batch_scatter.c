@@ -61,20 +61,14 @@ static void scatter_one(const ca_batch *batch, float u_lobe, ca_vec2 u, event_ba
     events->dirac[i] = event.scatter & CA_SCATTER_DIRAC ? UINT32_MAX : 0;
 }
 
-/* A path that survives a low probability carries 1 / ROULETTE_GAIN of what it began with. With a gain of 1, as in
- * Mitsuba 3, that is all of it, and light that is seldom found, such as that of lamps seen through glass, is far
- * noisier: variance times rays on scenes/speed/cornell-spheres.xml is 0.86 of that, on the Cornell box 0.98. The
- * bidirectional engine finds such light by other ways, and longer paths cost it 2 to 4 % there: its gain is 1. */
-#define ROULETTE_GAIN 2.0f
-
-/* survives of walk.c with a gain, eight at a time. */
+/* survives of walk.c, eight at a time. */
 static void play_roulette(const ca_number_batch *u, bool plays, event_batch *events, uint32_t i)
 {
     const ca_v8 t = ca_column3_load(&events->throughput, i);
     const ca_f8 largest = ca_max3_v8(t);
     ca_m8 go_on = ca_load8_u32(events->go_on, i) & (largest > 0.0f);
     if (plays) {
-        const ca_f8 left = ROULETTE_GAIN * largest * ca_load8(events->eta2, i);
+        const ca_f8 left = CA_ROULETTE_GAIN * largest * ca_load8(events->eta2, i);
         const ca_f8 survival = ca_min8(ca_f8_all(CA_ROULETTE_MOST), left);
         go_on &= ~(ca_load8(u->y, i) >= survival);
         ca_column3_store(&events->throughput, i, ca_mul_v8(t, 1.0f / survival));

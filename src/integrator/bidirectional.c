@@ -44,7 +44,7 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
 {
     const double max_depth = ca_integrator_value(type, input, "max_depth", -1.0);
     b->max_depth = max_depth < 0.0 ? UINT32_MAX : (uint32_t)max_depth;
-    b->rr_depth = (uint32_t)ca_integrator_value(type, input, "rr_depth", 5.0);
+    b->rr_depth = (uint32_t)ca_integrator_value(type, input, "rr_depth", CA_ROULETTE_DEPTH);
     b->hide_emitters = ca_integrator_value(type, input, "hide_emitters", 0.0) != 0.0;
     const double pixels = (double)input->camera->width * input->camera->height;
     const double light_paths = ca_integrator_value(type, input, "light_paths", 0.0);

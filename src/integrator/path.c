@@ -3,7 +3,7 @@
  * 9).
  *
  * max_depth, rr_depth and hide_emitters mean what Mitsuba 3's `path` means by them: a depth of 1 sees emitters only;
- * the roulette may end a path after vertex rr_depth. It ends fewer than Mitsuba's (walk.h). */
+ * the roulette may end a path after vertex rr_depth. It begins earlier than Mitsuba's and ends fewer (walk.h). */
 #include "integrator/path.h"
 
 #include "base/memory.h"
@@ -12,7 +12,7 @@ enum { MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, HEURISTIC, NEXT_EVENT };
 
 static const ca_parameter_spec path_parameters[] = {
     [MAX_DEPTH] = {"max_depth", CA_SPEC_INTEGER, .minimum = -1, .number = -1},
-    [RR_DEPTH] = {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = 5},
+    [RR_DEPTH] = {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = CA_ROULETTE_DEPTH},
     [HIDE_EMITTERS] = {"hide_emitters", CA_SPEC_BOOLEAN, .number = 0},
     [HEURISTIC] = {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 1},
     [NEXT_EVENT] = {"next_event", CA_SPEC_BOOLEAN, .number = 1},

@@ -47,7 +47,7 @@ enum {
 
 static const ca_parameter_spec parameters[] = {
     [MAX_DEPTH] = {"max_depth", CA_SPEC_INTEGER, .minimum = -1, .number = -1},
-    [RR_DEPTH] = {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = 5},
+    [RR_DEPTH] = {"rr_depth", CA_SPEC_INTEGER, .minimum = 1, .number = CA_ROULETTE_DEPTH},
     [HIDE_EMITTERS] = {"hide_emitters", CA_SPEC_BOOLEAN, .number = 0},
     [HEURISTIC] = {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0},
     [LIGHT_PATHS] = {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},

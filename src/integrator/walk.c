@@ -18,7 +18,7 @@ static bool survives(ca_walk *walk, uint32_t rr_depth, float u)
     if (!(largest > 0.0f)) return false;
     walk->throughput = ca_rgb_scale(left, walk->start);
     if (walk->vertex + 1 < rr_depth) return true;
-    const float survival = ca_min(CA_ROULETTE_MOST, largest * walk->eta2);
+    const float survival = ca_min(CA_ROULETTE_MOST, CA_ROULETTE_GAIN * largest * walk->eta2);
     if (u >= survival) return false;
     walk->throughput = ca_rgb_scale(ca_rgb_scale(left, 1.0f / survival), walk->start);
     return true;

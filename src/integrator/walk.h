@@ -48,8 +48,15 @@ static inline void ca_walk_rays_set(ca_walk_rays *rays, uint32_t i, ca_vec3 orig
  * false where the ray runs along the surface, which has no measure. */
 bool ca_walk_arrive(ca_walk *walk, const ca_scene *scene, const ca_hit *hit);
 
-/* Russian roulette: a path survives with min(CA_ROULETTE_MOST, largest throughput * eta2), times a gain in `path`
- * (batch_scatter.c). Unlimited paths end because of CA_ROULETTE_MOST. */
+/* Russian roulette: from CA_ROULETTE_DEPTH segments on (`rr_depth`) a path survives with
+ * min(CA_ROULETTE_MOST, CA_ROULETTE_GAIN * largest throughput * eta2). Unlimited paths end because of
+ * CA_ROULETTE_MOST.
+ *
+ * A path that survives a low probability carries 1 / CA_ROULETTE_GAIN of what it began with. With a gain of 1 that is
+ * all of it, and light that is seldom found is far noisier, unless the roulette begins late and lets paths live that
+ * carry little. Variance times rays is lower with 3 and 2 than with 5 and 1, as in Mitsuba 3 (docs/decisions/016). */
+#define CA_ROULETTE_DEPTH 3
+#define CA_ROULETTE_GAIN 2.0f
 #define CA_ROULETTE_MOST 0.95f
 
 /* Samples the events at the last vertices and the next segments, and plays roulette from rr_depth segments on.
