@@ -221,6 +221,31 @@ static void test_exponential(void **state)
     check_bits(ca_exp(-1e30f), ca_exp(-87.0f), "exp of what is far below");
 }
 
+/* ---- Places ---------------------------------------------------------------------------------------------------- */
+
+/* The lanes of every mask close up in their order. */
+static void test_places_of_bits(void **state)
+{
+    (void)state;
+    const ca_f8 lanes = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
+    for (uint32_t bits = 0; bits < 256; bits++) {
+        const ca_f8 closed = ca_permute8(lanes, ca_places_of_bits(bits));
+        uint32_t count = 0;
+        for (uint32_t k = 0; k < CA_LANES; k++)
+            if (bits >> k & 1) check_bits(closed[count++], (float)k, "a lane that closes up");
+    }
+}
+
+static void test_bits_below(void **state)
+{
+    (void)state;
+    const ca_m8 mask = {-1, 0, -1, -1, 0, 0, -1, -1};
+    static const uint32_t expected[] = {0x00, 0x01, 0x01, 0x05, 0x0d, 0x0d, 0x0d, 0x4d, 0xcd, 0xcd, 0xcd};
+    for (uint32_t count = 0; count < sizeof expected / sizeof expected[0]; count++)
+        assert_int_equal(ca_mask_bits_below(mask, count), expected[count]);
+    assert_int_equal(ca_mask_bits_below(mask, UINT32_MAX), 0xcd);
+}
+
 int main(void)
 {
     numbers = ca_test_random_seed(2);
@@ -228,7 +253,8 @@ int main(void)
         cmocka_unit_test(test_choices_and_signs),     cmocka_unit_test(test_signs_of_nan),
         cmocka_unit_test(test_rounding_up_to_groups), cmocka_unit_test(test_vectors),
         cmocka_unit_test(test_hemisphere),            cmocka_unit_test(test_frames_and_origins),
-        cmocka_unit_test(test_exponential),
+        cmocka_unit_test(test_exponential),           cmocka_unit_test(test_places_of_bits),
+        cmocka_unit_test(test_bits_below),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -50,6 +50,13 @@ static inline void ca_column3_store(ca_column3 *column, uint32_t i, ca_v8 v)
 {
     ca_store8(column->x, i, v.x), ca_store8(column->y, i, v.y), ca_store8(column->z, i, v.z);
 }
+/* To eight places from `i` on, which need not be a multiple of eight. */
+static inline void ca_column3_store_anywhere(ca_column3 *column, uint32_t i, ca_v8 v)
+{
+    ca_store8_anywhere(column->x + i, v.x);
+    ca_store8_anywhere(column->y + i, v.y);
+    ca_store8_anywhere(column->z + i, v.z);
+}
 
 /* Rays [0, count), count <= CA_RAY_BATCH. What lies behind the last one up to a whole group is overwritten. */
 void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits);

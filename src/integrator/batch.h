@@ -57,7 +57,7 @@ typedef struct ca_batch {
                                              direction was sampled: */
     float pdf[CA_BATCH];    /* per solid angle; a Dirac event's probability */
     uint32_t dirac[CA_BATCH];
-    uint64_t key[CA_BATCH]; /* of the independent sampler's stream */
+    uint32_t key_low[CA_BATCH], key_high[CA_BATCH]; /* of the independent sampler's stream */
     uint32_t slot[CA_BATCH];
 
     ca_hit_batch hits;
@@ -68,6 +68,7 @@ typedef struct ca_batch {
     /* By slot. */
     ca_stream streams[CA_BATCH];
     ca_rgb radiance[CA_BATCH];
+    uint32_t work[CA_BATCH]; /* segments traced, those that asked for visibility too */
     ca_camera_path *paths; /* borrowed: as handed in */
     ca_surface_point (*points)[3]; /* borrowed: each path's last vertices, where they are observed; else NULL */
 } ca_batch;

@@ -61,8 +61,8 @@ static void scatter_one(const ca_batch *batch, float u_lobe, ca_vec2 u, event_ba
     events->dirac[i] = event.scatter & CA_SCATTER_DIRAC ? UINT32_MAX : 0;
 }
 
-/* survives of walk.c, eight at a time. */
-static void play_roulette(const ca_number_batch *u, bool plays, event_batch *events, uint32_t i)
+/* survives of walk.c, eight at a time: which paths go on. */
+static ca_m8 play_roulette(const ca_number_batch *u, bool plays, event_batch *events, uint32_t i)
 {
     const ca_v8 t = ca_column3_load(&events->throughput, i);
     const ca_f8 largest = ca_max3_v8(t);
@@ -73,23 +73,41 @@ static void play_roulette(const ca_number_batch *u, bool plays, event_batch *eve
         go_on &= ~(ca_load8(u->y, i) >= survival);
         ca_column3_store(&events->throughput, i, ca_mul_v8(t, 1.0f / survival));
     }
-    ca_store8_u32(events->go_on, i, go_on);
+    return go_on;
 }
 
-static void move_on(ca_batch *batch, const event_batch *events, uint32_t from, uint32_t to)
+static void move(float *to, const float *from, ca_m8 places)
 {
-    ca_column3_set(&batch->rays.origin, to, ca_column3_at(&events->origin, from));
-    ca_column3_set(&batch->rays.direction, to, ca_column3_at(&events->direction, from));
-    ca_column3_set(&batch->throughput, to, ca_column3_at(&events->throughput, from));
-    ca_column3_set(&batch->previous, to, ca_column3_at(&batch->vertices.position, from));
-    ca_column3_set(&batch->previous_normal, to, ca_column3_at(&events->receiver_normal, from));
-    batch->rays.t_min[to] = 0.0f;
-    batch->rays.t_max[to] = INFINITY;
-    batch->eta2[to] = events->eta2[from];
-    batch->pdf[to] = events->pdf[from];
-    batch->dirac[to] = events->dirac[from];
-    batch->key[to] = batch->key[from];
-    batch->slot[to] = batch->slot[from];
+    ca_store8_anywhere(to, ca_permute8(ca_load8(from, 0), places));
+}
+
+static void move_u32(uint32_t *to, const uint32_t *from, ca_m8 places)
+{
+    move((float *)(void *)to, (const float *)(const void *)from, places);
+}
+
+static void move3(ca_column3 *to, uint32_t i, const ca_column3 *from, uint32_t k, ca_m8 places)
+{
+    ca_column3_store_anywhere(to, i, ca_permute_v8(ca_column3_load(from, k), places));
+}
+
+/* Of the eight paths from `from` on those at `places` close up behind the `to` paths that have gone on. Writes eight
+ * paths, but none beyond the eight that it has read. */
+static void move_on(ca_batch *batch, const event_batch *events, uint32_t from, uint32_t to, ca_m8 places)
+{
+    move3(&batch->rays.origin, to, &events->origin, from, places);
+    move3(&batch->rays.direction, to, &events->direction, from, places);
+    move3(&batch->throughput, to, &events->throughput, from, places);
+    move3(&batch->previous, to, &batch->vertices.position, from, places);
+    move3(&batch->previous_normal, to, &events->receiver_normal, from, places);
+    ca_store8_anywhere(batch->rays.t_min + to, ca_f8_all(0.0f));
+    ca_store8_anywhere(batch->rays.t_max + to, ca_f8_all(INFINITY));
+    move(batch->eta2 + to, events->eta2 + from, places);
+    move(batch->pdf + to, events->pdf + from, places);
+    move_u32(batch->dirac + to, events->dirac + from, places);
+    move_u32(batch->key_low + to, batch->key_low + from, places);
+    move_u32(batch->key_high + to, batch->key_high + from, places);
+    move_u32(batch->slot + to, batch->slot + from, places);
 }
 
 void ca_batch_scatter(ca_batch *batch, uint32_t rr_depth)
@@ -103,10 +121,12 @@ void ca_batch_scatter(ca_batch *batch, uint32_t rr_depth)
     for (uint32_t i = 0; i < batch->count; i++)
         if (!batch->vertices.matte[i] && !ca_batch_left(batch, i))
             scatter_one(batch, u_lobe_roulette->x[i], (ca_vec2){u->x[i], u->y[i]}, &events, i);
-    for (uint32_t i = 0; i < batch->count; i += CA_LANES)
-        play_roulette(u_lobe_roulette, batch->segments >= rr_depth, &events, i);
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < batch->count; i++)
-        if (events.go_on[i]) move_on(batch, &events, i, kept++);
+    for (uint32_t i = 0; i < batch->count; i += CA_LANES) {
+        const ca_m8 go_on = play_roulette(u_lobe_roulette, batch->segments >= rr_depth, &events, i);
+        const uint32_t bits = ca_mask_bits_below(go_on, batch->count - i);
+        move_on(batch, &events, i, kept, ca_places_of_bits(bits));
+        kept += (uint32_t)__builtin_popcount(bits);
+    }
     batch->count = kept;
 }

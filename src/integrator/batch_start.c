@@ -17,7 +17,8 @@ void ca_batch_sample_2d(const ca_batch *batch, uint32_t dimension, ca_number_bat
         return;
     }
     for (uint32_t i = 0; i < batch->count; i++) {
-        const uint64_t bits = ca_independent_pair(batch->key[i], pair);
+        const uint64_t key = (uint64_t)batch->key_high[i] << 32 | batch->key_low[i];
+        const uint64_t bits = ca_independent_pair(key, pair);
         numbers->x[i] = ca_unit_float(bits, 40), numbers->y[i] = ca_unit_float(bits, 8);
     }
 }
@@ -36,7 +37,8 @@ static void start_streams(ca_batch *batch, const ca_integrator_input *input)
         const ca_camera_path *path = &batch->paths[i];
         const uint64_t pixel = (uint64_t)path->y * input->camera->width + path->x;
         batch->streams[i] = ca_stream_start(input->sampler, pixel, path->index);
-        batch->key[i] = batch->streams[i].key;
+        batch->key_low[i] = (uint32_t)batch->streams[i].key;
+        batch->key_high[i] = (uint32_t)(batch->streams[i].key >> 32);
         batch->slot[i] = i;
     }
 }
@@ -46,6 +48,7 @@ static void start_one(ca_batch *batch, const ca_camera *camera, ca_vec2 offset, 
     const ca_camera_path *path = &batch->paths[i];
     const ca_camera_ray ray = ca_walk_camera_ray(camera, &batch->streams[i], path->x, path->y, offset);
     batch->radiance[i] = (ca_rgb){0};
+    batch->work[i] = 0;
     ca_column3_set(&batch->rays.origin, i, ray.origin);
     ca_column3_set(&batch->rays.direction, i, ray.direction);
     batch->rays.t_min[i] = ray.t_min;
@@ -78,7 +81,7 @@ void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca
 void ca_batch_intersect(ca_batch *batch, const ca_scene *scene, ca_worker *worker)
 {
     worker->counters.rays += batch->count;
-    for (uint32_t i = 0; i < batch->count; i++) batch->paths[batch->slot[i]].segments++;
+    for (uint32_t i = 0; i < batch->count; i++) batch->work[batch->slot[i]]++;
     ca_accel_intersect_batch(scene->accel, &batch->rays, batch->count, &batch->hits);
     batch->segments++;
 }

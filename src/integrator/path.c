@@ -109,12 +109,16 @@ static void add_emission(const path_state *state, ca_batch *batch, uint32_t i, u
 static void add_emissions(const path_state *state, ca_batch *batch, ca_counters *counters)
 {
     const ca_scene *scene = state->scene;
-    for (uint32_t i = 0; i < batch->count; i++) {
-        const uint32_t light = batch->vertices.light[i];
-        if (ca_batch_left(batch, i)) {
-            if (scene->environment != CA_NONE) add_emission(state, batch, i, scene->environment, NULL, counters);
-        } else if (light != CA_NONE) {
-            add_emission(state, batch, i, light, ca_batch_surface(batch, scene, i), counters);
+    const ca_m8 none = ca_m8_all((int32_t)CA_NONE), environment = ca_m8_all(scene->environment != CA_NONE ? -1 : 0);
+    for (uint32_t first = 0; first < batch->count; first += CA_LANES) {
+        const ca_m8 left = ca_load8_u32(batch->hits.shape, first) == none;
+        const ca_m8 lit = (left & environment) | (~left & (ca_load8_u32(batch->vertices.light, first) != none));
+        for (uint32_t bits = ca_mask_bits_below(lit, batch->count - first); bits; bits &= bits - 1) {
+            const uint32_t i = first + (uint32_t)__builtin_ctz(bits);
+            if (ca_batch_left(batch, i))
+                add_emission(state, batch, i, scene->environment, NULL, counters);
+            else
+                add_emission(state, batch, i, batch->vertices.light[i], ca_batch_surface(batch, scene, i), counters);
         }
     }
 }
@@ -150,7 +154,10 @@ static void path_camera_paths(const void *opaque, ca_camera_path *paths, uint32_
         ca_batch_start_camera(batch, &state->input, paths + first, size);
         worker->counters.camera_paths += size;
         if (state->max_depth > 0) trace(state, batch, worker);
-        for (uint32_t slot = 0; slot < size; slot++) paths[first + slot].sample->radiance = batch->radiance[slot];
+        for (uint32_t slot = 0; slot < size; slot++) {
+            paths[first + slot].sample->radiance = batch->radiance[slot];
+            paths[first + slot].segments += batch->work[slot];
+        }
     }
 }
 

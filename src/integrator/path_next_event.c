@@ -116,11 +116,41 @@ static void ask(ca_batch *batch, uint32_t i, ca_vec3 origin, ca_vec3 direction, 
     visibility->slot[k] = batch->slot[i];
 }
 
+/* Those of the eight paths from `i` on that have a bit ask likewise. */
+static void ask_together(ca_batch *batch, uint32_t i, uint32_t bits, ca_v8 origin, ca_v8 direction,
+                         ca_v8 contribution, ca_f8 weight)
+{
+    ca_visibility_batch *visibility = &batch->visibility;
+    const uint32_t k = visibility->count;
+    const ca_m8 places = ca_places_of_bits(bits);
+    ca_column3_store_anywhere(&visibility->rays.origin, k, ca_permute_v8(origin, places));
+    ca_column3_store_anywhere(&visibility->rays.direction, k, ca_permute_v8(direction, places));
+    ca_store8_anywhere(visibility->rays.t_min + k, ca_f8_all(0.0f));
+    ca_store8_anywhere(visibility->rays.t_max + k, ca_f8_all(ca_visible_t_max));
+    ca_column3_store_anywhere(&visibility->contribution, k, ca_permute_v8(contribution, places));
+    ca_store8_anywhere(visibility->weight + k, ca_permute8(weight, places));
+    const ca_f8 slots = (ca_f8)ca_load8_u32(batch->slot, i);
+    ca_store8_anywhere((float *)(void *)(visibility->slot + k), ca_permute8(slots, places));
+    visibility->count += (uint32_t)__builtin_popcount(bits);
+}
+
+/* For the observer: the points that were asked for last. */
 static void keep_light(ca_batch *batch, ca_vec3 position, ca_vec3 ng, uint32_t light)
 {
     if (!batch->points) return;
     batch->visibility.lights[batch->visibility.count - 1] =
         (ca_light_vertex){.point = {.position = position, .ng = ng, .shape = light}};
+}
+
+static void keep_lights(ca_batch *batch, uint32_t bits, ca_v8 position, ca_v8 ng, const uint32_t *lights)
+{
+    ca_light_vertex *kept = batch->visibility.lights + batch->visibility.count - __builtin_popcount(bits);
+    for (; bits; bits &= bits - 1) {
+        const int k = __builtin_ctz(bits);
+        *kept++ = (ca_light_vertex){.point = {.position = {position.x[k], position.y[k], position.z[k]},
+                                              .ng = {ng.x[k], ng.y[k], ng.z[k]},
+                                              .shape = lights[k]}};
+    }
 }
 
 /* ca_light_area_direct, eval_diffuse and the sum of both, eight at a time. */
@@ -153,15 +183,8 @@ static void ask_lanes(const path_state *state, ca_batch *batch, const ca_number_
 
     const ca_v8 origin = ca_offset_origin8(reference, ca_load8(v->error, i), n, segment);
     const ca_v8 target = ca_offset_origin8(point.position, point.error, point.ng, ca_neg_v8(segment));
-    const ca_v8 ray = ca_sub_v8(target, origin);
-    for (uint32_t bits = ca_mask_bits(lit); bits; bits &= bits - 1) {
-        const int k = __builtin_ctz(bits);
-        ask(batch, i + (uint32_t)k, (ca_vec3){origin.x[k], origin.y[k], origin.z[k]},
-            (ca_vec3){ray.x[k], ray.y[k], ray.z[k]}, ca_visible_t_max, (ca_rgb){light.x[k], light.y[k], light.z[k]},
-            weight[k]);
-        keep_light(batch, (ca_vec3){point.position.x[k], point.position.y[k], point.position.z[k]},
-                   (ca_vec3){point.ng.x[k], point.ng.y[k], point.ng.z[k]}, choices->light[i + (uint32_t)k]);
-    }
+    ask_together(batch, i, ca_mask_bits(lit), origin, ca_sub_v8(target, origin), light, weight);
+    if (batch->points) keep_lights(batch, ca_mask_bits(lit), point.position, point.ng, choices->light + i);
 }
 
 static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const choice_batch *choices, uint32_t i)
@@ -194,7 +217,7 @@ static void add_visible(const path_state *state, ca_batch *batch, ca_worker *wor
     worker->counters.shadow_rays += v->count;
     ca_accel_occluded_batch(state->scene->accel, &v->rays, v->count, v->occluded);
     for (uint32_t k = 0; k < v->count; k++) {
-        batch->paths[v->slot[k]].segments++;
+        batch->work[v->slot[k]]++;
         if (v->occluded[k]) continue;
         if (batch->points) path_observe(state, batch, v->slot[k], &v->lights[k], v->weight[k]);
         const ca_rgb contribution = {v->contribution.x[k], v->contribution.y[k], v->contribution.z[k]};

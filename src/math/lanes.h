@@ -83,6 +83,42 @@ static inline uint32_t ca_mask_bits(ca_m8 mask)
 #endif
 }
 
+/* Likewise for the first `count` lanes, of which there may be more than eight. */
+static inline uint32_t ca_mask_bits_below(ca_m8 mask, uint32_t count)
+{
+    return ca_mask_bits(mask) & (count < CA_LANES ? (1u << count) - 1 : UINT32_MAX);
+}
+
+/* Places of the lanes that have a bit, in their order; behind them any others. */
+static inline ca_m8 ca_places_of_bits(uint32_t bits)
+{
+#if defined __AVX2__ && defined __BMI2__
+    const uint64_t bytes = _pdep_u64(bits, 0x0101010101010101u) * 0xff;
+    const uint64_t places = _pext_u64(0x0706050403020100u, bytes);
+    return (ca_m8)_mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)places));
+#else
+    ca_m8 places = {0};
+    for (int count = 0; bits; bits &= bits - 1) places[count++] = __builtin_ctz(bits);
+    return places;
+#endif
+}
+
+/* The lanes at eight places. */
+static inline ca_f8 ca_permute8(ca_f8 v, ca_m8 places)
+{
+#ifdef __AVX2__
+    return (ca_f8)_mm256_permutevar8x32_ps((__m256)v, (__m256i)places);
+#else
+    ca_f8 permuted;
+    for (int i = 0; i < CA_LANES; i++) permuted[i] = v[places[i]];
+    return permuted;
+#endif
+}
+static inline ca_v8 ca_permute_v8(ca_v8 v, ca_m8 places)
+{
+    return (ca_v8){ca_permute8(v.x, places), ca_permute8(v.y, places), ca_permute8(v.z, places)};
+}
+
 static inline ca_f8 ca_abs8(ca_f8 v) { return (ca_f8)((ca_m8)v & ca_m8_all(INT32_MAX)); }
 static inline ca_f8 ca_copysign8(ca_f8 v, ca_f8 sign)
 {
