@@ -47,18 +47,31 @@ ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, u
     return mattes;
 }
 
+static ca_even_light even_light(const ca_shape *shape, ca_rgb radiance)
+{
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    return (ca_even_light){.radiance = radiance,
+                           .pdf_area = 1.0f / shape->area,
+                           .is_even = true,
+                           .is_plain = rectangle->is_plain,
+                           .corner = rectangle->corner,
+                           .end_x = rectangle->end_x,
+                           .end_y = rectangle->end_y,
+                           .large_distance2 = rectangle->exists ? rectangle->large_distance2 : -1.0f};
+}
+
 ca_even_light *ca_even_lights_create(const ca_light *lights, uint32_t count, const ca_texture *textures)
 {
-    ca_even_light *evens = ca_alloc_zeroed(count, sizeof *evens);
+    ca_even_light *evens = ca_alloc_large(count, sizeof *evens);
     for (uint32_t i = 0; evens && i < count; i++) {
         const ca_light *light = &lights[i];
+        evens[i] = (ca_even_light){0};
         if (light->kind != CA_LIGHT_AREA || !is_flat_mesh(light->as.area.shape) ||
             !is_constant(textures, light->as.area.radiance))
             continue;
-        evens[i].is_even = true;
         const ca_texture_id radiance = light->as.area.radiance;
-        evens[i].radiance = radiance == CA_NONE ? ca_rgb_grey(1.0f) : textures[radiance].as.constant;
-        evens[i].shape = light->as.area.shape;
+        evens[i] = even_light(light->as.area.shape,
+                              radiance == CA_NONE ? ca_rgb_grey(1.0f) : textures[radiance].as.constant);
     }
     return evens;
 }
