@@ -83,7 +83,7 @@ static void test_signs_of_nan(void **state)
     }
 }
 
-/* Sums of pairs, then of fours, then of all; of weights they never fall, and one that is 0 leaves them as they are. */
+/* Sums of pairs, then of fours, then of all; of weights they never fall, and a weight of 0 adds nothing. */
 static void test_sums(void **state)
 {
     (void)state;

@@ -16,11 +16,11 @@ _Static_assert((int)WIDTH == (int)CA_LANES, "a node's children are the lanes of 
 static inline ca_f8 upper(ca_m8 pair) { return (ca_f8)(pair & ca_m8_all((int32_t)0xffff0000)); }
 static inline ca_f8 lower(ca_m8 pair) { return (ca_f8)(pair << 16); }
 
-/* What the children may contribute, up to a factor. The light is anywhere in the child's sphere. The cosine to its
- * middle plus radius over distance is the height of the sphere's highest point over the receiver's plane, over the
- * distance of the middle: above 0 wherever any point of the sphere is above the plane. The spread of the normals is
- * added likewise. Inside of the sphere the distance is its radius. Without angles this takes one root and one
- * division. */
+/* What the children may contribute, up to a factor. The light is anywhere in the child's sphere. Of cosines the mean
+ * over the sphere counts, about: that of its middle, or, where the sphere reaches over the plane, half the height of
+ * its highest point over the distance. It is above 0 wherever any point of the sphere is above the plane, and gives
+ * less noise than the height itself. The normals' spread is added to the cosine. Inside of the sphere the distance is
+ * its radius. Without angles all takes one root and one division. */
 static inline ca_f8 weigh(const ca_light_tree_node *node, const ca_light_receiver *receiver)
 {
     const ca_v8 n = ca_v8_all(receiver->normal);
@@ -34,9 +34,10 @@ static inline ca_f8 weigh(const ca_light_tree_node *node, const ca_light_receive
     const ca_f8 inverse = 1.0f / ca_sqrt8(ca_max8(ca_dot_v8(to_light, to_light), radius * radius));
     const ca_f8 sin_size = radius * inverse;
     const ca_f8 cos_axis = -ca_dot_v8(axis, to_light) * inverse;
-    const ca_f8 cos_light = ca_min8(cos_axis + sin_size + lower(axis_z_spread), one);
+    const ca_f8 cos_near = ca_min8(cos_axis + lower(axis_z_spread), one);
+    const ca_f8 cos_light = ca_max8(cos_near, 0.5f * (cos_near + sin_size));
     const ca_f8 cos_in = ca_dot_v8(n, to_light) * inverse + (all_around ? 1.0f : 0.0f);
-    const ca_f8 cos_receiver = ca_min8(cos_in + sin_size, one);
+    const ca_f8 cos_receiver = ca_min8(ca_max8(cos_in, 0.5f * (cos_in + sin_size)), one);
     const ca_m8 in_reach = cos_axis + 2.0f * sin_size > lower(radius_reach);
     const ca_m8 shines = in_reach & (cos_light > zero) & (cos_receiver > zero);
     const ca_f8 weight = ca_load8(node->intensity, 0) * (inverse * inverse) * (cos_light * cos_receiver);
