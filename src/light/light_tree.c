@@ -16,48 +16,53 @@ _Static_assert((int)WIDTH == (int)CA_LANES, "a node's children are the lanes of 
 static inline ca_f8 upper(ca_m8 pair) { return (ca_f8)(pair & ca_m8_all((int32_t)0xffff0000)); }
 static inline ca_f8 lower(ca_m8 pair) { return (ca_f8)(pair << 16); }
 
+/* 1 where light from behind counts, too. */
+static inline float all_around(const ca_light_receiver *receiver)
+{
+    const ca_vec3 n = receiver->normal;
+    return n.x == 0.0f && n.y == 0.0f && n.z == 0.0f ? 1.0f : 0.0f;
+}
+
 /* What the children may contribute, up to a factor. The light is anywhere in the child's sphere. Of cosines the mean
  * over the sphere counts, about: that of its middle, or, where the sphere reaches over the plane, half the height of
  * its highest point over the distance. It is above 0 wherever any point of the sphere is above the plane, and gives
  * less noise than the height itself. The normals' spread is added to the cosine. Inside of the sphere the distance is
- * its radius. Without angles all takes one root and one division. */
-static inline ca_f8 weigh(const ca_light_tree_node *node, const ca_light_receiver *receiver)
+ * its radius. Heights are cosines times the distance: one root and one division, beside each other. */
+static inline ca_f8 weigh(const ca_light_tree_node *node, const ca_light_receiver *receiver, float around)
 {
-    const ca_v8 n = ca_v8_all(receiver->normal);
     const ca_v8 middle = {ca_load8(node->x, 0), ca_load8(node->y, 0), ca_load8(node->z, 0)};
-    const bool all_around = receiver->normal.x == 0.0f && receiver->normal.y == 0.0f && receiver->normal.z == 0.0f;
     const ca_m8 radius_reach = ca_load8_u32(node->radius_reach, 0), axis_xy = ca_load8_u32(node->axis_xy, 0),
                 axis_z_spread = ca_load8_u32(node->axis_z_spread, 0);
     const ca_v8 axis = {upper(axis_xy), lower(axis_xy), upper(axis_z_spread)};
-    const ca_v8 to_light = ca_sub_v8(middle, ca_v8_all(receiver->position));
-    const ca_f8 radius = upper(radius_reach), zero = ca_f8_all(0.0f), one = ca_f8_all(1.0f);
-    const ca_f8 inverse = 1.0f / ca_sqrt8(ca_max8(ca_dot_v8(to_light, to_light), radius * radius));
-    const ca_f8 sin_size = radius * inverse;
-    const ca_f8 cos_axis = -ca_dot_v8(axis, to_light) * inverse;
-    const ca_f8 cos_near = ca_min8(cos_axis + lower(axis_z_spread), one);
-    const ca_f8 cos_light = ca_max8(cos_near, 0.5f * (cos_near + sin_size));
-    const ca_f8 cos_in = ca_dot_v8(n, to_light) * inverse + (all_around ? 1.0f : 0.0f);
-    const ca_f8 cos_receiver = ca_min8(ca_max8(cos_in, 0.5f * (cos_in + sin_size)), one);
-    const ca_m8 in_reach = cos_axis + 2.0f * sin_size > lower(radius_reach);
-    const ca_m8 shines = in_reach & (cos_light > zero) & (cos_receiver > zero);
-    const ca_f8 weight = ca_load8(node->intensity, 0) * (inverse * inverse) * (cos_light * cos_receiver);
+    const ca_v8 from_light = ca_sub_v8(ca_v8_all(receiver->position), middle);
+    const ca_f8 radius = upper(radius_reach), zero = ca_f8_all(0.0f);
+    const ca_f8 distance2 = ca_max8(ca_dot_v8(from_light, from_light), radius * radius);
+    const ca_f8 distance = ca_sqrt8(distance2), inverse2 = 1.0f / distance2;
+    const ca_f8 along_axis = ca_dot_v8(axis, from_light);
+    const ca_f8 near_axis = ca_min8(along_axis + lower(axis_z_spread) * distance, distance);
+    const ca_f8 over_light = ca_max8(near_axis, 0.5f * (near_axis + radius));
+    const ca_f8 over_receiver = around * distance - ca_dot_v8(ca_v8_all(receiver->normal), from_light);
+    const ca_f8 over_plane = ca_max8(over_receiver, 0.5f * (over_receiver + radius));
+    const ca_m8 in_reach = along_axis + 2.0f * radius > lower(radius_reach) * distance;
+    const ca_m8 shines = in_reach & (over_light > zero) & (over_plane > zero);
+    const ca_f8 weight = ca_load8(node->intensity, 0) * (over_light * inverse2) * (over_plane * inverse2);
     return ca_select8(shines, weight, zero);
 }
 
 /* One of the children, by the number that then is the one within its share; `at` becomes what is below, or CA_NONE
  * where no child can contribute. */
 typedef struct tree_walk {
-    uint32_t at, query;
-    float u, probability;
+    uint32_t at;
+    float u, probability, around;
 } tree_walk;
 
 static inline void descend(const ca_light_tree *tree, const ca_light_receiver *receiver, tree_walk *walk)
 {
     const ca_light_tree_node *node = &tree->nodes[walk->at];
-    const ca_f8 weights = weigh(node, receiver), sums = ca_sums8(weights);
+    const ca_f8 weights = weigh(node, receiver, walk->around), sums = ca_sums8(weights);
     const float sum = sums[WIDTH - 1], target = walk->u * sum;
     walk->at = CA_NONE;
-    if (!(sum > 0.0f) || !isfinite(sum)) return;
+    if (!(sum > 0.0f && sum <= FLT_MAX)) return;
     /* The first whose sum is above the target; by rounding there may be none, then the last that has a weight. */
     const uint32_t some = ca_mask_bits(weights > ca_f8_all(0.0f)), above = ca_mask_bits(sums > ca_f8_all(target));
     const int chosen = above ? __builtin_ctz(above) : 31 - __builtin_clz(some);
@@ -72,7 +77,8 @@ static inline void descend(const ca_light_tree *tree, const ca_light_receiver *r
 uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float u,
                               float *probability)
 {
-    tree_walk walk = {.at = tree->node_count > 0 ? 0 : CA_NONE, .u = u, .probability = 1.0f};
+    const float around = all_around(receiver);
+    tree_walk walk = {tree->node_count > 0 ? 0 : CA_NONE, u, 1.0f, around};
     while (walk.at < CA_LIGHT_TREE_LEAF) descend(tree, receiver, &walk);
     *probability = walk.at == CA_NONE ? 0.0f : walk.probability;
     return walk.at == CA_NONE ? CA_NONE : walk.at - CA_LIGHT_TREE_LEAF;
@@ -83,29 +89,37 @@ static inline void prefetch(const ca_light_tree_node *node)
     for (size_t i = 0; i < sizeof *node; i += 64) __builtin_prefetch((const char *)node + i);
 }
 
-/* At most ABREAST of them: all of them a level down, then those that are not at a light yet. */
+static void answer(ca_light_query *query, const tree_walk *walk)
+{
+    query->light = walk->at == CA_NONE ? CA_NONE : walk->at - CA_LIGHT_TREE_LEAF;
+    query->probability *= walk->at == CA_NONE ? 0.0f : walk->probability;
+}
+
+/* At most ABREAST of them: all of them a level down, then those that are not at a light yet. Without a branch for
+ * that: nobody could predict it. */
 static void sample_abreast(const ca_light_tree *tree, ca_light_query *queries, uint32_t count)
 {
     tree_walk walks[ABREAST];
-    uint32_t left = 0;
-    for (uint32_t i = 0; i < count; i++)
-        if (queries[i].light == CA_NONE) walks[left++] = (tree_walk){0, i, queries[i].u, 1.0f};
+    uint32_t under_way[ABREAST], left = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        walks[i] = (tree_walk){0, queries[i].u, 1.0f, all_around(&queries[i].receiver)};
+        under_way[left] = i;
+        left += queries[i].light == CA_NONE;
+    }
     while (left > 0) {
         uint32_t kept = 0;
-        for (uint32_t i = 0; i < left; i++) {
-            tree_walk walk = walks[i];
-            ca_light_query *query = &queries[walk.query];
-            descend(tree, &query->receiver, &walk);
-            if (walk.at < CA_LIGHT_TREE_LEAF) {
-                prefetch(&tree->nodes[walk.at]);
-                walks[kept++] = walk;
-                continue;
-            }
-            query->light = walk.at == CA_NONE ? CA_NONE : walk.at - CA_LIGHT_TREE_LEAF;
-            query->probability *= walk.at == CA_NONE ? 0.0f : walk.probability;
+        for (uint32_t k = 0; k < left; k++) {
+            const uint32_t i = under_way[k];
+            descend(tree, &queries[i].receiver, &walks[i]);
+            const bool is_node = walks[i].at < CA_LIGHT_TREE_LEAF;
+            prefetch(&tree->nodes[is_node ? walks[i].at : 0]);
+            under_way[kept] = i;
+            kept += is_node;
         }
         left = kept;
     }
+    for (uint32_t i = 0; i < count; i++)
+        if (queries[i].light == CA_NONE) answer(&queries[i], &walks[i]);
 }
 
 void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *queries, uint32_t count)
@@ -116,12 +130,13 @@ void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *querie
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light)
 {
     if (tree->node_count == 0) return 0.0f;
+    const float around = all_around(receiver);
     float product = tree->leaf[light] == CA_NONE ? 0.0f : 1.0f;
     for (uint32_t place = tree->leaf[light]; place != CA_NONE && product > 0.0f;) {
         const uint32_t node = place / WIDTH;
-        const ca_f8 weights = weigh(&tree->nodes[node], receiver);
+        const ca_f8 weights = weigh(&tree->nodes[node], receiver, around);
         const float sum = ca_sums8(weights)[WIDTH - 1];
-        if (!(sum > 0.0f) || !isfinite(sum)) return 0.0f;
+        if (!(sum > 0.0f && sum <= FLT_MAX)) return 0.0f;
         product *= weights[place % WIDTH] / sum;
         place = tree->parent[node];
     }
@@ -252,18 +267,27 @@ static tree_range divide(tree_item *items, tree_range *range)
     return upper;
 }
 
-/* The range that is worth dividing most, or WIDTH. */
-static uint32_t worst_range(const tree_range *ranges, uint32_t count)
+/* The range of at least `least` and at most `most` items that is worth dividing most, or WIDTH. */
+static uint32_t worst_range(const tree_range *ranges, uint32_t count, uint32_t least, uint32_t most)
 {
     uint32_t worst = WIDTH;
-    double most = -1.0;
+    double highest = -1.0;
     for (uint32_t i = 0; i < count; i++) {
         const double cost = ca_light_bounds_cost(&ranges[i].bounds);
-        if (ranges[i].count < 2 || !(cost > most)) continue;
-        most = cost;
+        if (ranges[i].count < least || ranges[i].count > most || !(cost > highest)) continue;
+        highest = cost;
         worst = i;
     }
     return worst;
+}
+
+/* First what does not fit into a node of its own, then what can be lights of this node altogether: nodes with two or
+ * three lights would be half of all. */
+static uint32_t range_to_divide(const tree_range *ranges, uint32_t count)
+{
+    if (count == WIDTH) return WIDTH;
+    const uint32_t large = worst_range(ranges, count, WIDTH + 1, UINT32_MAX);
+    return large < WIDTH ? large : worst_range(ranges, count, 2, WIDTH - count + 1);
 }
 
 /* The nearest number above that a float's upper half can be; finite, not too large. */
@@ -315,7 +339,7 @@ static uint32_t build(ca_light_tree *tree, tree_item *items, tree_range range, u
     tree->parent[index] = place;
     tree_range ranges[WIDTH] = {range};
     uint32_t count = 1, worst;
-    while (count < WIDTH && (worst = worst_range(ranges, count)) < WIDTH) {
+    while ((worst = range_to_divide(ranges, count)) < WIDTH) {
         const tree_range upper_part = divide(items, &ranges[worst]);
         for (uint32_t i = count; i > worst + 1; i--) ranges[i] = ranges[i - 1]; /* in the order of their places */
         ranges[worst + 1] = upper_part;
