@@ -58,12 +58,6 @@ static bool goes_in_lanes(const path_state *state, const ca_vertex_batch *v, uin
     return !ca_rectangle_may_look_large(&shape->as.mesh.rectangle, reference);
 }
 
-static void prefetch_shape(const ca_light *light)
-{
-    if (light->kind != CA_LIGHT_AREA) return;
-    for (size_t k = 0; k < sizeof(ca_shape); k += 64) __builtin_prefetch((const char *)light->as.area.shape + k);
-}
-
 static void set_corners(choice_batch *choices, uint32_t i, ca_vec3 a, ca_vec3 b, ca_vec3 c)
 {
     ca_column3_set(&choices->corner[0], i, a);
@@ -192,7 +186,8 @@ static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const c
     const ca_light *light = &state->scene->lights[choices->light[i]];
     ca_vertex_batch *v = &batch->vertices;
     ca_light_direct direct;
-    if (!ca_light_sample_direct(light, ca_column3_at(&v->position, i), u, &direct)) return;
+    const ca_even_light *even = &state->scene->even_lights[choices->light[i]];
+    if (!ca_even_light_sample_direct(even, light, ca_column3_at(&v->position, i), u, &direct)) return;
     const ca_scene *scene = state->scene;
     const ca_surface *surface = ca_batch_surface(batch, scene, i);
     if (v->matte[i])
@@ -236,10 +231,7 @@ void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *wo
     choose_lights(state, batch, u_choice, &choices);
     for (uint32_t i = 0; i < batch->count; i++) {
         choices.lanes[i] = goes_in_lanes(state, &batch->vertices, i, &choices) ? UINT32_MAX : 0;
-        if (choices.lanes[i])
-            choose_corners(state, u, i, &choices);
-        else if (choices.light[i] != CA_NONE)
-            prefetch_shape(&state->scene->lights[choices.light[i]]);
+        if (choices.lanes[i]) choose_corners(state, u, i, &choices);
     }
     for (uint32_t i = batch->count; i < ca_lanes_up(batch->count); i++) choices.lanes[i] = 0;
     batch->visibility.count = 0;

@@ -1,6 +1,7 @@
 #include "scene/matte.h"
 
 #include "base/memory.h"
+#include "geometry/triangle.h"
 
 static bool is_constant(const ca_texture *textures, ca_texture_id id)
 {
@@ -74,4 +75,18 @@ ca_even_light *ca_even_lights_create(const ca_light *lights, uint32_t count, con
                               radiance == CA_NONE ? ca_rgb_grey(1.0f) : textures[radiance].as.constant);
     }
     return evens;
+}
+
+bool ca_even_light_sample_direct(const ca_even_light *even, const ca_light *light, ca_vec3 reference, ca_vec2 u,
+                                 ca_light_direct *direct)
+{
+    if (!even->is_plain || ca_even_light_is_near(even, reference))
+        return ca_light_sample_direct(light, reference, u, direct);
+    const ca_triangle corners = {.p = {even->corner, even->end_x, even->end_y}};
+    ca_surface point;
+    ca_triangle_position(&corners, u, &point);
+    point.position_error = ca_mul(point.position_error, CA_RECTANGLE_ERROR);
+    point.ng = ca_normalize(ca_cross(ca_sub(even->end_x, even->corner), ca_sub(even->end_y, even->corner)));
+    direct->radiance = even->radiance;
+    return ca_light_direct_to_surface(&point, (ca_pdf_area){even->pdf_area}, reference, direct);
 }

@@ -42,6 +42,10 @@ static inline bool ca_even_light_is_near(const ca_even_light *light, ca_vec3 ref
     return !(ca_length2(ca_sub(reference, center)) > light->large_distance2);
 }
 
+/* ca_light_sample_direct, to the bit, mostly without reading more than `even`, which is `light`'s. */
+bool ca_even_light_sample_direct(const ca_even_light *even, const ca_light *light, ca_vec3 reference, ca_vec2 u,
+                                 ca_light_direct *direct);
+
 /* One for each shape; NULL when out of memory. To be freed with ca_free. `world_count`: shapes behind are in
  * groups. */
 ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, uint32_t world_count,
