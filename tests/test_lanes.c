@@ -83,6 +83,24 @@ static void test_signs_of_nan(void **state)
     }
 }
 
+/* Sums of pairs, then of fours, then of all; of weights they never fall, and a weight of 0 adds nothing. */
+static void test_sums(void **state)
+{
+    (void)state;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        ca_f8 v;
+        for (int k = 0; k < CA_LANES; k++)
+            v[k] = ca_test_random_u32(&numbers) % 3 ? uniform() * ldexpf(1.0f, (int)(16.0f * uniform())) : 0.0f;
+        const ca_f8 sums = ca_sums8(v);
+        const float four = (v[3] + v[2]) + (v[1] + v[0]);
+        check_bits(sums[0], v[0], "sum of one");
+        check_bits(sums[2], v[2] + (v[1] + v[0]), "sum of three");
+        check_bits(sums[5], (v[5] + v[4]) + four, "sum of six");
+        check_bits(sums[7], ((v[7] + v[6]) + (v[5] + v[4])) + four, "sum of eight");
+        for (int k = 1; k < CA_LANES; k++) assert_true(v[k] > 0.0f ? sums[k] >= sums[k - 1] : sums[k] == sums[k - 1]);
+    }
+}
+
 static void test_rounding_up_to_groups(void **state)
 {
     (void)state;
@@ -253,8 +271,8 @@ int main(void)
         cmocka_unit_test(test_choices_and_signs),     cmocka_unit_test(test_signs_of_nan),
         cmocka_unit_test(test_rounding_up_to_groups), cmocka_unit_test(test_vectors),
         cmocka_unit_test(test_hemisphere),            cmocka_unit_test(test_frames_and_origins),
-        cmocka_unit_test(test_exponential),           cmocka_unit_test(test_places_of_bits),
-        cmocka_unit_test(test_bits_below),
+        cmocka_unit_test(test_exponential),           cmocka_unit_test(test_sums),
+        cmocka_unit_test(test_places_of_bits),        cmocka_unit_test(test_bits_below),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,9 @@
  * on a detector, and the closed forms of textbooks. */
 #include "light/light.h"
 
+#include "base/memory.h"
 #include "math/numeric.h"
+#include "scene/matte.h"
 #include "sampling/warp.h"
 #include "support/shared_light_fixture.h"
 #include "support/test_random.h"
@@ -439,11 +441,51 @@ static void test_envmap_integrals(void **state)
     assert_near((double)light->power, radiance * CA_PI_D * 100.0, 1e-3);
 }
 
+static void check_same_vector(ca_vec3 a, ca_vec3 b)
+{
+    assert_true(a.x == b.x && a.y == b.y && a.z == b.z);
+}
+
+/* What is kept of an even light gives the same as the light, to the bit, far away and near. */
+static void test_even_lights(void **state)
+{
+    (void)state;
+    ca_even_light *evens = ca_even_lights_create(fixture.lights, LIGHT_COUNT, fixture.textures);
+    ca_test_random random = ca_test_random_seed(31);
+    uint32_t far = 0, near = 0;
+    for (int k = 0; k < 2000 * LIGHT_COUNT; k++) {
+        const int i = k % LIGHT_COUNT;
+        const float reach = k % 3 ? 40.0f : 2.0f, x = ca_test_random_float(&random) - 0.5f;
+        const ca_vec2 yz = random2(&random), u = random2(&random);
+        const ca_vec3 reference =
+            ca_madd(ca_light_fixture_reference(i), reach, (ca_vec3){x, yz.x - 0.5f, yz.y - 0.5f});
+        ca_light_direct got = {0}, expected = {0};
+        const bool lit = ca_even_light_sample_direct(&evens[i], &fixture.lights[i], reference, u, &got);
+        assert_int_equal(lit, ca_light_sample_direct(&fixture.lights[i], reference, u, &expected));
+        if (!lit) continue;
+        far += evens[i].is_plain && !ca_even_light_is_near(&evens[i], reference);
+        near += evens[i].is_plain && ca_even_light_is_near(&evens[i], reference);
+        check_same_vector(got.position, expected.position);
+        check_same_vector(got.position_error, expected.position_error);
+        check_same_vector(got.ng, expected.ng);
+        check_same_vector(got.to_light, expected.to_light);
+        assert_true(got.distance == expected.distance && got.cos_light == expected.cos_light);
+        assert_true(got.pdf_direct.v == expected.pdf_direct.v && got.pdf_position.v == expected.pdf_position.v);
+        assert_true(got.pdf_direction.v == expected.pdf_direction.v);
+        assert_true(got.next_event_ratio == expected.next_event_ratio);
+        assert_true(got.radiance.r == expected.radiance.r && got.radiance.g == expected.radiance.g &&
+                    got.radiance.b == expected.radiance.b);
+    }
+    assert_true(far > 100 && near > 100);
+    ca_free(evens);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_direct_agrees_with_hits),
         cmocka_unit_test(test_emission_agrees),
+        cmocka_unit_test(test_even_lights),
         cmocka_unit_test(test_irradiance),
         cmocka_unit_test(test_power),
         cmocka_unit_test(test_area_closed_forms),

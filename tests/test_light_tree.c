@@ -257,6 +257,40 @@ static void test_choice_with_the_sky(void **state)
     ca_light_choice_destroy(&choice);
 }
 
+/* However many ask at once, each gets the light and the probability that it gets alone, to the bit. */
+static void check_queries(const ca_light *lights, uint32_t light_count)
+{
+    enum { QUERIES = 333 };
+    static ca_light_query queries[QUERIES];
+    ca_light_choice choice;
+    assert_int_equal(ca_light_choice_create(&choice, lights, light_count, NULL), CA_OK);
+    ca_test_random random = ca_test_random_seed(12);
+    for (uint32_t count = 0; count <= QUERIES; count += 37) {
+        float u[QUERIES];
+        for (uint32_t i = 0; i < count; i++) {
+            u[i] = ca_test_random_float(&random);
+            queries[i] = (ca_light_query){.receiver = random_receiver(&random), .u = u[i]};
+        }
+        ca_light_choice_sample_direct_many(&choice, queries, count);
+        for (uint32_t i = 0; i < count; i++) {
+            float p;
+            assert_int_equal(queries[i].light,
+                             ca_light_choice_sample_direct(&choice, &queries[i].receiver, u[i], &p));
+            assert_int_equal(ca_float_bits(queries[i].probability), ca_float_bits(p));
+        }
+    }
+    ca_light_choice_destroy(&choice);
+}
+
+static void test_many_at_once(void **state)
+{
+    (void)state;
+    check_queries(fixture.lights, LIGHT_COUNT);
+    check_queries(many, MANY);
+    check_queries(many, 1);
+    check_queries(many, 0);
+}
+
 static void test_allocation_failures(void **state)
 {
     (void)state;
@@ -288,6 +322,7 @@ int main(void)
         cmocka_unit_test(test_nothing_that_shines_is_left_out),
         cmocka_unit_test(test_bounds_hold),
         cmocka_unit_test(test_choice_with_the_sky),
+        cmocka_unit_test(test_many_at_once),
         cmocka_unit_test(test_allocation_failures),
     };
     return cmocka_run_group_tests_name("tree of lights", tests, set_up_all, tear_down);

@@ -1,7 +1,7 @@
 /* Triangle meshes: the built-in shapes, maps, smooth normals, attributes and the checks that everything else relies
  * on. */
 #include "base/memory.h"
-#include "geometry/mesh.h"
+#include "geometry/rectangle.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -150,6 +150,45 @@ static void smooth_normals_do_not_see_the_triangulation(void **unused)
     ca_mesh_destroy(&squares);
 }
 
+static ca_mesh turned_rectangle(double half, double angle)
+{
+    ca_mesh mesh;
+    ca_affine map;
+    const ca_matrix scale = ca_matrix_scale(half, half, half), rotate = ca_matrix_rotate(1.0, 2.0, 3.0, angle);
+    const ca_matrix move = ca_matrix_translate(5.0, -6.0, 7.0), turned = ca_matrix_multiply(&rotate, &scale);
+    const ca_matrix all = ca_matrix_multiply(&move, &turned);
+    assert_true(ca_affine_from_matrix(&all, &map));
+    assert_int_equal(ca_mesh_create_rectangle(&mesh, NULL), CA_OK);
+    ca_mesh_transform(&mesh, &map);
+    ca_mesh_normalize_normals(&mesh);
+    return mesh;
+}
+
+/* Rounding of the corners makes a small plane no curved one and a small square no other shape; the normals of what is
+ * as small as its rounding are kept. */
+static void small_rectangles_stay_rectangles(void **unused)
+{
+    (void)unused;
+    for (int i = 0; i < 360; ++i) {
+        ca_mesh mesh = turned_rectangle(0.02, (double)i);
+        assert_true(ca_mesh_normals_are_flat(&mesh));
+        float *n = mesh.normals + 3 * (i % 4);
+        n[fabsf(n[0]) < 0.6f ? 0 : 1] += 1e-3f; /* across */
+        ca_mesh_normalize_normals(&mesh);
+        assert_false(ca_mesh_normals_are_flat(&mesh));
+        ca_mesh_drop_normals(&mesh);
+        assert_true(ca_rectangle_from_mesh(&mesh).is_plain);
+        mesh.positions[3] += 4e-6f, mesh.positions[4] -= 4e-6f;
+        assert_false(ca_rectangle_from_mesh(&mesh).exists);
+        ca_mesh_destroy(&mesh);
+    }
+    ca_mesh mesh = turned_rectangle(1e-4, 40.0);
+    assert_false(ca_mesh_normals_are_flat(&mesh));
+    ca_mesh_drop_normals(&mesh);
+    assert_false(ca_rectangle_from_mesh(&mesh).exists);
+    ca_mesh_destroy(&mesh);
+}
+
 static void attributes_are_found_by_name(void **unused)
 {
     (void)unused;
@@ -238,6 +277,7 @@ int main(void)
         cmocka_unit_test(cube_is_mitsubas),
         cmocka_unit_test(outside_stays_outside_under_any_map),
         cmocka_unit_test(smooth_normals_do_not_see_the_triangulation),
+        cmocka_unit_test(small_rectangles_stay_rectangles),
         cmocka_unit_test(attributes_are_found_by_name),
         cmocka_unit_test(validation_names_what_is_wrong),
         cmocka_unit_test(sizes_over_the_limits_are_refused),

@@ -172,17 +172,32 @@ static void cross(const double a[3], const double b[3], double result[3])
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/* By how much the rounding of normals and corners may turn a triangle's normal, in radians: the corners' over the
+ * height on the longest edge. At most 1e-4: the normal of a smaller triangle is worse than those of its vertices. */
+static double normal_rounding(double p[3][3], double edges[2][3], double length_of_normal)
+{
+    double extent = 0.0, third[3];
+    for (int i = 0; i < 9; i++) extent = fmax(extent, fabs(p[i / 3][i % 3]));
+    edge(p[1], p[2], third);
+    const double longest =
+        sqrt(fmax(fmax(dot(edges[0], edges[0]), dot(edges[1], edges[1])), dot(third, third)));
+    return fmin(1e-6 + 4.0 * extent * 0x1p-24 * longest / length_of_normal, 1e-4);
+}
+
 bool ca_mesh_normals_are_flat(const ca_mesh *mesh)
 {
     for (size_t t = 0; mesh->normals && t < mesh->triangle_count; t++) {
-        double p[3][3], edges[2][3], n[3];
+        double p[3][3], edges[2][3], n[3], across[3];
         load_triangle(mesh, t, p);
-        for (int i = 0; i < 3; i++) edges[0][i] = p[1][i] - p[0][i], edges[1][i] = p[2][i] - p[0][i];
+        for (int i = 0; i < 2; i++) edge(p[0], p[i + 1], edges[i]);
         cross(edges[0], edges[1], n);
+        const double length = sqrt(dot(n, n));
+        const double sine = length > 0.0 ? normal_rounding(p, edges, length) : 0.0;
         for (int k = 0; k < 3; k++) {
             const float *corner = mesh->normals + 3 * (size_t)mesh->indices[3 * t + (size_t)k];
             const double m[3] = {(double)corner[0], (double)corner[1], (double)corner[2]};
-            if (!(dot(n, m) > (1.0 - 1e-12) * sqrt(dot(n, n) * dot(m, m)))) return false;
+            cross(n, m, across);
+            if (!(dot(n, m) > 0.0 && sqrt(dot(across, across)) <= sine * length * sqrt(dot(m, m)))) return false;
         }
     }
     return mesh->normals != NULL;

@@ -48,7 +48,7 @@ void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map);
 void ca_mesh_flip_normals(ca_mesh *mesh);
 void ca_mesh_normalize_normals(ca_mesh *mesh); /* to unit length; zero stays zero */
 void ca_mesh_drop_normals(ca_mesh *mesh); /* face_normals */
-/* Are all vertex normals those of the faces, up to rounding? */
+/* Are all vertex normals those of the faces, up to the rounding of normals and corners? */
 bool ca_mesh_normals_are_flat(const ca_mesh *mesh);
 
 /* Smooth normals for files that carry none: at each vertex the faces' unit normals weighted by their angle there, as

@@ -13,7 +13,9 @@ static bool fits(const ca_triangle t[2], int k0, int k1, ca_rectangle *rectangle
 {
     const ca_vec3 corner = t[0].p[k0], end_x = t[0].p[(k0 + 1) % 3], end_y = t[0].p[(k0 + 2) % 3];
     const ca_vec3 x = ca_sub(end_x, corner), y = ca_sub(end_y, corner);
-    const float width = ca_length(x), height = ca_length(y), tolerance = 1e-5f * ca_min(width, height);
+    const float width = ca_length(x), height = ca_length(y), least = ca_min(width, height);
+    const float rounding = CA_GAMMA(4) * ca_max3(ca_max_vec3(ca_abs3(corner), ca_abs3(t[1].p[k1])));
+    const float tolerance = ca_clamp(rounding, 1e-5f * least, 1e-4f * least);
     if (!(width > 0.0f && height > 0.0f) || !(ca_abs_dot(x, y) <= tolerance * ca_max(width, height))) return false;
     if (!same_point(t[1].p[k1], ca_add(end_x, y), tolerance) ||
         !same_point(t[1].p[(k1 + 1) % 3], end_y, tolerance) || !same_point(t[1].p[(k1 + 2) % 3], end_x, tolerance))
@@ -28,7 +30,6 @@ static bool fits(const ca_triangle t[2], int k0, int k1, ca_rectangle *rectangle
                                 .width = width,
                                 .height = height};
     rectangle->n = ca_normalize(ca_cross(x, y));
-    const float rounding = CA_GAMMA(4) * ca_max3(ca_max_vec3(ca_abs3(corner), ca_abs3(t[1].p[k1])));
     rectangle->is_plain = same_point(t[1].p[k1], ca_add(end_x, y), rounding);
     rectangle->center = ca_mul(ca_add(end_x, end_y), 0.5f);
     rectangle->half_diagonal = 0.5f * ca_length(ca_sub(end_x, end_y));

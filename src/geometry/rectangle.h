@@ -34,7 +34,8 @@ typedef struct ca_rectangle {
  * same corners: the weights of the corners may add up to 3 and the fourth corner has a rounding of its own. */
 #define CA_RECTANGLE_ERROR 4.0f
 
-/* Does not exist where the mesh is anything else, or misses being one by more than 1e-5 of its sides. */
+/* Does not exist where the mesh is anything else, or misses being one by more than 1e-5 of its sides, or 1e-4 where
+ * that is the rounding of its coordinates. */
 ca_rectangle ca_rectangle_from_mesh(const ca_mesh *mesh);
 
 /* The triangle and its barycentric coordinates (of corners 1 and 2) at (s, t) in [0, 1]^2 along x and y. */

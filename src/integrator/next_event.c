@@ -44,8 +44,8 @@ static bool ask(ca_camera_walk *walk, ca_next_event *event)
     if (index == CA_NONE) return false;
     event->walk = walk;
     event->light = &scene->lights[index];
-    if (!ca_light_sample_direct(event->light, w->last.position,
-                                ca_sample_2d(&w->stream, dimension + CA_DIM_NEXT_EVENT), &event->direct))
+    if (!ca_even_light_sample_direct(&scene->even_lights[index], event->light, w->last.position,
+                                     ca_sample_2d(&w->stream, dimension + CA_DIM_NEXT_EVENT), &event->direct))
         return false;
     const ca_light_direct *direct = &event->direct;
     event->value = ca_vertex_eval(&w->last, direct->to_light, CA_FROM_CAMERA);

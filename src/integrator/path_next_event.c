@@ -24,21 +24,38 @@ static ca_light_receiver receiver_at(const ca_vertex_batch *v, uint32_t i)
                           v->matte[i] ? CA_SCATTER_REFLECTION : v->bsdfs[i].scatter);
 }
 
-static void choose_light(const path_state *state, const ca_batch *batch, float u, uint32_t i, choice_batch *choices)
+static void choose_lights(const path_state *state, const ca_batch *batch, const ca_number_batch *u,
+                          choice_batch *choices)
 {
-    const ca_scene *scene = state->scene;
-    choices->light[i] = CA_NONE;
-    choices->lanes[i] = 0;
-    if (ca_batch_left(batch, i) || !scatters_smoothly(&batch->vertices, i)) return;
     const ca_vertex_batch *v = &batch->vertices;
-    const ca_light_receiver receiver = receiver_at(v, i);
-    choices->light[i] =
-        ca_light_choice_sample_direct(&scene->light_choice, &receiver, u, &choices->probability[i]);
-    if (choices->light[i] == CA_NONE || !v->matte[i]) return;
+    ca_light_query queries[CA_BATCH];
+    uint32_t place[CA_BATCH], count = 0;
+    for (uint32_t i = 0; i < batch->count; i++) {
+        choices->light[i] = CA_NONE;
+        if (ca_batch_left(batch, i) || !scatters_smoothly(v, i)) continue;
+        queries[count] = (ca_light_query){.receiver = receiver_at(v, i), .u = u->x[i]};
+        place[count++] = i;
+    }
+    ca_light_choice_sample_direct_many(&state->scene->light_choice, queries, count);
+    for (uint32_t k = 0; k < count; k++) {
+        choices->light[place[k]] = queries[k].light;
+        choices->probability[place[k]] = queries[k].probability;
+        if (queries[k].light == CA_NONE) continue;
+        __builtin_prefetch(&state->scene->even_lights[queries[k].light]);
+        if (!v->matte[place[k]]) __builtin_prefetch(&state->scene->lights[queries[k].light]);
+    }
+}
+
+/* By area, and at a matte point? */
+static bool goes_in_lanes(const path_state *state, const ca_vertex_batch *v, uint32_t i, const choice_batch *choices)
+{
+    if (choices->light[i] == CA_NONE || !v->matte[i]) return false;
+    const ca_scene *scene = state->scene;
     const ca_even_light *light = &scene->even_lights[choices->light[i]];
-    const bool by_area =
-        light->is_even && !ca_rectangle_may_look_large(&light->shape->as.mesh.rectangle, receiver.position);
-    choices->lanes[i] = by_area ? UINT32_MAX : 0;
+    const ca_vec3 reference = ca_column3_at(&v->position, i);
+    if (!light->is_even || !ca_even_light_is_near(light, reference)) return light->is_even;
+    const ca_shape *shape = scene->lights[choices->light[i]].as.area.shape;
+    return !ca_rectangle_may_look_large(&shape->as.mesh.rectangle, reference);
 }
 
 static void set_corners(choice_batch *choices, uint32_t i, ca_vec3 a, ca_vec3 b, ca_vec3 c)
@@ -53,18 +70,18 @@ static void set_corners(choice_batch *choices, uint32_t i, ca_vec3 a, ca_vec3 b,
 static void choose_corners(const path_state *state, ca_number_batch *u, uint32_t i, choice_batch *choices)
 {
     const ca_even_light *light = &state->scene->even_lights[choices->light[i]];
-    const ca_rectangle *rectangle = &light->shape->as.mesh.rectangle;
-    choices->rectangle[i] = rectangle->is_plain ? UINT32_MAX : 0;
-    if (rectangle->is_plain) {
-        set_corners(choices, i, rectangle->corner, rectangle->end_x, rectangle->end_y);
+    choices->rectangle[i] = light->is_plain ? UINT32_MAX : 0;
+    if (light->is_plain) {
+        set_corners(choices, i, light->corner, light->end_x, light->end_y);
     } else {
+        const ca_shape *shape = state->scene->lights[choices->light[i]].as.area.shape;
         float probability;
         const uint32_t primitive =
-            ca_distribution_1d_sample(&light->shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
-        const ca_triangle triangle = ca_triangle_load(light->shape->as.mesh.mesh, primitive);
+            ca_distribution_1d_sample(&shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
+        const ca_triangle triangle = ca_triangle_load(shape->as.mesh.mesh, primitive);
         set_corners(choices, i, triangle.p[0], triangle.p[1], triangle.p[2]);
     }
-    choices->pdf_area[i] = 1.0f / light->shape->area;
+    choices->pdf_area[i] = light->pdf_area;
     choices->radiance.x[i] = light->radiance.r;
     choices->radiance.y[i] = light->radiance.g;
     choices->radiance.z[i] = light->radiance.b;
@@ -192,7 +209,8 @@ static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const c
     const ca_light *light = &state->scene->lights[choices->light[i]];
     ca_vertex_batch *v = &batch->vertices;
     ca_light_direct direct;
-    if (!ca_light_sample_direct(light, ca_column3_at(&v->position, i), u, &direct)) return;
+    const ca_even_light *even = &state->scene->even_lights[choices->light[i]];
+    if (!ca_even_light_sample_direct(even, light, ca_column3_at(&v->position, i), u, &direct)) return;
     const ca_scene *scene = state->scene;
     const ca_surface *surface = ca_batch_surface(batch, scene, i);
     if (v->matte[i])
@@ -233,8 +251,9 @@ void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *wo
     ca_number_batch *u = &batch->numbers[0], *u_choice = &batch->numbers[1];
     if (state->scene->light_count > 1) ca_batch_sample_1d(batch, dimension + CA_DIM_NEXT_LIGHT, u_choice);
     ca_batch_sample_2d(batch, dimension + CA_DIM_NEXT_EVENT, u);
+    choose_lights(state, batch, u_choice, &choices);
     for (uint32_t i = 0; i < batch->count; i++) {
-        choose_light(state, batch, u_choice->x[i], i, &choices);
+        choices.lanes[i] = goes_in_lanes(state, &batch->vertices, i, &choices) ? UINT32_MAX : 0;
         if (choices.lanes[i]) choose_corners(state, u, i, &choices);
     }
     for (uint32_t i = batch->count; i < ca_lanes_up(batch->count); i++) choices.lanes[i] = 0;

@@ -36,32 +36,41 @@ static float solid_angle_ratio(const ca_shape *shape, ca_pdf_solid_angle pdf, fl
     return ca_pdf_to_area(pdf, cos_light, distance2).v * shape->area;
 }
 
-/* What is sampled by area needs one root and one division for distance, direction and density together. */
+/* One root and one division for distance, direction and density together. */
+bool ca_light_direct_to_surface(const ca_surface *point, ca_pdf_area pdf_position, ca_vec3 reference,
+                                ca_light_direct *direct)
+{
+    const ca_vec3 segment = ca_sub(point->position, reference);
+    const float distance2 = ca_length2(segment);
+    const float distance = sqrtf(distance2), inverse = 1.0f / distance;
+    const float cos_light = -ca_dot(segment, point->ng) * inverse;
+    if (!(cos_light > 0.0f && distance2 > 0.0f)) return false;
+    direct->to_light = ca_mul(segment, inverse);
+    direct->distance = distance;
+    direct->position = point->position;
+    direct->position_error = point->position_error;
+    direct->ng = point->ng;
+    direct->pdf_position = pdf_position;
+    direct->pdf_direct = ca_pdf_to_solid_angle(pdf_position, cos_light, distance2);
+    direct->pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light);
+    direct->cos_light = cos_light;
+    direct->next_event_ratio = 1.0f;
+    return direct->pdf_direct.v > 0.0f;
+}
+
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
     const ca_shape *shape = light->as.area.shape;
     ca_surface surface;
     ca_pdf_solid_angle pdf_seen;
     ca_shape_sample_seen(shape, reference, u, &surface, &pdf_seen);
-    const ca_vec3 segment = ca_sub(surface.position, reference);
-    const float distance2 = ca_length2(segment);
-    const float distance = sqrtf(distance2), inverse = 1.0f / distance;
-    const float cos_light = -ca_dot(segment, surface.ng) * inverse;
-    if (!(cos_light > 0.0f && distance2 > 0.0f)) return false;
-    const bool by_solid_angle = pdf_seen.v > 0.0f;
-    direct->to_light = ca_mul(segment, inverse);
-    direct->distance = distance;
-    direct->position = surface.position;
-    direct->position_error = surface.position_error;
-    direct->ng = surface.ng;
+    if (!ca_light_direct_to_surface(&surface, (ca_pdf_area){1.0f / shape->area}, reference, direct)) return false;
     direct->radiance = radiance_at(light, &surface);
-    direct->pdf_position.v = 1.0f / shape->area;
-    direct->pdf_direct =
-        by_solid_angle ? pdf_seen : ca_pdf_to_solid_angle(direct->pdf_position, cos_light, distance2);
-    direct->pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light);
-    direct->cos_light = cos_light;
-    direct->next_event_ratio = by_solid_angle ? solid_angle_ratio(shape, pdf_seen, cos_light, distance2) : 1.0f;
-    return direct->pdf_direct.v > 0.0f;
+    if (!(pdf_seen.v > 0.0f)) return true;
+    direct->pdf_direct = pdf_seen;
+    const float distance2 = ca_length2(ca_sub(surface.position, reference));
+    direct->next_event_ratio = solid_angle_ratio(shape, pdf_seen, direct->cos_light, distance2);
+    return true;
 }
 
 bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,

@@ -104,6 +104,10 @@ typedef struct ca_light_direct {
 /* false: no light gets there. */
 bool ca_light_sample_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct);
 
+/* The same for a point of an area light that was chosen by area; without the radiance. */
+bool ca_light_direct_to_surface(const ca_surface *point, ca_pdf_area pdf_position, ca_vec3 reference,
+                                ca_light_direct *direct);
+
 /* A light path's first ray. Its flux is radiance cos_light / (pdf_position pdf_direction). */
 typedef struct ca_light_emission {
     ca_vec3 origin, origin_error, ng; /* ng zero where the light has no surface */

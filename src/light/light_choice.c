@@ -92,17 +92,37 @@ float ca_light_choice_probability(const ca_light_choice *choice, uint32_t light)
 
 /* ---- Next event ------------------------------------------------------------------------------------------------ */
 
+/* A light at infinity and its probability, or CA_NONE with that of the tree; *u becomes the number within the
+ * share. */
+static uint32_t choose_part(const ca_light_choice *choice, float *u, float *probability)
+{
+    *probability = 1.0f;
+    if (choice->parts.count == 1) return CA_NONE;
+    const uint32_t part = ca_distribution_1d_sample(&choice->parts, *u, probability, u);
+    return part > 0 ? choice->infinite[part - 1] : CA_NONE;
+}
+
 uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_light_receiver *receiver, float u,
                                        float *probability)
 {
     if (choice->tree.node_count == 0) return ca_light_choice_sample(choice, u, probability);
-    float of_part, of_light;
-    const uint32_t part = ca_distribution_1d_sample(&choice->parts, u, &of_part, &u);
-    *probability = of_part;
-    if (part > 0) return choice->infinite[part - 1];
-    const uint32_t light = ca_light_tree_sample(&choice->tree, receiver, u, &of_light);
+    uint32_t light = choose_part(choice, &u, probability);
+    if (light != CA_NONE) return light;
+    float of_light;
+    light = ca_light_tree_sample(&choice->tree, receiver, u, &of_light);
     *probability *= of_light;
     return light;
+}
+
+void ca_light_choice_sample_direct_many(const ca_light_choice *choice, ca_light_query *queries, uint32_t count)
+{
+    const bool by_power = choice->tree.node_count == 0;
+    for (uint32_t i = 0; i < count; i++) {
+        ca_light_query *q = &queries[i];
+        q->light = by_power ? ca_light_choice_sample(choice, q->u, &q->probability)
+                            : choose_part(choice, &q->u, &q->probability);
+    }
+    if (!by_power) ca_light_tree_sample_many(&choice->tree, queries, count);
 }
 
 float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca_light_receiver *receiver,

@@ -29,6 +29,8 @@ float ca_light_choice_probability(const ca_light_choice *choice, uint32_t light)
 /* Next event: likewise; CA_NONE with 0 also where no light can contribute. */
 uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_light_receiver *receiver, float u,
                                        float *probability);
+/* Many receivers that ask one light each, with the same answers to the bit: `light` and `probability` are set. */
+void ca_light_choice_sample_direct_many(const ca_light_choice *choice, ca_light_query *queries, uint32_t count);
 float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca_light_receiver *receiver,
                                          uint32_t light);
 

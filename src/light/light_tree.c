@@ -2,98 +2,143 @@
 
 #include "base/memory.h"
 #include "light/light_bounds.h"
+#include "math/lanes.h"
 #include "math/numeric.h"
 
 #include <assert.h>
 
-enum { WIDTH = CA_LIGHT_TREE_WIDTH, BINS = 12 };
+enum { WIDTH = CA_LIGHT_TREE_WIDTH, BINS = 12, ABREAST = 64 };
+#define SMALLEST_RADIUS 1e-18f /* its square is still a normal number */
+_Static_assert((int)WIDTH == (int)CA_LANES, "a node's children are the lanes of a vector");
 
 /* ---- Asking ---------------------------------------------------------------------------------------------------- */
 
-/* cos and sin of max(a - b, 0) for angles in [0, pi]. */
-static inline float cos_less(float cos_a, float sin_a, float cos_b, float sin_b)
+static inline ca_f8 upper(ca_m8 pair) { return (ca_f8)(pair & ca_m8_all((int32_t)0xffff0000)); }
+static inline ca_f8 lower(ca_m8 pair) { return (ca_f8)(pair << 16); }
+
+/* 1 where light from behind counts, too. */
+static inline float all_around(const ca_light_receiver *receiver)
 {
-    return cos_a > cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b;
+    const ca_vec3 n = receiver->normal;
+    return n.x == 0.0f && n.y == 0.0f && n.z == 0.0f ? 1.0f : 0.0f;
 }
 
-static inline float sin_less(float cos_a, float sin_a, float cos_b, float sin_b)
+/* What the children may contribute, up to a factor. The light is anywhere in the child's sphere. Of cosines the mean
+ * over the sphere counts, about: that of its middle, or, where the sphere reaches over the plane, half the height of
+ * its highest point over the distance. It is above 0 wherever any point of the sphere is above the plane, and gives
+ * less noise than the height itself. The normals' spread is added to the cosine. Inside of the sphere the distance is
+ * its radius. Heights are cosines times the distance: one root and one division, beside each other. */
+static inline ca_f8 weigh(const ca_light_tree_node *node, const ca_light_receiver *receiver, float around)
 {
-    return cos_a > cos_b ? 0.0f : sin_a * cos_b - cos_a * sin_b;
+    const ca_v8 middle = {ca_load8(node->x, 0), ca_load8(node->y, 0), ca_load8(node->z, 0)};
+    const ca_m8 radius_reach = ca_load8_u32(node->radius_reach, 0), axis_xy = ca_load8_u32(node->axis_xy, 0),
+                axis_z_spread = ca_load8_u32(node->axis_z_spread, 0);
+    const ca_v8 axis = {upper(axis_xy), lower(axis_xy), upper(axis_z_spread)};
+    const ca_v8 from_light = ca_sub_v8(ca_v8_all(receiver->position), middle);
+    const ca_f8 radius = upper(radius_reach), zero = ca_f8_all(0.0f);
+    const ca_f8 distance2 = ca_max8(ca_dot_v8(from_light, from_light), radius * radius);
+    const ca_f8 distance = ca_sqrt8(distance2), inverse2 = 1.0f / distance2;
+    const ca_f8 along_axis = ca_dot_v8(axis, from_light);
+    const ca_f8 near_axis = ca_min8(along_axis + lower(axis_z_spread) * distance, distance);
+    const ca_f8 over_light = ca_max8(near_axis, 0.5f * (near_axis + radius));
+    const ca_f8 over_receiver = around * distance - ca_dot_v8(ca_v8_all(receiver->normal), from_light);
+    const ca_f8 over_plane = ca_max8(over_receiver, 0.5f * (over_receiver + radius));
+    const ca_m8 in_reach = along_axis + 2.0f * radius > lower(radius_reach) * distance;
+    const ca_m8 shines = in_reach & (over_light > zero) & (over_plane > zero);
+    const ca_f8 weight = ca_load8(node->intensity, 0) * (over_light * inverse2) * (over_plane * inverse2);
+    return ca_select8(shines, weight, zero);
 }
 
-static inline float sine_of(float cosine) { return sqrtf(ca_max(1.0f - cosine * cosine, 0.0f)); }
+/* One of the children, by the number that then is the one within its share; `at` becomes what is below, or CA_NONE
+ * where no child can contribute. */
+typedef struct tree_walk {
+    uint32_t at;
+    float u, probability, around;
+} tree_walk;
 
-/* What the children may contribute, up to a factor, and the sum. Angles that depend on where in the child's sphere
- * the light is are the most favourable ones; inside of the sphere every angle is 0. Without branches, so that the
- * compiler computes them all at once. */
-static inline float weigh(const ca_light_tree_node *node, const ca_light_receiver *receiver, float weights[WIDTH])
+static inline void descend(const ca_light_tree *tree, const ca_light_receiver *receiver, tree_walk *walk)
 {
-    const ca_vec3 p = receiver->position, n = receiver->normal;
-    const float all_around = n.x == 0.0f && n.y == 0.0f && n.z == 0.0f ? 1.0f : 0.0f;
-    for (int i = 0; i < WIDTH; i++) {
-        const float x = node->x[i] - p.x, y = node->y[i] - p.y, z = node->z[i] - p.z;
-        const float distance2 = ca_max(x * x + y * y + z * z, FLT_MIN), inverse = 1.0f / sqrtf(distance2);
-        const float sin2 = ca_min(node->radius2[i] / distance2, 1.0f);
-        const float sin_size = sqrtf(sin2), cos_size = sin2 < 1.0f ? sqrtf(1.0f - sin2) : -1.0f;
-        const float cos_axis =
-            ca_clamp(-(node->axis_x[i] * x + node->axis_y[i] * y + node->axis_z[i] * z) * inverse, -1.0f, 1.0f);
-        const float sin_axis = sine_of(cos_axis);
-        const float cos_near = cos_less(cos_axis, sin_axis, node->cos_normal[i], node->sin_normal[i]);
-        const float sin_near = sin_less(cos_axis, sin_axis, node->cos_normal[i], node->sin_normal[i]);
-        const float cos_light = cos_less(cos_near, sin_near, cos_size, sin_size);
-        const float cos_in = ca_clamp((n.x * x + n.y * y + n.z * z) * inverse, -1.0f, 1.0f);
-        const float cos_receiver = ca_max(cos_less(cos_in, sine_of(cos_in), cos_size, sin_size), all_around);
-        const float shines = cos_light > node->cos_emission[i] && cos_receiver > 0.0f ? 1.0f : 0.0f;
-        weights[i] =
-            shines * node->intensity[i] * cos_light * cos_receiver / ca_max(distance2, node->radius2[i]);
-    }
-    float sum = 0.0f;
-    for (int i = 0; i < WIDTH; i++) sum += weights[i];
-    return sum;
+    const ca_light_tree_node *node = &tree->nodes[walk->at];
+    const ca_f8 weights = weigh(node, receiver, walk->around), sums = ca_sums8(weights);
+    const float sum = sums[WIDTH - 1], target = walk->u * sum;
+    walk->at = CA_NONE;
+    if (!(sum > 0.0f && sum <= FLT_MAX)) return;
+    /* The first whose sum is above the target; by rounding there may be none, then the last that has a weight. */
+    const uint32_t some = ca_mask_bits(weights > ca_f8_all(0.0f)), above = ca_mask_bits(sums > ca_f8_all(target));
+    const int chosen = above ? __builtin_ctz(above) : 31 - __builtin_clz(some);
+    _Alignas(32) float weight[WIDTH], below[1 + WIDTH] = {0.0f};
+    ca_store8(weight, 0, weights);
+    ca_store8_anywhere(below + 1, sums);
+    walk->u = ca_clamp((target - below[chosen]) / weight[chosen], 0.0f, CA_ONE_MINUS_EPSILON);
+    walk->probability *= weight[chosen] / sum;
+    walk->at = node->child[chosen];
 }
 
 uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float u,
                               float *probability)
 {
-    *probability = 0.0f;
-    float product = 1.0f;
-    uint32_t at = tree->node_count > 0 ? 0 : CA_NONE;
-    while (at < CA_LIGHT_TREE_LEAF) {
-        const ca_light_tree_node *node = &tree->nodes[at];
-        float weights[WIDTH];
-        const float sum = weigh(node, receiver, weights);
-        if (!(sum > 0.0f) || !isfinite(sum)) return CA_NONE;
-        const float target = u * sum;
-        float below = 0.0f;
-        int chosen = -1;
-        for (int i = 0; i < WIDTH; i++) {
-            if (!(weights[i] > 0.0f)) continue;
-            if (chosen >= 0 && target < below + weights[chosen]) break;
-            if (chosen >= 0) below += weights[chosen];
-            chosen = i;
-        }
-        u = ca_clamp((target - below) / weights[chosen], 0.0f, CA_ONE_MINUS_EPSILON);
-        product *= weights[chosen] / sum;
-        at = node->child[chosen];
+    const float around = all_around(receiver);
+    tree_walk walk = {tree->node_count > 0 ? 0 : CA_NONE, u, 1.0f, around};
+    while (walk.at < CA_LIGHT_TREE_LEAF) descend(tree, receiver, &walk);
+    *probability = walk.at == CA_NONE ? 0.0f : walk.probability;
+    return walk.at == CA_NONE ? CA_NONE : walk.at - CA_LIGHT_TREE_LEAF;
+}
+
+static inline void prefetch(const ca_light_tree_node *node)
+{
+    for (size_t i = 0; i < sizeof *node; i += 64) __builtin_prefetch((const char *)node + i);
+}
+
+static void answer(ca_light_query *query, const tree_walk *walk)
+{
+    query->light = walk->at == CA_NONE ? CA_NONE : walk->at - CA_LIGHT_TREE_LEAF;
+    query->probability *= walk->at == CA_NONE ? 0.0f : walk->probability;
+}
+
+/* At most ABREAST of them: all of them a level down, then those that are not at a light yet. Without a branch for
+ * that: nobody could predict it. */
+static void sample_abreast(const ca_light_tree *tree, ca_light_query *queries, uint32_t count)
+{
+    tree_walk walks[ABREAST];
+    uint32_t under_way[ABREAST], left = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        walks[i] = (tree_walk){0, queries[i].u, 1.0f, all_around(&queries[i].receiver)};
+        under_way[left] = i;
+        left += queries[i].light == CA_NONE;
     }
-    if (at == CA_NONE) return CA_NONE;
-    *probability = product;
-    return at - CA_LIGHT_TREE_LEAF;
+    while (left > 0) {
+        uint32_t kept = 0;
+        for (uint32_t k = 0; k < left; k++) {
+            const uint32_t i = under_way[k];
+            descend(tree, &queries[i].receiver, &walks[i]);
+            const bool is_node = walks[i].at < CA_LIGHT_TREE_LEAF;
+            prefetch(&tree->nodes[is_node ? walks[i].at : 0]);
+            under_way[kept] = i;
+            kept += is_node;
+        }
+        left = kept;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (queries[i].light == CA_NONE) answer(&queries[i], &walks[i]);
+}
+
+void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *queries, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i += ABREAST) sample_abreast(tree, queries + i, ca_min_u32(count - i, ABREAST));
 }
 
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light)
 {
-    if (tree->node_count == 0 || tree->leaf[light] == CA_NONE) return 0.0f;
-    float product = 1.0f;
-    uint32_t at = tree->leaf[light] / WIDTH, slot = tree->leaf[light] % WIDTH;
-    while (at != CA_NONE && product > 0.0f) {
-        const ca_light_tree_node *node = &tree->nodes[at];
-        float weights[WIDTH];
-        const float sum = weigh(node, receiver, weights);
-        if (!(sum > 0.0f) || !isfinite(sum)) return 0.0f;
-        product *= weights[slot] / sum;
-        slot = node->slot;
-        at = node->parent;
+    if (tree->node_count == 0) return 0.0f;
+    const float around = all_around(receiver);
+    float product = tree->leaf[light] == CA_NONE ? 0.0f : 1.0f;
+    for (uint32_t place = tree->leaf[light]; place != CA_NONE && product > 0.0f;) {
+        const uint32_t node = place / WIDTH;
+        const ca_f8 weights = weigh(&tree->nodes[node], receiver, around);
+        const float sum = ca_sums8(weights)[WIDTH - 1];
+        if (!(sum > 0.0f && sum <= FLT_MAX)) return 0.0f;
+        product *= weights[place % WIDTH] / sum;
+        place = tree->parent[node];
     }
     return product;
 }
@@ -222,18 +267,55 @@ static tree_range divide(tree_item *items, tree_range *range)
     return upper;
 }
 
-/* The range that is worth dividing most, or WIDTH. */
-static uint32_t worst_range(const tree_range *ranges, uint32_t count)
+/* The range of at least `least` and at most `most` items that is worth dividing most, or WIDTH. */
+static uint32_t worst_range(const tree_range *ranges, uint32_t count, uint32_t least, uint32_t most)
 {
     uint32_t worst = WIDTH;
-    double most = -1.0;
+    double highest = -1.0;
     for (uint32_t i = 0; i < count; i++) {
         const double cost = ca_light_bounds_cost(&ranges[i].bounds);
-        if (ranges[i].count < 2 || !(cost > most)) continue;
-        most = cost;
+        if (ranges[i].count < least || ranges[i].count > most || !(cost > highest)) continue;
+        highest = cost;
         worst = i;
     }
     return worst;
+}
+
+/* First what does not fit into a node of its own, then what can be lights of this node altogether: nodes with two or
+ * three lights would be half of all. */
+static uint32_t range_to_divide(const tree_range *ranges, uint32_t count)
+{
+    if (count == WIDTH) return WIDTH;
+    const uint32_t large = worst_range(ranges, count, WIDTH + 1, UINT32_MAX);
+    return large < WIDTH ? large : worst_range(ranges, count, 2, WIDTH - count + 1);
+}
+
+/* The nearest number above that a float's upper half can be; finite, not too large. */
+static uint32_t half_above(float x)
+{
+    const uint32_t bits = ca_float_bits(x);
+    return (x >= 0.0f ? bits + 0xffffu : bits) >> 16;
+}
+
+static uint32_t half_below(float x) { return half_above(-x) ^ 0x8000u; }
+static uint32_t half_nearest(float x) { return (ca_float_bits(x) + 0x8000u) >> 16; }
+static float from_half(uint32_t half) { return ca_bits_float(half << 16); }
+static uint32_t pair_of(uint32_t first, uint32_t second) { return first << 16 | second; }
+
+static void fill_direction(ca_light_tree_node *node, uint32_t slot, const ca_light_bounds *bounds)
+{
+    const uint32_t x = half_nearest(bounds->axis.x), y = half_nearest(bounds->axis.y),
+                   z = half_nearest(bounds->axis.z);
+    const ca_vec3 axis = {from_half(x), from_half(y), from_half(z)};
+    /* A little more than computed: what is left out here would never be asked. */
+    const float slack = ca_length(ca_sub(axis, bounds->axis)) + 1e-3f;
+    const float normal = ca_min(bounds->normal_angle, CA_PI), reach = normal + bounds->emission_angle;
+    /* Up to a right angle cos(a - normal) is at most cos a + sin normal. */
+    const float spread = normal < 0.5f * CA_PI ? sinf(normal) : 1.0f - cosf(normal);
+    const float cos_reach = reach < CA_PI ? cosf(reach) : -1.0f;
+    node->axis_xy[slot] = pair_of(x, y);
+    node->axis_z_spread[slot] = pair_of(z, half_above(spread + slack));
+    node->radius_reach[slot] |= half_below(cos_reach - slack);
 }
 
 static void fill_slot(ca_light_tree_node *node, uint32_t slot, const ca_light_bounds *bounds, uint32_t child)
@@ -242,37 +324,32 @@ static void fill_slot(ca_light_tree_node *node, uint32_t slot, const ca_light_bo
     node->x[slot] = center.x;
     node->y[slot] = center.y;
     node->z[slot] = center.z;
-    node->radius2[slot] = ca_length2(half) * (1.0f + 1e-5f);
-    node->axis_x[slot] = bounds->axis.x;
-    node->axis_y[slot] = bounds->axis.y;
-    node->axis_z[slot] = bounds->axis.z;
-    /* A little wider than computed: what is left out here would never be asked. */
-    const float normal_angle = ca_min(bounds->normal_angle + 1e-3f, CA_PI);
-    node->cos_normal[slot] = cosf(normal_angle);
-    node->sin_normal[slot] = sinf(normal_angle);
-    node->cos_emission[slot] = ca_max(cosf(bounds->emission_angle + 1e-3f), 0.0f);
+    const float radius = ca_length(half) * (1.0f + 1e-5f);
+    node->radius_reach[slot] = pair_of(half_above(ca_max(radius, SMALLEST_RADIUS)), 0);
+    fill_direction(node, slot, bounds);
     node->intensity[slot] = bounds->intensity;
     node->child[slot] = child;
 }
 
 /* One node over the range and, below it, all others; there are enough of them. */
-static uint32_t build(ca_light_tree *tree, tree_item *items, tree_range range, uint32_t parent, uint32_t parent_slot)
+static uint32_t build(ca_light_tree *tree, tree_item *items, tree_range range, uint32_t place)
 {
     const uint32_t index = tree->node_count++;
-    tree->nodes[index] = (ca_light_tree_node){.parent = parent, .slot = parent_slot};
+    tree->nodes[index] = (ca_light_tree_node){0};
+    tree->parent[index] = place;
     tree_range ranges[WIDTH] = {range};
     uint32_t count = 1, worst;
-    while (count < WIDTH && (worst = worst_range(ranges, count)) < WIDTH) {
-        const tree_range upper = divide(items, &ranges[worst]);
+    while ((worst = range_to_divide(ranges, count)) < WIDTH) {
+        const tree_range upper_part = divide(items, &ranges[worst]);
         for (uint32_t i = count; i > worst + 1; i--) ranges[i] = ranges[i - 1]; /* in the order of their places */
-        ranges[worst + 1] = upper;
+        ranges[worst + 1] = upper_part;
         count++;
     }
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t light = items[ranges[i].first].light;
         uint32_t child = CA_LIGHT_TREE_LEAF + light;
         if (ranges[i].count > 1)
-            child = build(tree, items, ranges[i], index, i);
+            child = build(tree, items, ranges[i], index * WIDTH + i);
         else
             tree->leaf[light] = index * WIDTH + i;
         fill_slot(&tree->nodes[index], i, &ranges[i].bounds, child);
@@ -296,9 +373,10 @@ ca_status ca_light_tree_create(ca_light_tree *tree, const ca_light *lights, uint
     *tree = (ca_light_tree){0};
     if (count == 0) return CA_OK;
     tree_item *items = ca_alloc(count, sizeof *items);
-    tree->nodes = ca_alloc(count, sizeof *tree->nodes);
+    tree->nodes = ca_alloc_large(count, sizeof *tree->nodes);
+    tree->parent = ca_alloc(count, sizeof *tree->parent);
     tree->leaf = ca_alloc(count, sizeof *tree->leaf);
-    if (!items || !tree->nodes || !tree->leaf) {
+    if (!items || !tree->nodes || !tree->parent || !tree->leaf) {
         ca_free(items);
         ca_light_tree_destroy(tree);
         return ca_fail_memory(error, "the tree of lights");
@@ -307,7 +385,7 @@ ca_status ca_light_tree_create(ca_light_tree *tree, const ca_light *lights, uint
     const uint32_t found = collect(items, lights, count);
     if (found > 0) {
         const tree_range all = {.count = found, .bounds = bounds_of_range(items, 0, found)};
-        build(tree, items, all, CA_NONE, 0);
+        build(tree, items, all, CA_NONE);
     }
     ca_free(items);
     return CA_OK;
@@ -316,6 +394,7 @@ ca_status ca_light_tree_create(ca_light_tree *tree, const ca_light *lights, uint
 void ca_light_tree_destroy(ca_light_tree *tree)
 {
     ca_free(tree->nodes);
+    ca_free(tree->parent);
     ca_free(tree->leaf);
     *tree = (ca_light_tree){0};
 }

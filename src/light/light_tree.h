@@ -6,7 +6,7 @@
  * serves all levels by inversion: numbers that are near each other choose lights that are. A node has eight children,
  * so that 10,000 lights are five or six levels, and their bounds lie component by component, to be computed together.
  *
- * Memory: 392 bytes a node, at most one node a light, mostly one for five. Immutable once made. */
+ * Memory: 256 bytes a node, four cache lines; at most one node a light, mostly one for five. Immutable once made. */
 #ifndef CA_LIGHT_LIGHT_TREE_H
 #define CA_LIGHT_LIGHT_TREE_H
 
@@ -20,23 +20,29 @@ typedef struct ca_light_receiver {
 
 enum { CA_LIGHT_TREE_WIDTH = 8 };
 
+/* Two numbers in 32 bits are the upper halves of floats, the first in the upper bits, rounded so that the bound stays
+ * one.
+ *     radius   of the sphere around the child's box
+ *     reach    least cosine to the axis with which there is light, seen from far away
+ *     axis     of all normals
+ *     spread   how much their angle to the axis may add to the cosine */
 typedef struct ca_light_tree_node {
-    float x[CA_LIGHT_TREE_WIDTH], y[CA_LIGHT_TREE_WIDTH], z[CA_LIGHT_TREE_WIDTH]; /* middle of the child's box */
-    float radius2[CA_LIGHT_TREE_WIDTH];                                           /* of the sphere around the box */
-    float axis_x[CA_LIGHT_TREE_WIDTH], axis_y[CA_LIGHT_TREE_WIDTH], axis_z[CA_LIGHT_TREE_WIDTH];
-    float cos_normal[CA_LIGHT_TREE_WIDTH], sin_normal[CA_LIGHT_TREE_WIDTH]; /* of the normals' angle */
-    float cos_emission[CA_LIGHT_TREE_WIDTH];
-    float intensity[CA_LIGHT_TREE_WIDTH]; /* 0: no child */
-    uint32_t child[CA_LIGHT_TREE_WIDTH];  /* node, or CA_LIGHT_TREE_LEAF + light */
-    uint32_t parent, slot;                /* which child it is of which node; the root's is CA_NONE */
+    _Alignas(64) float x[CA_LIGHT_TREE_WIDTH];
+    float y[CA_LIGHT_TREE_WIDTH], z[CA_LIGHT_TREE_WIDTH]; /* middle of the child's box */
+    float intensity[CA_LIGHT_TREE_WIDTH];                 /* 0: no child */
+    uint32_t radius_reach[CA_LIGHT_TREE_WIDTH];
+    uint32_t axis_xy[CA_LIGHT_TREE_WIDTH], axis_z_spread[CA_LIGHT_TREE_WIDTH];
+    uint32_t child[CA_LIGHT_TREE_WIDTH]; /* node, or CA_LIGHT_TREE_LEAF + light */
 } ca_light_tree_node;
 
 #define CA_LIGHT_TREE_LEAF 0x80000000u
 
+/* A child's place: CA_LIGHT_TREE_WIDTH * node + slot. */
 typedef struct ca_light_tree {
     ca_light_tree_node *nodes; /* the root first */
     uint32_t node_count;
-    uint32_t *leaf; /* [lights]: CA_LIGHT_TREE_WIDTH * node + slot, or CA_NONE for one that is not in the tree */
+    uint32_t *parent; /* [node_count]: the place of each node; the root's is CA_NONE */
+    uint32_t *leaf;   /* [lights]: the place of each light, or CA_NONE for one that is not in the tree */
 } ca_light_tree;
 
 /* Over those of `count` prepared lights (less than 2^31) that are at a finite place. */
@@ -46,6 +52,19 @@ void ca_light_tree_destroy(ca_light_tree *tree);
 /* A light and its probability; CA_NONE with 0 where none of them can contribute. */
 uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float u,
                               float *probability);
+
+/* Many receivers that ask one light each. */
+typedef struct ca_light_query {
+    ca_light_receiver receiver;
+    float u, probability;
+    uint32_t light;
+} ca_light_query;
+
+/* The same, to the bit, for those of `count` queries whose light is CA_NONE: `light` gets the answer, and
+ * `probability` is multiplied by its probability. They go down together: the nodes of some are fetched while others
+ * are computed. */
+void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *queries, uint32_t count);
+
 /* Of one that is in the tree; 0 for others. Agrees with the above but for rounding. */
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light);
 

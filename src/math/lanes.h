@@ -119,6 +119,16 @@ static inline ca_v8 ca_permute_v8(ca_v8 v, ca_m8 places)
     return (ca_v8){ca_permute8(v.x, places), ca_permute8(v.y, places), ca_permute8(v.z, places)};
 }
 
+/* In each lane the sum up to it: of pairs, then of fours, then of all. */
+static inline ca_f8 ca_sums8(ca_f8 v)
+{
+    const ca_f8 zero = {0.0f};
+    v += __builtin_shufflevector(zero, v, 0, 8, 0, 10, 0, 12, 0, 14);
+    v += __builtin_shufflevector(zero, v, 0, 1, 9, 9, 4, 5, 13, 13);
+    v += __builtin_shufflevector(zero, v, 0, 1, 2, 3, 11, 11, 11, 11);
+    return v;
+}
+
 static inline ca_f8 ca_abs8(ca_f8 v) { return (ca_f8)((ca_m8)v & ca_m8_all(INT32_MAX)); }
 static inline ca_f8 ca_copysign8(ca_f8 v, ca_f8 sign)
 {

@@ -1,6 +1,7 @@
 #include "scene/matte.h"
 
 #include "base/memory.h"
+#include "geometry/triangle.h"
 
 static bool is_constant(const ca_texture *textures, ca_texture_id id)
 {
@@ -47,18 +48,45 @@ ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, u
     return mattes;
 }
 
+static ca_even_light even_light(const ca_shape *shape, ca_rgb radiance)
+{
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    return (ca_even_light){.radiance = radiance,
+                           .pdf_area = 1.0f / shape->area,
+                           .is_even = true,
+                           .is_plain = rectangle->is_plain,
+                           .corner = rectangle->corner,
+                           .end_x = rectangle->end_x,
+                           .end_y = rectangle->end_y,
+                           .large_distance2 = rectangle->exists ? rectangle->large_distance2 : -1.0f};
+}
+
 ca_even_light *ca_even_lights_create(const ca_light *lights, uint32_t count, const ca_texture *textures)
 {
-    ca_even_light *evens = ca_alloc_zeroed(count, sizeof *evens);
+    ca_even_light *evens = ca_alloc_large(count, sizeof *evens);
     for (uint32_t i = 0; evens && i < count; i++) {
         const ca_light *light = &lights[i];
+        evens[i] = (ca_even_light){0};
         if (light->kind != CA_LIGHT_AREA || !is_flat_mesh(light->as.area.shape) ||
             !is_constant(textures, light->as.area.radiance))
             continue;
-        evens[i].is_even = true;
         const ca_texture_id radiance = light->as.area.radiance;
-        evens[i].radiance = radiance == CA_NONE ? ca_rgb_grey(1.0f) : textures[radiance].as.constant;
-        evens[i].shape = light->as.area.shape;
+        evens[i] = even_light(light->as.area.shape,
+                              radiance == CA_NONE ? ca_rgb_grey(1.0f) : textures[radiance].as.constant);
     }
     return evens;
+}
+
+bool ca_even_light_sample_direct(const ca_even_light *even, const ca_light *light, ca_vec3 reference, ca_vec2 u,
+                                 ca_light_direct *direct)
+{
+    if (!even->is_plain || ca_even_light_is_near(even, reference))
+        return ca_light_sample_direct(light, reference, u, direct);
+    const ca_triangle corners = {.p = {even->corner, even->end_x, even->end_y}};
+    ca_surface point;
+    ca_triangle_position(&corners, u, &point);
+    point.position_error = ca_mul(point.position_error, CA_RECTANGLE_ERROR);
+    point.ng = ca_normalize(ca_cross(ca_sub(even->end_x, even->corner), ca_sub(even->end_y, even->corner)));
+    direct->radiance = even->radiance;
+    return ca_light_direct_to_surface(&point, (ca_pdf_area){even->pdf_area}, reference, direct);
 }

@@ -24,11 +24,27 @@ static inline float ca_matte_side(const ca_matte_shape *shape, float cos_in)
     return shape->back_is_front && cos_in < 0.0f ? -1.0f : 1.0f;
 }
 
+/* All that next event reads of a light whose points are chosen by area, in one cache line: of many lights each is
+ * chosen seldom. */
 typedef struct ca_even_light {
+    _Alignas(64) ca_rgb radiance;
+    float pdf_area; /* 1 / area */
     bool is_even;
-    ca_rgb radiance;
-    const ca_shape *shape; /* borrowed from the scene */
+    bool is_plain; /* the corners tell all: those of a plain rectangle (geometry/rectangle.h) */
+    ca_vec3 corner, end_x, end_y;
+    float large_distance2; /* from the rectangle's centre: sampled by area beyond; -1: by area everywhere */
 } ca_even_light;
+
+/* false where the light is sampled by area for sure, as ca_rectangle_may_look_large begins. */
+static inline bool ca_even_light_is_near(const ca_even_light *light, ca_vec3 reference)
+{
+    const ca_vec3 center = ca_mul(ca_add(light->end_x, light->end_y), 0.5f);
+    return !(ca_length2(ca_sub(reference, center)) > light->large_distance2);
+}
+
+/* ca_light_sample_direct, to the bit, mostly without reading more than `even`, which is `light`'s. */
+bool ca_even_light_sample_direct(const ca_even_light *even, const ca_light *light, ca_vec3 reference, ca_vec2 u,
+                                 ca_light_direct *direct);
 
 /* One for each shape; NULL when out of memory. To be freed with ca_free. `world_count`: shapes behind are in
  * groups. */
