@@ -106,6 +106,17 @@ static void add_emission(const path_state *state, ca_batch *batch, uint32_t i, u
                     ca_rgb_scale(ca_rgb_mul(throughput, hit.radiance), weight), weight, counters);
 }
 
+/* What a light reads of the surface that was hit: of an even one at a matte point, place and normal alone. */
+static const ca_surface *emitting_surface(const path_state *state, ca_batch *batch, uint32_t i)
+{
+    ca_vertex_batch *v = &batch->vertices;
+    if (!v->matte[i] || !state->scene->even_lights[v->light[i]].is_even)
+        return ca_batch_surface(batch, state->scene, i);
+    v->surfaces[i].position = ca_column3_at(&v->position, i);
+    v->surfaces[i].ng = ca_column3_at(&v->ng, i);
+    return &v->surfaces[i];
+}
+
 static void add_emissions(const path_state *state, ca_batch *batch, ca_counters *counters)
 {
     const ca_scene *scene = state->scene;
@@ -118,7 +129,7 @@ static void add_emissions(const path_state *state, ca_batch *batch, ca_counters 
             if (ca_batch_left(batch, i))
                 add_emission(state, batch, i, scene->environment, NULL, counters);
             else
-                add_emission(state, batch, i, batch->vertices.light[i], ca_batch_surface(batch, scene, i), counters);
+                add_emission(state, batch, i, batch->vertices.light[i], emitting_surface(state, batch, i), counters);
         }
     }
 }
