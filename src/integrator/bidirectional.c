@@ -132,9 +132,14 @@ static ca_light_layout layout_of(const ca_bidirectional *b, const ca_integrator_
     return ca_light_layout_of(&b->rules, b->input.scene->shape_count, pairs, b->input.observer != NULL);
 }
 
-/* What a chunk of light paths will take, from a few of them; *once: what is needed for one of them at a time. */
-static ca_status estimate_chunk_bytes(ca_bidirectional *b, const ca_light_layout *layout, double *bytes, double *once,
-                                      ca_error *error)
+/* What a chunk of light paths will take: bytes that are kept, photons, and what is needed for one chunk at a time. */
+typedef struct chunk_estimate {
+    double paths, kept, photons, once;
+} chunk_estimate;
+
+/* From a few of them. */
+static ca_status estimate_chunk(ca_bidirectional *b, const ca_light_layout *layout, chunk_estimate *estimate,
+                                ca_error *error)
 {
     ca_worker worker = {.index = 0};
     const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
@@ -146,13 +151,23 @@ static ca_status estimate_chunk_bytes(ca_bidirectional *b, const ca_light_layout
     CA_TRY(ca_light_store_create(&store, layout, few, 1, error));
     ca_light_walks(b, &store, 0, few, CA_PILOT_NUMBER, block, &worker);
     const ca_status status = ca_light_store_check(&store, error);
-    *bytes = ca_light_bytes(few, (double)block->bytes, (double)block->photons) / few * paths;
-    *once = (double)block->splats.count * sizeof(ca_splat) / few * paths;
+    *estimate = (chunk_estimate){.paths = paths,
+                                 .kept = (double)block->bytes / few * paths,
+                                 .photons = (double)block->photons / few * paths,
+                                 .once = (double)block->splats.count * sizeof(ca_splat) / few * paths};
     block->photons = 0;
     block->bytes = 0;
     block->splats.count = 0;
     ca_light_store_destroy(&store);
     return status;
+}
+
+/* What so many chunks take that are held at once. */
+static double bytes_of_chunks(const chunk_estimate *chunk, uint32_t count)
+{
+    const double photons = count * chunk->photons;
+    return count * (chunk->kept + chunk->paths * sizeof(ca_light_path)) + chunk->once +
+           (photons > 0.0 ? ca_photon_bytes((uint64_t)photons) : 0.0);
 }
 
 /* What light paths may take; *asked: was it asked for? Pairs need them all at once. */
@@ -171,14 +186,14 @@ static ca_status plan_rounds(ca_bidirectional *b, const ca_light_layout *layout,
     const double allowed = bytes_allowed(b, &asked);
     b->resident = b->chunk_count;
     if (!asked && (b->chunk_count == 1 || isinf(allowed))) return CA_OK;
-    double bytes, once;
-    CA_TRY(estimate_chunk_bytes(b, layout, &bytes, &once, error));
-    if (asked && bytes + once > allowed)
+    chunk_estimate chunk;
+    CA_TRY(estimate_chunk(b, layout, &chunk, error));
+    const double least = bytes_of_chunks(&chunk, 1), most = fmin(allowed, CA_LIGHT_STORE_MOST_BYTES);
+    if (asked && least > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "%u light paths need about %.0f MiB, more than the %.0f MiB left beside the film",
-                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), (bytes + once) / 1048576.0, allowed / 1048576.0);
-    const double fit = fmax(1.0, (fmin(allowed, CA_LIGHT_STORE_MOST_BYTES) - once) / bytes);
-    b->resident = fit < (double)b->chunk_count ? (uint32_t)fit : b->chunk_count;
+                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), least / 1048576.0, allowed / 1048576.0);
+    while (b->resident > 1 && bytes_of_chunks(&chunk, b->resident) > most) b->resident--;
     return CA_OK;
 }
 

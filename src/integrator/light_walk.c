@@ -147,13 +147,12 @@ static bool trace(const ca_bidirectional *b, walk_list *list, ca_light_block *bl
 /* A path into the store; false when out of memory. */
 static bool keep_path(const ca_light_walk *walk, ca_light_store *store, ca_light_block *block, uint32_t worker)
 {
-    const uint32_t count = walk->walk.vertex + 1;
-    store->paths[walk->path] = (ca_light_path){0};
-    if (count < 2) return true;
-    const size_t bytes =
-        ca_light_store_add(store, worker, walk->path, walk->walk.densities, walk->vertices, count);
+    const ca_walk *w = &walk->walk;
+    size_t bytes;
+    if (!ca_light_store_add(store, worker, walk->path, w->densities, walk->vertices, w->vertex + 1, &bytes))
+        return false;
     block->bytes += bytes;
-    return bytes > 0;
+    return true;
 }
 
 /* The batch's splats, walk by walk, each walk's in the order in which they were made; false when out of memory. */

@@ -25,7 +25,8 @@ ca_light_layout ca_light_layout_of(const ca_mis_rules *rules, uint32_t shapes, b
     set_wishes(&layout, &rules->reuse, observed);
     const uint32_t points = layout.points ? CA_LIGHT_POINT_WORDS : 0;
     layout.start_words = 2 + 2 * (uint32_t)layout.starts + points;
-    layout.vertex_words = 3 + 3 * (uint32_t)layout.footprints + layout.tilts + layout.photon_densities + points;
+    layout.event_words = 1 + (uint32_t)layout.footprints + layout.tilts;
+    layout.vertex_words = layout.event_words + 2 + 2 * (uint32_t)layout.footprints + layout.photon_densities + points;
     layout.record_words =
         (uint32_t)(sizeof(ca_light_record) / sizeof(float)) + layout.connects + layout.wide_shapes + layout.pairs;
     return layout;
@@ -37,7 +38,8 @@ ca_light_source ca_light_source_of(const ca_light_layout *layout, const ca_path_
                                    const ca_light_vertex *vertices, uint32_t count, uint32_t path)
 {
     ca_light_source source = {.densities = densities, .vertices = vertices, .count = count, .path = path};
-    for (uint32_t i = 1; i < count; i++) {
+    while (source.count > 1 && !vertices[source.count - 1].capable) source.count--;
+    for (uint32_t i = 1; i < source.count; i++) {
         source.records += vertices[i].capable;
         source.places += layout->connects && vertices[i].capable && !vertices[i].matte;
     }
@@ -66,19 +68,24 @@ static void pack_start(const ca_light_layout *layout, const ca_path_vertex *v, c
     put_point(layout, point, to);
 }
 
-/* Of the vertex before it takes the density that is known by the event here. */
-static void pack_densities(const ca_light_layout *layout, const ca_path_vertex *v, const ca_surface_point *point,
-                           float *to)
+/* What the event at a vertex tells, of the vertex before, too. */
+static void pack_event(const ca_light_layout *layout, const ca_path_vertex *v, float *to)
+{
+    *to++ = (v - 1)->pdf_reverse.v;
+    if (layout->footprints) *to++ = v->spread_reverse;
+    if (layout->tilts) *to = v->cos_ratio;
+}
+
+/* What is known when a vertex is met. */
+static void pack_arrival(const ca_light_layout *layout, const ca_path_vertex *v, const ca_surface_point *point,
+                         float *to)
 {
     *to++ = flagged(v->pdf_forward.v, v->connectable);
-    *to++ = (v - 1)->pdf_reverse.v;
     *to++ = v->to_previous;
     if (layout->footprints) {
         *to++ = v->distance;
         *to++ = v->sqrt_omega;
-        *to++ = v->spread_reverse;
     }
-    if (layout->tilts) *to++ = v->cos_ratio;
     if (layout->photon_densities) *to++ = v->photon_density;
     put_point(layout, point, to);
 }
@@ -117,7 +124,8 @@ void ca_light_pack(const ca_light_layout *layout, const ca_light_source *source,
     pack_start(layout, source->densities, &vertices[0].point, densities);
     for (uint32_t i = 1; i < source->count; i++) {
         densities -= layout->vertex_words;
-        pack_densities(layout, &source->densities[i], &vertices[i].point, densities);
+        pack_arrival(layout, &source->densities[i], &vertices[i].point, densities + layout->event_words);
+        if (i + 1 < source->count) pack_event(layout, &source->densities[i], densities);
         if (!vertices[i].capable) continue;
         pack_record(layout, &vertices[i], i, rank++, source->path, record);
         record += layout->record_words;
@@ -139,47 +147,58 @@ static inline void unpack_start(const ca_light_layout *layout, const float *from
                           .at_infinity = signbit(from[0]) != 0};
 }
 
-/* Of the vertices behind v[0]. Always inlined, so that there is a loop for every layout that matters. */
-static inline __attribute__((always_inline)) void unpack_densities(ca_light_layout layout, const float *from,
-                                                                   uint32_t count, ca_path_vertex *v)
+/* Everything below that is inlined is so for a loop of its own for every layout that matters. */
+#define CA_UNPACK static inline __attribute__((always_inline)) void
+
+CA_UNPACK unpack_arrival(const ca_light_layout *layout, const float *from, float area, ca_path_vertex *v)
 {
-    float area = v->sqrt_area, cos_ratio = 1.0f;
-    uint16_t smooth = 0;
-    for (uint32_t i = 1; i < count; i++) {
+    const uint16_t connectable = signbit(from[0]) != 0;
+    v->pdf_forward.v = fabsf(from[0]);
+    v->pdf_reverse.v = 0.0f;
+    v->to_previous = from[1];
+    v->distance = layout->footprints ? from[2] : 0.0f;
+    v->sqrt_omega = layout->footprints ? from[3] : 0.0f;
+    v->sqrt_area = layout->footprints ? area + v->distance * v->sqrt_omega : 0.0f;
+    v->photon_density = layout->photon_densities ? from[layout->footprints ? 4 : 2] : 0.0f;
+    v->spread_reverse = 0.0f;
+    v->cos_ratio = 1.0f;
+    v->connectable = connectable;
+    v->connectable_count = (uint16_t)((v - 1)->connectable_count + connectable);
+}
+
+CA_UNPACK unpack_event(const ca_light_layout *layout, const float *from, ca_path_vertex *v)
+{
+    (v - 1)->pdf_reverse.v = from[0];
+    if (layout->footprints) v->spread_reverse = from[1];
+    if (layout->tilts) v->cos_ratio = from[2];
+}
+
+/* Of the vertices behind v[0]. */
+CA_UNPACK unpack_vertices(ca_light_layout layout, const float *from, uint32_t count, ca_path_vertex *v)
+{
+    const ca_path_vertex *last = v + count - 1;
+    for (v++;; v++) {
+        const float area = layout.projected ? (v - 1)->sqrt_area * sqrtf((v - 1)->cos_ratio) : (v - 1)->sqrt_area;
         from -= layout.vertex_words;
-        const uint16_t connectable = signbit(from[0]) != 0;
-        const float distance = layout.footprints ? from[3] : 0.0f, omega = layout.footprints ? from[4] : 0.0f;
-        const float *more = from + (layout.footprints ? 6 : 3);
-        smooth = (uint16_t)(smooth + connectable);
-        if (layout.projected) area *= sqrtf(cos_ratio);
-        area += distance * omega;
-        if (layout.tilts) cos_ratio = *more++;
-        v[i - 1].pdf_reverse.v = from[1];
-        v[i].pdf_forward.v = fabsf(from[0]);
-        v[i].pdf_reverse.v = 0.0f;
-        v[i].to_previous = from[2];
-        v[i].distance = distance;
-        v[i].sqrt_area = layout.footprints ? area : 0.0f;
-        v[i].sqrt_omega = omega;
-        v[i].spread_reverse = layout.footprints ? from[5] : 0.0f;
-        v[i].cos_ratio = cos_ratio;
-        v[i].photon_density = layout.photon_densities ? *more : 0.0f;
-        v[i].connectable = connectable;
-        v[i].connectable_count = smooth;
+        unpack_arrival(&layout, from + layout.event_words, area, v);
+        if (v == last) return;
+        unpack_event(&layout, from, v);
     }
 }
 
 /* The common layouts are known when this is compiled. */
 void ca_light_unpack(const ca_light_layout *layout, const float *at, uint32_t count, ca_path_vertex *densities)
 {
+    const ca_light_layout plain = {.vertex_words = 3, .event_words = 1};
+    const ca_light_layout footprints = {.vertex_words = 6, .event_words = 2, .footprints = true};
     const float *from = at - layout->start_words;
     unpack_start(layout, from, densities);
-    if (layout->vertex_words == 3)
-        unpack_densities((ca_light_layout){.vertex_words = 3}, from, count, densities);
-    else if (layout->vertex_words == 6)
-        unpack_densities((ca_light_layout){.vertex_words = 6, .footprints = true}, from, count, densities);
+    if (layout->vertex_words == plain.vertex_words)
+        unpack_vertices(plain, from, count, densities);
+    else if (layout->vertex_words == footprints.vertex_words)
+        unpack_vertices(footprints, from, count, densities);
     else
-        unpack_densities(*layout, from, count, densities);
+        unpack_vertices(*layout, from, count, densities);
 }
 
 void ca_light_unpack_points(const ca_light_layout *layout, const float *at, uint32_t count, ca_light_vertex *vertices)
@@ -196,7 +215,7 @@ bool ca_light_met_dirac(const ca_light_layout *layout, const float *at, uint32_t
     const float *from = at - layout->start_words;
     for (uint32_t i = 1; i <= last; i++) {
         from -= layout->vertex_words;
-        if (!signbit(from[0])) return true;
+        if (!signbit(from[layout->event_words])) return true;
     }
     return false;
 }

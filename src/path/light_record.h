@@ -7,12 +7,14 @@
  * Records are of the vertices that can scatter smoothly: photons, which may be merged with and connected to. The other
  * vertices, and v[0], have densities only. Densities grow downwards from the path's number, so that a record's index
  * and rank tell where those of its path are. What follows from the rest is not kept: numbers of connectable vertices
- * and footprints' areas are made again, by the operations that made them, so that every bit is the same.
+ * and footprints' areas are made again, by the operations that made them, so that every bit is the same. Nor is what
+ * nobody asks for: vertices behind the last record, and what the event at the last vertex tells.
  *
  * State, in bytes:
  *
  *     start      8   densities; 8 more for footprints and the correlation rule: light choice and area
- *     densities 12   + 12 for footprints, + 4 where they follow the tilt, + 4 for densities of photons
+ *     densities 12   + 12 for footprints, + 4 where they follow the tilt, + 4 for densities of photons; of the last
+ *                    vertex 4 less, 8 less with footprints, 12 where they follow the tilt
  *     record    52   + 4 for connections, + 4 for these in scenes of more than 4096 shapes, + 4 for pairs
  *     place     16   of a record that is not matte (scene/matte.h), for connections
  *
@@ -61,6 +63,7 @@ typedef struct ca_light_layout {
     bool points;           /* whole points of all vertices, for an observer, who sees all of the above, too */
     bool projected;        /* as ca_reuse_rules */
     uint32_t start_words, vertex_words, record_words;
+    uint32_t event_words; /* of a vertex', those that its event tells */
 } ca_light_layout;
 
 enum {
@@ -77,21 +80,22 @@ enum {
 /* What an algorithm of these rules wants of a scene with so many shapes. */
 ca_light_layout ca_light_layout_of(const ca_mis_rules *rules, uint32_t shapes, bool pairs, bool observed);
 
-/* A path of count >= 2 vertices, and how many words it takes. */
+/* A path that is to be kept. */
 typedef struct ca_light_source {
     const ca_path_vertex *densities;
     const ca_light_vertex *vertices;
-    uint32_t count, records, places;
+    uint32_t count; /* vertices up to the last record; 1: there is none, and nothing to keep */
+    uint32_t records, places;
     uint32_t path; /* its number in the chunk */
 } ca_light_source;
 
 ca_light_source ca_light_source_of(const ca_light_layout *layout, const ca_path_vertex *densities,
                                    const ca_light_vertex *vertices, uint32_t count, uint32_t path);
 
-/* Words before and from the path's number on. */
+/* Words before and from the path's number on, of count >= 2 vertices. */
 static inline uint32_t ca_light_words_before(const ca_light_layout *layout, uint32_t count)
 {
-    return layout->start_words + (count - 1) * layout->vertex_words;
+    return layout->start_words + (count - 1) * layout->vertex_words - layout->event_words;
 }
 
 static inline uint32_t ca_light_words_behind(const ca_light_layout *layout, uint32_t records, uint32_t places)
@@ -102,13 +106,13 @@ static inline uint32_t ca_light_words_behind(const ca_light_layout *layout, uint
 /* Writes it around `at`, where its number points to. */
 void ca_light_pack(const ca_light_layout *layout, const ca_light_source *source, float *at);
 
-/* The densities of the path's first `count` vertices, >= 1. What the layout leaves out is zero; so is the last one's
- * pdf_reverse. */
+/* The densities of the path's first `count` vertices, >= 2, as joins at the last of them want them: what its own event
+ * tells is zero, also of the vertex before, and so is what the layout leaves out. */
 void ca_light_unpack(const ca_light_layout *layout, const float *at, uint32_t count, ca_path_vertex *densities);
 /* For an observer: their points. */
 void ca_light_unpack_points(const ca_light_layout *layout, const float *at, uint32_t count,
                             ca_light_vertex *vertices);
-/* Was there a Dirac event at one of v[1] ... v[last]? */
+/* Was there a Dirac event at one of v[1] ... v[last]? last < the number of vertices. */
 bool ca_light_met_dirac(const ca_light_layout *layout, const float *at, uint32_t last);
 
 static inline const ca_light_record *ca_light_record_of(const ca_light_layout *layout, const float *at, uint32_t rank)

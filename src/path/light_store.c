@@ -117,21 +117,25 @@ static bool take_words(ca_light_store *store, uint32_t worker, uint32_t words, u
     return true;
 }
 
-size_t ca_light_store_add(ca_light_store *store, uint32_t worker, uint32_t path, const ca_path_vertex *densities,
-                          const ca_light_vertex *vertices, uint32_t count)
+bool ca_light_store_add(ca_light_store *store, uint32_t worker, uint32_t path, const ca_path_vertex *densities,
+                        const ca_light_vertex *vertices, uint32_t count, size_t *bytes)
 {
     const ca_light_layout *layout = &store->layout;
     const ca_light_source source = ca_light_source_of(layout, densities, vertices, count, path % CA_CHUNK_PATHS);
-    const uint32_t before = ca_light_words_before(layout, count);
+    assert(count >= 1 && count <= CA_PATH_MAX_VERTICES && path < store->path_count);
+    store->paths[path] = (ca_light_path){0};
+    *bytes = 0;
+    if (source.records == 0) return true;
+    const uint32_t before = ca_light_words_before(layout, source.count);
     const uint32_t words = before + ca_light_words_behind(layout, source.records, source.places);
     uint32_t number;
-    assert(count >= 2 && count <= CA_PATH_MAX_VERTICES && path < store->path_count);
-    if (!take_words(store, worker, words, &number)) return 0;
+    if (!take_words(store, worker, words, &number)) return false;
     number += before;
     ca_light_pack(layout, &source, store->pages[number >> CA_LIGHT_PAGE_BITS] + (number & (CA_LIGHT_PAGE - 1)));
     store->paths[path] =
-        (ca_light_path){.first = number, .count = (uint16_t)count, .records = (uint16_t)source.records};
-    return words * sizeof(float);
+        (ca_light_path){.first = number, .count = (uint16_t)source.count, .records = (uint16_t)source.records};
+    *bytes = words * sizeof(float);
+    return true;
 }
 
 ca_status ca_light_store_check(const ca_light_store *store, ca_error *error)

@@ -21,7 +21,7 @@
 
 typedef struct ca_light_path {
     uint32_t first; /* number of its block, and of its first record */
-    uint16_t count; /* vertices; 0: nothing was emitted, or it met nothing */
+    uint16_t count; /* vertices that are kept; 0: none of them has a record */
     uint16_t records;
 } ca_light_path;
 
@@ -70,10 +70,10 @@ void ca_light_store_clear(ca_light_store *store);
 /* What comes next is of that chunk: paths from chunk * CA_CHUNK_PATHS on. */
 void ca_light_store_begin_chunk(ca_light_store *store, uint32_t chunk);
 
-/* Keeps a path of count >= 2 vertices as the path-th of those in memory. Returns the bytes of its block; 0 after a
- * failure, which ca_light_store_check reports. */
-size_t ca_light_store_add(ca_light_store *store, uint32_t worker, uint32_t path, const ca_path_vertex *densities,
-                          const ca_light_vertex *vertices, uint32_t count);
+/* Keeps a path of so many vertices as the path-th of those in memory; *bytes: of its block, 0 where there is nothing
+ * to keep of it. false after a failure, which ca_light_store_check reports. */
+bool ca_light_store_add(ca_light_store *store, uint32_t worker, uint32_t path, const ca_path_vertex *densities,
+                        const ca_light_vertex *vertices, uint32_t count, size_t *bytes);
 /* Whoever traces the paths ran out of memory beside: from any worker. */
 void ca_light_store_fail(ca_light_store *store);
 ca_status ca_light_store_check(const ca_light_store *store, ca_error *error);
