@@ -318,8 +318,12 @@ static ca_mis_rules rules_of(ca_reuse_kind kind, bool projected, bool connect)
     rules.merge_limit = UINT32_MAX;
     rules.splat_count = 1.0f;
     rules.merge_area = 1e-3f;
-    rules.reuse = (ca_reuse_rules){
-        .kind = kind, .light_paths = 100.0f, .merge_area = 1e-3f, .epsilon = 0.01f, .c = 0.5f, .projected = projected};
+    rules.reuse = (ca_reuse_rules){.kind = kind,
+                                   .light_paths = 100.0f,
+                                   .merge_area = 1e-3f,
+                                   .epsilon = 0.01f,
+                                   .c = 0.5f,
+                                   .projected = projected};
     return rules;
 }
 

@@ -73,8 +73,9 @@ enum {
     CA_LIGHT_VERTEX_MOST = 8 + CA_LIGHT_POINT_WORDS,
     CA_LIGHT_RECORD_MOST = sizeof(ca_light_record) / sizeof(float) + 3,
     /* Words of a path at most. */
-    CA_LIGHT_PATH_MOST = CA_LIGHT_START_MOST + (CA_PATH_MAX_VERTICES - 1) *
-                                                   (CA_LIGHT_VERTEX_MOST + CA_LIGHT_RECORD_MOST + CA_LIGHT_PLACE_WORDS)
+    CA_LIGHT_PATH_MOST =
+        CA_LIGHT_START_MOST +
+        (CA_PATH_MAX_VERTICES - 1) * (CA_LIGHT_VERTEX_MOST + CA_LIGHT_RECORD_MOST + CA_LIGHT_PLACE_WORDS)
 };
 
 /* What an algorithm of these rules wants of a scene with so many shapes. */
@@ -106,8 +107,8 @@ static inline uint32_t ca_light_words_behind(const ca_light_layout *layout, uint
 /* Writes it around `at`, where its number points to. */
 void ca_light_pack(const ca_light_layout *layout, const ca_light_source *source, float *at);
 
-/* The densities of the path's first `count` vertices, >= 2, as joins at the last of them want them: what its own event
- * tells is zero, also of the vertex before, and so is what the layout leaves out. */
+/* The densities of the path's first `count` vertices, >= 2, as joins at the last of them want them: what its own
+ * event tells is zero, also of the vertex before, and so is what the layout leaves out. */
 void ca_light_unpack(const ca_light_layout *layout, const float *at, uint32_t count, ca_path_vertex *densities);
 /* For an observer: their points. */
 void ca_light_unpack_points(const ca_light_layout *layout, const float *at, uint32_t count,

@@ -105,7 +105,8 @@ static inline void ca_light_record_prefetch(const ca_light_store *store, uint32_
 
 /* And for the densities of its path up to the record's vertex. Inlined before the compiler can find that the call has
  * no effect and leave it out. */
-static inline __attribute__((always_inline)) void ca_light_densities_prefetch(const ca_light_store *store, const ca_light_record *record)
+static inline __attribute__((always_inline)) void ca_light_densities_prefetch(const ca_light_store *store,
+                                                                              const ca_light_record *record)
 {
     const char *end = (const char *)ca_light_record_start(&store->layout, record);
     const size_t bytes = sizeof(float) * ca_light_words_before(&store->layout, record->index + 1u);
