@@ -4,8 +4,8 @@
  *     densities of v[n-1] ... v[1] | start: v[0] || record 0 | record 1 | ... | places that are not matte
  *                                                ^ the path's number
  *
- * Records are of the vertices that can scatter smoothly: photons, which may be merged with and connected to. The other
- * vertices, and v[0], have densities only. Densities grow downwards from the path's number, so that a record's index
+ * Records are of the vertices that can scatter smoothly: photons, which may be merged with and connected to. The
+ * other vertices, and v[0], have densities only. Densities grow downwards from the path's number, so that a record's index
  * and rank tell where those of its path are. What follows from the rest is not kept: numbers of connectable vertices
  * and footprints' areas are made again, by the operations that made them, so that every bit is the same. Nor is what
  * nobody asks for: vertices behind the last record, and what the event at the last vertex tells.
