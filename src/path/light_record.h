@@ -5,10 +5,10 @@
  *                                                ^ the path's number
  *
  * Records are of the vertices that can scatter smoothly: photons, which may be merged with and connected to. The
- * other vertices, and v[0], have densities only. Densities grow downwards from the path's number, so that a record's index
- * and rank tell where those of its path are. What follows from the rest is not kept: numbers of connectable vertices
- * and footprints' areas are made again, by the operations that made them, so that every bit is the same. Nor is what
- * nobody asks for: vertices behind the last record, and what the event at the last vertex tells.
+ * other vertices, and v[0], have densities only. Densities grow downwards from the path's number, so that a record's
+ * index and rank tell where those of its path are. What follows from the rest is not kept: numbers of connectable
+ * vertices and footprints' areas are made again, by the operations that made them, so that every bit is the same.
+ * Nor is what nobody asks for: vertices behind the last record, and what the event at the last vertex tells.
  *
  * State, in bytes:
  *
