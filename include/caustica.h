@@ -138,7 +138,7 @@ typedef struct ca_render_settings {
     uint32_t camera_paths; /* > 0: per pixel in a pass */
     /* > 0: for film and light paths. A film that needs more is refused; light paths are traced in parts if a pass
      * needs more for them. The image does not depend on it, to the bit (but for qmcppm's blocks=filled, which fill
-     * it). */
+     * it). 0: 2 GiB for the light paths of a pass, no limit for anything else, nor for qmcppm. */
     double memory_mib;
     /* Folder for one picture of what each technique found, s camera and t light vertices, before and after weighting:
      * hit_s3_t0_unweighted.exr, connect_s2_t2_weighted.exr, ..._weight.exr. Needs a max_depth of at most 13. */

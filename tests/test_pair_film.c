@@ -350,7 +350,7 @@ static void test_refusals(void **state)
         {{BDPM, 100, 2, 1, 1, 1, "halton", 0}, "sampler \"independent\""},
         {{BDPM, 100, 2, 1, 1, 1, "sobol", 0}, "sampler \"independent\""},
         {{BDPM, 1, 2, 1, 1, 1, NULL, 0}, "at least 2 light paths"},
-        {{"bdpm:max_depth=2,radius=0.1", 600000, 1, 1, 1, 1, NULL, 100}, "must fit the memory at once"},
+        {{"bdpm:max_depth=2,radius=0.1", 600000, 1, 1, 1, 1, NULL, 30}, "must fit the memory at once"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ca_pair_film film;

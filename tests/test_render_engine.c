@@ -145,11 +145,38 @@ static void test_memory_does_not_change_a_bit(void **state)
             seen = rounds;
         }
         assert_int_equal(seen, 3);
-        settings.memory_mib = 4.0;
+        settings.memory_mib = i == 0 ? 2.0 : 4.0; /* `light` keeps nothing of its paths */
         ca_error error = {""};
         ca_image_layers *image = NULL;
         assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
         assert_non_null(strstr(error.message, "light paths need about"));
+    }
+    ca_scene_release(scene);
+}
+
+/* Where no memory is given, light paths take as many rounds as with 2 GiB for them; where more is given, it
+ * counts. */
+static void test_memory_by_default(void **state)
+{
+    (void)state;
+    static const char *const some[] = {"light", "bdpt", "bdpm", "vcm", "ovcm"};
+    static const char inside_a_ball[] =
+        "<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'><bsdf type='twosided'>"
+        "<bsdf type='diffuse'>"
+        "<rgb name='reflectance' value='0.9'/></bsdf></bsdf></shape><emitter type='point'/></scene>";
+    ca_scene *scene = scene_from_text(inside_a_ball);
+    for (int i = 0; i < 5; i++) {
+        ca_render_settings settings = settings_of(some[i]);
+        settings.width = 12;
+        settings.height = 8;
+        settings.light_paths = 12000000;
+        if (i > 1) settings.radius = 0.05;
+        const uint32_t rounds = rounds_of(scene, &settings);
+        settings.memory_mib = 2048.0;
+        assert_int_equal(rounds, rounds_of(scene, &settings));
+        settings.memory_mib = 16384.0;
+        assert_int_equal(rounds_of(scene, &settings), 1);
+        assert_true(i == 0 ? rounds == 1 : rounds > 1);
     }
     ca_scene_release(scene);
 }
@@ -294,6 +321,7 @@ int main(void)
         cmocka_unit_test(test_threads_do_not_change_a_bit),
         cmocka_unit_test(test_a_crop_is_a_part_of_the_picture),
         cmocka_unit_test(test_memory_does_not_change_a_bit),
+        cmocka_unit_test(test_memory_by_default),
         cmocka_unit_test(test_out_of_memory),
         cmocka_unit_test(test_counts),
         cmocka_unit_test(test_strategies_add_up_to_the_image),

@@ -110,7 +110,7 @@ static const ca_option options[] = {
      .argument = "MiB",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.memory_mib),
-     .help = "limit for film and paths of a render (default: none)"},
+     .help = "limit for film and paths of a render (default: as render has it)"},
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
     {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
 };

@@ -159,7 +159,8 @@ static const ca_option options[] = {
      .argument = "MiB",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.memory_mib),
-     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled (default: none)"},
+     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled (default: 2048 for "
+             "the light paths of a pass, none for the rest)"},
     {.name = "dump-strategies",
      .argument = "DIR",
      .kind = CA_OPTION_TEXT,

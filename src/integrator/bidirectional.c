@@ -3,12 +3,17 @@
 #include "base/memory.h"
 #include "photon/radius.h"
 
+#include <math.h>
+
 /* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and
  * variance times time is near its smallest for vcm (half to one and a half of it differ little). */
 #define RADIUS_IN_PIXELS 1.0
 
 /* Unlimited paths rely on the roulette to end before CA_PATH_MAX_VERTICES. */
-enum { LATEST_ROULETTE = 512, FEW_PATHS = 1024 };
+enum { LATEST_ROULETTE = 512 };
+
+/* What a chunk takes is estimated from so many light paths, and from so many of a long pass. */
+enum { FEW_PATHS = 1024, MANY_PATHS = 16384, OF_PATHS = 256 };
 
 /* ---- Settings -------------------------------------------------------------------------------------------------- */
 
@@ -121,41 +126,74 @@ ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
-/* What a chunk of light paths will take, from a few of them; *once: what is needed for one of them at a time. */
-static ca_status estimate_chunk_bytes(ca_bidirectional *b, double *bytes, double *once, ca_error *error)
+static ca_light_layout layout_of(const ca_bidirectional *b, const ca_integrator_type *type)
+{
+    const bool pairs = b->input.pairs || ca_integrator_value(type, &b->input, "error_bars", 0.0) != 0.0;
+    return ca_light_layout_of(&b->rules, b->input.scene->shape_count, pairs, b->input.observer != NULL);
+}
+
+/* What a chunk of light paths will take: bytes that are kept, photons, and what is needed for one chunk at a time. */
+typedef struct chunk_estimate {
+    double paths, kept, photons, once;
+} chunk_estimate;
+
+/* From a few of them. */
+static ca_status estimate_chunk(ca_bidirectional *b, const ca_light_layout *layout, chunk_estimate *estimate,
+                                ca_error *error)
 {
     ca_worker worker = {.index = 0};
-    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths), few = ca_min_u32(FEW_PATHS, paths);
+    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
+    const uint32_t some = ca_min_u32(ca_max_u32(FEW_PATHS, b->light_paths / OF_PATHS), MANY_PATHS);
+    const uint32_t few = ca_min_u32(some, paths);
     set_radius(b, 0);
     ca_light_block *block = &b->blocks[0];
     ca_light_store store;
-    CA_TRY(ca_light_store_create(&store, few, 1, error));
+    CA_TRY(ca_light_store_create(&store, layout, few, 1, error));
     ca_light_walks(b, &store, 0, few, CA_PILOT_NUMBER, block, &worker);
-    double vertices = 0.0;
-    for (uint32_t i = 0; i < few; i++) vertices += store.paths[i].count;
     const ca_status status = ca_light_store_check(&store, error);
-    *bytes = ca_light_bytes(few, vertices, (double)block->photons) / few * paths;
-    *once = (double)block->splats.count * sizeof(ca_splat) / few * paths;
+    *estimate = (chunk_estimate){.paths = paths,
+                                 .kept = (double)block->bytes / few * paths,
+                                 .photons = (double)block->photons / few * paths,
+                                 .once = (double)block->splats.count * sizeof(ca_splat) / few * paths};
     block->photons = 0;
+    block->bytes = 0;
     block->splats.count = 0;
     ca_light_store_destroy(&store);
     return status;
 }
 
-/* How many chunks may be in memory at a time. */
-static ca_status plan_rounds(ca_bidirectional *b, ca_error *error)
+/* What so many chunks take that are held at once. */
+static double bytes_of_chunks(const chunk_estimate *chunk, uint32_t count)
 {
+    const double photons = count * chunk->photons;
+    return count * (chunk->kept + chunk->paths * sizeof(ca_light_path)) + chunk->once +
+           (photons > 0.0 ? ca_photon_bytes((uint64_t)photons) : 0.0);
+}
+
+/* What light paths may take; *asked: was it asked for? Pairs need them all at once. */
+static double bytes_allowed(const ca_bidirectional *b, bool *asked)
+{
+    const double bytes = b->input.memory_bytes;
+    *asked = bytes > 0.0 && bytes < (double)INFINITY;
+    if (*asked) return bytes;
+    return bytes > 0.0 || b->input.pairs ? (double)INFINITY : CA_LIGHT_BYTES_BY_DEFAULT;
+}
+
+/* How many chunks may be in memory at a time: at least one, unless the memory that was asked for does not hold it. */
+static ca_status plan_rounds(ca_bidirectional *b, const ca_light_layout *layout, ca_error *error)
+{
+    bool asked;
+    const double allowed = bytes_allowed(b, &asked);
     b->resident = b->chunk_count;
-    if (b->input.memory_bytes <= 0.0) return CA_OK;
-    double bytes, once;
-    CA_TRY(estimate_chunk_bytes(b, &bytes, &once, error));
-    if (bytes + once > b->input.memory_bytes)
+    if (!asked && (b->chunk_count == 1 || isinf(allowed))) return CA_OK;
+    chunk_estimate chunk;
+    CA_TRY(estimate_chunk(b, layout, &chunk, error));
+    const double least = bytes_of_chunks(&chunk, 1), most = fmin(allowed, CA_LIGHT_STORE_MOST_BYTES);
+    if (asked && least > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "%u light paths need about %.0f MiB, more than the %.0f MiB left beside the film",
-                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), (bytes + once) / 1048576.0,
-                       b->input.memory_bytes / 1048576.0);
-    const double fit = (b->input.memory_bytes - once) / bytes;
-    b->resident = fit < (double)b->chunk_count ? (uint32_t)fit : b->chunk_count;
+                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), least / 1048576.0, allowed / 1048576.0);
+    while (b->resident > 1 && bytes_of_chunks(&chunk, b->resident) > most) b->resident--;
     return CA_OK;
 }
 
@@ -175,15 +213,16 @@ static ca_status create_chunk_sums(ca_bidirectional *b, ca_error *error)
     return CA_OK;
 }
 
-static ca_status create_light_paths(ca_bidirectional *b, ca_error *error)
+static ca_status create_light_paths(ca_bidirectional *b, const ca_integrator_type *type, ca_error *error)
 {
+    const ca_light_layout layout = layout_of(b, type);
     b->chunk_count = (uint32_t)(((uint64_t)b->light_paths + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS);
     b->blocks = ca_alloc_zeroed(ca_light_block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)), sizeof *b->blocks);
     if (!b->blocks) return ca_fail_memory(error, "the light paths");
-    CA_TRY(plan_rounds(b, error));
+    CA_TRY(plan_rounds(b, &layout, error));
     const uint64_t most = (uint64_t)b->resident * CA_CHUNK_PATHS;
-    CA_TRY(ca_light_store_create(&b->store, most < b->light_paths ? (uint32_t)most : b->light_paths, b->input.workers,
-                                 error));
+    CA_TRY(ca_light_store_create(&b->store, &layout, most < b->light_paths ? (uint32_t)most : b->light_paths,
+                                 b->input.workers, error));
     return ca_bidirectional_merges(b) ? ca_photon_grid_create(&b->grid, error) : CA_OK;
 }
 
@@ -196,7 +235,7 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
     b->rules = *rules;
     ca_status status = read_settings(b, type, input, error);
     if (status == CA_OK) status = create_scratch(b, error);
-    if (status == CA_OK) status = create_light_paths(b, error);
+    if (status == CA_OK) status = create_light_paths(b, type, error);
     if (status == CA_OK) status = ca_pairs_check(b, type, error);
     if (status == CA_OK) status = create_chunk_sums(b, error);
     if (status == CA_OK) status = ca_pairs_create(b, error);

@@ -59,11 +59,13 @@ typedef struct ca_end_column {
     float x[CA_LIGHT_ENDS + CA_LANES], y[CA_LIGHT_ENDS + CA_LANES], z[CA_LIGHT_ENDS + CA_LANES];
 } ca_end_column;
 
-/* Vertices of the light paths that are connected to: matte ones by components, the others as they are. */
+/* The light paths that are connected to: the densities of all their vertices, and those that have records: matte ones
+ * by components, the others as they are. */
 typedef struct ca_light_ends {
-    ca_vertex vertices[CA_LIGHT_ENDS]; /* not matte; room for one that is, too */
+    ca_path_vertex densities[CA_LIGHT_ENDS];
+    double tail[CA_LIGHT_ENDS]; /* of the light path up to a vertex (path/mis.h) */
+    ca_vertex vertices[CA_LIGHT_ENDS]; /* of records, not matte; room for one that is, too; likewise: */
     bool matte[CA_LIGHT_ENDS];
-    double tail[CA_LIGHT_ENDS]; /* of the light path up to here (path/mis.h) */
     uint32_t lit[CA_LIGHT_ENDS + CA_LANES]; /* all bits: matte, and light leaves its front; else 0 */
     ca_end_column position, ng, color; /* color: flux times f */
     float error[CA_LIGHT_ENDS + CA_LANES], side[CA_LIGHT_ENDS + CA_LANES], cos_in[CA_LIGHT_ENDS + CA_LANES];
@@ -77,6 +79,8 @@ typedef struct ca_bidirectional_scratch {
     ca_path_vertex *densities;    /* owned; [CA_WALKS][row] */
     ca_light_vertex *vertices;    /* owned; of light paths, likewise */
     ca_surface_point *points;     /* owned; of camera paths, for the observer, likewise; NULL where there is none */
+    ca_path_vertex *merged;       /* owned; of the light path that is merged with; [CA_PATH_MAX_VERTICES] */
+    ca_light_vertex *seen;        /* owned; of a light path, for the observer, likewise; NULL where there is none */
     ca_splat_list splats;         /* of a batch */
     uint32_t *splat_next;         /* owned; number of the next one of the same walk, or CA_NONE */
     size_t splat_next_capacity;
@@ -102,10 +106,10 @@ void ca_bidirectional_scratch_destroy(ca_bidirectional_scratch *scratch);
 typedef struct ca_light_block {
     ca_splat_list splats;
     uint32_t photons; /* how many */
+    uint64_t bytes;   /* of what is kept of the paths */
 } ca_light_block;
 
-_Static_assert(CA_PATH_MAX_VERTICES < 1 << 13 && CA_CHUNK_PATHS <= 1 << 18,
-               "they fit the records of vertices and splats");
+_Static_assert(CA_PATH_MAX_VERTICES < 1 << 13 && CA_CHUNK_PATHS <= 1 << 18, "they fit the records of splats");
 
 struct ca_bidirectional {
     ca_integrator_input input;
@@ -122,6 +126,7 @@ struct ca_bidirectional {
     uint32_t paths_now;             /* light paths in memory: those of these chunks, one chunk after the other */
     ca_light_store store;
     uint64_t photons_now;           /* how many photons they have */
+    uint64_t bytes_now;             /* and what is kept of them */
     ca_photon_grid *grid;           /* of these, which answers with vertex numbers; NULL where nothing is merged */
     uint64_t pairing_shift;         /* camera path i connects to light path (i + shift) mod N_F */
     ca_light_block *blocks;         /* owned; of one chunk */
@@ -133,6 +138,12 @@ struct ca_bidirectional {
 };
 
 static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b->rules.merge != CA_MERGE_NONE; }
+
+/* Are light paths joined with camera paths, so that they must be kept? */
+static inline bool ca_bidirectional_keeps(const ca_bidirectional *b)
+{
+    return b->rules.connect || ca_bidirectional_merges(b);
+}
 
 /* Tasks that it takes to trace so many light paths. */
 static inline uint32_t ca_light_block_count(uint32_t paths) { return (paths + CA_BLOCK_PATHS - 1) / CA_BLOCK_PATHS; }
@@ -175,8 +186,8 @@ struct ca_camera_walk {
     bool has_paired;       /* is the light path to connect to in memory? */
     uint32_t paired;       /* its number there */
     uint32_t connect_slot; /* where what connections bring is added: the chunk's number, or one behind the last */
-    uint32_t light_first;  /* of its vertices in scratch->light_ends, ... */
-    uint32_t light_ready;  /* ... which are made up to this one */
+    uint32_t light_first;  /* of its vertices and records in scratch->light_ends */
+    bool light_ready;      /* are they made? */
     const struct ca_walk_hooks *hooks; /* NULL: gather */
     void *user;            /* of the hooks */
 };
@@ -232,7 +243,7 @@ typedef struct ca_pdf_pair {
 /* An edge between a camera path's last vertex and a light vertex, until the ray is answered. */
 struct ca_connection {
     ca_camera_walk *walk;
-    const ca_light_vertex *vertex;
+    const ca_light_record *vertex;
     float distance, cos_camera, cos_light, cos_light_in; /* cos_light_in: of the light path's own segment */
     ca_pdf_pair camera, light;
     ca_rgb unweighted;
@@ -247,7 +258,7 @@ void ca_connect_all(ca_camera_walk *const *walks, uint32_t count);
 void ca_merge_all(ca_camera_walk *const *walks, uint32_t count);
 
 /* The weight of a merge of the last vertex with a photon, whose path is in `store`; `value` of the BSDF for it. */
-float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
+float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
                       const ca_bsdf_value *value);
 
 /* ---- Light paths ----------------------------------------------------------------------------------------------- */
@@ -277,11 +288,10 @@ ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes
  * are lost. */
 ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
                          const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* What light paths take in memory; a photon has up to two buckets. */
-static inline double ca_light_bytes(double paths, double vertices, double photons)
+/* What light paths take in memory, of which `kept` bytes are kept; a photon has up to two buckets. */
+static inline double ca_light_bytes(double paths, double kept, double photons)
 {
-    return paths * sizeof(ca_light_path) + vertices * (sizeof(ca_path_vertex) + sizeof(ca_light_vertex)) +
-           photons * (sizeof(ca_photon) + 2 * sizeof(uint32_t));
+    return paths * sizeof(ca_light_path) + kept + photons * (sizeof(ca_photon) + 2 * sizeof(uint32_t));
 }
 
 /* Sorts the photons of the light paths in memory into a grid. */
@@ -306,7 +316,7 @@ void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *wo
  * image gets for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
 void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
-void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, ca_rgb unweighted,
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_record *photon, ca_rgb unweighted,
                         float weight);
 
 /* ---- The engine ------------------------------------------------------------------------------------------------ */

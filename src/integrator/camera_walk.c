@@ -146,7 +146,8 @@ static void prepare(ca_camera_walk *walk, const ca_bidirectional *b, ca_camera_p
     walk->scratch = scratch;
     walk->path = path;
     walk->has_paired = false;
-    walk->light_first = walk->light_ready = 0;
+    walk->light_first = 0;
+    walk->light_ready = false;
     walk->hooks = NULL;
     walk->light = scratch->chunk_light + (size_t)slot * (b->resident + 1);
     walk->light_used = scratch->chunk_used + (size_t)slot * ca_chunk_words(b);

@@ -6,41 +6,62 @@
 /* ---- Light vertices -------------------------------------------------------------------------------------------- */
 
 /* A matte vertex into the columns. */
-static void set_matte(ca_light_ends *ends, uint32_t end, const ca_matte_shape *shape, const ca_light_vertex *v)
+static void set_matte(ca_light_ends *ends, uint32_t end, const ca_matte_shape *shape, const ca_light_record *v)
 {
-    const ca_surface_point *p = &v->point;
-    const float cos_in = ca_dot(p->ng, v->wi), side = ca_matte_side(shape, cos_in);
+    const float cos_in = ca_dot(v->ng, v->wi), side = ca_matte_side(shape, cos_in);
     const ca_rgb color = ca_rgb_mul(v->throughput, ca_rgb_scale(shape->reflectance[side < 0.0f], CA_INV_PI));
-    ends->position.x[end] = p->position.x, ends->position.y[end] = p->position.y,
-    ends->position.z[end] = p->position.z;
-    ends->ng.x[end] = p->ng.x, ends->ng.y[end] = p->ng.y, ends->ng.z[end] = p->ng.z;
+    ends->position.x[end] = v->position.x, ends->position.y[end] = v->position.y,
+    ends->position.z[end] = v->position.z;
+    ends->ng.x[end] = v->ng.x, ends->ng.y[end] = v->ng.y, ends->ng.z[end] = v->ng.z;
     ends->color.x[end] = color.r, ends->color.y[end] = color.g, ends->color.z[end] = color.b;
-    ends->error[end] = p->position_error;
+    ends->error[end] = ca_light_record_error(v);
     ends->side[end] = side;
     ends->cos_in[end] = fabsf(cos_in);
     ends->lit[end] = cos_in * side > CA_GRAZING_COS ? UINT32_MAX : 0;
 }
 
-/* The vertices of the paired light path are made once for all camera vertices, as far as they are needed. */
-static void make_ready(ca_camera_walk *walk, const ca_light_path *path, uint32_t vertex)
+/* The paired light path's record, and its number in it. */
+static inline const ca_light_record *record_at(const ca_camera_walk *walk, uint32_t rank)
+{
+    const ca_light_store *store = &walk->b->store;
+    return ca_light_record_at(store, ca_light_record_number(store, &store->paths[walk->paired], rank));
+}
+
+static void unpack_densities(const ca_camera_walk *walk, const ca_light_path *path)
+{
+    const ca_light_store *store = &walk->b->store;
+    ca_light_ends *ends = walk->scratch->light_ends;
+    ca_path_vertex *densities = &ends->densities[walk->light_first];
+    double *tail = &ends->tail[walk->light_first];
+    ca_light_unpack(&store->layout, ca_light_words_at(store, path->first), path->count, densities);
+    for (uint32_t i = 1; i < path->count; i++)
+        tail[i] =
+            ca_mis_light_tail(&walk->b->rules, densities, i, i > 1 ? tail[i - 1] : 0.0);
+}
+
+/* The paired light path is unpacked once for all camera vertices. */
+static void make_ready(ca_camera_walk *walk, const ca_light_path *path)
 {
     const ca_scene *scene = walk->b->input.scene;
+    const ca_light_store *store = &walk->b->store;
     ca_light_ends *ends = walk->scratch->light_ends;
-    const ca_path_vertex *densities = ca_light_density_at(&walk->b->store, path->first);
-    for (uint32_t i = walk->light_ready + 1; i <= vertex; i++) {
-        const ca_light_vertex *v = ca_light_vertex_at(&walk->b->store, path->first + i);
-        const uint32_t end = walk->light_first + i;
-        const ca_matte_shape *shape = &scene->mattes[v->point.shape];
-        walk->light_ready = i;
-        ends->tail[end] =
-            ca_mis_light_tail(&walk->b->rules, densities, i, i > 1 ? ends->tail[end - 1] : 0.0);
+    if (walk->light_ready) return;
+    walk->light_ready = true;
+    unpack_densities(walk, path);
+    const float *place = ca_light_words_at(store, path->first) + path->records * store->layout.record_words;
+    for (uint32_t rank = 0; rank < path->records; rank++) {
+        const ca_light_record *record = record_at(walk, rank);
+        const uint32_t end = walk->light_first + rank;
+        const ca_matte_shape *shape = &scene->mattes[ca_light_record_shape(&store->layout, record)];
         ends->lit[end] = 0;
         ends->matte[end] = shape->is_matte;
-        if (!v->capable) continue;
-        if (shape->is_matte)
-            set_matte(ends, end, shape, v);
-        else
-            ca_vertex_from_point(&ends->vertices[end], scene, &v->point, v->wi);
+        if (shape->is_matte) {
+            set_matte(ends, end, shape, record);
+            continue;
+        }
+        const ca_surface_point point = ca_light_record_point(&store->layout, record, place);
+        ca_vertex_from_point(&ends->vertices[end], scene, &point, record->wi);
+        place += CA_LIGHT_PLACE_WORDS;
     }
 }
 
@@ -50,7 +71,8 @@ static float weight_of(const ca_connection *c)
 {
     const ca_camera_walk *walk = c->walk;
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
-    const ca_path_vertex *light = ca_light_density_at(&walk->b->store, c->vertex->first);
+    const ca_light_layout *layout = &walk->b->store.layout;
+    const ca_path_vertex *light = &walk->scratch->light_ends->densities[walk->light_first];
     const uint32_t t = c->vertex->index;
     const float ratio_camera = c->cos_camera / walk->walk.last.cos_in;
     const float ratio_light = c->cos_light / c->cos_light_in;
@@ -65,7 +87,9 @@ static float weight_of(const ca_connection *c)
                                    c->light.pdf_reverse, ratio_light, reuse,
                                    walk->scratch->light_ends->tail[walk->light_first + t]),
                 light, walk->walk.densities[1].distance);
-    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_CONNECT, &path, walk->points, c->vertex - t);
+    if (walk->scratch->seen)
+        ca_light_unpack_points(layout, ca_light_record_start(layout, c->vertex), t + 1, walk->scratch->seen);
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_CONNECT, &path, walk->points, walk->scratch->seen);
 }
 
 static void take(const ca_connection *c)
@@ -101,7 +125,7 @@ static void ask(ca_camera_walk *walk, ca_vec3 origin, ca_vec3 direction, uint32_
 /* ---- One edge -------------------------------------------------------------------------------------------------- */
 
 /* false: nothing goes along the edge. */
-static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_vertex *end, ca_connection *c)
+static bool make_edge(ca_camera_walk *walk, const ca_light_record *vertex, const ca_vertex *end, ca_connection *c)
 {
     const ca_vertex *last = &walk->walk.last;
     const ca_vec3 segment = ca_sub(end->position, last->position);
@@ -126,7 +150,7 @@ static bool make_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, const
     return !ca_rgb_is_black(c->unweighted);
 }
 
-static void connect_one(ca_camera_walk *walk, const ca_light_vertex *vertex, const ca_vertex *end, uint32_t *asked)
+static void connect_one(ca_camera_walk *walk, const ca_light_record *vertex, const ca_vertex *end, uint32_t *asked)
 {
     const ca_vertex *last = &walk->walk.last;
     if (!make_edge(walk, vertex, end, &walk->scratch->connections[*asked])) return;
@@ -179,7 +203,7 @@ static edges8 make_edges(const ca_walk *walk, const ca_light_ends *ends, uint32_
 
 static inline ca_vec3 lane_of(const ca_v8 *v, int lane) { return (ca_vec3){v->x[lane], v->y[lane], v->z[lane]}; }
 
-static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, float cos_in, const edges8 *e, int lane,
+static void ask_edge(ca_camera_walk *walk, const ca_light_record *vertex, float cos_in, const edges8 *e, int lane,
                      uint32_t *asked)
 {
     ca_connection *c = &walk->scratch->connections[*asked];
@@ -197,33 +221,42 @@ static void ask_edge(ca_camera_walk *walk, const ca_light_vertex *vertex, float 
 
 /* ---- Walks ----------------------------------------------------------------------------------------------------- */
 
-/* The edge to vertex i of the light path, of which the lanes do not know. */
-static void connect_other(ca_camera_walk *walk, const ca_light_path *path, uint32_t i, uint32_t *asked)
+/* The edge to a record of the light path, of which the lanes do not know. */
+static void connect_other(ca_camera_walk *walk, uint32_t rank, uint32_t *asked)
 {
     ca_light_ends *ends = walk->scratch->light_ends;
-    const uint32_t end = walk->light_first + i;
-    const ca_light_vertex *vertex = ca_light_vertex_at(&walk->b->store, path->first + i);
-    if (!vertex->capable) return;
-    if (ends->matte[end])
-        ca_vertex_from_point(&ends->vertices[end], walk->b->input.scene, &vertex->point, vertex->wi);
-    connect_one(walk, vertex, &ends->vertices[end], asked);
+    const uint32_t end = walk->light_first + rank;
+    const ca_light_record *record = record_at(walk, rank);
+    if (ends->matte[end]) {
+        const ca_surface_point point = ca_light_record_point(&walk->b->store.layout, record, NULL);
+        ca_vertex_from_point(&ends->vertices[end], walk->b->input.scene, &point, record->wi);
+    }
+    connect_one(walk, record, &ends->vertices[end], asked);
 }
 
-/* Edges to vertices [first, last] of the light path, eight at most, from a matte vertex. */
-static void connect_group(ca_camera_walk *walk, const ca_light_path *path, uint32_t first, uint32_t last,
-                          uint32_t *asked)
+/* Edges to records [first, end) of the light path, eight at most, from a matte vertex. */
+static void connect_group(ca_camera_walk *walk, uint32_t first, uint32_t end, uint32_t *asked)
 {
     const ca_light_ends *ends = walk->scratch->light_ends;
     const edges8 edges = make_edges(&walk->walk, ends, walk->light_first + first);
     const uint32_t lit = ca_mask_bits(edges.lit);
-    for (uint32_t i = first; i <= last; i++) {
-        const uint32_t end = walk->light_first + i;
-        if (!ends->matte[end])
-            connect_other(walk, path, i, asked);
-        else if (lit >> (i - first) & 1)
-            ask_edge(walk, ca_light_vertex_at(&walk->b->store, path->first + i), ends->cos_in[end], &edges,
-                     (int)(i - first), asked);
+    for (uint32_t rank = first; rank < end; rank++) {
+        if (!ends->matte[walk->light_first + rank])
+            connect_other(walk, rank, asked);
+        else if (lit >> (rank - first) & 1)
+            ask_edge(walk, record_at(walk, rank), ends->cos_in[walk->light_first + rank], &edges, (int)(rank - first),
+                     asked);
     }
+}
+
+/* Records that do not make too long a path: walk->vertex segments, the edge, and the record's index. */
+static uint32_t records_in_reach(const ca_camera_walk *walk, const ca_light_path *path)
+{
+    const uint32_t last = walk->b->max_depth - walk->walk.vertex - 1;
+    uint32_t count = path->records;
+    if (path->count > last)
+        while (count > 0 && record_at(walk, count - 1)->index > last) count--;
+    return count;
 }
 
 /* Edges of one walk. */
@@ -231,15 +264,14 @@ static void connect_walk(ca_camera_walk *walk, uint32_t *asked)
 {
     const ca_light_path *path = &walk->b->store.paths[walk->paired];
     const ca_vertex *vertex = &walk->walk.last;
-    if (path->count < 2) return;
-    /* Segments: walk->vertex, the edge, and i. */
-    const uint32_t last = ca_min_u32(path->count - 1, walk->b->max_depth - walk->walk.vertex - 1);
-    make_ready(walk, path, last);
+    if (path->records == 0) return;
+    const uint32_t count = records_in_reach(walk, path);
+    make_ready(walk, path);
     if (!vertex->matte)
-        for (uint32_t i = 1; i <= last; i++) connect_other(walk, path, i, asked);
+        for (uint32_t rank = 0; rank < count; rank++) connect_other(walk, rank, asked);
     else if (ca_dot(vertex->ng, vertex->wi) * vertex->side > CA_GRAZING_COS)
-        for (uint32_t i = 1; i <= last; i += CA_LANES)
-            connect_group(walk, path, i, ca_min_u32(i + CA_LANES - 1, last), asked);
+        for (uint32_t rank = 0; rank < count; rank += CA_LANES)
+            connect_group(walk, rank, ca_min_u32(rank + CA_LANES, count), asked);
 }
 
 void ca_connect_all(ca_camera_walk *const *walks, uint32_t count)

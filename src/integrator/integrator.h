@@ -54,6 +54,10 @@ typedef struct ca_parameter_spec {
 
 enum { CA_MAX_PARAMETERS = 24 };
 
+/* What the light paths of a pass take at most where no memory is given, of which a chunk is always held; more come in
+ * rounds. */
+#define CA_LIGHT_BYTES_BY_DEFAULT 0x1p31
+
 /* What an integrator works with. `values[i]` belongs to the i-th parameter of its table row. */
 typedef struct ca_integrator_input {
     const ca_scene *scene;
@@ -62,7 +66,9 @@ typedef struct ca_integrator_input {
     const ca_filter *filter;
     uint32_t crop[4];     /* the rendered part of the film */
     uint32_t workers;
-    double memory_bytes;  /* for light paths, and camera paths where they are kept; 0: no limit */
+    double memory_bytes;  /* for light paths, and camera paths where they are kept; INFINITY: no limit; 0: what the
+                             integrator takes by itself, which is at most CA_LIGHT_BYTES_BY_DEFAULT for light paths
+                             that may come in rounds */
     ca_technique_images *technique_images; /* NULL: none are made */
     /* What pairs of light and camera paths contribute, of pixels between begin_pixel and end_pixel; NULL: not
      * recorded. Its crop and N_F are those of this input; its field `incomplete` is set where memory ran out. Filled

@@ -18,18 +18,22 @@ static void trace_block(void *user, uint32_t index, uint32_t worker)
     const uint32_t number = task->first_block + index;
     ca_light_block *block = &b->blocks[number % (CA_CHUNK_PATHS / CA_BLOCK_PATHS)];
     block->photons = 0;
+    block->bytes = 0;
     block->splats.count = 0;
     const uint32_t begin = number * CA_BLOCK_PATHS, end = ca_min_u32(begin + CA_BLOCK_PATHS, b->paths_now);
     ca_light_walks(b, &b->store, begin, end - begin, task->first_number + begin, block, &task->workers[worker]);
 }
 
-/* Traces so many blocks of light paths into the store, and counts their photons. */
+/* Traces so many blocks of light paths into the store, and counts their photons and bytes. */
 static ca_status trace_blocks(block_task *task, uint32_t count, const ca_parallel *parallel, ca_error *error)
 {
     ca_bidirectional *b = task->b;
     ca_parallel_for(parallel, count, trace_block, task);
-    for (uint32_t i = 0; i < count; i++)
-        b->photons_now += b->blocks[(task->first_block + i) % (CA_CHUNK_PATHS / CA_BLOCK_PATHS)].photons;
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_light_block *block = &b->blocks[(task->first_block + i) % (CA_CHUNK_PATHS / CA_BLOCK_PATHS)];
+        b->photons_now += block->photons;
+        b->bytes_now += block->bytes;
+    }
     return ca_light_store_check(&b->store, error);
 }
 
@@ -38,6 +42,7 @@ static void clear(ca_bidirectional *b, uint32_t count)
 {
     ca_light_store_clear(&b->store);
     b->photons_now = 0;
+    b->bytes_now = 0;
     b->paths_now = count;
     b->chunks_now = (uint32_t)(((uint64_t)count + CA_CHUNK_PATHS - 1) / CA_CHUNK_PATHS);
 }
@@ -69,15 +74,11 @@ ca_status ca_light_paths_prepare(ca_bidirectional *b, uint64_t number, uint32_t 
     return ca_bidirectional_merges(b) ? ca_light_photons_sort(b, b->grid, b->radius, parallel, error) : CA_OK;
 }
 
-/* What the light paths of some blocks take in memory: of what they are, not of where they lie, so that it is the same
- * for any number of threads. */
-static double bytes_of_blocks(const ca_bidirectional *b, uint32_t first, uint32_t count)
+/* What so many light paths take in memory that are there since there were these: of what they are, not of where they
+ * lie, so that it is the same for any number of threads. */
+static double bytes_since(const ca_bidirectional *b, uint32_t paths, uint64_t photons, uint64_t bytes)
 {
-    double vertices = 0.0, photons = 0.0;
-    for (uint32_t i = first * CA_BLOCK_PATHS; i < (first + count) * CA_BLOCK_PATHS; i++)
-        vertices += b->store.paths[i].count;
-    for (uint32_t i = first; i < first + count; i++) photons += (double)b->blocks[i].photons;
-    return ca_light_bytes((double)count * CA_BLOCK_PATHS, vertices, photons);
+    return ca_light_bytes(paths, (double)(b->bytes_now - bytes), (double)(b->photons_now - photons));
 }
 
 ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
@@ -88,11 +89,12 @@ ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes
     clear(b, CA_CHUNK_PATHS);
     *count = 0;
     while (*count < CA_CHUNK_PATHS) {
-        const uint64_t photons = b->photons_now;
+        const uint64_t photons = b->photons_now, kept = b->bytes_now;
         CA_TRY(trace_blocks(&task, FILL_BLOCKS, parallel, error));
-        used += bytes_of_blocks(b, task.first_block, FILL_BLOCKS);
+        used += bytes_since(b, FILL_BLOCKS * CA_BLOCK_PATHS, photons, kept);
         if (used > bytes && *count > 0) {
             b->photons_now = photons;
+            b->bytes_now = kept;
             break;
         }
         *count += FILL_BLOCKS * CA_BLOCK_PATHS;

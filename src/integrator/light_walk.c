@@ -2,8 +2,6 @@
  * and splats. */
 #include "integrator/bidirectional.h"
 
-#include <string.h>
-
 /* ---- Start ----------------------------------------------------------------------------------------------------- */
 
 /* Chooses a light and lets it emit. */
@@ -85,9 +83,8 @@ static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_ligh
     const bool capable = ca_vertex_is_smooth(&w->last);
     walk->vertices[w->vertex] = (ca_light_vertex){.wi = w->last.wi,
                                                   .throughput = w->throughput,
-                                                  .index = w->vertex & 0x1fff,
                                                   .capable = capable,
-                                                  .path = walk->path & (CA_CHUNK_PATHS - 1),
+                                                  .matte = b->input.scene->mattes[w->last.shape].is_matte,
                                                   .point = ca_vertex_point(&w->last)};
     if (!capable || !ca_bidirectional_merges(b)) return;
     block->photons++;
@@ -147,21 +144,14 @@ static bool trace(const ca_bidirectional *b, walk_list *list, ca_light_block *bl
 
 /* ---- What is kept ---------------------------------------------------------------------------------------------- */
 
-/* A path's vertices into the store, next to each other; false when out of memory. */
-static bool keep_path(const ca_light_walk *walk, ca_light_store *store, uint32_t worker)
+/* A path into the store; false when out of memory. */
+static bool keep_path(const ca_light_walk *walk, ca_light_store *store, ca_light_block *block, uint32_t worker)
 {
-    const uint32_t count = walk->walk.vertex + 1;
-    ca_light_path *record = &store->paths[walk->path];
-    ca_path_vertex *densities;
-    ca_light_vertex *vertices;
-    *record = (ca_light_path){0};
-    if (count < 2) return true;
-    if (!ca_light_store_path_begin(store, worker, &record->first, &densities, &vertices)) return false;
-    memcpy(densities, walk->walk.densities, count * sizeof *densities);
-    memcpy(vertices, walk->vertices, count * sizeof *vertices);
-    for (uint32_t i = 0; i < count; i++) vertices[i].first = record->first;
-    record->count = count;
-    ca_light_store_path_end(store, worker, count);
+    const ca_walk *w = &walk->walk;
+    size_t bytes;
+    if (!ca_light_store_add(store, worker, walk->path, w->densities, walk->vertices, w->vertex + 1, &bytes))
+        return false;
+    block->bytes += bytes;
     return true;
 }
 
@@ -187,7 +177,8 @@ void ca_light_walks(const ca_bidirectional *b, ca_light_store *store, uint32_t f
             if (start(b, walk, i, first + begin + i, number + begin + i, worker)) list.walks[list.count++] = walk;
         }
         bool fits = trace(b, &list, block, worker) && keep_splats(scratch, size, block);
-        for (uint32_t i = 0; i < size && fits; i++) fits = keep_path(&scratch->light_walks[i], store, worker->index);
+        for (uint32_t i = 0; i < size && fits && ca_bidirectional_keeps(b); i++)
+            fits = keep_path(&scratch->light_walks[i], store, block, worker->index);
         if (!fits) {
             scratch->splats.count = 0;
             ca_light_store_fail(store);

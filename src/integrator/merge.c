@@ -6,12 +6,14 @@
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one. */
-float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_vertex *photon,
+float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
                       const ca_bsdf_value *value)
 {
     if (!walk->b->weighs_merges) return 1.0f;
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
-    const ca_path_vertex *light = ca_light_density_at(store, photon->first), *l = &light[photon->index];
+    const float *start = ca_light_record_start(&store->layout, photon);
+    ca_path_vertex *light = walk->scratch->merged, *l = &light[photon->index];
+    ca_light_unpack(&store->layout, start, photon->index + 1u, light);
     const ca_walk *w = &walk->walk;
     const float cos_out = ca_abs_dot(w->last.ng, photon->wi);
     const float ratio = cos_out / w->last.cos_in;
@@ -24,11 +26,12 @@ float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, c
         ca_join_scattering(w->densities, w->vertex + 1, from_light, value->pdf_reverse, ratio, reuse,
                            CA_MIS_NO_TAIL),
         ca_join_scattered(light, photon->index, from_camera), light, w->densities[1].distance);
-    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_MERGE, &path, walk->points,
-                                   ca_light_vertex_at(store, photon->first));
+    if (walk->scratch->seen)
+        ca_light_unpack_points(&store->layout, start, photon->index + 1u, walk->scratch->seen);
+    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_MERGE, &path, walk->points, walk->scratch->seen);
 }
 
-static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, float normalisation)
+static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_record *photon, float normalisation)
 {
     const ca_bsdf_value value = ca_vertex_eval(&walk->walk.last, photon->wi, CA_FROM_CAMERA);
     const ca_rgb unweighted = ca_rgb_scale(
@@ -45,7 +48,7 @@ static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_vert
 
 /* ---- Queries --------------------------------------------------------------------------------------------------- */
 
-/* Buckets, light vertices and the densities of their paths lie all over the memory. Several queries go through each
+/* Buckets, photons and the densities of their paths lie all over the memory. Several queries go through each
  * step together, which asks the memory for what the next step reads: so waiting overlaps, which would be most of what
  * a merge costs. */
 enum { MERGE_QUERIES = 8 };
@@ -60,15 +63,15 @@ static bool find(merge_query *m)
 {
     m->count = ca_photon_query_next(&m->query, m->found);
     for (uint32_t i = 0; i < m->count; i++)
-        ca_light_vertex_prefetch(&m->walk->b->store, m->found[i]);
+        ca_light_record_prefetch(&m->walk->b->store, m->found[i]);
     return m->count > 0;
 }
 
 /* Not too long a path, and on the same surface. */
-static inline bool may_merge(const ca_camera_walk *walk, const ca_light_vertex *photon)
+static inline bool may_merge(const ca_camera_walk *walk, const ca_light_record *photon)
 {
     return walk->walk.vertex + photon->index <= walk->b->max_depth &&
-           ca_dot(photon->point.ng, walk->walk.last.ng) >= CA_MERGE_MIN_COS;
+           ca_dot(photon->ng, walk->walk.last.ng) >= CA_MERGE_MIN_COS;
 }
 
 static void select_photons(merge_query *m)
@@ -77,13 +80,10 @@ static void select_photons(merge_query *m)
     const bool weighs = m->walk->b->weighs_merges;
     uint32_t kept = 0;
     for (uint32_t i = 0; i < m->count; i++) {
-        const ca_light_vertex *photon = ca_light_vertex_at(store, m->found[i]);
+        const ca_light_record *photon = ca_light_record_at(store, m->found[i]);
         if (!may_merge(m->walk, photon)) continue;
         m->found[kept++] = m->found[i];
-        if (!weighs) continue;
-        const char *densities = (const char *)ca_light_density_at(store, photon->first);
-        for (uint32_t at = 0; at < (photon->index + 1u) * sizeof(ca_path_vertex); at += 64)
-            __builtin_prefetch(densities + at);
+        if (weighs) ca_light_densities_prefetch(store, photon);
     }
     m->count = kept;
 }
@@ -92,7 +92,7 @@ static void merge(const merge_query *m, float normalisation)
 {
     const ca_light_store *store = &m->walk->b->store;
     for (uint32_t i = 0; i < m->count; i++)
-        merge_with(m->walk, ca_light_chunk_of(store, m->found[i]), ca_light_vertex_at(store, m->found[i]),
+        merge_with(m->walk, ca_light_chunk_of(store, m->found[i]), ca_light_record_at(store, m->found[i]),
                    normalisation);
 }
 

@@ -1,24 +1,22 @@
 /* Photons for merging: those vertices of the light paths in memory that can scatter smoothly. */
 #include "integrator/bidirectional.h"
 
-/* A run is a block of light paths; *at: the path in it, and how many of its vertices are read. */
+/* A run is a block of light paths; *at: the path in it, and how many of its records are read. */
 static uint32_t read_block(const void *user, uint32_t run, uint64_t *at, ca_photon *photons)
 {
     const ca_bidirectional *b = user;
     const uint32_t begin = run * CA_BLOCK_PATHS, end = ca_min_u32(begin + CA_BLOCK_PATHS, b->paths_now);
-    uint32_t path = begin + (uint32_t)(*at >> 32), vertex = (uint32_t)*at, count = 0;
-    for (; path < end; path++, vertex = 0) {
-        const ca_light_path record = b->store.paths[path];
-        for (vertex = ca_max_u32(vertex, 1); vertex < record.count; vertex++) {
-            const ca_light_vertex *v = ca_light_vertex_at(&b->store, record.first + vertex);
-            if (!v->capable) continue;
+    uint32_t path = begin + (uint32_t)(*at >> 32), rank = (uint32_t)*at, count = 0;
+    for (; path < end; path++, rank = 0)
+        for (; rank < b->store.paths[path].records; rank++) {
             if (count == CA_PHOTON_BATCH) {
-                *at = (uint64_t)(path - begin) << 32 | vertex;
+                *at = (uint64_t)(path - begin) << 32 | rank;
                 return count;
             }
-            photons[count++] = (ca_photon){.position = v->point.position, .vertex = record.first + vertex};
+            const uint32_t number = ca_light_record_number(&b->store, &b->store.paths[path], rank);
+            photons[count++] =
+                (ca_photon){.position = ca_light_record_at(&b->store, number)->position, .vertex = number};
         }
-    }
     *at = (uint64_t)(end - begin) << 32;
     return count;
 }

@@ -75,10 +75,11 @@ void ca_pairs_add_connection(const ca_camera_walk *walk, ca_rgb unweighted, floa
 }
 
 /* The image gets the mean over all light paths: what the pair contributes is N_F times that. */
-void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_vertex *photon, ca_rgb unweighted,
+void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_light_record *photon, ca_rgb unweighted,
                         float weight)
 {
     const ca_bidirectional *b = walk->b;
-    ca_pair_sums_add(walk->scratch->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + photon->path,
+    const uint32_t path = ca_light_record_path(&b->store.layout, photon);
+    ca_pair_sums_add(walk->scratch->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + path,
                      b->light_paths * luminance_of(walk, unweighted, weight));
 }

@@ -181,8 +181,9 @@ static ca_status create_engine(ca_qmcppm *q, ca_error *error)
     void *engine;
     input.observer = NULL; /* kept camera paths keep no points */
     input.values[LIGHT_PATHS] = q->filled ? CA_CHUNK_PATHS : (double)q->light_block;
-    if (q->filled) input.memory_bytes = 0.0;
-    if (input.memory_bytes > 0.0) {
+    if (q->filled || input.memory_bytes <= 0.0) {
+        input.memory_bytes = INFINITY; /* all light paths of a block are there at once */
+    } else {
         input.memory_bytes -= record_bytes(q);
         if (input.memory_bytes <= 0.0) return fail_too_large(record_bytes(q), q->input.memory_bytes, error);
     }
@@ -329,9 +330,8 @@ static ca_status check_memory(const ca_qmcppm *q, ca_error *error)
 {
     if (q->filled || q->input.memory_bytes <= 0.0) return CA_OK;
     const ca_bidirectional *engine = q->engine;
-    double vertices = 0.0, bytes = q->connect ? 0.0 : ca_camera_records_bytes(&q->camera);
-    for (uint32_t i = 0; i < engine->paths_now; i++) vertices += engine->store.paths[i].count;
-    bytes += ca_light_bytes((double)q->light_count, vertices, (double)engine->photons_now);
+    double bytes = q->connect ? 0.0 : ca_camera_records_bytes(&q->camera);
+    bytes += ca_light_bytes((double)q->light_count, (double)engine->bytes_now, (double)engine->photons_now);
     return bytes <= q->input.memory_bytes ? CA_OK : fail_too_large(bytes, q->input.memory_bytes, error);
 }
 

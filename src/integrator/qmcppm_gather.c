@@ -44,24 +44,23 @@ static void make_vertex(gather *g)
 }
 
 /* Was there a Dirac event between the light and the photon? */
-static bool photon_met_dirac(const ca_light_store *store, const ca_light_vertex *photon)
+static bool photon_met_dirac(const ca_light_store *store, const ca_light_record *photon)
 {
-    const ca_path_vertex *before = ca_light_density_at(store, photon->first + photon->index - 1);
-    return before->connectable_count < photon->index - 1;
+    return ca_light_met_dirac(&store->layout, ca_light_record_start(&store->layout, photon), photon->index - 1u);
 }
 
-static bool may_merge(const gather *g, const ca_light_store *store, const ca_light_vertex *photon)
+static bool may_merge(const gather *g, const ca_light_store *store, const ca_light_record *photon)
 {
     const ca_qmcppm *q = g->q;
     if (g->vertex->vertex + photon->index > q->engine->max_depth) return false;
-    if (ca_dot(photon->point.ng, g->vertex->point.ng) < CA_MERGE_MIN_COS) return false;
+    if (ca_dot(photon->ng, g->vertex->point.ng) < CA_MERGE_MIN_COS) return false;
     if (photon->index == 1 && !q->direct_photons) return false;
     return q->transport == CA_TRANSPORT_ALL ||
            ca_qmcppm_shows(q, g->vertex->dirac != 0 || photon_met_dirac(store, photon));
 }
 
 /* How fast the irradiance changes, on the side from which the surface is seen. */
-static void add_gradient(gather *g, const ca_light_vertex *photon, ca_vec3 offset)
+static void add_gradient(gather *g, const ca_light_record *photon, ca_vec3 offset)
 {
     const ca_vec3 ng = g->vertex->point.ng;
     if (ca_dot(ng, photon->wi) * ca_dot(ng, g->vertex->wi) <= 0.0f) return;
@@ -70,9 +69,10 @@ static void add_gradient(gather *g, const ca_light_vertex *photon, ca_vec3 offse
 }
 
 /* What the pair of the current camera path and the photon's light path gets, as the image does. */
-static void add_pair(gather *g, uint32_t chunk, const ca_light_vertex *photon, ca_rgb contribution)
+static void add_pair(gather *g, uint32_t chunk, const ca_light_record *photon, ca_rgb contribution)
 {
-    ca_pair_covariances_add(g->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + photon->path,
+    const uint32_t path = ca_light_record_path(&g->q->engine->store.layout, photon);
+    ca_pair_covariances_add(g->pairs, chunk * (uint32_t)CA_CHUNK_PATHS + path,
                             (double)ca_luminance(contribution) * (double)g->record->sample.filter_weight);
 }
 
@@ -80,11 +80,11 @@ static void merge(gather *g, uint32_t number)
 {
     const ca_qmcppm *q = g->q;
     const ca_light_store *store = &q->engine->store;
-    const ca_light_vertex *photon = ca_light_vertex_at(store, number);
+    const ca_light_record *photon = ca_light_record_at(store, number);
     if (!may_merge(g, store, photon)) return;
     float t = 0.0f; /* squared distance over squared radius; the disk does not ask */
     if (ca_kernel_is_smooth(q->kernel)) {
-        const ca_vec3 offset = ca_sub(photon->point.position, g->vertex->point.position);
+        const ca_vec3 offset = ca_sub(photon->position, g->vertex->point.position);
         t = ca_length2(offset) / ca_sqr(g->radius);
         if (q->gradients && g->vertex == g->vertices) add_gradient(g, photon, offset);
     }
@@ -120,7 +120,7 @@ static bool find(gather *g)
 {
     g->found_count = ca_photon_query_next(&g->query, g->found);
     for (uint32_t i = 0; i < g->found_count; i++)
-        ca_light_vertex_prefetch(&g->q->engine->store, g->found[i]);
+        ca_light_record_prefetch(&g->q->engine->store, g->found[i]);
     return g->found_count > 0;
 }
 
@@ -233,7 +233,7 @@ static void connect_all(ca_camera_walk *const *walks, uint32_t count)
     walk->has_paired = true;
     walk->connect_slot = 1;
     for (walk->paired = 0; walk->paired < b->paths_now; walk->paired++) {
-        walk->light_ready = 0;
+        walk->light_ready = false;
         ca_connect_all(&walk, 1);
     }
 }

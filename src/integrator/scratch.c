@@ -15,7 +15,16 @@ static bool create_joins(ca_bidirectional_scratch *scratch)
     scratch->light_ends = ca_alloc_large(1, sizeof *scratch->light_ends);
     scratch->next_events = ca_alloc_large(CA_RAY_BATCH, sizeof *scratch->next_events);
     scratch->connections = ca_alloc_large(CA_RAY_BATCH, sizeof *scratch->connections);
-    return scratch->light_ends && scratch->next_events && scratch->connections;
+    scratch->merged = ca_alloc_large(CA_PATH_MAX_VERTICES, sizeof *scratch->merged);
+    return scratch->light_ends && scratch->next_events && scratch->connections && scratch->merged;
+}
+
+/* For the observer. */
+static bool create_points(ca_bidirectional_scratch *scratch)
+{
+    scratch->points = ca_alloc((size_t)CA_WALKS * scratch->row, sizeof *scratch->points);
+    scratch->seen = ca_alloc(CA_PATH_MAX_VERTICES, sizeof *scratch->seen);
+    return scratch->points && scratch->seen;
 }
 
 ca_status ca_bidirectional_scratch_create(ca_bidirectional_scratch *scratch, const ca_bidirectional *b,
@@ -28,9 +37,8 @@ ca_status ca_bidirectional_scratch_create(ca_bidirectional_scratch *scratch, con
     scratch->densities = ca_alloc_large(vertices, sizeof *scratch->densities);
     scratch->vertices = ca_alloc_large(vertices, sizeof *scratch->vertices);
     scratch->rays = ca_alloc_large(1, sizeof *scratch->rays);
-    if (b->input.observer) scratch->points = ca_alloc(vertices, sizeof *scratch->points);
     const bool fits = scratch->camera_walks && scratch->light_walks && scratch->densities && scratch->vertices &&
-                      scratch->rays && (scratch->points || !b->input.observer) && create_joins(scratch);
+                      scratch->rays && create_joins(scratch) && (!b->input.observer || create_points(scratch));
     return fits ? CA_OK : ca_fail_memory(error, "the integrator");
 }
 
@@ -50,6 +58,8 @@ void ca_bidirectional_scratch_destroy(ca_bidirectional_scratch *scratch)
     ca_free(scratch->densities);
     ca_free(scratch->vertices);
     ca_free(scratch->points);
+    ca_free(scratch->merged);
+    ca_free(scratch->seen);
     ca_splat_list_destroy(&scratch->splats);
     ca_free(scratch->splat_next);
     ca_free(scratch->light_ends);

@@ -45,6 +45,19 @@ void ca_photon_grid_destroy(ca_photon_grid *grid)
 
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid) { return grid->count; }
 
+/* Buckets are a power of two, as many as photons or a little more. */
+static uint32_t bucket_bits(uint64_t count)
+{
+    uint32_t bits = MIN_BUCKET_BITS;
+    while (bits < 31 && UINT64_C(1) << bits < count) bits++;
+    return bits;
+}
+
+double ca_photon_bytes(uint64_t count)
+{
+    return (double)count * sizeof(ca_photon) + ldexp(sizeof(uint32_t), (int)bucket_bits(count));
+}
+
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid)
 {
     size_t scratch = grid->scratch_capacity * sizeof *grid->scratch;
@@ -279,8 +292,7 @@ static void set_cells(ca_photon_lattice *lattice, const ca_photon_bounds *bounds
 /* How the work is divided, by the number of photons and runs alone. */
 static void divide(photon_build *build, uint32_t count)
 {
-    uint32_t bits = MIN_BUCKET_BITS;
-    while (bits < 31 && UINT32_C(1) << bits < count) bits++;
+    const uint32_t bits = bucket_bits(count);
     build->grid->lattice.bucket_mask = (UINT32_C(1) << bits) - 1;
     uint32_t partition_bits = bits > PARTITION_BUCKET_BITS ? bits - PARTITION_BUCKET_BITS : 0;
     if (partition_bits > MAX_PARTITION_BITS) partition_bits = MAX_PARTITION_BITS;

@@ -91,6 +91,8 @@ uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTO
 enum { CA_PHOTON_NEAREST_MAX = 64 };
 float ca_photon_grid_nearest(const ca_photon_grid *grid, ca_vec3 position, uint32_t k);
 
+/* What a grid of so many photons will hold: 16 bytes each, and 4 to 8 of buckets. */
+double ca_photon_bytes(uint64_t count);
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid);
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid);
 
