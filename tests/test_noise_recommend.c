@@ -335,8 +335,8 @@ static void test_limited_memory(void **state)
         if (ca_noise_recommend(limited, scene, &settings, NULL, NULL, &r, &error) != CA_OK)
             fail_msg("%s", error.message);
         assert_true(r.most_light_paths >= 3000 && r.most_light_paths <= 128 * 3000 && r.most_light_paths >= last);
-        /* A light path takes more than 100 bytes. */
-        assert_true(r.most_light_paths == 3000 || r.most_light_paths < settings.memory_mib * 0x1p20 / 100.0);
+        /* A light path takes more than 40 bytes: 8, and 80 and more with a photon, which every other one leaves. */
+        assert_true(r.most_light_paths == 3000 || r.most_light_paths < settings.memory_mib * 0x1p20 / 40.0);
         assert_true(r.best.light_paths <= r.most_light_paths && r.uniform.light_paths <= r.most_light_paths);
         assert_true(r.times.light_paths <= r.most_light_paths);
         last = r.most_light_paths;
