@@ -182,7 +182,7 @@ static ca_status create_engine(ca_qmcppm *q, ca_error *error)
     input.observer = NULL; /* kept camera paths keep no points */
     input.values[LIGHT_PATHS] = q->filled ? CA_CHUNK_PATHS : (double)q->light_block;
     if (q->filled || input.memory_bytes <= 0.0) {
-        input.memory_bytes = INFINITY; /* all light paths of a block are there at once */
+        input.memory_bytes = (double)INFINITY; /* all light paths of a block are there at once */
     } else {
         input.memory_bytes -= record_bytes(q);
         if (input.memory_bytes <= 0.0) return fail_too_large(record_bytes(q), q->input.memory_bytes, error);
