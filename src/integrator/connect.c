@@ -48,7 +48,8 @@ static void make_ready(ca_camera_walk *walk, const ca_light_path *path)
     if (walk->light_ready) return;
     walk->light_ready = true;
     unpack_densities(walk, path);
-    const float *place = ca_light_words_at(store, path->first) + path->records * store->layout.record_words;
+    const float *place =
+        ca_light_words_at(store, path->first) + (size_t)path->records * store->layout.record_words;
     for (uint32_t rank = 0; rank < path->records; rank++) {
         const ca_light_record *record = record_at(walk, rank);
         const uint32_t end = walk->light_first + rank;

@@ -3,6 +3,8 @@
 #include "integrator/batch_lanes.h"
 #include "integrator/path.h"
 
+#include <string.h>
+
 /* Per place: the chosen light; for even lights at matte points the corners of what is sampled, too. */
 typedef struct choice_batch {
     _Alignas(32) float probability[CA_BATCH];
@@ -30,8 +32,10 @@ static void choose_lights(const path_state *state, const ca_batch *batch, const 
     const ca_vertex_batch *v = &batch->vertices;
     ca_light_query queries[CA_BATCH];
     uint32_t place[CA_BATCH], count = 0;
+    memset(choices->light, 0xff, sizeof choices->light); /* CA_NONE */
+    memset(choices->lanes, 0, sizeof choices->lanes);
+    memset(choices->probability, 0, sizeof choices->probability);
     for (uint32_t i = 0; i < batch->count; i++) {
-        choices->light[i] = CA_NONE;
         if (ca_batch_left(batch, i) || !scatters_smoothly(v, i)) continue;
         queries[count] = (ca_light_query){.receiver = receiver_at(v, i), .u = u->x[i]};
         place[count++] = i;
@@ -253,10 +257,10 @@ void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *wo
     ca_batch_sample_2d(batch, dimension + CA_DIM_NEXT_EVENT, u);
     choose_lights(state, batch, u_choice, &choices);
     for (uint32_t i = 0; i < batch->count; i++) {
-        choices.lanes[i] = goes_in_lanes(state, &batch->vertices, i, &choices) ? UINT32_MAX : 0;
-        if (choices.lanes[i]) choose_corners(state, u, i, &choices);
+        if (!goes_in_lanes(state, &batch->vertices, i, &choices)) continue;
+        choices.lanes[i] = UINT32_MAX;
+        choose_corners(state, u, i, &choices);
     }
-    for (uint32_t i = batch->count; i < ca_lanes_up(batch->count); i++) choices.lanes[i] = 0;
     batch->visibility.count = 0;
     for (uint32_t i = 0; i < batch->count; i += CA_LANES) ask_lanes(state, batch, u, &choices, i);
     for (uint32_t i = 0; i < batch->count; i++)

@@ -119,7 +119,7 @@ void ca_light_pack(const ca_light_layout *layout, const ca_light_source *source,
 {
     const ca_light_vertex *vertices = source->vertices;
     float *densities = at - layout->start_words, *record = at;
-    float *place = at + source->records * layout->record_words;
+    float *place = at + (size_t)source->records * layout->record_words;
     uint32_t rank = 0;
     pack_start(layout, source->densities, &vertices[0].point, densities);
     for (uint32_t i = 1; i < source->count; i++) {

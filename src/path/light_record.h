@@ -118,13 +118,13 @@ bool ca_light_met_dirac(const ca_light_layout *layout, const float *at, uint32_t
 
 static inline const ca_light_record *ca_light_record_of(const ca_light_layout *layout, const float *at, uint32_t rank)
 {
-    return (const ca_light_record *)(const void *)(at + rank * layout->record_words);
+    return (const ca_light_record *)(const void *)(at + (size_t)rank * layout->record_words);
 }
 
 /* Where the path's number points to, from one of its records. */
 static inline const float *ca_light_record_start(const ca_light_layout *layout, const ca_light_record *record)
 {
-    return (const float *)(const void *)record - record->rank * layout->record_words;
+    return (const float *)(const void *)record - (size_t)record->rank * layout->record_words;
 }
 
 /* The path's number in its chunk; for pairs. */
