@@ -29,9 +29,7 @@ static void sample_plain_rectangle(const ca_shape *shape, ca_vec2 u, ca_surface 
     surface->barycentric = surface->uv = barycentric;
     surface->ng = surface->ns = rectangle->n;
     if (surface->mesh->uvs) ca_triangle_attributes(surface->mesh, surface->primitive, barycentric, surface);
-    const ca_triangle corners = {.p = {rectangle->corner, rectangle->end_x, rectangle->end_y}};
-    ca_triangle_position(&corners, u, surface);
-    surface->position_error = ca_mul(surface->position_error, CA_RECTANGLE_ERROR);
+    ca_plain_rectangle_position(rectangle->corner, rectangle->end_x, rectangle->end_y, u, surface);
 }
 
 static void sample_mesh(const ca_shape *shape, ca_vec2 u, ca_surface *surface)

@@ -65,6 +65,16 @@ static inline void ca_triangle_position(const ca_triangle *t, ca_vec2 b, ca_surf
     surface->position_error = (ca_vec3){bound, bound, bound};
 }
 
+/* The point (s, t) in [0, 1]^2 of a plain rectangle (rectangle.h) with these corners, which are weighted like a
+ * triangle's. */
+static inline void ca_plain_rectangle_position(ca_vec3 corner, ca_vec3 end_x, ca_vec3 end_y, ca_vec2 st,
+                                               ca_surface *surface)
+{
+    const ca_triangle corners = {.p = {corner, end_x, end_y}};
+    ca_triangle_position(&corners, st, surface);
+    surface->position_error = ca_mul(surface->position_error, CA_RECTANGLE_ERROR);
+}
+
 /* A ray from not too far away gives the point without a look at the triangle's corners, which in a large mesh are
  * three cache misses. The bound: t comes from a plane through a corner, with about a dozen roundings of numbers no
  * larger than the corner's, the origin's and the segment's coordinates together. `extent`: the mesh's. false where

@@ -1,7 +1,6 @@
 /* Merges of a camera path's vertex with photons, the vertices of all light paths, that are close. */
 #include "integrator/bidirectional.h"
 
-
 /* ---- One merge ------------------------------------------------------------------------------------------------- */
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's

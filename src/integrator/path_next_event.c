@@ -155,22 +155,20 @@ static void ask_together(ca_batch *batch, uint32_t i, uint32_t bits, ca_v8 origi
     visibility->count += (uint32_t)__builtin_popcount(bits);
 }
 
-/* For the observer: the points that were asked for last. */
-static void keep_light(ca_batch *batch, ca_vec3 position, ca_vec3 ng, uint32_t light)
+/* For the observer: the point that question `k` asks for. */
+static void keep_light(ca_batch *batch, uint32_t k, ca_vec3 position, ca_vec3 ng, uint32_t light)
 {
-    if (!batch->points) return;
-    batch->visibility.lights[batch->visibility.count - 1] =
-        (ca_light_vertex){.point = {.position = position, .ng = ng, .shape = light}};
+    batch->visibility.lights[k] = (ca_light_vertex){.point = {.position = position, .ng = ng, .shape = light}};
 }
 
+/* Those of the last questions, which lanes with a bit asked. */
 static void keep_lights(ca_batch *batch, uint32_t bits, ca_v8 position, ca_v8 ng, const uint32_t *lights)
 {
-    ca_light_vertex *kept = batch->visibility.lights + batch->visibility.count - __builtin_popcount(bits);
+    uint32_t question = batch->visibility.count - (uint32_t)__builtin_popcount(bits);
     for (; bits; bits &= bits - 1) {
         const int k = __builtin_ctz(bits);
-        *kept++ = (ca_light_vertex){.point = {.position = {position.x[k], position.y[k], position.z[k]},
-                                              .ng = {ng.x[k], ng.y[k], ng.z[k]},
-                                              .shape = lights[k]}};
+        keep_light(batch, question++, (ca_vec3){position.x[k], position.y[k], position.z[k]},
+                   (ca_vec3){ng.x[k], ng.y[k], ng.z[k]}, lights[k]);
     }
 }
 
@@ -230,7 +228,8 @@ static void ask_one(const path_state *state, ca_batch *batch, ca_vec2 u, const c
     const ca_next_event_ray ray =
         ca_walk_next_event_ray(surface->position, surface->position_error, surface->ng, &direct);
     ask(batch, i, ray.origin, ray.direction, ray.t_max, contribution, weight);
-    keep_light(batch, direct.position, direct.ng, choices->light[i]);
+    if (batch->points)
+        keep_light(batch, batch->visibility.count - 1, direct.position, direct.ng, choices->light[i]);
 }
 
 static void add_visible(const path_state *state, ca_batch *batch, ca_worker *worker)

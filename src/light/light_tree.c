@@ -74,14 +74,20 @@ static inline void descend(const ca_light_tree *tree, const ca_light_receiver *r
     walk->at = node->child[chosen];
 }
 
+/* Where a walk has ended. */
+static uint32_t light_of(const tree_walk *walk, float *probability)
+{
+    *probability = walk->at == CA_NONE ? 0.0f : walk->probability;
+    return walk->at == CA_NONE ? CA_NONE : walk->at - CA_LIGHT_TREE_LEAF;
+}
+
 uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float u,
                               float *probability)
 {
     const float around = all_around(receiver);
     tree_walk walk = {tree->node_count > 0 ? 0 : CA_NONE, u, 1.0f, around};
     while (walk.at < CA_LIGHT_TREE_LEAF) descend(tree, receiver, &walk);
-    *probability = walk.at == CA_NONE ? 0.0f : walk.probability;
-    return walk.at == CA_NONE ? CA_NONE : walk.at - CA_LIGHT_TREE_LEAF;
+    return light_of(&walk, probability);
 }
 
 static inline void prefetch(const ca_light_tree_node *node)
@@ -91,8 +97,9 @@ static inline void prefetch(const ca_light_tree_node *node)
 
 static void answer(ca_light_query *query, const tree_walk *walk)
 {
-    query->light = walk->at == CA_NONE ? CA_NONE : walk->at - CA_LIGHT_TREE_LEAF;
-    query->probability *= walk->at == CA_NONE ? 0.0f : walk->probability;
+    float probability;
+    query->light = light_of(walk, &probability);
+    query->probability *= probability;
 }
 
 /* At most ABREAST of them: all of them a level down, then those that are not at a light yet. Without a branch for

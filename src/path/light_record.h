@@ -116,11 +116,6 @@ void ca_light_unpack_points(const ca_light_layout *layout, const float *at, uint
 /* Was there a Dirac event at one of v[1] ... v[last]? last < the number of vertices. */
 bool ca_light_met_dirac(const ca_light_layout *layout, const float *at, uint32_t last);
 
-static inline const ca_light_record *ca_light_record_of(const ca_light_layout *layout, const float *at, uint32_t rank)
-{
-    return (const ca_light_record *)(const void *)(at + (size_t)rank * layout->record_words);
-}
-
 /* Where the path's number points to, from one of its records. */
 static inline const float *ca_light_record_start(const ca_light_layout *layout, const ca_light_record *record)
 {

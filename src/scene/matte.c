@@ -82,10 +82,8 @@ bool ca_even_light_sample_direct(const ca_even_light *even, const ca_light *ligh
 {
     if (!even->is_plain || ca_even_light_is_near(even, reference))
         return ca_light_sample_direct(light, reference, u, direct);
-    const ca_triangle corners = {.p = {even->corner, even->end_x, even->end_y}};
     ca_surface point;
-    ca_triangle_position(&corners, u, &point);
-    point.position_error = ca_mul(point.position_error, CA_RECTANGLE_ERROR);
+    ca_plain_rectangle_position(even->corner, even->end_x, even->end_y, u, &point);
     point.ng = ca_normalize(ca_cross(ca_sub(even->end_x, even->corner), ca_sub(even->end_y, even->corner)));
     direct->radiance = even->radiance;
     return ca_light_direct_to_surface(&point, (ca_pdf_area){even->pdf_area}, reference, direct);
