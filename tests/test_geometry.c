@@ -338,6 +338,47 @@ static void test_spheres_are_exact(void **state)
         }
 }
 
+/* Rays at, from and within a sphere, and segments that end near it. */
+static void random_ray(ca_vec3 center, float radius, int kind, ca_vec3 *o, ca_vec3 *d, float *t_min, float *t_max)
+{
+    const ca_vec3 on_it = ca_madd(center, radius, random_direction());
+    *o = ca_add(center, random_point(between(0.1f, 30.0f) * radius));
+    *d = ca_mul(ca_sub(ca_madd(center, radius * between(0.0f, 1.2f), random_direction()), *o), between(0.1f, 3.0f));
+    *t_min = 0.0f, *t_max = INFINITY;
+    if (kind == 1) *o = on_it;
+    if (kind == 2) *o = ca_madd(center, radius * uniform(), random_direction());
+    if (kind == 3) *d = ca_sub(on_it, *o), *t_max = between(0.9999f, 1.0001f);
+    if (kind == 4) *t_min = uniform(), *t_max = 1.0f + uniform();
+    if (kind == 5) d->x = 0.0f, d->z = -0.0f;
+    if (kind == 6) *d = (ca_vec3){0.0f, 0.0f, 0.0f};
+}
+
+static void test_eight_rays_meet_a_quadric_as_one_does(void **state)
+{
+    (void)state;
+    uint32_t met = 0;
+    for (int trial = 0; trial < 20000; trial++) {
+        const float radius = powf(10.0f, between(-3.0f, 3.0f));
+        const ca_vec3 center = random_point(10.0f * radius);
+        const ca_shape shape = sphere_shape(center, radius);
+        ca_v8 o8, d8;
+        ca_f8 t_min8, t_max8;
+        float expected[CA_LANES];
+        for (int i = 0; i < CA_LANES; i++) {
+            ca_vec3 o, d;
+            float t_min, t_max;
+            random_ray(center, radius, (trial + i) % 7, &o, &d, &t_min, &t_max);
+            if (!ca_quadric_intersect(&shape, o, d, t_min, t_max, &expected[i])) expected[i] = t_max;
+            met += expected[i] < t_max;
+            o8.x[i] = o.x, o8.y[i] = o.y, o8.z[i] = o.z, d8.x[i] = d.x, d8.y[i] = d.y, d8.z[i] = d.z;
+            t_min8[i] = t_min, t_max8[i] = t_max;
+        }
+        const ca_f8 t = ca_quadric_intersect8(&shape, o8, d8, t_min8, t_max8);
+        assert_memory_equal(&t, expected, sizeof t);
+    }
+    assert_in_range(met, 20000 * CA_LANES / 4, 20000 * CA_LANES * 9 / 10);
+}
+
 /* The first of the two places where a ray in the cylinder's own space meets it, INFINITY if there is none. `doubt`: a
  * place is too near the end to tell. */
 static float cylinder_oracle(ca_vec3 o, ca_vec3 d, bool *doubt)
@@ -537,6 +578,7 @@ int main(void)
         cmocka_unit_test(test_instances_share_memory),
 #ifdef NDEBUG
         cmocka_unit_test(test_rays_that_are_not_finite_meet_nothing),
+        cmocka_unit_test(test_eight_rays_meet_a_quadric_as_one_does),
 #endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

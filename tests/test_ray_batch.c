@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-enum { GRID = 12, POOL = 4096, WORLD = 5, SHAPES = 7, INSTANCES = 3, ROUNDS = 12 };
+enum { GRID = 12, POOL = 4096, WORLD = 5, GROUP = 2, SHAPES = 12, INSTANCES = 3, ROUNDS = 12 };
 
 static ca_test_random numbers;
 static float uniform(void) { return ca_test_random_float(&numbers); }
@@ -91,7 +91,7 @@ static void make_world(world *w)
     for (int i = 0; i < INSTANCES; i++)
         w->instances[i] = (ca_accel_instance){
             .first_shape = WORLD,
-            .shape_count = SHAPES - WORLD,
+            .shape_count = GROUP,
             .map = affine(ca_matrix_scale(1.0, 0.6, 1.4), ca_matrix_rotate(1, 1, 0, 30.0 + 50.0 * (i > 1)),
                           ca_matrix_translate(0.1, 0.2 * (i > 1), -0.6))}; /* two are in one place */
 }
@@ -277,6 +277,21 @@ static void test_a_batch_gives_what_each_ray_gets_alone(void **state)
     ca_mesh_destroy(&w.grid);
 }
 
+/* More of them than lie apart: Embree meets them. */
+static void test_many_quadrics(void **state)
+{
+    (void)state;
+    world w;
+    make_world(&w);
+    for (uint32_t i = WORLD; i < SHAPES; i++)
+        w.shapes[i] = sphere_shape(random_point(0.8f), between(0.05f, 0.4f));
+    check_scene(&w, WORLD + 4, 0, "seven quadrics and two grids");
+    check_scene(&w, SHAPES, 0, "ten quadrics and two grids");
+    w.shapes[SHAPES - 1] = w.shapes[WORLD];
+    check_scene(&w, SHAPES, 0, "ten quadrics, two in one place");
+    ca_mesh_destroy(&w.grid);
+}
+
 static void test_an_empty_batch(void **state)
 {
     (void)state;
@@ -294,6 +309,7 @@ int main(void)
     numbers = ca_test_random_seed(1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_batch_gives_what_each_ray_gets_alone),
+        cmocka_unit_test(test_many_quadrics),
         cmocka_unit_test(test_an_empty_batch),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -109,14 +109,37 @@ static RTCScene new_scene(RTCDevice device)
     return scene;
 }
 
-/* Attaches shapes as geometries 0, 1, ... */
-static void attach_shapes(RTCDevice device, RTCScene scene, const ca_shape *shapes, uint32_t count)
+static void attach_shape(RTCDevice device, RTCScene scene, const ca_shape *shape, uint32_t id)
 {
-    for (uint32_t i = 0; i < count; i++) {
-        RTCGeometry geometry = new_geometry(device, &shapes[i]);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(scene, geometry, i);
-        rtcReleaseGeometry(geometry);
+    RTCGeometry geometry = new_geometry(device, shape);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+    rtcReleaseGeometry(geometry);
+}
+
+/* The world's quadrics, unless they are too many. */
+static void set_quadrics_apart(ca_accel *accel)
+{
+    accel->apart_count = 0;
+    for (uint32_t i = 0; i < accel->world_count; i++) {
+        if (accel->shapes[i].kind == CA_SHAPE_MESH) continue;
+        if (accel->apart_count == CA_QUADRICS_APART) {
+            accel->apart_count = 0;
+            return;
+        }
+        accel->apart[accel->apart_count++] = i;
+    }
+}
+
+/* Shapes that are not apart, each as the geometry of its own number. */
+static void attach_world(ca_accel *accel)
+{
+    accel->only_meshes = accel->instance_count == 0;
+    for (uint32_t i = 0; i < accel->world_count; i++) {
+        const bool quadric = accel->shapes[i].kind != CA_SHAPE_MESH;
+        if (quadric && accel->apart_count > 0) continue;
+        accel->only_meshes = accel->only_meshes && !quadric;
+        attach_shape(accel->device, accel->scene, &accel->shapes[i], i);
     }
 }
 
@@ -126,7 +149,8 @@ static void attach_instance(ca_accel *accel, uint32_t index)
     RTCScene *group = &accel->group_scenes[instance->first_shape];
     if (!*group) {
         *group = new_scene(accel->device);
-        attach_shapes(accel->device, *group, accel->shapes + instance->first_shape, instance->shape_count);
+        for (uint32_t i = 0; i < instance->shape_count; i++)
+            attach_shape(accel->device, *group, &accel->shapes[instance->first_shape + i], i);
         rtcCommitScene(*group);
     }
     float columns[12];
@@ -146,7 +170,14 @@ static void set_cells(ca_accel *accel)
     struct RTCBounds bounds;
     rtcGetSceneBounds(accel->scene, &bounds);
     accel->low = (ca_vec3){bounds.lower_x, bounds.lower_y, bounds.lower_z};
-    const ca_vec3 size = ca_sub((ca_vec3){bounds.upper_x, bounds.upper_y, bounds.upper_z}, accel->low);
+    ca_vec3 high = {bounds.upper_x, bounds.upper_y, bounds.upper_z};
+    for (uint32_t i = 0; i < accel->apart_count; i++) {
+        ca_vec3 quadric_low, quadric_high;
+        ca_shape_bounds(&accel->shapes[accel->apart[i]], &quadric_low, &quadric_high);
+        accel->low = ca_min_vec3(accel->low, quadric_low);
+        high = ca_max_vec3(high, quadric_high);
+    }
+    const ca_vec3 size = ca_sub(high, accel->low);
     accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
 }
 
@@ -161,13 +192,11 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
     if (!accel->device) return fail_embree(error, NULL, "creating its device");
     rtcSetDeviceMemoryMonitorFunction(accel->device, count_memory, accel);
     accel->scene = new_scene(accel->device);
-    attach_shapes(accel->device, accel->scene, accel->shapes, accel->world_count);
+    set_quadrics_apart(accel);
+    attach_world(accel);
     for (uint32_t i = 0; i < accel->instance_count; i++) attach_instance(accel, i);
     rtcCommitScene(accel->scene);
     set_cells(accel);
-    accel->only_meshes = accel->instance_count == 0;
-    for (uint32_t i = 0; i < accel->world_count; i++)
-        accel->only_meshes = accel->only_meshes && accel->shapes[i].kind == CA_SHAPE_MESH;
     const enum RTCError code = rtcGetDeviceError(accel->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
     if (code == RTC_ERROR_OUT_OF_MEMORY) return ca_fail_memory(error, "the acceleration structure");
@@ -249,14 +278,10 @@ static inline void occluded1(RTCScene scene, struct RTCRay *ray)
 #endif
 }
 
-bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max,
-                        ca_hit *hit)
+bool ca_accel_meet_embree(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit)
 {
-    hit->shape = CA_NONE;
-    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
     struct RTCRayHit rayhit;
-    rayhit.ray = make_ray(origin, direction, t_min, t_max);
+    rayhit.ray = make_ray(origin, direction, t_min, hit->t);
     rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     intersect1(accel->scene, &rayhit);
@@ -275,10 +300,27 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
     return true;
 }
 
+bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max,
+                        ca_hit *hit)
+{
+    *hit = (ca_hit){.t = t_max, .shape = CA_NONE, .instance = CA_NONE};
+    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
+    for (uint32_t i = 0; i < accel->apart_count; i++) {
+        const ca_shape *quadric = &accel->shapes[accel->apart[i]];
+        if (ca_quadric_intersect(quadric, origin, direction, t_min, hit->t, &hit->t)) hit->shape = accel->apart[i];
+    }
+    return ca_accel_meet_embree(accel, origin, direction, t_min, hit) || hit->shape != CA_NONE;
+}
+
 bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
     assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
     if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
+    for (uint32_t i = 0; i < accel->apart_count; i++) {
+        float t;
+        if (ca_quadric_intersect(&accel->shapes[accel->apart[i]], origin, direction, t_min, t_max, &t)) return true;
+    }
     struct RTCRay ray = make_ray(origin, direction, t_min, t_max);
     occluded1(accel->scene, &ray);
     return ray.tfar < 0.0f;

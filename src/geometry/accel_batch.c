@@ -1,66 +1,69 @@
-/* Batches of rays through Embree, sorted and in packets of eight. */
+/* Batches of rays: first to the quadrics that lie apart, then through Embree, sorted and in packets of eight. */
 #include "geometry/accel_embree.h"
+#include "geometry/quadric.h"
 #include "geometry/ray_batch.h"
 
 #include <string.h>
 
+/* ---- Order ----------------------------------------------------------------------------------------------------- */
+
 /* Sorting pays from two packets on. */
-enum { OCTANT_CELLS = 64, KEYS = 8 * OCTANT_CELLS, LEAST_SORTED = 2 * CA_LANES };
+enum { OCTANT_CELLS = 64, KEYS = 8 * OCTANT_CELLS, LEFT_OUT = KEYS, LEAST_SORTED = 2 * CA_LANES };
 
 /* Which rays go together: by the octant of the direction, then by the place of the origin in a grid of 4 x 4 x 4
  * cells, in Z order. */
-static void sort_keys(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint32_t *keys)
+static ca_m8 sort_keys(const ca_accel *accel, ca_v8 origin, ca_v8 direction)
 {
-    const ca_v8 low = ca_v8_all(accel->low), scale = ca_v8_all(accel->cells_per_meter);
     const ca_f8 zero = ca_f8_all(0.0f), last = ca_f8_all(3.0f);
-    for (uint32_t i = 0; i < count; i += CA_LANES) {
-        const ca_v8 o = ca_sub_v8(ca_column3_load(&rays->origin, i), low), d = ca_column3_load(&rays->direction, i);
-        const ca_m8 x = __builtin_convertvector(ca_min8(last, ca_max8(o.x * scale.x, zero)), ca_m8);
-        const ca_m8 y = __builtin_convertvector(ca_min8(last, ca_max8(o.y * scale.y, zero)), ca_m8);
-        const ca_m8 z = __builtin_convertvector(ca_min8(last, ca_max8(o.z * scale.z, zero)), ca_m8);
-        const ca_m8 octant = ((d.x < 0.0f) & 1) | ((d.y < 0.0f) & 2) | ((d.z < 0.0f) & 4);
-        const ca_m8 cell =
-            (x & 1) | (y & 1) << 1 | (z & 1) << 2 | (x & 2) << 2 | (y & 2) << 3 | (z & 2) << 4;
-        ca_store8_u32(keys, i, (octant << 6 | cell) & (KEYS - 1));
-    }
+    const ca_v8 scale = ca_v8_all(accel->cells_per_meter), o = ca_sub_v8(origin, ca_v8_all(accel->low));
+    const ca_m8 x = __builtin_convertvector(ca_min8(last, ca_max8(o.x * scale.x, zero)), ca_m8);
+    const ca_m8 y = __builtin_convertvector(ca_min8(last, ca_max8(o.y * scale.y, zero)), ca_m8);
+    const ca_m8 z = __builtin_convertvector(ca_min8(last, ca_max8(o.z * scale.z, zero)), ca_m8);
+    const ca_m8 octant = ((direction.x < 0.0f) & 1) | ((direction.y < 0.0f) & 2) | ((direction.z < 0.0f) & 4);
+    const ca_m8 cell = (x & 1) | (y & 1) << 1 | (z & 1) << 2 | (x & 2) << 2 | (y & 2) << 3 | (z & 2) << 4;
+    return (octant << 6 | cell) & (KEYS - 1);
 }
 
-/* A stable counting sort. */
-static void sort_rays(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint16_t *order)
+/* A stable counting sort; returns how many rays are not left out. */
+static uint32_t sort_rays(const uint32_t *keys, uint32_t count, uint16_t *order)
 {
-    _Alignas(32) uint32_t keys[CA_RAY_BATCH];
-    uint16_t starts[KEYS + 1] = {0};
+    uint16_t starts[KEYS + 2] = {0};
+    uint32_t kept = 0;
     if (count < LEAST_SORTED) {
-        for (uint32_t i = 0; i < count; i++) order[i] = (uint16_t)i;
-        return;
+        for (uint32_t i = 0; i < count; i++)
+            if (keys[i] != LEFT_OUT) order[kept++] = (uint16_t)i;
+        return kept;
     }
-    sort_keys(accel, rays, count, keys);
     for (uint32_t i = 0; i < count; i++) starts[keys[i] + 1]++;
-    for (uint32_t k = 0; k < KEYS; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
+    for (uint32_t k = 0; k < LEFT_OUT; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
+    kept = starts[LEFT_OUT];
     for (uint32_t i = 0; i < count; i++) order[starts[keys[i]]++] = (uint16_t)i;
+    return kept;
 }
 
-/* A lane that takes no part keeps a harmless ray. Which rays are valid: accel.c. */
-static void pack_ray(const ca_ray_batch *rays, uint32_t i, uint32_t lane, struct RTCRay8 *packet, int *valid)
+/* As ca_accel_ray_is_valid. */
+static ca_m8 valid_rays(ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max)
 {
-    const ca_vec3 origin = ca_column3_at(&rays->origin, i), direction = ca_column3_at(&rays->direction, i);
-    const float t_min = rays->t_min[i], t_max = rays->t_max[i];
-    valid[lane] = ca_accel_ray_is_valid(origin, direction, t_min, t_max) ? -1 : 0;
-    packet->org_x[lane] = origin.x, packet->org_y[lane] = origin.y, packet->org_z[lane] = origin.z;
-    packet->dir_x[lane] = direction.x, packet->dir_y[lane] = direction.y, packet->dir_z[lane] = direction.z;
-    packet->tnear[lane] = t_min, packet->tfar[lane] = t_max;
-    packet->time[lane] = 0.0f;
-    packet->mask[lane] = UINT32_MAX, packet->id[lane] = 0, packet->flags[lane] = 0;
+    return (ca_dot_v8(origin, origin) < 1e36f) & (ca_dot_v8(direction, direction) < INFINITY) & (t_min >= 0.0f) &
+           (t_max > t_min);
 }
 
-static uint32_t pack_rays(const ca_ray_batch *rays, const uint16_t *order, uint32_t left, struct RTCRay8 *packet,
-                          int *valid)
+/* ---- Packets --------------------------------------------------------------------------------------------------- */
+
+/* Rays that end at t_max[]. A lane that takes no part keeps a ray of another. */
+static uint32_t pack_rays(const ca_ray_batch *rays, const float *t_max, const uint16_t *order, uint32_t left,
+                          struct RTCRay8 *packet, int *valid)
 {
     const uint32_t lanes = left < CA_LANES ? left : CA_LANES;
-    for (uint32_t lane = 0; lane < lanes; lane++) pack_ray(rays, order[lane], lane, packet, valid);
-    for (uint32_t lane = lanes; lane < CA_LANES; lane++) {
-        pack_ray(rays, order[0], lane, packet, valid);
-        valid[lane] = 0;
+    for (uint32_t lane = 0; lane < CA_LANES; lane++) {
+        const uint32_t i = order[lane < lanes ? lane : 0];
+        const ca_vec3 origin = ca_column3_at(&rays->origin, i), direction = ca_column3_at(&rays->direction, i);
+        valid[lane] = lane < lanes ? -1 : 0;
+        packet->org_x[lane] = origin.x, packet->org_y[lane] = origin.y, packet->org_z[lane] = origin.z;
+        packet->dir_x[lane] = direction.x, packet->dir_y[lane] = direction.y, packet->dir_z[lane] = direction.z;
+        packet->tnear[lane] = rays->t_min[i], packet->tfar[lane] = t_max[i];
+        packet->time[lane] = 0.0f;
+        packet->mask[lane] = UINT32_MAX, packet->id[lane] = 0, packet->flags[lane] = 0;
     }
     return lanes;
 }
@@ -87,9 +90,13 @@ static inline void occluded8(const int *valid, RTCScene scene, struct RTCRay8 *r
 #endif
 }
 
+/* Where Embree met something. */
 static void unpack_hit(const ca_accel *accel, const struct RTCRayHit8 *packet, uint32_t lane, uint32_t i,
                        ca_hit_batch *hits)
 {
+    const uint32_t geometry = packet->hit.geomID[lane], instance = packet->hit.instID[0][lane];
+    if (geometry == RTC_INVALID_GEOMETRY_ID) return;
+    const bool instanced = instance != RTC_INVALID_GEOMETRY_ID;
     hits->t[i] = packet->ray.tfar[lane];
     hits->u[i] = packet->hit.u[lane];
     hits->v[i] = packet->hit.v[lane];
@@ -97,22 +104,47 @@ static void unpack_hit(const ca_accel *accel, const struct RTCRayHit8 *packet, u
     hits->ng.y[i] = packet->hit.Ng_y[lane];
     hits->ng.z[i] = packet->hit.Ng_z[lane];
     hits->primitive[i] = packet->hit.primID[lane];
-    const uint32_t geometry = packet->hit.geomID[lane], instance = packet->hit.instID[0][lane];
-    const bool instanced = geometry != RTC_INVALID_GEOMETRY_ID && instance != RTC_INVALID_GEOMETRY_ID;
     hits->instance[i] = instanced ? instance - accel->world_count : CA_NONE;
     hits->shape[i] = instanced ? geometry + accel->instances[hits->instance[i]].first_shape : geometry;
 }
 
-_Static_assert(RTC_INVALID_GEOMETRY_ID == CA_NONE, "what met nothing needs no translation");
+/* ---- Nearest hits ---------------------------------------------------------------------------------------------- */
+
+/* What the rays meet of the quadrics that lie apart, and the rays' keys. */
+static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits,
+                       uint32_t *keys)
+{
+    const ca_f8 zero = ca_f8_all(0.0f);
+    for (uint32_t i = 0; i < count; i += CA_LANES) {
+        const ca_v8 o = ca_column3_load(&rays->origin, i), d = ca_column3_load(&rays->direction, i);
+        const ca_f8 t_min = ca_load8(rays->t_min, i), t_max = ca_load8(rays->t_max, i);
+        const ca_m8 valid = valid_rays(o, d, t_min, t_max);
+        ca_f8 t = t_max;
+        ca_m8 shape = ca_m8_all((int32_t)CA_NONE);
+        for (uint32_t k = 0; k < accel->apart_count; k++) {
+            const ca_f8 nearer = ca_quadric_intersect8(&accel->shapes[accel->apart[k]], o, d, t_min, t);
+            const ca_m8 met = valid & (nearer < t);
+            shape = (met & (int32_t)accel->apart[k]) | (~met & shape);
+            t = ca_select8(met, nearer, t);
+        }
+        ca_store8(hits->t, i, t), ca_store8(hits->u, i, zero), ca_store8(hits->v, i, zero);
+        ca_column3_store(&hits->ng, i, (ca_v8){zero, zero, zero});
+        ca_store8_u32(hits->shape, i, shape);
+        ca_store8_u32(hits->primitive, i, (ca_m8){0});
+        ca_store8_u32(hits->instance, i, ca_m8_all((int32_t)CA_NONE));
+        ca_store8_u32(keys, i, (valid & sort_keys(accel, o, d)) | (~valid & LEFT_OUT));
+    }
+}
 
 static void intersect_one_by_one(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count,
                                  const uint16_t *order, ca_hit_batch *hits)
 {
     for (uint32_t k = 0; k < count; k++) {
         const uint32_t i = order[k];
-        ca_hit hit = {.shape = CA_NONE};
-        ca_accel_intersect(accel, ca_column3_at(&rays->origin, i), ca_column3_at(&rays->direction, i), rays->t_min[i],
-                           rays->t_max[i], &hit);
+        ca_hit hit = {.t = hits->t[i]};
+        if (!ca_accel_meet_embree(accel, ca_column3_at(&rays->origin, i), ca_column3_at(&rays->direction, i),
+                                  rays->t_min[i], &hit))
+            continue;
         hits->t[i] = hit.t;
         hits->u[i] = hit.u;
         hits->v[i] = hit.v;
@@ -130,7 +162,7 @@ static void intersect_packets(const ca_accel *accel, const ca_ray_batch *rays, u
     struct RTCRayHit8 packet;
     memset(&packet.hit, 0, sizeof packet.hit);
     for (uint32_t first = 0; first < count; first += CA_LANES) {
-        const uint32_t lanes = pack_rays(rays, order + first, count - first, &packet.ray, valid);
+        const uint32_t lanes = pack_rays(rays, hits->t, order + first, count - first, &packet.ray, valid);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
         memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
         intersect8(valid, accel->scene, &packet);
@@ -138,28 +170,51 @@ static void intersect_packets(const ca_accel *accel, const ca_ray_batch *rays, u
     }
 }
 
-/* Of coincident quadrics or instances a packet's other rays decide which one is hit: there rays go alone, though
- * sorted, which gains a part of what packets do. */
+/* Of coincident quadrics or instances a packet's other rays decide which one is hit: where Embree knows any, rays go
+ * alone, though sorted, which gains a part of what packets do. */
 void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits)
 {
+    _Alignas(32) uint32_t keys[CA_RAY_BATCH];
     uint16_t order[CA_RAY_BATCH];
-    sort_rays(accel, rays, count, order);
+    meet_apart(accel, rays, count, hits, keys);
+    const uint32_t valid = sort_rays(keys, count, order);
     if (accel->only_meshes)
-        intersect_packets(accel, rays, count, order, hits);
+        intersect_packets(accel, rays, valid, order, hits);
     else
-        intersect_one_by_one(accel, rays, count, order, hits);
+        intersect_one_by_one(accel, rays, valid, order, hits);
+}
+
+/* ---- Visibility ------------------------------------------------------------------------------------------------ */
+
+/* Keys of the rays that are valid and end at no quadric that lies apart; the others are answered. */
+static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded,
+                              uint32_t *keys)
+{
+    for (uint32_t i = 0; i < count; i += CA_LANES) {
+        const ca_v8 o = ca_column3_load(&rays->origin, i), d = ca_column3_load(&rays->direction, i);
+        const ca_f8 t_min = ca_load8(rays->t_min, i), t_max = ca_load8(rays->t_max, i);
+        const ca_m8 valid = valid_rays(o, d, t_min, t_max);
+        ca_m8 hidden = {0};
+        for (uint32_t k = 0; k < accel->apart_count; k++)
+            hidden |= ca_quadric_intersect8(&accel->shapes[accel->apart[k]], o, d, t_min, t_max) < t_max;
+        const uint32_t bits = ca_mask_bits_below(valid & hidden, count - i);
+        for (uint32_t lane = 0; lane < CA_LANES && i + lane < count; lane++) occluded[i + lane] = bits >> lane & 1;
+        const ca_m8 asked = valid & ~hidden;
+        ca_store8_u32(keys, i, (asked & sort_keys(accel, o, d)) | (~asked & LEFT_OUT));
+    }
 }
 
 void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded)
 {
+    _Alignas(32) uint32_t keys[CA_RAY_BATCH];
     uint16_t order[CA_RAY_BATCH];
     _Alignas(32) int valid[CA_LANES];
     struct RTCRay8 packet;
-    sort_rays(accel, rays, count, order);
-    for (uint32_t first = 0; first < count; first += CA_LANES) {
-        const uint32_t lanes = pack_rays(rays, order + first, count - first, &packet, valid);
+    hide_behind_apart(accel, rays, count, occluded, keys);
+    const uint32_t asked = sort_rays(keys, count, order);
+    for (uint32_t first = 0; first < asked; first += CA_LANES) {
+        const uint32_t lanes = pack_rays(rays, rays->t_max, order + first, asked - first, &packet, valid);
         occluded8(valid, accel->scene, &packet);
-        for (uint32_t lane = 0; lane < lanes; lane++)
-            occluded[order[first + lane]] = valid[lane] != 0 && packet.tfar[lane] < 0.0f;
+        for (uint32_t lane = 0; lane < lanes; lane++) occluded[order[first + lane]] = packet.tfar[lane] < 0.0f;
     }
 }

@@ -10,6 +10,10 @@
 #include <embree3/rtcore.h>
 #endif
 
+/* Quadrics of the world that Embree does not know, where they are few: they are met eight rays at a time before
+ * Embree is asked, always in the same order. */
+enum { CA_QUADRICS_APART = 8 };
+
 struct ca_accel {
     RTCDevice device;
     RTCScene scene;
@@ -19,7 +23,8 @@ struct ca_accel {
     const ca_accel_instance *instances; /* Embree's geometry ids world_count, world_count + 1, ... */
     uint32_t instance_count;
     ca_vec3 low, cells_per_meter; /* the scene's bounds in a few cells along each axis: rays are sorted by them */
-    bool only_meshes; /* neither quadrics nor instances: accel_batch.c */
+    uint32_t apart[CA_QUADRICS_APART], apart_count; /* their shapes */
+    bool only_meshes; /* Embree knows neither quadrics nor instances: accel_batch.c */
     size_t bytes;
 };
 
@@ -29,5 +34,8 @@ static inline bool ca_accel_ray_is_valid(ca_vec3 origin, ca_vec3 direction, floa
 {
     return ca_length2(origin) < 1e36f && ca_length2(direction) < INFINITY && t_min >= 0.0f && t_max > t_min;
 }
+
+/* Asks Embree alone, with a valid ray, for the nearest hit before hit->t; where there is none, *hit stays. */
+bool ca_accel_meet_embree(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit);
 
 #endif

@@ -106,6 +106,98 @@ bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 directi
     return false;
 }
 
+/* ---- Eight rays at a time -------------------------------------------------------------------------------------- */
+
+typedef double d4 __attribute__((vector_size(32), may_alias));
+typedef float f4 __attribute__((vector_size(16), may_alias));
+typedef int32_t m4 __attribute__((vector_size(16), may_alias));
+typedef int64_t l4 __attribute__((vector_size(32), may_alias));
+
+typedef struct dvec4 {
+    d4 x, y, z;
+} dvec4;
+
+static f4 half_of(ca_f8 v, bool high)
+{
+    return high ? __builtin_shufflevector(v, v, 4, 5, 6, 7) : __builtin_shufflevector(v, v, 0, 1, 2, 3);
+}
+static d4 double_half(ca_f8 v, bool high) { return __builtin_convertvector(half_of(v, high), d4); }
+static dvec4 dvec4_of(ca_v8 v, bool high)
+{
+    return (dvec4){double_half(v.x, high), double_half(v.y, high), double_half(v.z, high)};
+}
+static d4 d4_all(double v) { return (d4){v, v, v, v}; }
+static d4 ddot4(dvec4 a, dvec4 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static d4 sqrt4(d4 v)
+{
+#ifdef __AVX__
+    return (d4)_mm256_sqrt_pd((__m256d)v);
+#else
+    for (int i = 0; i < 4; i++) v[i] = sqrt(v[i]);
+    return v;
+#endif
+}
+
+static d4 copysign4(d4 v, d4 sign)
+{
+    const l4 sign_bits = (l4)d4_all(-0.0);
+    return (d4)(((l4)v & ~sign_bits) | ((l4)sign & sign_bits));
+}
+static d4 select4(l4 mask, d4 a, d4 b) { return (d4)((mask & (l4)a) | (~mask & (l4)b)); }
+static bool any4(m4 mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
+
+/* The candidate where pick() takes it, else t_max. */
+static f4 pick4(d4 candidate, f4 t_min, f4 t_max)
+{
+    const f4 rounded = __builtin_convertvector(candidate, f4);
+    const m4 after = __builtin_convertvector(candidate > __builtin_convertvector(t_min, d4), m4);
+    const m4 picked = after & (rounded > t_min) & (rounded < t_max);
+    return (f4)((picked & (m4)rounded) | (~picked & (m4)t_max));
+}
+
+/* As intersect_sphere(), operation for operation; a smallest root before t_max hides the other. */
+static f4 intersect_sphere4(const ca_shape *shape, dvec4 o, dvec4 d, f4 t_min, f4 t_max)
+{
+    const dvec center = dvec_of(shape->as.sphere.center);
+    const d4 radius2 = d4_all((double)shape->as.sphere.radius * (double)shape->as.sphere.radius);
+    const dvec4 offset = {center.x - o.x, center.y - o.y, center.z - o.z};
+    const d4 a = ddot4(d, d), b = ddot4(offset, d), s = -b / a;
+    const dvec4 nearest = {offset.x + s * d.x, offset.y + s * d.y, offset.z + s * d.z};
+    const d4 discriminant = a * (radius2 - ddot4(nearest, nearest));
+    const m4 met = __builtin_convertvector((discriminant >= 0.0) & (a != 0.0), m4);
+    if (!any4(met)) return t_max;
+    const d4 q = b + copysign4(sqrt4(discriminant), b);
+    const d4 r0 = q / a, r1 = select4(q != 0.0, (ddot4(offset, offset) - radius2) / q, r0);
+    const l4 in_order = r0 < r1;
+    const f4 near = pick4(select4(in_order, r0, r1), t_min, t_max);
+    const f4 far = pick4(select4(in_order, r1, r0), t_min, t_max);
+    const m4 takes_near = met & (near < t_max), takes_far = met & ~takes_near;
+    return (f4)((takes_near & (m4)near) | (takes_far & (m4)far) | (~met & (m4)t_max));
+}
+
+static ca_f8 intersect_sphere8(const ca_shape *shape, ca_v8 o, ca_v8 d, ca_f8 t_min, ca_f8 t_max)
+{
+    f4 t[2];
+    for (int high = 0; high < 2; high++)
+        t[high] = intersect_sphere4(shape, dvec4_of(o, high), dvec4_of(d, high), half_of(t_min, high),
+                                    half_of(t_max, high));
+    return __builtin_shufflevector(t[0], t[1], 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+ca_f8 ca_quadric_intersect8(const ca_shape *shape, ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max)
+{
+    if (shape->kind == CA_SHAPE_SPHERE) return intersect_sphere8(shape, origin, direction, t_min, t_max);
+    for (int i = 0; i < CA_LANES; i++) {
+        const ca_vec3 o = {origin.x[i], origin.y[i], origin.z[i]};
+        const ca_vec3 d = {direction.x[i], direction.y[i], direction.z[i]};
+        float t;
+        if (ca_quadric_intersect(shape, o, d, t_min[i], t_max[i], &t)) t_max[i] = t;
+    }
+    return t_max;
+}
+
+/* ---- Surfaces -------------------------------------------------------------------------------------------------- */
+
 /* Rounding a point computed in double precision costs half an ulp of each coordinate; a second one covers that the
  * double precision value itself comes from rounded input. */
 static ca_vec3 rounding_error(ca_vec3 p)

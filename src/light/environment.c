@@ -13,13 +13,20 @@
 
 /* ---- Lookup ---------------------------------------------------------------------------------------------------- */
 
-/* Longitude and latitude, each in [0, 1], of a direction in the light's frame, and sin theta. */
-static ca_vec2 direction_to_uv(ca_vec3 local, float *sin_theta)
+/* Where a direction to the light lies in the picture. */
+typedef struct picture_place {
+    ca_vec2 uv; /* longitude and latitude, each in [0, 1] */
+    float sin_theta;
+} picture_place;
+
+static picture_place place_of(const ca_light *light, ca_vec3 to_light)
 {
+    if (light->kind == CA_LIGHT_CONSTANT) return (picture_place){0};
+    const ca_vec3 local = ca_light_to_local(&light->as.envmap.map, to_light);
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.z));
     const float u = ca_atan2(local.x, -local.z) * CA_INV_TWO_PI;
-    *sin_theta = ring;
-    return (ca_vec2){u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u, ca_atan2(ring, local.y) * CA_INV_PI};
+    const ca_vec2 uv = {u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u, ca_atan2(ring, local.y) * CA_INV_PI};
+    return (picture_place){uv, ring};
 }
 
 static ca_vec3 uv_to_direction(ca_vec2 uv)
@@ -33,7 +40,7 @@ static ca_vec3 uv_to_direction(ca_vec2 uv)
 static ca_rgb bilinear(const ca_image *image, ca_vec2 uv)
 {
     const float x = uv.x * (float)image->width - 0.5f, y = uv.y * (float)(image->height - 1);
-    const float column = floorf(x), row = fminf(floorf(y), (float)image->height - 1.0f);
+    const float column = floorf(x), row = ca_min(floorf(y), (float)image->height - 1.0f);
     const uint32_t x0 = column < 0.0f ? image->width - 1 : ca_min_u32((uint32_t)column, image->width - 1);
     const uint32_t x1 = x0 + 1 < image->width ? x0 + 1 : 0;
     const uint32_t y0 = (uint32_t)row, y1 = ca_min_u32(y0 + 1, image->height - 1);
@@ -42,12 +49,16 @@ static ca_rgb bilinear(const ca_image *image, ca_vec2 uv)
                        ca_rgb_lerp(ca_image_rgb(image, x0, y1), ca_image_rgb(image, x1, y1), tx), ty);
 }
 
-ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
+static ca_rgb radiance_at(const ca_light *light, const picture_place *place)
 {
     if (light->kind == CA_LIGHT_CONSTANT) return light->as.constant.radiance;
-    float sin_theta;
-    const ca_vec2 uv = direction_to_uv(ca_light_to_local(&light->as.envmap.map, ca_neg(direction)), &sin_theta);
-    return ca_rgb_mul(light->as.envmap.scale, bilinear(light->as.envmap.image, uv));
+    return ca_rgb_mul(light->as.envmap.scale, bilinear(light->as.envmap.image, place->uv));
+}
+
+ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
+{
+    const picture_place place = place_of(light, ca_neg(direction));
+    return radiance_at(light, &place);
 }
 
 /* ---- Table ----------------------------------------------------------------------------------------------------- */
@@ -136,19 +147,18 @@ ca_status ca_light_environment_prepare(ca_light *light, ca_error *error)
 
 /* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a
  * pole, a set without area, it would be infinite: 0 there. */
-static ca_pdf_solid_angle direction_pdf(const ca_light *light, ca_vec3 to_light)
+static ca_pdf_solid_angle pdf_at(const ca_light *light, const picture_place *place)
 {
     if (light->kind == CA_LIGHT_CONSTANT) return (ca_pdf_solid_angle){CA_INV_FOUR_PI};
-    float sin_theta;
-    const ca_vec2 uv = direction_to_uv(ca_light_to_local(&light->as.envmap.map, to_light), &sin_theta);
-    if (!(sin_theta > 0.0f)) return (ca_pdf_solid_angle){0.0f};
-    const float density = ca_distribution_2d_density(&light->as.envmap.pixels, uv);
-    return (ca_pdf_solid_angle){density / (2.0f * CA_PI * CA_PI * sin_theta)};
+    if (!(place->sin_theta > 0.0f)) return (ca_pdf_solid_angle){0.0f};
+    const float density = ca_distribution_2d_density(&light->as.envmap.pixels, place->uv);
+    return (ca_pdf_solid_angle){density / (2.0f * CA_PI * CA_PI * place->sin_theta)};
 }
 
 /* The density is evaluated from the direction as eval_hit does it, not taken from the table: rounding may put the
  * direction into the neighbouring cell, and all techniques must agree on what it is worth. */
-static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light, ca_pdf_solid_angle *pdf)
+static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light, ca_rgb *radiance,
+                             ca_pdf_solid_angle *pdf)
 {
     if (light->kind == CA_LIGHT_CONSTANT) {
         *to_light = ca_warp_sphere(u);
@@ -157,17 +167,19 @@ static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light
         const ca_vec2 uv = ca_distribution_2d_sample(&light->as.envmap.pixels, u, &density);
         *to_light = ca_light_to_world(&light->as.envmap.map, uv_to_direction(uv));
     }
-    *pdf = direction_pdf(light, *to_light);
-    return pdf->v > 0.0f;
+    const picture_place place = place_of(light, *to_light);
+    *pdf = pdf_at(light, &place);
+    if (!(pdf->v > 0.0f)) return false;
+    *radiance = radiance_at(light, &place);
+    return true;
 }
 
 bool ca_light_environment_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
     *direct = (ca_light_direct){
         .distance = CA_INFINITE_DISTANCE, .cos_light = 1.0f, .next_event_ratio = 1.0f};
-    if (!sample_direction(light, u, &direct->to_light, &direct->pdf_direct)) return false;
+    if (!sample_direction(light, u, &direct->to_light, &direct->radiance, &direct->pdf_direct)) return false;
     direct->position = ca_light_far_point(light, reference, direct->to_light);
-    direct->radiance = ca_light_environment_radiance(light, ca_neg(direct->to_light));
     direct->pdf_position = ca_light_disk_pdf(light);
     direct->pdf_direction = direct->pdf_direct;
     return true;
@@ -178,17 +190,17 @@ bool ca_light_environment_emission(const ca_light *light, ca_vec2 u_position, ca
 {
     *emission = (ca_light_emission){.pdf_position = ca_light_disk_pdf(light), .cos_light = 1.0f};
     ca_vec3 to_light;
-    if (!sample_direction(light, u_direction, &to_light, &emission->pdf_direction)) return false;
+    if (!sample_direction(light, u_direction, &to_light, &emission->radiance, &emission->pdf_direction)) return false;
     emission->direction = ca_neg(to_light);
     emission->origin = ca_light_disk_point(light, emission->direction, u_position);
-    emission->radiance = ca_light_environment_radiance(light, emission->direction);
     return true;
 }
 
 ca_light_hit ca_light_environment_hit(const ca_light *light, ca_vec3 direction)
 {
-    const ca_pdf_solid_angle pdf = direction_pdf(light, ca_neg(direction));
-    return (ca_light_hit){.radiance = ca_light_environment_radiance(light, direction),
+    const picture_place place = place_of(light, ca_neg(direction));
+    const ca_pdf_solid_angle pdf = pdf_at(light, &place);
+    return (ca_light_hit){.radiance = radiance_at(light, &place),
                           .pdf_direct = pdf,
                           .pdf_position = ca_light_disk_pdf(light),
                           .pdf_direction = pdf,

@@ -32,10 +32,10 @@ static inline float scalar_or(lookup at, ca_texture_id id, float fallback)
 
 static ca_microfacet facets_at(const ca_material_facets *facets, lookup at)
 {
-    const float alpha_u = fmaxf(scalar_or(at, facets->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
+    const float alpha_u = ca_max(scalar_or(at, facets->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
     const bool isotropic = facets->alpha_v == facets->alpha_u || facets->alpha_v == CA_NONE;
     const float alpha_v =
-        isotropic ? alpha_u : fmaxf(scalar_or(at, facets->alpha_v, 0.0f), CA_MATERIAL_MIN_ALPHA);
+        isotropic ? alpha_u : ca_max(scalar_or(at, facets->alpha_v, 0.0f), CA_MATERIAL_MIN_ALPHA);
     return (ca_microfacet){facets->distribution, alpha_u, alpha_v, facets->sample_visible};
 }
 

@@ -88,8 +88,8 @@ static ca_vec3 sample_visible_beckmann(const ca_microfacet *facets, ca_vec3 v, c
     const float cos_phi = r > 0.0f ? x / r : 1.0f, sin_phi = r > 0.0f ? y / r : 0.0f;
     const float u_along = ca_clamp(u.x, 1e-6f, 1.0f - 1e-6f), u_across = ca_clamp(u.y, 1e-6f, 1.0f - 1e-6f);
     /* Below this tangent visible and all normals differ by less than single precision resolves. */
-    const float tangent = fmaxf(r / v.z, 1e-6f);
-    const float along = sample_beckmann_slope(fminf(tangent, 1e8f), u_along);
+    const float tangent = ca_max(r / v.z, 1e-6f);
+    const float along = sample_beckmann_slope(ca_min(tangent, 1e8f), u_along);
     const float across = inverse_erf(2.0f * u_across - 1.0f);
     return ca_normalize((ca_vec3){-facets->alpha_x * (cos_phi * along - sin_phi * across),
                                   -facets->alpha_y * (sin_phi * along + cos_phi * across), 1.0f});

@@ -26,8 +26,8 @@ static inline ca_microfacet ca_microfacet_make(ca_microfacet_kind kind, float al
                                                bool sample_visible)
 {
     return (ca_microfacet){.kind = kind,
-                           .alpha_x = fmaxf(alpha_x, CA_MICROFACET_MIN_ALPHA),
-                           .alpha_y = fmaxf(alpha_y, CA_MICROFACET_MIN_ALPHA),
+                           .alpha_x = ca_max(alpha_x, CA_MICROFACET_MIN_ALPHA),
+                           .alpha_y = ca_max(alpha_y, CA_MICROFACET_MIN_ALPHA),
                            .sample_visible = sample_visible};
 }
 

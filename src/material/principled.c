@@ -40,8 +40,8 @@ static lobes lobes_of(const ca_bxdf *bxdf)
                .transmission = (1.0f - metallic) * spec_trans,
                .base = (1.0f - metallic) * (1.0f - spec_trans),
                .clearcoat_alpha = ca_lerp(0.1f, 0.001f, bxdf->as.principled.clearcoat_gloss)};
-    l.facets = ca_microfacet_make(CA_MICROFACET_GGX, fmaxf(roughness2 / aspect, 0.001f),
-                                  fmaxf(roughness2 * aspect, 0.001f), true);
+    l.facets = ca_microfacet_make(CA_MICROFACET_GGX, ca_max(roughness2 / aspect, 0.001f),
+                                  ca_max(roughness2 * aspect, 0.001f), true);
     const float specular = bxdf->as.principled.specular_rate;
     const float base = l.base * bxdf->as.principled.diffuse_rate;
     const float clearcoat = CLEARCOAT_STRENGTH * bxdf->as.principled.clearcoat * bxdf->as.principled.clearcoat_rate;
@@ -104,7 +104,7 @@ static ca_rgb base_value(const ca_bxdf *bxdf, const lobes *l, float cos_i, float
     const float flatness = bxdf->as.principled.flatness;
     if (flatness > 0.0f) {
         const float fss = ca_lerp(1.0f, 0.5f * retro, w_o) * ca_lerp(1.0f, 0.5f * retro, w_i);
-        const float sum = fmaxf(cos_i + cos_o, 1e-6f); /* both at the horizon: the quotient has no limit */
+        const float sum = ca_max(cos_i + cos_o, 1e-6f); /* both at the horizon: the quotient has no limit */
         amount = ca_lerp(amount, 1.25f * (fss * (1.0f / sum - 0.5f) + 0.5f), flatness);
     }
     ca_rgb f = ca_rgb_scale(bxdf->as.principled.base_color, l->base * CA_INV_PI * amount);

@@ -98,7 +98,7 @@ uint32_t ca_distribution_1d_sample(const ca_distribution_1d *distribution, float
     while (cumulative[bin + 1] <= u) bin++;
 
     *probability = cumulative[bin + 1] - cumulative[bin];
-    if (remapped) *remapped = fminf((u - cumulative[bin]) / *probability, CA_ONE_MINUS_EPSILON);
+    if (remapped) *remapped = ca_min((u - cumulative[bin]) / *probability, CA_ONE_MINUS_EPSILON);
     return bin;
 }
 
@@ -151,7 +151,7 @@ void ca_distribution_2d_destroy(ca_distribution_2d *distribution)
 static float bin_position(uint32_t bin, float inside, uint32_t count)
 {
     const float position = ((float)bin + inside) / (float)count;
-    return fminf(position, CA_ONE_MINUS_EPSILON);
+    return ca_min(position, CA_ONE_MINUS_EPSILON);
 }
 
 ca_vec2 ca_distribution_2d_sample(const ca_distribution_2d *distribution, ca_vec2 u, float *density)
