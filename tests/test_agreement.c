@@ -31,7 +31,7 @@ static void test_integrators_agree(void **state)
 {
     (void)state;
     static const char *const integrators[] = {"light", "bdpt", "vcm:radius=%g,alpha=0", "vcm-star:radius=%g,alpha=0",
-                                              "ovcm:radius=%g,alpha=0", NULL};
+                                              "ovcm:radius=%g,alpha=0", "vavcm:radius=%g,alpha=0", NULL};
     const agreement_settings settings = {
         .integrators = integrators, .wanted = is_fast, .target = target_bias, .max_samples = 2000};
     agreement_result result = {0};
@@ -70,6 +70,7 @@ static void test_threads_do_not_change_a_bit(void **state)
                                               "vcm-star:radius=0.2",
                                               "ovcm:radius=0.2",
                                               "cavcm:radius=0.2",
+                                              "vavcm:radius=0.2",
                                               "vcm:light_paths=333,camera_paths=2",
                                               "vcm",
                                               "qmcppm:light_paths=333"};

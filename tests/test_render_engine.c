@@ -125,9 +125,9 @@ static uint32_t rounds_of(const ca_scene *scene, const ca_render_settings *setti
 static void test_memory_does_not_change_a_bit(void **state)
 {
     (void)state;
-    static const char *const some[] = {"light", "bdpt", "bdpm", "ovcm"};
+    static const char *const some[] = {"light", "bdpt", "bdpm", "ovcm", "vavcm"};
     ca_scene *scene = scene_from_text(scene_text);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         ca_render_settings settings = settings_of(some[i]);
         settings.max_depth = 3;
         settings.light_paths = 2 * 262144 + 1000;
@@ -185,9 +185,9 @@ static void test_memory_by_default(void **state)
 static void test_out_of_memory(void **state)
 {
     (void)state;
-    static const char *const some[] = {"bdpt", "vcm-star"};
+    static const char *const some[] = {"bdpt", "vcm-star", "vavcm"};
     ca_scene *scene = scene_from_text(scene_text);
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 3; i++) {
         ca_render_settings settings = settings_of(some[i]);
         settings.samples_per_pixel = 2;
         settings.width = 12;
@@ -282,10 +282,11 @@ static void remove_folder(const char *folder)
 static void test_strategies_add_up_to_the_image(void **state)
 {
     (void)state;
-    static const char *const some[] = {"path", "light", "bdpt", "bdpm:camera_diffuse_depth=1", "ovcm"};
+    static const char *const some[] = {"path", "light", "bdpt", "bdpm:camera_diffuse_depth=1", "ovcm",
+                                       "vavcm"};
     ca_scene *scene = scene_from_text(scene_text);
     enum { COUNT = 51 * 35 };
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 6; i++) {
         char folder[] = "/tmp/caustica-strategies-XXXXXX";
         assert_non_null(mkdtemp(folder));
         ca_render_settings settings = settings_of(some[i]);

@@ -132,6 +132,7 @@ static void test_weights_add_up_to_one(void **state)
         {"vcm:light_paths=500,radius=0.05,alpha=0", false},
         {"vcm-star:radius=0.05,alpha=0", false},
         {"ovcm:light_paths=500,radius=0.05,alpha=0", true},
+        {"vavcm:light_paths=500,radius=0.05,alpha=0", true},
     };
     int wrong = 0;
     for (size_t k = 0; k < sizeof scenes / sizeof scenes[0]; k++) {

@@ -155,6 +155,20 @@ static ca_status create_ovcm(const ca_integrator_input *input, void **state, ca_
     return create_vcm_kind(&ca_integrator_ovcm, CA_REUSE_FOOTPRINT, input, state, error);
 }
 
+/* Merges count in full: what they have in common is in their factors. */
+static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    static const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS,
+                                       .factors = true,
+                                       .next_event = true,
+                                       .connect = true,
+                                       .splat = true,
+                                       .merge = CA_MERGE_ALL,
+                                       .merge_limit = UINT32_MAX,
+                                       .reuse = {.kind = CA_REUSE_FULL}};
+    return ca_bidirectional_create(&ca_integrator_vavcm, &rules, input, state, error);
+}
+
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
                                                    RADIUS_PARAMETERS, END_OF_PARAMETERS};
 /* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt
@@ -189,12 +203,15 @@ const ca_integrator_type ca_integrator_ovcm = {
 };
 const ca_integrator_type ca_integrator_cavcm = {
     .name = "cavcm", .parameters = vcm_parameters, .create = create_cavcm, ENGINE_FUNCTIONS};
+const ca_integrator_type ca_integrator_vavcm = {
+    .name = "vavcm", .parameters = vcm_parameters, .create = create_vavcm, ENGINE_FUNCTIONS};
 
 /* ---- The table ------------------------------------------------------------------------------------------------- */
 
 const ca_integrator_type *const ca_algorithms[] = {
     &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,  &ca_integrator_vcm,
     &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
+    &ca_integrator_vavcm,
 };
 const size_t ca_algorithm_count = sizeof ca_algorithms / sizeof ca_algorithms[0];
 _Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 2 <= CA_MAX_INTEGRATORS, "room for all names");

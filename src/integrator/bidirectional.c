@@ -108,6 +108,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
         ca_pair_splats_clear(&b->pair_splats);
         set_radius(b, pass);
         if (wants_pilot(b) && !b->pilot) CA_TRY(make_pilot(b, parallel, workers, error));
+        if (b->rules.factors && !b->factors) CA_TRY(ca_factor_pilot(b, parallel, &b->factors, error));
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
     }
     b->first_chunk = round * b->resident;
@@ -257,6 +258,7 @@ void ca_bidirectional_destroy(void *state)
     ca_photon_grid_destroy(b->grid);
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_bidirectional_scratch_destroy(&b->scratch[i]);
     ca_photon_grid_destroy(b->pilot);
+    ca_factor_map_destroy(b->factors);
     ca_splat_buffer_destroy(&b->splats);
     ca_pair_splats_destroy(&b->pair_splats);
     ca_free(b->scratch);

@@ -29,6 +29,7 @@
 #include "film/pair_splats.h"
 #include "film/splats.h"
 #include "integrator/integrator.h"
+#include "integrator/technique_tally.h"
 #include "integrator/walk.h"
 #include "path/light_store.h"
 #include "path/join.h"
@@ -134,6 +135,8 @@ struct ca_bidirectional {
     ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
     ca_photon_grid *pilot;          /* photons whose density the reuse rule asks for; else NULL, or not made yet */
     float pilot_scale;              /* N_F over the number of its light paths */
+    ca_factor_map *factors;         /* owned; NULL where the rules have none, or not made yet */
+    ca_technique_tally *tally;      /* NULL: nobody wants it */
     ca_bidirectional_scratch *scratch; /* owned; [input.workers] */
 };
 
@@ -155,6 +158,12 @@ static inline uint32_t ca_chunk_words(const ca_bidirectional *b) { return b->res
 static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
 {
     return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
+}
+
+/* Of the paths through a place on the film, in pixels. */
+static inline const ca_technique_factors *ca_bidirectional_factors(const ca_bidirectional *b, ca_vec2 film)
+{
+    return b->factors ? ca_factor_map_at(b->factors, film) : NULL;
 }
 
 /* The weight of a full path; its points for the observer as in path_observer.h. */
@@ -180,6 +189,7 @@ struct ca_camera_walk {
     ca_worker *worker;
     ca_bidirectional_scratch *scratch;
     ca_camera_path *path;
+    const ca_technique_factors *factors; /* of its place on the film */
     ca_surface_point *points; /* where the path is observed; else NULL */
     ca_rgb *light;            /* gathered with each chunk; a bit of light_used for each */
     uint64_t *light_used;
@@ -320,6 +330,10 @@ void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_lig
                         float weight);
 
 /* ---- The engine ------------------------------------------------------------------------------------------------ */
+
+/* The factors of variance-aware weights, measured by an engine of its own: factor_pilot.c. */
+ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_factor_map **map,
+                          ca_error *error);
 
 /* The median footprint of a pixel where camera paths first meet a smoothly scattering surface, m: the side of the
  * square that a pixel covers there. The scene's radius over 1000 where no camera path meets one. */

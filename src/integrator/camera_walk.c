@@ -11,6 +11,8 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
     }
     walk->light[chunk] = ca_rgb_add(walk->light[chunk], value);
     walk->light_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
+    if (walk->b->tally)
+        ca_technique_tally_add(walk->b->tally, walk->path->x, walk->path->y, technique, s, t, unweighted);
     ca_technique_images *images = walk->b->input.technique_images;
     if (images)
         ca_technique_images_add(
@@ -47,7 +49,7 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     const float to_light = surface ? distance : ca_light_disk_distance(light, ca_neg(w->direction), w->origin);
     const ca_pdf_area pdf_before = {ca_flight_density(&flight, to_light, w->flight.cos_out)};
     const ca_mis_path path = ca_join(ca_join_hit(w->densities, w->vertex + 1, &end, &flight, pdf_before),
-                                     (ca_mis_side){0}, &end, w->densities[1].distance);
+                                     (ca_mis_side){0}, &end, w->densities[1].distance, walk->factors);
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_HIT, &path, walk->points, NULL);
 }
 
@@ -121,6 +123,8 @@ static void start_ray(ca_camera_walk *walk, ca_vec2 offset)
     const ca_camera_path *path = walk->path;
     ca_walk *w = &walk->walk;
     const ca_camera_ray ray = ca_walk_camera_ray(input->camera, &w->stream, path->x, path->y, offset);
+    const ca_vec2 film = {(float)path->x + 0.5f + offset.x, (float)path->y + 0.5f + offset.y};
+    walk->factors = ca_bidirectional_factors(walk->b, film);
     w->from = CA_FROM_CAMERA;
     w->vertex = 0;
     w->receiver = (ca_light_receiver){.position = ray.origin};

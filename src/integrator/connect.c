@@ -87,7 +87,7 @@ static float weight_of(const ca_connection *c)
                 ca_join_scattering(light, t + 1, ca_arrive(&from_camera, c->distance, c->cos_light),
                                    c->light.pdf_reverse, ratio_light, reuse,
                                    walk->scratch->light_ends->tail[walk->light_first + t]),
-                light, walk->walk.densities[1].distance);
+                light, walk->walk.densities[1].distance, walk->factors);
     if (walk->scratch->seen)
         ca_light_unpack_points(layout, ca_light_record_start(layout, c->vertex), t + 1, walk->scratch->seen);
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_CONNECT, &path, walk->points, walk->scratch->seen);

@@ -182,6 +182,6 @@ extern const size_t ca_algorithm_count;
 /* Rows that others ask for by themselves. */
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
     ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
-    ca_integrator_cavcm, ca_integrator_qmcppm;
+    ca_integrator_cavcm, ca_integrator_vavcm, ca_integrator_qmcppm;
 
 #endif

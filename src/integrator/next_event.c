@@ -26,7 +26,7 @@ static float weight_of(const ca_next_event *event)
                                    ca_arrive(&flight, distance, event->cos_out), event->value.pdf_reverse, cos_ratio,
                                    reuse, walk->walk.tail),
                 ca_join_end(&end, (ca_pdf_area){event->value.pdf.v * hit_factor}), &end,
-                walk->walk.densities[1].distance);
+                walk->walk.densities[1].distance, walk->factors);
     const ca_light_vertex start = {.point = {.position = direct->position, .ng = direct->ng, .shape = number}};
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_NEXT_EVENT, &path, walk->points, &start);
 }

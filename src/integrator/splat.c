@@ -27,7 +27,7 @@ static float weight_of(const ca_bidirectional *b, const lens_join *join)
         ca_join(ca_join_end(&lens, (ca_pdf_area){0.0f}),
                 ca_join_scattering(w->densities, w->vertex + 1, ca_arrive(&flight, direct->distance, join->cos_out),
                                    join->value.pdf_reverse, cos_ratio, &b->rules.reuse, w->tail),
-                w->densities, direct->distance);
+                w->densities, direct->distance, ca_bidirectional_factors(b, direct->film_position));
     const ca_surface_point lens_point = {.position = direct->position};
     return ca_bidirectional_weight(b, CA_TECHNIQUE_SPLAT, &path, &lens_point, walk->vertices);
 }

@@ -97,16 +97,17 @@ static inline ca_mis_side ca_join_hit(const ca_path_vertex *vertices, uint32_t c
 }
 
 /* The whole path. light_start: v[0] of the light path, or what ca_light_end made of the light's point, with its
- * next_event_ratio. camera_distance: from the lens to the first vertex. */
+ * next_event_ratio. camera_distance: from the lens to the first vertex. factors: as ca_mis_path has them. */
 static inline ca_mis_path ca_join(ca_mis_side camera, ca_mis_side light, const ca_path_vertex *light_start,
-                                  float camera_distance)
+                                  float camera_distance, const ca_technique_factors *factors)
 {
     return (ca_mis_path){.camera = camera,
                          .light = light,
                          .next_event_ratio = light_start->next_event_ratio,
                          .light_choice = light_start->light_choice,
                          .light_infinite = light_start->at_infinity,
-                         .camera_distance = camera_distance};
+                         .camera_distance = camera_distance,
+                         .factors = factors};
 }
 
 #endif

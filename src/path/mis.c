@@ -13,6 +13,7 @@ typedef struct mis_split {
     uint32_t connectable;                 /* vertices of the whole path that are */
     uint32_t merge_first, merge_last;     /* ordinals, from the camera, of the vertices where merges are made */
     const float *reuse_camera, *reuse_light;
+    const ca_technique_factors *factors;
 } mis_split;
 
 /* Where the (count * density) of the techniques go. */
@@ -60,6 +61,7 @@ static inline double split_term(const mis_split *m, const ca_mis_path *path, uin
     } else {
         value = rules->connect && before && after ? ratio : 0.0;
     }
+    value *= (double)ca_split_factor(path->factors, k, m->n - k);
     if (sum->splits) sum->splits[k] = value;
     return raised(rules, value);
 }
@@ -70,7 +72,8 @@ static inline double merge_term(const mis_split *m, uint32_t j, uint32_t ordinal
                                 mis_sum *sum)
 {
     if (ordinal < m->merge_first || ordinal > m->merge_last) return 0.0;
-    const double value = density * (double)m->rules->merge_area * (double)*reuse;
+    const double factor = (double)ca_merge_factor(m->factors, j + 1, m->n - 1 - j);
+    const double value = density * (double)m->rules->merge_area * (double)*reuse * factor;
     if (sum->merges) sum->merges[j] = value;
     return raised(m->rules, value);
 }
@@ -134,7 +137,8 @@ static inline mis_split split_of(const ca_mis_rules *rules, const ca_mis_path *p
                    .light = path->light.vertices,
                    .s = path->camera.count,
                    .t = path->light.count,
-                   .n = path->camera.count + path->light.count};
+                   .n = path->camera.count + path->light.count,
+                   .factors = path->factors};
     m.camera_last = technique != CA_TECHNIQUE_HIT && m.s > 1;
     m.light_last = m.t > 1 && (technique != CA_TECHNIQUE_MERGE || m.light[m.t - 1].connectable);
     m.connectable = count_connectable(m.camera, m.s, m.camera_last) + count_connectable(m.light, m.t, m.light_last);
@@ -166,7 +170,7 @@ bool ca_mis_has_tails(const ca_mis_rules *rules)
     const bool same_reuse =
         rules->merge == CA_MERGE_NONE || (rules->merge == CA_MERGE_ALL && rules->merge_limit == UINT32_MAX &&
                                           rules->reuse.kind == CA_REUSE_FULL);
-    return !rules->power && rules->hit == CA_HIT_ALWAYS && same_reuse;
+    return !rules->power && !rules->factors && rules->hit == CA_HIT_ALWAYS && same_reuse;
 }
 
 /* What a merge at any vertex brings, per density of sampling it from the other side. */

@@ -11,7 +11,8 @@
  *     splat          D_1                            count N_F / N_B
  *     merge at x[m]  D_(m+1) pdf_light[m] pi r^2    count reuse[m] (N_F, or what the reuse rule makes of it)
  *
- * per camera path, for N_F light paths and N_B camera paths per pixel. The weight is its (count * density)^beta over
+ * per camera path, for N_F light paths and N_B camera paths per pixel; where the path has factors
+ * (technique_factors.h) the count is multiplied by the technique's. The weight is its (count * density)^beta over
  * the sum of all that the rules allow; beta = 1 is the balance heuristic, 2 the power heuristic. Not available are: a
  * connection next to a vertex that is not connectable, a merge at one; paths of a single segment are only hit. */
 #ifndef CA_PATH_MIS_H
@@ -36,7 +37,8 @@ typedef enum ca_merge_rule {
 } ca_merge_rule;
 
 typedef struct ca_mis_rules {
-    bool power; /* beta = 2 */
+    bool power;   /* beta = 2 */
+    bool factors; /* paths come with factors of techniques */
     ca_hit_rule hit;
     bool next_event, connect, splat;
     ca_merge_rule merge;
@@ -51,11 +53,11 @@ typedef struct ca_mis_rules {
  * whatever their records say: those tell which event was sampled there, which is not used. */
 float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique);
 
-/* Tails. Under the balance heuristic, with merges that count the same everywhere, the techniques whose split or merge
- * lies before a side's last two vertices bring to the sum of all densities a number times what those two bring. That
- * number, the tail, follows from the subpath alone: it grows with the path, and a weight then costs the same whatever
- * the path's length (Georgiev 2012, "Implementing Vertex Connection and Merging", has such sums). Weights are those
- * of the sum over all vertices but for rounding. */
+/* Tails. Under the balance heuristic without factors, with merges that count the same everywhere, the techniques
+ * whose split or merge lies before a side's last two vertices bring to the sum of all densities a number times what
+ * those two bring. That number, the tail, follows from the subpath alone: it grows with the path, and a weight then
+ * costs the same whatever the path's length (Georgiev 2012, "Implementing Vertex Connection and Merging", has such
+ * sums). Weights are those of the sum over all vertices but for rounding. */
 bool ca_mis_has_tails(const ca_mis_rules *rules);
 /* Of a camera's or a light's subpath whose last vertex is v[last], last >= 1, from that of the subpath without it; 0
  * where last < 3 (camera) or < 2 (light). Where the rules have no tails, CA_MIS_NO_TAIL. */

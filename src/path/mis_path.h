@@ -3,6 +3,7 @@
 #define CA_PATH_MIS_PATH_H
 
 #include "path/path_vertex.h"
+#include "path/technique_factors.h"
 
 #define CA_MIS_NO_TAIL (-1.0)
 
@@ -28,6 +29,7 @@ typedef struct ca_mis_path {
     float light_choice;     /* p_0 of the light */
     bool light_infinite;    /* x[n-1] is a direction */
     float camera_distance;  /* from x[0] to x[1], m */
+    const ca_technique_factors *factors; /* of its place on the film; NULL: all are 1 */
 } ca_mis_path;
 
 #endif

@@ -257,6 +257,7 @@ static const integrator_variant variants[] = {
     {"vcm-star:" RADIUS, NEEDS_NARROW_VIEW, 1, false},
     {"ovcm:" RADIUS, NEEDS_NARROW_VIEW, 1, false},
     {"cavcm:" RADIUS, NEEDS_NARROW_VIEW, 1, false},
+    {"vavcm:" RADIUS, NEEDS_NARROW_VIEW, 1, false},
     {"qmcppm:" ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
     {"qmcppm:camera_diffuse_depth=2,kernel=sph," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
     {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},

@@ -53,6 +53,7 @@ ca_mis_rules ca_random_rules(ca_test_random *random)
     ca_mis_rules rules = happens(random, 0.5f) ? algorithm_rules(random) : any_rules(random);
     const float light_paths = happens(random, 0.1f) ? 1.0f : floorf(log_uniform(random, 1.0f, 1e6f));
     rules.power = happens(random, 0.5f);
+    rules.factors = happens(random, 0.1f);
     rules.splat_count = light_paths / (float)(1 + below(random, 8));
     rules.merge_area = log_uniform(random, 1e-7f, 1e-1f);
     rules.reuse = (ca_reuse_rules){.kind = (ca_reuse_kind)below(random, CA_REUSE_KIND_COUNT),
@@ -110,6 +111,15 @@ static void draw_interior(ca_test_random *random, uint32_t i, float dirac, float
     path->photon_density[i] = log_uniform(random, 1e-1f, 1e7f);
 }
 
+static void draw_factors(ca_test_random *random, ca_technique_factors *factors)
+{
+    for (uint32_t s = 0; s < CA_FACTOR_VERTICES; s++)
+        for (uint32_t t = 0; t < CA_FACTOR_VERTICES; t++) {
+            factors->splits[s][t] = log_uniform(random, 1e-2f, 1e3f);
+            factors->merges[s][t] = log_uniform(random, 1e-2f, 1e3f);
+        }
+}
+
 ca_full_path ca_random_path(ca_test_random *random)
 {
     const float dirac_choices[] = {0.0f, 0.2f, 0.7f}, decade_choices[] = {0.3f, 1.0f, 4.0f};
@@ -118,6 +128,7 @@ ca_full_path ca_random_path(ca_test_random *random)
     path.pdf_camera[path.n - 1] = log_uniform(random, 1e-3f, 1e2f);
     draw_camera(random, &path);
     draw_light(random, &path);
+    draw_factors(random, &path.factors);
     for (uint32_t i = 1; i + 1 < path.n; i++) draw_interior(random, i, dirac, decades, &path);
     return path;
 }

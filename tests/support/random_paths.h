@@ -25,6 +25,7 @@ typedef struct ca_full_path {
     bool light_infinite;
     float photon_density[CA_FULL_PATH_MAX];
     float next_event_ratio, light_choice;
+    ca_technique_factors factors; /* where the rules have some */
 } ca_full_path;
 
 static inline bool ca_full_path_is_smooth(const ca_full_path *path, uint32_t i)

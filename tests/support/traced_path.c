@@ -62,6 +62,7 @@ bool traced_path_read(const ca_observed_path *observed, const ca_scene *scene, c
                           .camera = camera,
                           .light = &scene->lights[light],
                           .light_choice = (double)ca_light_choice_probability(&scene->light_choice, light),
+                          .factors = observed->path->factors,
                           .n = n,
                           .split = observed->path->camera.count};
     read_points(observed, path);
@@ -415,6 +416,7 @@ static void recompute_chains(const traced_path *path, ca_full_path *full)
 void traced_path_recompute(const traced_path *path, ca_full_path *full)
 {
     *full = (ca_full_path){.n = path->n};
+    if (path->factors) full->factors = *path->factors;
     recompute_camera_end(path, full);
     recompute_light_end(path, full);
     recompute_events(path, full);

@@ -16,6 +16,7 @@ typedef struct traced_path {
     const ca_camera *camera;
     const ca_light *light;
     double light_choice;
+    const ca_technique_factors *factors; /* as the record has them; NULL: none */
     uint32_t n;
     uint32_t split;  /* vertices of the camera's side; of a merge with the merged one */
     uint32_t merged; /* 0: none */

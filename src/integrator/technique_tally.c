@@ -1,0 +1,187 @@
+#include "integrator/technique_tally.h"
+
+#include "base/memory.h"
+#include "sampling/sampler.h"
+
+enum {
+    MOST_CELLS = 16384,
+    CELL_PIXELS = 16, /* of a cell at least */
+    REGION = 4        /* cells of a region's side */
+};
+enum { CLASSES = CA_FACTOR_VERTICES * CA_FACTOR_VERTICES, BINS = 2 * CLASSES };
+
+/* What a class of techniques has brought to a cell. */
+typedef struct bin {
+    float now;              /* sum of this iteration */
+    float sum, sum_squares; /* of those sums */
+    float squares;          /* of single contributions */
+} bin;
+
+struct ca_technique_tally {
+    uint32_t width, height, side; /* side of a cell, in pixels */
+    uint32_t columns, rows;
+    bin *bins; /* owned; [rows][columns][BINS]; splits first */
+};
+
+struct ca_factor_map {
+    uint32_t columns, rows;
+    float per_pixel;               /* regions */
+    ca_technique_factors *factors; /* owned; [rows][columns] */
+};
+
+/* ---- Cells ----------------------------------------------------------------------------------------------------- */
+
+static uint32_t parts(uint32_t whole, uint32_t side) { return (whole + side - 1) / side; }
+
+ca_status ca_technique_tally_create(ca_technique_tally **tally, uint32_t width, uint32_t height, ca_error *error)
+{
+    uint32_t side = 1;
+    while (side * side < CELL_PIXELS || (uint64_t)parts(width, side) * parts(height, side) > MOST_CELLS) side++;
+    ca_technique_tally *created = ca_alloc(1, sizeof *created);
+    *tally = created;
+    if (!created) return ca_fail_memory(error, "the pilot of techniques");
+    *created = (ca_technique_tally){width, height, side, parts(width, side), parts(height, side), NULL};
+    created->bins = ca_alloc_zeroed((size_t)ca_technique_tally_cells(created) * BINS, sizeof *created->bins);
+    return created->bins ? CA_OK : ca_fail_memory(error, "the pilot of techniques");
+}
+
+void ca_technique_tally_destroy(ca_technique_tally *tally)
+{
+    if (!tally) return;
+    ca_free(tally->bins);
+    ca_free(tally);
+}
+
+uint32_t ca_technique_tally_cells(const ca_technique_tally *tally) { return tally->columns * tally->rows; }
+
+/* Anywhere in the cell, so that no pattern of the image goes unseen. */
+void ca_technique_tally_pixel(const ca_technique_tally *tally, uint32_t cell, uint32_t *x, uint32_t *y)
+{
+    const uint64_t random = ca_pcg_permute(cell);
+    const uint32_t in_x = (uint32_t)(random >> 8) % tally->side, in_y = (uint32_t)(random >> 36) % tally->side;
+    *x = ca_min_u32(cell % tally->columns * tally->side + in_x, tally->width - 1);
+    *y = ca_min_u32(cell / tally->columns * tally->side + in_y, tally->height - 1);
+}
+
+static bin *bins_of(const ca_technique_tally *tally, uint32_t cell) { return tally->bins + (size_t)cell * BINS; }
+
+void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
+                            uint32_t t, ca_rgb unweighted)
+{
+    const bool merge = technique == CA_TECHNIQUE_MERGE;
+    const uint32_t light = merge ? t - 1 : t;
+    const uint32_t number = ca_factor_class(s) * CA_FACTOR_VERTICES + ca_factor_class(light);
+    bin *to = bins_of(tally, y / tally->side * tally->columns + x / tally->side) + (merge ? CLASSES : 0) + number;
+    const float value = (unweighted.r + unweighted.g + unweighted.b) / 3.0f;
+    to->now += value;
+    to->squares += ca_sqr(value);
+}
+
+void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell)
+{
+    bin *bins = bins_of(tally, cell);
+    for (uint32_t i = 0; i < BINS; i++) {
+        bins[i].sum += bins[i].now;
+        bins[i].sum_squares += ca_sqr(bins[i].now);
+        bins[i].now = 0.0f;
+    }
+}
+
+/* ---- Factors --------------------------------------------------------------------------------------------------- */
+
+/* Sums over cells: of squares of single contributions, of variances, and of independent differences. */
+typedef struct moments {
+    double squares, variance, differences;
+} moments;
+
+static void add_cells(const ca_technique_tally *tally, uint32_t cell, uint32_t iterations, moments *to)
+{
+    const bin *bins = bins_of(tally, cell);
+    const double n = iterations;
+    for (uint32_t i = 0; i < BINS; i++) {
+        const double sum = (double)bins[i].sum, about_mean = (double)bins[i].sum_squares - sum * sum / n;
+        to[i].squares += (double)bins[i].squares / n;
+        to[i].variance += about_mean > 0.0 ? about_mean / (n - 1.0) : 0.0;
+        to[i].differences += n - 1.0;
+    }
+}
+
+/* Of each region's cells. */
+static void sum_regions(const ca_technique_tally *tally, uint32_t iterations, uint32_t columns, moments *regions)
+{
+    for (uint32_t y = 0; y < tally->rows; y++)
+        for (uint32_t x = 0; x < tally->columns; x++) {
+            const uint32_t region = y / REGION * columns + x / REGION;
+            add_cells(tally, y * tally->columns + x, iterations, regions + (size_t)region * BINS);
+        }
+}
+
+/* With the neighbours, which count half across, down, and half of that across corners. */
+static moments smoothed(const ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row, uint32_t i)
+{
+    moments sum = {0};
+    for (uint32_t y = row > 0 ? row - 1 : 0; y <= row + 1 && y < map->rows; y++)
+        for (uint32_t x = column > 0 ? column - 1 : 0; x <= column + 1 && x < map->columns; x++) {
+            const double weight = (y == row ? 1.0 : 0.5) * (x == column ? 1.0 : 0.5);
+            const moments *of = &regions[(size_t)(y * map->columns + x) * BINS + i];
+            sum.squares += weight * of->squares;
+            sum.variance += weight * of->variance;
+            sum.differences += weight * of->differences;
+        }
+    return sum;
+}
+
+static float factor_of(moments of)
+{
+    if (!(of.squares > 0.0)) return 1.0f;
+    return (float)(of.squares / (of.variance + of.squares / of.differences));
+}
+
+static void fill(ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row)
+{
+    ca_technique_factors *factors = &map->factors[row * map->columns + column];
+    for (uint32_t i = 0; i < CLASSES; i++) {
+        const uint32_t camera = i / CA_FACTOR_VERTICES, light = i % CA_FACTOR_VERTICES;
+        factors->splits[camera][light] = factor_of(smoothed(map, regions, column, row, i));
+        factors->merges[camera][light] = factor_of(smoothed(map, regions, column, row, CLASSES + i));
+    }
+}
+
+ca_status ca_factor_map_create(ca_factor_map **map, const ca_technique_tally *tally, uint32_t iterations,
+                               ca_error *error)
+{
+    const uint32_t columns = parts(tally->columns, REGION), rows = parts(tally->rows, REGION);
+    const size_t count = (size_t)columns * rows;
+    ca_factor_map *created = *map = ca_alloc_zeroed(1, sizeof *created);
+    moments *regions = ca_alloc_zeroed(count * BINS, sizeof *regions);
+    if (created) {
+        const float per_pixel = 1.0f / (float)(REGION * tally->side);
+        *created = (ca_factor_map){columns, rows, per_pixel, ca_alloc(count, sizeof *created->factors)};
+    }
+    const bool fits = created && created->factors && regions;
+    if (fits) {
+        sum_regions(tally, iterations, columns, regions);
+        for (uint32_t i = 0; i < count; i++) fill(created, regions, i % columns, i / columns);
+    }
+    ca_free(regions);
+    return fits ? CA_OK : ca_fail_memory(error, "the techniques' factors");
+}
+
+void ca_factor_map_destroy(ca_factor_map *map)
+{
+    if (!map) return;
+    ca_free(map->factors);
+    ca_free(map);
+}
+
+static uint32_t region_of(float position, float per_pixel, uint32_t count)
+{
+    const float region = position * per_pixel;
+    return region > 0.0f ? ca_min_u32((uint32_t)region, count - 1) : 0;
+}
+
+const ca_technique_factors *ca_factor_map_at(const ca_factor_map *map, ca_vec2 film)
+{
+    const uint32_t column = region_of(film.x, map->per_pixel, map->columns);
+    return &map->factors[region_of(film.y, map->per_pixel, map->rows) * map->columns + column];
+}

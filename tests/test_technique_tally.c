@@ -1,0 +1,198 @@
+/* Factors of variance-aware weights: what a tally makes of numbers whose moments are known, and that every path that
+ * the engine weights reads the factors of its own place on the film. */
+#include "integrator/bidirectional.h"
+#include "render/render.h"
+#include "render/workers.h"
+#include "support/scene_text.h"
+#include "support/test_random.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* ---- Known moments --------------------------------------------------------------------------------------------- */
+
+enum { WIDTH = 200, HEIGHT = 120, ITERATIONS = 8 };
+
+static ca_test_random numbers;
+
+static uint32_t poisson(double mean)
+{
+    uint32_t count = 0;
+    for (double product = (double)ca_test_random_float(&numbers); product > exp(-mean); count++)
+        product *= (double)ca_test_random_float(&numbers);
+    return count;
+}
+
+static void add(ca_technique_tally *tally, uint32_t cell, ca_technique technique, uint32_t s, uint32_t t, float value)
+{
+    uint32_t x, y;
+    ca_technique_tally_pixel(tally, cell, &x, &y);
+    ca_technique_tally_add(tally, x, y, technique, s, t, (ca_rgb){value, value, value});
+}
+
+/* One sample, always the same, and one of 1 or 3; independent photons, and photons that come three at a time. */
+static void add_iteration(ca_technique_tally *tally, uint32_t cell)
+{
+    add(tally, cell, CA_TECHNIQUE_NEXT_EVENT, 2, 1, 0.7f);
+    add(tally, cell, CA_TECHNIQUE_CONNECT, 3, 2, ca_test_random_float(&numbers) < 0.5f ? 1.0f : 3.0f);
+    for (uint32_t i = poisson(4.0); i > 0; i--) add(tally, cell, CA_TECHNIQUE_MERGE, 2, 2, 0.3f);
+    for (uint32_t i = 3 * poisson(2.0); i > 0; i--) add(tally, cell, CA_TECHNIQUE_MERGE, 9, 7, 1.0f);
+}
+
+static ca_factor_map *map_of_known_moments(void)
+{
+    ca_technique_tally *tally;
+    ca_factor_map *map;
+    ca_error error;
+    assert_int_equal(ca_technique_tally_create(&tally, WIDTH, HEIGHT, &error), CA_OK);
+    for (uint32_t i = 0; i < ITERATIONS; i++)
+        for (uint32_t cell = 0; cell < ca_technique_tally_cells(tally); cell++) {
+            add_iteration(tally, cell);
+            ca_technique_tally_end(tally, cell);
+        }
+    assert_int_equal(ca_factor_map_create(&map, tally, ITERATIONS, &error), CA_OK);
+    ca_technique_tally_destroy(tally);
+    return map;
+}
+
+static void assert_between(double x, double low, double high)
+{
+    if (!(x > low && x < high)) fail_msg("%g is not between %g and %g", x, low, high);
+}
+
+static void test_known_moments(void **state)
+{
+    (void)state;
+    ca_factor_map *map = map_of_known_moments();
+    for (int i = 0; i < 200; i++) {
+        const ca_vec2 place = {ca_test_random_float(&numbers) * WIDTH, ca_test_random_float(&numbers) * HEIGHT};
+        const ca_technique_factors *factors = ca_factor_map_at(map, place);
+        /* without noise: as many as there were differences, of 4 to 9 regions of 16 cells with smaller weights */
+        assert_between((double)ca_split_factor(factors, 2, 1), 100.0, 500.0);
+        assert_between((double)ca_split_factor(factors, 3, 2), 4.2, 5.8);            /* 5 / 1 */
+        assert_between((double)ca_merge_factor(factors, 2, 1), 0.75, 1.3);           /* 1 */
+        assert_between((double)ca_merge_factor(factors, 9, 6), 0.25, 0.43);          /* 1 / 3 */
+        assert_between((double)ca_merge_factor(factors, 5, 5), 0.25, 0.43);          /* the same class */
+        assert_true(ca_split_factor(factors, 2, 0) == 1.0f && ca_merge_factor(factors, 3, 1) == 1.0f);
+    }
+    ca_factor_map_destroy(map);
+}
+
+/* A path's contributions are no different for what other cells get. */
+static void test_cells_cover_the_film(void **state)
+{
+    (void)state;
+    static const uint32_t sizes[][2] = {{1, 1}, {3, 1}, {96, 96}, {1000, 3}, {3840, 2160}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        ca_technique_tally *tally;
+        assert_int_equal(ca_technique_tally_create(&tally, sizes[i][0], sizes[i][1], NULL), CA_OK);
+        const uint32_t cells = ca_technique_tally_cells(tally);
+        const double pixels = (double)sizes[i][0] * (double)sizes[i][1];
+        assert_true(cells >= 1 && cells <= 16384 && (double)cells <= pixels / 4.0 + 1.0);
+        for (uint32_t cell = 0; cell < cells; cell++) {
+            uint32_t x, y;
+            ca_technique_tally_pixel(tally, cell, &x, &y);
+            assert_true(x < sizes[i][0] && y < sizes[i][1]);
+        }
+        ca_technique_tally_destroy(tally);
+    }
+}
+
+/* ---- Places on the film ---------------------------------------------------------------------------------------- */
+
+static const char *const box =
+    "<scene version='3.0.0'><integrator type='vavcm'><integer name='max_depth' value='5'/>"
+    "<float name='radius' value='0.1'/></integrator>"
+    "<sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"
+    "<lookat origin='0,0,0.9' target='0,0,-1' up='0,1,0'/></transform><film type='hdrfilm'>"
+    "<integer name='width' value='80'/><integer name='height' value='48'/><rfilter type='tent'/></film></sensor>"
+    "<shape type='cube'><boolean name='flip_normals' value='true'/><bsdf type='diffuse'/></shape>"
+    "<shape type='sphere'><float name='radius' value='0.3'/><bsdf type='dielectric'/></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/>"
+    "<translate y='0.98'/></transform><bsdf type='diffuse'/>"
+    "<emitter type='area'><rgb name='radiance' value='5,5,5'/></emitter></shape></scene>";
+
+typedef struct watch {
+    const ca_camera *camera;
+    const ca_bidirectional *engine;
+    uint32_t seen[CA_TECHNIQUE_COUNT];
+} watch;
+
+/* Near a region's edge rounding may decide. */
+static bool is_at_an_edge(const ca_factor_map *map, ca_vec2 film)
+{
+    const float off = 0.01f;
+    const ca_technique_factors *here = ca_factor_map_at(map, film);
+    return ca_factor_map_at(map, (ca_vec2){film.x - off, film.y - off}) != here ||
+           ca_factor_map_at(map, (ca_vec2){film.x + off, film.y + off}) != here ||
+           ca_factor_map_at(map, (ca_vec2){film.x + off, film.y - off}) != here ||
+           ca_factor_map_at(map, (ca_vec2){film.x - off, film.y + off}) != here;
+}
+
+/* The camera is a pinhole: the place follows from the first point that it sees. */
+static void see(void *user, const ca_observed_path *observed)
+{
+    watch *w = user;
+    const ca_vec3 first = observed->path->camera.count > 1
+                              ? observed->camera[1].position
+                              : observed->light[observed->path->light.count - 1].point.position;
+    ca_camera_direct direct;
+    if (!ca_camera_sample_direct(w->camera, first, (ca_vec2){0.5f, 0.5f}, 4.0f, &direct)) return;
+    if (is_at_an_edge(w->engine->factors, direct.film_position)) return;
+    assert_ptr_equal(observed->path->factors, ca_factor_map_at(w->engine->factors, direct.film_position));
+    w->seen[observed->technique]++;
+}
+
+static void trace_pass(const ca_render_plan *plan, void *state)
+{
+    static ca_film_sample samples[80 * 48];
+    static ca_camera_path paths[80 * 48];
+    ca_workers workers;
+    assert_int_equal(ca_workers_create(&workers, 1, NULL), CA_OK);
+    memset(samples, 0, sizeof samples);
+    for (uint32_t i = 0; i < 80 * 48; i++)
+        paths[i] = (ca_camera_path){.x = i % 80, .y = i / 80, .sample = &samples[i]};
+    assert_int_equal(plan->type->begin_round(state, 0, 0, &workers.parallel, workers.list, NULL), CA_OK);
+    plan->type->camera_paths(state, paths, 80 * 48, 0, &workers.list[0]);
+    ca_workers_destroy(&workers);
+}
+
+static void test_paths_read_the_factors_of_their_place(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.threads = 1;
+    ca_render_plan plan;
+    ca_error error;
+    if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s", error.message);
+    watch w = {.camera = &plan.camera};
+    const ca_path_observer observer = {see, &w};
+    plan.input.observer = &observer;
+    void *engine;
+    assert_int_equal(plan.type->create(&plan.input, &engine, &error), CA_OK);
+    w.engine = engine;
+    trace_pass(&plan, engine);
+    for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) {
+        print_message("    %s: %u paths\n", ca_technique_name((ca_technique)t), w.seen[t]);
+        assert_true(w.seen[t] > 100);
+    }
+    plan.type->destroy(engine);
+    ca_scene_release(scene);
+}
+
+int main(void)
+{
+    numbers = ca_test_random_seed(7);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_known_moments),
+        cmocka_unit_test(test_cells_cover_the_film),
+        cmocka_unit_test(test_paths_read_the_factors_of_their_place),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
