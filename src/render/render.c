@@ -25,6 +25,8 @@ typedef struct render {
     uint32_t passes;
     double start, seconds;
     ca_noise_looks looks;
+    uint32_t look_passes; /* done at the last look */
+    double look_seconds;  /* then */
     bool interrupted;
 } render;
 
@@ -63,6 +65,8 @@ static bool report_progress(render *r)
         .seconds_predicted = r->looks.seconds_predicted,
         .noise_percent = r->looks.noise,
         .noise_target = settings->noise_percent,
+        .noise_passes = r->look_passes,
+        .noise_seconds = r->look_seconds,
         .snapshot = take_snapshot,
         .render = r,
     };
@@ -77,6 +81,14 @@ static bool should_stop(render *r)
     return ca_noise_looks_reached(&r->looks);
 }
 
+static void look(render *r)
+{
+    ca_noise_looks_take(&r->looks, r->passes, 100.0 * ca_film_summarise(&r->film).noise, r->seconds,
+                        r->seconds / r->passes);
+    r->look_passes = r->passes;
+    r->look_seconds = r->seconds;
+}
+
 static ca_status run_passes(render *r, ca_error *error)
 {
     r->start = ca_clock_seconds();
@@ -85,9 +97,7 @@ static ca_status run_passes(render *r, ca_error *error)
         CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, r->passes), error));
         r->passes++;
         r->seconds = ca_clock_seconds() - r->start;
-        if (ca_noise_looks_due(&r->looks, r->passes))
-            ca_noise_looks_take(&r->looks, r->passes, 100.0 * ca_film_summarise(&r->film).noise, r->seconds,
-                                r->seconds / r->passes);
+        if (ca_noise_looks_due(&r->looks, r->passes)) look(r);
         r->interrupted = !report_progress(r);
         if (r->interrupted || should_stop(r)) return CA_OK;
     }
