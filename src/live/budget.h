@@ -6,9 +6,9 @@
  * What a picture will cost is estimated from the last one. Two kinds of pictures are taken whatever they cost: the
  * first one, and one that comes CA_LIVE_MOST_SECONDS after the last. Answers wait for debts, and a picture is of use
  * once it has been sent: one that CA_LIVE_DEBT_SECONDS of rendering would not pay for is not charged, and sending
- * CA_LIVE_SENT_CHANNELS of it is paid for with it. A small advance, granted once, is there from the beginning, so that a page opens at
- * once. A part of the share is kept for the end, when viewers fetch the last picture, together with the cost of
- * sending it once; earlier debts do not count then.
+ * CA_LIVE_SENT_CHANNELS of it is paid for with it. A small advance, granted once, is there from the beginning, so
+ * that a page opens at once. A part of the share is kept for the end, when viewers fetch the last picture, together
+ * with the cost of sending it once; earlier debts do not count then.
  *
  * Threads: the caller's lock. */
 #ifndef CA_LIVE_BUDGET_H
