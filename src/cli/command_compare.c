@@ -240,7 +240,7 @@ static void print_test(const ca_block_test *test)
     if (!test->done) {
         printf("  block test          not done: %s\n", test->blocks_untested
                                                            ? "each block has a pixel of unknown variance"
-                                                           : "the image has no Variance.* and Samples.Y");
+                                                           : "the image lacks Variance.* or Samples.Y");
         return;
     }
     printf("  blocks that differ  %u of %u (p = %.3g for the whole picture)\n", test->rejected, test->blocks,
