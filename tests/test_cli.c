@@ -286,7 +286,7 @@ static void test_strategies(void **state)
         assert_exit(&r, 0);
         assert_says(r.output, "wrote ");
         assert_says(r.output, folders[i]);
-        static const char *const names[] = {"hit_s3_t0_weighted.exr", "next_event_s2_t1_unweighted.exr",
+        static const char *const names[] = {"index.html", "hit_s3_t0_weighted.exr", "next_event_s2_t1_unweighted.exr",
                                             "next_event_s2_t1_weight.exr"};
         for (size_t n = 0; n < sizeof names / sizeof names[0]; n++) {
             char path[128];

@@ -176,7 +176,7 @@ static const ca_option options[] = {
      .argument = "DIR",
      .kind = CA_OPTION_TEXT,
      AT(settings.strategies_directory),
-     .help = "write an image of what each technique found; needs --max-depth 13 or less"},
+     .help = "write images of what each technique found, and a page that shows them; needs --max-depth 13 or less"},
     {.name = "serve",
      .argument = "[PORT]",
      .kind = CA_OPTION_PORT,

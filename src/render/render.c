@@ -8,6 +8,7 @@
 #include "render/ray_file.h"
 #include "render/record.h"
 #include "render/replicates.h"
+#include "report/technique_page.h"
 
 #include <math.h>
 #include <string.h>
@@ -170,6 +171,13 @@ static ca_status develop(const render *r, const ca_render_statistics *statistics
     return status;
 }
 
+static ca_status write_strategies(const render *r, const ca_technique_images *strategies, ca_error *error)
+{
+    const char *folder = r->plan->settings->strategies_directory;
+    CA_TRY(ca_technique_images_write(strategies, r->passes, folder, error));
+    return ca_technique_page_write(strategies, r->passes, folder, error);
+}
+
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
@@ -179,8 +187,7 @@ static ca_status render_film(render *r, ca_image_layers **image, ca_render_stati
     ca_pass_runner_destroy(&r->runner);
     CA_TRY(status);
     const ca_technique_images *strategies = r->plan->input.technique_images;
-    if (strategies)
-        CA_TRY(ca_technique_images_write(strategies, r->passes, r->plan->settings->strategies_directory, error));
+    if (strategies) CA_TRY(write_strategies(r, strategies, error));
     return develop(r, statistics, image, error);
 }
 
