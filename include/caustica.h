@@ -92,6 +92,8 @@ typedef struct ca_render_progress {
     double seconds_predicted;           /* > 0: of the whole render, to its noise target */
     double noise_percent;               /* relative standard error of the image so far; negative: not known yet */
     double noise_target;                /* 0: none */
+    uint32_t noise_passes;              /* passes done when noise_percent was estimated */
+    double noise_seconds;               /* seconds then */
     /* Makes the picture so far, as the render would give it if it ended now. Only while the callback runs, and in its
      * thread; NULL: there is no picture yet, or no whole one. Costs nothing where it is not called. */
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,

@@ -286,7 +286,7 @@ static void test_strategies(void **state)
         assert_exit(&r, 0);
         assert_says(r.output, "wrote ");
         assert_says(r.output, folders[i]);
-        static const char *const names[] = {"hit_s3_t0_weighted.exr", "next_event_s2_t1_unweighted.exr",
+        static const char *const names[] = {"index.html", "hit_s3_t0_weighted.exr", "next_event_s2_t1_unweighted.exr",
                                             "next_event_s2_t1_weight.exr"};
         for (size_t n = 0; n < sizeof names / sizeof names[0]; n++) {
             char path[128];
@@ -353,7 +353,8 @@ static void test_compare(void **state)
         "--mask=40,0,48,4");
     assert_exit(&r, 0);
     assert_says(r.output, "blocks that differ  0 of 6");
-    assert_says(r.output, "would detect");
+    assert_says(r.output, "would detect        a bias of ");
+    assert_says(r.output, " % in a typical block (5 % significance, 80 % power; ");
     json_t *root = load_json(folder_of(state), "a.json");
     const json_t *images = json_object_get(root, "images");
     assert_int_equal(json_array_size(images), 3);
@@ -363,6 +364,8 @@ static void test_compare(void **state)
     assert_true(json_number(c, "relmse") > 0.0);
     assert_int_equal((int)json_number(b, "masked"), 16 + 32);
     assert_true(json_number(json_object_get(c, "block_test"), "rejected") > 0.0);
+    assert_true(json_number(json_object_get(c, "block_test"), "blocks_with_noise") > 0.0);
+    assert_true(json_number(json_object_get(c, "block_test"), "detectable_bias") > 0.0);
     json_decref(root);
 }
 

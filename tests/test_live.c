@@ -6,6 +6,7 @@
 #include "support/live_client.h"
 #include "support/live_fixture.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -120,6 +121,48 @@ static void test_three_pictures(void **state)
     assert_true(ca_live_fake_beside(follow_passes, seen, sizeof seen));
     assert_string_equal(seen, "good good good ");
     ca_live_fake_close();
+}
+
+static double told(ca_live_state *state, const char *name)
+{
+    char text[CA_LIVE_EVENT_SIZE], key[64];
+    uint64_t number;
+    assert_true(ca_live_state_describe(state, text, &number) > 0);
+    snprintf(key, sizeof key, "\"%s\":", name);
+    const char *at = strstr(text, key);
+    if (!at) fail_msg("no %s in %s", name, text);
+    return strtod(at + strlen(key), NULL);
+}
+
+/* What is expected at the end is told with the estimate that it is made from, and does not change while the render
+ * goes on without a new one. */
+static void test_prediction_belongs_to_its_estimate(void **unused)
+{
+    (void)unused;
+    ca_live_state state;
+    const ca_render_statistics statistics = {.noise_percent = 40.0};
+    fake = (ca_live_fake){.width = CA_LIVE_WIDTH, .height = CA_LIVE_HEIGHT};
+    assert_int_equal(ca_live_state_init(&state, 1, NULL), CA_OK);
+    assert_int_equal(ca_live_snapshot_create(&state.snapshot, ca_live_fake_picture(4), &statistics, NULL), CA_OK);
+    state.snapshot->passes = 4;
+    state.snapshot->seconds = 2.0;
+    for (uint32_t passes = 4; passes <= 64; passes *= 4) { /* the picture's noise, at whatever pass it is looked at */
+        state.progress = (ca_render_progress){
+            .passes_done = passes, .passes_total = 64, .seconds = 0.5 * passes, .noise_percent = -1.0};
+        assert_true(told(&state, "noise") == 40.0 && told(&state, "passes") == passes);
+        assert_true(told(&state, "noise_passes") == 4.0 && told(&state, "noise_seconds") == 2.0);
+        assert_true(fabs(told(&state, "predicted") - 10.0) < 1e-6);
+    }
+    state.progress.noise_percent = 24.0; /* the render's own estimate is newer than the picture */
+    state.progress.noise_passes = 16;
+    state.progress.noise_seconds = 8.0;
+    assert_true(told(&state, "noise") == 24.0 && told(&state, "noise_passes") == 16.0);
+    assert_true(fabs(told(&state, "predicted") - 12.0) < 1e-6);
+    state.snapshot->passes = 36; /* and now older */
+    state.snapshot->seconds = 18.0;
+    assert_true(told(&state, "noise") == 40.0 && told(&state, "noise_passes") == 36.0);
+    assert_true(fabs(told(&state, "predicted") - 30.0) < 1e-6);
+    ca_live_state_clear(&state);
 }
 
 static void control(char *seen, size_t size)
@@ -267,6 +310,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_statuses),
         cmocka_unit_test(test_three_pictures),
+        cmocka_unit_test(test_prediction_belongs_to_its_estimate),
         cmocka_unit_test(test_pause_save_stop),
         cmocka_unit_test(test_signal_ends_a_pause),
         cmocka_unit_test(test_last_picture),

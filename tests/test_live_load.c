@@ -7,6 +7,7 @@
 #include "support/live_fixture.h"
 
 #include <dirent.h>
+#include <math.h>
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -259,8 +260,7 @@ static void take_pictures(char *seen, size_t size)
     snprintf(seen, size, "%d", count);
 }
 
-/* Pictures are on the account, too, with all threads that wait for them: after the first one there is none before it
- * is paid for. */
+/* Pictures are on the account, too: after the first one there is none before it is paid for. */
 static void test_cost_of_pictures(void **state)
 {
     (void)state;
@@ -284,12 +284,90 @@ static void test_cost_of_pictures(void **state)
     ca_live_fake_close();
 }
 
+/* Pictures of `cost` that are wanted all the time, for a minute in which `threads` are at work. Gives back how many
+ * there are; *longest: the longest time between two; *waits: the longest time for which answers wait after one. */
+static int pictures_of_a_minute(uint32_t threads, double cost, double *longest, double *waits)
+{
+    ca_live_budget budget = ca_live_budget_open(threads);
+    const double step = 0.01;
+    double last = 0.0, held_since = -1.0; /* negative: answers do not wait */
+    int pictures = 0;
+    *longest = *waits = 0.0;
+    for (double now = 0.0; now < 60.0; now += step) {
+        const double process = budget.start + now * threads;
+        if (ca_live_budget_allows_picture(&budget, process, now)) {
+            ca_live_budget_charge_picture(&budget, process, cost, 1e6, now);
+            *longest = fmax(*longest, now - last);
+            last = held_since = now;
+            pictures++;
+        }
+        if (ca_live_budget_allows(&budget, process, 0.0) && held_since >= 0.0) {
+            *waits = fmax(*waits, now - held_since);
+            held_since = -1.0;
+        }
+    }
+    if (held_since >= 0.0) *waits = fmax(*waits, 60.0 - held_since);
+    return pictures;
+}
+
+/* Cheap pictures share the budget; of expensive ones there is one in 5 seconds, and answers do not wait for it. */
+static void test_pictures_of_a_minute(void **state)
+{
+    (void)state;
+    double longest, waits;
+    for (uint32_t threads = 1; threads <= 16; threads *= 4) {
+        const double seconds = 60.0 * threads, share = CA_LIVE_ADVANCE + CA_LIVE_SHARE * seconds;
+        const int cheap = pictures_of_a_minute(threads, 0.01 * threads, &longest, &waits);
+        assert_true(cheap > 0.9 * share / (0.01 * threads) && cheap <= 1.0 + share / (0.01 * threads));
+        const int middling = pictures_of_a_minute(threads, 0.07 * threads, &longest, &waits);
+        assert_true(middling > 0.9 * share / (0.07 * threads) && middling <= 1.0 + share / (0.07 * threads));
+        assert_true(waits <= CA_LIVE_DEBT_SECONDS + 0.02);
+        const int expensive = pictures_of_a_minute(threads, 3.0, &longest, &waits);
+        assert_true(expensive >= 12 && expensive <= 12 + (int)(share / 3.0));
+        assert_true(longest <= CA_LIVE_MOST_SECONDS + 0.02 && waits == 0.0);
+        print_message("%u threads: %d cheap, %d middling, %d expensive pictures a minute\n", threads, cheap, middling,
+                      expensive);
+    }
+}
+
+static void count_pictures(char *seen, size_t size)
+{
+    char event[1 << 14];
+    long last = 0, pictures = 0;
+    const int events = ca_live_open(&fake.place, "GET", "events");
+    for (const double start = ca_clock_seconds(); ca_clock_seconds() < start + CA_LIVE_MOST_SECONDS + 2.0;) {
+        if (ca_live_read(events, "\n\n", event, sizeof event) == 0) break;
+        const char *at = strstr(event, "\"version\":");
+        const long version = at ? strtol(at + 10, NULL, 10) : 0;
+        char text[1 << 14];
+        if (version <= last || ca_live_fake_fetch("GET", "planes?names=R", text, sizeof text) != 200) continue;
+        last = version;
+        pictures++;
+    }
+    close(events);
+    snprintf(seen, size, "%ld", pictures);
+}
+
+/* A picture that its share would pay for after a minute comes, and is sent, after 5 seconds. */
+static void test_expensive_pictures_come(void **state)
+{
+    (void)state;
+    char seen[16];
+    ca_live_fake_open(true, NULL);
+    fake.picture_seconds = 0.6;
+    assert_true(ca_live_fake_beside(count_pictures, seen, sizeof seen));
+    print_message("%s pictures of 0.6 s of the processor seen in 7 s, %d taken\n", seen, fake.pictures);
+    assert_true(atoi(seen) >= 2 && fake.pictures == atoi(seen));
+    ca_live_fake_close();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_hanging_clients),  cmocka_unit_test(test_hanging_at_the_end),
         cmocka_unit_test(test_dying_clients),    cmocka_unit_test(test_cost),
-        cmocka_unit_test(test_cost_of_pictures),
+        cmocka_unit_test(test_cost_of_pictures), cmocka_unit_test(test_pictures_of_a_minute),
+        cmocka_unit_test(test_expensive_pictures_come),
     };
     return cmocka_run_group_tests_name("live view: many who look", tests, NULL, NULL);
 }

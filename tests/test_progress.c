@@ -62,8 +62,34 @@ static void test_fraction_and_time(void **state)
     }
 }
 
+/* The noise falls with the square root of the work since it was estimated, however far the render is by now. */
+static void test_noise_at_the_end(void **state)
+{
+    (void)state;
+    ca_render_progress now = {.passes_done = 90, .passes_total = 100, .seconds = 9.0, .noise_percent = 8.0,
+                              .noise_passes = 25, .noise_seconds = 2.5};
+    ca_render_progress then = ca_progress_at_noise(&now);
+    assert_true(fabs(ca_progress_noise_at_end(&then) - 4.0) < 1e-12);
+    now.passes_total = 0;
+    now.seconds_total = 40.0;
+    then = ca_progress_at_noise(&now);
+    assert_true(fabs(ca_progress_noise_at_end(&then) - 2.0) < 1e-12);
+    now.seconds_total = 0.0;
+    now.noise_target = 3.0;
+    then = ca_progress_at_noise(&now);
+    assert_true(fabs(ca_progress_noise_at_end(&then) - 3.0) < 1e-12);
+    now.noise_target = 0.0;
+    then = ca_progress_at_noise(&now);
+    assert_true(ca_progress_noise_at_end(&then) < 0.0);
+    now.seconds_total = 40.0;
+    now.noise_percent = -1.0;
+    then = ca_progress_at_noise(&now);
+    assert_true(ca_progress_noise_at_end(&then) < 0.0);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_fraction_and_time)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_fraction_and_time),
+                                       cmocka_unit_test(test_noise_at_the_end)};
     return cmocka_run_group_tests_name("progress", tests, NULL, NULL);
 }

@@ -240,13 +240,17 @@ static void print_test(const ca_block_test *test)
     if (!test->done) {
         printf("  block test          not done: %s\n", test->blocks_untested
                                                            ? "each block has a pixel of unknown variance"
-                                                           : "the image has no Variance.* and Samples.Y");
+                                                           : "the image lacks Variance.* or Samples.Y");
         return;
     }
     printf("  blocks that differ  %u of %u (p = %.3g for the whole picture)\n", test->rejected, test->blocks,
            test->p_value);
-    printf("  would detect        a bias of %.3g %% (at 5 %% significance, 80 %% power)\n",
-           100.0 * test->detectable_bias);
+    if (test->blocks_with_noise)
+        printf("  would detect        a bias of %.3g %% in a typical block (5 %% significance, 80 %% power; %u of %u "
+               "blocks have noise)\n",
+               100.0 * test->detectable_bias, test->blocks_with_noise, test->blocks);
+    else
+        printf("  would detect        all that is more than rounding: no block has noise\n");
     if (test->blocks_untested) printf("  not tested          %u blocks of unknown variance\n", test->blocks_untested);
     if (test->reference_exact) printf("  note                the reference tells no variance: taken as exact\n");
 }

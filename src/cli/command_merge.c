@@ -10,6 +10,7 @@ typedef struct merge_options {
     ca_text_list outputs;
     const char *stats, *part_path;
     double exposure;
+    ca_layer_choice layers;
     bool quiet, help;
 } merge_options;
 
@@ -27,6 +28,16 @@ static const ca_option options[] = {
      .kind = CA_OPTION_REAL,
      AT(exposure),
      .help = "brightness of .png by powers of two (default: 0)"},
+    {.name = "layers",
+     .argument = "LIST",
+     .kind = CA_OPTION_TEXT,
+     AT(layers.names),
+     .help = "layers of .exr beside R G B: names with commas (Albedo,N,Variance.R), all or none (default: those that "
+             "say something)"},
+    {.name = "half",
+     .kind = CA_OPTION_FLAG,
+     AT(layers.half),
+     .help = "R G B, Albedo and N of .exr with 16 bits instead of 32, where their values fit"},
     {.name = "stats",
      .argument = "FILE.json",
      .kind = CA_OPTION_TEXT,
@@ -58,6 +69,7 @@ static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *er
     if (parts->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a part file to merge is missing");
     if (o->outputs.count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
     CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
+    CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
     return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
 }
 
@@ -81,8 +93,10 @@ static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_err
     ca_status status =
         ca_merge_parts(parts->items, parts->count, o->part_path, wants_image ? &image : NULL, &statistics, error);
     if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
-    if (status == CA_OK) status = ca_outputs_write(o->outputs.items, o->outputs.count, image, o->exposure, error);
+    if (status == CA_OK) status = ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, o->exposure,
+                                                        error);
     if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, &statistics, error);
+    if (status == CA_OK && image) ca_layer_choice_warn(&o->layers, image);
     ca_image_release(image);
     if (status != CA_OK) return status;
     ca_outputs_warn(&statistics);

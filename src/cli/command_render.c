@@ -20,6 +20,7 @@ typedef struct render_options {
     ca_render_settings settings; /* options are read right into it */
     uint32_t resolution[2];
     double exposure;
+    ca_layer_choice layers;
     const char *serve_address, *tev;
     uint32_t port;
     bool serves;
@@ -149,6 +150,16 @@ static const ca_option options[] = {
      .kind = CA_OPTION_REAL,
      AT(exposure),
      .help = "brightness of .png by powers of two (default: 0)"},
+    {.name = "layers",
+     .argument = "LIST",
+     .kind = CA_OPTION_TEXT,
+     AT(layers.names),
+     .help = "layers of .exr beside R G B: names with commas (Albedo,N,Variance.R), all or none (default: those that "
+             "say something)"},
+    {.name = "half",
+     .kind = CA_OPTION_FLAG,
+     AT(layers.half),
+     .help = "R G B, Albedo and N of .exr with 16 bits instead of 32, where their values fit"},
     {.name = "threads",
      .argument = "N",
      .kind = CA_OPTION_COUNT,
@@ -165,7 +176,7 @@ static const ca_option options[] = {
      .argument = "DIR",
      .kind = CA_OPTION_TEXT,
      AT(settings.strategies_directory),
-     .help = "write an image of what each technique found; needs --max-depth 13 or less"},
+     .help = "write images of what each technique found, and a page that shows them; needs --max-depth 13 or less"},
     {.name = "serve",
      .argument = "[PORT]",
      .kind = CA_OPTION_PORT,
@@ -239,8 +250,8 @@ static int print_help(void)
         "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
         "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second "
         "one ends at once.\n"
-        "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs"
-        " at most 3 % of the processor time.\n"
+        "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs "
+        "at most 3 % of the processor time, and one picture in 5 s.\n"
         "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
         "          caustica render scene.xml --time 600 --serve 8080\n",
         stdout);
@@ -295,6 +306,7 @@ static ca_status check_outputs(render_options *o, ca_error *error)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can "
                        "be written");
+    CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
     if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
     return o->settings.strategies_directory ? ca_output_check_folder(o->settings.strategies_directory, error) : CA_OK;
 }
@@ -332,7 +344,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
 static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
                                const ca_render_statistics *statistics, ca_error *error)
 {
-    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, o->exposure, error));
+    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, o->exposure, error));
     return o->stats ? ca_stats_write_render(o->stats, statistics, error) : CA_OK;
 }
 
@@ -386,6 +398,7 @@ static ca_status start_live_view(const render_options *o, ca_live_view *view, ca
         .outputs = o->outputs.items,
         .output_count = o->outputs.count,
         .exposure = o->exposure,
+        .layers = o->layers,
         .stats = o->stats,
     };
     return ca_live_view_start(view, &settings, !o->quiet, error);
@@ -415,6 +428,7 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
     if (status == CA_OK) {
         ca_outputs_warn(&statistics);
+        if (image) ca_layer_choice_warn(&o->layers, image);
         if (!o->quiet) print_summary(o, image, &statistics);
     }
     ca_live_view_end(&view, image, &statistics);

@@ -4,6 +4,7 @@
 #define CA_CLI_LIVE_VIEW_H
 
 #include "cli/progress.h"
+#include "cli/layer_choice.h"
 #include "live/live.h"
 
 typedef struct ca_live_view_settings {
@@ -16,6 +17,7 @@ typedef struct ca_live_view_settings {
     const char *const *outputs; /* what "save" writes */
     size_t output_count;
     double exposure;
+    ca_layer_choice layers;
     const char *stats; /* NULL: none */
 } ca_live_view_settings;
 

@@ -10,6 +10,7 @@
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -42,12 +43,28 @@ ca_status ca_outputs_check(const char *const *paths, size_t count, const char **
     return CA_OK;
 }
 
-ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image, double exposure,
-                           ca_error *error)
+ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
+                                  ca_error *error)
 {
-    for (size_t i = 0; i < count; i++)
-        if (!ca_part_is_path(paths[i])) CA_TRY(ca_image_save(image, paths[i], (float)exposure, error));
-    return CA_OK;
+    bool has_exr = false;
+    CA_TRY(ca_layer_choice_check(choice, error));
+    for (size_t i = 0; i < count; i++) has_exr = has_exr || strcasecmp(ca_path_extension(paths[i]), ".exr") == 0;
+    if (has_exr || (!choice->names && !choice->half)) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: only .exr has layers, and none is written",
+                   choice->names ? "--layers" : "--half");
+}
+
+ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image,
+                           const ca_layer_choice *choice, double exposure, ca_error *error)
+{
+    ca_image_layers view;
+    if (!image) return CA_OK; /* parts without an image: a part file is all that is written */
+    ca_status status = ca_layer_choice_apply(choice, image, &view, error);
+    if (status != CA_OK) return status;
+    for (size_t i = 0; i < count && status == CA_OK; i++)
+        if (!ca_part_is_path(paths[i])) status = ca_layers_write(&view, paths[i], (float)exposure, error);
+    ca_free(view.channels);
+    return status;
 }
 
 void ca_outputs_warn(const ca_render_statistics *s)

@@ -2,7 +2,7 @@
 #ifndef CA_CLI_OUTPUTS_H
 #define CA_CLI_OUTPUTS_H
 
-#include "base/status.h"
+#include "cli/layer_choice.h"
 
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);
@@ -11,9 +11,13 @@ ca_status ca_output_check_place(const char *path, ca_error *error);
  * names are checked before any place, so that wrong usage is reported before a full disk. */
 ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error);
 
-/* Writes the image to all of them but a part file. */
-ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image, double exposure,
-                           ca_error *error);
+/* CA_ERROR_ARGUMENT where layers are chosen and none of the outputs is an .exr, or a name is wrong. */
+ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
+                                  ca_error *error);
+
+/* Writes the image, with the layers that are chosen, to all of them but a part file. */
+ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image,
+                           const ca_layer_choice *choice, double exposure, ca_error *error);
 
 /* Says on standard error how many samples were not finite or negative, and where they came from; nothing where none
  * was. */

@@ -228,6 +228,7 @@ static json_t *block_test_json(const ca_block_test *test)
                           set(object, "rejected", count(test->rejected)) &&
                           set(object, "blocks_untested", count(test->blocks_untested)) &&
                           set(object, "p_value", ca_json_number(test->p_value)) &&
+                          set(object, "blocks_with_noise", count(test->blocks_with_noise)) &&
                           set(object, "detectable_bias", ca_json_number(test->detectable_bias)) &&
                           set(object, "reference_exact", json_boolean(test->reference_exact));
     if (complete) return object;

@@ -73,6 +73,22 @@ void ca_technique_images_add(ca_technique_images *images, ca_technique technique
     pixel->weighted = ca_rgb_madd(pixel->weighted, weight, unweighted);
 }
 
+void ca_technique_images_size(const ca_technique_images *images, uint32_t *width, uint32_t *height)
+{
+    *width = images->width;
+    *height = images->height;
+}
+
+bool ca_technique_images_get(const ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t,
+                             size_t pixel, ca_rgb *unweighted, ca_rgb *weighted)
+{
+    const technique_pixel *pixels = images->pictures[picture_index(technique, s, t)];
+    if (!pixels) return false;
+    *unweighted = pixels[pixel].unweighted;
+    *weighted = pixels[pixel].weighted;
+    return true;
+}
+
 /* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 typedef enum picture_kind { UNWEIGHTED, WEIGHTED, WEIGHT, KIND_COUNT } picture_kind;

@@ -23,6 +23,12 @@ void ca_technique_images_destroy(ca_technique_images *images); /* NULL is allowe
 void ca_technique_images_add(ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t, uint32_t x,
                              uint32_t y, ca_rgb unweighted, float weight);
 
+void ca_technique_images_size(const ca_technique_images *images, uint32_t *width, uint32_t *height);
+
+/* The sums over all passes of a pixel, counted row by row; false: this technique found nothing anywhere. */
+bool ca_technique_images_get(const ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t,
+                             size_t pixel, ca_rgb *unweighted, ca_rgb *weighted);
+
 /* Writes DIRECTORY/<technique>_s<s>_t<t>_{unweighted,weighted,weight}.exr for every technique that found anything,
  * each divided by `passes`; the weight picture is weighted over unweighted luminance, 0 where nothing was found. The
  * folder is made if it does not exist. The EXR's data window is the crop; its display window ends where the crop

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "live/budget.h"
 
+#include <math.h>
 #include <time.h>
 
 double ca_live_process_seconds(void)
@@ -10,9 +11,13 @@ double ca_live_process_seconds(void)
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-ca_live_budget ca_live_budget_open(void)
+ca_live_budget ca_live_budget_open(uint32_t threads)
 {
-    return (ca_live_budget){.share = CA_LIVE_SHARE, .advance = CA_LIVE_ADVANCE, .start = ca_live_process_seconds()};
+    return (ca_live_budget){.share = CA_LIVE_SHARE,
+                            .advance = CA_LIVE_ADVANCE,
+                            .start = ca_live_process_seconds(),
+                            .picture_time = -1.0,
+                            .most_debt = CA_LIVE_SHARE * CA_LIVE_DEBT_SECONDS * threads};
 }
 
 static double allowance(const ca_live_budget *budget, double process_seconds)
@@ -31,4 +36,24 @@ void ca_live_budget_end(ca_live_budget *budget, double process_seconds, double p
 bool ca_live_budget_allows(const ca_live_budget *budget, double process_seconds, double more)
 {
     return budget->spent + more <= allowance(budget, process_seconds);
+}
+
+bool ca_live_budget_allows_picture(const ca_live_budget *budget, double process_seconds, double now)
+{
+    if (budget->picture_time < 0.0) return true;
+    const double since = now - budget->picture_time;
+    if (since < CA_LIVE_LEAST_SECONDS) return false;
+    return since >= CA_LIVE_MOST_SECONDS || ca_live_budget_allows(budget, process_seconds, budget->picture_cost);
+}
+
+void ca_live_budget_charge_picture(ca_live_budget *budget, double process_seconds, double cost, double pixels,
+                                   double now)
+{
+    const double sending = CA_LIVE_SECONDS_PER_BYTE * CA_LIVE_SENT_CHANNELS * sizeof(float) * pixels;
+    if (cost <= budget->most_debt || ca_live_budget_allows(budget, process_seconds, cost))
+        budget->spent += cost;
+    else
+        budget->spent = fmin(budget->spent, allowance(budget, process_seconds) - sending);
+    budget->picture_cost = cost;
+    budget->picture_time = now;
 }

@@ -13,7 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static const double picture_seconds = 0.25, event_seconds = 0.1, farewell_seconds = 5.0;
+static const double event_seconds = 0.1, farewell_seconds = 5.0;
 enum { URL_SIZE = 160, NAP_MILLISECONDS = 20 };
 
 struct ca_live {
@@ -24,7 +24,7 @@ struct ca_live {
     uint32_t tev_version;   /* of the picture that tev got last */
     pthread_t thread;
     bool has_state, has_thread;
-    double last_picture, last_event; /* when */
+    double last_event; /* when */
     uint32_t versions;
     char url[URL_SIZE];
 };
@@ -140,8 +140,8 @@ ca_status ca_live_create(ca_live **live, const ca_live_settings *settings, ca_er
     ca_live *made = *live = ca_alloc_zeroed(1, sizeof *made);
     if (!made) return ca_fail_memory(error, "the live view");
     made->settings = *settings;
-    made->last_picture = made->last_event = -1.0;
-    ca_status status = ca_live_state_init(&made->state, error);
+    made->last_event = -1.0;
+    ca_status status = ca_live_state_init(&made->state, settings->threads, error);
     made->has_state = status == CA_OK;
     if (status == CA_OK && settings->serves) status = open_server(made, error);
     if (status == CA_OK && settings->tev) status = ca_tev_create(&made->tev, settings->tev, settings->title, error);
@@ -206,11 +206,14 @@ static void show(ca_live *live, ca_live_snapshot *picture)
     ca_live_snapshot_release(old);
 }
 
-static void charge_picture(ca_live *live, double cost)
+static void charge_picture(ca_live *live, double cost, double pixels, bool counts)
 {
+    ca_live_budget *budget = &live->state.budget;
     pthread_mutex_lock(&live->state.lock);
-    live->state.budget.spent += cost;
-    live->state.budget.picture_cost = cost;
+    if (counts)
+        ca_live_budget_charge_picture(budget, ca_live_process_seconds(), cost, pixels, ca_clock_seconds());
+    else
+        budget->picture_time = ca_clock_seconds();
     pthread_mutex_unlock(&live->state.lock);
 }
 
@@ -224,9 +227,10 @@ static ca_status take_picture(ca_live *live, const ca_render_progress *progress,
     CA_TRY(progress->snapshot(progress, &image, &statistics, error));
     CA_TRY(ca_live_snapshot_create(&picture, image, &statistics, error));
     picture->passes = progress->passes_done;
-    live->last_picture = ca_clock_seconds();
+    picture->seconds = progress->seconds;
+    const double pixels = (double)image->width * image->height;
     show(live, picture);
-    if (counts) charge_picture(live, (ca_clock_thread_seconds() - before) * live->settings.threads);
+    charge_picture(live, ca_clock_thread_seconds() - before, pixels, counts);
     return CA_OK;
 }
 
@@ -234,10 +238,9 @@ static bool picture_is_due(ca_live *live, const ca_render_progress *progress)
 {
     ca_live_state *state = &live->state;
     if (!progress->snapshot) return false;
-    if (live->last_picture >= 0.0 && ca_clock_seconds() - live->last_picture < picture_seconds) return false;
     pthread_mutex_lock(&state->lock);
-    const bool due = state->wants_picture &&
-                     ca_live_budget_allows(&state->budget, ca_live_process_seconds(), state->budget.picture_cost);
+    const bool due = state->wants_picture && ca_live_budget_allows_picture(
+                                                 &state->budget, ca_live_process_seconds(), ca_clock_seconds());
     pthread_mutex_unlock(&state->lock);
     return due;
 }
@@ -328,6 +331,7 @@ void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_stati
                  bytes = (double)image->width * image->height * (double)image->channel_count * sizeof(float);
     if (ca_live_snapshot_create(&picture, image, statistics, NULL) == CA_OK) {
         picture->passes = (uint32_t)statistics->iterations;
+        picture->seconds = statistics->seconds;
         show(live, picture);
     }
     pthread_mutex_lock(&state->lock);

@@ -2,8 +2,8 @@
  *
  * One thread serves all viewers. The render takes part in its progress callback: it takes a picture when a viewer
  * waits for one, at most every 250 ms, and waits while it is paused. Both together may cost 3 % of the process's
- * processor time (budget.h): beyond, answers come later, however many viewers there are. No viewer can make the
- * render wait.
+ * processor time (budget.h): beyond, answers come later, however many viewers there are. A picture in 5 seconds is
+ * taken whatever it costs. No viewer can make the render wait.
  *
  * Memory: pictures of all layers, about 120 bytes a pixel each: usually two of them, and one more for each of at most
  * 8 clients that are slow to fetch theirs. */
@@ -20,7 +20,7 @@ typedef struct ca_live_settings {
     uint32_t port;        /* 0: any that is free */
     const char *tev;      /* "HOST:PORT"; NULL: no tev */
     const char *title;    /* of the page and of tev's image; borrowed */
-    uint32_t threads;     /* of the render, which wait while a picture is taken */
+    uint32_t threads;     /* of the render */
     /* Writes the picture so far, when a viewer has asked for it. Says in `message` what was written. */
     ca_status (*save)(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message,
                       size_t size, ca_error *error);

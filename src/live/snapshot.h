@@ -10,6 +10,7 @@ typedef struct ca_live_snapshot {
     ca_render_statistics statistics;
     uint32_t version; /* counts pictures from 1 */
     uint32_t passes;  /* that it is made of */
+    double seconds;   /* of rendering, that it is made of */
     uint32_t holders; /* atomic */
 } ca_live_snapshot;
 

@@ -10,9 +10,9 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-ca_status ca_live_state_init(ca_live_state *state, ca_error *error)
+ca_status ca_live_state_init(ca_live_state *state, uint32_t threads, ca_error *error)
 {
-    *state = (ca_live_state){.budget = ca_live_budget_open(), .news = 1, .progress.noise_percent = -1.0};
+    *state = (ca_live_state){.budget = ca_live_budget_open(threads), .news = 1, .progress.noise_percent = -1.0};
     state->wake_descriptor = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     if (state->wake_descriptor < 0)
         return ca_fail(error, CA_ERROR_FILE, NULL, "the live view cannot begin: %s", strerror(errno));
@@ -82,12 +82,18 @@ static void put(FILE *stream, const char *name, double value)
     ca_page_put_number(stream, value);
 }
 
-/* The noise of the latest picture: the render itself estimates it rarely. */
-static double noise_percent(const news *told)
+/* The limits of the render, and how far it was when the noise was estimated last: by the latest picture, or by the
+ * render itself, which does so rarely. */
+static ca_render_progress noise_estimate(const news *told)
 {
     const ca_live_snapshot *picture = told->snapshot;
-    const double noise = picture ? picture->statistics.noise_percent : -1.0;
-    return noise >= 0.0 ? noise : told->progress.noise_percent;
+    ca_render_progress estimate = ca_progress_at_noise(&told->progress);
+    if (!picture || picture->statistics.noise_percent < 0.0) return estimate;
+    if (estimate.noise_percent >= 0.0 && picture->seconds < estimate.seconds) return estimate;
+    estimate.noise_percent = picture->statistics.noise_percent;
+    estimate.passes_done = picture->passes;
+    estimate.seconds = picture->seconds;
+    return estimate;
 }
 
 static void put_picture(FILE *stream, const ca_live_snapshot *picture)
@@ -103,21 +109,28 @@ static void put_picture(FILE *stream, const ca_live_snapshot *picture)
     fputc('}', stream);
 }
 
-/* Noise falls with the square root of the passes. */
+static void put_noise(FILE *stream, const news *told)
+{
+    const ca_render_progress estimate = noise_estimate(told);
+    const double predicted = ca_progress_noise_at_end(&estimate), unknown = (double)NAN;
+    const bool known = estimate.noise_percent >= 0.0;
+    put(stream, "noise", known ? estimate.noise_percent : unknown);
+    put(stream, "noise_passes", known ? estimate.passes_done : unknown);
+    put(stream, "noise_seconds", known ? estimate.seconds : unknown);
+    put(stream, "target", estimate.noise_target > 0.0 ? estimate.noise_target : unknown);
+    put(stream, "predicted", predicted >= 0.0 ? predicted : unknown);
+}
+
 static void put_progress(FILE *stream, const news *told)
 {
     const ca_render_progress *p = &told->progress;
-    const double fraction = ca_progress_fraction(p), noise = noise_percent(told);
-    const double unknown = (double)NAN;
+    const double fraction = ca_progress_fraction(p), unknown = (double)NAN;
     fprintf(stream, ",\"blocks\":%s", p->blocks ? "true" : "false");
     put(stream, "passes", p->passes_done);
     put(stream, "total", p->passes_total > 0 ? p->passes_total : unknown);
     put(stream, "seconds", p->seconds);
     put(stream, "left", fraction > 0.0 ? ca_progress_seconds_left(p) : unknown);
     put(stream, "fraction", fraction >= 0.0 ? fraction : unknown);
-    put(stream, "noise", noise >= 0.0 ? noise : unknown);
-    put(stream, "target", p->noise_target > 0.0 ? p->noise_target : unknown);
-    put(stream, "predicted", noise >= 0.0 && fraction > 0.0 ? noise * sqrt(fraction) : unknown);
 }
 
 size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE], uint64_t *number)
@@ -131,6 +144,7 @@ size_t ca_live_state_describe(ca_live_state *state, char text[CA_LIVE_EVENT_SIZE
     *number = told.number;
     fprintf(stream, "{\"phase\":\"%s\"", phases[told.phase]);
     put_progress(stream, &told);
+    put_noise(stream, &told);
     if (told.snapshot) put_picture(stream, told.snapshot);
     fputs(",\"message\":", stream);
     ca_page_put_json(stream, told.message);

@@ -37,7 +37,8 @@ typedef struct ca_live_state {
     ca_live_budget budget;
 } ca_live_state;
 
-ca_status ca_live_state_init(ca_live_state *state, ca_error *error);
+/* `threads`: of the render. */
+ca_status ca_live_state_init(ca_live_state *state, uint32_t threads, ca_error *error);
 void ca_live_state_clear(ca_live_state *state);
 
 /* With the lock held: there is something new to tell. */

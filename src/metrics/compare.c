@@ -36,6 +36,11 @@ static double stored_rounding(const ca_image_layers *layers, const char *name)
     return 0x1p-22; /* half a unit in the last place, and as much again for the sums before */
 }
 
+static double largest_rounding(const picture *p)
+{
+    return fmax(p->rounding[0], fmax(p->rounding[1], p->rounding[2]));
+}
+
 static void open_picture(const ca_image_layers *layers, const float *const color[3], picture *out)
 {
     out->samples = ca_layers_find(layers, "Samples.Y");
@@ -192,42 +197,43 @@ static double median(double *values, size_t count)
 typedef struct block_record {
     double p[3];
     double signal[3]; /* mean of the reference over the standard error of the difference; 0 without noise or light */
+    double noise;     /* standard error of the difference, root of the sum of squares over the channels */
 } block_record;
 
 static block_record record_block(const comparison_job *job, const block *b)
 {
     block_record record = {0};
+    double squares = 0.0;
     for (int c = 0; c < 3; c++) {
-        const double error = sqrt(b->image[c].variance + b->reference[c].variance);
+        const double variance = b->image[c].variance + b->reference[c].variance;
         record.p[c] = block_channel_p(job, b, c);
-        record.signal[c] = error > 0.0 ? fabs(b->reference[c].mean) / error : 0.0;
+        record.signal[c] = variance > 0.0 ? fabs(b->reference[c].mean) / sqrt(variance) : 0.0;
+        squares += variance;
     }
+    record.noise = sqrt(squares);
     return record;
 }
 
-/* Probability that no block rejects when the image is (1 + bias) times the reference. */
-static double probability_of_missing(const block_record *records, size_t count, double threshold, double bias)
+/* Probability that no channel of the block rejects when the image is (1 + bias) times the reference there. */
+static double probability_of_missing(const block_record *record, double threshold, double bias)
 {
-    double log_miss = 0.0;
-    for (size_t i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++) {
-            const double shift = bias * records[i].signal[c];
-            log_miss += log(fmax(ca_normal_cdf(threshold - shift) - ca_normal_cdf(-threshold - shift), 1e-300));
-        }
-    return exp(log_miss);
+    double miss = 1.0;
+    for (int c = 0; c < 3; c++) {
+        const double shift = bias * record->signal[c];
+        miss *= ca_normal_cdf(threshold - shift) - ca_normal_cdf(-threshold - shift);
+    }
+    return miss;
 }
 
-static double detectable_bias(const block_record *records, size_t count, double threshold)
+/* The smallest relative bias of this block alone that it shows with the probability CA_COMPARE_POWER. */
+static double block_detectable_bias(const block_record *record, double threshold)
 {
-    double low = 0.0, high = 1e-6;
-    while (1.0 - probability_of_missing(records, count, threshold, high) < CA_COMPARE_POWER) {
-        if (high > 1e6) return (double)INFINITY;
-        low = high;
-        high *= 2.0;
-    }
+    const double strongest = fmax(record->signal[0], fmax(record->signal[1], record->signal[2]));
+    if (!(strongest > 0.0)) return (double)INFINITY;
+    double low = 0.0, high = (threshold + 2.0) / strongest; /* one channel alone: power 97.7 % */
     for (int i = 0; i < 40; i++) {
         const double middle = 0.5 * (low + high);
-        if (1.0 - probability_of_missing(records, count, threshold, middle) < CA_COMPARE_POWER)
+        if (1.0 - probability_of_missing(record, threshold, middle) < CA_COMPARE_POWER)
             low = middle;
         else
             high = middle;
@@ -235,7 +241,30 @@ static double detectable_bias(const block_record *records, size_t count, double 
     return high;
 }
 
-static void judge(const block_record *records, uint32_t count, ca_block_test *test)
+static double mean_noise(const block_record *records, uint32_t count)
+{
+    double sum = 0.0;
+    uint32_t noisy = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        sum += records[i].noise;
+        noisy += records[i].noise > 0.0;
+    }
+    return noisy ? sum / noisy : 0.0;
+}
+
+/* A sky without noise shows the smallest bias, and has none: such blocks do not count. `biases`: room for a value of
+ * each block. */
+static void judge_power(const block_record *records, uint32_t count, double threshold, double *biases,
+                        ca_block_test *test)
+{
+    const double least = CA_COMPARE_LEAST_NOISE * mean_noise(records, count);
+    for (uint32_t i = 0; i < count; i++)
+        if (records[i].noise > 0.0 && records[i].noise >= least)
+            biases[test->blocks_with_noise++] = block_detectable_bias(&records[i], threshold);
+    test->detectable_bias = median(biases, test->blocks_with_noise);
+}
+
+static void judge(const block_record *records, uint32_t count, double *biases, ca_block_test *test)
 {
     if (count == 0) return;
     const uint64_t tests = 3 * (uint64_t)count;
@@ -249,11 +278,12 @@ static void judge(const block_record *records, uint32_t count, ca_block_test *te
         smallest = fmin(smallest, p);
     }
     test->p_value = ca_sidak_p(smallest, tests);
-    test->detectable_bias = detectable_bias(records, count, ca_normal_two_sided_quantile(alpha));
+    judge_power(records, count, ca_normal_two_sided_quantile(alpha), biases, test);
 }
 
 static uint32_t blocks_along(uint32_t pixels, uint32_t side) { return pixels / side + (pixels % side != 0); }
 
+/* `records`, `differences`: room for all blocks. */
 static void compare_blocks(const comparison_job *job, block_record *records, double *differences,
                            ca_comparison *result)
 {
@@ -278,7 +308,8 @@ static void compare_blocks(const comparison_job *job, block_record *records, dou
         }
     result->median_block_difference = median(differences, result->blocks);
     result->test.reference_exact = !job->reference.has_variance;
-    judge(records, tested, &result->test);
+    judge(records, tested, differences, &result->test);
+    result->test.detectable_bias += largest_rounding(&job->image) + largest_rounding(&job->reference);
 }
 
 ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *reference,

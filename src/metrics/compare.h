@@ -16,6 +16,11 @@
  * where stratified samples make Variance an overestimate). Means of few, heavy-tailed samples are not normal: below
  * some tens of samples per pixel a rejected block may be a firefly.
  *
+ * Power: of each block with noise the smallest relative bias, of this block alone, that the test finds with 80 %
+ * probability, means taken as normal and channels as independent. The median of these is told. A block that is much
+ * less noisy than the others (a sky, a lamp) would show a much smaller bias, but light that is not estimated is not
+ * biased either; such blocks are tested and do not count here.
+ *
  * All functions are pure. */
 #ifndef CA_METRICS_COMPARE_H
 #define CA_METRICS_COMPARE_H
@@ -31,6 +36,7 @@ typedef struct ca_pixel_rect {
 
 #define CA_COMPARE_ALPHA 0.05
 #define CA_COMPARE_POWER 0.8
+#define CA_COMPARE_LEAST_NOISE 0.1 /* of a block with noise, relative to the mean over the blocks */
 
 typedef struct ca_compare_settings {
     bool has_roi;
@@ -46,8 +52,10 @@ typedef struct ca_block_test {
     uint32_t blocks, rejected;   /* blocks tested; those that differ in some channel */
     uint32_t blocks_untested;    /* a pixel with less than two samples makes its variance unknown */
     double p_value;              /* of the whole picture, Šidák-corrected */
-    double detectable_bias;      /* smallest relative bias of the whole image that some block would show at 5 %
-                                    significance with 80 % probability; INFINITY where the reference is black */
+    uint32_t blocks_with_noise;  /* standard error at least CA_COMPARE_LEAST_NOISE of the blocks' mean */
+    double detectable_bias;      /* half of the blocks with noise show a relative bias of this size, each by itself,
+                                    at 5 % significance for the whole picture with 80 % probability. INFINITY where
+                                    the reference is black, NAN where no block has noise */
 } ca_block_test;
 
 typedef struct ca_comparison {

@@ -17,6 +17,8 @@ void ca_auto_report(ca_auto_rays *a)
         .seconds_predicted = a->progress.looks.seconds_predicted,
         .noise_percent = a->progress.looks.noise,
         .noise_target = settings->noise_percent,
+        .noise_passes = a->look_iterations,
+        .noise_seconds = a->look_seconds,
         .render = a,
     };
     /* In the pilot and in a run's first iteration variances are not known, and the image cannot be joined. */

@@ -32,6 +32,8 @@ static double noise_of(ca_auto_rays *a, ca_joined_sums sums)
     const double noise =
         known ? 100.0 * sqrt(sums.variance * (double)ca_auto_pixels(a)) / sums.luminance : (double)NAN;
     a->progress.looks.noise = known ? noise : -1.0;
+    a->look_iterations = a->iterations;
+    a->look_seconds = a->progress.seconds;
     return noise;
 }
 

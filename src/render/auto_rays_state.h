@@ -42,6 +42,8 @@ typedef struct ca_auto_rays {
     ca_film frame; /* size and place of all films here; no pixels */
     ca_auto_goal goal;
     ca_auto_progress progress;
+    uint32_t look_iterations; /* done when progress.looks.noise was estimated */
+    double look_seconds;      /* then */
     double start; /* by the clock; time in which the caller is told does not count */
     bool interrupted;
 

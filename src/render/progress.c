@@ -22,3 +22,17 @@ double ca_progress_seconds_left(const ca_render_progress *p)
     const double fraction = ca_progress_fraction(p);
     return fraction > 0.0 ? p->seconds * (1.0 - fraction) / fraction : -1.0;
 }
+
+ca_render_progress ca_progress_at_noise(const ca_render_progress *progress)
+{
+    ca_render_progress then = *progress;
+    then.passes_done = progress->noise_passes;
+    then.seconds = progress->noise_seconds;
+    return then;
+}
+
+double ca_progress_noise_at_end(const ca_render_progress *estimate)
+{
+    const double fraction = ca_progress_fraction(estimate);
+    return estimate->noise_percent >= 0.0 && fraction > 0.0 ? estimate->noise_percent * sqrt(fraction) : -1.0;
+}

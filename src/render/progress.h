@@ -10,4 +10,11 @@ double ca_progress_fraction(const ca_render_progress *progress);
 /* Seconds until the end at the pace so far; negative: not known. */
 double ca_progress_seconds_left(const ca_render_progress *progress);
 
+/* The same render as it was when noise_percent was estimated, seen with today's limits. */
+ca_render_progress ca_progress_at_noise(const ca_render_progress *progress);
+
+/* The noise to expect at the end, in percent, where `estimate` is how far the render was when noise_percent was
+ * estimated: it falls with the square root of the work. Negative: not known. */
+double ca_progress_noise_at_end(const ca_render_progress *estimate);
+
 #endif

@@ -8,6 +8,7 @@
 #include "render/ray_file.h"
 #include "render/record.h"
 #include "render/replicates.h"
+#include "report/technique_page.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,6 +26,8 @@ typedef struct render {
     uint32_t passes;
     double start, seconds;
     ca_noise_looks looks;
+    uint32_t look_passes; /* done at the last look */
+    double look_seconds;  /* then */
     bool interrupted;
 } render;
 
@@ -63,6 +66,8 @@ static bool report_progress(render *r)
         .seconds_predicted = r->looks.seconds_predicted,
         .noise_percent = r->looks.noise,
         .noise_target = settings->noise_percent,
+        .noise_passes = r->look_passes,
+        .noise_seconds = r->look_seconds,
         .snapshot = take_snapshot,
         .render = r,
     };
@@ -77,6 +82,14 @@ static bool should_stop(render *r)
     return ca_noise_looks_reached(&r->looks);
 }
 
+static void look(render *r)
+{
+    ca_noise_looks_take(&r->looks, r->passes, 100.0 * ca_film_summarise(&r->film).noise, r->seconds,
+                        r->seconds / r->passes);
+    r->look_passes = r->passes;
+    r->look_seconds = r->seconds;
+}
+
 static ca_status run_passes(render *r, ca_error *error)
 {
     r->start = ca_clock_seconds();
@@ -85,9 +98,7 @@ static ca_status run_passes(render *r, ca_error *error)
         CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, r->passes), error));
         r->passes++;
         r->seconds = ca_clock_seconds() - r->start;
-        if (ca_noise_looks_due(&r->looks, r->passes))
-            ca_noise_looks_take(&r->looks, r->passes, 100.0 * ca_film_summarise(&r->film).noise, r->seconds,
-                                r->seconds / r->passes);
+        if (ca_noise_looks_due(&r->looks, r->passes)) look(r);
         r->interrupted = !report_progress(r);
         if (r->interrupted || should_stop(r)) return CA_OK;
     }
@@ -160,6 +171,13 @@ static ca_status develop(const render *r, const ca_render_statistics *statistics
     return status;
 }
 
+static ca_status write_strategies(const render *r, const ca_technique_images *strategies, ca_error *error)
+{
+    const char *folder = r->plan->settings->strategies_directory;
+    CA_TRY(ca_technique_images_write(strategies, r->passes, folder, error));
+    return ca_technique_page_write(strategies, r->passes, folder, error);
+}
+
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
@@ -169,8 +187,7 @@ static ca_status render_film(render *r, ca_image_layers **image, ca_render_stati
     ca_pass_runner_destroy(&r->runner);
     CA_TRY(status);
     const ca_technique_images *strategies = r->plan->input.technique_images;
-    if (strategies)
-        CA_TRY(ca_technique_images_write(strategies, r->passes, r->plan->settings->strategies_directory, error));
+    if (strategies) CA_TRY(write_strategies(r, strategies, error));
     return develop(r, statistics, image, error);
 }
 

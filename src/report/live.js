@@ -183,6 +183,13 @@
             : `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
     }
 
+    // The prediction belongs to the estimate that it is made from, which may be older than the pass at work.
+    function noiseText(t) {
+        const target = t.target ? ` of ${format(t.target, 3)} %` : "";
+        const end = t.predicted !== null && t.phase !== "done" ? `, so about ${format(t.predicted, 3)} % at the end` : "";
+        return `noise ${format(t.noise, 3)} %${target} after pass ${t.noise_passes} (${time(t.noise_seconds)})${end}`;
+    }
+
     function statusText() {
         const t = state.told;
         if (!t) return "connecting";
@@ -192,8 +199,7 @@
         parts.push(`${t.blocks ? "block" : "pass"} ${t.passes}${t.total ? `/${t.total}` : ""}`);
         parts.push(`${time(t.seconds)} gone`);
         if (t.left !== null && t.phase !== "done") parts.push(`${time(t.left)} left`);
-        if (t.noise !== null) parts.push(`noise ${format(t.noise, 3)} %${t.target ? ` of ${format(t.target, 3)} %` : ""}`);
-        if (t.predicted !== null && t.phase !== "done") parts.push(`about ${format(t.predicted, 3)} % at the end`);
+        if (t.noise !== null) parts.push(noiseText(t));
         if (t.picture && t.picture.light_paths) parts.push(`${t.picture.light_paths} light paths, ${format(t.picture.camera_paths, 3)} camera paths`);
         return parts.join("  ");
     }

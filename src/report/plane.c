@@ -85,7 +85,7 @@ typedef struct piece_buffers {
     char text[PIECE_BYTES / 3 * 4];
 } piece_buffers;
 
-static size_t base64(const unsigned char *bytes, size_t size, char *text)
+size_t ca_base64(const unsigned char *bytes, size_t size, char *text)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     size_t length = 0;
@@ -105,7 +105,7 @@ static void write_piece(const ca_plane *plane, piece_buffers *buffers, size_t si
 {
     fprintf(stream, "<script type=\"text/plain\" data-plane=\"%u-%u\"%s>", plane->image, plane->number,
             last ? " data-end" : "");
-    fwrite(buffers->text, 1, base64(buffers->deflated, size, buffers->text), stream);
+    fwrite(buffers->text, 1, ca_base64(buffers->deflated, size, buffers->text), stream);
     fputs("</script>\n", stream);
 }
 

@@ -24,6 +24,10 @@ float ca_plane_round(float value, int bits);
 /* Can all of the values, rounded so, be 16 bit floats without loss? */
 bool ca_plane_fits_half(const float *values, size_t count, int bits);
 
+/* As base64, padded to whole groups of four characters, without a zero byte; gives back how many these are: size / 3
+ * rounded up, times 4. Both are apart. */
+size_t ca_base64(const unsigned char *bytes, size_t size, char *text);
+
 typedef struct ca_plane {
     const float *values; /* borrowed */
     size_t count;
