@@ -3,10 +3,10 @@
  *
  *     compare_weights [--iterations N] [--only SCENE] [--table FILE]
  *
- * A method is compared where it is right: in blocks whose mean agrees with that of the methods that merge. All get the
- * same random numbers, batch by batch, so that a ratio has the error of a difference. A batch of `vavcm` has a pilot
- * of its own. Prints Markdown; exit status 1 where `vavcm` is noisier than the best of the others by more than the
- * limit, with the interval. */
+ * A method is compared where it is right: in blocks whose mean agrees with that of the methods that merge. All get
+ * the same random numbers, batch by batch, so that a ratio has the error of a difference. A batch of `vavcm` has a
+ * pilot of its own. Prints Markdown; exit status 1 where `vavcm` is noisier than the best of the others by more than
+ * the limit, with the interval. */
 #include "bench_support.h"
 #include "deviation.h"
 
