@@ -1,7 +1,7 @@
 /* caustica info: what was understood of a scene. */
 #include "base/memory.h"
 #include "cli/commands.h"
-#include "scene/scene.h"
+#include "render/render.h"
 
 #include <stdio.h>
 
@@ -210,15 +210,25 @@ static void print_scene(const char *path, const ca_scene *scene)
     print_bounds_and_memory(scene);
 }
 
+/* What `caustica render` would refuse is refused. One thread: an integrator keeps memory for each. */
+static ca_status check(const ca_scene *scene, ca_error *error)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.threads = 1;
+    return ca_render_check(scene, &settings, error);
+}
+
 static ca_status load_and_print(const info_options *o, const ca_text_list *operands, ca_error *error)
 {
     const char *path;
     ca_scene *scene;
     CA_TRY(ca_options_scene_operand(operands, &path, error));
     CA_TRY(ca_options_load_scene(path, &o->define_words, &scene, error));
-    print_scene(path, scene);
+    const ca_status status = check(scene, error);
+    if (status == CA_OK) print_scene(path, scene);
     ca_scene_release(scene);
-    return CA_OK;
+    return status;
 }
 
 int ca_command_info(int word_count, char *const words[])

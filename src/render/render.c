@@ -226,6 +226,17 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     return CA_OK;
 }
 
+ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *settings, ca_error *error)
+{
+    render r = {.integrator = NULL};
+    ca_render_plan plan;
+    CA_TRY(ca_render_plan_make(&plan, scene, settings, error));
+    r.plan = &plan;
+    CA_TRY(create_integrator(&r, error));
+    plan.type->destroy(r.integrator);
+    return CA_OK;
+}
+
 ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                     ca_render_statistics *statistics, ca_error *error)
 {
