@@ -11,7 +11,8 @@ typedef struct broken_scene {
 
 static const broken_scene broken_scenes[] = {
     /* Integrators. */
-    {.integrator = "<integrator type=\"pathh\"/>", .says = ":2:1: unknown integrator \"pathh\"; did you mean \"path\"?"},
+    {.integrator = "<integrator type=\"pathh\"/>",
+     .says = ":2:1: unknown integrator \"pathh\"; did you mean \"path\"?"},
     {.integrator = "<integrator type=\"path\"><integer name=\"max_dept\" value=\"4\"/></integrator>",
      .says = ":2:25: integrator \"path\" has no parameter \"max_dept\"; did you mean \"max_depth\"?"},
     {.integrator = "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>",
@@ -55,7 +56,8 @@ static const broken_scene broken_scenes[] = {
      .says = ":6:22: unused parameter \"widht\" of hdrfilm"},
     {.film = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"70000\"/></film>",
      .says = ":6:22: parameter \"width\" of hdrfilm is 70000"},
-    {.film = "<film type=\"hdrfilm\"><rfilter type=\"gausian\"/></film>", .says = ":6:22: unknown rfilter \"gausian\""},
+    {.film = "<film type=\"hdrfilm\"><rfilter type=\"gausian\"/></film>",
+     .says = ":6:22: unknown rfilter \"gausian\""},
     {.shape = "<shape type=\"sphere\"><float name=\"radiu\" value=\"1\"/></shape>",
      .says = ":9:22: unused parameter \"radiu\" of sphere"},
     {.shape = "<shape type=\"obj\"><string name=\"filename\" value=\"nowhere.obj\"/></shape>",
@@ -70,8 +72,9 @@ static void write_scene(const char *folder, const char *name, const broken_scene
     char text[SCENE_SIZE];
     const int length =
         snprintf(text, sizeof text,
-                 "<scene version=\"3.0.0\">\n%s\n<sensor type=\"perspective\">\n<float name=\"fov\" value=\"20\"/>\n%s\n"
-                 "%s\n<transform name=\"to_world\"><lookat origin=\"0,0,9\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n"
+                 "<scene version=\"3.0.0\">\n%s\n<sensor type=\"perspective\">\n"
+                 "<float name=\"fov\" value=\"20\"/>\n%s\n%s\n"
+                 "<transform name=\"to_world\"><lookat origin=\"0,0,9\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\n"
                  "</sensor>\n%s\n%s\n</scene>\n",
                  or_else(parts->integrator, "<integrator type=\"path\"/>"),
                  or_else(parts->sampler, "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"1\"/>"

@@ -82,7 +82,7 @@ static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_err
         ca_merge_parts(parts->items, parts->count, o->part_path, wants_image ? &image : NULL, &statistics, error);
     if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
     if (status == CA_OK) status = ca_outputs_write(o->outputs.items, o->outputs.count, image, o->exposure, error);
-    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, &statistics, error);
+    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, image, &statistics, error);
     ca_image_release(image);
     if (status != CA_OK) return status;
     ca_outputs_warn(&statistics);

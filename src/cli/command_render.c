@@ -333,7 +333,7 @@ static ca_status write_outputs(const render_options *o, const ca_image_layers *i
                                const ca_render_statistics *statistics, ca_error *error)
 {
     CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, o->exposure, error));
-    return o->stats ? ca_stats_write_render(o->stats, statistics, error) : CA_OK;
+    return o->stats ? ca_stats_write_render(o->stats, image, statistics, error) : CA_OK;
 }
 
 static void print_rays(const ca_rays_statistics *rays)

@@ -23,7 +23,7 @@ static ca_status save(const ca_image_layers *image, const ca_render_statistics *
     const char *separator = " ";
     char samples[64];
     CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, s->exposure, error));
-    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, statistics, error));
+    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, image, statistics, error));
     snprintf(message, size, "saved");
     for (size_t i = 0; i < s->output_count; i++) {
         if (ca_part_is_path(s->outputs[i])) continue;

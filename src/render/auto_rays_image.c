@@ -82,6 +82,7 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     ca_render_summarise(&summary, statistics);
     statistics->seconds = a->progress.seconds;
     statistics->iterations = a->iterations;
+    statistics->seed = a->plan->seed;
     statistics->samples_per_pixel = a->progress.camera_paths;
     statistics->interrupted = a->interrupted;
     statistics->first_predicted_seconds = a->progress.looks.first_predicted_seconds;

@@ -109,6 +109,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
     *statistics = (ca_render_statistics){
         .seconds = r->seconds,
         .iterations = r->passes,
+        .seed = r->plan->seed,
         .samples_per_pixel = r->passes * r->plan->samples_per_pass,
         .interrupted = r->interrupted,
         .first_predicted_seconds = r->looks.first_predicted_seconds,
