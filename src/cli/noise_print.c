@@ -68,6 +68,8 @@ static void print_time(const char *name, double seconds, double error, double nu
 {
     if (isnan(seconds))
         printf("  %-18s%12s\n", name, "none");
+    else if (!ca_noise_is_measured(seconds, error))
+        printf("  %-18s%-24s%12.4g %s\n", name, "  not measurable", number, of_what);
     else
         printf("  %-18s%12.4g +- %-8.2g%12.4g %s\n", name, 1e6 * seconds, 1e6 * error, number, of_what);
 }

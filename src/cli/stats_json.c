@@ -4,6 +4,8 @@
 #include "cli/settings_json.h"
 #include "path/technique.h"
 
+#include <stdio.h>
+
 static json_t *count(uint64_t value) { return json_integer((json_int_t)value); }
 
 /* Steals the reference, as jansson's own *_new calls do; a NULL value or object counts as a failure. */
@@ -170,19 +172,23 @@ static json_t *predictions_json(const ca_noise_report *report)
     return whole(list, complete);
 }
 
-/* Seconds of one processor. */
+/* Sets `key`, in seconds of one processor, and its standard error; null: not measurable, or there was none. */
+static bool set_time(json_t *object, const char *key, double seconds, double error)
+{
+    char error_key[32];
+    snprintf(error_key, sizeof error_key, "%s_error", key);
+    return set(object, key, ca_noise_is_measured(seconds, error) ? ca_json_number(seconds) : json_null()) &&
+           set(object, error_key, ca_json_number(error));
+}
+
 static json_t *times_json(const ca_noise_times *t)
 {
     json_t *object = json_object();
     return whole(object, set(object, "light_paths", count(t->light_paths)) &&
-                             set(object, "iteration", ca_json_number(t->iteration)) &&
-                             set(object, "iteration_error", ca_json_number(t->iteration_error)) &&
-                             set(object, "light_path", ca_json_number(t->light_path)) &&
-                             set(object, "light_path_error", ca_json_number(t->light_path_error)) &&
-                             set(object, "camera_path", ca_json_number(t->camera_path)) &&
-                             set(object, "camera_path_error", ca_json_number(t->camera_path_error)) &&
-                             set(object, "candidate", ca_json_number(t->candidate)) &&
-                             set(object, "candidate_error", ca_json_number(t->candidate_error)) &&
+                             set_time(object, "iteration", t->iteration, t->iteration_error) &&
+                             set_time(object, "light_path", t->light_path, t->light_path_error) &&
+                             set_time(object, "camera_path", t->camera_path, t->camera_path_error) &&
+                             set_time(object, "candidate", t->candidate, t->candidate_error) &&
                              set(object, "segments_per_camera_path", ca_json_number(t->segments_per_camera_path)) &&
                              set(object, "candidates_per_pair", ca_json_number(t->candidates_per_pair)));
 }

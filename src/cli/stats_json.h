@@ -42,6 +42,9 @@ static inline bool ca_noise_recommends(const ca_noise_report *report)
     return !report->connects && report->recommendation.best.light_paths > 0;
 }
 
+/* Is a time more than its standard error? Else the noise of the measurement is all that it tells. False of NAN. */
+static inline bool ca_noise_is_measured(double seconds, double standard_error) { return seconds > standard_error; }
+
 /* What ca_stats_write_render writes (`interrupted`: the measurement or the timing of paths), the averages, times and
  * recommended numbers; null where there are none. */
 ca_status ca_stats_write_noise(const char *path, const ca_image_layers *image, const ca_noise_report *report,
