@@ -1,6 +1,7 @@
 #include "cli/live_view.h"
 
 #include "base/parallel.h"
+#include "base/text.h"
 #include "cli/outputs.h"
 #include "cli/signals.h"
 #include "cli/stats_json.h"
@@ -34,7 +35,8 @@ static ca_status save(const ca_image_layers *image, const ca_render_statistics *
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "there is no image to save: part files are written at the end");
     if (s->stats) append(message, size, separator, s->stats);
-    snprintf(samples, sizeof samples, " with %.4g samples per pixel", statistics->samples_per_pixel);
+    snprintf(samples, sizeof samples, " with %.4g %s per pixel", statistics->samples_per_pixel,
+             ca_noun(statistics->samples_per_pixel, "sample", "samples"));
     append(message, size, "", samples);
     return CA_OK;
 }
