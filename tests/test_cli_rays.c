@@ -74,7 +74,8 @@ static void test_auto(void **state)
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
         assert_says(r.output, " per pixel in an iteration in the end; pilot ");
-        assert_says(r.output, strstr(r.output, " and 1 camera path") ? " and 1 camera path per" : " camera paths per");
+        const bool is_one = strstr(r.output, " and 1 camera path") != NULL;
+        assert_says(r.output, is_one ? " and 1 camera path per" : " camera paths per");
         assert_says(r.output, ", predicted gain over its numbers ");
         assert_says(r.output, "\na light path takes ");
         assert_says(r.output, " us, a merge candidate ");
