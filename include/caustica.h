@@ -180,6 +180,7 @@ typedef struct ca_render_statistics {
     double seconds;           /* of rendering, without loading */
     double samples_per_pixel; /* as the setting of that name counts them */
     uint64_t iterations; /* passes or blocks */
+    uint64_t seed;       /* that was used: the setting's or the scene's */
     uint64_t light_paths, camera_paths;
     uint64_t rays, shadow_rays; /* nearest-hit and visibility queries */
     uint64_t photons, photons_tested, merges;

@@ -1,22 +1,25 @@
 #!/bin/sh
 # Completion for bash and zsh from what the program says of itself, so that it cannot go stale: commands from
-# `caustica --help`, options from `caustica COMMAND --help`, names of integrators and samplers from that of render.
+# `caustica --help`, options from `caustica COMMAND --help`, samplers from that of render, integrators with their
+# parameters from `caustica help --integrators`. All of it is in the scripts: the shell does not call the program.
 #
 #   scripts/help-to-completion.sh CAUSTICA BASH-FILE ZSH-FILE
 #
 # What an option's value is, its argument says: FILE is a file, FOLDER and DIR are folders. Values of --integrator and
-# --sampler are names. Words that are no options are files.
+# --sampler are names; behind an integrator's, "path:", are its parameters and their values. Words that are no options
+# are files.
 set -eu
 program=$1 bash_file=$2 zsh_file=$3
 
-# One line for each: "command NAME SUMMARY", "option COMMAND LETTER LONG ARGUMENT HELP", "integrator NAME", "sampler
-# NAME"; with tabs; "-" where there is none.
+# One line for each: "command NAME SUMMARY", "option COMMAND LETTER LONG ARGUMENT HELP", "integrator NAME",
+# "integrator NAME:PARAMETER=VALUE", "sampler NAME"; with tabs; "-" where there is none.
 describe() {
     "$program" --help | awk '/^  [a-z]/ && $1 != "caustica" {
         name = $1
         sub(/^ *[a-z-]+ */, "")
         print "command\t" name "\t" $0
     }'
+    "$program" help --integrators | awk '{ print "integrator\t" $0 }'
     for command in $("$program" --help | awk '/^  [a-z]/ && $1 != "caustica" { print $1 }'); do
         "$program" "$command" --help | awk -v command="$command" '
         function flush() { if (head != "") print head "\t" (help == "" ? "-" : help); head = "" }
@@ -38,9 +41,6 @@ describe() {
         }
         head != "" && /^                    / { sub(/^ +/, ""); help = help (help == "" ? "" : " ") $0; next }
         { flush() }
-        /^Integrators / { integrators = 1; next }
-        integrators && /^  [a-z]/ { sub(/:.*/, "", $1); if (command == "render") print "integrator\t" $1 }
-        /^$/ { integrators = 0 }
         /^Samplers: / && command == "render" {
             sub(/^Samplers: /, "")
             count = split($0, names, ", ")
@@ -70,16 +70,47 @@ $1 == "sampler" { samplers = samplers (samplers == "" ? "" : " ") $2 }
 for_bash='
 END {
     print "# Completion of caustica for bash; made by scripts/help-to-completion.sh."
+    print "_caustica_integrators=\"" integrators "\"\n"
+    print "# Replies for \"name\", \"name:parameter\" and \"name:parameter=value,parameter=value\": $1 is all"
+    print "# that was typed, $2 the end of it that a reply replaces."
+    print "_caustica_integrator()\n{"
+    print "    local last=${1##*[:,]} head=${1%\"$2\"} front text candidate replies=()"
+    print "    front=${1%\"$last\"}"
+    print "    for candidate in $_caustica_integrators; do"
+    print "        case $1 in"
+    print "        *:*)"
+    print "            case $candidate in \"${1%%:*}\":*) text=${candidate#*:} ;; *) continue ;; esac"
+    print "            case $last in *=*) ;; *) text=${text%%=*}= ;; esac"
+    print "            ;;"
+    print "        *) case $candidate in *:*) continue ;; *) text=$candidate ;; esac ;;"
+    print "        esac"
+    print "        case $text in *=) [ \"$text\" = \"$last\" ] && continue ;; esac"
+    print "        case $text in \"$last\"*) ;; *) continue ;; esac"
+    print "        text=$front$text"
+    print "        text=${text#\"$head\"}"
+    print "        [ ${#replies[@]} -gt 0 ] && [ \"${replies[${#replies[@]}-1]}\" = \"$text\" ] && continue"
+    print "        replies+=(\"$text\")"
+    print "    done"
+    print "    case ${replies[0]} in *=) compopt -o nospace 2>/dev/null ;; esac"
+    print "    COMPREPLY=(\"${replies[@]}\")\n}\n"
     print "_caustica()\n{"
-    print "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} options= kind="
-    print "    if [ \"$word\" = = ]; then"
-    print "        word="
-    print "    elif [ \"$before\" = = ]; then"
-    print "        before=${COMP_WORDS[COMP_CWORD-2]}"
-    print "    fi"
-    printf "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n        COMPREPLY=($(compgen -W \""
-    for (i = 1; i <= commands; i++) printf "%s ", command[i]
-    print "--help --version\" -- \"$word\"))\n        return\n    fi"
+    print "    local word=${COMP_WORDS[COMP_CWORD]} i=$COMP_CWORD before options= kind="
+    print "    local whole=$word"
+    print "    case $word in : | = | :=) word= ;; esac"
+    print "    # Bash splits words at \":\" and \"=\": they are joined again."
+    print "    while [ \"$i\" -gt 1 ]; do"
+    print "        case ${COMP_WORDS[i-1]}/${COMP_WORDS[i]} in *[:=]/* | */[:=]*) ;; *) break ;; esac"
+    print "        i=$((i - 1))"
+    print "        whole=${COMP_WORDS[i]}$whole"
+    print "    done"
+    print "    before=${COMP_WORDS[i-1]}"
+    print "    case $whole in --*=*) before=${whole%%=*} whole=${whole#*=} ;; esac"
+    names = command[1]
+    for (i = 2; i <= commands; i++) names = names " " command[i]
+    print "    if [ \"$COMP_CWORD\" -eq 1 ]; then"
+    print "        COMPREPLY=($(compgen -W \"" names " --help --version\" -- \"$word\"))\n        return"
+    print "    elif [ \"$COMP_CWORD\" -eq 2 ] && [ \"${COMP_WORDS[1]}\" = help ]; then"
+    print "        COMPREPLY=($(compgen -W \"" names "\" -- \"$word\"))\n        return\n    fi"
     print "    case ${COMP_WORDS[1]} in"
     for (i = 1; i <= commands; i++) {
         c = command[i]
@@ -99,7 +130,7 @@ END {
         }
     }
     print "    esac\n    COMPREPLY=()\n    case $kind in"
-    print "    integrators) COMPREPLY=($(compgen -W \"" integrators "\" -- \"$word\")) ;;"
+    print "    integrators) _caustica_integrator \"$whole\" \"$word\" ;;"
     print "    samplers) COMPREPLY=($(compgen -W \"" samplers "\" -- \"$word\")) ;;"
     print "    files) compopt -o default 2>/dev/null ;;"
     print "    folders) compopt -o dirnames 2>/dev/null ;;"
@@ -125,11 +156,23 @@ function quoted(text)
 }
 function action(kind)
 {
-    if (kind == "integrators" || kind == "samplers") return "(" (kind == "samplers" ? samplers : integrators) ")"
+    if (kind == "integrators") return "_caustica_integrators"
+    if (kind == "samplers") return "(" samplers ")"
     return kind == "files" ? "_files" : kind == "folders" ? "_files -/" : " "
 }
 END {
     print "#compdef caustica\n# Completion of caustica for zsh; made by scripts/help-to-completion.sh."
+    print "_caustica_integrators() {"
+    print "    local name=${PREFIX%%:*} last=${PREFIX##*[:,]} candidate"
+    print "    local front=${PREFIX%$last}"
+    print "    local -a candidates found\n    candidates=(" integrators ")"
+    print "    if [[ $PREFIX != *:* ]]; then\n        compadd -- ${candidates:#*:*}\n        return\n    fi"
+    print "    for candidate in ${(M)candidates:#$name:*}; do"
+    print "        if [[ $last != *=* ]]; then\n            found+=($front${${candidate#*:}%%=*}=)"
+    print "        elif [[ $candidate == *=?* ]]; then\n            found+=($front${candidate#*:})\n        fi"
+    print "    done"
+    print "    if [[ $last == *=* ]]; then\n        compadd -- $found"
+    print "    else\n        compadd -S \"\" -- ${(u)found}\n    fi\n}\n"
     print "_caustica() {\n    local -a commands\n    local command=$words[2]\n    commands=("
     for (i = 1; i <= commands; i++) print "        \047" command[i] ":" quoted(summary[command[i]]) "\047"
     print "    )\n    if (( CURRENT == 2 )); then\n        _describe command commands"

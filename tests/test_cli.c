@@ -29,6 +29,49 @@ static void test_help_and_version(void **state)
     }
 }
 
+/* Words that say the same as options. */
+static void test_help_and_version_as_words(void **state)
+{
+    static const char *const same[][2][2] = {
+        {{"help", NULL}, {"--help", NULL}},          {{"version", NULL}, {"--version", NULL}},
+        {{"help", "render"}, {"render", "--help"}},  {{"help", "noise"}, {"noise", "--help"}},
+        {{"help", "compare"}, {"compare", "--help"}}, {{"help", "converge"}, {"converge", "--help"}},
+        {{"help", "merge"}, {"merge", "--help"}},    {{"help", "study"}, {"study", "--help"}},
+        {{"help", "info"}, {"info", "--help"}},      {{"help", "help"}, {"--help", NULL}},
+    };
+    for (size_t i = 0; i < sizeof same / sizeof same[0]; i++) {
+        ca_program_result a, b;
+        RUN(&a, same[i][0][0], same[i][0][1]);
+        RUN(&b, same[i][1][0], same[i][1][1]);
+        assert_exit(&a, 0);
+        assert_exit(&b, 0);
+        assert_string_equal(a.output, b.output);
+        assert_string_equal(a.errors, "");
+        assert_true(strlen(a.output) > 0);
+    }
+}
+
+/* One is no plural. */
+static void test_one_is_singular(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--spp=1");
+    assert_says(r.output, " 1 sample per pixel,");
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--spp=2");
+    assert_says(r.output, " 2 samples per pixel,");
+    RUN(&r, "render", "ball.xml", "-i", "qmcppm", "--blocks=0:1", "-oa.part");
+    assert_says(r.output, " 1 sample per pixel,");
+    RUN(&r, "merge", "a.part", "-o", "b.part");
+    assert_says(r.output, "1 part, blocks 0:1, 1 sample per pixel,");
+    RUN(&r, "noise", "ball.xml", "-i", "ppm", "--light-paths=20", "--iterations=2", "--resolution=1x1");
+    assert_says(r.output, "2 iterations of 20 light paths and 1 camera path per pixel, 1 pixel, ");
+    write_text(folder_of(state), "one.xml",
+               "<scene version=\"3.0.0\"><sensor type=\"perspective\"><sampler type=\"independent\">"
+               "<integer name=\"sample_count\" value=\"1\"/></sampler></sensor></scene>\n");
+    RUN(&r, "info", "one.xml");
+    assert_says(r.output, "independent, 1 sample per pixel,");
+}
+
 /* The help says which integrators there are, with the parameters that the documentation has. */
 static void test_help_lists_the_integrators(void **state)
 {
@@ -63,6 +106,13 @@ static const usage_case usage_cases[] = {
     {{NULL}, "a command is missing"},
     {{"rendr"}, "did you mean \"render\"?"},
     {{"paint"}, "command \"paint\" is not known"},
+    {{"inf"}, "did you mean \"info\"?"},
+    {{"halp"}, "did you mean \"help\"?"},
+    {{"versoin"}, "did you mean \"version\"?"},
+    {{"conv"}, "did you mean \"converge\"?"},
+    {{"help", "nois"}, "did you mean \"noise\"?"},
+    {{"help", "paint"}, "command \"paint\" is not known"},
+    {{"help", "render", "noise"}, "help is of one command, not of 2"},
     {{"render"}, "a scene file is missing"},
     {{"render", "ball.xml", "ball.xml"}, "more than one scene"},
     {{"render", "ball.xml", "--ssp", "4"}, "did you mean --spp?"},
@@ -384,7 +434,7 @@ static void test_compare_sizes(void **state)
     assert_says(r.errors, "no multiple");
     RUN(&r, "compare", "small.exr", "--reference", "large.exr", "--resample-reference", "--roi=8,0,24,16");
     assert_exit(&r, 0);
-    assert_says(r.output, "median of 1 blocks");
+    assert_says(r.output, "median of 1 block)");
     /* A PFM tells no variance. */
     RUN(&r, "compare", "small.exr", "--reference", "small.pfm");
     assert_exit(&r, 0);
@@ -451,6 +501,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_help_and_version),
+        PROGRAM_TEST(test_help_and_version_as_words),
+        PROGRAM_TEST(test_one_is_singular),
         PROGRAM_TEST(test_help_lists_the_integrators),
         PROGRAM_TEST(test_wrong_usage),
         PROGRAM_TEST(test_failures_of_the_world),

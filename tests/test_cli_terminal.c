@@ -135,6 +135,20 @@ static size_t read_terminal(void **state, unsigned short columns, const char *en
     return length;
 }
 
+/* The longest of the lines that are drawn over each other. */
+static size_t longest_line(const char *text)
+{
+    size_t longest = 0;
+    for (const char *line = text; *line;) {
+        line += strspn(line, "\r");
+        const size_t shown = strcspn(line, "\r\033");
+        longest = shown > longest ? shown : longest;
+        line += shown;
+        line += strcspn(line, "\r");
+    }
+    return longest;
+}
+
 static void test_progress_line(void **state)
 {
     static char text[1 << 16];
@@ -143,14 +157,7 @@ static void test_progress_line(void **state)
         const size_t length = read_terminal(state, widths[i], "--time", "1", text, sizeof text);
         assert_true(length > 0);
         assert_null(strchr(text, '\n'));
-        size_t longest = 0;
-        for (char *line = text; *line;) {
-            line += strspn(line, "\r");
-            const size_t shown = strcspn(line, "\r\033");
-            longest = shown > longest ? shown : longest;
-            line += shown;
-            line += strcspn(line, "\r");
-        }
+        const size_t longest = longest_line(text);
         if (longest >= widths[i]) fail_msg("%zu columns on a terminal of %u", longest, widths[i]);
         if (widths[i] >= 40) {
             assert_true(longest > 20);
@@ -175,6 +182,29 @@ static const char *last_line(const char *text, const char *words)
     for (const char *next; (next = strstr(found + 1, words)) != NULL;) found = next;
     while (found > text && found[-1] != '\r') found--;
     return found;
+}
+
+/* To a noise target: percentage, noise and bar fit every width from 40 columns on; no line wraps. */
+static void test_noise_and_bar_fit(void **state)
+{
+    static char text[1 << 16];
+    static const unsigned short widths[] = {40, 60, 80, 120};
+    for (size_t i = 0; i < sizeof widths / sizeof widths[0]; i++) {
+        double percent, noise;
+        read_terminal(state, widths[i], "--noise", "0.9", text, sizeof text);
+        const size_t longest = longest_line(text);
+        if (longest >= widths[i]) fail_msg("%zu columns on a terminal of %u", longest, widths[i]);
+        assert_null(strchr(text, '\n'));
+        char line[160];
+        const char *found = last_line(text, "noise ");
+        snprintf(line, sizeof line, "%.*s", (int)strcspn(found, "\r\033"), found);
+        assert_int_equal(sscanf(line, " %lf %%", &percent), 1);
+        assert_int_equal(sscanf(strstr(line, "noise "), "noise %lf %%", &noise), 1);
+        if (!strstr(line, "  [=")) fail_msg("no bar on a terminal of %u columns: %s", widths[i], line);
+        assert_int_equal(line[strlen(line) - 1], ']');
+        if (widths[i] >= 60) assert_says(line, " left  ");
+        if (widths[i] >= 80) assert_true(strstr(line, "pass ") && strstr(line, " gone  "));
+    }
 }
 
 /* A dumb terminal gets a line now and then, and no control characters; what is no terminal gets nothing. */
@@ -248,6 +278,7 @@ int main(void)
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
         PROGRAM_TEST(test_progress_line),
+        PROGRAM_TEST(test_noise_and_bar_fit),
         PROGRAM_TEST(test_plain_lines),
         PROGRAM_TEST(test_predicted_time),
         PROGRAM_TEST(test_counts_passes),

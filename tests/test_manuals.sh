@@ -8,7 +8,7 @@ program=$build/caustica
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-echo "1..11"
+echo "1..13"
 make_all() {
     sh scripts/help-to-man.sh "$program" "$folder/man" &&
         sh scripts/help-to-completion.sh "$program" "$folder/bash" "$folder/zsh"
@@ -124,6 +124,31 @@ bash_completes() {
         completes "-o dirnames" render --dump-strategies ""
 }
 check "bash completes commands, options and names" bash_completes
+
+# Bash hands over "path:rr=" as "path", ":", "rr" and "=", and replaces the last of these words; the last word is "="
+# or ":" itself where nothing follows yet.
+bash_completes_parameters() {
+    completes "max_depth= rr_depth= hide_emitters= heuristic= next_event=" render -i path : &&
+        completes "max_depth= rr_depth= hide_emitters= heuristic= next_event=" render --integrator = path : &&
+        completes "rr_depth=" render -i path : rr && completes "" render -i path : radius &&
+        completes "radius=" render a.xml -i vcm : radius &&
+        completes "radius= radius_pixels= radius_photons=" render -i qmcppm : rad &&
+        completes "balance power" render -i path : heuristic = && completes "power" render -i path : heuristic = po &&
+        completes "balance power" render --integrator = vcm : heuristic = &&
+        completes "true false" converge -i path : hide_emitters = &&
+        completes "3,heuristic=" render -i path : rr_depth = 3,heu &&
+        completes "balance power" render -i path : rr_depth = 3,heuristic = &&
+        completes "" render -i path : max_depth = && completes "" render -i nothing : m &&
+        completes "plain projected" noise -i ovcm : footprint =
+}
+check "bash completes parameters of integrators and their values" bash_completes_parameters
+
+# Where ":" and "=" do not split words, replies are whole.
+bash_completes_whole_words() {
+    completes "path:heuristic=balance path:heuristic=power" render -i path:heuristic= &&
+        completes "vcm:alpha=1,radius=" render -i vcm:alpha=1,rad && completes "noise" help noi
+}
+check "bash completes words that are not split" bash_completes_whole_words
 
 bash_knows_all() {
     local command found

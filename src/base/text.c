@@ -112,6 +112,11 @@ bool ca_parse_number(const char *text, size_t length, double *value)
     return isfinite(*value);
 }
 
+const char *ca_noun(double count, const char *one, const char *many)
+{
+    return count > 0.99995 && count < 1.0005 ? one : many;
+}
+
 bool ca_parse_double(const char *text, double *value) { return ca_parse_number(text, strlen(text), value); }
 
 bool ca_parse_digits(const char *text, size_t length, uint64_t limit, uint64_t *value)

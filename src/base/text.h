@@ -22,6 +22,12 @@ const char *ca_nearest_name_however_far(const char *word, const char *const *can
 /* The same, but NULL where its edits are more than a third of the word's length plus one. */
 const char *ca_nearest_name(const char *word, const char *const *candidates, size_t count);
 
+/* ---- Counts ---------------------------------------------------------------------------------------------------- */
+
+/* The noun behind a count: "1 pass", "0 passes", "2 passes", "1.5 passes". What is one when printed with four digits
+ * is one. */
+const char *ca_noun(double count, const char *one, const char *many);
+
 /* ---- Numbers: nothing left over, no spaces --------------------------------------------------------------------- */
 
 /* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal

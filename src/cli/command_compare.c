@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "cli/commands.h"
 #include "cli/compare_maps.h"
 #include "cli/compare_page.h"
@@ -251,7 +252,9 @@ static void print_test(const ca_block_test *test)
                100.0 * test->detectable_bias, test->blocks_with_noise, test->blocks);
     else
         printf("  would detect        all that is more than rounding: no block has noise\n");
-    if (test->blocks_untested) printf("  not tested          %u blocks of unknown variance\n", test->blocks_untested);
+    if (test->blocks_untested)
+        printf("  not tested          %u %s of unknown variance\n", test->blocks_untested,
+               ca_noun(test->blocks_untested, "block", "blocks"));
     if (test->reference_exact) printf("  note                the reference tells no variance: taken as exact\n");
 }
 
@@ -263,8 +266,8 @@ static void print_perceived(const ca_metric_settings *settings, const ca_image_m
         printf("  SSIM                %.6g\n", m->ssim);
     if (settings->flip_ldr) printf("  FLIP LDR            %.6g\n", m->flip_ldr);
     if (settings->flip_hdr && m->exposures.count > 0)
-        printf("  FLIP HDR            %.6g (%u exposures from %.4g to %.4g stops)\n", m->flip_hdr, m->exposures.count,
-               m->exposures.start, m->exposures.stop);
+        printf("  FLIP HDR            %.6g (%u %s from %.4g to %.4g stops)\n", m->flip_hdr, m->exposures.count,
+               ca_noun(m->exposures.count, "exposure", "exposures"), m->exposures.start, m->exposures.stop);
     else if (settings->flip_hdr)
         printf("  FLIP HDR            not done: half of the reference is black; give --flip-start and --flip-stop\n");
 }
@@ -281,12 +284,13 @@ static void print_image(const ca_metric_settings *settings, const ca_compared_im
     printf("  mean luminance      %.6g, of the reference %.6g (%+.3f %%)\n", c->mean_luminance,
            c->reference_mean_luminance, 100.0 * (c->mean_luminance / c->reference_mean_luminance - 1.0));
     if (c->blocks > 0)
-        printf("  block means         %.3f %% apart (median of %u blocks)\n", 100.0 * c->median_block_difference,
-               c->blocks);
+        printf("  block means         %.3f %% apart (median of %u %s)\n", 100.0 * c->median_block_difference,
+               c->blocks, ca_noun(c->blocks, "block", "blocks"));
     print_test(&c->test);
     if (c->masked || c->blocks_left_out)
-        printf("  left out            %llu pixels by masks, %u blocks for it\n", (unsigned long long)c->masked,
-               c->blocks_left_out);
+        printf("  left out            %llu %s by masks, %u %s for it\n", (unsigned long long)c->masked,
+               ca_noun((double)c->masked, "pixel", "pixels"), c->blocks_left_out,
+               ca_noun(c->blocks_left_out, "block", "blocks"));
 }
 
 /* ---- Comparing ------------------------------------------------------------------------------------------------- */
@@ -369,8 +373,10 @@ static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *
 static void warn(const ca_compared_image *image)
 {
     if (image->comparison.non_finite == 0) return;
-    fprintf(stderr, "caustica: warning: %s: %llu pixels are not finite in it or in the reference and were left out\n",
-            image->path, (unsigned long long)image->comparison.non_finite);
+    const uint64_t count = image->comparison.non_finite;
+    fprintf(stderr, "caustica: warning: %s: %llu %s not finite in it or in the reference and %s left out\n",
+            image->path, (unsigned long long)count, ca_noun((double)count, "pixel is", "pixels are"),
+            ca_noun((double)count, "was", "were"));
 }
 
 static ca_status compare_each(comparing *c, const ca_text_list *paths, char *const *map_names,

@@ -1,4 +1,5 @@
 /* caustica converge: how fast the error of several integrators falls, with samples and with time. */
+#include "base/text.h"
 #include "cli/commands.h"
 #include "cli/converge.h"
 #include "sampling/sampler.h"
@@ -173,8 +174,8 @@ static ca_status run(const ca_converge_options *o, bool *complete, ca_error *err
     *complete = c.renders_done == c.render_count;
     if (status == CA_OK && !*complete) {
         fflush(stdout);
-        fprintf(stderr, "caustica: ended by a signal after %zu of %zu renders; the same command goes on from there\n",
-                c.renders_done, c.render_count);
+        fprintf(stderr, "caustica: ended by a signal after %zu of %zu %s; the same command goes on from there\n",
+                c.renders_done, c.render_count, ca_noun((double)c.render_count, "render", "renders"));
     }
     ca_converge_destroy(&c);
     return status;

@@ -1,7 +1,8 @@
 /* caustica info: what was understood of a scene. */
 #include "base/memory.h"
+#include "base/text.h"
 #include "cli/commands.h"
-#include "scene/scene.h"
+#include "render/render.h"
 
 #include <stdio.h>
 
@@ -95,7 +96,9 @@ static void print_shapes(const ca_scene *scene)
     printf("%-12s%llu\n", "triangles", (unsigned long long)triangles);
     printf("%-12s%u", "instances", scene->instance_count);
     if (scene->instance_count)
-        printf(" of %zu groups, showing %llu triangles", scene->desc.groups.count, (unsigned long long)seen);
+        printf(" of %zu %s, showing %llu %s", scene->desc.groups.count,
+               ca_noun((double)scene->desc.groups.count, "group", "groups"), (unsigned long long)seen,
+               ca_noun((double)seen, "triangle", "triangles"));
     printf("\n");
 }
 
@@ -128,8 +131,8 @@ static void print_textures(const ca_scene *scene)
     print_kinds("textures", texture_names, COUNT_OF(texture_names), kinds);
     for (size_t i = 0; i < scene->desc.images.count; i++) {
         const ca_image *image = &scene->desc.images.items[i];
-        printf("  image       %u x %u, %u channel%s\n", image->width, image->height, image->channels,
-               image->channels == 1 ? "" : "s");
+        printf("  image       %u x %u, %u %s\n", image->width, image->height, image->channels,
+               ca_noun(image->channels, "channel", "channels"));
     }
 }
 
@@ -169,8 +172,9 @@ static void print_method(const ca_scene *scene)
     const ca_integrator_desc *integrator = &scene->desc.integrator;
     printf("%-12s%s", "integrator", integrator->name ? integrator->name : "path");
     for (size_t i = 0; i < integrator->parameters.count; i++) print_parameter(&integrator->parameters.items[i]);
-    printf("\n%-12s%s, %u samples per pixel, seed %llu\n", "sampler", ca_sampler_name(scene->desc.sampler.kind),
-           scene->desc.samples_per_pixel, (unsigned long long)scene->desc.sampler.seed);
+    const uint32_t samples = scene->desc.samples_per_pixel;
+    printf("\n%-12s%s, %u %s per pixel, seed %llu\n", "sampler", ca_sampler_name(scene->desc.sampler.kind), samples,
+           ca_noun(samples, "sample", "samples"), (unsigned long long)scene->desc.sampler.seed);
 }
 
 static void print_bytes(const char *label, size_t bytes)
@@ -210,15 +214,25 @@ static void print_scene(const char *path, const ca_scene *scene)
     print_bounds_and_memory(scene);
 }
 
+/* What `caustica render` would refuse is refused. One thread: an integrator keeps memory for each. */
+static ca_status check(const ca_scene *scene, ca_error *error)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.threads = 1;
+    return ca_render_check(scene, &settings, error);
+}
+
 static ca_status load_and_print(const info_options *o, const ca_text_list *operands, ca_error *error)
 {
     const char *path;
     ca_scene *scene;
     CA_TRY(ca_options_scene_operand(operands, &path, error));
     CA_TRY(ca_options_load_scene(path, &o->define_words, &scene, error));
-    print_scene(path, scene);
+    const ca_status status = check(scene, error);
+    if (status == CA_OK) print_scene(path, scene);
     ca_scene_release(scene);
-    return CA_OK;
+    return status;
 }
 
 int ca_command_info(int word_count, char *const words[])

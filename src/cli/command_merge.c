@@ -1,4 +1,5 @@
 /* caustica merge: from part files of one render to its image. */
+#include "base/text.h"
 #include "cli/commands.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
@@ -77,9 +78,10 @@ static void print_summary(const merge_options *o, const ca_render_statistics *s,
 {
     char time[32];
     ca_format_seconds(s->seconds, time, sizeof time);
-    printf("%zu part%s, blocks %llu:%llu, %.4g samples per pixel, rendered in %s\n", part_count,
-           part_count == 1 ? "" : "s", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1],
-           s->samples_per_pixel, time);
+    printf("%zu %s, blocks %llu:%llu, %.4g %s per pixel, rendered in %s\n", part_count,
+           ca_noun((double)part_count, "part", "parts"), (unsigned long long)s->blocks[0],
+           (unsigned long long)s->blocks[1], s->samples_per_pixel, ca_noun(s->samples_per_pixel, "sample", "samples"),
+           time);
     for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
     if (o->stats) printf("wrote %s\n", o->stats);
 }
@@ -95,7 +97,7 @@ static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_err
     if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
     if (status == CA_OK) status = ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, o->exposure,
                                                         error);
-    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, &statistics, error);
+    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, image, &statistics, error);
     if (status == CA_OK && image) ca_layer_choice_warn(&o->layers, image);
     ca_image_release(image);
     if (status != CA_OK) return status;

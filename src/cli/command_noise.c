@@ -402,7 +402,7 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
         const char *path = o->outputs.items[i];
         CA_TRY(is_png(path) ? write_picture(image, path, scale, error) : ca_image_save(image, path, 0.0f, error));
     }
-    return o->stats ? ca_stats_write_noise(o->stats, report, error) : CA_OK;
+    return o->stats ? ca_stats_write_noise(o->stats, image, report, error) : CA_OK;
 }
 
 /* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */

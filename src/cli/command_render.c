@@ -1,5 +1,6 @@
 /* caustica render: from a scene file to image files. */
 #include "base/memory.h"
+#include "base/text.h"
 #include "cli/commands.h"
 #include "cli/live_view.h"
 #include "cli/outputs.h"
@@ -345,14 +346,16 @@ static ca_status write_outputs(const render_options *o, const ca_image_layers *i
                                const ca_render_statistics *statistics, ca_error *error)
 {
     CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, o->exposure, error));
-    return o->stats ? ca_stats_write_render(o->stats, statistics, error) : CA_OK;
+    return o->stats ? ca_stats_write_render(o->stats, image, statistics, error) : CA_OK;
 }
 
 static void print_rays(const ca_rays_statistics *rays)
 {
     char time[32];
     if (rays->light_paths == 0) return;
-    printf("%u light paths and %.4g camera paths per pixel in an iteration", rays->light_paths, rays->camera_paths);
+    printf("%u %s and %.4g %s per pixel in an iteration", rays->light_paths,
+           ca_noun(rays->light_paths, "light path", "light paths"), rays->camera_paths,
+           ca_noun(rays->camera_paths, "camera path", "camera paths"));
     if (rays->pilot_seconds > 0.0) {
         ca_format_seconds(rays->pilot_seconds, time, sizeof time);
         printf(rays->phases > 0 ? " in the end; pilot %s" : "; ended in its pilot, %s", time);
@@ -372,7 +375,8 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     uint32_t width, height;
     ca_image_size(image, &width, &height);
     ca_format_seconds(s->seconds, time, sizeof time);
-    printf("%u x %u pixels, %.4g samples per pixel, %s", width, height, s->samples_per_pixel, time);
+    printf("%u x %u pixels, %.4g %s per pixel, %s", width, height, s->samples_per_pixel,
+           ca_noun(s->samples_per_pixel, "sample", "samples"), time);
     if (s->blocks[1] > 0)
         printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);

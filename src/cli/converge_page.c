@@ -1,4 +1,5 @@
 /* caustica converge: index.html, which shows all results. Plots are in it, pictures beside it; it needs no script. */
+#include "base/text.h"
 #include "cli/converge.h"
 #include "report/page_text.h"
 #include "report/plot.h"
@@ -34,9 +35,10 @@ static void put_intro(const ca_converge *c, FILE *stream)
     ca_page_put_html(stream, c->options->scene);
     fputs("</h1>\n<p>Against <b>", stream);
     ca_page_put_html(stream, c->options->reference);
-    fprintf(stream, "</b>, %u × %u pixels. %zu of %zu steps, %zu render%s at each, %u thread%s. ",
-            c->reference->width, c->reference->height, c->steps_done, c->step_count, c->repeats,
-            c->repeats > 1 ? "s" : "", c->metrics.threads, c->metrics.threads > 1 ? "s" : "");
+    fprintf(stream, "</b>, %u × %u pixels. %zu of %zu %s, %zu %s at each, %u %s. ", c->reference->width,
+            c->reference->height, c->steps_done, c->step_count, ca_noun((double)c->step_count, "step", "steps"),
+            c->repeats, ca_noun((double)c->repeats, "render", "renders"), c->metrics.threads,
+            ca_noun(c->metrics.threads, "thread", "threads"));
     fputs("All images with their metrics: <a href=\"images.html\">images.html</a>. The numbers: "
           "<a href=\"renders.csv\">renders.csv</a>, <a href=\"converge.json\">converge.json</a>.",
           stream);

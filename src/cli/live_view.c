@@ -1,6 +1,7 @@
 #include "cli/live_view.h"
 
 #include "base/parallel.h"
+#include "base/text.h"
 #include "cli/outputs.h"
 #include "cli/signals.h"
 #include "cli/stats_json.h"
@@ -23,7 +24,7 @@ static ca_status save(const ca_image_layers *image, const ca_render_statistics *
     const char *separator = " ";
     char samples[64];
     CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, &s->layers, s->exposure, error));
-    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, statistics, error));
+    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, image, statistics, error));
     snprintf(message, size, "saved");
     for (size_t i = 0; i < s->output_count; i++) {
         if (ca_part_is_path(s->outputs[i])) continue;
@@ -34,7 +35,8 @@ static ca_status save(const ca_image_layers *image, const ca_render_statistics *
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "there is no image to save: part files are written at the end");
     if (s->stats) append(message, size, separator, s->stats);
-    snprintf(samples, sizeof samples, " with %.4g samples per pixel", statistics->samples_per_pixel);
+    snprintf(samples, sizeof samples, " with %.4g %s per pixel", statistics->samples_per_pixel,
+             ca_noun(statistics->samples_per_pixel, "sample", "samples"));
     append(message, size, "", samples);
     return CA_OK;
 }

@@ -1,6 +1,6 @@
 /* The program `caustica`: finds the command and hands the rest of the words to it. */
 #define _POSIX_C_SOURCE 200809L
-#include "base/text.h"
+#include "cli/candidates.h"
 #include "cli/commands.h"
 
 #include <signal.h>
@@ -30,23 +30,61 @@ static void print_help(void)
            ca_version());
     for (int i = 0; i < COMMAND_COUNT; i++) printf("  %-10s%s\n", commands[i].name, commands[i].summary);
     printf("\n"
-           "  caustica COMMAND --help    options of a command\n"
-           "  caustica --version\n\n"
+           "  caustica COMMAND --help    options of a command; also: caustica help COMMAND\n"
+           "  caustica --version         also: caustica version\n\n"
            "Example: caustica render scenes/cornell-box/cornell-box.xml -o box.exr -o box.png\n"
            "Exit status: 0 done, 1 failed, 2 wrong usage.\n");
 }
 
+static const command *find_command(const char *word)
+{
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        if (strcmp(word, commands[i].name) == 0) return &commands[i];
+    return NULL;
+}
+
 static int unknown_command(const char *word)
 {
-    const char *names[COMMAND_COUNT];
-    for (int i = 0; i < COMMAND_COUNT; i++) names[i] = commands[i].name;
-    const char *nearest = ca_nearest_name(word, names, COMMAND_COUNT);
+    const char *names[COMMAND_COUNT + 2] = {"help", "version"};
+    for (int i = 0; i < COMMAND_COUNT; i++) names[i + 2] = commands[i].name;
+    const char *nearest = ca_options_nearest(word, names, COMMAND_COUNT + 2);
     ca_error error;
     if (nearest)
         ca_fail(&error, CA_ERROR_ARGUMENT, NULL, "command \"%s\" is not known; did you mean \"%s\"?", word, nearest);
     else
         ca_fail(&error, CA_ERROR_ARGUMENT, NULL, "command \"%s\" is not known", word);
     return ca_report_usage(NULL, &error);
+}
+
+/* Words behind "help" that have no help of their own. */
+static bool is_general_help(const char *word)
+{
+    static const char *const names[] = {"help", "--help", "-h", "version"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (strcmp(word, names[i]) == 0) return true;
+    return false;
+}
+
+/* "caustica help", "caustica help COMMAND". With --integrators the words that can be completed behind -i: the help of
+ * render has defaults where a choice's words would be, so that a script needs another text. It is not in the help. */
+static int help(int word_count, char *const words[])
+{
+    char *const wanted[] = {(char[]){"--help"}};
+    if (word_count > 1) {
+        ca_error error;
+        ca_fail(&error, CA_ERROR_ARGUMENT, NULL, "help is of one command, not of %d", word_count);
+        return ca_report_usage(NULL, &error);
+    }
+    if (word_count == 1 && strcmp(words[0], "--integrators") == 0) {
+        ca_candidates_print(stdout);
+        return CA_EXIT_DONE;
+    }
+    if (word_count == 1 && !is_general_help(words[0])) {
+        const command *found = find_command(words[0]);
+        return found ? found->run(1, wanted) : unknown_command(words[0]);
+    }
+    print_help();
+    return CA_EXIT_DONE;
 }
 
 static int run(int argument_count, char *arguments[])
@@ -57,17 +95,14 @@ static int run(int argument_count, char *arguments[])
         return ca_report_usage(NULL, &error);
     }
     const char *word = arguments[1];
-    if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
-        print_help();
-        return CA_EXIT_DONE;
-    }
-    if (strcmp(word, "--version") == 0) {
+    if (strcmp(word, "help") == 0) return help(argument_count - 2, arguments + 2);
+    if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) return help(0, NULL);
+    if (strcmp(word, "--version") == 0 || strcmp(word, "version") == 0) {
         printf("caustica %s\n", ca_version());
         return CA_EXIT_DONE;
     }
-    for (int i = 0; i < COMMAND_COUNT; i++)
-        if (strcmp(word, commands[i].name) == 0) return commands[i].run(argument_count - 2, arguments + 2);
-    return unknown_command(word);
+    const command *found = find_command(word);
+    return found ? found->run(argument_count - 2, arguments + 2) : unknown_command(word);
 }
 
 int main(int argument_count, char *arguments[])

@@ -1,5 +1,6 @@
 #include "cli/noise_print.h"
 
+#include "base/text.h"
 #include "cli/progress.h"
 
 #include <math.h>
@@ -48,10 +49,12 @@ static void print_averages(const ca_noise_report *report)
     const ca_render_statistics *s = &report->statistics;
     char time[32];
     ca_format_seconds(s->seconds, time, sizeof time);
-    printf("%llu iterations of %u light paths and %u camera paths per pixel, %llu pixels, %s%s\n",
-           (unsigned long long)s->iterations, report->measured.light_paths, report->measured.camera_paths,
-           (unsigned long long)report->measured.image.pixels, time,
-           s->interrupted ? " (ended early by a signal)" : "");
+    const uint32_t light_paths = report->measured.light_paths, camera_paths = report->measured.camera_paths;
+    const uint64_t pixels = report->measured.image.pixels;
+    printf("%llu iterations of %u %s and %u %s per pixel, %llu %s, %s%s\n", (unsigned long long)s->iterations,
+           light_paths, ca_noun(light_paths, "light path", "light paths"), camera_paths,
+           ca_noun(camera_paths, "camera path", "camera paths"), (unsigned long long)pixels,
+           ca_noun((double)pixels, "pixel", "pixels"), time, s->interrupted ? " (ended early by a signal)" : "");
     print_table(report);
     for (size_t i = 0; i < report->prediction_count; i++) {
         const ca_noise_prediction *p = &report->predictions[i];
@@ -68,13 +71,16 @@ static void print_time(const char *name, double seconds, double error, double nu
 {
     if (isnan(seconds))
         printf("  %-18s%12s\n", name, "none");
+    else if (!ca_noise_is_measured(seconds, error))
+        printf("  %-18s%-24s%12.4g %s\n", name, "  not measurable", number, of_what);
     else
         printf("  %-18s%12.4g +- %-8.2g%12.4g %s\n", name, 1e6 * seconds, 1e6 * error, number, of_what);
 }
 
 static void print_times(const ca_noise_times *t)
 {
-    printf("microseconds of a processor, timed around %u light paths:\n", t->light_paths);
+    printf("microseconds of a processor, timed around %u %s:\n", t->light_paths,
+           ca_noun(t->light_paths, "light path", "light paths"));
     print_time("iteration", t->iteration, t->iteration_error, 1.0, "without any path");
     print_time("light path", t->light_path, t->light_path_error, t->light_paths, "an iteration");
     print_time("camera path", t->camera_path, t->camera_path_error, t->segments_per_camera_path, "segments");

@@ -11,16 +11,20 @@ enum { NAME_LIMIT = 64, OPTION_LIMIT = 64 };
 
 /* ---- Names that are nearly right ------------------------------------------------------------------------------- */
 
-/* The known option that is meant: nearly the same name, or one that begins like it. */
+const char *ca_options_nearest(const char *name, const char *const names[], size_t count)
+{
+    const char *nearest = ca_nearest_name(name, names, count);
+    for (size_t i = 0; i < count && !nearest; i++)
+        if (strlen(name) >= 3 && strncmp(name, names[i], strlen(name)) == 0) nearest = names[i];
+    return nearest;
+}
+
 static const char *nearest_option(const ca_option_table *table, const char *name)
 {
     const char *names[OPTION_LIMIT];
     size_t count = 0;
     for (; count < table->count && count < OPTION_LIMIT; count++) names[count] = table->options[count].name;
-    const char *nearest = ca_nearest_name(name, names, count);
-    for (size_t i = 0; i < count && !nearest; i++)
-        if (strlen(name) >= 3 && strncmp(name, names[i], strlen(name)) == 0) nearest = names[i];
-    return nearest;
+    return ca_options_nearest(name, names, count);
 }
 
 static ca_status fail_unknown(const ca_option_table *table, const char *word, const char *name, ca_error *error)

@@ -69,6 +69,9 @@ ca_status ca_options_parse(const ca_option_table *table, int word_count, char *c
 void ca_text_list_destroy(ca_text_list *list);
 void ca_rect_list_destroy(ca_rect_list *list);
 
+/* The known name that is meant: nearly the same, or one that begins like it; NULL where there is none. */
+const char *ca_options_nearest(const char *name, const char *const names[], size_t count);
+
 /* The scene file, for commands that take just one. Errors: CA_ERROR_ARGUMENT. */
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
 

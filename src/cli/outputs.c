@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "film/part_file.h"
 #include "image/layers.h"
 #include "path/technique.h"
@@ -70,10 +71,8 @@ ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_imag
 void ca_outputs_warn(const ca_render_statistics *s)
 {
     if (s->non_finite == 0) return;
-    fprintf(
-        stderr,
-        "caustica: warning: %llu samples were negative or not finite and were dropped: a defect, please report it (",
-        (unsigned long long)s->non_finite);
+    fprintf(stderr, "caustica: warning: %llu %s negative or not finite and dropped: a defect, please report it (",
+            (unsigned long long)s->non_finite, ca_noun((double)s->non_finite, "sample was", "samples were"));
     const char *separator = "";
     for (int t = 0; t < CA_NON_FINITE_SOURCES; t++) {
         if (s->non_finite_from[t] == 0) continue;

@@ -33,64 +33,85 @@ void ca_format_seconds(double seconds, char *text, size_t size)
         snprintf(text, size, "%llu:%02llu:%02llu", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-/* Appends a part if the line stays within `width` columns. */
-static void append(char *line, size_t width, const char *part)
+/* The parts of a line, as they stand in it. */
+typedef enum line_part { PERCENT, PASSES, LEFT, GONE, WHOLE, NOISE, BAR, PART_COUNT } line_part;
+
+typedef struct line_parts {
+    char texts[PART_COUNT][64]; /* "": there is none. Of the bar: the shortest */
+    bool shown[PART_COUNT];
+    size_t used; /* columns */
+} line_parts;
+
+static void write_times(const ca_render_progress *p, double fraction, line_parts *parts)
 {
-    const size_t used = strlen(line), length = strlen(part), gap = used > 0 ? 2 : 0;
-    if (used + gap + length > width || used + gap + length >= LINE_LIMIT) return;
-    memcpy(line + used, "  ", gap);
-    memcpy(line + used + gap, part, length + 1);
+    const size_t size = sizeof parts->texts[0];
+    char time[32];
+    if (fraction > 0.0) {
+        ca_format_seconds(ca_progress_seconds_left(p), time, sizeof time);
+        snprintf(parts->texts[LEFT], size, "%s left", time);
+    }
+    ca_format_seconds(p->seconds, time, sizeof time);
+    snprintf(parts->texts[GONE], size, "%s gone", time);
+    if (p->seconds_predicted <= 0.0) return;
+    ca_format_seconds(fmax(p->seconds_predicted, p->seconds), time, sizeof time);
+    snprintf(parts->texts[WHOLE], size, "of %s", time);
 }
 
-static void append_bar(char *line, size_t width, double fraction)
+static void write_parts(const ca_render_progress *p, double fraction, bool with_bar, line_parts *parts)
 {
-    char bar[WIDEST_BAR + 3];
-    const size_t used = strlen(line), frame = 4; /* gap and brackets */
-    if (width < used + frame + NARROWEST_BAR) return;
-    const size_t room = width - used - frame, length = room < WIDEST_BAR ? room : WIDEST_BAR;
+    const size_t size = sizeof parts->texts[0];
+    const char *what = p->blocks ? "block" : "pass";
+    if (fraction >= 0.0) snprintf(parts->texts[PERCENT], size, "%3.0f %%", floor(100.0 * fraction));
+    if (p->passes_total > 0)
+        snprintf(parts->texts[PASSES], size, "%s %u/%u", what, p->passes_done, p->passes_total);
+    else
+        snprintf(parts->texts[PASSES], size, "%s %u", what, p->passes_done);
+    write_times(p, fraction, parts);
+    if (p->noise_percent >= 0.0) snprintf(parts->texts[NOISE], size, "noise %.3g %%", p->noise_percent);
+    if (fraction >= 0.0 && with_bar) snprintf(parts->texts[BAR], size, "[%*s]", NARROWEST_BAR, "");
+}
+
+/* The most important part first; what does not fit beside those before it is left out whole. */
+static void choose_parts(const ca_render_progress *p, size_t width, line_parts *parts)
+{
+    static const line_part to_noise[PART_COUNT] = {PERCENT, NOISE, BAR, LEFT, PASSES, GONE, WHOLE};
+    static const line_part others[PART_COUNT] = {PERCENT, PASSES, LEFT, BAR, NOISE, GONE, WHOLE};
+    for (int i = 0; i < PART_COUNT; i++) {
+        const line_part part = p->noise_target > 0.0 ? to_noise[i] : others[i];
+        const size_t length = strlen(parts->texts[part]), gap = parts->used > 0 ? 2 : 0;
+        const bool follows = part != WHOLE || parts->shown[GONE]; /* "1.0 s gone  of 3.0 s" */
+        if (length == 0 || !follows || parts->used + gap + length > width) continue;
+        parts->shown[part] = true;
+        parts->used += gap + length;
+    }
+}
+
+/* Makes the shortest bar as long as the room left over allows. */
+static void draw_bar(double fraction, size_t room, char *bar)
+{
+    const size_t most = NARROWEST_BAR + room, length = most < WIDEST_BAR ? most : WIDEST_BAR;
     const size_t filled = (size_t)(fraction * (double)length);
     bar[0] = '[';
     memset(bar + 1, '=', filled);
     memset(bar + 1 + filled, '.', length - filled);
     bar[length + 1] = ']';
     bar[length + 2] = '\0';
-    append(line, width, bar);
 }
 
-/* The most important part first: on a narrow terminal the last ones do not fit. */
 static void compose(const ca_render_progress *p, size_t width, bool with_bar, char line[LINE_LIMIT])
 {
-    char part[64], time[32];
+    line_parts parts = {.used = 0};
     const double fraction = ca_progress_fraction(p);
+    if (width > LINE_LIMIT - 1) width = LINE_LIMIT - 1;
+    write_parts(p, fraction, with_bar, &parts);
+    choose_parts(p, width, &parts);
+    if (parts.shown[BAR]) draw_bar(fraction, width - parts.used, parts.texts[BAR]);
     line[0] = '\0';
-    if (fraction >= 0.0) {
-        snprintf(part, sizeof part, "%3.0f %%", floor(100.0 * fraction));
-        append(line, width, part);
+    for (int part = 0; part < PART_COUNT; part++) {
+        const size_t used = strlen(line);
+        if (parts.shown[part])
+            snprintf(line + used, LINE_LIMIT - used, "%s%s", used > 0 ? "  " : "", parts.texts[part]);
     }
-    const char *what = p->blocks ? "block" : "pass";
-    if (p->passes_total > 0)
-        snprintf(part, sizeof part, "%s %u/%u", what, p->passes_done, p->passes_total);
-    else
-        snprintf(part, sizeof part, "%s %u", what, p->passes_done);
-    append(line, width, part);
-    if (fraction > 0.0) {
-        ca_format_seconds(ca_progress_seconds_left(p), time, sizeof time);
-        snprintf(part, sizeof part, "%s left", time);
-        append(line, width, part);
-    }
-    ca_format_seconds(p->seconds, time, sizeof time);
-    snprintf(part, sizeof part, "%s gone", time);
-    append(line, width, part);
-    if (p->seconds_predicted > 0.0) {
-        ca_format_seconds(fmax(p->seconds_predicted, p->seconds), time, sizeof time);
-        snprintf(part, sizeof part, "of %s", time);
-        append(line, width, part);
-    }
-    if (p->noise_percent >= 0.0) {
-        snprintf(part, sizeof part, "noise %.3g %%", p->noise_percent);
-        append(line, width, part);
-    }
-    if (fraction >= 0.0 && with_bar) append_bar(line, width, fraction);
 }
 
 static size_t terminal_width(void)

@@ -1,7 +1,8 @@
 /* Progress on standard error: passes, time gone and left, noise so far. On a terminal one line with a bar that is
- * drawn over itself, never wider than the terminal, and gone at the end. On one that says it is dumb (TERM), a line
- * of its own now and then: after 5 seconds of rendering, after twice the time again and again, and at least once a
- * minute. Nothing where standard error is no terminal. */
+ * drawn over itself, never wider than the terminal, and gone at the end. On a narrow one the less important parts are
+ * left out; with a noise target the last ones to go are the percentage, the noise and the bar. On one that says it
+ * is dumb (TERM), a line of its own now and then: after 5 seconds of rendering, after twice the time again and again,
+ * and at least once a minute. Nothing where standard error is no terminal. */
 #ifndef CA_CLI_PROGRESS_H
 #define CA_CLI_PROGRESS_H
 

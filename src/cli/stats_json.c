@@ -1,7 +1,10 @@
 #include "cli/stats_json.h"
 
 #include "cli/json_values.h"
+#include "cli/settings_json.h"
 #include "path/technique.h"
+
+#include <stdio.h>
 
 static json_t *count(uint64_t value) { return json_integer((json_int_t)value); }
 
@@ -41,10 +44,11 @@ static json_t *rays_json(const ca_rays_statistics *r)
 {
     if (r->light_paths == 0) return json_null();
     json_t *object = json_object();
+    const bool had_pilot = r->pilot_seconds > 0.0;
     const bool complete = set(object, "light_paths", count(r->light_paths)) &&
                           set(object, "camera_paths", ca_json_number(r->camera_paths)) &&
                           set(object, "phases", count(r->phases)) &&
-                          set(object, "pilot_seconds", ca_json_number(r->pilot_seconds)) &&
+                          set(object, "pilot_seconds", had_pilot ? ca_json_number(r->pilot_seconds) : json_null()) &&
                           set(object, "predicted_gain", ca_json_number(r->predicted_gain)) &&
                           set(object, "iteration_seconds", ca_json_number(r->iteration_seconds)) &&
                           set(object, "light_path_seconds", ca_json_number(r->light_path_seconds)) &&
@@ -67,17 +71,23 @@ static json_t *prediction_json(const ca_render_statistics *s)
     return NULL;
 }
 
-static bool set_render(json_t *root, const ca_render_statistics *s)
+/* Of one iteration's samples, which need two iterations. */
+static json_t *deviation_json(const ca_render_statistics *s)
 {
-    return set(root, "seconds", ca_json_number(s->seconds)) && set(root, "iterations", count(s->iterations)) &&
-           set(root, "blocks", blocks_json(s)) &&
+    return s->iterations < 2 ? json_null() : ca_json_number(s->mean_standard_deviation);
+}
+
+static bool set_render(json_t *root, const ca_image_layers *image, const ca_render_statistics *s)
+{
+    return ca_settings_json_set(root, image, s->seed) && set(root, "seconds", ca_json_number(s->seconds)) &&
+           set(root, "iterations", count(s->iterations)) && set(root, "blocks", blocks_json(s)) &&
            set(root, "samples_per_pixel", ca_json_number(s->samples_per_pixel)) &&
            set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
            set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&
            set(root, "photons", count(s->photons)) && set(root, "photons_tested", count(s->photons_tested)) &&
            set(root, "merges", count(s->merges)) && set(root, "peak_memory_bytes", count(s->peak_memory_bytes)) &&
            set(root, "mean_luminance", ca_json_number(s->mean_luminance)) &&
-           set(root, "mean_standard_deviation", ca_json_number(s->mean_standard_deviation)) &&
+           set(root, "mean_standard_deviation", deviation_json(s)) &&
            set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : ca_json_number(s->noise_percent)) &&
            set(root, "confidence_marked", s->has_confidence ? ca_json_number(s->confidence_marked) : json_null()) &&
            set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
@@ -85,11 +95,12 @@ static bool set_render(json_t *root, const ca_render_statistics *s)
            set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));
 }
 
-ca_status ca_stats_write_render(const char *path, const ca_render_statistics *s, ca_error *error)
+ca_status ca_stats_write_render(const char *path, const ca_image_layers *image, const ca_render_statistics *s,
+                                ca_error *error)
 {
     ca_json_begin();
     json_t *root = json_object();
-    const bool complete = set_render(root, s);
+    const bool complete = set_render(root, image, s);
     return ca_json_write(path, root, complete, error);
 }
 
@@ -161,19 +172,23 @@ static json_t *predictions_json(const ca_noise_report *report)
     return whole(list, complete);
 }
 
-/* Seconds of one processor. */
+/* Sets `key`, in seconds of one processor, and its standard error; null: not measurable, or there was none. */
+static bool set_time(json_t *object, const char *key, double seconds, double error)
+{
+    char error_key[32];
+    snprintf(error_key, sizeof error_key, "%s_error", key);
+    return set(object, key, ca_noise_is_measured(seconds, error) ? ca_json_number(seconds) : json_null()) &&
+           set(object, error_key, ca_json_number(error));
+}
+
 static json_t *times_json(const ca_noise_times *t)
 {
     json_t *object = json_object();
     return whole(object, set(object, "light_paths", count(t->light_paths)) &&
-                             set(object, "iteration", ca_json_number(t->iteration)) &&
-                             set(object, "iteration_error", ca_json_number(t->iteration_error)) &&
-                             set(object, "light_path", ca_json_number(t->light_path)) &&
-                             set(object, "light_path_error", ca_json_number(t->light_path_error)) &&
-                             set(object, "camera_path", ca_json_number(t->camera_path)) &&
-                             set(object, "camera_path_error", ca_json_number(t->camera_path_error)) &&
-                             set(object, "candidate", ca_json_number(t->candidate)) &&
-                             set(object, "candidate_error", ca_json_number(t->candidate_error)) &&
+                             set_time(object, "iteration", t->iteration, t->iteration_error) &&
+                             set_time(object, "light_path", t->light_path, t->light_path_error) &&
+                             set_time(object, "camera_path", t->camera_path, t->camera_path_error) &&
+                             set_time(object, "candidate", t->candidate, t->candidate_error) &&
                              set(object, "segments_per_camera_path", ca_json_number(t->segments_per_camera_path)) &&
                              set(object, "candidates_per_pair", ca_json_number(t->candidates_per_pair)));
 }
@@ -202,14 +217,15 @@ static json_t *recommendation_json(const ca_noise_report *report)
                      set(object, "most_camera_paths", count(r->most_camera_paths)));
 }
 
-ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error)
+ca_status ca_stats_write_noise(const char *path, const ca_image_layers *image, const ca_noise_report *report,
+                               ca_error *error)
 {
     ca_json_begin();
     json_t *root = json_object();
     const bool recommends = ca_noise_recommends(report);
     ca_render_statistics statistics = report->statistics;
     statistics.interrupted = statistics.interrupted || report->recommendation.interrupted;
-    const bool complete = set_render(root, &statistics) &&
+    const bool complete = set_render(root, image, &statistics) &&
                           set(root, "per_iteration", counts_json(&report->measured)) &&
                           set_averages(root, &report->measured, report->has_roi, true) &&
                           set(root, "predict", predictions_json(report)) &&

@@ -5,8 +5,10 @@
 #include "metrics/compare.h"
 #include "metrics/image_metrics.h"
 
-/* `non_finite` counts samples by technique; unknown numbers are null. */
-ca_status ca_stats_write_render(const char *path, const ca_render_statistics *statistics, ca_error *error);
+/* How the image was made, as its attributes say (settings_json.h), and the statistics; `non_finite` counts samples by
+ * technique. null: not known, as are the settings where there is no image (NULL). */
+ca_status ca_stats_write_render(const char *path, const ca_image_layers *image,
+                                const ca_render_statistics *statistics, ca_error *error);
 
 /* One picture that was compared with the reference. */
 typedef struct ca_compared_image {
@@ -40,9 +42,13 @@ static inline bool ca_noise_recommends(const ca_noise_report *report)
     return !report->connects && report->recommendation.best.light_paths > 0;
 }
 
+/* Is a time more than its standard error? Else the noise of the measurement is all that it tells. False of NAN. */
+static inline bool ca_noise_is_measured(double seconds, double standard_error) { return seconds > standard_error; }
+
 /* What ca_stats_write_render writes (`interrupted`: the measurement or the timing of paths), the averages, times and
  * recommended numbers; null where there are none. */
-ca_status ca_stats_write_noise(const char *path, const ca_noise_report *report, ca_error *error);
+ca_status ca_stats_write_noise(const char *path, const ca_image_layers *image, const ca_noise_report *report,
+                               ca_error *error);
 
 /* `images[]`, each with its metrics (`flip` is flip_hdr or flip_ldr), and the `settings` that the metrics were
  * computed with. */

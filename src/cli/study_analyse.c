@@ -1,6 +1,7 @@
 #include "cli/study_analyse.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "metrics/binomial.h"
 
 #include <math.h>
@@ -158,12 +159,13 @@ static void print_pairs(const ca_study_analysis *a)
 
 void ca_study_print(const ca_study_analysis *a)
 {
-    printf("%s: %u subject%s\n\"%s\"\n", a->answers->title, a->subjects, a->subjects == 1 ? "" : "s",
+    printf("%s: %u %s\n\"%s\"\n", a->answers->title, a->subjects, ca_noun(a->subjects, "subject", "subjects"),
            a->answers->question);
-    if (a->unfinished) printf("left out: %u session%s not finished\n", a->unfinished, a->unfinished == 1 ? "" : "s");
+    if (a->unfinished)
+        printf("left out: %u %s not finished\n", a->unfinished, ca_noun(a->unfinished, "session", "sessions"));
     if (a->left_out)
-        printf("left out: %u answer%s to images that were not shown for %g s within %g ms, or not all the time\n",
-               a->left_out, a->left_out == 1 ? "" : "s", a->answers->seconds, CA_STUDY_TOLERANCE_MS);
+        printf("left out: %u %s to images that were not shown for %g s within %g ms, or not all the time\n",
+               a->left_out, ca_noun(a->left_out, "answer", "answers"), a->answers->seconds, CA_STUDY_TOLERANCE_MS);
     printf("\n");
     print_scenarios(a);
     print_pairs(a);

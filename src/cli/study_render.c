@@ -3,6 +3,7 @@
 
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -107,7 +108,8 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
     if (status != CA_OK) return status;
     ca_outputs_warn(&statistics);
     ca_format_seconds(statistics.seconds, time, sizeof time);
-    if (!work->quiet) printf("rendered %s, %.4g samples per pixel, %s\n", path, statistics.samples_per_pixel, time);
+    if (!work->quiet) printf("rendered %s, %.4g %s per pixel, %s\n", path, statistics.samples_per_pixel,
+               ca_noun(statistics.samples_per_pixel, "sample", "samples"), time);
     fflush(stdout);
     return CA_OK;
 }

@@ -1,4 +1,5 @@
 /* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and any BSDF. */
+#include "base/text.h"
 #include "import/bsdf_plugins.h"
 
 #include <string.h>
@@ -13,14 +14,14 @@ static size_t import_children(ca_props *props, ca_material_id *children, size_t 
     while ((child = ca_props_next_object(props, "bsdf", true, &cursor)) && ca_import_good(props->importer)) {
         if (count == high) {
             ca_import_fail(props->importer, &cursor->where, "%s holds %zu BSDF%s, not more", props->type, high,
-                           high == 1 ? "" : "s");
+                           ca_noun((double)high, "", "s"));
             break;
         }
         children[count++] = ca_import_bsdf(props->importer, child);
     }
     if (count < low)
         ca_import_fail(props->importer, &props->node->where, "%s needs %zu nested BSDF%s", props->type, low,
-                       low == 1 ? "" : "s");
+                       ca_noun((double)low, "", "s"));
     return count;
 }
 

@@ -1,6 +1,7 @@
 /* Transforms: the steps inside <transform> apply one after another, M = T_n ... T_1. */
 #include "import/importer.h"
 
+#include "base/text.h"
 #include "import/number.h"
 
 #include <string.h>
@@ -19,7 +20,7 @@ bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const cha
     }
     if (found == count) return true;
     ca_import_fail(importer, &node->where, "<%s> needs %zu number%s in \"%s\", not \"%.60s\"", node->tag, count,
-                   count == 1 ? "" : "s", attribute, text);
+                   ca_noun((double)count, "", "s"), attribute, text);
     return false;
 }
 

@@ -1,6 +1,7 @@
 #include "integrator/bidirectional.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "photon/radius.h"
 
 #include <math.h>
@@ -192,8 +193,9 @@ static ca_status plan_rounds(ca_bidirectional *b, const ca_light_layout *layout,
     const double least = bytes_of_chunks(&chunk, 1), most = fmin(allowed, CA_LIGHT_STORE_MOST_BYTES);
     if (asked && least > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "%u light paths need about %.0f MiB, more than the %.0f MiB left beside the film",
-                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), least / 1048576.0, allowed / 1048576.0);
+                       "%u light path%s about %.0f MiB, more than the %.0f MiB left beside the film",
+                       ca_min_u32(CA_CHUNK_PATHS, b->light_paths), ca_noun(b->light_paths, " needs", "s need"),
+                       least / 1048576.0, allowed / 1048576.0);
     while (b->resident > 1 && bytes_of_chunks(&chunk, b->resident) > most) b->resident--;
     return CA_OK;
 }

@@ -1,5 +1,6 @@
 /* Joining the pilot's halves with R, the mean of all runs; the noise of that, and the image. */
 #include "base/memory.h"
+#include "base/text.h"
 #include "noise/ray_map.h"
 #include "render/auto_rays_state.h"
 
@@ -84,6 +85,7 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     ca_render_summarise(&summary, statistics);
     statistics->seconds = a->progress.seconds;
     statistics->iterations = a->iterations;
+    statistics->seed = a->plan->seed;
     statistics->samples_per_pixel = a->progress.camera_paths;
     statistics->interrupted = a->interrupted;
     statistics->first_predicted_seconds = a->progress.looks.first_predicted_seconds;
@@ -119,8 +121,9 @@ static ca_status add_layers(const ca_auto_rays *a, const ca_render_statistics *s
     CA_TRY(ca_ray_map_add(image, a->numbers.light_paths, a->numbers.camera_paths, error));
     CA_TRY(ca_auto_known_add_layers(a->known, a->numbers.light_paths, a->numbers.camera_paths, image, error));
     snprintf(text, sizeof text,
-             "auto: %u light paths and %.4g camera paths per pixel in the last iterations; pilot %.3g s of %.3g s",
-             a->numbers.light_paths, a->numbers.mean, a->pilot_seconds, a->progress.seconds);
+             "auto: %u %s and %.4g %s per pixel in the last iterations; pilot %.3g s of %.3g s",
+             a->numbers.light_paths, ca_noun(a->numbers.light_paths, "light path", "light paths"), a->numbers.mean,
+             ca_noun(a->numbers.mean, "camera path", "camera paths"), a->pilot_seconds, a->progress.seconds);
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }
 

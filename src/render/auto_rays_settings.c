@@ -1,4 +1,5 @@
 /* What the settings say of the goal and of the pilot. */
+#include "base/text.h"
 #include "noise/ray_map.h"
 #include "render/auto_rays_state.h"
 
@@ -70,6 +71,7 @@ ca_status ca_auto_read_settings(ca_auto_rays *a, ca_error *error)
     if (a->goal.samples == 0.0 || a->goal.samples >= 2.0 * least) return CA_OK;
     return ca_fail(
         error, CA_ERROR_ARGUMENT, NULL,
-        "%.0f samples per pixel are too few for rays \"auto\": its pilot has %.0f, so at least %.0f are needed",
-        a->goal.samples, least, 2.0 * least);
+        "%.0f %s per pixel %s too few for rays \"auto\": its pilot has %.0f, so at least %.0f are needed",
+        a->goal.samples, ca_noun(a->goal.samples, "sample", "samples"), ca_noun(a->goal.samples, "is", "are"), least,
+        2.0 * least);
 }

@@ -160,6 +160,15 @@ static void keep_counts(const ca_workers *workers, uint64_t counts[CA_PART_COUNT
     memcpy(counts + NON_FINITE, s.non_finite_from, sizeof s.non_finite_from);
 }
 
+static uint64_t seed_of(const ca_part *part)
+{
+    char text[32];
+    uint64_t seed = 0;
+    ca_part_settings_find(part->settings, "seed", text, sizeof text);
+    ca_parse_digits(text, strlen(text), UINT64_MAX, &seed);
+    return seed;
+}
+
 void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statistics)
 {
     const uint64_t *counts = part->counts;
@@ -169,6 +178,7 @@ void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statisti
         .seconds = part->seconds,
         .samples_per_pixel = part->samples_per_pixel,
         .iterations = part->blocks[1] - part->blocks[0],
+        .seed = seed_of(part),
         .light_paths = counts[LIGHT_PATHS],
         .camera_paths = counts[CAMERA_PATHS],
         .rays = counts[RAYS],
@@ -199,21 +209,18 @@ static const char *confidence_of(const ca_part *part)
 
 static ca_status attach_record(const ca_part *part, ca_image_layers *image, ca_error *error)
 {
-    char version[64], integrator[1024], sampler[64], seed[32], filter[64];
-    uint64_t seed_number = 0;
+    char version[64], integrator[1024], sampler[64], filter[64];
     ca_part_settings_find(part->settings, "version", version, sizeof version);
     ca_part_settings_find(part->settings, "integrator", integrator, sizeof integrator);
     ca_part_settings_find(part->settings, "sampler", sampler, sizeof sampler);
     ca_part_settings_find(part->settings, "filter", filter, sizeof filter);
-    ca_part_settings_find(part->settings, "seed", seed, sizeof seed);
-    ca_parse_digits(seed, strlen(seed), UINT64_MAX, &seed_number);
     const ca_render_record record = {
         .version = version,
         .scene = part->scene_path,
         .integrator = integrator,
         .sampler = sampler,
         .filter = filter,
-        .seed = (double)seed_number,
+        .seed = (double)seed_of(part),
         .samples_per_pixel = part->samples_per_pixel,
         .seconds = part->seconds,
         .threads = part->threads,

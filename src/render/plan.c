@@ -317,9 +317,9 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
         settings->samples_per_pixel ? settings->samples_per_pixel : plan->scene->desc.samples_per_pixel;
     const double passes = ceil(samples / plan->samples_per_pass);
     if (passes > plan->pass_limit)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "%u samples per pixel would take %.0f passes, over the limit of %u", samples, passes,
-                       plan->pass_limit);
+        return ca_fail(error, settings->samples_per_pixel ? CA_ERROR_ARGUMENT : CA_ERROR_SCENE, NULL,
+                       "%u %s per pixel would take %.0f passes, over the limit of %u", samples,
+                       ca_noun(samples, "sample", "samples"), passes, plan->pass_limit);
     plan->pass_limit = (uint32_t)passes;
     return CA_OK;
 }

@@ -1,6 +1,7 @@
 #include "render/ray_file.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "image/layers.h"
 #include "noise/ray_map.h"
 
@@ -72,7 +73,8 @@ ca_status ca_ray_file_add_layers(const ca_ray_file *file, uint32_t passes, ca_im
     for (size_t p = 0; p < (size_t)image->width * image->height; p++)
         camera[p] = (float)((double)passes * file->camera_paths[p]);
     CA_TRY(ca_ray_map_add(image, file->light_paths, file->camera_paths, error));
-    snprintf(text, sizeof text, "given: %u light paths and %.4g camera paths per pixel", file->light_paths,
-             file->mean);
+    snprintf(text, sizeof text, "given: %u %s and %.4g %s per pixel", file->light_paths,
+             ca_noun(file->light_paths, "light path", "light paths"), file->mean,
+             ca_noun(file->mean, "camera path", "camera paths"));
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }

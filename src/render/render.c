@@ -120,6 +120,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
     *statistics = (ca_render_statistics){
         .seconds = r->seconds,
         .iterations = r->passes,
+        .seed = r->plan->seed,
         .samples_per_pixel = r->passes * r->plan->samples_per_pass,
         .interrupted = r->interrupted,
         .first_predicted_seconds = r->looks.first_predicted_seconds,
@@ -240,6 +241,17 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     if (!statistics) statistics = &own_statistics;
     CA_TRY(run_plan(plan, image, statistics, error));
     statistics->has_confidence = *image && ca_film_confidence_marked(*image, &statistics->confidence_marked);
+    return CA_OK;
+}
+
+ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *settings, ca_error *error)
+{
+    render r = {.integrator = NULL};
+    ca_render_plan plan;
+    CA_TRY(ca_render_plan_make(&plan, scene, settings, error));
+    r.plan = &plan;
+    CA_TRY(create_integrator(&r, error));
+    plan.type->destroy(r.integrator);
     return CA_OK;
 }
 

@@ -71,6 +71,10 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
  * *start, when the render began, is moved on by it. */
 bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start);
 
+/* Refuses what ca_render refuses before its first pass, with the same error: a plan is made, and its integrator.
+ * Costs what making the integrator takes. */
+ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *settings, ca_error *error);
+
 /* Renders a plan; ca_render is this after ca_render_plan_make. */
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error);

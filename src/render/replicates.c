@@ -1,6 +1,7 @@
 #include "render/replicates.h"
 
 #include "base/hash.h"
+#include "base/text.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -39,8 +40,8 @@ ca_status ca_replicates_plan(ca_render_plan *plan, ca_error *error)
                        "noise target");
     if (plan->pass_limit % replicates != 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the number of samples per pixel comes to %u passes, which is not a multiple of %u replicates",
-                       plan->pass_limit, replicates);
+                       "the number of samples per pixel comes to %u %s, which is not a multiple of %u replicates",
+                       plan->pass_limit, ca_noun(plan->pass_limit, "pass", "passes"), replicates);
     plan->passes_per_replicate = plan->pass_limit / replicates;
     return CA_OK;
 }
@@ -68,19 +69,21 @@ void ca_replicates_describe(const ca_render_plan *plan, uint32_t passes, char *t
     if (plan->rays == CA_RAYS_AUTO)
         snprintf(
             text, size,
-            "95 %% for the expectation%s, from %u independent iterations in parts with different numbers of rays",
-            where, passes);
+            "95 %% for the expectation%s, from %u independent %s in parts with different numbers of rays", where,
+            passes, ca_noun(passes, "iteration", "iterations"));
     else if (each == 0)
         snprintf(text, size,
                  "none: the samples of one sequence (%s) are not independent of each other; replicates are",
                  ca_sampler_name(plan->sampler.kind));
     else if (!has_independent_passes(plan))
         snprintf(text, size,
-                 "95 %% for the expectation%s, from %u replicates: independent scramblings of %u passes each", where,
-                 passes / each, each);
+                 "95 %% for the expectation%s, from %u %s: independent scramblings of %u %s each", where,
+                 passes / each, ca_noun(passes / each, "replicate", "replicates"), each,
+                 ca_noun(each, "pass", "passes"));
     else if (each > 1)
-        snprintf(text, size, "95 %% for the expectation%s, from %u replicates: groups of %u independent passes",
-                 where, passes / each, each);
+        snprintf(text, size, "95 %% for the expectation%s, from %u %s: groups of %u independent passes", where,
+                 passes / each, ca_noun(passes / each, "replicate", "replicates"), each);
     else
-        snprintf(text, size, "95 %% for the expectation%s, from %u replicates: independent passes", where, passes);
+        snprintf(text, size, "95 %% for the expectation%s, from %u %s: independent passes", where, passes,
+                 ca_noun(passes, "replicate", "replicates"));
 }
