@@ -434,8 +434,9 @@ static void test_bundled_scenes(void **state)
         snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, names[i]);
         RUN(&r, "info", path);
         assert_exit(&r, 0);
-        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats",
-            "a.json");
+        /* with light paths enough for no warning */
+        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "--light-paths", "8000", "-o",
+            "a.pfm", "--stats", "a.json");
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
         json_t *stats = load_json(folder_of(state), "a.json");

@@ -168,9 +168,9 @@ ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integ
 double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_input *input, const char *name,
                            double otherwise);
 
-/* How many samples the integrator makes of a path in its first pass, per camera path: with these rules ca_mis_total
- * counts them, every merge as the photons that it gathers, whatever the integrator's own reuse rule. false: it does not
- * tell. Cost: a few thousand rays where the merge radius follows from the scene. */
+/* Rules with which ca_mis_total counts the samples that the integrator makes of a path in its first pass, per camera
+ * path; of a merge it counts photons, whatever the integrator's own reuse rule. false: it does not tell. Cost: a few
+ * thousand rays where the merge radius follows from the scene. */
 bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules);
 
 /* Sets one parameter by name. */

@@ -1,5 +1,5 @@
-/* From an integrator's parameters to the rules of its weights, its number of light paths and its merge radius: for the
- * engine, and for those who ask what an integrator would find (integrator.h). */
+/* From an integrator's parameters to the rules of its weights, its number of light paths and its merge radius: for
+ * the engine, and for those who ask what an integrator would find (integrator.h). */
 #include "integrator/bidirectional.h"
 
 /* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and

@@ -53,8 +53,8 @@ float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_techn
 
 /* How many samples of the path all techniques together make, over the density D_s of the given split: the sum of
  * (count * density), whatever the heuristic. Of two rules the ratio tells how many samples the one makes for each of
- * the other. */
-double ca_mis_total(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique);
+ * the other. *own: what of it `technique` makes; NULL: not wanted. */
+double ca_mis_total(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, double *own);
 
 /* Tails. Under the balance heuristic, with merges that count the same everywhere, the techniques whose split or merge
  * lies before a side's last two vertices bring to the sum of all densities a number times what those two bring. That

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A batch's camera paths are traced in groups; a merge radius is so much of the picture's side; longer paths and later
- * roulette are not worth their time; no render numbers its paths from here. */
+/* A batch's camera paths are traced in groups. The merge radius is a part of the picture's side. Longer paths and a
+ * later roulette are not worth their time. No render numbers its paths from here. */
 enum { GROUP = 256, RADII_OF_SIDE = 64, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 #define CAMERA_INDEX UINT32_C(0xf0000000)
 #define LIGHT_NUMBER (UINT64_C(1) << 61)
@@ -24,11 +24,10 @@ typedef struct photon {
 typedef struct pilot_run {
     ca_light_pilot *pilot;
     const ca_mis_rules *counts; /* of the render, per camera path */
-    ca_mis_rules unmerged;      /* the same without merges */
     double scale;               /* camera paths of the render over those of the pilot */
     uint32_t batch;
     double weight, expected; /* of the path that was seen last */
-    double merged_share;     /* of its light: what the render finds by merging */
+    double own_share;        /* how much of its light the render finds in the very same way */
     photon seen;             /* if it is a merge; `path` NULL: it is none */
     photon *photons;         /* owned; of the group */
     size_t photon_count, photon_capacity;
@@ -41,14 +40,13 @@ static void see(void *user, const ca_observed_path *observed)
 {
     pilot_run *r = user;
     const ca_mis_path *path = observed->path;
-    const double here = ca_mis_total(observed->rules, path, observed->technique);
-    const double all = ca_mis_total(r->counts, path, observed->technique);
-    const double unmerged =
-        r->counts->merge == CA_MERGE_NONE ? all : ca_mis_total(&r->unmerged, path, observed->technique);
+    double own;
+    const double here = ca_mis_total(observed->rules, path, observed->technique, NULL);
+    const double all = ca_mis_total(r->counts, path, observed->technique, &own);
     r->pilot->merge_area = (double)observed->rules->merge_area;
     r->weight = (double)observed->weight;
     r->expected = r->scale * all / here;
-    r->merged_share = all > 0.0 ? 1.0 - unmerged / all : 0.0;
+    r->own_share = all > 0.0 ? own / all : 0.0;
     r->seen = (photon){.path = observed->technique == CA_TECHNIQUE_MERGE ? observed->camera : NULL,
                        .vertex = path->camera.count};
 }
@@ -73,15 +71,17 @@ static bool keep_sample(ca_light_pilot *pilot, ca_light_sample sample)
     return true;
 }
 
+/* All merges of the pilot are those of the render, but for their number: with the render's weight they estimate what
+ * it finds by them. */
 static void take(void *user, ca_rgb unweighted)
 {
     pilot_run *r = user;
-    const double light = r->weight * (double)ca_luminance(unweighted);
-    if (!(light > 0.0)) return;
+    const double luminance = (double)ca_luminance(unweighted), light = r->weight * luminance;
+    const double merged = r->seen.path ? r->own_share * luminance : 0.0;
     const ca_light_sample sample = {.light = light, .expected = r->expected, .batch = r->batch};
     r->pilot->light[r->batch] += light;
-    if (!keep_sample(r->pilot, sample)) r->out_of_memory = true;
-    if (r->seen.path && !keep_photon(r, r->merged_share * light)) r->out_of_memory = true;
+    if (light > 0.0 && !keep_sample(r->pilot, sample)) r->out_of_memory = true;
+    if (merged > 0.0 && !keep_photon(r, merged)) r->out_of_memory = true;
 }
 
 /* ---- Photons of a merge ---------------------------------------------------------------------------------------- */
@@ -110,13 +110,13 @@ static void finish_group(pilot_run *r)
         r->pilot->merged[r->batch] += merged;
         r->pilot->merged_photons[r->batch] += merged * (double)(end - first - 1);
     }
+    r->pilot->merges += r->photon_count;
     r->photon_count = 0;
 }
 
 /* ---- Paths ----------------------------------------------------------------------------------------------------- */
 
-/* Place `i` of the batch's camera paths: the film is cut into as many strips of equal size, of which a path has a pixel
- * anywhere. */
+/* The pixel of the batch's path `i`: anywhere in its one of as many strips of equal size. */
 static void place(const ca_render_plan *plan, uint32_t batch, uint32_t i, ca_camera_path *path)
 {
     const uint32_t *c = plan->crop;
@@ -192,9 +192,7 @@ ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, 
     const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
     pilot_run r = {.pilot = pilot,
                    .counts = counts,
-                   .unmerged = *counts,
                    .scale = plan->camera_paths * iterations * pixels / CA_PILOT_CAMERA_PATHS};
-    r.unmerged.merge = CA_MERGE_NONE;
     const ca_path_observer observer = {.see = see, .user = &r, .take = take};
     const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT,
                                 .seed = plan->seed,

@@ -4,10 +4,11 @@
 #include <math.h>
 #include <stdio.h>
 
-/* A share of the light that is worth a warning. */
-#define SHARE_WORTH_A_WARNING 0.02
+/* Shares of the light that are worth a warning: if it is missing; and if it is there, but all in dots. */
+#define MUCH_TO_LOSE 0.02
+#define MUCH_IN_DOTS 0.1
 
-/* Of a render that is not limited by samples. A guess that is rather too high: then too little is said, not too much. */
+/* Of a render that is not limited by samples. A guess that is rather too high: too little is said, not too much. */
 #define CAMERA_PATHS_PER_SECOND 1e7
 #define SECONDS_TO_NOISE 3600.0
 
@@ -42,13 +43,14 @@ static double mean_shrinking(double alpha, double passes)
 
 /* ---- Light that is lost ---------------------------------------------------------------------------------------- */
 
-static void judge_lost_light(ca_preflight *preflight, const ca_render_plan *plan, ca_light_pilot *pilot)
+/* One that merges finds all there is: what it has too few samples of are photons. */
+static void judge_lost_light(ca_preflight *preflight, const ca_render_plan *plan, bool merges, ca_light_pilot *pilot)
 {
     const ca_batch_ratio lost = ca_lost_light(pilot->samples, pilot->count);
     preflight->lost_light = lost.value;
     preflight->lost_light_low = lost.low;
     preflight->lost_light_high = lost.high;
-    if (plan->type == finder || !(lost.low > SHARE_WORTH_A_WARNING)) return;
+    if (merges || !(lost.low > MUCH_TO_LOSE)) return;
     warn(preflight,
          "\"%s\" will find none or too little of about %.0f %% of the light, such as light through glass seen "
          "through glass; \"%s\" finds it",
@@ -56,6 +58,9 @@ static void judge_lost_light(ca_preflight *preflight, const ca_render_plan *plan
 }
 
 /* ---- Merges ---------------------------------------------------------------------------------------------------- */
+
+/* Where of so many events none happened, their expected number is below this (95 %). */
+#define NONE_SEEN 3.0
 
 /* Photons that a pixel merges over the whole render for each that a merge of the pilot found. */
 static double photons_per_photon(const ca_render_plan *plan, const ca_mis_rules *counts, double iterations,
@@ -72,17 +77,17 @@ static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, co
     const double scale = photons_per_photon(plan, counts, iterations, pilot);
     const ca_batch_ratio light = ca_batch_ratio_of(pilot->merged, pilot->light, CA_LIGHT_BATCHES);
     const ca_batch_ratio photons = ca_batch_ratio_of(pilot->merged_photons, pilot->merged, CA_LIGHT_BATCHES);
-    preflight->merged_light = light.value;
+    preflight->merged_light = fmin(light.value, 1.0);
     preflight->merged_light_low = fmax(light.low, 0.0);
     preflight->merged_light_high = fmin(light.high, 1.0);
     preflight->merged_photons = scale * photons.value;
     preflight->merged_photons_low = scale * fmax(photons.low, 0.0);
-    preflight->merged_photons_high = scale * photons.high;
-    if (!(light.low > SHARE_WORTH_A_WARNING) || !(preflight->merged_photons_high < 1.0)) return;
+    preflight->merged_photons_high = scale * fmax(photons.high, NONE_SEEN / (double)pilot->merges);
+    if (!(light.low > MUCH_IN_DOTS) || !(preflight->merged_photons_high < 1.0)) return;
     warn(preflight,
-         "about %.0f %% of the light comes from merges, with only %.2g photons a pixel in the whole render: it will "
-         "be dots. A larger merge radius (--radius) or more light paths (--light-paths) make it smooth",
-         100.0 * light.value, preflight->merged_photons);
+         "about %.0f %% of the light will be dots: it comes from merges, with fewer than %.2g photons a pixel in the "
+         "whole render; a larger merge radius (--radius) or more light paths (--light-paths) smooth it",
+         100.0 * preflight->merged_light, preflight->merged_photons_high);
 }
 
 /* ---- The call -------------------------------------------------------------------------------------------------- */
@@ -100,7 +105,7 @@ static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan
     preflight->light_paths = pilot.counters.light_paths;
     preflight->rays = pilot.counters.rays;
     preflight->shadow_rays = pilot.counters.shadow_rays;
-    judge_lost_light(preflight, plan, &pilot);
+    judge_lost_light(preflight, plan, counts.merge != CA_MERGE_NONE, &pilot);
     judge_merges(preflight, plan, &counts, iterations, &pilot);
     ca_light_pilot_destroy(&pilot);
     return CA_OK;
