@@ -1,6 +1,7 @@
 #define _DEFAULT_SOURCE /* mkstemps */
 /* What is said of a render before it is made, against renders: the share of light that is lost against the mean of a
  * picture that lacks it, the expected numbers of samples and of photons against those that are counted. */
+#include "base/memory.h"
 #include "render/light_pilot.h"
 #include "support/sample_mean.h"
 #include "support/scene_text.h"
@@ -309,6 +310,44 @@ static void test_rare_merges(void **state)
     ca_scene_release(scene);
 }
 
+/* ---- Crowds ---------------------------------------------------------------------------------------------------- */
+
+/* Inside of a mirror sphere all that the camera sees is a small lit disk, beside the centre as it is itself: all
+ * camera paths meet where all light paths do. */
+static const char crowd[] =
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/>"
+    "<transform name='to_world'><lookat origin='0.05,0,0' target='0.05,0,1' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' "
+    "value='24'/><integer name='height' value='24'/><rfilter type='box'/></film></sensor>"
+    "<shape type='sphere'><boolean name='flip_normals' value='true'/><bsdf type='twosided'><bsdf type='conductor'>"
+    "<string name='material' value='none'/></bsdf></bsdf></shape>"
+    "<shape type='disk'><transform name='to_world'><scale value='0.04'/><translate x='-0.05'/></transform>"
+    "<bsdf type='diffuse'/></shape>"
+    "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='1'/><float "
+    "name='beam_width' value='0.9'/><transform name='to_world'><lookat origin='-0.05,0,0.3' target='-0.05,0,0' "
+    "up='0,1,0'/></transform></emitter></scene>";
+
+static void test_crowd(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(crowd);
+    const ca_render_settings settings = settings_of("ovcm:max_depth=4", 16);
+    ca_render_plan plan;
+    ca_mis_rules counts;
+    ca_light_pilot pilot;
+    ca_error error;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 16, &error), CA_OK);
+    print_message("%llu merges, %zu samples, radius %g\n", (unsigned long long)pilot.counters.merges, pilot.count,
+                  sqrt(pilot.merge_area / 3.141592653589793));
+    assert_true(pilot.counters.camera_paths == CA_PILOT_CAMERA_PATHS);
+    assert_true(pilot.counters.merges > 1000 && pilot.counters.merges < 1 << 20);
+    ca_light_pilot_destroy(&pilot);
+    const ca_preflight preflight = preflight_of(scene, &settings);
+    assert_no_warning(&preflight, "a crowd");
+    ca_scene_release(scene);
+}
+
 /* ---- The rest -------------------------------------------------------------------------------------------------- */
 
 static void test_no_light(void **state)
@@ -338,6 +377,25 @@ static void test_cost(void **state)
         assert_true(preflight.rays + preflight.shadow_rays < 6 * (CA_PILOT_CAMERA_PATHS + CA_PILOT_LIGHT_PATHS));
         ca_scene_release(scene);
     }
+}
+
+/* Each allocation fails once: that is what is reported. */
+static void test_out_of_memory(void **state)
+{
+    (void)state;
+    ca_scene *scene = pool(true, SUN, 4);
+    const ca_render_settings settings = settings_of("ppm", 1);
+    long failures = 0;
+    for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; failures++) {
+        ca_preflight preflight;
+        ca_error error = {""};
+        ca_memory_fail_after(failures);
+        status = ca_preflight_make(scene, &settings, &preflight, &error);
+        ca_memory_fail_after(-1);
+        if (status != CA_OK && status != CA_ERROR_MEMORY) fail_msg("allocation %ld: %s", failures, error.message);
+    }
+    assert_true(failures > 30);
+    ca_scene_release(scene);
 }
 
 static void test_threads(void **state)
@@ -406,6 +464,7 @@ int main(void)
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
         cmocka_unit_test(test_cost),             cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_crowd),            cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,11 +5,15 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A batch's camera paths are traced in groups. The merge radius is a part of the picture's side. Longer paths and a
- * later roulette are not worth their time. No render numbers its paths from here. */
-enum { GROUP = 256, RADII_OF_SIDE = 64, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
+/* A batch's camera paths are traced in groups. Longer paths and a later roulette are not worth their time. No render
+ * numbers its paths from here. */
+enum { GROUP = 256, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 #define CAMERA_INDEX UINT32_C(0xf0000000)
 #define LIGHT_NUMBER (UINT64_C(1) << 61)
+
+/* The merge radius is a part of the picture's side, and a smaller one where a batch has more merges: where a lens or a
+ * mirror lets all of the picture see a place of that size, in the light. */
+enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
 
 enum { BATCH_CAMERA_PATHS = CA_PILOT_CAMERA_PATHS / CA_LIGHT_BATCHES };
 
@@ -31,7 +35,7 @@ typedef struct pilot_run {
     photon seen;             /* if it is a merge; `path` NULL: it is none */
     photon *photons;         /* owned; of the group */
     size_t photon_count, photon_capacity;
-    bool out_of_memory;
+    bool out_of_memory, crowded;
 } pilot_run;
 
 /* ---- Looking at paths ------------------------------------------------------------------------------------------ */
@@ -146,10 +150,12 @@ static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca
 {
     const ca_parallel parallel = {.workers = 1};
     ca_worker worker = {.index = 0};
-    for (r->batch = 0; r->batch < CA_LIGHT_BATCHES; r->batch++) {
+    for (r->batch = 0; r->batch < CA_LIGHT_BATCHES && !r->crowded; r->batch++) {
         CA_TRY(ca_integrator_pilot.begin_round(state, r->batch, 0, &parallel, &worker, error));
-        for (uint32_t first = 0; first < BATCH_CAMERA_PATHS; first += GROUP)
+        for (uint32_t first = 0; first < BATCH_CAMERA_PATHS && !r->crowded; first += GROUP) {
             trace_group(r, plan, state, first, &worker);
+            r->crowded = worker.counters.merges > (uint64_t)BATCH_MERGES * (r->batch + 1);
+        }
         if (r->out_of_memory) return ca_fail_memory(error, "the pilot's paths");
     }
     r->pilot->counters = worker.counters;
@@ -165,7 +171,8 @@ static ca_status set(ca_integrator_input *input, const char *name, double value,
 }
 
 /* The parameters that say which light there is are the plan's, the others the pilot's own. */
-static ca_status configure(ca_integrator_input *input, const ca_render_plan *plan, ca_error *error)
+static ca_status configure(ca_integrator_input *input, const ca_render_plan *plan, double radii_of_side,
+                           ca_error *error)
 {
     const ca_integrator_desc nothing_set = {.name = NULL};
     const double max_depth = ca_integrator_value(plan->type, &plan->input, "max_depth", -1.0);
@@ -182,18 +189,13 @@ static ca_status configure(ca_integrator_input *input, const ca_render_plan *pla
     CA_TRY(set(input, "rr_depth", fmin(rr_depth, LATEST_ROULETTE), error));
     CA_TRY(set(input, "alpha", 0.0, error));
     CA_TRY(set(input, "light_paths", (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES, error));
-    return set(input, "radius_pixels", sqrt(pixels) / RADII_OF_SIDE, error);
+    return set(input, "radius_pixels", sqrt(pixels) / radii_of_side, error);
 }
 
-ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
-                             double iterations, ca_error *error)
+/* One try with a radius. */
+static ca_status run(pilot_run *r, const ca_render_plan *plan, double radii_of_side, ca_error *error)
 {
-    *pilot = (ca_light_pilot){.light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES};
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
-    pilot_run r = {.pilot = pilot,
-                   .counts = counts,
-                   .scale = plan->camera_paths * iterations * pixels / CA_PILOT_CAMERA_PATHS};
-    const ca_path_observer observer = {.see = see, .user = &r, .take = take};
+    const ca_path_observer observer = {.see = see, .user = r, .take = take};
     const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT,
                                 .seed = plan->seed,
                                 .width = plan->camera.width,
@@ -205,13 +207,30 @@ ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, 
     input.memory_bytes = 0.0;
     input.first_light_path = LIGHT_NUMBER;
     void *state;
-    CA_TRY(configure(&input, plan, error));
+    CA_TRY(configure(&input, plan, radii_of_side, error));
     CA_TRY(ca_integrator_pilot.create(&input, &state, error));
-    ca_status status = trace(&r, plan, state, error);
+    const ca_status status = trace(r, plan, state, error);
     ca_integrator_pilot.destroy(state);
-    ca_free(r.photons);
-    if (status != CA_OK) ca_light_pilot_destroy(pilot);
+    ca_free(r->photons);
     return status;
+}
+
+ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
+                             double iterations, ca_error *error)
+{
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    const double scale = plan->camera_paths * iterations * pixels / CA_PILOT_CAMERA_PATHS;
+    *pilot = (ca_light_pilot){.samples = NULL};
+    for (uint32_t radii = RADII_OF_SIDE;; radii *= SMALLER) {
+        ca_light_pilot_destroy(pilot);
+        *pilot = (ca_light_pilot){.light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES};
+        pilot_run r = {.pilot = pilot, .counts = counts, .scale = scale};
+        const ca_status status = run(&r, plan, radii, error);
+        if (status == CA_OK && (!r.crowded || radii >= SMALLEST)) return CA_OK;
+        if (status == CA_OK) continue;
+        ca_light_pilot_destroy(pilot);
+        return status;
+    }
 }
 
 void ca_light_pilot_destroy(ca_light_pilot *pilot)
