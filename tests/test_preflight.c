@@ -316,9 +316,10 @@ static void test_rare_merges(void **state)
  * camera paths meet where all light paths do. */
 static const char crowd[] =
     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/>"
-    "<transform name='to_world'><lookat origin='0.05,0,0' target='0.05,0,1' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' "
-    "value='24'/><integer name='height' value='24'/><rfilter type='box'/></film></sensor>"
-    "<shape type='sphere'><boolean name='flip_normals' value='true'/><bsdf type='twosided'><bsdf type='conductor'>"
+    "<transform name='to_world'><lookat origin='0.05,0,0' target='0.05,0,1' up='0,1,0'/></transform>"
+    "<film type='hdrfilm'><integer name='width' value='24'/><integer name='height' value='24'/>"
+    "<rfilter type='box'/></film></sensor><shape type='sphere'>"
+    "<boolean name='flip_normals' value='true'/><bsdf type='twosided'><bsdf type='conductor'>"
     "<string name='material' value='none'/></bsdf></bsdf></shape>"
     "<shape type='disk'><transform name='to_world'><scale value='0.04'/><translate x='-0.05'/></transform>"
     "<bsdf type='diffuse'/></shape>"

@@ -11,8 +11,8 @@ enum { GROUP = 256, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 #define CAMERA_INDEX UINT32_C(0xf0000000)
 #define LIGHT_NUMBER (UINT64_C(1) << 61)
 
-/* The merge radius is a part of the picture's side, and a smaller one where a batch has more merges: where a lens or a
- * mirror lets all of the picture see a place of that size, in the light. */
+/* The merge radius is a part of the picture's side, and a smaller one where a batch has too many merges: where a lens
+ * or a mirror lets all of the picture see a place of that size, in the light. */
 enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
 
 enum { BATCH_CAMERA_PATHS = CA_PILOT_CAMERA_PATHS / CA_LIGHT_BATCHES };
