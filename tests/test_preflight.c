@@ -294,6 +294,45 @@ static void test_merged_photons(void **state)
     ca_scene_release(scene);
 }
 
+/* In a sphere that glows all places have the same photons: their number is that of one merge, however many a camera
+ * path makes. */
+static void test_photons_of_one_merge(void **state)
+{
+    (void)state;
+    static const char *const depths[2] = {"bdpm:camera_diffuse_depth=0", "bdpm:camera_diffuse_depth=3"};
+    double photons[2];
+    ca_scene *scene = scene_from_text(
+        "<scene version='3.0.0'><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='24'/>"
+        "<integer name='height' value='24'/><rfilter type='box'/></film></sensor>"
+        "<shape type='sphere'><boolean name='flip_normals' value='true'/><bsdf type='diffuse'><rgb "
+        "name='reflectance' value='0.7'/></bsdf><emitter type='area'><rgb name='radiance' value='1'/></emitter>"
+        "</shape></scene>");
+    for (int i = 0; i < 2; i++) {
+        ca_render_settings settings = settings_of(depths[i], 16);
+        settings.radius = 0.1;
+        photons[i] = preflight_of(scene, &settings).merged_photons;
+    }
+    print_message("photons of a pixel with merges at one vertex and at four: %.3f, %.3f\n", photons[0], photons[1]);
+    assert_true(photons[0] > 1.0 && fabs(photons[1] - photons[0]) < 0.05 * photons[0]);
+    ca_scene_release(scene);
+}
+
+/* What a merge counts for in the weights says nothing of how many photons it finds. */
+static void test_reuse_rules(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm"};
+    ca_scene *scene = pool(true, SUN SKY, 12);
+    ca_render_settings settings = settings_of(names[0], 16);
+    const ca_preflight first = preflight_of(scene, &settings);
+    for (size_t i = 1; i < sizeof names / sizeof names[0]; i++) {
+        settings.integrator = names[i];
+        const ca_preflight other = preflight_of(scene, &settings);
+        assert_true(other.merged_light == first.merged_light && other.merged_photons == first.merged_photons);
+    }
+    ca_scene_release(scene);
+}
+
 static void test_rare_merges(void **state)
 {
     (void)state;
@@ -465,6 +504,7 @@ int main(void)
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
         cmocka_unit_test(test_cost),             cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
         cmocka_unit_test(test_crowd),            cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
