@@ -190,6 +190,21 @@ static void test_integrators(void **state)
     }
 }
 
+/* Who renders by passes says what it finds. */
+static void test_all_integrators_tell(void **state)
+{
+    (void)state;
+    const ca_integrator_type *type;
+    ca_scene *scene = pool(false, SKY, 12);
+    for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++) {
+        const ca_render_settings settings = settings_of(type->name, 4);
+        const ca_preflight preflight = preflight_of(scene, &settings);
+        if (type->begin_block) assert_true(isnan(preflight.lost_light) && preflight.warning_count == 0);
+        if (!type->begin_block && !(preflight.lost_light < 0.1)) fail_msg("%s tells nothing", type->name);
+    }
+    ca_scene_release(scene);
+}
+
 /* What `path` loses there is little, or found by hitting the lamp. */
 static void test_no_false_alarm(void **state)
 {
@@ -504,6 +519,7 @@ int main(void)
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
         cmocka_unit_test(test_cost),             cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_all_integrators_tell),
         cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
         cmocka_unit_test(test_crowd),            cmocka_unit_test(test_out_of_memory),
     };
