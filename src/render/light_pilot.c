@@ -103,7 +103,7 @@ static int compare_photons(const void *left, const void *right)
  * light was found is then not estimated too high because light was found. */
 static void finish_group(pilot_run *r)
 {
-    qsort(r->photons, r->photon_count, sizeof *r->photons, compare_photons);
+    if (r->photon_count > 0) qsort(r->photons, r->photon_count, sizeof *r->photons, compare_photons);
     for (size_t first = 0, end; first < r->photon_count; first = end) {
         const photon *p = &r->photons[first];
         double merged = 0.0;

@@ -35,7 +35,7 @@ static int compare(const void *left, const void *right)
 ca_batch_ratio ca_lost_light(ca_light_sample *samples, size_t count)
 {
     double lost[CA_LIGHT_BATCHES] = {0.0}, all[CA_LIGHT_BATCHES] = {0.0}, expected = 0.0;
-    qsort(samples, count, sizeof *samples, compare);
+    if (count > 0) qsort(samples, count, sizeof *samples, compare);
     for (size_t i = 0; i < count; i++) {
         const ca_light_sample *s = &samples[i];
         all[s->batch] += s->light;
