@@ -206,7 +206,7 @@ CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *sett
                            ca_render_statistics *statistics, ca_error *error);
 
 /* What can be said of a render before it is made. Shares are of the light of the whole image. */
-enum { CA_PREFLIGHT_WARNINGS = 1, CA_PREFLIGHT_WARNING_SIZE = 256 };
+enum { CA_PREFLIGHT_WARNINGS = 4, CA_PREFLIGHT_WARNING_SIZE = 256 };
 
 typedef struct ca_preflight {
     bool no_light; /* the scene has none: the picture will be black */
