@@ -208,6 +208,32 @@ typedef struct ca_image_layers ca_image_layers;
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
 
+/* What can be said of a render before it is made. Shares are of the light of the whole image. */
+enum { CA_PREFLIGHT_WARNINGS = 4, CA_PREFLIGHT_WARNING_SIZE = 256 };
+
+typedef struct ca_preflight {
+    bool no_light; /* the scene has none: the picture will be black */
+    /* Light of which the integrator is expected to make less than one sample in the whole render, with a 95 %
+     * interval: it will be missing, and the picture does not show that. NAN: not known (no light; integrator
+     * qmcppm). */
+    double lost_light, lost_light_low, lost_light_high;
+    /* Light that the render finds by merging, and how many photons a pixel merges where that is, over the whole
+     * render and on the average; with few the picture is dots. NAN: not known (as above, or numbers of rays that are
+     * chosen), or the method does not merge. */
+    double merged_light, merged_light_low, merged_light_high;
+    double merged_photons, merged_photons_low, merged_photons_high;
+    uint64_t camera_paths, light_paths, rays, shadow_rays; /* of the pilot that told */
+    uint32_t warning_count;
+    char warnings[CA_PREFLIGHT_WARNINGS][CA_PREFLIGHT_WARNING_SIZE]; /* one sentence each */
+} ca_preflight;
+
+/* Checks the settings (NULL: all as the scene says) as ca_render would, and looks at the light of the scene with
+ * 16,384 camera paths and 32,768 light paths on one thread: a function of the scene, the settings and the seed alone.
+ * A render that ends by time or noise is taken for one of 10 million camera paths a second, and of an hour where no
+ * time is set. */
+CA_API ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *settings, ca_preflight *preflight,
+                                   ca_error *error);
+
 /* Adds up part files (ca_render_settings.part_path) in any order. Their blocks must follow each other without gap or
  * overlap, and all else that the image depends on must be the same; CA_ERROR_ARGUMENT tells which files do not fit,
  * and why. The result is the same, to the bit, as that of one render of all the blocks. It goes to the file

@@ -297,6 +297,34 @@ static void test_statistics_and_quiet(void **state)
     json_decref(stats);
 }
 
+/* What the picture will lack is said in any case, apart from what is printed. */
+static void test_warnings(void **state)
+{
+    static const char water[] =
+        "<scene version='3.0.0'><default name='irradiance' value='1'/><sensor type='perspective'><transform "
+        "name='to_world'><lookat origin='0,4,0' target='0,0,0' up='0,0,1'/></transform><film type='hdrfilm'><integer "
+        "name='width' value='8'/><integer name='height' value='8'/></film></sensor>"
+        "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>"
+        "</shape><shape type='rectangle'><transform name='to_world'><scale value='9'/><rotate x='1' angle='-90'/>"
+        "<translate y='1'/></transform><bsdf type='dielectric'/></shape>"
+        "<emitter type='directional'><vector name='direction' value='0,-1,0'/><rgb name='irradiance' "
+        "value='$irradiance'/></emitter></scene>";
+    ca_program_result r;
+    write_text(folder_of(state), "water.xml", water);
+    RUN(&r, "render", "water.xml", "--quiet", "-o", "a.pfm");
+    assert_exit(&r, 0);
+    assert_string_equal(r.output, "");
+    assert_string_equal(r.errors, "caustica: warning: \"path\" will find none or too little of about 100 % of the "
+                                  "light, such as light through glass seen through glass; \"ovcm\" finds it\n");
+    RUN(&r, "render", "water.xml", "-i", "ovcm", "--radius=0.2", "--light-paths=50000", "-oa.pfm");
+    assert_exit(&r, 0);
+    assert_string_equal(r.errors, "");
+    write_text(folder_of(state), "dark.xml", "<scene version='3.0.0'><sensor type='perspective'/></scene>");
+    RUN(&r, "render", "dark.xml", "-o", "a.pfm", "--resolution", "8x8");
+    assert_exit(&r, 0);
+    assert_string_equal(r.errors, "caustica: warning: the scene has no light: the picture will be black\n");
+}
+
 /* The options that set an integrator's parameters, as they are recorded and as they count. */
 static void test_options_of_integrators(void **state)
 {
@@ -487,8 +515,9 @@ static void test_bundled_scenes(void **state)
         snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, names[i]);
         RUN(&r, "info", path);
         assert_exit(&r, 0);
-        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "-o", "a.pfm", "--stats",
-            "a.json");
+        /* with light paths enough for no warning */
+        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "--light-paths", "8000", "-o",
+            "a.pfm", "--stats", "a.json");
         assert_exit(&r, 0);
         assert_string_equal(r.errors, "");
         json_t *stats = load_json(folder_of(state), "a.json");
@@ -510,6 +539,7 @@ int main(void)
         PROGRAM_TEST(test_file_size_limit),
         PROGRAM_TEST(test_default_outputs),
         PROGRAM_TEST(test_statistics_and_quiet),
+        PROGRAM_TEST(test_warnings),
         PROGRAM_TEST(test_options_of_integrators),
         PROGRAM_TEST(test_strategies),
         PROGRAM_TEST(test_file_of_crop_and_resolution),

@@ -140,7 +140,7 @@ static uint32_t check_integrator(const ca_scene *scene, const char *name, const 
                          .camera = &plan.camera,
                          .by_differences = by_differences,
                          .tally = &tally}};
-    const ca_path_observer observer = {see, &w};
+    const ca_path_observer observer = {.see = see, .user = &w};
     plan.input.observer = &observer;
     trace_pass(&w, &plan, radius);
     return w.check.failures;

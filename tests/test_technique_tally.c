@@ -172,7 +172,7 @@ static void test_paths_read_the_factors_of_their_place(void **state)
     ca_error error;
     if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s", error.message);
     watch w = {.camera = &plan.camera};
-    const ca_path_observer observer = {see, &w};
+    const ca_path_observer observer = {.see = see, .user = &w};
     plan.input.observer = &observer;
     void *engine;
     assert_int_equal(plan.type->create(&plan.input, &engine, &error), CA_OK);

@@ -37,10 +37,11 @@
 
 /* ---- light ----------------------------------------------------------------------------------------------------- */
 
+static const ca_mis_rules light_rules = {.hit = CA_HIT_DIRECT, .splat = true};
+
 static ca_status create_light(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    static const ca_mis_rules rules = {.hit = CA_HIT_DIRECT, .splat = true};
-    return ca_bidirectional_create(&ca_integrator_light, &rules, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_light, &light_rules, input, state, error);
 }
 
 static const ca_parameter_spec light_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, END_OF_PARAMETERS};
@@ -48,16 +49,18 @@ const ca_integrator_type ca_integrator_light = {
     .name = "light",
     .parameters = light_parameters,
     .abilities = CA_ABILITY_LIGHT_SAMPLES,
+    .rules = &light_rules,
     .create = create_light,
     ENGINE_FUNCTIONS,
 };
 
 /* ---- bdpt ------------------------------------------------------------------------------------------------------ */
 
+static const ca_mis_rules bdpt_rules = {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true};
+
 static ca_status create_bdpt(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    static const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true};
-    return ca_bidirectional_create(&ca_integrator_bdpt, &rules, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_bdpt, &bdpt_rules, input, state, error);
 }
 
 /* Without splats these are the techniques of Sirak 2019, section 3.2: s >= 2 camera vertices, t >= 0 light
@@ -69,6 +72,7 @@ const ca_integrator_type ca_integrator_bdpt = {
     .name = "bdpt",
     .parameters = bdpt_parameters,
     .abilities = CA_ABILITY_CONNECTION_NOISE,
+    .rules = &bdpt_rules,
     .create = create_bdpt,
     ENGINE_FUNCTIONS,
 };
@@ -93,6 +97,7 @@ const ca_integrator_type ca_integrator_ppm = {
     .name = "ppm",
     .parameters = ppm_parameters,
     .abilities = CA_ABILITY_PAIR_LAW | CA_ABILITY_ONE_CAMERA_PATH,
+    .rules = &photon_rules,
     .create = create_ppm,
     ENGINE_FUNCTIONS,
 };
@@ -111,62 +116,61 @@ const ca_integrator_type ca_integrator_bdpm = {
     .name = "bdpm",
     .parameters = bdpm_parameters,
     .abilities = CA_ABILITY_PAIR_LAW,
+    .rules = &photon_rules,
     .create = create_bdpm,
     ENGINE_FUNCTIONS,
 };
 
 /* ---- vcm and its kin: everything, told apart by what a merge counts for ---------------------------------------- */
 
-static ca_status create_vcm_kind(const ca_integrator_type *type, ca_reuse_kind reuse,
-                                 const ca_integrator_input *input, void **state, ca_error *error)
-{
-    const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS,
-                                .next_event = true,
-                                .connect = true,
-                                .splat = true,
-                                .merge = CA_MERGE_ALL,
-                                .merge_limit = UINT32_MAX,
-                                .reuse = {.kind = reuse}};
-    return ca_bidirectional_create(type, &rules, input, state, error);
-}
+#define VCM_RULES(reuse_kind)                                                                                        \
+    {                                                                                                                \
+        .hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true, .merge = CA_MERGE_ALL,             \
+        .merge_limit = UINT32_MAX, .reuse = {.kind = reuse_kind}                                                     \
+    }
+static const ca_mis_rules vcm_rules = VCM_RULES(CA_REUSE_FULL);
+static const ca_mis_rules vcm_plus_rules = VCM_RULES(CA_REUSE_DENSITY);
+static const ca_mis_rules vcm_star_rules = VCM_RULES(CA_REUSE_NORMALISED);
+static const ca_mis_rules cavcm_rules = VCM_RULES(CA_REUSE_CORRELATION);
+static const ca_mis_rules ovcm_rules = VCM_RULES(CA_REUSE_FOOTPRINT);
+/* Merges count in full: what they have in common is in their factors. */
+static const ca_mis_rules vavcm_rules = {.hit = CA_HIT_ALWAYS,
+                                         .factors = true,
+                                         .next_event = true,
+                                         .connect = true,
+                                         .splat = true,
+                                         .merge = CA_MERGE_ALL,
+                                         .merge_limit = UINT32_MAX,
+                                         .reuse = {.kind = CA_REUSE_FULL}};
 
 static ca_status create_vcm(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    return create_vcm_kind(&ca_integrator_vcm, CA_REUSE_FULL, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_vcm, &vcm_rules, input, state, error);
 }
 
 static ca_status create_vcm_plus(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    return create_vcm_kind(&ca_integrator_vcm_plus, CA_REUSE_DENSITY, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_vcm_plus, &vcm_plus_rules, input, state, error);
 }
 
 static ca_status create_vcm_star(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    return create_vcm_kind(&ca_integrator_vcm_star, CA_REUSE_NORMALISED, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_vcm_star, &vcm_star_rules, input, state, error);
 }
 
 static ca_status create_cavcm(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    return create_vcm_kind(&ca_integrator_cavcm, CA_REUSE_CORRELATION, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_cavcm, &cavcm_rules, input, state, error);
 }
 
 static ca_status create_ovcm(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    return create_vcm_kind(&ca_integrator_ovcm, CA_REUSE_FOOTPRINT, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_ovcm, &ovcm_rules, input, state, error);
 }
 
-/* Merges count in full: what they have in common is in their factors. */
 static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca_error *error)
 {
-    static const ca_mis_rules rules = {.hit = CA_HIT_ALWAYS,
-                                       .factors = true,
-                                       .next_event = true,
-                                       .connect = true,
-                                       .splat = true,
-                                       .merge = CA_MERGE_ALL,
-                                       .merge_limit = UINT32_MAX,
-                                       .reuse = {.kind = CA_REUSE_FULL}};
-    return ca_bidirectional_create(&ca_integrator_vavcm, &rules, input, state, error);
+    return ca_bidirectional_create(&ca_integrator_vavcm, &vavcm_rules, input, state, error);
 }
 
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
@@ -187,24 +191,69 @@ const ca_integrator_type ca_integrator_vcm = {
     .name = "vcm",
     .parameters = vcm_parameters,
     .abilities = CA_ABILITY_CONNECTION_NOISE,
+    .rules = &vcm_rules,
     .create = create_vcm,
     ENGINE_FUNCTIONS,
 };
 const ca_integrator_type ca_integrator_vcm_plus = {
-    .name = "vcm-plus", .parameters = vcm_parameters, .create = create_vcm_plus, ENGINE_FUNCTIONS};
+    .name = "vcm-plus",
+    .parameters = vcm_parameters,
+    .rules = &vcm_plus_rules,
+    .create = create_vcm_plus,
+    ENGINE_FUNCTIONS,
+};
 const ca_integrator_type ca_integrator_vcm_star = {
-    .name = "vcm-star", .parameters = vcm_parameters, .create = create_vcm_star, ENGINE_FUNCTIONS};
+    .name = "vcm-star",
+    .parameters = vcm_parameters,
+    .rules = &vcm_star_rules,
+    .create = create_vcm_star,
+    ENGINE_FUNCTIONS,
+};
 const ca_integrator_type ca_integrator_ovcm = {
     .name = "ovcm",
     .parameters = ovcm_parameters,
     .abilities = CA_ABILITY_CONNECTION_NOISE,
+    .rules = &ovcm_rules,
     .create = create_ovcm,
     ENGINE_FUNCTIONS,
 };
 const ca_integrator_type ca_integrator_cavcm = {
-    .name = "cavcm", .parameters = vcm_parameters, .create = create_cavcm, ENGINE_FUNCTIONS};
+    .name = "cavcm",
+    .parameters = vcm_parameters,
+    .rules = &cavcm_rules,
+    .create = create_cavcm,
+    ENGINE_FUNCTIONS,
+};
+
 const ca_integrator_type ca_integrator_vavcm = {
-    .name = "vavcm", .parameters = vcm_parameters, .create = create_vavcm, ENGINE_FUNCTIONS};
+    .name = "vavcm",
+    .parameters = vcm_parameters,
+    .rules = &vavcm_rules,
+    .create = create_vavcm,
+    ENGINE_FUNCTIONS,
+};
+
+/* ---- pilot ----------------------------------------------------------------------------------------------------- */
+
+static const ca_mis_rules pilot_rules = {
+    .hit = CA_HIT_ALWAYS, .next_event = true, .merge = CA_MERGE_ALL, .merge_limit = UINT32_MAX};
+
+static ca_status create_pilot(const ca_integrator_input *input, void **state, ca_error *error)
+{
+    return ca_bidirectional_create(&ca_integrator_pilot, &pilot_rules, input, state, error);
+}
+
+/* radius_pixels: where no radius is given, it is so many sides of a pixel's median footprint. */
+static const ca_parameter_spec pilot_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS,
+                                                     {"radius_pixels", CA_SPEC_REAL, .minimum = 0, .number = 1},
+                                                     END_OF_PARAMETERS};
+const ca_integrator_type ca_integrator_pilot = {
+    .name = "pilot",
+    .parameters = pilot_parameters,
+    .rules = &pilot_rules,
+    .create = create_pilot,
+    ENGINE_FUNCTIONS,
+};
 
 /* ---- The table ------------------------------------------------------------------------------------------------- */
 

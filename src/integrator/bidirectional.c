@@ -6,10 +6,6 @@
 
 #include <math.h>
 
-/* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and
- * variance times time is near its smallest for vcm (half to one and a half of it differ little). */
-#define RADIUS_IN_PIXELS 1.0
-
 /* Unlimited paths rely on the roulette to end before CA_PATH_MAX_VERTICES. */
 enum { LATEST_ROULETTE = 512 };
 
@@ -30,19 +26,11 @@ static ca_status check_depths(const ca_bidirectional *b, const char *name, ca_er
 static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, const ca_integrator_input *input)
 {
     ca_mis_rules *rules = &b->rules;
-    rules->power = ca_integrator_value(type, input, "heuristic", 0.0) != 0.0;
-    if (ca_integrator_value(type, input, "strategies", 0.0) != 0.0) rules->splat = false;
-    if (rules->hit == CA_HIT_UNMERGEABLE) {
-        rules->merge_limit = (uint32_t)ca_integrator_value(type, input, "camera_diffuse_depth", 0.0) + 1;
-        if (ca_integrator_value(type, input, "merges", 0.0) != 0.0) rules->merge = CA_MERGE_LAST;
-    }
+    ca_rules_read(rules, type, input);
     b->weighs_merges = input->observer || !ca_mis_has_one_technique(rules);
     rules->has_tails = ca_mis_has_tails(rules);
     rules->splat_count = (float)((double)b->light_paths / b->camera_paths);
     rules->reuse.light_paths = (float)b->light_paths;
-    rules->reuse.epsilon = (float)ca_integrator_value(type, input, "epsilon", 0.01);
-    rules->reuse.c = (float)ca_integrator_value(type, input, "c", 0.5);
-    rules->reuse.projected = ca_integrator_value(type, input, "footprint", 0.0) != 0.0;
 }
 
 static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *type, const ca_integrator_input *input,
@@ -52,18 +40,11 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
     b->max_depth = max_depth < 0.0 ? UINT32_MAX : (uint32_t)max_depth;
     b->rr_depth = (uint32_t)ca_integrator_value(type, input, "rr_depth", CA_ROULETTE_DEPTH);
     b->hide_emitters = ca_integrator_value(type, input, "hide_emitters", 0.0) != 0.0;
-    const double pixels = (double)input->camera->width * input->camera->height;
-    const double light_paths = ca_integrator_value(type, input, "light_paths", 0.0);
-    b->light_paths = (uint32_t)(light_paths > 0.0 ? light_paths : pixels);
+    b->light_paths = ca_light_paths_of_pass(type, input);
     b->camera_paths = (uint32_t)ca_integrator_value(type, input, "camera_paths", 1.0);
     b->alpha = (float)ca_integrator_value(type, input, "alpha", 0.5);
     read_rules(b, type, input);
-    if (ca_bidirectional_merges(b)) {
-        const double radius = ca_integrator_value(type, input, "radius", 0.0);
-        b->radius0 = radius > 0.0 ? (float)radius
-                                  : (float)ca_integrator_value(type, input, "radius_pixels", RADIUS_IN_PIXELS) *
-                                        ca_median_pixel_footprint(input);
-    }
+    if (ca_bidirectional_merges(b)) b->radius0 = ca_first_radius(type, input);
     return check_depths(b, type->name, error);
 }
 

@@ -13,6 +13,8 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
     walk->light_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
     if (walk->b->tally)
         ca_technique_tally_add(walk->b->tally, walk->path->x, walk->path->y, technique, s, t, unweighted);
+    const ca_path_observer *observer = walk->b->input.observer;
+    if (observer && observer->take) observer->take(observer->user, unweighted);
     ca_technique_images *images = walk->b->input.technique_images;
     if (images)
         ca_technique_images_add(

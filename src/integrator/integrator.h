@@ -99,6 +99,7 @@ typedef struct ca_integrator_type {
     const char *name;
     const ca_parameter_spec *parameters; /* ended by a NULL name */
     unsigned abilities;                  /* ca_ability */
+    const ca_mis_rules *rules;           /* its techniques, before its parameters; NULL: not told (qmcppm) */
     ca_sampler_kind
         sampler; /* that it was made for: used unless one is chosen for it. CA_SAMPLER_INDEPENDENT: any will do */
     /* Makes the state from the input; what that points to outlives it. Refuses what the integrator cannot do
@@ -167,6 +168,11 @@ ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integ
 double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_input *input, const char *name,
                            double otherwise);
 
+/* Rules with which ca_mis_total counts the samples that the integrator makes of a path in its first pass, per camera
+ * path; of a merge it counts photons, whatever the integrator's own reuse rule. false: it does not tell. Cost: a few
+ * thousand rays where the merge radius follows from the scene. */
+bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules);
+
 /* Sets one parameter by name. */
 ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,
                             ca_error *error);
@@ -183,5 +189,9 @@ extern const size_t ca_algorithm_count;
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
     ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
     ca_integrator_cavcm, ca_integrator_vavcm, ca_integrator_qmcppm;
+
+/* Not in the table: finds all light there is, roughly and with few rays, for looking at its paths (an observer).
+ * Camera paths hit, ask and merge; they neither connect nor splat. */
+extern const ca_integrator_type ca_integrator_pilot;
 
 #endif

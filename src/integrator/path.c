@@ -213,9 +213,12 @@ static ca_status path_create(const ca_integrator_input *input, void **state, ca_
     return ca_fail_memory(error, "the integrator");
 }
 
+static const ca_mis_rules path_rules = {.hit = CA_HIT_ALWAYS, .next_event = true};
+
 const ca_integrator_type ca_integrator_path = {
     .name = "path",
     .parameters = path_parameters,
+    .rules = &path_rules,
     .create = path_create,
     .destroy = path_destroy,
     .camera_paths = path_camera_paths,

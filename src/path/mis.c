@@ -299,6 +299,16 @@ float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_techn
     return own > 0.0 ? (float)(own / sum.total) : 0.0f;
 }
 
+double ca_mis_total(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, double *own)
+{
+    ca_mis_rules counts = *rules;
+    counts.power = false;
+    mis_sum sum = {0};
+    sum_densities(&counts, path, technique, &sum);
+    if (own) *own = technique == CA_TECHNIQUE_MERGE ? sum.merge : sum.split;
+    return sum.total;
+}
+
 void ca_mis_densities(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, double *splits,
                       double *merges)
 {

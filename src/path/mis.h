@@ -53,6 +53,11 @@ typedef struct ca_mis_rules {
  * whatever their records say: those tell which event was sampled there, which is not used. */
 float ca_mis_weight(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique);
 
+/* How many samples of the path all techniques together make, over the density D_s of the given split: the sum of
+ * (count * density), whatever the heuristic. Of two rules the ratio tells how many samples the one makes for each of
+ * the other. *own: what of it `technique` makes; NULL: not wanted. */
+double ca_mis_total(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique, double *own);
+
 /* Tails. Under the balance heuristic without factors, with merges that count the same everywhere, the techniques
  * whose split or merge lies before a side's last two vertices bring to the sum of all densities a number times what
  * those two bring. That number, the tail, follows from the subpath alone: it grows with the path, and a weight then

@@ -1,6 +1,6 @@
 /* Looking at weighted paths: for each weight that is computed, the record it was computed from and the points of the
- * path that the record stands for. For tests that hold the one against the other; a render has no observer, and an
- * observer changes nothing of the image.
+ * path that the record stands for. For tests that hold the one against the other, and for pilots that ask what
+ * another method would make of a path; a render has no observer, and an observer changes nothing of the image.
  *
  * The record's subpaths and the points have the same numbers: camera[i] belongs to path->camera.vertices[i], light[i]
  * to path->light.vertices[i]. The integrator `path` weighs two techniques, for which the last three vertices are all
@@ -31,6 +31,9 @@ typedef struct ca_observed_path {
 typedef struct ca_path_observer {
     void (*see)(void *user, const ca_observed_path *observed);
     void *user;
+    /* What the camera path gets for the path that the thread saw last, before its weight and the filter's. Not told
+     * are what is dropped as a defect, splats, and paths of the integrator `path`. NULL: not wanted. */
+    void (*take)(void *user, ca_rgb unweighted);
 } ca_path_observer;
 
 /* The weight of the path, shown to the observer if there is one. */

@@ -1,0 +1,52 @@
+/* From an integrator's parameters to the rules of its weights, its number of light paths and its merge radius: for
+ * the engine, and for those who ask what an integrator would find (integrator.h). */
+#include "integrator/bidirectional.h"
+
+/* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and
+ * variance times time is near its smallest for vcm (half to one and a half of it differ little). */
+#define RADIUS_IN_PIXELS 1.0
+
+void ca_rules_read(ca_mis_rules *rules, const ca_integrator_type *type, const ca_integrator_input *input)
+{
+    rules->power = ca_integrator_value(type, input, "heuristic", 0.0) != 0.0;
+    if (ca_integrator_value(type, input, "strategies", 0.0) != 0.0) rules->splat = false;
+    if (ca_integrator_value(type, input, "next_event", 1.0) == 0.0) rules->next_event = false;
+    if (rules->hit == CA_HIT_UNMERGEABLE) {
+        rules->merge_limit = (uint32_t)ca_integrator_value(type, input, "camera_diffuse_depth", 0.0) + 1;
+        if (ca_integrator_value(type, input, "merges", 0.0) != 0.0) rules->merge = CA_MERGE_LAST;
+    }
+    rules->reuse.epsilon = (float)ca_integrator_value(type, input, "epsilon", 0.01);
+    rules->reuse.c = (float)ca_integrator_value(type, input, "c", 0.5);
+    rules->reuse.projected = ca_integrator_value(type, input, "footprint", 0.0) != 0.0;
+}
+
+uint32_t ca_light_paths_of_pass(const ca_integrator_type *type, const ca_integrator_input *input)
+{
+    const double pixels = (double)input->camera->width * input->camera->height;
+    const double light_paths = ca_integrator_value(type, input, "light_paths", 0.0);
+    return (uint32_t)(light_paths > 0.0 ? light_paths : pixels);
+}
+
+float ca_first_radius(const ca_integrator_type *type, const ca_integrator_input *input)
+{
+    const double radius = ca_integrator_value(type, input, "radius", 0.0);
+    if (radius > 0.0) return (float)radius;
+    return (float)ca_integrator_value(type, input, "radius_pixels", RADIUS_IN_PIXELS) *
+           ca_median_pixel_footprint(input);
+}
+
+bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules)
+{
+    if (!type->rules) return false;
+    *rules = *type->rules;
+    ca_rules_read(rules, type, input);
+    const uint32_t light_paths = ca_light_paths_of_pass(type, input);
+    const double camera_paths = ca_integrator_value(type, input, "camera_paths", 1.0);
+    rules->splat_count = (float)(light_paths / camera_paths);
+    rules->reuse.kind = CA_REUSE_FULL;
+    rules->reuse.light_paths = (float)light_paths;
+    if (rules->merge == CA_MERGE_NONE) return true;
+    const float radius = ca_first_radius(type, input);
+    rules->merge_area = rules->reuse.merge_area = CA_PI * radius * radius;
+    return true;
+}

@@ -1,0 +1,241 @@
+#include "render/light_pilot.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* A batch's camera paths are traced in groups. Longer paths and a later roulette are not worth their time. No render
+ * numbers its paths from here. */
+enum { GROUP = 256, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
+#define CAMERA_INDEX UINT32_C(0xf0000000)
+#define LIGHT_NUMBER (UINT64_C(1) << 61)
+
+/* The merge radius is a part of the picture's side, and a smaller one where a batch has too many merges: where a lens
+ * or a mirror lets all of the picture see a place of that size, in the light. */
+enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
+
+enum { BATCH_CAMERA_PATHS = CA_PILOT_CAMERA_PATHS / CA_LIGHT_BATCHES };
+
+/* A photon that a camera path merged with. */
+typedef struct photon {
+    const ca_surface_point *path; /* one address a path of the group */
+    uint32_t vertex, number;      /* where the camera path merged; how many photons were merged before */
+    double merged;                /* light that the render finds by merging */
+} photon;
+
+/* The observer's. */
+typedef struct pilot_run {
+    ca_light_pilot *pilot;
+    const ca_mis_rules *counts; /* of the render, per camera path */
+    double scale;               /* camera paths of the render over those of the pilot */
+    uint32_t batch;
+    double weight, expected; /* of the path that was seen last */
+    double own_share;        /* how much of its light the render finds in the very same way */
+    photon seen;             /* if it is a merge; `path` NULL: it is none */
+    photon *photons;         /* owned; of the group */
+    size_t photon_count, photon_capacity;
+    bool out_of_memory, crowded;
+} pilot_run;
+
+/* ---- Looking at paths ------------------------------------------------------------------------------------------ */
+
+static void see(void *user, const ca_observed_path *observed)
+{
+    pilot_run *r = user;
+    const ca_mis_path *path = observed->path;
+    double own;
+    const double here = ca_mis_total(observed->rules, path, observed->technique, NULL);
+    const double all = ca_mis_total(r->counts, path, observed->technique, &own);
+    r->pilot->merge_area = (double)observed->rules->merge_area;
+    r->weight = (double)observed->weight;
+    r->expected = r->scale * all / here;
+    r->own_share = all > 0.0 ? own / all : 0.0;
+    r->seen = (photon){.path = observed->technique == CA_TECHNIQUE_MERGE ? observed->camera : NULL,
+                       .vertex = path->camera.count};
+}
+
+static bool keep_photon(pilot_run *r, double merged)
+{
+    photon *photons = ca_array_grow(r->photons, &r->photon_capacity, r->photon_count + 1, sizeof *photons);
+    if (!photons) return false;
+    r->photons = photons;
+    r->seen.number = (uint32_t)r->photon_count;
+    r->seen.merged = merged;
+    photons[r->photon_count++] = r->seen;
+    return true;
+}
+
+static bool keep_sample(ca_light_pilot *pilot, ca_light_sample sample)
+{
+    ca_light_sample *samples = ca_array_grow(pilot->samples, &pilot->capacity, pilot->count + 1, sizeof *samples);
+    if (!samples) return false;
+    pilot->samples = samples;
+    samples[pilot->count++] = sample;
+    return true;
+}
+
+/* All merges of the pilot are those of the render, but for their number: with the render's weight they estimate what
+ * it finds by them. */
+static void take(void *user, ca_rgb unweighted)
+{
+    pilot_run *r = user;
+    const double luminance = (double)ca_luminance(unweighted), light = r->weight * luminance;
+    const double merged = r->seen.path ? r->own_share * luminance : 0.0;
+    const ca_light_sample sample = {.light = light, .expected = r->expected, .batch = r->batch};
+    r->pilot->light[r->batch] += light;
+    if (light > 0.0 && !keep_sample(r->pilot, sample)) r->out_of_memory = true;
+    if (merged > 0.0 && !keep_photon(r, merged)) r->out_of_memory = true;
+}
+
+/* ---- Photons of a merge ---------------------------------------------------------------------------------------- */
+
+/* By merges; within one in the order in which they came. Paths of a group lie in one array. */
+static int compare_photons(const void *left, const void *right)
+{
+    const photon *a = left, *b = right;
+    if (a->path != b->path) return a->path < b->path ? -1 : 1;
+    if (a->vertex != b->vertex) return a->vertex < b->vertex ? -1 : 1;
+    return (a->number > b->number) - (a->number < b->number);
+}
+
+/* Adds up the merges of a group. Of the photons that a merge found each meets the others: how many there are where
+ * light was found is then not estimated too high because light was found. */
+static void finish_group(pilot_run *r)
+{
+    if (r->photon_count > 0) qsort(r->photons, r->photon_count, sizeof *r->photons, compare_photons);
+    for (size_t first = 0, end; first < r->photon_count; first = end) {
+        const photon *p = &r->photons[first];
+        double merged = 0.0;
+        for (end = first; end < r->photon_count && r->photons[end].path == p->path &&
+                          r->photons[end].vertex == p->vertex;
+             end++)
+            merged += r->photons[end].merged;
+        r->pilot->merged[r->batch] += merged;
+        r->pilot->merged_photons[r->batch] += merged * (double)(end - first - 1);
+    }
+    r->pilot->merges += r->photon_count;
+    r->photon_count = 0;
+}
+
+/* ---- Paths ----------------------------------------------------------------------------------------------------- */
+
+/* The pixel of the batch's path `i`: anywhere in its one of as many strips of equal size. */
+static void place(const ca_render_plan *plan, uint32_t batch, uint32_t i, ca_camera_path *path)
+{
+    const uint32_t *c = plan->crop;
+    const uint64_t width = c[2] - c[0], pixels = width * (c[3] - c[1]);
+    const uint64_t bits = ca_pcg_permute(plan->seed + ca_pcg_permute((uint64_t)batch * BATCH_CAMERA_PATHS + i));
+    const double along = (i + (double)ca_unit_float(bits, 40)) / BATCH_CAMERA_PATHS;
+    const uint64_t pixel = (uint64_t)(along * (double)pixels);
+    path->x = c[0] + (uint32_t)(pixel % width);
+    path->y = c[1] + (uint32_t)(pixel / width);
+    path->index = CAMERA_INDEX + batch * BATCH_CAMERA_PATHS + i;
+}
+
+static void trace_group(pilot_run *r, const ca_render_plan *plan, void *state, uint32_t first, ca_worker *worker)
+{
+    ca_film_sample samples[GROUP];
+    ca_camera_path paths[GROUP];
+    for (uint32_t i = 0; i < GROUP; i++) {
+        samples[i] = (ca_film_sample){0};
+        paths[i] = (ca_camera_path){.sample = &samples[i]};
+        place(plan, r->batch, first + i, &paths[i]);
+    }
+    ca_integrator_pilot.camera_paths(state, paths, GROUP, 0, worker);
+    finish_group(r);
+}
+
+static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca_error *error)
+{
+    const ca_parallel parallel = {.workers = 1};
+    ca_worker worker = {.index = 0};
+    for (r->batch = 0; r->batch < CA_LIGHT_BATCHES && !r->crowded; r->batch++) {
+        CA_TRY(ca_integrator_pilot.begin_round(state, r->batch, 0, &parallel, &worker, error));
+        for (uint32_t first = 0; first < BATCH_CAMERA_PATHS && !r->crowded; first += GROUP) {
+            trace_group(r, plan, state, first, &worker);
+            r->crowded = worker.counters.merges > (uint64_t)BATCH_MERGES * (r->batch + 1);
+        }
+        if (r->out_of_memory) return ca_fail_memory(error, "the pilot's paths");
+    }
+    r->pilot->counters = worker.counters;
+    return CA_OK;
+}
+
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
+
+static ca_status set(ca_integrator_input *input, const char *name, double value, ca_error *error)
+{
+    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
+    return ca_integrator_set(&ca_integrator_pilot, &parameter, input, error);
+}
+
+/* The parameters that say which light there is are the plan's, the others the pilot's own. */
+static ca_status configure(ca_integrator_input *input, const ca_render_plan *plan, double radii_of_side,
+                           ca_error *error)
+{
+    const ca_integrator_desc nothing_set = {.name = NULL};
+    const double max_depth = ca_integrator_value(plan->type, &plan->input, "max_depth", -1.0);
+    const double rr_depth = ca_integrator_value(plan->type, &plan->input, "rr_depth", LATEST_ROULETTE);
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    const ca_parameter hide = {
+        .name = "hide_emitters",
+        .kind = CA_PARAMETER_BOOLEAN,
+        .number = ca_integrator_value(plan->type, &plan->input, "hide_emitters", 0.0),
+    };
+    CA_TRY(ca_integrator_configure(&ca_integrator_pilot, &nothing_set, false, NULL, input, error));
+    CA_TRY(ca_integrator_set(&ca_integrator_pilot, &hide, input, error));
+    CA_TRY(set(input, "max_depth", max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH), error));
+    CA_TRY(set(input, "rr_depth", fmin(rr_depth, LATEST_ROULETTE), error));
+    CA_TRY(set(input, "alpha", 0.0, error));
+    CA_TRY(set(input, "light_paths", (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES, error));
+    return set(input, "radius_pixels", sqrt(pixels) / radii_of_side, error);
+}
+
+/* One try with a radius. */
+static ca_status run(pilot_run *r, const ca_render_plan *plan, double radii_of_side, ca_error *error)
+{
+    const ca_path_observer observer = {.see = see, .user = r, .take = take};
+    const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT,
+                                .seed = plan->seed,
+                                .width = plan->camera.width,
+                                .height = plan->camera.height};
+    ca_integrator_input input = plan->input;
+    input.sampler = &sampler;
+    input.observer = &observer;
+    input.workers = 1;
+    input.memory_bytes = 0.0;
+    input.first_light_path = LIGHT_NUMBER;
+    void *state;
+    CA_TRY(configure(&input, plan, radii_of_side, error));
+    CA_TRY(ca_integrator_pilot.create(&input, &state, error));
+    const ca_status status = trace(r, plan, state, error);
+    ca_integrator_pilot.destroy(state);
+    ca_free(r->photons);
+    return status;
+}
+
+ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
+                             double iterations, ca_error *error)
+{
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    const double scale = plan->camera_paths * iterations * pixels / CA_PILOT_CAMERA_PATHS;
+    *pilot = (ca_light_pilot){.samples = NULL};
+    for (uint32_t radii = RADII_OF_SIDE;; radii *= SMALLER) {
+        ca_light_pilot_destroy(pilot);
+        *pilot = (ca_light_pilot){.light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES};
+        pilot_run r = {.pilot = pilot, .counts = counts, .scale = scale};
+        const ca_status status = run(&r, plan, radii, error);
+        if (status == CA_OK && (!r.crowded || radii >= SMALLEST)) return CA_OK;
+        if (status == CA_OK) continue;
+        ca_light_pilot_destroy(pilot);
+        return status;
+    }
+}
+
+void ca_light_pilot_destroy(ca_light_pilot *pilot)
+{
+    ca_free(pilot->samples);
+    pilot->samples = NULL;
+    pilot->count = pilot->capacity = 0;
+}

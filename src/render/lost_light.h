@@ -1,0 +1,36 @@
+/* What a render is likely to miss, from a pilot's samples of all light there is. Pure functions.
+ *
+ * A sample of the pilot stands for some light of the image, and for a number of samples that the render's method is
+ * expected to make of the paths around it (light_pilot.h). Their ratio is the light that one sample of the render
+ * brings there. Lost is the light of the worst of these paths: of those where one sample brings most, as many as the
+ * whole render together expects less than one sample of. Paths that the method cannot make are lost whatever their
+ * light; a caustic is where the render expects no sample in it, and but for a share that small where it expects many
+ * (it is then noise that the picture shows). The number does not depend on how the paths are divided into kinds. */
+#ifndef CA_RENDER_LOST_LIGHT_H
+#define CA_RENDER_LOST_LIGHT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct ca_light_sample {
+    double light;    /* of the image, in any unit; > 0 */
+    double expected; /* samples of the method in the whole render */
+    uint32_t batch;
+} ca_light_sample;
+
+/* A ratio of two sums over batches that are independent and alike, with its 95 % interval (Student's t on the
+ * residuals of the batches). All NAN where the divisors' sum is 0. */
+typedef struct ca_batch_ratio {
+    double value, low, high;
+} ca_batch_ratio;
+
+/* `batches` >= 2. */
+ca_batch_ratio ca_batch_ratio_of(const double *parts, const double *wholes, uint32_t batches);
+
+enum { CA_LIGHT_BATCHES = 16 };
+
+/* The share of the light that is lost, limits within [0, 1]. Brings the samples into an order that depends on their
+ * values alone, so that the result does not depend on theirs. */
+ca_batch_ratio ca_lost_light(ca_light_sample *samples, size_t count);
+
+#endif

@@ -1,0 +1,135 @@
+/* What can be said of a render before it is made (ca_preflight_make). */
+#include "render/light_pilot.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* Shares of the light that are worth a warning: if it is missing; and if it is there, but all in dots. */
+#define MUCH_TO_LOSE 0.02
+#define MUCH_IN_DOTS 0.1
+
+/* Of a render that is not limited by samples. A guess that is rather too high: too little is said, not too much. */
+#define CAMERA_PATHS_PER_SECOND 1e7
+#define SECONDS_TO_NOISE 3600.0
+
+/* The integrator that finds the light which others lose. */
+static const ca_integrator_type *const finder = &ca_integrator_ovcm;
+
+static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(preflight->warnings[preflight->warning_count++], CA_PREFLIGHT_WARNING_SIZE, format, arguments);
+    va_end(arguments);
+}
+
+static double iterations_of(const ca_render_plan *plan)
+{
+    if (!plan->open_ended) return plan->pass_limit;
+    const double seconds = plan->settings->seconds > 0.0 ? plan->settings->seconds : SECONDS_TO_NOISE;
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    return fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths)));
+}
+
+/* The mean of pass^-alpha over so many passes, by which the mean merge area is smaller than that of the first
+ * (photon/radius.h). Each term is the integral around it, which is within a tenth. */
+static double mean_shrinking(double alpha, double passes)
+{
+    const double last = passes + 0.5;
+    const double sum =
+        alpha == 1.0 ? log(last / 0.5) : (pow(last, 1.0 - alpha) - pow(0.5, 1.0 - alpha)) / (1.0 - alpha);
+    return fmin(sum / passes, 1.0);
+}
+
+/* ---- Light that is lost ---------------------------------------------------------------------------------------- */
+
+/* One that merges finds all there is: what it has too few samples of are photons. */
+static void judge_lost_light(ca_preflight *preflight, const ca_render_plan *plan, bool merges, ca_light_pilot *pilot)
+{
+    const ca_batch_ratio lost = ca_lost_light(pilot->samples, pilot->count);
+    preflight->lost_light = lost.value;
+    preflight->lost_light_low = lost.low;
+    preflight->lost_light_high = lost.high;
+    if (merges || !(lost.low > MUCH_TO_LOSE)) return;
+    warn(preflight,
+         "\"%s\" will find none or too little of about %.0f %% of the light, such as light through glass seen "
+         "through glass; \"%s\" finds it",
+         plan->type->name, 100.0 * lost.value, finder->name);
+}
+
+/* ---- Merges ---------------------------------------------------------------------------------------------------- */
+
+/* Where of so many events none happened, their expected number is below this (95 %). */
+#define NONE_SEEN 3.0
+
+/* Photons that a pixel merges over the whole render for each that a merge of the pilot found. */
+static double photons_per_photon(const ca_render_plan *plan, const ca_mis_rules *counts, double iterations,
+                                 const ca_light_pilot *pilot)
+{
+    return plan->camera_paths * iterations * (double)counts->reuse.light_paths * (double)counts->merge_area /
+           (pilot->light_paths * pilot->merge_area);
+}
+
+static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, const ca_mis_rules *counts,
+                         double iterations, const ca_light_pilot *pilot)
+{
+    if (counts->merge == CA_MERGE_NONE || plan->rays != CA_RAYS_OF_SETTINGS) return;
+    const double scale = photons_per_photon(plan, counts, iterations, pilot);
+    const ca_batch_ratio light = ca_batch_ratio_of(pilot->merged, pilot->light, CA_LIGHT_BATCHES);
+    const ca_batch_ratio photons = ca_batch_ratio_of(pilot->merged_photons, pilot->merged, CA_LIGHT_BATCHES);
+    preflight->merged_light = fmin(light.value, 1.0);
+    preflight->merged_light_low = fmax(light.low, 0.0);
+    preflight->merged_light_high = fmin(light.high, 1.0);
+    preflight->merged_photons = scale * photons.value;
+    preflight->merged_photons_low = scale * fmax(photons.low, 0.0);
+    preflight->merged_photons_high = scale * fmax(photons.high, NONE_SEEN / (double)pilot->merges);
+    if (!(light.low > MUCH_IN_DOTS) || !(preflight->merged_photons_high < 1.0)) return;
+    warn(preflight,
+         "about %.0f %% of the light will be dots: it comes from merges, with fewer than %.2g photons a pixel in the "
+         "whole render; a larger merge radius (--radius) or more light paths (--light-paths) smooth it",
+         100.0 * preflight->merged_light, preflight->merged_photons_high);
+}
+
+/* ---- The call -------------------------------------------------------------------------------------------------- */
+
+static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan, ca_error *error)
+{
+    ca_mis_rules counts;
+    if (!ca_integrator_counts(plan->type, &plan->input, &counts)) return CA_OK;
+    const double iterations = iterations_of(plan);
+    const double alpha = ca_integrator_value(plan->type, &plan->input, "alpha", 0.0);
+    counts.merge_area *= (float)mean_shrinking(alpha, iterations);
+    ca_light_pilot pilot;
+    CA_TRY(ca_light_pilot_run(&pilot, plan, &counts, iterations, error));
+    preflight->camera_paths = pilot.counters.camera_paths;
+    preflight->light_paths = pilot.counters.light_paths;
+    preflight->rays = pilot.counters.rays;
+    preflight->shadow_rays = pilot.counters.shadow_rays;
+    judge_lost_light(preflight, plan, counts.merge != CA_MERGE_NONE, &pilot);
+    judge_merges(preflight, plan, &counts, iterations, &pilot);
+    ca_light_pilot_destroy(&pilot);
+    return CA_OK;
+}
+
+ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *settings, ca_preflight *preflight,
+                            ca_error *error)
+{
+    const double unknown = (double)NAN;
+    ca_render_settings defaults;
+    ca_render_plan plan;
+    ca_render_settings_init(&defaults);
+    *preflight = (ca_preflight){.lost_light = unknown,
+                                .lost_light_low = unknown,
+                                .lost_light_high = unknown,
+                                .merged_light = unknown,
+                                .merged_light_low = unknown,
+                                .merged_light_high = unknown,
+                                .merged_photons = unknown,
+                                .merged_photons_low = unknown,
+                                .merged_photons_high = unknown};
+    CA_TRY(ca_render_plan_make(&plan, scene, settings ? settings : &defaults, error));
+    preflight->no_light = scene->light_count == 0;
+    if (!preflight->no_light) return judge_light(preflight, &plan, error);
+    warn(preflight, "the scene has no light: the picture will be black");
+    return CA_OK;
+}
