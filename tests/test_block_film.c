@@ -171,7 +171,7 @@ static void test_values_are_means(void **state)
                      0.0722 * (double)layer_at(layers, "B", p);
     }
     assert_true(fabs(ca_block_film_mean_luminance(film) / (luminance / PIXELS) - 1.0) < 1e-6);
-    assert_int_equal(layers->channel_count, 20);
+    assert_int_equal(layers->channel_count, 21);
     assert_null(ca_layers_find(layers, "Variance.R"));
     assert_true(layers->width == WIDTH && layers->height == HEIGHT && layers->x0 == X0 && layers->y0 == Y0);
     assert_true(layers->full_width == FULL_WIDTH && layers->full_height == FULL_HEIGHT);

@@ -105,7 +105,7 @@ static void test_the_image_stays(void **state)
     ca_image_layers *without = rendered(
         scene, &(bar_job){.integrator = "qmcppm:radius=0.3,light_paths=400,camera_paths=3,camera_diffuse_depth=1",
                           .blocks = {0, 7}});
-    assert_int_equal(with->channel_count, without->channel_count + 3);
+    assert_int_equal(with->channel_count, without->channel_count + 4);
     assert_null(ca_layers_find(without, "ConfidenceLow.Y"));
     for (size_t c = 0; c < without->channel_count; c++)
         assert_memory_equal(named_layer(with, without->channels[c].name), without->channels[c].data,
