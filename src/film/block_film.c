@@ -333,7 +333,7 @@ static ca_status develop_layers(const ca_block_film *film, ca_image_layers *laye
 /* Of every pixel, while they are developed. */
 typedef struct bar_work {
     ca_moments *moments;
-    double *degrees; /* of freedom */
+    double *degrees; /* of freedom; 0: the blocks tell nothing of the pixel */
     ca_verdict *verdicts;
 } bar_work;
 
@@ -346,7 +346,7 @@ static void find_errors(const ca_block_film *film, bar_work *work)
         work->degrees[i] = 0.0;
         work->moments[i] = (ca_moments){.mean = value};
         if (!pixel_variances(&film->bars[i], &film->pixels[i], &design, &v)) continue;
-        if (!ca_pair_error(&design, &v, value, &work->moments[i], &work->degrees[i])) work->degrees[i] = 0.0;
+        (void)ca_pair_error(&design, &v, value, &work->moments[i], &work->degrees[i]);
     }
 }
 

@@ -107,15 +107,17 @@ typedef struct pool {
     double lone;                   /* what lone contributions bring, over the far reach ... */
     double missing[2];             /* ... and this not relative, by the long tail's side */
     double scatter[2];             /* variances, likewise */
-    uint32_t pixels, varying;      /* varying: of all, also black ones */
+    uint32_t pixels;
+    uint32_t varying, uncertain;   /* of all, also black ones */
 } pool;
 
-_Static_assert(sizeof(pool) == 72, "confidence.h promises 72 bytes a pixel");
+_Static_assert(sizeof(pool) == 80, "confidence.h promises 80 bytes a pixel");
 
 static void pool_moments(pool *sum, const ca_moments *m)
 {
     const double level = fabs(m->mean);
     sum->varying += m->variance > 0.0;
+    sum->uncertain += m->uncertain;
     if (m->third <= 0.0) sum->scatter[CA_BELOW] += m->variance;
     if (m->third >= 0.0) sum->scatter[CA_ABOVE] += m->variance;
     if (level == 0.0) return;
@@ -132,6 +134,7 @@ static void pool_add(pool *sum, const pool *other)
     sum->error += other->error;
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->scatter[side] += other->scatter[side];
     sum->pixels += other->pixels;
+    sum->uncertain += other->uncertain;
     sum->varying += other->varying;
 }
 
@@ -157,10 +160,11 @@ static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count)
     return at + reach < count ? at + reach : count - 1;
 }
 
-/* `far`: pixels within the far reach. */
-static bool is_ordinary(const ca_moments *m, const pool *near, double far)
+/* `others`: pixels near this one; `far`: those within the far reach. */
+static bool is_ordinary(const ca_moments *m, const pool *near, double others, double far)
 {
-    if (m->replicates < CA_CONFIDENCE_MIN_REPLICATES) return false;
+    if (m->replicates < CA_CONFIDENCE_MIN_REPLICATES || m->uncertain) return false;
+    if (near->uncertain * CA_CONFIDENCE_UNCERTAIN > others) return false;
     if (m->variance == 0.0) return near->varying == 0;
     if (m->mean == 0.0) return true;
     const double own_error = sqrt(m->variance / m->replicates) / fabs(m->mean);
@@ -232,8 +236,9 @@ static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t wi
     const bool alone = near.pixels == 0 && own->mean != 0.0;
     if (near.pixels == 0) pool_moments(&near, own);
     pool_far(&near, rows, width, height, x, y);
-    if (is_ordinary(own, &near, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
-    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES) return (ca_verdict){.kind = CA_INTERVAL_MARKED};
+    if (is_ordinary(own, &near, others, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
+    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying < 0.5 * others))
+        return (ca_verdict){.kind = CA_INTERVAL_MARKED};
     ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
         verdict.variance[side] = near.scatter[side] / others;

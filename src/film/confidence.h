@@ -24,12 +24,14 @@ enum {
     CA_CONFIDENCE_REACH = 2,          /* pixels to each side that are pooled: 5 x 5 without the one in the middle */
     CA_CONFIDENCE_FAR_REACH = 7,      /* and that are searched for lone contributions: 15 x 15 */
     CA_CONFIDENCE_CONTRIBUTIONS = 4,  /* so many rare contributions to a pixel are enough */
+    CA_CONFIDENCE_UNCERTAIN = 12,     /* one in so many uncertain variances nearby is too many */
 };
 
 /* Mean, and unbiased estimates of the central moments, of one channel's replicates. */
 typedef struct ca_moments {
     double mean, variance, third;
     uint32_t replicates;
+    bool uncertain; /* too little is known of the variance for an ordinary interval; 0: nothing */
 } ca_moments;
 
 /* From the sums of values, squares and cubes. Of what may be nothing but the rounding of these sums, variance and
@@ -62,12 +64,14 @@ typedef struct ca_verdict {
     double lone[2];     /* what lone contributions further around bring to each pixel there, on either side */
 } ca_verdict;
 
-/* Judges the pixels of width x height. Memory: 72 bytes a pixel while it runs.
+/* Judges the pixels of width x height. Memory: 80 bytes a pixel while it runs.
  *
  * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n /
  * skewness^2, and variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A
  * pixel's interval is not ordinary where
  * - it has fewer than CA_CONFIDENCE_MIN_REPLICATES replicates;
+ * - its variance is uncertain, or that of more than one in CA_CONFIDENCE_UNCERTAIN of those near it: where variances
+ * are seldom found, those that seem certain have only missed what the others found;
  * - its replicates are all equal but those of a pixel near it are not;
  * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half a
  * standard error: by variances and third moments averaged over them, relative to powers of each one's mean; the
@@ -77,8 +81,8 @@ typedef struct ca_verdict {
  * The standard error is the pixel's, or the average of those near it that have one, relative to the means, where that
  * is smaller.
  *
- * Such a pixel is marked where it has too few replicates, or all others near it are black; else its interval is
- * widened. */
+ * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain and
+ * half of the others show none; else its interval is widened. */
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
                               ca_error *error);
 
