@@ -355,8 +355,8 @@ static void test_lonely_pixel(void **state)
 
 /* Sums over pixels around one, for the rule written once more. */
 typedef struct neighbourhood {
-    double variance, third, error, count; /* relative; of those that are not black */
-    double varying, all, scatter[2];      /* of all */
+    double variance, third, error, count;       /* relative; of those that are not black */
+    double varying, uncertain, all, scatter[2]; /* of all */
     double lone, missing[2], far;
 } neighbourhood;
 
@@ -364,6 +364,7 @@ static void add_neighbour(neighbourhood *sum, const ca_moments *m)
 {
     sum->all++;
     sum->varying += m->variance > 0.0;
+    sum->uncertain += m->uncertain;
     if (m->third >= 0.0) sum->scatter[CA_ABOVE] += m->variance;
     if (m->third <= 0.0) sum->scatter[CA_BELOW] += m->variance;
     if (m->mean == 0.0) return;
@@ -397,7 +398,7 @@ static neighbourhood neighbourhood_of(const ca_moments *moments, int width, int 
 
 static bool should_be_ordinary(const ca_moments *own, neighbourhood near)
 {
-    if (own->replicates < 8) return false;
+    if (own->replicates < 8 || own->uncertain || near.uncertain > near.all / 12.0) return false;
     if (own->variance == 0.0) return near.varying == 0.0;
     if (own->mean == 0.0) return true;
     if (near.count == 0.0) add_neighbour(&near, own); /* nobody else can tell */
@@ -415,11 +416,27 @@ static void expect_verdict(const ca_verdict *verdict, const ca_moments *own, con
         assert_int_equal(verdict->kind, CA_INTERVAL_ORDINARY);
         return;
     }
-    const bool marked = own->replicates < 8 || (near->count == 0.0 && own->mean != 0.0);
+    const bool marked = own->replicates < 8 || (near->count == 0.0 && own->mean != 0.0) ||
+                        (own->uncertain && near->varying < near->all / 2.0);
     assert_int_equal(verdict->kind, marked ? CA_INTERVAL_MARKED : CA_INTERVAL_WIDENED);
     for (int side = 0; side < 2 && !marked; side++) {
         expect_near(verdict->variance[side], near->scatter[side] / near->all, 1e-12);
         expect_near(verdict->lone[side], near->missing[side] / near->far, 1e-12);
+    }
+}
+
+/* Where hardly any variance is certain, and where none is. */
+static void test_uncertain_pixels(void **state)
+{
+    (void)state;
+    ca_moments moments[49];
+    ca_verdict verdicts[49];
+    for (int varying = 0; varying < 2; varying++) {
+        for (int i = 0; i < 49; i++)
+            moments[i] = (ca_moments){.mean = 1.0, .variance = varying, .replicates = 8, .uncertain = true};
+        assert_int_equal(ca_confidence_judge(moments, 7, 7, verdicts, NULL), CA_OK);
+        for (int i = 0; i < 49; i++)
+            assert_int_equal(verdicts[i].kind, varying ? CA_INTERVAL_WIDENED : CA_INTERVAL_MARKED);
     }
 }
 
@@ -437,6 +454,7 @@ static void test_rule(void **state)
         m->third = m->variance == 0.0 ? 0.0 : (2.0 + 7.0 * normal()) * pow(m->variance, 1.5);
         if (uniform() < 0.05) m->mean = 0.0;
         if (uniform() < 0.05) m->mean = -m->mean;
+        m->uncertain = uniform() < 0.03;
     }
     assert_int_equal(ca_confidence_judge(moments, WIDTH, HEIGHT, verdicts, NULL), CA_OK);
     for (int i = 0; i < COUNT; i++) {
@@ -660,6 +678,7 @@ int main(void)
         cmocka_unit_test(test_constant_pixels),
         cmocka_unit_test(test_fireflies_that_most_pixels_miss),
         cmocka_unit_test(test_lonely_pixel),
+        cmocka_unit_test(test_uncertain_pixels),
         cmocka_unit_test(test_rule),
         cmocka_unit_test(test_calibration),
         cmocka_unit_test(test_calibration_of_groups),

@@ -4,7 +4,7 @@
 
 /* The variance of a sum of squares of so many random contributions, over its square, is 1 over their number if they
  * are all alike. Here it is this over their number, since they are not, and the largest are the rarest. */
-static const double light_scatter = 4.0;
+static const double light_scatter = 2.0;
 
 /* Variances of the value, with one of Var(g), Var(f), Var(h) each. */
 typedef struct value_terms {

@@ -28,7 +28,7 @@
 
 #include <stdbool.h>
 
-#define CA_PAIR_MIN_DEGREES 3.0
+#define CA_PAIR_MIN_DEGREES 6.0
 #define CA_PAIR_MIN_CAMERA 4.0
 
 typedef struct ca_pair_design {
