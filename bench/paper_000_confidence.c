@@ -1,4 +1,4 @@
-/* Figure 5 of paper 000's list: how many 95 % intervals hold the expectation, of the ordinary and of the widened ones.
+/* Figure 5 of paper 000's list: how many 95 % intervals hold the expectation, of ordinary and of widened ones.
  *
  * Each scene is rendered several times with random numbers of its own, and each render's intervals are asked for the
  * mean of all the others, an independent run that is as many times less one as long. What error that mean has itself

@@ -390,11 +390,10 @@ static void test_rough_wall(void **state)
     ca_scene *scene = scene_from_text(rough_text);
     ca_image_layers *images[ROUGH_RENDERS];
     rough_tally tally = {.marked = 0.0};
+    const char *const integrator = "qmcppm:error_bars=true,alpha=0,radius=0.2,light_paths=1000,camera_paths=8";
     for (int r = 0; r < ROUGH_RENDERS; r++)
         images[r] = rendered(
-            scene, &(bar_job){.integrator = "qmcppm:error_bars=true,alpha=0,radius=0.2,light_paths=1000,camera_paths=8",
-                              .blocks = {0, 16},
-                              .seed = 100 + (uint64_t)r});
+            scene, &(bar_job){.integrator = integrator, .blocks = {0, 16}, .seed = 100 + (uint64_t)r});
     for (int i = 0; i < ROUGH_PIXELS; i++) {
         double sum = 0.0;
         for (int r = 0; r < ROUGH_RENDERS; r++) sum += luminance(images[r], i);

@@ -104,14 +104,13 @@ void ca_interval_round(ca_interval interval, float *low, float *high)
 /* Sums over pixels, relative to each one's level; a black one has none and does not count. */
 typedef struct pool {
     double variance, third, error; /* error: standard errors */
-    double lone;                   /* what lone contributions bring, over the far reach ... */
-    double missing[2];             /* ... and this not relative, by the long tail's side */
+    double lone[2];                /* what lone contributions bring over the far reach, by their side; not relative */
     double scatter[2];             /* variances, likewise */
     uint32_t pixels;
     uint32_t varying, uncertain;   /* of all, also black ones */
 } pool;
 
-_Static_assert(sizeof(pool) == 80, "confidence.h promises 80 bytes a pixel");
+_Static_assert(sizeof(pool) == 72, "confidence.h promises 72 bytes a pixel");
 
 static void pool_moments(pool *sum, const ca_moments *m)
 {
@@ -145,12 +144,11 @@ static double contributions_of(double variance, double third, double replicates)
     return replicates * variance * inverse_size * inverse_size;
 }
 
-/* What a pixel owes to less than two contributions, relative to its level. */
-static double lone_share(const ca_moments *m)
+/* What a pixel owes to less than two contributions. */
+static double lone_part(const ca_moments *m)
 {
-    if (m->third == 0.0 || m->mean == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0)
-        return 0.0;
-    return m->variance * (m->variance / fabs(m->third)) / fabs(m->mean);
+    if (m->third == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0) return 0.0;
+    return m->variance * (m->variance / fabs(m->third));
 }
 
 /* First pixel within reach of `at`, and last one of `count`. */
@@ -170,30 +168,24 @@ static bool is_ordinary(const ca_moments *m, const pool *near, double others, do
     const double own_error = sqrt(m->variance / m->replicates) / fabs(m->mean);
     const double near_error = near->varying > 0 ? near->error / near->varying : own_error;
     const double harm = 0.5 * fmin(own_error, near_error);
-    if (near->lone / far > harm) return false;
+    if ((near->lone[CA_BELOW] + near->lone[CA_ABOVE]) / far / fabs(m->mean) > harm) return false;
     if (near->third == 0.0) return true;
     const double variance = near->variance / near->pixels, third = near->third / near->pixels;
     return contributions_of(variance, third, m->replicates) >= CA_CONFIDENCE_CONTRIBUTIONS ||
            variance * (variance / fabs(third)) <= harm;
 }
 
-static void pool_lone(pool *sum, const ca_moments *m, double lone)
-{
-    sum->lone += lone;
-    sum->missing[m->third < 0.0 ? CA_BELOW : CA_ABOVE] += lone * fabs(m->mean);
-}
-
 /* Sums along each pixel's row; `lone`: room for a row. */
 static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *sums)
 {
-    for (uint32_t x = 0; x < width; x++) lone[x] = lone_share(&row[x]);
+    for (uint32_t x = 0; x < width; x++) lone[x] = lone_part(&row[x]);
     for (uint32_t x = 0; x < width; x++) {
         sums[x] = (pool){0};
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
             pool_moments(&sums[x], &row[i]);
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
              i++)
-            pool_lone(&sums[x], &row[i], lone[i]);
+            sums[x].lone[row[i].third < 0.0 ? CA_BELOW : CA_ABOVE] += lone[i];
     }
 }
 
@@ -219,11 +211,9 @@ static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_
 
 static void pool_far(pool *sum, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
 {
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= reach_to(y, CA_CONFIDENCE_FAR_REACH, height); i++) {
-        const pool *row = &rows[(size_t)i * width + x];
-        sum->lone += row->lone;
-        for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->missing[side] += row->missing[side];
-    }
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= reach_to(y, CA_CONFIDENCE_FAR_REACH, height); i++)
+        for (int side = CA_BELOW; side <= CA_ABOVE; side++)
+            sum->lone[side] += rows[(size_t)i * width + x].lone[side];
 }
 
 static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
@@ -242,7 +232,7 @@ static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t wi
     ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
         verdict.variance[side] = near.scatter[side] / others;
-        verdict.lone[side] = near.missing[side] / far;
+        verdict.lone[side] = near.lone[side] / far;
     }
     return verdict;
 }

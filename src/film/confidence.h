@@ -64,7 +64,7 @@ typedef struct ca_verdict {
     double lone[2];     /* what lone contributions further around bring to each pixel there, on either side */
 } ca_verdict;
 
-/* Judges the pixels of width x height. Memory: 80 bytes a pixel while it runs.
+/* Judges the pixels of width x height. Memory: 72 bytes a pixel while it runs.
  *
  * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n /
  * skewness^2, and variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A
@@ -76,19 +76,18 @@ typedef struct ca_verdict {
  * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half a
  * standard error: by variances and third moments averaged over them, relative to powers of each one's mean; the
  * pixel itself counts only where all others are black; or
- * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there,
- * and again relative to the mean.
+ * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there.
  * The standard error is the pixel's, or the average of those near it that have one, relative to the means, where that
  * is smaller.
  *
- * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain and
- * half of the others show none; else its interval is widened. */
+ * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain
+ * and half of the others show none; else its interval is widened. */
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
                               ca_error *error);
 
 /* The interval by the verdict. A widened one reaches as far as the root of the sum of the squares of two reaches: the
- * ordinary one's, and `quantile` standard errors by the verdict's variance of that side. Twice what lone contributions
- * bring is added. */
+ * ordinary one's, and `quantile` standard errors by the verdict's variance of that side. Three times what lone
+ * contributions bring is added. */
 ca_interval ca_confidence_judged_interval(const ca_moments *moments, const ca_verdict *verdict, double quantile);
 
 #endif

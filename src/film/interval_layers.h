@@ -1,5 +1,5 @@
-/* Layers of confidence intervals (confidence.h), of one channel C: ConfidenceLow.C, ConfidenceHigh.C, from minus to plus
- * infinity where the pixel is marked; ConfidenceWidened.C, 1 where the interval is widened, else 0. */
+/* Layers of confidence intervals (confidence.h), of one channel C: ConfidenceLow.C, ConfidenceHigh.C, from minus to
+ * plus infinity where the pixel is marked; ConfidenceWidened.C, 1 where the interval is widened, else 0. */
 #ifndef CA_FILM_INTERVAL_LAYERS_H
 #define CA_FILM_INTERVAL_LAYERS_H
 
@@ -16,8 +16,8 @@ ca_status ca_interval_layers_add(ca_interval_layers *intervals, ca_image_layers 
 void ca_interval_layers_set(const ca_interval_layers *intervals, size_t i, const ca_moments *moments,
                             const ca_verdict *verdict, double quantile);
 
-/* Fractions of the pixels whose luminance is marked, and whose interval of luminance is widened; false where a picture
- * has no such layers. */
+/* Fractions of the pixels whose luminance is marked, and whose interval of luminance is widened; false where a
+ * picture has no such layers. */
 bool ca_interval_layers_shares(const ca_image_layers *layers, double *marked, double *widened);
 
 #endif
