@@ -83,8 +83,8 @@ ca_interval ca_confidence_judged_interval(const ca_moments *m, const ca_verdict 
     if (verdict->kind == CA_INTERVAL_ORDINARY) return interval;
     double reach[2] = {m->mean - interval.low, interval.high - m->mean};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++)
-        reach[side] = hypot(reach[side], quantile * sqrt(verdict->variance[side] / m->replicates)) +
-                      3.0 * verdict->lone[side];
+        reach[side] =
+            hypot(reach[side], quantile * sqrt(verdict->variance[side] / m->replicates)) + 3.0 * verdict->lone[side];
     return (ca_interval){m->mean - reach[CA_BELOW], m->mean + reach[CA_ABOVE]};
 }
 
@@ -107,7 +107,7 @@ typedef struct pool {
     double lone[2];                /* what lone contributions bring over the far reach, by their side; not relative */
     double scatter[2];             /* variances, likewise */
     uint32_t pixels;
-    uint32_t varying, uncertain;   /* of all, also black ones */
+    uint32_t varying, uncertain; /* of all, also black ones */
 } pool;
 
 _Static_assert(sizeof(pool) == 72, "confidence.h promises 72 bytes a pixel");
@@ -212,8 +212,7 @@ static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_
 static void pool_far(pool *sum, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
 {
     for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= reach_to(y, CA_CONFIDENCE_FAR_REACH, height); i++)
-        for (int side = CA_BELOW; side <= CA_ABOVE; side++)
-            sum->lone[side] += rows[(size_t)i * width + x].lone[side];
+        for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->lone[side] += rows[(size_t)i * width + x].lone[side];
 }
 
 static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,

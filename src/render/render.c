@@ -223,8 +223,8 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
     CA_TRY(run_plan(plan, image, statistics, error));
-    statistics->has_confidence = *image && ca_interval_layers_shares(*image, &statistics->confidence_marked,
-                                                                     &statistics->confidence_widened);
+    statistics->has_confidence =
+        *image && ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
     return CA_OK;
 }
 
