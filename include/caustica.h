@@ -190,7 +190,8 @@ typedef struct ca_render_statistics {
     double mean_standard_deviation;
     double noise_percent; /* root of the mean variance of a pixel's mean, over the mean luminance; < 0: not known */
     bool has_confidence;            /* there are error bars, the layers Confidence*.*; and of all pixels ... */
-    double confidence_marked;       /* ... so many have some that say nothing, by luminance: a fraction */
+    double confidence_marked;       /* ... so many have some that say nothing, by luminance: a fraction; */
+    double confidence_widened;      /* so many have some that are widened by what their neighbourhood tells */
     uint64_t non_finite;            /* samples that were not finite or negative: dropped, and a defect ... */
     uint64_t non_finite_from[CA_NON_FINITE_SOURCES]; /* ... by where they come from */
     bool interrupted;               /* ended by the progress callback */

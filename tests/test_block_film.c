@@ -2,6 +2,7 @@
  * gate, what its fixed point resolves, windows of a crop, bytes, failures of memory. */
 #include "base/memory.h"
 #include "film/block_film.h"
+#include "film/confidence.h"
 #include "support/named_layer.h"
 #include "support/scene_text.h"
 #include "support/test_random.h"
@@ -171,7 +172,7 @@ static void test_values_are_means(void **state)
                      0.0722 * (double)layer_at(layers, "B", p);
     }
     assert_true(fabs(ca_block_film_mean_luminance(film) / (luminance / PIXELS) - 1.0) < 1e-6);
-    assert_int_equal(layers->channel_count, 20);
+    assert_int_equal(layers->channel_count, 21);
     assert_null(ca_layers_find(layers, "Variance.R"));
     assert_true(layers->width == WIDTH && layers->height == HEIGHT && layers->x0 == X0 && layers->y0 == Y0);
     assert_true(layers->full_width == FULL_WIDTH && layers->full_height == FULL_HEIGHT);
@@ -407,8 +408,21 @@ static void test_unfinished_rectangles_have_no_bias(void **state)
     ca_pair_covariances_destroy(&c);
 }
 
+/* One uncertain variance is too many for (x, y) if pixel (3, 0) is one of fewer than 12 pixels near it. */
+static bool is_too_near(int x, int y)
+{
+    int others = -1, near = 0;
+    for (int v = y - 2; v <= y + 2; v++)
+        for (int u = x - 2; u <= x + 2; u++) {
+            if (u < 0 || v < 0 || u >= WIDTH || v >= HEIGHT) continue;
+            others++;
+            near += u == 3 && v == 0;
+        }
+    return near == 1 && others < CA_CONFIDENCE_UNCERTAIN;
+}
+
 /* A pixel of which a sample was lost, one without the first block, one whose covariance no float holds; the others
- * are not. */
+ * are not. One whose variance comes out negative, and the pixels near it, have widened intervals. */
 static void test_marked_pixels(void **state)
 {
     (void)state;
@@ -430,9 +444,14 @@ static void test_marked_pixels(void **state)
     for (uint32_t p = 0; p < PIXELS; p++) {
         const float low = layer_at(layers, "ConfidenceLow.Y", p), high = layer_at(layers, "ConfidenceHigh.Y", p);
         const double got = (double)layer_at(layers, "ValueVariance.Y", p);
-        if (p < 4) {
-            assert_true(low == -INFINITY && high == INFINITY);
-            assert_true(p == 3 ? got < 0.0 : isnan(got) != 0);
+        const float widened = layer_at(layers, "ConfidenceWidened.Y", p);
+        if (p < 3) {
+            assert_true(low == -INFINITY && high == INFINITY && isnan(got) && widened == 0.0f);
+            continue;
+        }
+        assert_true(widened == (p == 3 || is_too_near((int)(p % WIDTH), (int)(p / WIDTH)) ? 1.0f : 0.0f));
+        if (widened == 1.0f) {
+            assert_true(low < 1.0f && high > 1.0f && isfinite(low) && isfinite(high) && (p != 3 || got < 0.0));
             continue;
         }
         /* 18 degrees of freedom: t = 2.101; a little less or more for the skewness. */

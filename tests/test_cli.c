@@ -282,7 +282,7 @@ static void test_statistics_and_quiet(void **state)
     json_t *stats = load_json(folder_of(state), "a.json");
     static const char *const keys[] = {"seconds",        "rays",   "shadow_rays",       "photons",
                                        "photons_tested", "merges", "peak_memory_bytes", "mean_standard_deviation",
-                                       "light_paths"};
+                                       "light_paths",    "confidence_marked",       "confidence_widened"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) json_number(stats, keys[i]);
     assert_int_equal((int)json_number(stats, "iterations"), 8);
     assert_int_equal((int)json_number(stats, "camera_paths"), 8 * 24 * 16);

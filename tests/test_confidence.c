@@ -1,8 +1,8 @@
 /* Error bars: Student's quantile against tables, moments against computations in two passes, intervals by hand, the
- * rules for marks; and their calibration: how many intervals of made-up distributions hold the expectation. Renders:
- * test_error_bars.c. */
-#include "film/confidence.h"
+ * rules for widened and marked ones; and their calibration: how many intervals of made-up distributions hold the
+ * expectation. Renders: test_error_bars.c. */
 #include "film/film.h"
+#include "film/interval_layers.h"
 #include "image/layers.h"
 #include "support/interval_tally.h"
 #include "support/test_random.h"
@@ -11,6 +11,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -210,7 +211,26 @@ static void test_limits_are_rounded_outwards(void **state)
         }
 }
 
-/* ---- Marks ----------------------------------------------------------------------------------------------------- */
+/* An ordinary interval is widened by the root of the sum of squares, and by thrice the lone ones; each side has its
+ * own. */
+static void test_widened_interval(void **state)
+{
+    (void)state;
+    const ca_moments m = {.mean = 5.0, .variance = 9.0, .third = 0.0, .replicates = 36};
+    ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED, .variance = {16.0, 1.0}, .lone = {0.0, 0.25}};
+    ca_interval interval = ca_confidence_judged_interval(&m, &verdict, 2.0);
+    expect_near(interval.low, 5.0 - 2.0 * 5.0 / 6.0, 1e-12);
+    expect_near(interval.high, 5.0 + 2.0 * sqrt(10.0) / 6.0 + 0.75, 1e-12);
+    verdict.kind = CA_INTERVAL_ORDINARY;
+    interval = ca_confidence_judged_interval(&m, &verdict, 2.0);
+    expect_near(interval.low, 4.0, 1e-12);
+    expect_near(interval.high, 6.0, 1e-12);
+    verdict.kind = CA_INTERVAL_MARKED;
+    interval = ca_confidence_judged_interval(&m, &verdict, 2.0);
+    assert_true(interval.low == -HUGE_VAL && interval.high == HUGE_VAL);
+}
+
+/* ---- Verdicts -------------------------------------------------------------------------------------------------- */
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
@@ -235,15 +255,23 @@ static ca_image_layers *develop(const ca_film *film)
     return layers;
 }
 
-static bool is_marked(const ca_image_layers *layers, uint32_t pixel)
+static ca_interval_kind kind_of(const ca_image_layers *layers, uint32_t pixel)
 {
     const float low = ca_layers_find(layers, "ConfidenceLow.Y")[pixel],
-                high = ca_layers_find(layers, "ConfidenceHigh.Y")[pixel];
+                high = ca_layers_find(layers, "ConfidenceHigh.Y")[pixel],
+                widened = ca_layers_find(layers, "ConfidenceWidened.Y")[pixel];
     assert_true((low == -HUGE_VALF) == (high == HUGE_VALF) && low <= high);
-    return low == -HUGE_VALF;
+    assert_true(widened == 0.0f || (widened == 1.0f && low > -HUGE_VALF));
+    if (low == -HUGE_VALF) return CA_INTERVAL_MARKED;
+    return widened == 1.0f ? CA_INTERVAL_WIDENED : CA_INTERVAL_ORDINARY;
 }
 
-/* Under eight replicates all is marked; with eight of a symmetric distribution hardly anything is. */
+static bool is_ordinary(const ca_image_layers *layers, uint32_t pixel)
+{
+    return kind_of(layers, pixel) == CA_INTERVAL_ORDINARY;
+}
+
+/* Under eight replicates all is marked; with eight of a symmetric distribution hardly anything is not ordinary. */
 static void test_too_few_replicates(void **state)
 {
     (void)state;
@@ -252,10 +280,10 @@ static void test_too_few_replicates(void **state)
         for (uint32_t i = 0; i < PIXELS; i++)
             for (int k = 0; k < samples; k++) add(&film, i, 5.0 + normal());
         ca_image_layers *layers = develop(&film);
-        double marked;
-        assert_true(ca_film_confidence_marked(layers, &marked));
-        if (samples < CA_CONFIDENCE_MIN_REPLICATES) assert_true(marked == 1.0);
-        else assert_true(marked < 0.02);
+        double marked, widened;
+        assert_true(ca_interval_layers_shares(layers, &marked, &widened));
+        if (samples < CA_CONFIDENCE_MIN_REPLICATES) assert_true(marked == 1.0 && widened == 0.0);
+        else assert_true(marked + widened < 0.02);
         ca_layers_destroy(layers);
         ca_film_destroy(&film);
     }
@@ -271,7 +299,8 @@ static void test_constant_pixels(void **state)
     ca_image_layers *layers = develop(&film);
     for (uint32_t i = 0; i < PIXELS; i++) {
         const uint32_t x = i % SIDE;
-        assert_true(is_marked(layers, i) == (x < SIDE / 2 && x + CA_CONFIDENCE_REACH >= SIDE / 2));
+        const bool beside = x < SIDE / 2 && x + CA_CONFIDENCE_REACH >= SIDE / 2;
+        assert_int_equal(kind_of(layers, i), beside ? CA_INTERVAL_WIDENED : CA_INTERVAL_ORDINARY);
         if (x + CA_CONFIDENCE_REACH >= SIDE / 2) continue;
         assert_true((double)ca_layers_find(layers, "ConfidenceLow.G")[i] <= (double)0.7f);
         assert_true((double)ca_layers_find(layers, "ConfidenceHigh.G")[i] >= (double)0.7f);
@@ -282,8 +311,7 @@ static void test_constant_pixels(void **state)
 }
 
 /* One sample in four hundred holds two thirds of the light, the rest is quiet: most pixels never saw it in their 64,
- * and look as if all were well. Their neighbours tell. Beyond the fireflies' region and the reach nothing is
- * marked. */
+ * and look as if all were well. Their neighbours tell. Beyond the fireflies' region and the reach all is ordinary. */
 static void test_fireflies_that_most_pixels_miss(void **state)
 {
     (void)state;
@@ -292,76 +320,121 @@ static void test_fireflies_that_most_pixels_miss(void **state)
         for (int k = 0; k < 64; k++)
             add(&film, i, 1.0 + 0.1 * normal() + (i / SIDE < SIDE / 2 && uniform() < 1.0 / 400.0 ? 800.0 : 0.0));
     ca_image_layers *layers = develop(&film);
-    uint32_t unmarked = 0, missed = 0;
+    uint32_t ordinary = 0, missed = 0;
     for (uint32_t i = 0; i < PIXELS; i++) {
         const uint32_t y = i / SIDE;
         missed += y < SIDE / 2 && ca_layers_find(layers, "R")[i] < 2.0f;
         if (y < SIDE / 2 - CA_CONFIDENCE_REACH)
-            unmarked += !is_marked(layers, i) && ca_layers_find(layers, "R")[i] < 2.0f;
-        if (y >= SIDE / 2 + CA_CONFIDENCE_FAR_REACH) assert_false(is_marked(layers, i));
+            ordinary += is_ordinary(layers, i) && ca_layers_find(layers, "R")[i] < 2.0f;
+        if (y >= SIDE / 2 + CA_CONFIDENCE_FAR_REACH) assert_true(is_ordinary(layers, i));
     }
     assert_true(missed > PIXELS / 2 * 0.8);
-    if (unmarked * 20 > missed) fail_msg("%u of %u pixels that miss the fireflies are not marked", unmarked, missed);
+    if (ordinary * 20 > missed) fail_msg("%u of %u pixels that miss the fireflies are ordinary", ordinary, missed);
     ca_layers_destroy(layers);
     ca_film_destroy(&film);
 }
 
-/* Where all others are black, a pixel has no one but itself to be judged by. */
+/* Where all others are black, a pixel has no one but itself to be judged by, and nobody to say how wide is enough. */
 static void test_lonely_pixel(void **state)
 {
     (void)state;
     ca_moments moments[81] = {{0}};
-    bool marked[81];
+    ca_verdict verdicts[81];
     for (int i = 0; i < 81; i++) moments[i].replicates = 64;
     for (int rare = 0; rare < 2; rare++) {
+        const ca_interval_kind expected = rare ? CA_INTERVAL_MARKED : CA_INTERVAL_ORDINARY;
         moments[40] = (ca_moments){.mean = 1.0, .variance = 1.0, .third = rare ? 7.0 : 1.0, .replicates = 64};
-        assert_int_equal(ca_confidence_mark(moments, 9, 9, marked, NULL), CA_OK);
-        assert_true(marked[40] == (rare == 1));
-        assert_int_equal(ca_confidence_mark(&moments[40], 1, 1, marked, NULL), CA_OK);
-        assert_true(marked[0] == (rare == 1));
+        assert_int_equal(ca_confidence_judge(moments, 9, 9, verdicts, NULL), CA_OK);
+        assert_int_equal(verdicts[40].kind, expected);
+        assert_int_equal(verdicts[30].kind, CA_INTERVAL_WIDENED);
+        expect_near(verdicts[30].variance[CA_ABOVE], 1.0 / 24.0, 1e-12);
+        assert_int_equal(ca_confidence_judge(&moments[40], 1, 1, verdicts, NULL), CA_OK);
+        assert_int_equal(verdicts[0].kind, expected);
     }
 }
 
-/* Any moments against the rule, written once more. */
-static bool should_be_marked(const ca_moments *moments, int width, int height, int x, int y)
+/* Sums over pixels around one, for the rule written once more. */
+typedef struct neighbourhood {
+    double variance, third, error, count;       /* relative; of those that are not black */
+    double varying, uncertain, all, scatter[2]; /* of all */
+    double lone[2], far;
+} neighbourhood;
+
+static void add_neighbour(neighbourhood *sum, const ca_moments *m)
 {
-    const ca_moments *own = &moments[y * width + x];
-    double variance = 0.0, third = 0.0, count = 0.0;
-    bool varies = false;
-    for (int v = y - 2; v <= y + 2; v++)
-        for (int u = x - 2; u <= x + 2; u++) {
-            if (u < 0 || v < 0 || u >= width || v >= height || (u == x && v == y)) continue;
+    sum->all++;
+    sum->varying += m->variance > 0.0;
+    sum->uncertain += m->uncertain;
+    if (m->third >= 0.0) sum->scatter[CA_ABOVE] += m->variance;
+    if (m->third <= 0.0) sum->scatter[CA_BELOW] += m->variance;
+    if (m->mean == 0.0) return;
+    sum->variance += m->variance / pow(m->mean, 2.0);
+    sum->third += m->third / pow(fabs(m->mean), 3.0);
+    sum->error += sqrt(m->variance / m->replicates) / fabs(m->mean);
+    sum->count++;
+}
+
+static void add_lone(neighbourhood *sum, const ca_moments *m)
+{
+    sum->far++;
+    if (m->variance == 0.0 || m->replicates * pow(m->variance, 3.0) >= 2.0 * m->third * m->third) return;
+    sum->lone[m->third > 0.0 ? CA_ABOVE : CA_BELOW] += m->variance * m->variance / fabs(m->third);
+}
+
+static neighbourhood neighbourhood_of(const ca_moments *moments, int width, int height, int x, int y)
+{
+    neighbourhood sum = {0};
+    for (int v = 0; v < height; v++)
+        for (int u = 0; u < width; u++) {
             const ca_moments *m = &moments[v * width + u];
-            varies |= m->variance > 0.0;
-            if (m->mean == 0.0) continue;
-            variance += m->variance / pow(m->mean, 2.0);
-            third += m->third / pow(fabs(m->mean), 3.0);
-            count++;
+            if (abs(u - x) <= 2 && abs(v - y) <= 2 && (u != x || v != y)) add_neighbour(&sum, m);
+            if (abs(u - x) <= 7 && abs(v - y) <= 7) add_lone(&sum, m);
         }
-    double lone = 0.0, far = 0.0;
-    for (int v = y - 7; v <= y + 7; v++)
-        for (int u = x - 7; u <= x + 7; u++) {
-            if (u < 0 || v < 0 || u >= width || v >= height) continue;
-            const ca_moments *m = &moments[v * width + u];
-            far++;
-            if (m->mean == 0.0 || m->variance == 0.0 ||
-                m->replicates * pow(m->variance, 3.0) >= 2.0 * m->third * m->third)
-                continue;
-            lone += m->variance * m->variance / fabs(m->third) / fabs(m->mean);
-        }
-    if (own->replicates < 8) return true;
-    if (own->variance == 0.0) return varies;
-    if (own->mean == 0.0) return false;
-    if (count == 0.0) { /* nobody else can tell */
-        variance = own->variance / pow(own->mean, 2.0);
-        third = own->third / pow(fabs(own->mean), 3.0);
-        count = 1.0;
-    }
-    const double half_error = 0.5 * sqrt(own->variance / own->replicates) / fabs(own->mean);
-    variance /= count;
-    third /= count;
+    return sum;
+}
+
+static bool should_be_ordinary(const ca_moments *own, neighbourhood near)
+{
+    if (own->replicates < 8 || own->uncertain || near.uncertain > near.all / 12.0) return false;
+    if (own->variance == 0.0) return near.varying == 0.0;
+    if (own->mean == 0.0) return true;
+    if (near.count == 0.0) add_neighbour(&near, own); /* nobody else can tell */
+    const double error = sqrt(own->variance / own->replicates) / fabs(own->mean);
+    const double half = 0.5 * (near.varying > 0.0 ? fmin(error, near.error / near.varying) : error);
+    const double variance = near.variance / near.count, third = near.third / near.count;
     const double contributions = own->replicates * pow(variance, 3.0) / (third * third);
-    return (contributions < 4.0 && variance * variance / fabs(third) > half_error) || lone / far > half_error;
+    if ((near.lone[CA_BELOW] + near.lone[CA_ABOVE]) / near.far / fabs(own->mean) > half) return false;
+    return contributions >= 4.0 || variance * variance / fabs(third) <= half;
+}
+
+static void expect_verdict(const ca_verdict *verdict, const ca_moments *own, const neighbourhood *near)
+{
+    if (should_be_ordinary(own, *near)) {
+        assert_int_equal(verdict->kind, CA_INTERVAL_ORDINARY);
+        return;
+    }
+    const bool marked = own->replicates < 8 || (near->count == 0.0 && own->mean != 0.0) ||
+                        (own->uncertain && near->varying < near->all / 2.0);
+    assert_int_equal(verdict->kind, marked ? CA_INTERVAL_MARKED : CA_INTERVAL_WIDENED);
+    for (int side = 0; side < 2 && !marked; side++) {
+        expect_near(verdict->variance[side], near->scatter[side] / near->all, 1e-12);
+        expect_near(verdict->lone[side], near->lone[side] / near->far, 1e-12);
+    }
+}
+
+/* Where hardly any variance is certain, and where none is. */
+static void test_uncertain_pixels(void **state)
+{
+    (void)state;
+    ca_moments moments[49];
+    ca_verdict verdicts[49];
+    for (int varying = 0; varying < 2; varying++) {
+        for (int i = 0; i < 49; i++)
+            moments[i] = (ca_moments){.mean = 1.0, .variance = varying, .replicates = 8, .uncertain = true};
+        assert_int_equal(ca_confidence_judge(moments, 7, 7, verdicts, NULL), CA_OK);
+        for (int i = 0; i < 49; i++)
+            assert_int_equal(verdicts[i].kind, varying ? CA_INTERVAL_WIDENED : CA_INTERVAL_MARKED);
+    }
 }
 
 static void test_rule(void **state)
@@ -369,8 +442,8 @@ static void test_rule(void **state)
     (void)state;
     enum { WIDTH = 37, HEIGHT = 23, COUNT = WIDTH * HEIGHT };
     static ca_moments moments[COUNT];
-    static bool marked[COUNT];
-    uint32_t marks = 0;
+    static ca_verdict verdicts[COUNT];
+    uint32_t kinds[3] = {0};
     for (int i = 0; i < COUNT; i++) {
         ca_moments *m = &moments[i];
         *m = (ca_moments){.mean = 0.2 + uniform(), .replicates = uniform() < 0.02 ? 7 : 64};
@@ -378,13 +451,16 @@ static void test_rule(void **state)
         m->third = m->variance == 0.0 ? 0.0 : (2.0 + 7.0 * normal()) * pow(m->variance, 1.5);
         if (uniform() < 0.05) m->mean = 0.0;
         if (uniform() < 0.05) m->mean = -m->mean;
+        m->uncertain = uniform() < 0.03;
     }
-    assert_int_equal(ca_confidence_mark(moments, WIDTH, HEIGHT, marked, NULL), CA_OK);
+    assert_int_equal(ca_confidence_judge(moments, WIDTH, HEIGHT, verdicts, NULL), CA_OK);
     for (int i = 0; i < COUNT; i++) {
-        assert_true(marked[i] == should_be_marked(moments, WIDTH, HEIGHT, i % WIDTH, i / WIDTH));
-        marks += marked[i];
+        const neighbourhood near = neighbourhood_of(moments, WIDTH, HEIGHT, i % WIDTH, i / WIDTH);
+        expect_verdict(&verdicts[i], &moments[i], &near);
+        kinds[verdicts[i].kind]++;
     }
-    assert_true(marks > COUNT / 8 && marks < COUNT * 7 / 8);
+    assert_true(kinds[CA_INTERVAL_ORDINARY] > COUNT / 8 && kinds[CA_INTERVAL_WIDENED] > COUNT / 8);
+    assert_true(kinds[CA_INTERVAL_MARKED] > 0);
 }
 
 /* ---- Calibration of made-up distributions ---------------------------------------------------------------------- */
@@ -403,7 +479,7 @@ static const struct distribution {
     double (*draw)(void);
     double expectation;
     uint32_t samples;
-    double most_marked;
+    double most_widened;
 } distributions[] = {
     {"normal", draw_normal, 3.0, 64, 0.0},
     {"normal, eight", draw_normal, 3.0, 8, 0.02},
@@ -417,38 +493,54 @@ static const struct distribution {
     {"frequent fireflies", draw_fireflies, 4.0, 256, 0.02},
 };
 
-/* Fraction of pixels without a mark whose interval holds the expectation. */
-static double calibrate(const struct distribution *d, uint32_t group, double *marked)
+typedef struct calibration {
+    double counts[3], held[3]; /* by kind: pixels, and of these the fraction whose interval holds the expectation */
+} calibration;
+
+static calibration calibrate_film(const ca_film *film, const double expectations[PIXELS])
 {
-    ca_film film = film_of(SIDE, SIDE);
-    assert_int_equal(ca_film_set_replicates(&film, group, NULL), CA_OK);
-    for (uint32_t i = 0; i < PIXELS; i++)
-        for (uint32_t k = 0; k < d->samples * group; k++) add(&film, i, d->draw());
-    ca_image_layers *layers = develop(&film);
-    uint32_t good = 0, held = 0;
+    calibration c = {0};
+    double marked, widened;
+    ca_image_layers *layers = develop(film);
     const float *low = ca_layers_find(layers, "ConfidenceLow.Y"), *high = ca_layers_find(layers, "ConfidenceHigh.Y");
     for (uint32_t i = 0; i < PIXELS; i++) {
-        if (is_marked(layers, i)) continue;
-        good++;
-        held += (double)low[i] <= d->expectation && d->expectation <= (double)high[i];
+        const ca_interval_kind kind = kind_of(layers, i);
+        c.counts[kind]++;
+        c.held[kind] += (double)low[i] <= expectations[i] && expectations[i] <= (double)high[i];
     }
-    assert_true(ca_film_confidence_marked(layers, marked));
-    assert_true(fabs(*marked - 1.0 + (double)good / PIXELS) < 1e-9);
+    for (int kind = 0; kind < 3; kind++) c.held[kind] /= c.counts[kind];
+    assert_true(ca_interval_layers_shares(layers, &marked, &widened));
+    assert_true(fabs(marked - c.counts[CA_INTERVAL_MARKED] / PIXELS) < 1e-9);
+    assert_true(fabs(widened - c.counts[CA_INTERVAL_WIDENED] / PIXELS) < 1e-9);
     ca_layers_destroy(layers);
+    return c;
+}
+
+static calibration calibrate(const struct distribution *d, uint32_t group)
+{
+    static double expectations[PIXELS];
+    ca_film film = film_of(SIDE, SIDE);
+    assert_int_equal(ca_film_set_replicates(&film, group, NULL), CA_OK);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        expectations[i] = d->expectation;
+        for (uint32_t k = 0; k < d->samples * group; k++) add(&film, i, d->draw());
+    }
+    const calibration c = calibrate_film(&film, expectations);
     ca_film_destroy(&film);
-    return (double)held / good;
+    return c;
 }
 
 static void test_calibration(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof distributions / sizeof distributions[0]; i++) {
-        double marked;
-        const double held = calibrate(&distributions[i], 1, &marked);
-        printf("    %-22s %.2f %% held, %.1f %% marked\n", distributions[i].name, 100.0 * held, 100.0 * marked);
+        const calibration c = calibrate(&distributions[i], 1);
+        const double held = c.held[CA_INTERVAL_ORDINARY], widened = c.counts[CA_INTERVAL_WIDENED] / PIXELS;
+        printf("    %-22s %.2f %% held, %.1f %% widened\n", distributions[i].name, 100.0 * held, 100.0 * widened);
         /* The fraction itself scatters by 0.34 %. */
         if (!(held > 0.93 && held < 0.97)) fail_msg("%s: %.4f", distributions[i].name, held);
-        if (marked > distributions[i].most_marked) fail_msg("%s: %.4f marked", distributions[i].name, marked);
+        if (widened > distributions[i].most_widened) fail_msg("%s: %.4f widened", distributions[i].name, widened);
+        assert_true(c.counts[CA_INTERVAL_MARKED] == 0.0);
     }
 }
 
@@ -457,10 +549,51 @@ static void test_calibration_of_groups(void **state)
 {
     (void)state;
     const struct distribution d = {"exponential in fours", draw_exponential, 1.0, 16, 0.1};
-    double marked;
-    const double held = calibrate(&d, 4, &marked);
-    assert_true(held > 0.93 && held < 0.97);
-    assert_true(marked < d.most_marked);
+    const calibration c = calibrate(&d, 4);
+    assert_true(c.held[CA_INTERVAL_ORDINARY] > 0.93 && c.held[CA_INTERVAL_ORDINARY] < 0.97);
+    assert_true(c.counts[CA_INTERVAL_WIDENED] < d.most_widened * PIXELS);
+}
+
+/* Quiet light of two levels, in squares, and rare contributions, which bring a multiple of it: of one size or of
+ * exponentially distributed sizes, from one in 80 pixels to three a pixel. Hardly any interval is ordinary, all are
+ * finite, and wide enough, whether a pixel got some or not. */
+static const struct rare_light {
+    double number, share; /* of contributions to a pixel; of their light, relative to the quiet one */
+    bool equal;
+    double scale; /* negative: they are dark */
+} rare_lights[] = {
+    {0.012, 0.3, true, 1.0}, {0.05, 1.0, true, 1.0},   {0.05, 1.0, false, 1.0}, {0.3, 0.5, true, 1.0},
+    {0.3, 3.0, false, 1.0},  {1.0, 0.3, true, 1.0},    {1.0, 10.0, true, 1.0},  {3.0, 1.0, true, 1.0},
+    {3.0, 3.0, false, 1.0},  {0.3, 0.5, true, -1.0},
+};
+
+static void test_calibration_of_widened(void **state)
+{
+    (void)state;
+    enum { SAMPLES = 64 };
+    static double expectations[PIXELS];
+    for (size_t l = 0; l < sizeof rare_lights / sizeof rare_lights[0]; l++) {
+        const struct rare_light *light = &rare_lights[l];
+        ca_film film = film_of(SIDE, SIDE);
+        for (uint32_t i = 0; i < PIXELS; i++) {
+            const double level = (i % SIDE / 8 + i / SIDE / 8) % 2 ? 3.0 : 1.0, p = light->number / SAMPLES;
+            expectations[i] = level * (1.0 + light->scale * light->share);
+            for (int k = 0; k < SAMPLES; k++) {
+                const double size = light->equal ? 1.0 : draw_exponential();
+                const double rare = uniform() < p ? light->scale * light->share / p * size : 0.0;
+                add(&film, i, level * (1.0 + 0.1 * normal() + rare));
+            }
+        }
+        const calibration c = calibrate_film(&film, expectations);
+        const double widened = c.counts[CA_INTERVAL_WIDENED] / PIXELS, held = c.held[CA_INTERVAL_WIDENED];
+        printf("    %5.3f %s bring %4.1f: %.2f %% held, %.1f %% widened\n", light->number,
+               light->equal ? "equal ones  " : "of any sizes", light->scale * light->share, 100.0 * held,
+               100.0 * widened);
+        if (!(held > 0.93)) fail_msg("%g contributions: %.4f held", light->number, held);
+        if (!(widened > 0.5)) fail_msg("%g contributions: %.4f widened", light->number, widened);
+        assert_true(c.counts[CA_INTERVAL_MARKED] == 0.0);
+        ca_film_destroy(&film);
+    }
 }
 
 /* Groups are what single samples of their means would be; samples that are left over do not count. */
@@ -487,7 +620,7 @@ static void test_groups(void **state)
         for (uint32_t i = 0; i < 64; i++)
             expect_near((double)ca_layers_find(a, name)[i], (double)b->channels[c].data[i], 1e-6);
     }
-    assert_int_equal(compared, 8); /* low and high of R, G, B, Y */
+    assert_int_equal(compared, 12); /* low, high and which are widened, of R, G, B, Y */
     ca_layers_destroy(a);
     ca_layers_destroy(b);
     ca_film_destroy(&grouped);
@@ -503,9 +636,10 @@ static void test_no_replicates(void **state)
     for (uint32_t i = 0; i < 64; i++)
         for (int k = 0; k < 20; k++) add(&film, i, uniform());
     ca_image_layers *layers = develop(&film);
-    double marked;
+    double marked, widened;
     assert_null(ca_layers_find(layers, "ConfidenceLow.Y"));
-    assert_false(ca_film_confidence_marked(layers, &marked));
+    assert_null(ca_layers_find(layers, "ConfidenceWidened.Y"));
+    assert_false(ca_interval_layers_shares(layers, &marked, &widened));
     ca_layers_destroy(layers);
     ca_film_destroy(&film);
 }
@@ -536,13 +670,16 @@ int main(void)
         cmocka_unit_test(test_long_tail_is_poissons),
         cmocka_unit_test(test_interval_without_scatter),
         cmocka_unit_test(test_limits_are_rounded_outwards),
+        cmocka_unit_test(test_widened_interval),
         cmocka_unit_test(test_too_few_replicates),
         cmocka_unit_test(test_constant_pixels),
         cmocka_unit_test(test_fireflies_that_most_pixels_miss),
         cmocka_unit_test(test_lonely_pixel),
+        cmocka_unit_test(test_uncertain_pixels),
         cmocka_unit_test(test_rule),
         cmocka_unit_test(test_calibration),
         cmocka_unit_test(test_calibration_of_groups),
+        cmocka_unit_test(test_calibration_of_widened),
         cmocka_unit_test(test_groups),
         cmocka_unit_test(test_no_replicates),
         cmocka_unit_test(test_memory),

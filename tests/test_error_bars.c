@@ -57,11 +57,15 @@ static void test_calibration_of_renders(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const ca_render_settings settings = settings_of(&cases[i], 100);
         const interval_tally tally = tally_intervals(scene, &settings, 9, "G");
-        const double held = tally_fraction(&tally), marked = (double)tally.marked / (double)tally.pixels;
-        printf("    %-14s %-12s %3u samples, %2u replicates: %.2f %% held, %.1f %% marked\n", cases[i].integrator,
-               cases[i].sampler, cases[i].samples, cases[i].replicates, 100.0 * held, 100.0 * marked);
-        if (!(held > 0.93 && held < 0.97 && marked < 0.3))
+        const double held = tally_fraction(&tally), widened = (double)tally.widened / (double)tally.pixels;
+        printf("    %-14s %-12s %3u samples, %2u replicates: %.2f %% held; %.1f %% widened, %.2f %% of these held\n",
+               cases[i].integrator, cases[i].sampler, cases[i].samples, cases[i].replicates, 100.0 * held,
+               100.0 * widened, 100.0 * tally_widened_fraction(&tally));
+        if (!(held > 0.93 && held < 0.97 && widened < 0.3 && tally.marked == 0))
             fail_msg("%s, %s: %.4f held", cases[i].integrator, cases[i].sampler, held);
+        if (!(tally_widened_fraction(&tally) > 0.93))
+            fail_msg("%s, %s: %.4f of the widened held", cases[i].integrator, cases[i].sampler,
+                     tally_widened_fraction(&tally));
     }
     ca_scene_release(scene);
 }

@@ -290,7 +290,7 @@ static void test_windows(void **state)
     assert_int_equal(layers->full_height, FULL_HEIGHT);
     assert_int_equal(layers->x0, X0);
     assert_int_equal(layers->y0, Y0);
-    assert_int_equal(layers->channel_count, 28);
+    assert_int_equal(layers->channel_count, 32);
     ca_layers_destroy(layers);
     ca_film_destroy(&film);
 }

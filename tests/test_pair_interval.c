@@ -62,11 +62,11 @@ static void test_degrees_of_freedom(void **state)
     const double n = moments.replicates;
     assert_true(fabs(moments.variance / n - 0.1 / 40.0) < 1e-15 &&
                 fabs(moments.third / (n * n) - pow(0.1 / 40.0, 2.0)) < 1e-15);
-    /* A tenth of 500 light paths contributes: 50 of them, whose sum of squares is taken to scatter by 4 / 50 of its
+    /* A tenth of 500 light paths contributes: 50 of them, whose sum of squares is taken to scatter by 2 / 50 of its
      * square. */
     v = (ca_pair_variances){.light = 9.0, .merged = 1.0};
     assert_true(ca_pair_error(&d, &v, 1.0, &moments, &degrees));
-    assert_true(fabs(degrees - 25.0) < 1e-9);
+    assert_true(fabs(degrees - 50.0) < 1e-9);
     /* The skewness of the mean of 500 numbers, 10 or 0, which is near the one of 50 rare ones. */
     const double skewness = moments.third / pow(moments.variance, 1.5) / sqrt(n);
     assert_true(fabs(skewness * sqrt(50.0) - sqrt(0.9)) < 1e-9);

@@ -380,7 +380,9 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     if (s->blocks[1] > 0)
         printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
-    if (s->has_confidence) printf(", no error bars for %.3g %% of the pixels", 100.0 * s->confidence_marked);
+    if (s->has_confidence)
+        printf(", no error bars for %.3g %% of the pixels, widened ones for %.3g %%", 100.0 * s->confidence_marked,
+               100.0 * s->confidence_widened);
     printf("%s\n", s->interrupted
                        ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)"
                        : "");

@@ -90,6 +90,7 @@ static bool set_render(json_t *root, const ca_image_layers *image, const ca_rend
            set(root, "mean_standard_deviation", deviation_json(s)) &&
            set(root, "noise_percent", s->noise_percent < 0.0 ? json_null() : ca_json_number(s->noise_percent)) &&
            set(root, "confidence_marked", s->has_confidence ? ca_json_number(s->confidence_marked) : json_null()) &&
+           set(root, "confidence_widened", s->has_confidence ? ca_json_number(s->confidence_widened) : json_null()) &&
            set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
            set(root, "first_prediction", prediction_json(s)) &&
            set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));

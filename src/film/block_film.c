@@ -3,6 +3,7 @@
 #include "base/little_endian.h"
 #include "base/memory.h"
 #include "film/exact_sum.h"
+#include "film/interval_layers.h"
 #include "film/pair_interval.h"
 
 #include <assert.h>
@@ -332,8 +333,8 @@ static ca_status develop_layers(const ca_block_film *film, ca_image_layers *laye
 /* Of every pixel, while they are developed. */
 typedef struct bar_work {
     ca_moments *moments;
-    double *degrees; /* of freedom */
-    bool *marked;    /* by those around; of a pixel that is marked by itself there are no degrees */
+    double *degrees; /* of freedom; 0: the blocks tell nothing of the pixel */
+    ca_verdict *verdicts;
 } bar_work;
 
 static void find_errors(const ca_block_film *film, bar_work *work)
@@ -345,22 +346,21 @@ static void find_errors(const ca_block_film *film, bar_work *work)
         work->degrees[i] = 0.0;
         work->moments[i] = (ca_moments){.mean = value};
         if (!pixel_variances(&film->bars[i], &film->pixels[i], &design, &v)) continue;
-        if (!ca_pair_error(&design, &v, value, &work->moments[i], &work->degrees[i])) work->degrees[i] = 0.0;
+        (void)ca_pair_error(&design, &v, value, &work->moments[i], &work->degrees[i]);
     }
 }
 
 static ca_status fill_bars(const ca_block_film *film, bar_work *work, ca_image_layers *layers, ca_error *error)
 {
-    float *low, *high;
-    CA_TRY(ca_layers_add(layers, "ConfidenceLow.Y", &low, error));
-    CA_TRY(ca_layers_add(layers, "ConfidenceHigh.Y", &high, error));
+    ca_interval_layers intervals;
+    CA_TRY(ca_interval_layers_add(&intervals, layers, 'Y', error));
     find_errors(film, work);
-    CA_TRY(ca_confidence_mark(work->moments, film->width, film->height, work->marked, error));
+    CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, work->verdicts, error));
     for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
-        ca_interval interval = {-(double)INFINITY, (double)INFINITY};
-        if (work->degrees[i] > 0.0 && !work->marked[i])
-            interval = ca_confidence_interval(&work->moments[i], ca_pair_student_quantile(work->degrees[i]));
-        ca_interval_round(interval, &low[i], &high[i]);
+        const bool known = work->degrees[i] > 0.0;
+        if (!known) work->verdicts[i].kind = CA_INTERVAL_MARKED;
+        ca_interval_layers_set(&intervals, i, &work->moments[i], &work->verdicts[i],
+                               known ? ca_pair_student_quantile(work->degrees[i]) : 0.0);
     }
     return CA_OK;
 }
@@ -370,12 +370,12 @@ static ca_status develop_bars(const ca_block_film *film, ca_image_layers *layers
     const size_t count = (size_t)film->width * film->height;
     bar_work work = {.moments = ca_alloc(count, sizeof *work.moments),
                      .degrees = ca_alloc(count, sizeof *work.degrees),
-                     .marked = ca_alloc(count, sizeof *work.marked)};
-    const bool room = work.moments && work.degrees && work.marked;
+                     .verdicts = ca_alloc(count, sizeof *work.verdicts)};
+    const bool room = work.moments && work.degrees && work.verdicts;
     const ca_status status = room ? fill_bars(film, &work, layers, error) : ca_fail_memory(error, "the error bars");
     ca_free(work.moments);
     ca_free(work.degrees);
-    ca_free(work.marked);
+    ca_free(work.verdicts);
     return status;
 }
 

@@ -8,8 +8,8 @@
  *
  * Layers: R G B; Albedo.*, N.*, P.* of the primary hits, averaged; IrradianceGradient.X .Y .Z, W m^-3, of the
  * luminance of what arrives (where wanted); Samples.Y the number of camera paths (each block's counted); Pairs.Y that
- * of pairs. With error bars: ConfidenceLow.Y and ConfidenceHigh.Y, the 95 % interval of the luminance, from minus to
- * plus infinity where a pixel is marked; ValueVariance.Y, the estimated variance of the pixel's luminance, which may
+ * of pairs. With error bars: ConfidenceLow.Y, ConfidenceHigh.Y and ConfidenceWidened.Y, the 95 % interval of the
+ * luminance (interval_layers.h); ValueVariance.Y, the estimated variance of the pixel's luminance, which may
  * be negative. Both need all blocks from the first on: else all pixels are marked, with a variance that is not a
  * number, as are pixels that had a sample out of bounds.
  *

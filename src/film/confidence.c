@@ -76,6 +76,18 @@ ca_interval ca_confidence_interval(const ca_moments *m, double quantile)
     return (ca_interval){fmin(low, m->mean - rounding), fmax(high, m->mean + rounding)};
 }
 
+ca_interval ca_confidence_judged_interval(const ca_moments *m, const ca_verdict *verdict, double quantile)
+{
+    if (verdict->kind == CA_INTERVAL_MARKED) return (ca_interval){-HUGE_VAL, HUGE_VAL};
+    ca_interval interval = ca_confidence_interval(m, quantile);
+    if (verdict->kind == CA_INTERVAL_ORDINARY) return interval;
+    double reach[2] = {m->mean - interval.low, interval.high - m->mean};
+    for (int side = CA_BELOW; side <= CA_ABOVE; side++)
+        reach[side] =
+            hypot(reach[side], quantile * sqrt(verdict->variance[side] / m->replicates)) + 3.0 * verdict->lone[side];
+    return (ca_interval){m->mean - reach[CA_BELOW], m->mean + reach[CA_ABOVE]};
+}
+
 static float round_down(double value)
 {
     return (double)(float)value > value ? nextafterf((float)value, -INFINITY) : (float)value;
@@ -87,24 +99,30 @@ void ca_interval_round(ca_interval interval, float *low, float *high)
     *high = -round_down(-interval.high);
 }
 
-/* ---- Marks ----------------------------------------------------------------------------------------------------- */
+/* ---- Verdicts -------------------------------------------------------------------------------------------------- */
 
 /* Sums over pixels, relative to each one's level; a black one has none and does not count. */
 typedef struct pool {
-    double variance, third;
-    double lone;              /* what lone contributions bring; over the far reach */
-    uint32_t pixels, varying; /* varying: of all, also black ones */
+    double variance, third, error; /* error: standard errors */
+    double lone[2];                /* what lone contributions bring over the far reach, by their side; not relative */
+    double scatter[2];             /* variances, likewise */
+    uint32_t pixels;
+    uint32_t varying, uncertain; /* of all, also black ones */
 } pool;
 
-_Static_assert(sizeof(pool) == 32, "confidence.h promises 32 bytes a pixel");
+_Static_assert(sizeof(pool) == 72, "confidence.h promises 72 bytes a pixel");
 
 static void pool_moments(pool *sum, const ca_moments *m)
 {
     const double level = fabs(m->mean);
     sum->varying += m->variance > 0.0;
+    sum->uncertain += m->uncertain;
+    if (m->third <= 0.0) sum->scatter[CA_BELOW] += m->variance;
+    if (m->third >= 0.0) sum->scatter[CA_ABOVE] += m->variance;
     if (level == 0.0) return;
     sum->variance += m->variance / level / level;
     sum->third += m->third / level / level / level;
+    if (m->replicates > 0) sum->error += sqrt(m->variance / m->replicates) / level;
     sum->pixels++;
 }
 
@@ -112,7 +130,10 @@ static void pool_add(pool *sum, const pool *other)
 {
     sum->variance += other->variance;
     sum->third += other->third;
+    sum->error += other->error;
+    for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->scatter[side] += other->scatter[side];
     sum->pixels += other->pixels;
+    sum->uncertain += other->uncertain;
     sum->varying += other->varying;
 }
 
@@ -123,12 +144,11 @@ static double contributions_of(double variance, double third, double replicates)
     return replicates * variance * inverse_size * inverse_size;
 }
 
-/* What a pixel owes to less than two contributions, relative to its level. */
-static double lone_share(const ca_moments *m)
+/* What a pixel owes to less than two contributions. */
+static double lone_part(const ca_moments *m)
 {
-    if (m->third == 0.0 || m->mean == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0)
-        return 0.0;
-    return m->variance * (m->variance / fabs(m->third)) / fabs(m->mean);
+    if (m->third == 0.0 || contributions_of(m->variance, m->third, m->replicates) >= 2.0) return 0.0;
+    return m->variance * (m->variance / fabs(m->third));
 }
 
 /* First pixel within reach of `at`, and last one of `count`. */
@@ -138,31 +158,34 @@ static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count)
     return at + reach < count ? at + reach : count - 1;
 }
 
-/* `far`: pixels within the far reach. */
-static bool is_marked(const ca_moments *m, const pool *near, double far)
+/* `others`: pixels near this one; `far`: those within the far reach. */
+static bool is_ordinary(const ca_moments *m, const pool *near, double others, double far)
 {
-    if (m->replicates < CA_CONFIDENCE_MIN_REPLICATES) return true;
-    if (m->variance == 0.0) return near->varying > 0;
-    if (m->mean == 0.0) return false;
-    const double harm = 0.5 * sqrt(m->variance / m->replicates) / fabs(m->mean);
-    if (near->lone / far > harm) return true;
-    if (near->third == 0.0) return false;
+    if (m->replicates < CA_CONFIDENCE_MIN_REPLICATES || m->uncertain) return false;
+    if (near->uncertain * CA_CONFIDENCE_UNCERTAIN > others) return false;
+    if (m->variance == 0.0) return near->varying == 0;
+    if (m->mean == 0.0) return true;
+    const double own_error = sqrt(m->variance / m->replicates) / fabs(m->mean);
+    const double near_error = near->varying > 0 ? near->error / near->varying : own_error;
+    const double harm = 0.5 * fmin(own_error, near_error);
+    if ((near->lone[CA_BELOW] + near->lone[CA_ABOVE]) / far / fabs(m->mean) > harm) return false;
+    if (near->third == 0.0) return true;
     const double variance = near->variance / near->pixels, third = near->third / near->pixels;
-    return contributions_of(variance, third, m->replicates) < CA_CONFIDENCE_CONTRIBUTIONS &&
-           variance * (variance / fabs(third)) > harm;
+    return contributions_of(variance, third, m->replicates) >= CA_CONFIDENCE_CONTRIBUTIONS ||
+           variance * (variance / fabs(third)) <= harm;
 }
 
 /* Sums along each pixel's row; `lone`: room for a row. */
 static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *sums)
 {
-    for (uint32_t x = 0; x < width; x++) lone[x] = lone_share(&row[x]);
+    for (uint32_t x = 0; x < width; x++) lone[x] = lone_part(&row[x]);
     for (uint32_t x = 0; x < width; x++) {
         sums[x] = (pool){0};
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
             pool_moments(&sums[x], &row[i]);
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
              i++)
-            sums[x].lone += lone[i];
+            sums[x].lone[row[i].third < 0.0 ? CA_BELOW : CA_ABOVE] += lone[i];
     }
 }
 
@@ -178,21 +201,43 @@ static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_
     return near;
 }
 
-static bool judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
-                  uint32_t y)
+/* Pixels of width x height within reach of (x, y), which is one of them. */
+static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_t y, uint32_t reach)
 {
-    const uint32_t top = reach_from(y, CA_CONFIDENCE_FAR_REACH),
-                   bottom = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
-    const uint32_t columns = 1 + reach_to(x, CA_CONFIDENCE_FAR_REACH, width) - reach_from(x, CA_CONFIDENCE_FAR_REACH);
-    const ca_moments *own = &moments[(size_t)y * width + x];
-    pool near = pool_neighbours(moments, rows, width, height, x, y);
-    if (near.pixels == 0) pool_moments(&near, own);
-    for (uint32_t i = top; i <= bottom; i++) near.lone += rows[(size_t)i * width + x].lone;
-    return is_marked(own, &near, (double)columns * (1 + bottom - top));
+    const uint32_t columns = 1 + reach_to(x, reach, width) - reach_from(x, reach),
+                   rows = 1 + reach_to(y, reach, height) - reach_from(y, reach);
+    return (double)columns * rows;
 }
 
-ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked,
-                             ca_error *error)
+static void pool_far(pool *sum, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+{
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= reach_to(y, CA_CONFIDENCE_FAR_REACH, height); i++)
+        for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->lone[side] += rows[(size_t)i * width + x].lone[side];
+}
+
+static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
+                        uint32_t y)
+{
+    const ca_moments *own = &moments[(size_t)y * width + x];
+    const double others = window_pixels(width, height, x, y, CA_CONFIDENCE_REACH) - 1.0,
+                 far = window_pixels(width, height, x, y, CA_CONFIDENCE_FAR_REACH);
+    pool near = pool_neighbours(moments, rows, width, height, x, y);
+    const bool alone = near.pixels == 0 && own->mean != 0.0;
+    if (near.pixels == 0) pool_moments(&near, own);
+    pool_far(&near, rows, width, height, x, y);
+    if (is_ordinary(own, &near, others, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
+    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying < 0.5 * others))
+        return (ca_verdict){.kind = CA_INTERVAL_MARKED};
+    ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
+    for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
+        verdict.variance[side] = near.scatter[side] / others;
+        verdict.lone[side] = near.lone[side] / far;
+    }
+    return verdict;
+}
+
+ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
+                              ca_error *error)
 {
     pool *rows = ca_alloc((size_t)width * height, sizeof *rows);
     double *lone = ca_alloc(width, sizeof *lone);
@@ -201,7 +246,7 @@ ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t
         pool_row(&moments[(size_t)y * width], width, lone, &rows[(size_t)y * width]);
     for (uint32_t y = 0; y < height && status == CA_OK; y++)
         for (uint32_t x = 0; x < width; x++)
-            marked[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
+            verdicts[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
     ca_free(lone);
     ca_free(rows);
     return status;

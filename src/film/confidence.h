@@ -3,10 +3,12 @@
  * A channel of a pixel comes as the moments of its n replicates: single samples, or means of several. Its 95 %
  * interval is Student's with n - 1 degrees of freedom, corrected for skewness: on the short tail's side by Hall's
  * transformation, on the long tail's by the exact limit of as many equal Poisson contributions as have this skewness.
- * Where the replicates are too skewed for any such interval to be trusted, and the judgement pools a pixel's
- * neighbourhood since the samples of one pixel do not know what they have missed, the pixel is marked: its interval
- * is everything, from -infinity to infinity. An interval holds its expectation in 95 of 100 pixels that are not
- * marked; it says nothing of light that none of the samples nearby has found.
+ * Such an interval is called ordinary, and holds its expectation in 95 of 100 pixels.
+ *
+ * Where the replicates are too skewed for it to be trusted, it is widened by what the pixel's neighbourhood tells,
+ * since the samples of one pixel do not know what they have missed: it holds its expectation in 93 of 100 pixels at
+ * least, mostly in more. Where nobody can tell, the pixel is marked: its interval is everything, from -infinity to
+ * infinity. No interval says anything of light that none of the samples nearby has found.
  *
  * All functions are pure and in double precision. */
 #ifndef CA_FILM_CONFIDENCE_H
@@ -22,12 +24,14 @@ enum {
     CA_CONFIDENCE_REACH = 2,          /* pixels to each side that are pooled: 5 x 5 without the one in the middle */
     CA_CONFIDENCE_FAR_REACH = 7,      /* and that are searched for lone contributions: 15 x 15 */
     CA_CONFIDENCE_CONTRIBUTIONS = 4,  /* so many rare contributions to a pixel are enough */
+    CA_CONFIDENCE_UNCERTAIN = 12,     /* one in so many uncertain variances nearby is too many */
 };
 
 /* Mean, and unbiased estimates of the central moments, of one channel's replicates. */
 typedef struct ca_moments {
     double mean, variance, third;
     uint32_t replicates;
+    bool uncertain; /* too little is known of the variance for an ordinary interval; 0: nothing */
 } ca_moments;
 
 /* From the sums of values, squares and cubes. Of what may be nothing but the rounding of these sums, variance and
@@ -49,19 +53,41 @@ ca_interval ca_confidence_interval(const ca_moments *moments, double quantile);
 /* As floats, rounded outwards: what a float cannot hold does not make the interval smaller. */
 void ca_interval_round(ca_interval interval, float *low, float *high);
 
-/* Says which pixels of width x height are marked. Memory: 32 bytes a pixel while it runs.
+typedef enum ca_interval_kind { CA_INTERVAL_ORDINARY, CA_INTERVAL_WIDENED, CA_INTERVAL_MARKED } ca_interval_kind;
+
+enum { CA_BELOW, CA_ABOVE }; /* the sides of a mean */
+
+/* What a pixel's neighbourhood says of its interval. */
+typedef struct ca_verdict {
+    ca_interval_kind kind;
+    double variance[2]; /* of a replicate's scatter to either side, averaged over the pixels near this one */
+    double lone[2];     /* what lone contributions further around bring to each pixel there, on either side */
+} ca_verdict;
+
+/* Judges the pixels of width x height. Memory: 72 bytes a pixel while it runs.
  *
  * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n /
  * skewness^2, and variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A
- * pixel is marked where
+ * pixel's interval is not ordinary where
  * - it has fewer than CA_CONFIDENCE_MIN_REPLICATES replicates;
+ * - its variance is uncertain, or that of more than one in CA_CONFIDENCE_UNCERTAIN of those near it: where variances
+ * are seldom found, those that seem certain have only missed what the others found;
  * - its replicates are all equal but those of a pixel near it are not;
- * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half of
- * its standard error: by variances and third moments averaged over them, relative to powers of each one's mean; the
+ * - the pixels near it have less than CA_CONFIDENCE_CONTRIBUTIONS contributions each, which bring more than half a
+ * standard error: by variances and third moments averaged over them, relative to powers of each one's mean; the
  * pixel itself counts only where all others are black; or
- * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there,
- * and again relative to the mean. */
-ca_status ca_confidence_mark(const ca_moments *moments, uint32_t width, uint32_t height, bool *marked,
-                             ca_error *error);
+ * - the lone contributions (less than two) of pixels further around bring more than that, averaged over all there.
+ * The standard error is the pixel's, or the average of those near it that have one, relative to the means, where that
+ * is smaller.
+ *
+ * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain
+ * and half of the others show none; else its interval is widened. */
+ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
+                              ca_error *error);
+
+/* The interval by the verdict. A widened one reaches as far as the root of the sum of the squares of two reaches: the
+ * ordinary one's, and `quantile` standard errors by the verdict's variance of that side. Three times what lone
+ * contributions bring is added. */
+ca_interval ca_confidence_judged_interval(const ca_moments *moments, const ca_verdict *verdict, double quantile);
 
 #endif

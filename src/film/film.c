@@ -1,7 +1,7 @@
 #include "film/film.h"
 
 #include "base/memory.h"
-#include "film/confidence.h"
+#include "film/interval_layers.h"
 
 #include <math.h>
 #include <string.h>
@@ -235,38 +235,31 @@ static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
     return ca_moments_of(sum / samples, groups->sum_squares[c], cubes, replicates);
 }
 
-static void fill_intervals(const ca_moments *moments, const bool *marked, size_t count, float *low, float *high)
+static void fill_intervals(const ca_moments *moments, const ca_verdict *verdicts, size_t count,
+                           const ca_interval_layers *intervals)
 {
     uint32_t replicates = 0;
     double quantile = 0.0;
     for (size_t i = 0; i < count; i++) {
-        low[i] = -INFINITY;
-        high[i] = INFINITY;
-        if (marked[i]) continue;
-        if (moments[i].replicates != replicates) {
+        if (verdicts[i].kind != CA_INTERVAL_MARKED && moments[i].replicates != replicates) {
             replicates = moments[i].replicates;
             quantile = ca_student_two_sided_quantile(0.05, replicates - 1.0);
         }
-        ca_interval_round(ca_confidence_interval(&moments[i], quantile), &low[i], &high[i]);
+        ca_interval_layers_set(intervals, i, &moments[i], &verdicts[i], quantile);
     }
 }
 
-/* `moments` and `marked`: room for every pixel. */
-static ca_status develop_confidence(const ca_film *film, ca_moments *moments, bool *marked, ca_image_layers *layers,
-                                    ca_error *error)
+/* `moments` and `verdicts`: room for every pixel. */
+static ca_status develop_confidence(const ca_film *film, ca_moments *moments, ca_verdict *verdicts,
+                                    ca_image_layers *layers, ca_error *error)
 {
-    static const char *const names[4][2] = {{"ConfidenceLow.R", "ConfidenceHigh.R"},
-                                            {"ConfidenceLow.G", "ConfidenceHigh.G"},
-                                            {"ConfidenceLow.B", "ConfidenceHigh.B"},
-                                            {"ConfidenceLow.Y", "ConfidenceHigh.Y"}};
     const size_t count = (size_t)film->width * film->height;
     for (int c = 0; c < 4; c++) {
-        float *low, *high;
-        CA_TRY(ca_layers_add(layers, names[c][0], &low, error));
-        CA_TRY(ca_layers_add(layers, names[c][1], &high, error));
+        ca_interval_layers intervals;
+        CA_TRY(ca_interval_layers_add(&intervals, layers, "RGBY"[c], error));
         for (size_t i = 0; i < count; i++) moments[i] = replicate_moments(film, i, c);
-        CA_TRY(ca_confidence_mark(moments, film->width, film->height, marked, error));
-        fill_intervals(moments, marked, count, low, high);
+        CA_TRY(ca_confidence_judge(moments, film->width, film->height, verdicts, error));
+        fill_intervals(moments, verdicts, count, &intervals);
     }
     return CA_OK;
 }
@@ -276,23 +269,12 @@ static ca_status add_confidence(const ca_film *film, ca_image_layers *layers, ca
     if (film->replicate_samples == 0) return CA_OK;
     const size_t count = (size_t)film->width * film->height;
     ca_moments *moments = ca_alloc(count, sizeof *moments);
-    bool *marked = ca_alloc(count, sizeof *marked);
-    const ca_status status = moments && marked ? develop_confidence(film, moments, marked, layers, error)
-                                               : ca_fail_memory(error, "the error bars");
+    ca_verdict *verdicts = ca_alloc(count, sizeof *verdicts);
+    const ca_status status = moments && verdicts ? develop_confidence(film, moments, verdicts, layers, error)
+                                                 : ca_fail_memory(error, "the error bars");
     ca_free(moments);
-    ca_free(marked);
+    ca_free(verdicts);
     return status;
-}
-
-bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction)
-{
-    const float *low = ca_layers_find(layers, "ConfidenceLow.Y");
-    const size_t count = (size_t)layers->width * layers->height;
-    if (!low) return false;
-    size_t marked = 0;
-    for (size_t i = 0; i < count; i++) marked += isinf(low[i]) != 0;
-    *fraction = (double)marked / (double)count;
-    return true;
 }
 
 /* ---- All of it ------------------------------------------------------------------------------------------------- */

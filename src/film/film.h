@@ -6,7 +6,8 @@
  * the mean: divide by Samples.Y for that); RelativeVariance.* = Variance / mean^2, 0 where the mean is;
  * StandardDeviation.Y the sample standard deviation of one sample's luminance; Samples.Y the number of samples;
  * ConfidenceLow.*, ConfidenceHigh.* of R, G, B and luminance Y: 95 % intervals for the expectations, from replicates
- * that must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers.
+ * that must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers;
+ * ConfidenceWidened.*: which of them are widened (interval_layers.h).
  *
  * State: 128 bytes per pixel, 56 more where replicates are groups of samples. A pixel is written by one thread at a
  * time, in the order of its samples, so the sums do not depend on the number of threads. The film sees no scene. */
@@ -92,8 +93,5 @@ typedef struct ca_film_source {
 ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source);
 ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
                                  ca_error *error);
-
-/* The fraction of pixels whose luminance is marked; false where a picture has no Confidence layers. */
-bool ca_film_confidence_marked(const ca_image_layers *layers, double *fraction);
 
 #endif

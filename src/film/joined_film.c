@@ -1,12 +1,11 @@
 #include "film/joined_film.h"
 
 #include "base/memory.h"
-#include "film/confidence.h"
+#include "film/interval_layers.h"
 #include "film/pair_interval.h"
 
 #include <assert.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 _Static_assert(sizeof(ca_joined_pixel) == 160, "joined_film.h promises 160 bytes per pixel");
@@ -229,24 +228,18 @@ static ca_moments value_moments(const ca_joined_pixel *pixel, int c, double *deg
                         .replicates = *degrees > n - 1.001 ? CA_CONFIDENCE_MIN_REPLICATES : 0};
 }
 
-/* Channel c; `moments` and `marked`: room for every pixel. */
-static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *moments, bool *marked,
+/* Channel c; `moments` and `verdicts`: room for every pixel. */
+static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *moments, ca_verdict *verdicts,
                                ca_image_layers *layers, ca_error *error)
 {
-    char name[32];
-    float *low, *high;
+    ca_interval_layers intervals;
     double degrees;
-    snprintf(name, sizeof name, "ConfidenceLow.%c", "RGBY"[c]);
-    CA_TRY(ca_layers_add(layers, name, &low, error));
-    snprintf(name, sizeof name, "ConfidenceHigh.%c", "RGBY"[c]);
-    CA_TRY(ca_layers_add(layers, name, &high, error));
+    CA_TRY(ca_interval_layers_add(&intervals, layers, "RGBY"[c], error));
     for (size_t i = 0; i < joined->count; i++) moments[i] = value_moments(&joined->pixels[i], c, &degrees);
-    CA_TRY(ca_confidence_mark(moments, layers->width, layers->height, marked, error));
+    CA_TRY(ca_confidence_judge(moments, layers->width, layers->height, verdicts, error));
     for (size_t i = 0; i < joined->count; i++) {
-        ca_interval interval = {-HUGE_VAL, HUGE_VAL};
         (void)value_moments(&joined->pixels[i], c, &degrees);
-        if (!marked[i]) interval = ca_confidence_interval(&moments[i], ca_pair_student_quantile(degrees));
-        ca_interval_round(interval, &low[i], &high[i]);
+        ca_interval_layers_set(&intervals, i, &moments[i], &verdicts[i], ca_pair_student_quantile(degrees));
     }
     return CA_OK;
 }
@@ -255,10 +248,11 @@ ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, ca_image_l
 {
     assert(joined->count == (size_t)layers->width * layers->height);
     ca_moments *moments = ca_alloc(joined->count, sizeof *moments);
-    bool *marked = ca_alloc(joined->count, sizeof *marked);
-    ca_status status = moments && marked ? CA_OK : ca_fail_memory(error, "the error bars");
-    for (int c = 0; c < 4 && status == CA_OK; c++) status = add_intervals(joined, c, moments, marked, layers, error);
+    ca_verdict *verdicts = ca_alloc(joined->count, sizeof *verdicts);
+    ca_status status = moments && verdicts ? CA_OK : ca_fail_memory(error, "the error bars");
+    for (int c = 0; c < 4 && status == CA_OK; c++)
+        status = add_intervals(joined, c, moments, verdicts, layers, error);
     ca_free(moments);
-    ca_free(marked);
+    ca_free(verdicts);
     return status;
 }

@@ -4,7 +4,7 @@
 
 /* The variance of a sum of squares of so many random contributions, over its square, is 1 over their number if they
  * are all alike. Here it is this over their number, since they are not, and the largest are the rarest. */
-static const double light_scatter = 4.0;
+static const double light_scatter = 2.0;
 
 /* Variances of the value, with one of Var(g), Var(f), Var(h) each. */
 typedef struct value_terms {
@@ -73,14 +73,17 @@ bool ca_pair_error(const ca_pair_design *design, const ca_pair_variances *v, dou
     /* Any number of replicates will do, as long as it is enough; with n of them one has n times the variance of their
      * mean. */
     const double n = CA_CONFIDENCE_MIN_REPLICATES;
-    *moments = (ca_moments){.mean = value, .replicates = CA_CONFIDENCE_MIN_REPLICATES};
-    *degrees = 0.0;
+    *moments = (ca_moments){.mean = value, .replicates = CA_CONFIDENCE_MIN_REPLICATES, .uncertain = true};
+    *degrees = CA_PAIR_MIN_DEGREES;
     if (!(variance > 0x1p-40 * value * value)) return false; /* a float resolves 2^-24 of the value */
     const double light = contributing(design->light_paths * squared / design->light_squares, v->light, v->merged);
     const double camera = contributing(design->camera_paths * squared / design->camera_squares, v->camera, value);
     moments->variance = n * variance;
-    moments->third = n * n * (third_of(terms.light, v->merged) + third_of(terms.camera, value));
-    if (!(camera >= CA_PAIR_MIN_CAMERA)) return false;
-    *degrees = degrees_of_freedom(design, &terms, light);
-    return *degrees >= CA_PAIR_MIN_DEGREES;
+    /* Not more skewed than by a single contribution. */
+    moments->third = fmin(n * n * (third_of(terms.light, v->merged) + third_of(terms.camera, value)),
+                          sqrt(n) * moments->variance * sqrt(moments->variance));
+    const double found = degrees_of_freedom(design, &terms, light);
+    *degrees = fmax(found, CA_PAIR_MIN_DEGREES);
+    moments->uncertain = !(camera >= CA_PAIR_MIN_CAMERA && found >= CA_PAIR_MIN_DEGREES);
+    return !moments->uncertain;
 }

@@ -14,11 +14,11 @@
  * The interval is that of confidence.h, with this variance, Student's t, and a skewness: that of rare contributions,
  * all alike, with the light's part of the variance and the mean that light paths bring, and with the camera's part
  * and the value. The degrees of freedom are those of a chi-square variable with the scatter of the estimated V
- * (Satterthwaite's rule), for normal g and h; the light's part has twice the scatter (four times the variance) of the
- * squares of as many contributions. A pixel is marked, not given an interval, where confidence.h says so; where V is
- * not positive, or too small for floats; where V has fewer than CA_PAIR_MIN_DEGREES of freedom; and where fewer than
- * CA_PAIR_MIN_CAMERA camera paths, counted as all alike and the others zero, would have the camera's variance. What
- * no path has brought yet, no interval knows of.
+ * (Satterthwaite's rule), for normal g and h; the light's part has twice the variance of the squares of as many
+ * contributions. V is uncertain (confidence.h) where it is not positive, or too small for floats; where it has fewer
+ * than CA_PAIR_MIN_DEGREES of freedom; and where fewer than CA_PAIR_MIN_CAMERA camera paths, counted as all alike and
+ * the others zero, would have the camera's variance. Such a pixel, and one with several of them nearby, has a widened
+ * interval. What no path has brought yet, no interval knows of.
  *
  * All functions are pure. */
 #ifndef CA_FILM_PAIR_INTERVAL_H
@@ -28,7 +28,7 @@
 
 #include <stdbool.h>
 
-#define CA_PAIR_MIN_DEGREES 3.0
+#define CA_PAIR_MIN_DEGREES 6.0
 #define CA_PAIR_MIN_CAMERA 4.0
 
 typedef struct ca_pair_design {
@@ -47,7 +47,8 @@ typedef struct ca_pair_variances {
 double ca_pair_value_variance(const ca_pair_design *design, const ca_pair_variances *v);
 
 /* What confidence.h needs of the pixel, as if it were the mean of CA_CONFIDENCE_MIN_REPLICATES replicates; and
- * degrees of freedom. false: it is marked. */
+ * degrees of freedom, at least CA_PAIR_MIN_DEGREES. false: V is uncertain, and where it is not positive the moments
+ * hold none. */
 bool ca_pair_error(const ca_pair_design *design, const ca_pair_variances *v, double value, ca_moments *moments,
                    double *degrees);
 

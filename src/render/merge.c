@@ -1,6 +1,7 @@
 /* Adding up part files (ca_merge_parts). They are read one after the other: in memory are the sums
  * so far, those of one part, and its file. */
 #include "base/memory.h"
+#include "film/interval_layers.h"
 #include "render/blocks.h"
 #include "render/part_settings.h"
 
@@ -164,7 +165,8 @@ ca_status ca_merge_parts(const char *const *paths, size_t count, const char *par
     if (status == CA_OK && statistics) ca_part_fill_statistics(&m.sum, statistics);
     if (status == CA_OK && image) status = ca_part_develop(&m.sum, image, error);
     if (status == CA_OK && image && statistics)
-        statistics->has_confidence = ca_film_confidence_marked(*image, &statistics->confidence_marked);
+        statistics->has_confidence =
+            ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
     ca_part_destroy(&m.sum);
     ca_free(m.parts);
     return status;

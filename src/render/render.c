@@ -1,6 +1,7 @@
 #include "render/render.h"
 
 #include "base/clock.h"
+#include "film/interval_layers.h"
 #include "render/auto_rays.h"
 #include "render/blocks.h"
 #include "render/noise_looks.h"
@@ -240,7 +241,8 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
     CA_TRY(run_plan(plan, image, statistics, error));
-    statistics->has_confidence = *image && ca_film_confidence_marked(*image, &statistics->confidence_marked);
+    statistics->has_confidence =
+        *image && ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
     return CA_OK;
 }
 

@@ -17,13 +17,17 @@ static const float *channel_of(const ca_image_layers *image, const char *prefix,
     return data;
 }
 
-static void judge(interval_tally *tally, double mean, double others, double low, double high, double wider)
+static void judge(interval_tally *tally, double mean, double others, double low, double high, double wider,
+                  bool widened)
 {
     const double rounding = 4e-6 * fabs(mean);
     tally->pixels++;
     if (low == -HUGE_VAL || high == HUGE_VAL) {
         assert_true(low == -HUGE_VAL && high == HUGE_VAL);
         tally->marked++;
+    } else if (widened) {
+        tally->widened++;
+        tally->widened_held += others >= mean - wider * (mean - low) && others <= mean + wider * (high - mean);
     } else if (high - low <= rounding && fabs(others - mean) <= rounding) {
         tally->constant++;
     } else if (others < mean - wider * (mean - low)) {
@@ -56,7 +60,8 @@ interval_tally tally_intervals(const ca_scene *scene, const ca_render_settings *
             const double mean = (double)channel_of(images[r], "", channel)[i];
             judge(&tally, mean, (sum - mean) / (renders - 1.0),
                   (double)channel_of(images[r], "ConfidenceLow.", channel)[i],
-                  (double)channel_of(images[r], "ConfidenceHigh.", channel)[i], sqrt(1.0 + 1.0 / (renders - 1.0)));
+                  (double)channel_of(images[r], "ConfidenceHigh.", channel)[i], sqrt(1.0 + 1.0 / (renders - 1.0)),
+                  channel_of(images[r], "ConfidenceWidened.", channel)[i] == 1.0f);
         }
     }
     for (int r = 0; r < renders; r++) ca_image_release(images[r]);
@@ -67,4 +72,9 @@ double tally_fraction(const interval_tally *tally)
 {
     const uint64_t judged = tally->held + tally->below + tally->above;
     return judged > 0 ? (double)tally->held / (double)judged : (double)NAN;
+}
+
+double tally_widened_fraction(const interval_tally *tally)
+{
+    return tally->widened > 0 ? (double)tally->widened_held / (double)tally->widened : (double)NAN;
 }

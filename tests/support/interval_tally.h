@@ -6,9 +6,10 @@
 
 typedef struct interval_tally {
     uint64_t pixels, marked;
+    uint64_t widened, widened_held; /* widened intervals, and those of them that hold the expectation */
     uint64_t constant; /* without noise: nothing to calibrate; such a one that differs from the expectation is in
                           `below` */
-    uint64_t held, below, above; /* the expectation is in the interval, below it, above it */
+    uint64_t held, below, above; /* of the ordinary ones: the expectation is in the interval, below it, above it */
 } interval_tally;
 
 enum { INTERVAL_TALLY_RENDERS = 16 };
@@ -20,7 +21,9 @@ enum { INTERVAL_TALLY_RENDERS = 16 };
 interval_tally tally_intervals(const ca_scene *scene, const ca_render_settings *settings, int renders,
                                const char *channel);
 
-/* Of those that are neither marked nor without noise, the fraction that is held; NAN: there are none. */
+/* Of the ordinary ones that are not without noise, the fraction that is held; NAN: there are none. */
 double tally_fraction(const interval_tally *tally);
+/* Of the widened ones; NAN: there are none. */
+double tally_widened_fraction(const interval_tally *tally);
 
 #endif
