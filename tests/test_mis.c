@@ -84,6 +84,7 @@ static double check_technique(const comparison *of, const double *splits, const 
 {
     ca_split_path split;
     ca_split(of->path, &of->rules->reuse, of->s, of->technique, random, &split);
+    split.path.light_class = of->path->light_class;
     if (of->rules->factors) split.path.factors = &of->path->factors;
     const float weight = ca_mis_weight(of->rules, &split.path, of->technique);
     const double expected = ca_oracle_weight(of->rules, of->path->n, splits, merges, value);

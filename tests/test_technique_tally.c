@@ -31,13 +31,14 @@ static void add(ca_technique_tally *tally, uint32_t cell, ca_technique technique
 {
     uint32_t x, y;
     ca_technique_tally_pixel(tally, cell, &x, &y);
-    ca_technique_tally_add(tally, x, y, technique, s, t, (ca_rgb){value, value, value});
+    ca_technique_tally_add(tally, x, y, technique, s, t, 3, (ca_rgb){value, value, value});
 }
 
 /* One sample, always the same, and one of 1 or 3; independent photons, and photons that come three at a time. */
 static void add_iteration(ca_technique_tally *tally, uint32_t cell)
 {
     add(tally, cell, CA_TECHNIQUE_NEXT_EVENT, 2, 1, 0.7f);
+    add(tally, cell, CA_TECHNIQUE_HIT, 3, 0, 1.5f);
     add(tally, cell, CA_TECHNIQUE_CONNECT, 3, 2, ca_test_random_float(&numbers) < 0.5f ? 1.0f : 3.0f);
     for (uint32_t i = poisson(4.0); i > 0; i--) add(tally, cell, CA_TECHNIQUE_MERGE, 2, 2, 0.3f);
     for (uint32_t i = 3 * poisson(2.0); i > 0; i--) add(tally, cell, CA_TECHNIQUE_MERGE, 9, 7, 1.0f);
@@ -72,12 +73,14 @@ static void test_known_moments(void **state)
         const ca_vec2 place = {ca_test_random_float(&numbers) * WIDTH, ca_test_random_float(&numbers) * HEIGHT};
         const ca_technique_factors *factors = ca_factor_map_at(map, place);
         /* without noise: as many as there were differences, of 4 to 9 regions of 16 cells with smaller weights */
-        assert_between((double)ca_split_factor(factors, 2, 1), 100.0, 500.0);
-        assert_between((double)ca_split_factor(factors, 3, 2), 4.2, 5.8);            /* 5 / 1 */
+        assert_between((double)ca_split_factor(factors, 2, 1, 3), 100.0, 500.0);
+        assert_between((double)ca_split_factor(factors, 3, 0, 3), 100.0, 500.0);
+        assert_between((double)ca_split_factor(factors, 3, 2, 0), 4.2, 5.8);            /* 5 / 1 */
         assert_between((double)ca_merge_factor(factors, 2, 1), 0.75, 1.3);           /* 1 */
         assert_between((double)ca_merge_factor(factors, 9, 6), 0.25, 0.43);          /* 1 / 3 */
         assert_between((double)ca_merge_factor(factors, 5, 5), 0.25, 0.43);          /* the same class */
-        assert_true(ca_split_factor(factors, 2, 0) == 1.0f && ca_merge_factor(factors, 3, 1) == 1.0f);
+        assert_true(ca_split_factor(factors, 2, 0, 3) == 1.0f && ca_split_factor(factors, 3, 0, 2) == 1.0f &&
+                    ca_split_factor(factors, 1, 3, 3) == 1.0f && ca_merge_factor(factors, 3, 1) == 1.0f);
     }
     ca_factor_map_destroy(map);
 }

@@ -12,7 +12,8 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
     walk->light[chunk] = ca_rgb_add(walk->light[chunk], value);
     walk->light_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
     if (walk->b->tally)
-        ca_technique_tally_add(walk->b->tally, walk->path->x, walk->path->y, technique, s, t, unweighted);
+        ca_technique_tally_add(walk->b->tally, walk->path->x, walk->path->y, technique, s, t, walk->light_class,
+                               unweighted);
     const ca_path_observer *observer = walk->b->input.observer;
     if (observer && observer->take) observer->take(observer->user, unweighted);
     ca_technique_images *images = walk->b->input.technique_images;
@@ -46,6 +47,7 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     ca_path_vertex end;
     const ca_flight flight = ca_light_end(light, choice, hit->pdf_position, hit->pdf_direction, cos_light,
                                           &walk->b->rules.reuse, &end);
+    end.light_class = ca_factor_light(light_index);
     end.next_event_ratio =
         hit->next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &w->receiver, light_index);
     const float to_light = surface ? distance : ca_light_disk_distance(light, ca_neg(w->direction), w->origin);
@@ -67,6 +69,7 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
     const ca_rgb unweighted = ca_rgb_mul(w->throughput, hit.radiance);
     if (ca_rgb_is_black(unweighted)) return;
     const float weight = hit_weight(walk, light_index, &hit, surface);
+    walk->light_class = ca_factor_light(light_index);
     if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, w->vertex + 1, 0, unweighted, weight) && walk->scratch->pairing)
         ca_pairs_add_alone(walk, unweighted, weight);
 }

@@ -24,6 +24,7 @@ static bool emit(const ca_bidirectional *b, ca_light_walk *walk)
     if (!(w->start > 0.0f) || !ca_rgb_is_finite(w->throughput)) return false;
     w->flight = ca_light_end(walk->light, choice, e.pdf_position, e.pdf_direction, e.cos_light, &b->rules.reuse,
                              &w->densities[0]);
+    w->densities[0].light_class = ca_factor_light(index);
     walk->vertices[0].point = (ca_surface_point){.position = e.origin, .ng = e.ng, .shape = index};
     w->origin = ca_offset_origin(e.origin, e.origin_error, e.ng, e.direction);
     w->direction = e.direction;

@@ -13,6 +13,7 @@ static float weight_of(const ca_next_event *event)
     const float choice = ca_light_choice_probability(&walk->b->input.scene->light_choice, number);
     const ca_flight flight =
         ca_light_end(light, choice, direct->pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
+    end.light_class = ca_factor_light(number);
     end.next_event_ratio = direct->next_event_ratio * (event->choice / choice);
     const bool infinite = ca_light_is_infinite(light);
     const float distance =

@@ -3,12 +3,21 @@
 #include "base/memory.h"
 #include "sampling/sampler.h"
 
+#include <string.h>
+
 enum {
     MOST_CELLS = 16384,
     CELL_PIXELS = 16, /* of a cell at least */
     REGION = 4        /* cells of a region's side */
 };
-enum { CLASSES = CA_FACTOR_VERTICES * CA_FACTOR_VERTICES, BINS = 2 * CLASSES };
+/* Bins are in the order of ca_technique_factors. */
+enum {
+    NEXT_EVENTS = CA_FACTOR_VERTICES * CA_FACTOR_LIGHTS,
+    CONNECTIONS = NEXT_EVENTS + CA_FACTOR_VERTICES,
+    MERGES = CONNECTIONS + CA_FACTOR_VERTICES * CA_FACTOR_VERTICES,
+    BINS = MERGES + CA_FACTOR_VERTICES * CA_FACTOR_VERTICES
+};
+_Static_assert(sizeof(ca_technique_factors) == BINS * sizeof(float), "a factor for every bin");
 
 /* What a class of techniques has brought to a cell. */
 typedef struct bin {
@@ -65,13 +74,26 @@ void ca_technique_tally_pixel(const ca_technique_tally *tally, uint32_t cell, ui
 
 static bin *bins_of(const ca_technique_tally *tally, uint32_t cell) { return tally->bins + (size_t)cell * BINS; }
 
-void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
-                            uint32_t t, ca_rgb unweighted)
+static uint32_t bin_number(ca_technique technique, uint32_t s, uint32_t t, uint32_t light)
 {
-    const bool merge = technique == CA_TECHNIQUE_MERGE;
-    const uint32_t light = merge ? t - 1 : t;
-    const uint32_t number = ca_factor_class(s) * CA_FACTOR_VERTICES + ca_factor_class(light);
-    bin *to = bins_of(tally, y / tally->side * tally->columns + x / tally->side) + (merge ? CLASSES : 0) + number;
+    const uint32_t camera = ca_factor_vertices(s);
+    switch (technique) {
+    case CA_TECHNIQUE_HIT: return camera * CA_FACTOR_LIGHTS + light;
+    case CA_TECHNIQUE_NEXT_EVENT: return NEXT_EVENTS + camera;
+    case CA_TECHNIQUE_CONNECT: return CONNECTIONS + camera * CA_FACTOR_VERTICES + ca_factor_vertices(t);
+    case CA_TECHNIQUE_MERGE: return MERGES + camera * CA_FACTOR_VERTICES + ca_factor_vertices(t - 1);
+    case CA_TECHNIQUE_SPLAT:
+    case CA_TECHNIQUE_COUNT: break;
+    }
+    return BINS;
+}
+
+void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
+                            uint32_t t, uint32_t light, ca_rgb unweighted)
+{
+    const uint32_t number = bin_number(technique, s, t, light);
+    if (number == BINS) return;
+    bin *to = bins_of(tally, y / tally->side * tally->columns + x / tally->side) + number;
     const float value = (unweighted.r + unweighted.g + unweighted.b) / 3.0f;
     to->now += value;
     to->squares += ca_sqr(value);
@@ -140,11 +162,9 @@ static float factor_of(moments of)
 static void fill(ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row)
 {
     ca_technique_factors *factors = &map->factors[row * map->columns + column];
-    for (uint32_t i = 0; i < CLASSES; i++) {
-        const uint32_t camera = i / CA_FACTOR_VERTICES, light = i % CA_FACTOR_VERTICES;
-        factors->splits[camera][light] = factor_of(smoothed(map, regions, column, row, i));
-        factors->merges[camera][light] = factor_of(smoothed(map, regions, column, row, CLASSES + i));
-    }
+    float of_bins[BINS];
+    for (uint32_t i = 0; i < BINS; i++) of_bins[i] = factor_of(smoothed(map, regions, column, row, i));
+    memcpy(factors, of_bins, sizeof of_bins);
 }
 
 ca_status ca_factor_map_create(ca_factor_map **map, const ca_technique_tally *tally, uint32_t iterations,

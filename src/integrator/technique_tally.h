@@ -16,7 +16,7 @@
  * M and V are summed over the cells of a region and, with smaller weights, of its neighbours. With n independent
  * differences between iterations V + M / n stands for V: v stays below n, and is 1 where nothing was seen.
  *
- * A cell takes 16 bytes for each of 72 classes, 19 MB in all at most; the map 288 bytes a region.
+ * A cell takes 16 bytes for each of 126 classes, 33 MB in all at most; the map 504 bytes a region.
  *
  * Threads: a cell is written by one thread at a time; a map is immutable. */
 #ifndef CA_INTEGRATOR_TECHNIQUE_TALLY_H
@@ -38,9 +38,10 @@ uint32_t ca_technique_tally_cells(const ca_technique_tally *tally);
 /* The pixel of a cell. */
 void ca_technique_tally_pixel(const ca_technique_tally *tally, uint32_t cell, uint32_t *x, uint32_t *y);
 
-/* What a path through that pixel brings by a technique, of s camera and t light vertices (technique.h). */
+/* What a path through that pixel brings by a technique, of s camera and t light vertices (technique.h); `light`: the
+ * class of the light that a hit found. */
 void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
-                            uint32_t t, ca_rgb unweighted);
+                            uint32_t t, uint32_t light, ca_rgb unweighted);
 /* After all that the iteration brings to the cell. */
 void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell);
 

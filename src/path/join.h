@@ -107,6 +107,7 @@ static inline ca_mis_path ca_join(ca_mis_side camera, ca_mis_side light, const c
                          .light_choice = light_start->light_choice,
                          .light_infinite = light_start->at_infinity,
                          .camera_distance = camera_distance,
+                         .light_class = light_start->light_class,
                          .factors = factors};
 }
 

@@ -21,10 +21,11 @@ ca_light_layout ca_light_layout_of(const ca_mis_rules *rules, uint32_t shapes, b
 {
     ca_light_layout layout = {.connects = rules->connect,
                               .wide_shapes = rules->connect && shapes > 1 << CA_LIGHT_SHAPE_BITS,
-                              .pairs = pairs};
+                              .pairs = pairs,
+                              .classes = rules->factors};
     set_wishes(&layout, &rules->reuse, observed);
     const uint32_t points = layout.points ? CA_LIGHT_POINT_WORDS : 0;
-    layout.start_words = 2 + 2 * (uint32_t)layout.starts + points;
+    layout.start_words = 2 + 2 * (uint32_t)layout.starts + layout.classes + points;
     layout.event_words = 1 + (uint32_t)layout.footprints + layout.tilts;
     layout.vertex_words = layout.event_words + 2 + 2 * (uint32_t)layout.footprints + layout.photon_densities + points;
     layout.record_words =
@@ -65,6 +66,7 @@ static void pack_start(const ca_light_layout *layout, const ca_path_vertex *v, c
         *to++ = v->light_choice;
         *to++ = v->sqrt_area;
     }
+    if (layout->classes) memcpy(to++, &v->light_class, sizeof *to);
     put_point(layout, point, to);
 }
 
@@ -145,6 +147,7 @@ static inline void unpack_start(const ca_light_layout *layout, const float *from
                           .sqrt_area = layout->starts ? from[3] : 0.0f,
                           .cos_ratio = 1.0f,
                           .at_infinity = signbit(from[0]) != 0};
+    if (layout->classes) memcpy(&v->light_class, from + 2 + 2 * layout->starts, sizeof v->light_class);
 }
 
 /* Everything below that is inlined is so for a loop of its own for every layout that matters. */

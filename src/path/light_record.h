@@ -12,7 +12,7 @@
  *
  * State, in bytes:
  *
- *     start      8   densities; 8 more for footprints and the correlation rule: light choice and area
+ *     start      8   densities; 8 more for footprints and the correlation rule: light choice and area; 4 for factors
  *     densities 12   + 12 for footprints, + 4 where they follow the tilt, + 4 for densities of photons; of the last
  *                    vertex 4 less, 8 less with footprints, 12 where they follow the tilt
  *     record    52   + 4 for connections, + 4 for these in scenes of more than 4096 shapes, + 4 for pairs
@@ -57,6 +57,7 @@ typedef struct ca_light_layout {
     bool wide_shapes;      /* in a word of their own */
     bool pairs;            /* the path's number in its chunk */
     bool starts;           /* light choice and area of v[0] */
+    bool classes;          /* of its light */
     bool footprints;       /* spreads and distances */
     bool tilts;            /* ratios of cosines */
     bool photon_densities;
@@ -69,7 +70,7 @@ typedef struct ca_light_layout {
 enum {
     CA_LIGHT_PLACE_WORDS = 4,
     CA_LIGHT_POINT_WORDS = sizeof(ca_surface_point) / sizeof(float),
-    CA_LIGHT_START_MOST = 4 + CA_LIGHT_POINT_WORDS,
+    CA_LIGHT_START_MOST = 5 + CA_LIGHT_POINT_WORDS,
     CA_LIGHT_VERTEX_MOST = 8 + CA_LIGHT_POINT_WORDS,
     CA_LIGHT_RECORD_MOST = sizeof(ca_light_record) / sizeof(float) + 3,
     /* Words of a path at most. */

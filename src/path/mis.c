@@ -61,7 +61,7 @@ static inline double split_term(const mis_split *m, const ca_mis_path *path, uin
     } else {
         value = rules->connect && before && after ? ratio : 0.0;
     }
-    value *= (double)ca_split_factor(path->factors, k, m->n - k);
+    value *= (double)ca_split_factor(path->factors, k, m->n - k, path->light_class);
     if (sum->splits) sum->splits[k] = value;
     return raised(rules, value);
 }

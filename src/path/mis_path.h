@@ -29,6 +29,7 @@ typedef struct ca_mis_path {
     float light_choice;     /* p_0 of the light */
     bool light_infinite;    /* x[n-1] is a direction */
     float camera_distance;  /* from x[0] to x[1], m */
+    uint32_t light_class;   /* of the light, where there are factors */
     const ca_technique_factors *factors; /* of its place on the film; NULL: all are 1 */
 } ca_mis_path;
 

@@ -42,7 +42,10 @@ typedef struct ca_path_vertex {
         float light_choice;   /* v[0] of a light path: probability of the light */
     };
     float cos_ratio;         /* |cos out| / |cos in| as walked from its own end; 1 at the ends */
-    float photon_density;    /* photons per m^2 around here, where the reuse rule asks for it; else 0 */
+    union {
+        float photon_density; /* photons per m^2 around here, where the reuse rule asks for it; else 0 */
+        uint32_t light_class; /* v[0] of a light path: of the light (technique_factors.h) */
+    };
     union {
         uint16_t
             connectable; /* 1: an interior vertex that scatters smoothly, where edges and merges may be made. Of a

@@ -7,30 +7,42 @@
 
 #include <stdint.h>
 
-/* Numbers of vertices from here on are one class. */
-enum { CA_FACTOR_VERTICES = 6 };
+/* Numbers of vertices from here on are one class; classes of lights. */
+enum { CA_FACTOR_VERTICES = 6, CA_FACTOR_LIGHTS = 8 };
 
 /* By the vertices that the camera's and the light's subpath bring, at most CA_FACTOR_VERTICES - 1 each; a merged
- * vertex is the camera's. */
+ * vertex is the camera's. Of hits every class of lights has its own: a small lamp that is rarely hit must not be taken
+ * for a sky that always is. Next event asks one light for all of them, and has one. Splats have none. */
 typedef struct ca_technique_factors {
-    float splits[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES]; /* hit, next event, connect, splat */
-    float merges[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES];
+    float hits[CA_FACTOR_VERTICES][CA_FACTOR_LIGHTS], next_events[CA_FACTOR_VERTICES];
+    float connections[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES], merges[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES];
 } ca_technique_factors;
 
 /* The class of so many vertices. */
-static inline uint32_t ca_factor_class(uint32_t vertices)
+static inline uint32_t ca_factor_vertices(uint32_t vertices)
 {
     return vertices < CA_FACTOR_VERTICES ? vertices : CA_FACTOR_VERTICES - 1;
 }
 
-static inline float ca_split_factor(const ca_technique_factors *factors, uint32_t camera, uint32_t light)
+/* The class of a light of the scene: the first few have one each. */
+static inline uint32_t ca_factor_light(uint32_t light) { return light % CA_FACTOR_LIGHTS; }
+
+/* Of the split after so many camera vertices; `light`: the class of the path's light. */
+static inline float ca_split_factor(const ca_technique_factors *factors, uint32_t camera_vertices,
+                                    uint32_t light_vertices, uint32_t light)
 {
-    return factors ? factors->splits[ca_factor_class(camera)][ca_factor_class(light)] : 1.0f;
+    const uint32_t s = ca_factor_vertices(camera_vertices);
+    if (!factors || s < 2) return 1.0f;
+    return light_vertices == 0   ? factors->hits[s][light]
+           : light_vertices == 1 ? factors->next_events[s]
+                                 : factors->connections[s][ca_factor_vertices(light_vertices)];
 }
 
-static inline float ca_merge_factor(const ca_technique_factors *factors, uint32_t camera, uint32_t light)
+static inline float ca_merge_factor(const ca_technique_factors *factors, uint32_t camera_vertices,
+                                    uint32_t light_vertices)
 {
-    return factors ? factors->merges[ca_factor_class(camera)][ca_factor_class(light)] : 1.0f;
+    if (!factors) return 1.0f;
+    return factors->merges[ca_factor_vertices(camera_vertices)][ca_factor_vertices(light_vertices)];
 }
 
 #endif

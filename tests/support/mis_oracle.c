@@ -158,12 +158,22 @@ static double split_value(const ca_mis_rules *rules, const ca_full_path *path, u
     return rules->connect && left && right ? ca_oracle_density(path, k) : 0.0;
 }
 
-/* Of s camera and t light vertices, a merged one being the camera's. */
-static double factor(const ca_mis_rules *rules, const float of[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES], uint32_t s,
-                     uint32_t t)
+static uint32_t at_most_5(uint32_t vertices) { return vertices > 5 ? 5 : vertices; }
+
+/* Of k camera vertices. */
+static double split_factor(const ca_mis_rules *rules, const ca_full_path *path, uint32_t k)
 {
-    const uint32_t most = CA_FACTOR_VERTICES - 1;
-    return rules->factors ? (double)of[s > most ? most : s][t > most ? most : t] : 1.0;
+    const ca_technique_factors *f = &path->factors;
+    const uint32_t light = path->n - k;
+    if (!rules->factors || k < 2) return 1.0;
+    if (light == 0) return (double)f->hits[at_most_5(k)][path->light_class];
+    if (light == 1) return (double)f->next_events[at_most_5(k)];
+    return (double)f->connections[at_most_5(k)][at_most_5(light)];
+}
+
+static double merge_factor(const ca_mis_rules *rules, const ca_full_path *path, uint32_t m)
+{
+    return rules->factors ? (double)path->factors.merges[at_most_5(m + 1)][at_most_5(path->n - m - 1)] : 1.0;
 }
 
 void ca_oracle_techniques(const ca_mis_rules *rules, const ca_full_path *path, double *splits, double *merges)
@@ -171,13 +181,12 @@ void ca_oracle_techniques(const ca_mis_rules *rules, const ca_full_path *path, d
     double reuse[CA_FULL_PATH_MAX];
     ca_oracle_reuse(&rules->reuse, path, reuse);
     for (uint32_t k = 0; k <= path->n; k++)
-        splits[k] = split_value(rules, path, k) * factor(rules, path->factors.splits, k, path->n - k);
+        splits[k] = split_value(rules, path, k) * split_factor(rules, path, k);
     for (uint32_t m = 0; m < path->n; m++) {
         merges[m] = 0.0;
         if (!may_merge(rules, path, m)) continue;
         const double both = ca_oracle_density(path, m + 1) * (double)path->pdf_light[m];
-        merges[m] = both * (double)rules->merge_area * reuse[m] *
-                    factor(rules, path->factors.merges, m + 1, path->n - m - 1);
+        merges[m] = both * (double)rules->merge_area * reuse[m] * merge_factor(rules, path, m);
     }
 }
 

@@ -113,11 +113,9 @@ static void draw_interior(ca_test_random *random, uint32_t i, float dirac, float
 
 static void draw_factors(ca_test_random *random, ca_technique_factors *factors)
 {
-    for (uint32_t s = 0; s < CA_FACTOR_VERTICES; s++)
-        for (uint32_t t = 0; t < CA_FACTOR_VERTICES; t++) {
-            factors->splits[s][t] = log_uniform(random, 1e-2f, 1e3f);
-            factors->merges[s][t] = log_uniform(random, 1e-2f, 1e3f);
-        }
+    float drawn[sizeof *factors / sizeof(float)];
+    for (size_t i = 0; i < sizeof drawn / sizeof *drawn; i++) drawn[i] = log_uniform(random, 1e-2f, 1e3f);
+    memcpy(factors, drawn, sizeof drawn);
 }
 
 ca_full_path ca_random_path(ca_test_random *random)
@@ -129,6 +127,7 @@ ca_full_path ca_random_path(ca_test_random *random)
     draw_camera(random, &path);
     draw_light(random, &path);
     draw_factors(random, &path.factors);
+    path.light_class = below(random, CA_FACTOR_LIGHTS);
     for (uint32_t i = 1; i + 1 < path.n; i++) draw_interior(random, i, dirac, decades, &path);
     return path;
 }

@@ -26,6 +26,7 @@ typedef struct ca_full_path {
     float photon_density[CA_FULL_PATH_MAX];
     float next_event_ratio, light_choice;
     ca_technique_factors factors; /* where the rules have some */
+    uint32_t light_class;
 } ca_full_path;
 
 static inline bool ca_full_path_is_smooth(const ca_full_path *path, uint32_t i)

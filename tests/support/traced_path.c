@@ -416,6 +416,7 @@ static void recompute_chains(const traced_path *path, ca_full_path *full)
 void traced_path_recompute(const traced_path *path, ca_full_path *full)
 {
     *full = (ca_full_path){.n = path->n};
+    full->light_class = (uint32_t)(path->light - path->scene->lights) % CA_FACTOR_LIGHTS;
     if (path->factors) full->factors = *path->factors;
     recompute_camera_end(path, full);
     recompute_light_end(path, full);
