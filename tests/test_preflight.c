@@ -233,6 +233,9 @@ static void test_length_of_render(void **state)
     settings.samples_per_pixel = 0;
     settings.seconds = 60.0;
     const ca_preflight minute = preflight_of(scene, &settings);
+    settings.samples_per_pixel = 1000000;
+    assert_true(preflight_of(scene, &settings).lost_light == minute.lost_light);
+    settings.samples_per_pixel = 0;
     settings.seconds = 0.0;
     settings.noise_percent = 1.0;
     const ca_preflight hour = preflight_of(scene, &settings);
@@ -415,6 +418,40 @@ static void test_no_light(void **state)
     ca_scene_release(scene);
 }
 
+/* There is a light, but none of it is found: shares of it are not known. */
+static void test_dark_light(void **state)
+{
+    (void)state;
+    static const char *const lights[] = {"<emitter type='constant'><rgb name='radiance' value='0'/></emitter>",
+                                         LAMP("0.3", "0")};
+    for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
+        ca_scene *scene = pool(true, lights[i], 12);
+        const ca_render_settings settings = settings_of("ppm", 16);
+        const ca_preflight p = preflight_of(scene, &settings);
+        assert_true(isnan(p.lost_light) && isnan(p.lost_light_low) && isnan(p.lost_light_high));
+        assert_true(isnan(p.merged_light) && isnan(p.merged_light_low) && isnan(p.merged_light_high));
+        assert_true(isnan(p.merged_photons) && isnan(p.merged_photons_low) && isnan(p.merged_photons_high));
+        assert_int_equal(p.warning_count, 0);
+        ca_scene_release(scene);
+    }
+}
+
+/* Nothing is said of numbers of rays that are chosen or read, and no pilot is made. */
+static void test_rays(void **state)
+{
+    (void)state;
+    static const char *const rays[] = {"auto", "rays.exr"};
+    for (size_t i = 0; i < 2; i++) {
+        ca_scene *scene = pool(true, SUN SKY, 12);
+        ca_render_settings settings = settings_of("bdpm", 64);
+        settings.rays = rays[i];
+        const ca_preflight preflight = preflight_of(scene, &settings);
+        assert_true(isnan(preflight.lost_light) && isnan(preflight.merged_light) && preflight.rays == 0);
+        assert_no_warning(&preflight, rays[i]);
+        ca_scene_release(scene);
+    }
+}
+
 /* Numbers of paths that depend on nothing. */
 static void test_cost(void **state)
 {
@@ -518,6 +555,8 @@ int main(void)
         cmocka_unit_test(test_no_false_alarm),   cmocka_unit_test(test_length_of_render),
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
+        cmocka_unit_test(test_dark_light),
+        cmocka_unit_test(test_rays),
         cmocka_unit_test(test_cost),             cmocka_unit_test(test_threads),
         cmocka_unit_test(test_all_integrators_tell),
         cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
