@@ -339,7 +339,7 @@ static void test_photons_of_one_merge(void **state)
 static void test_reuse_rules(void **state)
 {
     (void)state;
-    static const char *const names[] = {"vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm"};
+    static const char *const names[] = {"vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm"};
     ca_scene *scene = pool(true, SUN SKY, 12);
     ca_render_settings settings = settings_of(names[0], 16);
     const ca_preflight first = preflight_of(scene, &settings);

@@ -15,7 +15,7 @@
  * All is a function of the scene, the seed and the settings that say which image is rendered and with what; never of
  * threads or of a clock: the numbers of paths are constants, and one thread traces them, numbered where no render
  * arrives. Cost: CA_PILOT_CAMERA_PATHS camera paths and CA_PILOT_LIGHT_PATHS light paths, and about a million merges
- * at most; all of it again where more would have to be made, and the radius is made smaller. */
+ * at most; all of it again, with a smaller radius, where there would be more (eight times at most). */
 #ifndef CA_RENDER_LIGHT_PILOT_H
 #define CA_RENDER_LIGHT_PILOT_H
 
