@@ -406,8 +406,8 @@ static void test_crowd(void **state)
     ca_scene_release(scene);
 }
 
-/* The disk is white on both sides: a camera path meets it again and again, and each time all photons. That this is too
- * much is seen before much of it is done. */
+/* The disk is white on both sides: a camera path meets it again and again, and each time all photons. That this is
+ * too much is seen before much of it is done. */
 static void test_crowd_is_seen_early(void **state)
 {
     (void)state;
