@@ -22,6 +22,7 @@
 #include "cli/converge_pictures.c"
 #include "cli/converge_plan.c"
 #include "cli/converge_runs.c"
+#include "cli/layer_choice.c"
 #include "cli/options.c"
 #include "cli/outputs.c"
 #include "cli/progress.c"

@@ -133,7 +133,7 @@ static const ca_mis_rules vcm_plus_rules = VCM_RULES(CA_REUSE_DENSITY);
 static const ca_mis_rules vcm_star_rules = VCM_RULES(CA_REUSE_NORMALISED);
 static const ca_mis_rules cavcm_rules = VCM_RULES(CA_REUSE_CORRELATION);
 static const ca_mis_rules ovcm_rules = VCM_RULES(CA_REUSE_FOOTPRINT);
-/* Merges count in full: what they have in common is in their factors. */
+/* The density rule for merges; what else they have in common is in their factors. */
 static const ca_mis_rules vavcm_rules = {.hit = CA_HIT_ALWAYS,
                                          .factors = true,
                                          .next_event = true,
@@ -141,7 +141,7 @@ static const ca_mis_rules vavcm_rules = {.hit = CA_HIT_ALWAYS,
                                          .splat = true,
                                          .merge = CA_MERGE_ALL,
                                          .merge_limit = UINT32_MAX,
-                                         .reuse = {.kind = CA_REUSE_FULL}};
+                                         .reuse = {.kind = CA_REUSE_DENSITY}};
 
 static ca_status create_vcm(const ca_integrator_input *input, void **state, ca_error *error)
 {

@@ -1,6 +1,12 @@
 /* Camera paths: how they start, what they hit, and the stages that a batch of them goes through. */
 #include "integrator/bidirectional.h"
 
+/* How many photons count as one sample at the last vertex (the density rule). */
+static float crowd(const ca_camera_walk *walk)
+{
+    return ca_max(1.0f, walk->b->rules.merge_area * ca_camera_walk_vertex(walk)->photon_density);
+}
+
 bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique technique, uint32_t s, uint32_t t,
                         ca_rgb unweighted, float weight)
 {
@@ -13,7 +19,7 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
     walk->light_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
     if (walk->b->tally)
         ca_technique_tally_add(walk->b->tally, walk->path->x, walk->path->y, technique, s, t, walk->light_class,
-                               unweighted);
+                               technique == CA_TECHNIQUE_MERGE ? crowd(walk) : 1.0f, unweighted);
     const ca_path_observer *observer = walk->b->input.observer;
     if (observer && observer->take) observer->take(observer->user, unweighted);
     ca_technique_images *images = walk->b->input.technique_images;

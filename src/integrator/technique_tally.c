@@ -90,14 +90,14 @@ static uint32_t bin_number(ca_technique technique, uint32_t s, uint32_t t, uint3
 }
 
 void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
-                            uint32_t t, uint32_t light, ca_rgb unweighted)
+                            uint32_t t, uint32_t light, float crowd, ca_rgb unweighted)
 {
     const uint32_t number = bin_number(technique, s, t, light);
     if (number == BINS) return;
     bin *to = bins_of(tally, y / tally->side * tally->columns + x / tally->side) + number;
     const float value = (unweighted.r + unweighted.g + unweighted.b) / 3.0f;
     to->now += value;
-    to->squares += ca_sqr(value);
+    to->squares += crowd * ca_sqr(value);
 }
 
 void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell)
@@ -165,7 +165,10 @@ static void fill(ca_factor_map *map, const moments *regions, uint32_t column, ui
 {
     ca_technique_factors *factors = &map->factors[row * map->columns + column];
     float of_bins[BINS];
-    for (uint32_t i = 0; i < BINS; i++) of_bins[i] = factor_of(smoothed(map, regions, column, row, i));
+    for (uint32_t i = 0; i < BINS; i++) {
+        const float factor = factor_of(smoothed(map, regions, column, row, i));
+        of_bins[i] = i < MERGES ? factor : ca_min(factor, 1.0f);
+    }
     memcpy(factors, of_bins, sizeof of_bins);
 }
 

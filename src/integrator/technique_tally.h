@@ -7,11 +7,15 @@
  *
  *     v = M / V
  *
- * M: the mean over the iterations of the sum of squares of the single contributions; V: the variance, from iteration
- * to iteration, of their sum in a pixel. A technique of one sample x has v = E[x^2] / Var[x],
- * which is large where it is nearly without noise. Merges sum up many photons: v = 1 where these are independent, and
- * less where they come and go together, with the camera path or with a light path. Splats come from very many light
- * paths, of which few reach the pixel: v = 1.
+ * V: the variance, from iteration to iteration, of what it brings to a pixel; M: the mean of the sum of squares of its
+ * samples. A technique of one sample x has v = E[x^2] / Var[x], which is large where it is nearly without noise.
+ *
+ * A merge sums up many photons, which come and go together with the camera path: where more than one is expected, all
+ * of them count as one sample (the density rule of path/reuse.h). That tells crowded places from others, which no
+ * class of techniques could. M has c^2 times this number for a contribution c. What is left is that photons come and
+ * go together with a light path: v is below 1 then. Above 1 it is not let: a crowded place that was not seen in the
+ * pilot would count for more than it is worth. Splats come from very many light paths, of which few reach the pixel:
+ * v = 1.
  *
  * M and V are summed over the cells of a region and, with smaller weights, of its neighbours. With n independent
  * differences between iterations V + M / n stands for V: v stays below n, and is 1 where nothing was seen.
@@ -39,9 +43,9 @@ uint32_t ca_technique_tally_cells(const ca_technique_tally *tally);
 void ca_technique_tally_pixel(const ca_technique_tally *tally, uint32_t cell, uint32_t *x, uint32_t *y);
 
 /* What a path through that pixel brings by a technique, of s camera and t light vertices (technique.h); `light`: the
- * class of the light that a hit found. */
+ * class of the light that a hit found; crowd: how many photons count as one sample where a merge is, else 1. */
 void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
-                            uint32_t t, uint32_t light, ca_rgb unweighted);
+                            uint32_t t, uint32_t light, float crowd, ca_rgb unweighted);
 /* After all that the iteration brings to the cell. */
 void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell);
 
