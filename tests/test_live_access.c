@@ -84,7 +84,7 @@ static void test_tokens_differ(void **state)
 static void test_budget(void **state)
 {
     (void)state;
-    ca_live_budget budget = ca_live_budget_open();
+    ca_live_budget budget = ca_live_budget_open(1);
     assert_true(budget.start > 0.0 && budget.spent == 0.0);
     budget.start = 100.0;
     budget.spent = 0.45; /* the advance, and the share of 20 s */

@@ -20,16 +20,16 @@ static const char *const known_names[] = {
     "Noise.Light", "Noise.Pair", "Rays.Camera", "Rays.Numbers", "Pairs.Y", "IrradianceGradient.X",
     "IrradianceGradient.Y", "IrradianceGradient.Z", "ValueVariance.Y", "all", "none"
 };
-enum { KNOWN_NAMES = sizeof known_names / sizeof known_names[0], NAME_SIZE = 64 };
+enum { KNOWN_NAMES = sizeof known_names / sizeof known_names[0], LAYER_NAME_SIZE = 64 };
 
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
 
 /* The next name of the list, cut to the buffer; false at its end. */
-static bool next_name(const char **list, char name[NAME_SIZE])
+static bool next_name(const char **list, char name[LAYER_NAME_SIZE])
 {
     if (!*list) return false;
     const size_t length = strcspn(*list, ",");
-    snprintf(name, NAME_SIZE, "%.*s", (int)length, *list);
+    snprintf(name, LAYER_NAME_SIZE, "%.*s", (int)length, *list);
     *list = (*list)[length] ? *list + length + 1 : NULL;
     return true;
 }
@@ -43,7 +43,7 @@ static bool stands_for(const char *name, const char *channel)
 
 static bool is_listed(const ca_layer_choice *choice, const char *channel)
 {
-    char name[NAME_SIZE];
+    char name[LAYER_NAME_SIZE];
     const char *list = choice->names;
     while (next_name(&list, name))
         if (strcmp(name, "all") == 0 || stands_for(name, channel)) return true;
@@ -52,7 +52,7 @@ static bool is_listed(const ca_layer_choice *choice, const char *channel)
 
 ca_status ca_layer_choice_check(const ca_layer_choice *choice, ca_error *error)
 {
-    char name[NAME_SIZE];
+    char name[LAYER_NAME_SIZE];
     const char *list = choice->names;
     while (next_name(&list, name)) {
         size_t i = 0;
@@ -75,16 +75,16 @@ static bool is_of_group(const char *channel, const char *const *groups, size_t c
     return false;
 }
 
-static size_t pixels_of(const ca_image_layers *image) { return (size_t)image->width * image->height; }
+static size_t layer_pixels(const ca_image_layers *image) { return (size_t)image->width * image->height; }
 
 /* Has the whole group of the channel only zeros? */
 static bool group_is_zero(const ca_image_layers *image, const char *channel)
 {
-    char group[NAME_SIZE];
+    char group[LAYER_NAME_SIZE];
     snprintf(group, sizeof group, "%.*s", (int)strcspn(channel, "."), channel);
     for (size_t c = 0; c < image->channel_count; c++) {
         if (!stands_for(group, image->channels[c].name)) continue;
-        for (size_t i = 0; i < pixels_of(image); i++)
+        for (size_t i = 0; i < layer_pixels(image); i++)
             if (image->channels[c].data[i] != 0.0f) return false;
     }
     return true;
@@ -93,7 +93,7 @@ static bool group_is_zero(const ca_image_layers *image, const char *channel)
 static bool has_two_samples(const ca_image_layers *image)
 {
     const float *samples = ca_layers_find(image, "Samples.Y");
-    for (size_t i = 0; samples && i < pixels_of(image); i++)
+    for (size_t i = 0; samples && i < layer_pixels(image); i++)
         if (samples[i] >= 2.0f) return true;
     return !samples;
 }
@@ -101,10 +101,10 @@ static bool has_two_samples(const ca_image_layers *image)
 /* Is no pixel's interval known, of the colour that a Confidence*.* channel is of? */
 static bool no_interval_is_known(const ca_image_layers *image, const char *channel)
 {
-    char name[NAME_SIZE];
+    char name[LAYER_NAME_SIZE];
     snprintf(name, sizeof name, "ConfidenceLow%s", channel + strcspn(channel, "."));
     const float *low = ca_layers_find(image, name);
-    for (size_t i = 0; low && i < pixels_of(image); i++)
+    for (size_t i = 0; low && i < layer_pixels(image); i++)
         if (!isinf(low[i])) return false;
     return low != NULL;
 }
@@ -136,7 +136,7 @@ static half_range range_of(const ca_image_layers *image, const char *const names
     double sum = 0.0, count = 0.0;
     for (int c = 0; c < 3; c++) {
         const float *data = ca_layers_find(image, names[c]);
-        for (size_t i = 0; data && i < pixels_of(image); i++) {
+        for (size_t i = 0; data && i < layer_pixels(image); i++) {
             if (!isfinite(data[i])) continue;
             const double magnitude = fabs((double)data[i]);
             range.largest = fmax(range.largest, magnitude);
@@ -184,7 +184,7 @@ ca_status ca_layer_choice_apply(const ca_layer_choice *choice, const ca_image_la
 
 static void warn_of_missing(const ca_layer_choice *choice, const ca_image_layers *image)
 {
-    char name[NAME_SIZE];
+    char name[LAYER_NAME_SIZE];
     const char *list = choice->names;
     while (next_name(&list, name)) {
         bool found = strcmp(name, "all") == 0 || strcmp(name, "none") == 0;

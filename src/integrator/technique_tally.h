@@ -7,8 +7,8 @@
  *
  *     v = M / V
  *
- * V: the variance, from iteration to iteration, of what it brings to a pixel; M: the mean of the sum of squares of its
- * samples. A technique of one sample x has v = E[x^2] / Var[x], which is large where it is nearly without noise.
+ * V: the variance, from iteration to iteration, of what it brings to a pixel; M: the mean of the sum of squares of
+ * its samples. A technique of one sample x has v = E[x^2] / Var[x], which is large where it is nearly without noise.
  *
  * A merge sums up many photons, which come and go together with the camera path: where more than one is expected, all
  * of them count as one sample (the density rule of path/reuse.h). That tells crowded places from others, which no
