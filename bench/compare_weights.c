@@ -247,10 +247,13 @@ int main(int argc, char **argv)
     FILE *out = chosen.table ? fopen(chosen.table, "w") : stdout;
     if (!out) return perror(chosen.table), 1;
     print_heading(out);
-    int failed = 0;
+    int failed = 0, chosen_scenes = 0;
     for (int i = 0; i < SCENES; i++)
-        if (!chosen.only || strcmp(chosen.only, scenes[i].name) == 0)
+        if (!chosen.only || strcmp(chosen.only, scenes[i].name) == 0) {
             failed += !run_scene(out, &scenes[i], chosen.iterations);
+            chosen_scenes++;
+        }
+    if (chosen_scenes == 0) return fprintf(stderr, "compare_weights: no scene is named %s\n", chosen.only), 2;
     if (failed > 0) fprintf(stderr, "%d scenes: above %g times the best, with the interval\n", failed, LIMIT);
     return (chosen.table && fclose(out) != 0) || failed > 0;
 }

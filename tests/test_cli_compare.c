@@ -237,6 +237,9 @@ static void test_a_dark_reference(void **state)
     RUN(&r, "compare", "a.exr", "--reference=dark.exr", "--flip-start=-1", "--flip-stop=2");
     assert_exit(&r, 0);
     assert_says(r.output, "(3 exposures from -1 to 2 stops)");
+    RUN(&r, "compare", "a.exr", "--reference=dark.exr", "--roi=23,15,25,17", "--flip=none");
+    assert_exit(&r, 0);
+    assert_says(r.output, ", of the reference 0\n");
 }
 
 static void test_refusals(void **state)

@@ -414,7 +414,7 @@ static void expect_verdict(const ca_verdict *verdict, const ca_moments *own, con
         return;
     }
     const bool marked = own->replicates < 8 || (near->count == 0.0 && own->mean != 0.0) ||
-                        (own->uncertain && near->varying < near->all / 2.0);
+                        (own->uncertain && near->varying <= near->all / 2.0);
     assert_int_equal(verdict->kind, marked ? CA_INTERVAL_MARKED : CA_INTERVAL_WIDENED);
     for (int side = 0; side < 2 && !marked; side++) {
         expect_near(verdict->variance[side], near->scatter[side] / near->all, 1e-12);
@@ -435,6 +435,10 @@ static void test_uncertain_pixels(void **state)
         for (int i = 0; i < 49; i++)
             assert_int_equal(verdicts[i].kind, varying ? CA_INTERVAL_WIDENED : CA_INTERVAL_MARKED);
     }
+    /* A picture of one black pixel has no neighbourhood. */
+    moments[0].mean = moments[0].variance = 0.0;
+    assert_int_equal(ca_confidence_judge(moments, 1, 1, verdicts, NULL), CA_OK);
+    assert_int_equal(verdicts[0].kind, CA_INTERVAL_MARKED);
 }
 
 static void test_rule(void **state)

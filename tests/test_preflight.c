@@ -233,6 +233,9 @@ static void test_length_of_render(void **state)
     settings.samples_per_pixel = 0;
     settings.seconds = 60.0;
     const ca_preflight minute = preflight_of(scene, &settings);
+    settings.samples_per_pixel = 1000000;
+    assert_true(preflight_of(scene, &settings).lost_light == minute.lost_light);
+    settings.samples_per_pixel = 0;
     settings.seconds = 0.0;
     settings.noise_percent = 1.0;
     const ca_preflight hour = preflight_of(scene, &settings);
@@ -336,7 +339,7 @@ static void test_photons_of_one_merge(void **state)
 static void test_reuse_rules(void **state)
 {
     (void)state;
-    static const char *const names[] = {"vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm"};
+    static const char *const names[] = {"vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm"};
     ca_scene *scene = pool(true, SUN SKY, 12);
     ca_render_settings settings = settings_of(names[0], 16);
     const ca_preflight first = preflight_of(scene, &settings);
@@ -368,23 +371,23 @@ static void test_rare_merges(void **state)
 
 /* Inside of a mirror sphere all that the camera sees is a small lit disk, beside the centre as it is itself: all
  * camera paths meet where all light paths do. */
-static const char crowd[] =
-    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/>"
-    "<transform name='to_world'><lookat origin='0.05,0,0' target='0.05,0,1' up='0,1,0'/></transform>"
-    "<film type='hdrfilm'><integer name='width' value='24'/><integer name='height' value='24'/>"
-    "<rfilter type='box'/></film></sensor><shape type='sphere'>"
-    "<boolean name='flip_normals' value='true'/><bsdf type='twosided'><bsdf type='conductor'>"
-    "<string name='material' value='none'/></bsdf></bsdf></shape>"
-    "<shape type='disk'><transform name='to_world'><scale value='0.04'/><translate x='-0.05'/></transform>"
-    "<bsdf type='diffuse'/></shape>"
-    "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='1'/><float "
-    "name='beam_width' value='0.9'/><transform name='to_world'><lookat origin='-0.05,0,0.3' target='-0.05,0,0' "
-    "up='0,1,0'/></transform></emitter></scene>";
+#define CROWD(bsdf)                                                                                                  \
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/>"                               \
+    "<transform name='to_world'><lookat origin='0.05,0,0' target='0.05,0,1' up='0,1,0'/></transform>"                \
+    "<film type='hdrfilm'><integer name='width' value='24'/><integer name='height' value='24'/>"                     \
+    "<rfilter type='box'/></film></sensor><shape type='sphere'>"                                                     \
+    "<boolean name='flip_normals' value='true'/><bsdf type='twosided'><bsdf type='conductor'>"                       \
+    "<string name='material' value='none'/></bsdf></bsdf></shape>"                                                   \
+    "<shape type='disk'><transform name='to_world'><scale value='0.04'/><translate x='-0.05'/></transform>"          \
+    bsdf "</shape>"                                                                                                  \
+    "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='1'/><float "            \
+    "name='beam_width' value='0.9'/><transform name='to_world'><lookat origin='-0.05,0,0.3' target='-0.05,0,0' "     \
+    "up='0,1,0'/></transform></emitter></scene>"
 
 static void test_crowd(void **state)
 {
     (void)state;
-    ca_scene *scene = scene_from_text(crowd);
+    ca_scene *scene = scene_from_text(CROWD("<bsdf type='diffuse'/>"));
     const ca_render_settings settings = settings_of("ovcm:max_depth=4", 16);
     ca_render_plan plan;
     ca_mis_rules counts;
@@ -403,6 +406,28 @@ static void test_crowd(void **state)
     ca_scene_release(scene);
 }
 
+/* The disk is white on both sides: a camera path meets it again and again, and each time all photons. That this is
+ * too much is seen before much of it is done. */
+static void test_crowd_is_seen_early(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(CROWD("<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' "
+                                            "value='0.95'/></bsdf></bsdf>"));
+    const ca_render_settings settings = settings_of("path", 1);
+    ca_render_plan plan;
+    ca_mis_rules counts;
+    ca_light_pilot pilot;
+    ca_error error;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, &error), CA_OK);
+    print_message("%llu merges, and %llu with larger radii\n", (unsigned long long)pilot.counters.merges,
+                  (unsigned long long)pilot.merges_in_vain);
+    assert_true(pilot.merges_in_vain > 0 && pilot.merges_in_vain < 1 << 20);
+    ca_light_pilot_destroy(&pilot);
+    ca_scene_release(scene);
+}
+
 /* ---- The rest -------------------------------------------------------------------------------------------------- */
 
 static void test_no_light(void **state)
@@ -413,6 +438,40 @@ static void test_no_light(void **state)
     assert_true(preflight.no_light && isnan(preflight.lost_light));
     assert_warns(&preflight, "the scene has no light");
     ca_scene_release(scene);
+}
+
+/* There is a light, but none of it is found: shares of it are not known. */
+static void test_dark_light(void **state)
+{
+    (void)state;
+    static const char *const lights[] = {"<emitter type='constant'><rgb name='radiance' value='0'/></emitter>",
+                                         LAMP("0.3", "0")};
+    for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
+        ca_scene *scene = pool(true, lights[i], 12);
+        const ca_render_settings settings = settings_of("ppm", 16);
+        const ca_preflight p = preflight_of(scene, &settings);
+        assert_true(isnan(p.lost_light) && isnan(p.lost_light_low) && isnan(p.lost_light_high));
+        assert_true(isnan(p.merged_light) && isnan(p.merged_light_low) && isnan(p.merged_light_high));
+        assert_true(isnan(p.merged_photons) && isnan(p.merged_photons_low) && isnan(p.merged_photons_high));
+        assert_int_equal(p.warning_count, 0);
+        ca_scene_release(scene);
+    }
+}
+
+/* Nothing is said of numbers of rays that are chosen or read, and no pilot is made. */
+static void test_rays(void **state)
+{
+    (void)state;
+    static const char *const rays[] = {"auto", "rays.exr"};
+    for (size_t i = 0; i < 2; i++) {
+        ca_scene *scene = pool(true, SUN SKY, 12);
+        ca_render_settings settings = settings_of("bdpm", 64);
+        settings.rays = rays[i];
+        const ca_preflight preflight = preflight_of(scene, &settings);
+        assert_true(isnan(preflight.lost_light) && isnan(preflight.merged_light) && preflight.rays == 0);
+        assert_no_warning(&preflight, rays[i]);
+        ca_scene_release(scene);
+    }
 }
 
 /* Numbers of paths that depend on nothing. */
@@ -518,10 +577,13 @@ int main(void)
         cmocka_unit_test(test_no_false_alarm),   cmocka_unit_test(test_length_of_render),
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
+        cmocka_unit_test(test_dark_light),
+        cmocka_unit_test(test_rays),
         cmocka_unit_test(test_cost),             cmocka_unit_test(test_threads),
         cmocka_unit_test(test_all_integrators_tell),
         cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
-        cmocka_unit_test(test_crowd),            cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_crowd),
+        cmocka_unit_test(test_crowd_is_seen_early), cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -96,6 +96,31 @@ static void test_known_moments(void **state)
     ca_factor_map_destroy(map);
 }
 
+/* No number of a scene makes a factor that is not a positive number: a weight could not be made of it. */
+static void test_extreme_contributions(void **state)
+{
+    (void)state;
+    static const float values[] = {1e-38f, 1e-20f, 1e18f, 5e18f, 1e25f, 3e38f};
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
+        ca_technique_tally *tally;
+        ca_factor_map *map;
+        assert_int_equal(ca_technique_tally_create(&tally, 8, 8, NULL), CA_OK);
+        for (uint32_t n = 0; n < ITERATIONS; n++) {
+            for (uint32_t k = 0; k < 16 && n == 0; k++) add(tally, 0, CA_TECHNIQUE_CONNECT, 2, 2, values[i]);
+            for (uint32_t k = 0; k < 16; k++) add(tally, 0, CA_TECHNIQUE_MERGE, 2, 2, values[i]);
+            for (uint32_t cell = 0; cell < ca_technique_tally_cells(tally); cell++)
+                ca_technique_tally_end(tally, cell);
+        }
+        assert_int_equal(ca_factor_map_create(&map, tally, ITERATIONS, NULL), CA_OK);
+        const ca_technique_factors *factors = ca_factor_map_at(map, (ca_vec2){1.0f, 1.0f});
+        const float found[] = {ca_split_factor(factors, 2, 2, 0), ca_merge_factor(factors, 2, 1)};
+        for (int f = 0; f < 2; f++)
+            if (!(found[f] > 0.0f && isfinite(found[f]))) fail_msg("%g: %g", (double)values[i], (double)found[f]);
+        ca_factor_map_destroy(map);
+        ca_technique_tally_destroy(tally);
+    }
+}
+
 /* A path's contributions are no different for what other cells get. */
 static void test_cells_cover_the_film(void **state)
 {
@@ -205,6 +230,7 @@ int main(void)
     numbers = ca_test_random_seed(7);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_known_moments),
+        cmocka_unit_test(test_extreme_contributions),
         cmocka_unit_test(test_cells_cover_the_film),
         cmocka_unit_test(test_paths_read_the_factors_of_their_place),
     };

@@ -281,8 +281,10 @@ static void print_image(const ca_metric_settings *settings, const ca_compared_im
     printf("  relMSE              %.6g\n", c->relmse);
     printf("  SMAPE               %.6g\n", c->smape);
     print_perceived(settings, &image->metrics);
-    printf("  mean luminance      %.6g, of the reference %.6g (%+.3f %%)\n", c->mean_luminance,
-           c->reference_mean_luminance, 100.0 * (c->mean_luminance / c->reference_mean_luminance - 1.0));
+    printf("  mean luminance      %.6g, of the reference %.6g", c->mean_luminance, c->reference_mean_luminance);
+    if (c->reference_mean_luminance != 0.0)
+        printf(" (%+.3f %%)", 100.0 * (c->mean_luminance / c->reference_mean_luminance - 1.0));
+    printf("\n");
     if (c->blocks > 0)
         printf("  block means         %.3f %% apart (median of %u %s)\n", 100.0 * c->median_block_difference,
                c->blocks, ca_noun(c->blocks, "block", "blocks"));

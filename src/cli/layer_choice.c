@@ -11,11 +11,12 @@ static const double half_largest = 65504.0, half_smallest_normal = 0x1p-14;
 /* What renders by passes and by blocks write: groups, then channels. */
 static const char *const known_names[] = {
     "Albedo", "N", "P", "Variance", "RelativeVariance", "StandardDeviation", "Samples", "ConfidenceLow",
-    "ConfidenceHigh", "Noise", "Rays", "Pairs", "IrradianceGradient", "ValueVariance", "R", "G", "B",
-    "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Variance.R", "Variance.G",
-    "Variance.B", "RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B", "StandardDeviation.Y",
-    "Samples.Y", "ConfidenceLow.R", "ConfidenceLow.G", "ConfidenceLow.B", "ConfidenceLow.Y",
-    "ConfidenceHigh.R", "ConfidenceHigh.G", "ConfidenceHigh.B", "ConfidenceHigh.Y", "Noise.Camera",
+    "ConfidenceHigh", "ConfidenceWidened", "Noise", "Rays", "Pairs", "IrradianceGradient", "ValueVariance", "R",
+    "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Variance.R",
+    "Variance.G", "Variance.B", "RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B",
+    "StandardDeviation.Y", "Samples.Y", "ConfidenceLow.R", "ConfidenceLow.G", "ConfidenceLow.B",
+    "ConfidenceLow.Y", "ConfidenceHigh.R", "ConfidenceHigh.G", "ConfidenceHigh.B", "ConfidenceHigh.Y",
+    "ConfidenceWidened.R", "ConfidenceWidened.G", "ConfidenceWidened.B", "ConfidenceWidened.Y", "Noise.Camera",
     "Noise.Light", "Noise.Pair", "Rays.Camera", "Rays.Numbers", "Pairs.Y", "IrradianceGradient.X",
     "IrradianceGradient.Y", "IrradianceGradient.Z", "ValueVariance.Y", "all", "none"
 };
@@ -97,20 +98,25 @@ static bool has_two_samples(const ca_image_layers *image)
     return !samples;
 }
 
-static bool is_infinite(const ca_image_layers *image, const ca_channel *channel)
+/* Is no pixel's interval known, of the colour that a Confidence*.* channel is of? */
+static bool no_interval_is_known(const ca_image_layers *image, const char *channel)
 {
-    for (size_t i = 0; i < layer_pixels(image); i++)
-        if (!isinf(channel->data[i])) return false;
-    return true;
+    char name[LAYER_NAME_SIZE];
+    snprintf(name, sizeof name, "ConfidenceLow%s", channel + strcspn(channel, "."));
+    const float *low = ca_layers_find(image, name);
+    for (size_t i = 0; low && i < layer_pixels(image); i++)
+        if (!isinf(low[i])) return false;
+    return low != NULL;
 }
 
 static bool says_nothing(const ca_image_layers *image, const ca_channel *channel)
 {
-    static const char *const hits[] = {"Albedo", "N", "P"}, *const intervals[] = {"ConfidenceLow", "ConfidenceHigh"},
+    static const char *const hits[] = {"Albedo", "N", "P"},
+                      *const intervals[] = {"ConfidenceLow", "ConfidenceHigh", "ConfidenceWidened"},
                       *const variances[] = {"Variance", "RelativeVariance", "StandardDeviation"};
     if (is_of_group(channel->name, hits, 3)) return group_is_zero(image, channel->name);
     if (is_of_group(channel->name, variances, 3)) return !has_two_samples(image);
-    return is_of_group(channel->name, intervals, 2) && is_infinite(image, channel);
+    return is_of_group(channel->name, intervals, 3) && no_interval_is_known(image, channel->name);
 }
 
 /* ---- Halves ---------------------------------------------------------------------------------------------------- */

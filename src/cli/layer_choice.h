@@ -4,7 +4,7 @@
  * "Noise". R, G and B are always written. Without names all layers are, but those that say nothing:
  *     Albedo.*, N.*, P.*                      0 everywhere: nothing was hit, or the method does not fill them
  *     Variance.*, RelativeVariance.*, StandardDeviation.Y     no pixel has two samples
- *     ConfidenceLow.*, ConfidenceHigh.*       no pixel's interval is known
+ *     ConfidenceLow.*, ConfidenceHigh.*, ConfidenceWidened.*  no pixel's interval is known
  * A variance of 0 of two samples and more says that there is no noise, and stays.
  *
  * Halves are of 11 bits, which is enough for what people look at: R G B, Albedo.*, N.*. The rest stays at 32 bits: it

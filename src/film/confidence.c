@@ -226,7 +226,7 @@ static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t wi
     if (near.pixels == 0) pool_moments(&near, own);
     pool_far(&near, rows, width, height, x, y);
     if (is_ordinary(own, &near, others, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
-    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying < 0.5 * others))
+    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying <= 0.5 * others))
         return (ca_verdict){.kind = CA_INTERVAL_MARKED};
     ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) {

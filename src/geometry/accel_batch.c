@@ -48,6 +48,32 @@ static ca_m8 valid_rays(ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max)
            (t_max > t_min);
 }
 
+typedef struct ray_lanes {
+    ca_v8 origin, direction;
+    ca_f8 t_min, t_max;
+    ca_m8 valid;
+} ray_lanes;
+
+/* Rays i to i + 7. Those behind the last one, which nobody has filled in, are zeros, and so not valid. */
+static inline ray_lanes load_rays(const ca_ray_batch *rays, uint32_t i, uint32_t count)
+{
+    ray_lanes r = {.origin = ca_column3_load(&rays->origin, i),
+                   .direction = ca_column3_load(&rays->direction, i),
+                   .t_min = ca_load8(rays->t_min, i),
+                   .t_max = ca_load8(rays->t_max, i)};
+    if (count - i < CA_LANES) {
+        const ca_m8 filled = (ca_m8){0, 1, 2, 3, 4, 5, 6, 7} < (int32_t)(count - i);
+        const ca_f8 zero = ca_f8_all(0.0f);
+        const ca_v8 zeros = {zero, zero, zero};
+        r.origin = ca_select_v8(filled, r.origin, zeros);
+        r.direction = ca_select_v8(filled, r.direction, zeros);
+        r.t_min = ca_select8(filled, r.t_min, zero);
+        r.t_max = ca_select8(filled, r.t_max, zero);
+    }
+    r.valid = valid_rays(r.origin, r.direction, r.t_min, r.t_max);
+    return r;
+}
+
 /* ---- Packets --------------------------------------------------------------------------------------------------- */
 
 /* Rays that end at t_max[]. A lane that takes no part keeps a ray of another. */
@@ -116,14 +142,13 @@ static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t
 {
     const ca_f8 zero = ca_f8_all(0.0f);
     for (uint32_t i = 0; i < count; i += CA_LANES) {
-        const ca_v8 o = ca_column3_load(&rays->origin, i), d = ca_column3_load(&rays->direction, i);
-        const ca_f8 t_min = ca_load8(rays->t_min, i), t_max = ca_load8(rays->t_max, i);
-        const ca_m8 valid = valid_rays(o, d, t_min, t_max);
-        ca_f8 t = t_max;
+        const ray_lanes r = load_rays(rays, i, count);
+        ca_f8 t = r.t_max;
         ca_m8 shape = ca_m8_all((int32_t)CA_NONE);
         for (uint32_t k = 0; k < accel->apart_count; k++) {
-            const ca_f8 nearer = ca_quadric_intersect8(&accel->shapes[accel->apart[k]], o, d, t_min, t);
-            const ca_m8 met = valid & (nearer < t);
+            const ca_shape *quadric = &accel->shapes[accel->apart[k]];
+            const ca_f8 nearer = ca_quadric_intersect8(quadric, r.origin, r.direction, r.t_min, t);
+            const ca_m8 met = r.valid & (nearer < t);
             shape = (met & (int32_t)accel->apart[k]) | (~met & shape);
             t = ca_select8(met, nearer, t);
         }
@@ -132,7 +157,7 @@ static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t
         ca_store8_u32(hits->shape, i, shape);
         ca_store8_u32(hits->primitive, i, (ca_m8){0});
         ca_store8_u32(hits->instance, i, ca_m8_all((int32_t)CA_NONE));
-        ca_store8_u32(keys, i, (valid & sort_keys(accel, o, d)) | (~valid & LEFT_OUT));
+        ca_store8_u32(keys, i, (r.valid & sort_keys(accel, r.origin, r.direction)) | (~r.valid & LEFT_OUT));
     }
 }
 
@@ -191,16 +216,16 @@ static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, u
                               uint32_t *keys)
 {
     for (uint32_t i = 0; i < count; i += CA_LANES) {
-        const ca_v8 o = ca_column3_load(&rays->origin, i), d = ca_column3_load(&rays->direction, i);
-        const ca_f8 t_min = ca_load8(rays->t_min, i), t_max = ca_load8(rays->t_max, i);
-        const ca_m8 valid = valid_rays(o, d, t_min, t_max);
+        const ray_lanes r = load_rays(rays, i, count);
         ca_m8 hidden = {0};
-        for (uint32_t k = 0; k < accel->apart_count; k++)
-            hidden |= ca_quadric_intersect8(&accel->shapes[accel->apart[k]], o, d, t_min, t_max) < t_max;
-        const uint32_t bits = ca_mask_bits_below(valid & hidden, count - i);
+        for (uint32_t k = 0; k < accel->apart_count; k++) {
+            const ca_shape *quadric = &accel->shapes[accel->apart[k]];
+            hidden |= ca_quadric_intersect8(quadric, r.origin, r.direction, r.t_min, r.t_max) < r.t_max;
+        }
+        const uint32_t bits = ca_mask_bits(r.valid & hidden);
         for (uint32_t lane = 0; lane < CA_LANES && i + lane < count; lane++) occluded[i + lane] = bits >> lane & 1;
-        const ca_m8 asked = valid & ~hidden;
-        ca_store8_u32(keys, i, (asked & sort_keys(accel, o, d)) | (~asked & LEFT_OUT));
+        const ca_m8 asked = r.valid & ~hidden;
+        ca_store8_u32(keys, i, (asked & sort_keys(accel, r.origin, r.direction)) | (~asked & LEFT_OUT));
     }
 }
 

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "sampling/sampler.h"
 
+#include <math.h>
 #include <string.h>
 
 enum {
@@ -153,9 +154,10 @@ static moments smoothed(const ca_factor_map *map, const moments *regions, uint32
     return sum;
 }
 
+/* Sums that a float could not hold tell nothing. */
 static float factor_of(moments of)
 {
-    if (!(of.squares > 0.0)) return 1.0f;
+    if (!(of.squares > 0.0) || !isfinite(of.squares) || !isfinite(of.variance)) return 1.0f;
     return (float)(of.squares / (of.variance + of.squares / of.differences));
 }
 

@@ -1,13 +1,14 @@
 #include "render/light_pilot.h"
 
 #include "base/memory.h"
+#include "sampling/owen.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* A batch's camera paths are traced in groups. Longer paths and a later roulette are not worth their time. No render
- * numbers its paths from here. */
-enum { GROUP = 256, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
+/* A batch's camera paths are traced in groups, the first ones small: they tell early of too many merges. Longer paths
+ * and a later roulette are not worth their time. No render numbers its paths from here. */
+enum { GROUP = 256, FIRST_GROUP = 4, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 #define CAMERA_INDEX UINT32_C(0xf0000000)
 #define LIGHT_NUMBER (UINT64_C(1) << 61)
 
@@ -16,6 +17,7 @@ enum { GROUP = 256, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
 
 enum { BATCH_CAMERA_PATHS = CA_PILOT_CAMERA_PATHS / CA_LIGHT_BATCHES };
+_Static_assert((BATCH_CAMERA_PATHS & (BATCH_CAMERA_PATHS - 1)) == 0, "strips in the order of reversed bits");
 
 /* A photon that a camera path merged with. */
 typedef struct photon {
@@ -120,29 +122,32 @@ static void finish_group(pilot_run *r)
 
 /* ---- Paths ----------------------------------------------------------------------------------------------------- */
 
-/* The pixel of the batch's path `i`: anywhere in its one of as many strips of equal size. */
+/* The pixel of the batch's path `i`: anywhere in its one of as many strips of equal size. The first paths are spread
+ * over the picture, as all are. */
 static void place(const ca_render_plan *plan, uint32_t batch, uint32_t i, ca_camera_path *path)
 {
+    const uint32_t strip = (uint32_t)((uint64_t)ca_reverse_bits(i) * BATCH_CAMERA_PATHS >> 32);
     const uint32_t *c = plan->crop;
     const uint64_t width = c[2] - c[0], pixels = width * (c[3] - c[1]);
-    const uint64_t bits = ca_pcg_permute(plan->seed + ca_pcg_permute((uint64_t)batch * BATCH_CAMERA_PATHS + i));
-    const double along = (i + (double)ca_unit_float(bits, 40)) / BATCH_CAMERA_PATHS;
+    const uint64_t bits = ca_pcg_permute(plan->seed + ca_pcg_permute((uint64_t)batch * BATCH_CAMERA_PATHS + strip));
+    const double along = (strip + (double)ca_unit_float(bits, 40)) / BATCH_CAMERA_PATHS;
     const uint64_t pixel = (uint64_t)(along * (double)pixels);
     path->x = c[0] + (uint32_t)(pixel % width);
     path->y = c[1] + (uint32_t)(pixel / width);
-    path->index = CAMERA_INDEX + batch * BATCH_CAMERA_PATHS + i;
+    path->index = CAMERA_INDEX + batch * BATCH_CAMERA_PATHS + strip;
 }
 
-static void trace_group(pilot_run *r, const ca_render_plan *plan, void *state, uint32_t first, ca_worker *worker)
+static void trace_group(pilot_run *r, const ca_render_plan *plan, void *state, uint32_t first, uint32_t count,
+                        ca_worker *worker)
 {
     ca_film_sample samples[GROUP];
     ca_camera_path paths[GROUP];
-    for (uint32_t i = 0; i < GROUP; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
         paths[i] = (ca_camera_path){.sample = &samples[i]};
         place(plan, r->batch, first + i, &paths[i]);
     }
-    ca_integrator_pilot.camera_paths(state, paths, GROUP, 0, worker);
+    ca_integrator_pilot.camera_paths(state, paths, count, 0, worker);
     finish_group(r);
 }
 
@@ -152,8 +157,9 @@ static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca
     ca_worker worker = {.index = 0};
     for (r->batch = 0; r->batch < CA_LIGHT_BATCHES && !r->crowded; r->batch++) {
         CA_TRY(ca_integrator_pilot.begin_round(state, r->batch, 0, &parallel, &worker, error));
-        for (uint32_t first = 0; first < BATCH_CAMERA_PATHS && !r->crowded; first += GROUP) {
-            trace_group(r, plan, state, first, &worker);
+        for (uint32_t first = 0, count; first < BATCH_CAMERA_PATHS && !r->crowded; first += count) {
+            count = ca_min_u32(GROUP, ca_max_u32(FIRST_GROUP, first));
+            trace_group(r, plan, state, first, count, &worker);
             r->crowded = worker.counters.merges > (uint64_t)BATCH_MERGES * (r->batch + 1);
         }
         if (r->out_of_memory) return ca_fail_memory(error, "the pilot's paths");
@@ -223,7 +229,8 @@ ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, 
     *pilot = (ca_light_pilot){.samples = NULL};
     for (uint32_t radii = RADII_OF_SIDE;; radii *= SMALLER) {
         ca_light_pilot_destroy(pilot);
-        *pilot = (ca_light_pilot){.light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES};
+        *pilot = (ca_light_pilot){.light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES,
+                                  .merges_in_vain = pilot->merges_in_vain + pilot->counters.merges};
         pilot_run r = {.pilot = pilot, .counts = counts, .scale = scale};
         const ca_status status = run(&r, plan, radii, error);
         if (status == CA_OK && (!r.crowded || radii >= SMALLEST)) return CA_OK;

@@ -15,7 +15,7 @@
  * All is a function of the scene, the seed and the settings that say which image is rendered and with what; never of
  * threads or of a clock: the numbers of paths are constants, and one thread traces them, numbered where no render
  * arrives. Cost: CA_PILOT_CAMERA_PATHS camera paths and CA_PILOT_LIGHT_PATHS light paths, and about a million merges
- * at most; all of it again where more would have to be made, and the radius is made smaller. */
+ * at most. Where there would be more it begins again with a smaller radius, eight times at most. */
 #ifndef CA_RENDER_LIGHT_PILOT_H
 #define CA_RENDER_LIGHT_PILOT_H
 
@@ -33,6 +33,7 @@ typedef struct ca_light_pilot {
     uint64_t merges;                /* photons that contributed to these */
     double light_paths, merge_area; /* N_F of a batch, pi r^2 */
     ca_counters counters;           /* what it took */
+    uint64_t merges_in_vain;        /* and before, with larger radii */
 } ca_light_pilot;
 
 /* `counts` as ca_integrator_counts made them of the plan. `iterations`: passes of the render. Errors:

@@ -2,10 +2,11 @@
  *
  * A sample of the pilot stands for some light of the image, and for a number of samples that the render's method is
  * expected to make of the paths around it (light_pilot.h). Their ratio is the light that one sample of the render
- * brings there. Lost is the light of the worst of these paths: of those where one sample brings most, as many as the
- * whole render together expects less than one sample of. Paths that the method cannot make are lost whatever their
- * light; a caustic is where the render expects no sample in it, and but for a share that small where it expects many
- * (it is then noise that the picture shows). The number does not depend on how the paths are divided into kinds. */
+ * brings there. The samples are sorted by it, the most light first. Lost is the light of the first ones, as long as
+ * the whole render is expected to make less than one sample of them all together. So paths that the method cannot
+ * make are lost, whatever their light. A caustic is lost where no sample of it is expected; where many are, it is
+ * noise that the picture shows, and only a small share is lost. The number does not depend on how the paths are
+ * divided into kinds. */
 #ifndef CA_RENDER_LOST_LIGHT_H
 #define CA_RENDER_LOST_LIGHT_H
 

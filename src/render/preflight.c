@@ -23,12 +23,13 @@ static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ..
     va_end(arguments);
 }
 
+/* A number of samples and a time may both be set: the first to be reached ends the render. */
 static double iterations_of(const ca_render_plan *plan)
 {
-    if (!plan->open_ended) return plan->pass_limit;
-    const double seconds = plan->settings->seconds > 0.0 ? plan->settings->seconds : SECONDS_TO_NOISE;
+    const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : plan->pass_limit;
+    const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
     const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
-    return fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths)));
+    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths))));
 }
 
 /* The mean of pass^-alpha over so many passes, by which the mean merge area is smaller than that of the first
@@ -73,10 +74,11 @@ static double photons_per_photon(const ca_render_plan *plan, const ca_mis_rules 
 static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, const ca_mis_rules *counts,
                          double iterations, const ca_light_pilot *pilot)
 {
-    if (counts->merge == CA_MERGE_NONE || plan->rays != CA_RAYS_OF_SETTINGS) return;
+    if (counts->merge == CA_MERGE_NONE) return;
     const double scale = photons_per_photon(plan, counts, iterations, pilot);
     const ca_batch_ratio light = ca_batch_ratio_of(pilot->merged, pilot->light, CA_LIGHT_BATCHES);
     const ca_batch_ratio photons = ca_batch_ratio_of(pilot->merged_photons, pilot->merged, CA_LIGHT_BATCHES);
+    if (isnan(light.value)) return; /* the pilot found no light */
     preflight->merged_light = fmin(light.value, 1.0);
     preflight->merged_light_low = fmax(light.low, 0.0);
     preflight->merged_light_high = fmin(light.high, 1.0);
@@ -95,6 +97,7 @@ static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, co
 static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan, ca_error *error)
 {
     ca_mis_rules counts;
+    if (plan->rays != CA_RAYS_OF_SETTINGS) return CA_OK; /* which numbers they are, the plan does not know */
     if (!ca_integrator_counts(plan->type, &plan->input, &counts)) return CA_OK;
     const double iterations = iterations_of(plan);
     const double alpha = ca_integrator_value(plan->type, &plan->input, "alpha", 0.0);
