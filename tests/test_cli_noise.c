@@ -323,7 +323,7 @@ static void test_recommendation(void **state)
     RUN(&r, "noise", ROOM, "--light-paths=60", "-ippm:max_depth=3", "--iterations=20", "--crop=2,0,9,8",
         "--objective=worst-decile");
     assert_exit(&r, 0);
-    assert_says(r.output, "20 iterations of 60 light paths and 1 camera paths per pixel, 56 pixels");
+    assert_says(r.output, "20 iterations of 60 light paths and 1 camera path per pixel, 56 pixels");
     assert_says(r.output, "least variance in the noisiest tenth of the pixels after");
     assert_null(strstr(r.output, "\n  recommended "));
     assert_says(

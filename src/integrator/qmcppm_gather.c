@@ -169,6 +169,7 @@ static void begin_gather(gather_group *group, uint64_t number, ca_block_sample *
     g->record = record;
     g->vertices = task->vertices + record->first;
     g->walk.b = q->engine;
+    g->walk.factors = NULL;
     g->walk.worker = group->worker;
     g->walk.scratch = scratch;
     g->walk.points = NULL;

@@ -101,6 +101,9 @@ def test_confidence_intervals_are_the_files(page):
     for x, y in SPOTS:
         page.hover(x, y)
         for number, texts in page.values().items():
+            if "ConfidenceLow.Y" not in page.layers[number]: # of too few samples: such layers are left out
+                expect(texts[7] == "", texts)
+                continue
             low, high = (page.layers[number][f"Confidence{end}.Y"][y * WIDTH + x] for end in ("Low", "High"))
             luminance = sum(w * v for w, v in zip((0.2126, 0.7152, 0.0722), page.rgb(number, x, y)))
             expect(abs(float(texts[6]) - luminance) <= 1e-6 * luminance, texts, luminance)
