@@ -8,7 +8,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 names="pool glass-of-water glass-blocks jewels"
 
-echo "1..5"
+echo "1..6"
 runs() { scripts/gallery.sh "$build" --quick "$folder/all" >"$folder/table"; }
 check "renders all scenes" runs
 
@@ -48,4 +48,15 @@ fails() {
     ! scripts/gallery.sh "$build" --quick /dev/null/none jewels || return 1
     [ ! -e "$folder/none/nothing.png" ]
 }
+# A program that fails at its second picture.
+cat >"$folder/caustica" <<'END'
+#!/bin/sh
+case $* in *--integrator*) echo "it cannot" >&2; exit 1 ;; esac
+END
+chmod +x "$folder/caustica"
+fails_with_the_program() {
+    ! scripts/gallery.sh "$folder" --quick "$folder/broken" jewels >"$folder/table" 2>"$folder/errors" || return 1
+    grep "it cannot" "$folder/errors"
+}
 check "what cannot be done fails" fails
+check "what the program cannot do fails, with its words" fails_with_the_program
