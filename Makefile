@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long mutants check-metrics bench bench-peers paper-000 paper-002 paper-004 lint install clean dependencies
+.PHONY: help build demo test test-sanitized test-long mutants check-metrics bench bench-peers gallery paper-000 paper-002 paper-004 lint install clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -24,6 +24,7 @@ help:
 	@echo "make mutants    deliberate bugs, and whether its test finds each (ONLY=pattern: those with such names)"
 	@echo "make bench      measures speed, writes bench/results.json"
 	@echo "make bench-peers  path against Mitsuba 3's in equal time, writes bench/peers.json (QUICK=1, ONLY=scene: print only)"
+	@echo "make gallery    the pictures of docs/pictures/gallery/, and path beside them in equal time (QUICK=1: small, to out/)"
 	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only)"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
@@ -73,6 +74,10 @@ bench-peers: dependencies
 	@[ -n "$$DRJIT_LIBLLVM_PATH" ] || scripts/install-dependencies.sh peers
 	@$(call build_targets,release,caustica,build)
 	@scripts/bench-peers.sh build $(if $(QUICK),--quick) $(if $(ONLY),--only $(ONLY))
+
+gallery: dependencies
+	@$(call build_targets,release,caustica,build)
+	@scripts/gallery.sh build $(if $(QUICK),--quick out/gallery)
 
 paper-000: dependencies
 	@$(call build_targets,release,all paper_000,build)

@@ -9,8 +9,8 @@
 
 typedef struct merge_options {
     ca_text_list outputs;
-    const char *stats, *part_path;
-    double exposure;
+    const char *stats, *tone, *part_path;
+    ca_output_look look;
     ca_layer_choice layers;
     bool quiet, help;
 } merge_options;
@@ -27,8 +27,13 @@ static const ca_option options[] = {
     {.name = "exposure",
      .argument = "STOPS",
      .kind = CA_OPTION_REAL,
-     AT(exposure),
+     AT(look.exposure),
      .help = "brightness of .png by powers of two (default: 0)"},
+    {.name = "tone",
+     .argument = "CURVE",
+     .kind = CA_OPTION_TEXT,
+     AT(tone),
+     .help = "of .png: srgb, which clips (default), or aces, hable, reinhard, which keep highlights; or linear"},
     {.name = "layers",
      .argument = "LIST",
      .kind = CA_OPTION_TEXT,
@@ -69,6 +74,7 @@ static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *er
 {
     if (parts->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a part file to merge is missing");
     if (o->outputs.count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
+    CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
     CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
     CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
     return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
@@ -95,8 +101,8 @@ static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_err
     ca_status status =
         ca_merge_parts(parts->items, parts->count, o->part_path, wants_image ? &image : NULL, &statistics, error);
     if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
-    if (status == CA_OK) status = ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, o->exposure,
-                                                        error);
+    if (status == CA_OK)
+        status = ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, &o->look, error);
     if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, image, &statistics, error);
     if (status == CA_OK && image) ca_layer_choice_warn(&o->layers, image);
     ca_image_release(image);

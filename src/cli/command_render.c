@@ -20,7 +20,8 @@ typedef struct render_options {
     const char *scene, *stats;
     ca_render_settings settings; /* options are read right into it */
     uint32_t resolution[2];
-    double exposure;
+    ca_output_look look;
+    const char *tone;
     ca_layer_choice layers;
     const char *serve_address, *tev;
     uint32_t port;
@@ -149,8 +150,13 @@ static const ca_option options[] = {
     {.name = "exposure",
      .argument = "STOPS",
      .kind = CA_OPTION_REAL,
-     AT(exposure),
+     AT(look.exposure),
      .help = "brightness of .png by powers of two (default: 0)"},
+    {.name = "tone",
+     .argument = "CURVE",
+     .kind = CA_OPTION_TEXT,
+     AT(tone),
+     .help = "of .png: srgb, which clips (default), or aces, hable, reinhard, which keep highlights; or linear"},
     {.name = "layers",
      .argument = "LIST",
      .kind = CA_OPTION_TEXT,
@@ -336,6 +342,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
     CA_TRY(check_live(o, error));
     CA_TRY(check_integrator(o->settings.integrator, error));
     CA_TRY(check_sampler(o->settings.sampler, error));
+    CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
     CA_TRY(complete_outputs(o, made, error));
     return check_outputs(o, error);
 }
@@ -345,7 +352,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
 static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
                                const ca_render_statistics *statistics, ca_error *error)
 {
-    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, o->exposure, error));
+    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, &o->look, error));
     return o->stats ? ca_stats_write_render(o->stats, image, statistics, error) : CA_OK;
 }
 
@@ -403,7 +410,7 @@ static ca_status start_live_view(const render_options *o, ca_live_view *view, ca
         .threads = o->settings.threads,
         .outputs = o->outputs.items,
         .output_count = o->outputs.count,
-        .exposure = o->exposure,
+        .look = o->look,
         .layers = o->layers,
         .stats = o->stats,
     };

@@ -2,7 +2,6 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
-#include "cli/outputs.h"
 #include "cli/signals.h"
 #include "cli/stats_json.h"
 #include "film/part_file.h"
@@ -23,7 +22,7 @@ static ca_status save(const ca_image_layers *image, const ca_render_statistics *
     const ca_live_view_settings *s = &((const ca_live_view *)user)->settings;
     const char *separator = " ";
     char samples[64];
-    CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, &s->layers, s->exposure, error));
+    CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, &s->layers, &s->look, error));
     if (s->stats) CA_TRY(ca_stats_write_render(s->stats, image, statistics, error));
     snprintf(message, size, "saved");
     for (size_t i = 0; i < s->output_count; i++) {

@@ -3,8 +3,8 @@
 #ifndef CA_CLI_LIVE_VIEW_H
 #define CA_CLI_LIVE_VIEW_H
 
+#include "cli/outputs.h"
 #include "cli/progress.h"
-#include "cli/layer_choice.h"
 #include "live/live.h"
 
 typedef struct ca_live_view_settings {
@@ -16,7 +16,7 @@ typedef struct ca_live_view_settings {
     uint32_t threads;    /* 0: one per processor */
     const char *const *outputs; /* what "save" writes */
     size_t output_count;
-    double exposure;
+    ca_output_look look;
     ca_layer_choice layers;
     const char *stats; /* NULL: none */
 } ca_live_view_settings;

@@ -5,10 +5,12 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "film/part_file.h"
+#include "image/image.h"
 #include "image/layers.h"
 #include "path/technique.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -55,15 +57,69 @@ ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const 
                    choice->names ? "--layers" : "--half");
 }
 
+ca_status ca_outputs_find_tone(const char *name, ca_output_look *look, ca_error *error)
+{
+    ca_error reason = {""};
+    look->tone = CA_TONE_SRGB;
+    if (!name || ca_tone_find(name, &look->tone, &reason) == CA_OK) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--tone: %.900s", reason.message);
+}
+
+/* The light by which a .png, which encodes it as sRGB, shows the signal of the curve. */
+static ca_rgb toned(const ca_output_look *look, double scale, ca_rgb linear)
+{
+    const ca_rgb shown = ca_tone_map(look->tone, scale, linear);
+    if (look->tone != CA_TONE_LINEAR) return shown;
+    return (ca_rgb){ca_srgb_to_linear(shown.r), ca_srgb_to_linear(shown.g), ca_srgb_to_linear(shown.b)};
+}
+
+static ca_status fill_toned(const ca_output_look *look, const float *const rgb[3], ca_image_layers *picture,
+                            ca_error *error)
+{
+    static const char *const names[3] = {"R", "G", "B"};
+    const size_t pixels = (size_t)picture->width * picture->height;
+    const double scale = exp2(look->exposure);
+    float *planes[3];
+    for (int c = 0; c < 3; c++) CA_TRY(ca_layers_add(picture, names[c], &planes[c], error));
+    for (size_t i = 0; i < pixels; i++) {
+        const ca_rgb shown = toned(look, scale, (ca_rgb){rgb[0][i], rgb[1][i], rgb[2][i]});
+        planes[0][i] = shown.r;
+        planes[1][i] = shown.g;
+        planes[2][i] = shown.b;
+    }
+    return CA_OK;
+}
+
+static ca_status write_toned(const ca_image_layers *image, const char *path, const ca_output_look *look,
+                             ca_error *error)
+{
+    const float *rgb[3] = {ca_layers_find(image, "R"), ca_layers_find(image, "G"), ca_layers_find(image, "B")};
+    ca_image_layers *picture;
+    assert(rgb[0] && rgb[1] && rgb[2]);
+    CA_TRY(ca_layers_create(&picture, image->width, image->height, error));
+    ca_status status = fill_toned(look, rgb, picture, error);
+    if (status == CA_OK) status = ca_layers_write(picture, path, 0.0f, error);
+    ca_layers_destroy(picture);
+    return status;
+}
+
+static ca_status write_image(const ca_image_layers *image, const char *path, const ca_output_look *look,
+                             ca_error *error)
+{
+    const bool is_png = strcasecmp(ca_path_extension(path), ".png") == 0;
+    if (is_png && look->tone != CA_TONE_SRGB) return write_toned(image, path, look, error);
+    return ca_layers_write(image, path, (float)look->exposure, error);
+}
+
 ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image,
-                           const ca_layer_choice *choice, double exposure, ca_error *error)
+                           const ca_layer_choice *choice, const ca_output_look *look, ca_error *error)
 {
     ca_image_layers view;
     if (!image) return CA_OK; /* parts without an image: a part file is all that is written */
     ca_status status = ca_layer_choice_apply(choice, image, &view, error);
     if (status != CA_OK) return status;
     for (size_t i = 0; i < count && status == CA_OK; i++)
-        if (!ca_part_is_path(paths[i])) status = ca_layers_write(&view, paths[i], (float)exposure, error);
+        if (!ca_part_is_path(paths[i])) status = write_image(&view, paths[i], look, error);
     ca_free(view.channels);
     return status;
 }

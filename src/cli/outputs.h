@@ -3,6 +3,14 @@
 #define CA_CLI_OUTPUTS_H
 
 #include "cli/layer_choice.h"
+#include "metrics/tone.h"
+
+/* How .png shows a picture: values times 2^exposure under a tone curve (metrics/tone.h). Zeros are the plain picture,
+ * whose values are clipped. */
+typedef struct ca_output_look {
+    double exposure;
+    ca_tone_curve tone;
+} ca_output_look;
 
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);
@@ -15,9 +23,12 @@ ca_status ca_outputs_check(const char *const *paths, size_t count, const char **
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
                                   ca_error *error);
 
+/* Fills in the curve of that name; NULL is the plain picture's. Errors: CA_ERROR_ARGUMENT, naming all curves. */
+ca_status ca_outputs_find_tone(const char *name, ca_output_look *look, ca_error *error);
+
 /* Writes the image, with the layers that are chosen, to all of them but a part file. */
 ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image,
-                           const ca_layer_choice *choice, double exposure, ca_error *error);
+                           const ca_layer_choice *choice, const ca_output_look *look, ca_error *error);
 
 /* Says on standard error how many samples were not finite or negative, and where they came from; nothing where none
  * was. */
