@@ -90,7 +90,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
         ca_pair_splats_clear(&b->pair_splats);
         set_radius(b, pass);
         if (wants_pilot(b) && !b->pilot) CA_TRY(make_pilot(b, parallel, workers, error));
-        if (b->rules.factors && !b->factors) CA_TRY(ca_factor_pilot(b, parallel, &b->factors, error));
+        if (b->rules.factors && !b->factors) CA_TRY(ca_factor_pilot(b, parallel, workers, &b->factors, error));
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
     }
     b->first_chunk = round * b->resident;

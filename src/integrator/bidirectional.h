@@ -333,8 +333,8 @@ void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_lig
 /* ---- The engine ------------------------------------------------------------------------------------------------ */
 
 /* The factors of variance-aware weights, measured by an engine of its own: factor_pilot.c. */
-ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_factor_map **map,
-                          ca_error *error);
+ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers,
+                          ca_factor_map **map, ca_error *error);
 
 /* The median footprint of a pixel where camera paths first meet a smoothly scattering surface, m: the side of the
  * square that a pixel covers there. The scene's radius over 1000 where no camera path meets one. */

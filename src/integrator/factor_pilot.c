@@ -81,29 +81,33 @@ static ca_status create_pilot(const ca_bidirectional *b, const ca_sampler *sampl
     return CA_OK;
 }
 
-static ca_status run_pilot(ca_bidirectional *pilot, const ca_parallel *parallel, ca_factor_map **map, ca_error *error)
+/* Paths of the pilot are not the render's: its counters stay as they were. */
+static ca_status run_pilot(ca_bidirectional *pilot, const ca_parallel *parallel, ca_worker *workers,
+                           ca_factor_map **map, ca_error *error)
 {
     const ca_camera *camera = pilot->input.camera;
-    ca_worker *workers = ca_alloc_large(pilot->input.workers, sizeof *workers);
-    ca_status status = workers ? CA_OK : ca_fail_memory(error, "the pilot of techniques");
-    for (uint32_t i = 0; workers && i < pilot->input.workers; i++) workers[i] = (ca_worker){.index = i};
-    if (status == CA_OK) status = ca_technique_tally_create(&pilot->tally, camera->width, camera->height, error);
+    const uint32_t count = pilot->input.workers;
+    ca_counters *kept = ca_alloc(count, sizeof *kept);
+    if (!kept) return ca_fail_memory(error, "the pilot of techniques");
+    for (uint32_t i = 0; i < count; i++) kept[i] = workers[i].counters;
+    ca_status status = ca_technique_tally_create(&pilot->tally, camera->width, camera->height, error);
     if (status == CA_OK) status = iterate(pilot, parallel, workers, error);
     if (status == CA_OK) status = ca_factor_map_create(map, pilot->tally, ITERATIONS, error);
     ca_technique_tally_destroy(pilot->tally);
-    ca_free(workers);
+    for (uint32_t i = 0; i < count; i++) workers[i].counters = kept[i];
+    ca_free(kept);
     return status;
 }
 
-ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_factor_map **map,
-                          ca_error *error)
+ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers,
+                          ca_factor_map **map, ca_error *error)
 {
     ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT,
-                                .seed = ca_pcg_permute(b->input.sampler->seed ^ PILOT_SEED)};
+                          .seed = ca_pcg_permute(b->input.sampler->seed ^ PILOT_SEED)};
     ca_sampler_prepare(&sampler, b->input.camera->width, b->input.camera->height);
     ca_bidirectional *pilot;
     CA_TRY(create_pilot(b, &sampler, &pilot, error));
-    const ca_status status = run_pilot(pilot, parallel, map, error);
+    const ca_status status = run_pilot(pilot, parallel, workers, map, error);
     ca_bidirectional_destroy(pilot);
     return status;
 }
