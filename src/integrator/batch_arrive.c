@@ -9,11 +9,12 @@ typedef struct shape_columns {
 
 static void look_up_shapes(ca_batch *batch, const ca_scene *scene, shape_columns *shapes)
 {
+    static const ca_matte_shape nothing = {0};
     ca_vertex_batch *v = &batch->vertices;
     for (uint32_t i = 0; i < batch->count; i++) {
         const uint32_t shape = batch->hits.shape[i];
         const bool met = shape != CA_NONE;
-        const ca_matte_shape *matte = &scene->mattes[met ? shape : 0];
+        const ca_matte_shape *matte = met ? &scene->mattes[shape] : &nothing;
         v->light[i] = met ? scene->shapes[shape].light : CA_NONE;
         v->matte[i] = met && matte->is_matte ? UINT32_MAX : 0;
         shapes->extent[i] = matte->extent;
