@@ -191,7 +191,7 @@ static void test_noise_and_bar_fit(void **state)
     static const unsigned short widths[] = {40, 60, 80, 120};
     for (size_t i = 0; i < sizeof widths / sizeof widths[0]; i++) {
         double percent, noise;
-        read_terminal(state, widths[i], "--noise", "0.9", text, sizeof text);
+        read_terminal(state, widths[i], "--noise", "0.5", text, sizeof text);
         const size_t longest = longest_line(text);
         if (longest >= widths[i]) fail_msg("%zu columns on a terminal of %u", longest, widths[i]);
         assert_null(strchr(text, '\n'));
