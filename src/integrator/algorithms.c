@@ -126,7 +126,7 @@ const ca_integrator_type ca_integrator_bdpm = {
 #define VCM_RULES(reuse_kind)                                                                                        \
     {                                                                                                                \
         .hit = CA_HIT_ALWAYS, .next_event = true, .connect = true, .splat = true, .merge = CA_MERGE_ALL,             \
-        .merge_limit = UINT32_MAX, .reuse = {.kind = reuse_kind}                                                     \
+        .merge_limit = UINT32_MAX, .reuse = {.kind = (reuse_kind)}                                                   \
     }
 static const ca_mis_rules vcm_rules = VCM_RULES(CA_REUSE_FULL);
 static const ca_mis_rules vcm_plus_rules = VCM_RULES(CA_REUSE_DENSITY);

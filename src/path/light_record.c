@@ -147,7 +147,7 @@ static inline void unpack_start(const ca_light_layout *layout, const float *from
                           .sqrt_area = layout->starts ? from[3] : 0.0f,
                           .cos_ratio = 1.0f,
                           .at_infinity = signbit(from[0]) != 0};
-    if (layout->classes) memcpy(&v->light_class, from + 2 + 2 * layout->starts, sizeof v->light_class);
+    if (layout->classes) memcpy(&v->light_class, from + (layout->starts ? 4 : 2), sizeof v->light_class);
 }
 
 /* Everything below that is inlined is so for a loop of its own for every layout that matters. */
