@@ -262,9 +262,9 @@ static void check_expected_samples(bool water, const char *integrator)
     ca_error error;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
     assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, SAMPLES, &error), CA_OK);
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, SAMPLES, &error), CA_OK);
     double expected = 0.0;
-    for (size_t i = 0; i < pilot.count; i++) expected += pilot.samples[i].expected;
+    for (size_t i = 0; i < pilot.count; i++) expected += pilot.samples[0][i].expected;
     ca_light_pilot_destroy(&pilot);
 
     uint64_t lit = 0;
@@ -395,7 +395,7 @@ static void test_crowd(void **state)
     ca_error error;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
     assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 16, &error), CA_OK);
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 16, &error), CA_OK);
     print_message("%llu merges, %zu samples, radius %g\n", (unsigned long long)pilot.counters.merges, pilot.count,
                   sqrt(pilot.merge_area / 3.141592653589793));
     assert_true(pilot.counters.camera_paths == CA_PILOT_CAMERA_PATHS);
@@ -420,7 +420,7 @@ static void test_crowd_is_seen_early(void **state)
     ca_error error;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
     assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, &error), CA_OK);
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 1, &error), CA_OK);
     print_message("%llu merges, and %llu with larger radii\n", (unsigned long long)pilot.counters.merges,
                   (unsigned long long)pilot.merges_in_vain);
     assert_true(pilot.merges_in_vain > 0 && pilot.merges_in_vain < 1 << 20);

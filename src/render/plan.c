@@ -324,6 +324,19 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
     return CA_OK;
 }
 
+/* Of a render that is not limited by samples. */
+#define CAMERA_PATHS_PER_SECOND 1e7
+#define SECONDS_TO_NOISE 3600.0
+
+/* A number of samples and a time may both be set: the first to be reached ends the render. */
+double ca_render_plan_expected_passes(const ca_render_plan *plan)
+{
+    const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : plan->pass_limit;
+    const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths))));
+}
+
 /* Light paths get the memory that the film leaves. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {

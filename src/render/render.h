@@ -52,6 +52,9 @@ static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
 
+/* The passes that the render will make, where samples limit it; else a guess from its time, rather too high. */
+double ca_render_plan_expected_passes(const ca_render_plan *plan);
+
 /* Light paths of a pass from now on. */
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error);
 /* Sets them. *fits: all of them fit the memory that is allowed at once, in one round. */
