@@ -90,19 +90,42 @@ static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting,
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
+enum { OWN_SETTINGS = 5 };
+
+static void list_own_settings(const ca_render_settings *s, own_setting own[OWN_SETTINGS])
+{
+    own[0] = (own_setting){"max_depth", "limit on the length of paths", s->has_max_depth, s->max_depth};
+    own[1] = (own_setting){"radius", "merge radius", s->radius != 0.0, s->radius};
+    own[2] = (own_setting){"alpha", "merge radius to shrink", s->has_alpha, s->alpha};
+    own[3] = (own_setting){"light_paths", "light paths", s->light_paths != 0, s->light_paths};
+    own[4] = (own_setting){"camera_paths", "number of camera paths to choose: each pass makes one per pixel",
+                           s->camera_paths != 0, s->camera_paths};
+}
+
 static ca_status apply_own_settings(ca_render_plan *plan, const char *overrides, ca_error *error)
 {
-    const ca_render_settings *s = plan->settings;
-    const own_setting own[] = {
-        {"max_depth", "limit on the length of paths", s->has_max_depth, s->max_depth},
-        {"radius", "merge radius", s->radius != 0.0, s->radius},
-        {"alpha", "merge radius to shrink", s->has_alpha, s->alpha},
-        {"light_paths", "light paths", s->light_paths != 0, s->light_paths},
-        {"camera_paths", "number of camera paths to choose: each pass makes one per pixel", s->camera_paths != 0,
-         s->camera_paths},
-    };
-    for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) CA_TRY(apply_setting(plan, &own[i], overrides, error));
+    own_setting own[OWN_SETTINGS];
+    list_own_settings(plan->settings, own);
+    for (int i = 0; i < OWN_SETTINGS; i++) CA_TRY(apply_setting(plan, &own[i], overrides, error));
     return CA_OK;
+}
+
+bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char *parameter)
+{
+    const ca_integrator_desc *desc = &scene->desc.integrator;
+    const char *overrides = integrator ? strchr(integrator, ':') : NULL;
+    for (uint32_t i = 0; i < desc->parameters.count; i++)
+        if (strcmp(desc->parameters.items[i].name, parameter) == 0) return true;
+    return ca_render_overrides_mention(overrides ? overrides + 1 : NULL, parameter);
+}
+
+bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter)
+{
+    own_setting own[OWN_SETTINGS];
+    list_own_settings(plan->settings, own);
+    for (int i = 0; i < OWN_SETTINGS; i++)
+        if (own[i].given && strcmp(own[i].name, parameter) == 0) return true;
+    return ca_render_is_set(plan->scene, plan->settings->integrator, parameter);
 }
 
 /* settings->integrator is "name" or "name:parameter=value,...". */
@@ -174,8 +197,10 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     const ca_render_settings *settings = plan->settings;
     char names[CA_INTEGRATOR_NAMES_SIZE];
     if (settings->rays) plan->rays = strcmp(settings->rays, "auto") == 0 ? CA_RAYS_AUTO : CA_RAYS_OF_FILE;
+    const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
+    if (chooses && plan->rays == CA_RAYS_AUTO) plan->rays = CA_RAYS_OF_SETTINGS; /* they are, with the method */
     CA_TRY(plan_objective(plan, error));
-    if (plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
+    if (chooses || plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
     ca_integrator_names(CA_ABILITY_PAIR_LAW, " and ", names);
     if (!ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
