@@ -22,6 +22,10 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 #define MOST_SECONDS 5.0
 #define USUAL_RENDER_SECONDS 25.0
 
+/* Light is lost by a method if it is in a render of so many camera paths, at least: what a shorter one has too few
+ * samples of is noise. */
+#define CAMERA_PATHS_TO_LOSE 0x1p20
+
 /* A pixel's error counts over its squared luminance plus this share of the picture's. */
 #define DARK 0.1
 
@@ -34,6 +38,7 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 typedef struct chooser {
     ca_render_plan *plan;
     double start, seconds_allowed; /* by the clock */
+    double passes; /* that the pilot is asked about */
     ca_light_pilot pilot;
     bool loses[WITHOUT_MERGES];
     double lost; /* by bdpt, of all light */
@@ -78,8 +83,9 @@ static ca_status run_pilot(chooser *c, ca_error *error)
         CA_TRY(ca_method_configure(&methods[m], plan, &input, error));
         ca_integrator_counts(methods[m].type, &input, &counts[m]);
     }
-    const double passes = ca_render_plan_expected_passes(plan);
-    CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, passes, error));
+    c->passes = fmax(ca_render_plan_expected_passes(plan),
+                     ceil(CAMERA_PATHS_TO_LOSE / (pixels_of_crop(plan) * plan->camera_paths)));
+    CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, c->passes, error));
     for (int m = 0; m < WITHOUT_MERGES; m++) {
         const ca_batch_ratio lost = ca_lost_light(c->pilot.samples[m], c->pilot.count);
         if (m == BDPT) c->lost = lost.value;
@@ -99,11 +105,11 @@ static double unseen_by(const chooser *c, uint32_t i)
     const ca_render_plan *plan = c->plan;
     const uint32_t m = pilot_method(&c->methods[i]);
     if (m == WITHOUT_MERGES) return 0.0;
-    const double pixels = pixels_of_crop(plan), passes = ca_render_plan_expected_passes(plan);
+    const double pixels = pixels_of_crop(plan);
     const ca_unseen_light unseen = {
         .camera_paths = CA_PILOT_CAMERA_PATHS,
-        .expected_scale = passes * plan->camera_paths * pixels / CA_PILOT_CAMERA_PATHS,
-        .trial = c->trials[i].iterations * (double)c->pixels / (passes * pixels),
+        .expected_scale = c->passes * plan->camera_paths * pixels / CA_PILOT_CAMERA_PATHS,
+        .trial = c->trials[i].iterations * (double)c->pixels / (c->passes * pixels),
         .paths_of_pixel = plan->camera_paths,
         .weight = weight_at,
         .user = c,
@@ -113,13 +119,14 @@ static double unseen_by(const chooser *c, uint32_t i)
 
 /* ---- Trials ---------------------------------------------------------------------------------------------------- */
 
-/* A method that loses light is not tried. */
+/* A method that loses light, or cannot do what the settings ask for, is not tried. */
 static ca_status add_method(chooser *c, const ca_method *method, ca_error *error)
 {
     const uint32_t m = pilot_method(method);
     if (m != WITHOUT_MERGES && c->loses[m]) return CA_OK;
+    const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, error);
+    if (status != CA_OK) return status == CA_ERROR_UNSUPPORTED ? CA_OK : status;
     c->methods[c->count] = *method;
-    CA_TRY(ca_method_trial_create(&c->trials[c->count], c->plan, method, error));
     c->goes_on[c->count++] = true;
     return CA_OK;
 }
@@ -129,6 +136,7 @@ static ca_status add_first(chooser *c, ca_error *error)
     ca_method methods[CA_MOST_METHODS];
     const uint32_t count = ca_methods_first(methods);
     for (uint32_t i = 0; i < count; i++) CA_TRY(add_method(c, &methods[i], error));
+    if (c->count == 0) return CA_ERROR_UNSUPPORTED; /* as the last one said */
     c->pixels = (size_t)c->trials[0].film.width * c->trials[0].film.height;
     c->weights = ca_alloc_zeroed(c->pixels, sizeof *c->weights);
     return c->weights ? CA_OK : ca_fail_memory(error, "the trials");
@@ -197,12 +205,14 @@ static double blurred(const double *values, uint32_t width, uint32_t height, uin
     return sum / count;
 }
 
-/* The luminance so far, by those that find all light. */
+/* The luminance so far, by those that find all light; where none of them is in trial, by all. */
 static double *luminance_of(const chooser *c, ca_error *error)
 {
     double *sums = ca_alloc_zeroed(c->pixels, sizeof *sums), iterations = 0.0;
+    bool merges = false;
+    for (uint32_t i = 0; i < c->count; i++) merges = merges || ca_method_merges(&c->methods[i]);
     for (uint32_t i = 0; sums && i < c->count; i++)
-        if (ca_method_merges(&c->methods[i])) {
+        if (ca_method_merges(&c->methods[i]) || !merges) {
             ca_method_trial_add_sums(&c->trials[i], sums);
             iterations += c->trials[i].iterations;
         }
@@ -355,6 +365,7 @@ static ca_status choose(chooser *c, ca_error *error)
     CA_TRY(run_pilot(c, error));
     CA_TRY(add_first(c, error));
     CA_TRY(run_rounds(c, error));
+    c->plan->ended = c->ended;
     c->plan->method.seconds = seconds_so_far(c);
     if (c->scored == 0) return use(c->plan, &finder, error);
     const uint32_t best = ca_method_best(c->scores, c->scored);

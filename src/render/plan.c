@@ -143,7 +143,7 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
         name[length] = '\0';
         CA_TRY(ca_integrator_find(name, NULL, &plan->type, error));
     } else {
-        CA_TRY(ca_integrator_find(desc->name ? desc->name : "path", &desc->where, &plan->type, error));
+        CA_TRY(ca_integrator_find(desc->name ? desc->name : CA_DEFAULT_INTEGRATOR, &desc->where, &plan->type, error));
     }
     if (overrides) overrides++;
     CA_TRY(ca_integrator_configure(plan->type, desc, chosen != NULL, overrides, &plan->input, error));

@@ -10,7 +10,7 @@
 #define MUCH_IN_DOTS 0.1
 
 /* The integrator that finds the light which others lose. */
-static const ca_integrator_type *const finder = &ca_integrator_ovcm;
+static const ca_integrator_type *const finder = &ca_integrator_auto;
 
 static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ...)
 {
@@ -32,7 +32,7 @@ static void judge_lost_light(ca_preflight *preflight, const ca_render_plan *plan
     if (merges || !(lost.low > MUCH_TO_LOSE)) return;
     warn(preflight,
          "\"%s\" will find none or too little of about %.0f %% of the light, such as light through glass seen "
-         "through glass; \"%s\" finds it",
+         "through glass; -i %s finds it",
          plan->type->name, 100.0 * lost.value, finder->name);
 }
 

@@ -102,7 +102,7 @@ static ca_status run_passes(render *r, ca_error *error)
         r->passes++;
         r->seconds = ca_clock_seconds() - r->start;
         if (ca_noise_looks_due(&r->looks, r->passes)) look(r);
-        r->interrupted = !report_progress(r);
+        r->interrupted = !report_progress(r) || r->plan->ended;
         if (r->interrupted || should_stop(r)) return CA_OK;
     }
 }

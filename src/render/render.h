@@ -27,6 +27,7 @@ typedef struct ca_render_plan {
     uint32_t camera_paths;     /* of a pixel in a pass, N_B */
     ca_rays_source rays;
     ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
+    bool ended; /* the caller has ended the render while that was chosen: one pass is made */
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
     uint32_t pass_limit;
     bool open_ended; /* ends by time or noise; pass_limit is then the largest number that can be counted */
