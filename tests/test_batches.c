@@ -4,6 +4,7 @@
 #include "render/render.h"
 #include "render/workers.h"
 #include "support/scene_text.h"
+#include "support/small_pass.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -84,26 +85,6 @@ typedef struct traced {
     uint64_t rays, shadow_rays;
 } traced;
 
-static ca_render_settings small_settings(const char *integrator, const char *sampler)
-{
-    ca_render_settings settings;
-    ca_render_settings_init(&settings);
-    settings.integrator = integrator;
-    settings.samples_per_pixel = CAMERA_PATHS;
-    settings.width = WIDTH;
-    settings.height = HEIGHT;
-    settings.max_depth = 7;
-    settings.has_max_depth = true;
-    settings.sampler = sampler;
-    settings.threads = 1;
-    settings.has_seed = true;
-    settings.seed = 11;
-    if (strncmp(integrator, "path", 4) == 0) return settings;
-    settings.light_paths = LIGHT_PATHS;
-    settings.camera_paths = CAMERA_PATHS;
-    return settings;
-}
-
 /* The camera paths of a pass, handed in by so many; the last group is what is left. */
 static void trace_groups(const ca_render_plan *plan, const void *state, ca_worker *worker, uint32_t group, traced *to)
 {
@@ -164,14 +145,18 @@ typedef struct pass {
 
 static void pass_begin(pass *p, const ca_scene *scene, const char *integrator, const char *sampler)
 {
+    const small_pass small = {.integrator = integrator,
+                              .sampler = sampler,
+                              .width = WIDTH,
+                              .height = HEIGHT,
+                              .light_paths = LIGHT_PATHS,
+                              .camera_paths = CAMERA_PATHS,
+                              .max_depth = 7,
+                              .seed = 11};
     ca_error error;
-    p->settings = small_settings(integrator, sampler);
-    if (ca_render_plan_make(&p->plan, scene, &p->settings, &error) != CA_OK) fail_msg("%s", error.message);
+    p->settings = small_pass_settings(&small);
+    small_pass_plan(scene, &p->settings, 0.1, &p->plan);
     const ca_integrator_type *type = p->plan.type;
-    if (ca_integrator_value(type, &p->plan.input, "radius", -1.0) >= 0.0) {
-        const ca_parameter radius = {.name = "radius", .kind = CA_PARAMETER_NUMBER, .number = 0.1};
-        assert_int_equal(ca_integrator_set(type, &radius, &p->plan.input, &error), CA_OK);
-    }
     if (type->create(&p->plan.input, &p->state, &error) != CA_OK) fail_msg("%s", error.message);
     assert_int_equal(ca_workers_create(&p->workers, 1, &error), CA_OK);
     if (type->begin_round)

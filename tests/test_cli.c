@@ -113,6 +113,8 @@ static const usage_case usage_cases[] = {
     {{"help", "nois"}, "did you mean \"noise\"?"},
     {{"help", "paint"}, "command \"paint\" is not known"},
     {{"help", "render", "noise"}, "help is of one command, not of 2"},
+    {{"version", "x"}, "version takes nothing more, but \"x\" is given"},
+    {{"--version", "render"}, "version takes nothing more, but \"render\" is given"},
     {{"render"}, "a scene file is missing"},
     {{"render", "ball.xml", "ball.xml"}, "more than one scene"},
     {{"render", "ball.xml", "--ssp", "4"}, "did you mean --spp?"},

@@ -35,7 +35,21 @@ static const char *channels(void **state, const char *name)
     return text;
 }
 
+static int set_up_glow(void **state)
+{
+    const int status = set_up(state);
+    if (status == 0) write_text(folder_of(state), "glow.xml", glow_text);
+    return status;
+}
+
 #define RENDER(result, ...) RUN(result, "render", "glow.xml", "-ipath:max_depth=3", "--quiet", __VA_ARGS__)
+
+/* The program has written this file, with these channels. */
+static void assert_channels(void **state, const ca_program_result *result, const char *name, const char *expected)
+{
+    assert_exit(result, 0);
+    assert_string_equal(channels(state, name), expected);
+}
 
 static long file_bytes(void **state, const char *name)
 {
@@ -54,14 +68,12 @@ static long file_bytes(void **state, const char *name)
 static void test_chosen_layers(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     RENDER(&r, "--spp=4", "-o", "a.exr", "--layers=Albedo,Variance.G,N.Z", "-o", "a.png");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
     assert_string_equal(channels(state, "a.exr"), "Albedo.B Albedo.G Albedo.R B G N.Z R Variance.G");
     RENDER(&r, "--spp=4", "-o", "b.exr", "--layers", "none");
-    assert_exit(&r, 0);
-    assert_string_equal(channels(state, "b.exr"), "B G R");
+    assert_channels(state, &r, "b.exr", "B G R");
     RENDER(&r, "--spp=4", "-o", "c.exr");
     assert_exit(&r, 0);
     RENDER(&r, "--spp=4", "-o", "d.exr", "--layers=all");
@@ -80,7 +92,6 @@ static void test_chosen_layers(void **state)
 static void test_wrong_names(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     RENDER(&r, "-o", "a.exr", "--layers=N,Albdo");
     assert_exit(&r, 2);
     assert_says(r.errors, "there is no layer \"Albdo\"; did you mean \"Albedo\"?");
@@ -108,14 +119,11 @@ static void test_wrong_names(void **state)
 static void test_empty_layers(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     /* The ball is too small to be seen, and a single sample has no variance. */
     RENDER(&r, "--spp=1", "-Dradius=1e-6", "-o", "a.exr", "-o", "a.pfm");
-    assert_exit(&r, 0);
-    assert_string_equal(channels(state, "a.exr"), "B G R Samples.Y");
+    assert_channels(state, &r, "a.exr", "B G R Samples.Y");
     RENDER(&r, "--spp=1", "-Dradius=1e-6", "-o", "b.exr", "--layers=N,StandardDeviation");
-    assert_exit(&r, 0);
-    assert_string_equal(channels(state, "b.exr"), "B G N.X N.Y N.Z R StandardDeviation.Y");
+    assert_channels(state, &r, "b.exr", "B G N.X N.Y N.Z R StandardDeviation.Y");
     RENDER(&r, "--spp=1", "-Dradius=1e-6", "-o", "c.exr", "--layers=all");
     assert_exit(&r, 0);
     assert_says(channels(state, "c.exr"), "Variance.R");
@@ -141,7 +149,6 @@ static void test_empty_layers(void **state)
 static void test_all_names_are_known(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     const char *const renders[][3] = {
         {"-ipath", "--spp=32", "--replicates=16"},
         {"-ibdpm:max_depth=3", "--rays=auto", "--spp=64"},
@@ -164,7 +171,6 @@ static void test_all_names_are_known(void **state)
 static void test_halves(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     RENDER(&r, "--spp=4", "-o", "a.exr", "--half", "--layers=Albedo,N,P,Variance,Samples");
     assert_exit(&r, 0);
     assert_string_equal(r.errors, "");
@@ -190,7 +196,6 @@ static void test_halves(void **state)
 static void test_no_value_becomes_infinite(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     RENDER(&r, "--spp=4", "-Dlight=65505", "-o", "a.exr", "--half", "--layers=N");
     assert_exit(&r, 0);
     assert_says(r.errors, "warning: --half: R G B stay at 32 bits: their largest value is 65505, of 16 bits 65504");
@@ -211,15 +216,12 @@ static void test_no_value_becomes_infinite(void **state)
 static void test_merged_parts(void **state)
 {
     ca_program_result r;
-    write_text(folder_of(state), "glow.xml", glow_text);
     RUN(&r, "render", "glow.xml", "-iqmcppm:max_depth=3", "--sampler=halton", "--spp=2", "--quiet", "-o", "a.part");
     assert_exit(&r, 0);
     RUN(&r, "merge", "a.part", "--quiet", "-o", "a.exr", "--half", "--layers=Samples");
-    assert_exit(&r, 0);
-    assert_string_equal(channels(state, "a.exr"), "B: G: R: Samples.Y");
+    assert_channels(state, &r, "a.exr", "B: G: R: Samples.Y");
     RUN(&r, "merge", "a.part", "--quiet", "-o", "a.exr", "--layers=P"); /* not Pairs.Y */
-    assert_exit(&r, 0);
-    assert_string_equal(channels(state, "a.exr"), "B G P.X P.Y P.Z R");
+    assert_channels(state, &r, "a.exr", "B G P.X P.Y P.Z R");
     RUN(&r, "merge", "a.part", "--quiet", "-o", "b.part", "--half");
     assert_exit(&r, 2);
     RUN(&r, "merge", "a.part", "--quiet", "-o", "a.exr", "--layers=Samplse");
@@ -227,13 +229,15 @@ static void test_merged_parts(void **state)
     assert_says(r.errors, "did you mean \"Samples\"?");
 }
 
+#define GLOW_TEST(function) cmocka_unit_test_setup_teardown(function, set_up_glow, tear_down)
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        PROGRAM_TEST(test_chosen_layers), PROGRAM_TEST(test_wrong_names),
-        PROGRAM_TEST(test_empty_layers),  PROGRAM_TEST(test_all_names_are_known),
-        PROGRAM_TEST(test_halves),        PROGRAM_TEST(test_no_value_becomes_infinite),
-        PROGRAM_TEST(test_merged_parts),
+        GLOW_TEST(test_chosen_layers), GLOW_TEST(test_wrong_names),
+        GLOW_TEST(test_empty_layers),  GLOW_TEST(test_all_names_are_known),
+        GLOW_TEST(test_halves),        GLOW_TEST(test_no_value_becomes_infinite),
+        GLOW_TEST(test_merged_parts),
     };
     return run_program_tests("the program: layers of images", tests, sizeof tests / sizeof tests[0]);
 }

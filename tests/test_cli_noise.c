@@ -1,40 +1,6 @@
 /* `caustica noise` from outside: layers, averages and counts that fit together, predictions against other
- * measurements, recommended numbers, what it refuses. */
-#define _GNU_SOURCE
-#include "image/layers.h"
-#include "noise/ray_map.h"
-#include "support/named_layer.h"
-#include "support/program_room.h"
-#include "support/scene_text.h"
-
-#include <math.h>
-#include <pty.h>
-#include <signal.h>
-
-/* Its integrator and sampler are not what the law wants. */
-static const char *const room_text =
-    ROOM_TEXT("  <default name=\"power\" value=\"40\"/>\n"
-              "  <default name=\"integrator\" value=\"path\"/>\n"
-              "  <default name=\"sampler\" value=\"sobol\"/>\n"
-              "  <integrator type=\"$integrator\"><integer name=\"max_depth\" value=\"4\"/></integrator>\n",
-              "$sampler", "3", "$power");
-
-#define COUNTS(light, camera, iterations)                                                                            \
-    "--light-paths=" #light, "--camera-paths=" #camera, "--iterations=" #iterations
-#define ROOM "room.xml", "--radius=0.5", "--threads=2"
-
-static int set_up_room(void **state)
-{
-    const int status = set_up(state);
-    if (status == 0) write_text(folder_of(state), "room.xml", room_text);
-    return status;
-}
-
-static void assert_near(const char *what, double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%s is %.9g, not %.9g +- %.2g", what, value, expected, tolerance);
-}
+ * measurements, what it refuses. Recommended numbers: test_cli_noise_recommend.c. */
+#include "support/noise_program.h"
 
 /* ---- What comes out -------------------------------------------------------------------------------------------- */
 
@@ -103,64 +69,6 @@ static void assert_picture(const ca_image_layers *image, const ca_image_layers *
             const double root = sqrt(fmax(0.0, (double)named_layer(image, layers[c])[i])) / scale;
             assert_near(channels[c], (double)named_layer(picture, channels[c])[i], fmin(1.0, root), 0.01);
         }
-}
-
-/* A time is told where it is above its standard error, printed and in --stats; gives back how many are not. */
-static int assert_times(const json_t *times, const char *output)
-{
-    static const char *const rows[4][2] = {{"iteration", "\n  iteration "},
-                                           {"light_path", "\n  light path "},
-                                           {"camera_path", "\n  camera path "},
-                                           {"candidate", "\n  merge candidate "}};
-    int unknown = 0;
-    for (int i = 0; i < 4; i++) {
-        char key[32], row[128];
-        const char *begin = strstr(output, rows[i][1]);
-        if (!begin) fail_msg("there is no row \"%s\" in:\n%s", rows[i][1], output);
-        snprintf(row, sizeof row, "%.*s", (int)strcspn(begin + 1, "\n"), begin + 1);
-        snprintf(key, sizeof key, "%s_error", rows[i][0]);
-        assert_true(json_number(times, key) > 0.0);
-        if (json_is_null(json_object_get(times, rows[i][0]))) {
-            assert_says(row, "not measurable");
-            unknown++;
-            continue;
-        }
-        assert_true(json_number(times, rows[i][0]) > json_number(times, key));
-        assert_says(row, " +- ");
-        assert_null(strstr(row, "not measurable"));
-    }
-    return unknown;
-}
-
-/* The recommendation of --stats against the map of the .exr, and itself. */
-static void assert_recommendation(const json_t *root, const ca_image_layers *image, const char *objective,
-                                  const char *output)
-{
-    const json_t *r = json_object_get(root, "recommendation"), *best = json_object_get(r, "best"),
-                 *uniform = json_object_get(r, "uniform"), *given = json_object_get(r, "given");
-    const json_t *times = json_object_get(root, "times");
-    const float *map = named_layer(image, CA_RAY_MAP_LAYER);
-    double mean = 0.0, fewest = 1e9, most = 0.0;
-    for (int i = 0; i < PIXELS; i++) {
-        mean += (double)map[i] / PIXELS;
-        fewest = fmin(fewest, (double)map[i]);
-        most = fmax(most, (double)map[i]);
-    }
-    assert_string_equal(json_string_value(json_object_get(r, "objective")), objective);
-    assert_near("the mean of the map", json_number(best, "camera_paths"), mean, 1e-6 * mean);
-    assert_true(json_number(r, "fewest_camera_paths") == fewest && json_number(r, "most_camera_paths") == most &&
-                fewest >= 1.0);
-    const double cost = json_number(best, "variance") * json_number(best, "seconds");
-    const double gain = json_number(given, "variance") * json_number(given, "seconds") / cost;
-    assert_near("the gain", json_number(r, "gain_over_given"), gain, 1e-6 * gain);
-    const double uniform_gain = json_number(uniform, "variance") * json_number(uniform, "seconds") / cost;
-    assert_near("the gain over uniform numbers", json_number(r, "gain_over_uniform"), uniform_gain,
-                1e-6 * uniform_gain);
-    assert_times(times, output);
-    assert_true(json_number(times, "candidates_per_pair") > 0.0);
-    char light_paths[32];
-    snprintf(light_paths, sizeof light_paths, "%.0f", json_number(best, "light_paths"));
-    assert_string_equal(attribute_text(image, CA_RAY_MAP_LIGHT_PATHS), light_paths);
 }
 
 static void test_what_comes_out(void **state)
@@ -299,192 +207,6 @@ static void test_one_camera_path(void **state)
                 "or more");
 }
 
-/* ---- Recommended numbers --------------------------------------------------------------------------------------- */
-
-static void test_recommendation(void **state)
-{
-    ca_program_result r;
-    RUN(&r, "noise", ROOM, COUNTS(60, 5, 20), "--max-depth=3", "-Dpower=4, 1, 2", "--objective=relative", "-oa.exr",
-        "--stats=a.json");
-    assert_exit(&r, 0);
-    assert_says(r.output, "microseconds of a processor, timed around ");
-    assert_says(r.output, "least mean relative variance after a given time");
-    assert_says(r.output, "\n  recommended ");
-    assert_says(r.output, "\nnext: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 "
-                          "--alpha 0 --rays a.exr\n");
-    assert_says(r.output, "\n  or: caustica render room.xml -i bdpm -D 'power=4, 1, 2' --max-depth 3 --radius 0.5 "
-                          "--alpha 0 --light-paths ");
-    ca_image_layers *image = read_image(state, "a.exr");
-    json_t *root = load_json(folder_of(state), "a.json");
-    assert_recommendation(root, image, "relative", r.output);
-    json_decref(root);
-    ca_image_release(image);
-    /* One camera path: a number of light paths is all there is to say. */
-    RUN(&r, "noise", ROOM, "--light-paths=60", "-ippm:max_depth=3", "--iterations=20", "--crop=2,0,9,8",
-        "--objective=worst-decile");
-    assert_exit(&r, 0);
-    assert_says(r.output, "20 iterations of 60 light paths and 1 camera path per pixel, 56 pixels");
-    assert_says(r.output, "least variance in the noisiest tenth of the pixels after");
-    assert_null(strstr(r.output, "\n  recommended "));
-    assert_says(
-        r.output,
-        "\nnext: caustica render room.xml -i ppm:max_depth=3 --radius 0.5 --alpha 0 --crop 2,0,9,8 --light-paths ");
-    assert_says(r.output, " --camera-paths 1\n");
-    /* Of the integrator's own parameters those stay that are not recommended anew: each is said once. */
-    RUN(&r, "noise", "room.xml", "-ibdpm:light_paths=60,radius=0.5,camera_paths=3,alpha=0.25", "--iterations=4");
-    assert_exit(&r, 0);
-    assert_says(r.output, "\nnext: caustica render room.xml -i bdpm:radius=0.5,alpha=0.25 --light-paths ");
-    RUN(&r, "noise", ROOM, "-ippm:light_paths=60", "--iterations=4");
-    assert_exit(&r, 0);
-    assert_says(r.output, "\nnext: caustica render room.xml -i ppm --radius 0.5 --alpha 0 --light-paths ");
-}
-
-/* Nothing but the scene. */
-static void test_default_numbers(void **state)
-{
-    ca_program_result r;
-    RUN(&r, "noise", "room.xml", "--resolution=3x2");
-    assert_exit(&r, 0);
-    assert_says(r.output, "32 iterations of 30000 light paths and 4 camera paths per pixel, 6 pixels");
-    assert_says(r.output, "(with -o FILE.exr the recommended map is written, for render's --rays)");
-    RUN(&r, "noise", "room.xml", "--resolution=3x2", "-ibdpm:light_paths=50,camera_paths=3", "--iterations=2");
-    assert_exit(&r, 0);
-    assert_says(r.output, "2 iterations of 50 light paths and 3 camera paths per pixel, 6 pixels");
-}
-
-/* ---- Signals --------------------------------------------------------------------------------------------------- */
-
-/* Waits until the program has drawn `words` to its terminal; false: it ended before. */
-static bool has_drawn(int master, const char *words)
-{
-    char text[1 << 14] = "";
-    size_t length = 0;
-    while (!strstr(text, words)) {
-        if (length > sizeof text / 2) { /* what came last may be the beginning of the words */
-            memmove(text, text + length - 64, 65);
-            length = 64;
-        }
-        const ssize_t got = read(master, text + length, sizeof text - 1 - length);
-        if (got <= 0) return false;
-        length += (size_t)got;
-        text[length] = '\0';
-    }
-    return true;
-}
-
-/* Of a terminal that nobody looks at any more the program must not wait for. */
-static void read_to_end(int master)
-{
-    char text[4096];
-    while (read(master, text, sizeof text) > 0) continue;
-}
-
-/* While iterations go on ("pass 1/9") and while paths are timed ("pass 0", of a number that is not known): what was
- * measured is written, with no recommendation beside it. */
-static void assert_signal_ends(void **state, const char *iterations, const char *wait_for, int number,
-                               double least_iterations)
-{
-    ca_program_result r;
-    int master, slave;
-    if (openpty(&master, &slave, NULL, NULL, &(const struct winsize){.ws_row = 24, .ws_col = 80}) != 0) {
-        print_message("SKIPPED: this machine gives out no pseudo-terminal (is /dev/pts mounted?)\n");
-        skip();
-    }
-    const pid_t process =
-        ca_program_start(*state,
-                         (const char *const[]){"noise", ROOM, "--light-paths=1000", "--camera-paths=4", iterations,
-                                               "--resolution=240x160", "--predict=600,5", "-oa.exr", "-oa.png",
-                                               "--stats=a.json", NULL},
-                         slave);
-    close(slave);
-    assert_true(has_drawn(master, wait_for));
-    kill(process, number);
-    read_to_end(master);
-    ca_program_finish(*state, process, &r);
-    close(master);
-    assert_exit(&r, 0);
-    assert_says(r.output, "  with 600,5: image r.m.s. ");
-    assert_says(r.output,
-                "no numbers are recommended: a signal interrupted the timing of paths\nwrote a.exr\nwrote a.png");
-    assert_null(strstr(r.output, "next: "));
-    ca_image_layers *image = read_image(state, "a.exr");
-    named_layer(image, "Noise.Predicted");
-    assert_null(ca_layers_find(image, CA_RAY_MAP_LAYER));
-    ca_image_release(image);
-    json_t *root = load_json(folder_of(state), "a.json");
-    assert_true(json_is_true(json_object_get(root, "interrupted")));
-    assert_true(json_is_null(json_object_get(root, "times")) &&
-                json_is_null(json_object_get(root, "recommendation")));
-    assert_true(json_number(root, "iterations") >= least_iterations && json_number(root, "iterations") < 100000.0);
-    assert_int_equal(json_array_size(json_object_get(root, "predict")), 1);
-    json_decref(root);
-}
-
-static void test_signals(void **state)
-{
-    assert_signal_ends(state, "--iterations=2", "pass 0 ", SIGINT, 2.0);
-    assert_signal_ends(state, "--iterations=100000", "pass 1/", SIGTERM, 2.0);
-}
-
-/* Of few and short passes some times are lost in the scatter, and some are not. */
-static void test_times_that_cannot_be_measured(void **state)
-{
-    enum { MOST_TRIES = 40 };
-    int unknown = 0, all = 0;
-    for (int i = 0; i < MOST_TRIES && (unknown == 0 || unknown == all); i++) {
-        ca_program_result r;
-        char seed[32];
-        snprintf(seed, sizeof seed, "--seed=%d", i);
-        RUN(&r, "noise", ROOM, COUNTS(20, 2, 3), seed, "--stats=a.json");
-        assert_exit(&r, 0);
-        json_t *root = load_json(folder_of(state), "a.json");
-        unknown += assert_times(json_object_get(root, "times"), r.output);
-        all += 4;
-        json_decref(root);
-    }
-    assert_true(unknown > 0 && unknown < all);
-}
-
-/* Without light there is nothing to recommend. */
-static void test_black_image(void **state)
-{
-    ca_program_result r;
-    RUN(&r, "noise", ROOM, COUNTS(20, 2, 3), "-Dpower=0", "-oa.exr", "-oa.png", "--stats=a.json");
-    assert_exit(&r, 0);
-    assert_says(r.output, "no numbers are recommended: no noise was found, all are as good\nwrote a.exr\n");
-    assert_null(strstr(r.output, "-nan"));
-    assert_null(strstr(r.output, "next: "));
-    ca_image_layers *image = read_image(state, "a.exr");
-    assert_null(ca_layers_find(image, CA_RAY_MAP_LAYER));
-    ca_image_release(image);
-    json_t *root = load_json(folder_of(state), "a.json");
-    assert_true(json_is_false(json_object_get(root, "interrupted")) &&
-                json_is_null(json_object_get(root, "recommendation")));
-    json_decref(root);
-}
-
-/* What was allowed to the measurement is not exceeded by timing more light paths than fit, nor by what is
- * recommended. */
-static void test_memory_limit(void **state)
-{
-    ca_program_result r;
-    RUN(&r, "noise", ROOM, COUNTS(2000, 2, 4), "--memory=1.5", "-oa.exr", "--stats=a.json");
-    assert_exit(&r, 0);
-    assert_says(r.output, " --memory 1.5 --rays a.exr\n");
-    json_t *root = load_json(folder_of(state), "a.json");
-    const json_t *recommendation = json_object_get(root, "recommendation");
-    /* About 7,500 fit a MiB beside the film. */
-    assert_true(json_number(json_object_get(recommendation, "best"), "light_paths") < 20000.0);
-    assert_true(json_number(json_object_get(root, "times"), "light_paths") < 20000.0);
-    json_decref(root);
-    RUN(&r, "render", ROOM, "-ibdpm", "--alpha=0", "--memory=1.5", "--rays=a.exr", "--spp=2", "-ob.exr");
-    assert_exit(&r, 0);
-    RUN(&r, "noise", ROOM, COUNTS(2000, 2, 4), "--memory=0.1", "-oc.exr");
-    assert_exit(&r, 2);
-    assert_says(r.errors, "2000 light paths need about");
-    assert_false(exists(folder_of(state), "c.exr"));
-}
-
 /* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 static void assert_integrator(void **state, const char *words)
@@ -594,17 +316,18 @@ static void test_help(void **state)
     assert_says(r.output, "  noise ");
 }
 
-#define ROOM_TEST(function) cmocka_unit_test_setup_teardown(function, set_up_room, tear_down)
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        ROOM_TEST(test_what_comes_out),  ROOM_TEST(test_threads_and_quiet),    ROOM_TEST(test_law_holds),
-        ROOM_TEST(test_predictions),     ROOM_TEST(test_one_camera_path),      ROOM_TEST(test_integrator_and_alpha),
-        ROOM_TEST(test_crop),            ROOM_TEST(test_refusals),             ROOM_TEST(test_help),
-        ROOM_TEST(test_recommendation),  ROOM_TEST(test_default_numbers),      ROOM_TEST(test_signals),
-        ROOM_TEST(test_times_that_cannot_be_measured),
-        ROOM_TEST(test_black_image),     ROOM_TEST(test_memory_limit),
+        ROOM_TEST(test_what_comes_out),
+        ROOM_TEST(test_threads_and_quiet),
+        ROOM_TEST(test_law_holds),
+        ROOM_TEST(test_predictions),
+        ROOM_TEST(test_one_camera_path),
+        ROOM_TEST(test_integrator_and_alpha),
+        ROOM_TEST(test_crop),
+        ROOM_TEST(test_refusals),
+        ROOM_TEST(test_help),
     };
     return run_program_tests("the program: noise components", tests, sizeof tests / sizeof tests[0]);
 }

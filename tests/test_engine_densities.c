@@ -8,6 +8,7 @@
 #include "support/agreement_scenes.h"
 #include "support/record_check.h"
 #include "support/scene_text.h"
+#include "support/small_pass.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -101,39 +102,27 @@ static void trace_pass(watch *w, const ca_render_plan *plan, double radius)
 }
 
 /* Every pass has paths of its own. */
-static ca_render_settings small_settings(const char *integrator)
+static ca_render_settings settings_of_pass(const char *integrator)
 {
     static uint64_t seed;
-    ca_render_settings settings;
-    ca_render_settings_init(&settings);
-    settings.integrator = integrator;
-    settings.samples_per_pixel = CAMERA_PATHS;
-    settings.width = WIDTH;
-    settings.height = HEIGHT;
-    settings.max_depth = 8;
-    settings.has_max_depth = true;
-    settings.sampler = "independent";
-    settings.threads = 1;
-    settings.has_seed = true;
-    settings.seed = seed++;
-    if (strncmp(integrator, "path", 4) == 0) return settings;
-    settings.light_paths = LIGHT_PATHS;
-    settings.camera_paths = CAMERA_PATHS;
-    return settings;
+    const small_pass pass = {.integrator = integrator,
+                             .sampler = "independent",
+                             .width = WIDTH,
+                             .height = HEIGHT,
+                             .light_paths = LIGHT_PATHS,
+                             .camera_paths = CAMERA_PATHS,
+                             .max_depth = 8,
+                             .seed = seed++};
+    return small_pass_settings(&pass);
 }
 
 /* The number of failures. */
 static uint32_t check_integrator(const ca_scene *scene, const char *name, const char *integrator, bool by_differences)
 {
-    const ca_render_settings settings = small_settings(integrator);
+    const ca_render_settings settings = settings_of_pass(integrator);
     const double radius = 0.02 * (double)scene->radius;
     ca_render_plan plan;
-    ca_error error;
-    if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s: %s", name, error.message);
-    if (ca_integrator_value(plan.type, &plan.input, "radius", -1.0) >= 0.0) {
-        const ca_parameter parameter = {.name = "radius", .kind = CA_PARAMETER_NUMBER, .number = radius};
-        assert_int_equal(ca_integrator_set(plan.type, &parameter, &plan.input, &error), CA_OK);
-    }
+    small_pass_plan(scene, &settings, radius, &plan);
     watch w = {.check = {.scene_name = name,
                          .integrator = integrator,
                          .scene = scene,

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "film/confidence.h"
 #include "film/joined_film.h"
+#include "support/expect_near.h"
 #include "support/test_random.h"
 
 #include <math.h>
@@ -17,12 +18,11 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
 static ca_test_random random_source;
 
-static double uniform(void) { return ((double)ca_test_random_u32(&random_source) + 0.5) * 0x1p-32; }
 /* The mean of so many exponentials. */
 static double draw(int count)
 {
     double product = 1.0;
-    for (int k = 0; k < count; k++) product *= uniform();
+    for (int k = 0; k < count; k++) product *= ca_test_random_open(&random_source);
     return -log(product) / count;
 }
 
@@ -54,11 +54,6 @@ static ca_image_layers *confidence_of(const ca_joined_film *joined)
     assert_int_equal(ca_joined_film_add_confidence(joined, layers, NULL), CA_OK);
     assert_int_equal(layers->channel_count, 12);
     return layers;
-}
-
-static void expect_near(double got, double expected, double relative)
-{
-    if (!(fabs(got - expected) <= relative * fabs(expected))) fail_msg("%.12g is not %.12g", got, expected);
 }
 
 static void test_one_part(void **state)

@@ -1,6 +1,8 @@
 /* Texture coordinates and tangents of shapes: what their definitions say, and tangents as differences of points. */
 #include "geometry/quadric.h"
 #include "geometry/triangle.h"
+#include "scene/scene.h"
+#include "support/scene_text.h"
 #include "support/test_random.h"
 
 #include <setjmp.h>
@@ -89,6 +91,54 @@ static void test_quadrics(void **state)
     check_quadric(CA_SHAPE_CYLINDER);
 }
 
+/* Without uv all else is the same to the bit. */
+static void test_quadrics_without_uv(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(9);
+    for (int i = 0; i < POINTS; i++) {
+        const ca_shape_kind kind = i % 3 == 0 ? CA_SHAPE_SPHERE : i % 3 == 1 ? CA_SHAPE_DISK : CA_SHAPE_CYLINDER;
+        ca_shape shape = quadric_of(kind);
+        shape.needs_tangents = false;
+        shape.flip_normals = i % 2;
+        const double u = 0.01 + 0.98 * (double)ca_test_random_float(&random);
+        const ca_affine *map = map_of(&shape);
+        const ca_vec3 position = ca_map_point(map->to, point_at(kind, u, 0.3));
+        ca_surface with = {0}, without = {.uv = {7.0f, 7.0f}};
+        ca_quadric_surface(&shape, position, &with);
+        shape.skips_uv = true;
+        ca_quadric_surface(&shape, position, &without);
+        assert_true(with.uv.x > 0.0f && without.uv.x == 0.0f && without.uv.y == 0.0f);
+        assert_memory_equal(&with, &without, offsetof(ca_surface, uv)); /* position, normals, tangents */
+    }
+}
+
+/* It is left out where nothing asks for it, and nowhere else. */
+static void test_scenes_without_uv(void **state)
+{
+    (void)state;
+#define BALL(bsdf, light)                                                                                            \
+    "<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'>" bsdf "</shape>"                       \
+    "<shape type='rectangle'><emitter type='area'>" light "</emitter></shape></scene>"
+#define PLAIN_LIGHT "<rgb name='radiance' value='1'/>"
+    static const struct {
+        const char *text;
+        bool skips;
+    } cases[] = {
+        {BALL("<bsdf type='diffuse'/>", PLAIN_LIGHT), true},
+        {BALL("<bsdf type='diffuse'><texture name='reflectance' type='checkerboard'/></bsdf>", PLAIN_LIGHT), false},
+        {BALL("<bsdf type='diffuse'/>", "<texture name='radiance' type='checkerboard'/>"), false},
+        {BALL("<bsdf type='roughconductor'><float name='alpha_u' value='0.1'/><float name='alpha_v' value='0.3'/>"
+              "</bsdf>", PLAIN_LIGHT), false},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_scene *scene = scene_from_text(cases[i].text);
+        for (uint32_t k = 0; k < scene->shape_count; k++)
+            assert_int_equal(scene->shapes[k].skips_uv, cases[i].skips && scene->shapes[k].kind == CA_SHAPE_SPHERE);
+        ca_scene_release(scene);
+    }
+}
+
 /* ---- Triangles ------------------------------------------------------------------------------------------------- */
 
 /* One triangle with random corners, texture coordinates and normals on the side of its own one or the other. */
@@ -156,6 +206,11 @@ static void test_triangles(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_quadrics), cmocka_unit_test(test_triangles)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_quadrics),
+        cmocka_unit_test(test_quadrics_without_uv),
+        cmocka_unit_test(test_scenes_without_uv),
+        cmocka_unit_test(test_triangles),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -114,6 +114,19 @@ static ca_preflight preflight_of(const ca_scene *scene, const ca_render_settings
     return preflight;
 }
 
+/* The pilot of a render with so many passes. */
+static ca_light_pilot pilot_of(const ca_scene *scene, const ca_render_settings *settings, uint32_t passes)
+{
+    ca_render_plan plan;
+    ca_mis_rules counts;
+    ca_light_pilot pilot;
+    ca_error error;
+    assert_int_equal(ca_render_plan_make(&plan, scene, settings, &error), CA_OK);
+    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, passes, &error), CA_OK);
+    return pilot;
+}
+
 static void assert_warns(const ca_preflight *preflight, const char *words)
 {
     if (preflight->warning_count != 1 || !strstr(preflight->warnings[0], words))
@@ -257,13 +270,7 @@ static void check_expected_samples(bool water, const char *integrator)
     enum { SAMPLES = 400 };
     ca_scene *scene = pool(water, LAMP("0.5", "1"), 4);
     ca_render_settings settings = settings_of(integrator, SAMPLES);
-    ca_render_plan plan;
-    ca_mis_rules counts;
-    ca_light_pilot pilot;
-    ca_error error;
-    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, SAMPLES, &error), CA_OK);
+    ca_light_pilot pilot = pilot_of(scene, &settings, SAMPLES);
     double expected = 0.0;
     for (size_t i = 0; i < pilot.count; i++) expected += pilot.samples[0][i].expected;
     ca_light_pilot_destroy(&pilot);
@@ -390,13 +397,7 @@ static void test_crowd(void **state)
     (void)state;
     ca_scene *scene = scene_from_text(CROWD("<bsdf type='diffuse'/>"));
     const ca_render_settings settings = settings_of("ovcm:max_depth=4", 16);
-    ca_render_plan plan;
-    ca_mis_rules counts;
-    ca_light_pilot pilot;
-    ca_error error;
-    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 16, &error), CA_OK);
+    ca_light_pilot pilot = pilot_of(scene, &settings, 16);
     print_message("%llu merges, %zu samples, radius %g\n", (unsigned long long)pilot.counters.merges, pilot.count,
                   sqrt(pilot.merge_area / 3.141592653589793));
     assert_true(pilot.counters.camera_paths == CA_PILOT_CAMERA_PATHS);
@@ -415,13 +416,7 @@ static void test_crowd_is_seen_early(void **state)
     ca_scene *scene = scene_from_text(CROWD("<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' "
                                             "value='0.95'/></bsdf></bsdf>"));
     const ca_render_settings settings = settings_of("path", 1);
-    ca_render_plan plan;
-    ca_mis_rules counts;
-    ca_light_pilot pilot;
-    ca_error error;
-    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 1, &error), CA_OK);
+    ca_light_pilot pilot = pilot_of(scene, &settings, 1);
     print_message("%llu merges, and %llu with larger radii\n", (unsigned long long)pilot.counters.merges,
                   (unsigned long long)pilot.merges_in_vain);
     assert_true(pilot.merges_in_vain > 0 && pilot.merges_in_vain < 1 << 20);

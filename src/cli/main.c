@@ -87,6 +87,18 @@ static int help(int word_count, char *const words[])
     return CA_EXIT_DONE;
 }
 
+/* "caustica version" and "caustica --version" take no words. */
+static int version(int word_count, char *const words[])
+{
+    ca_error error;
+    if (word_count > 0) {
+        ca_fail(&error, CA_ERROR_ARGUMENT, NULL, "version takes nothing more, but \"%s\" is given", words[0]);
+        return ca_report_usage(NULL, &error);
+    }
+    printf("caustica %s\n", ca_version());
+    return CA_EXIT_DONE;
+}
+
 static int run(int argument_count, char *arguments[])
 {
     if (argument_count < 2) {
@@ -97,10 +109,8 @@ static int run(int argument_count, char *arguments[])
     const char *word = arguments[1];
     if (strcmp(word, "help") == 0) return help(argument_count - 2, arguments + 2);
     if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) return help(0, NULL);
-    if (strcmp(word, "--version") == 0 || strcmp(word, "version") == 0) {
-        printf("caustica %s\n", ca_version());
-        return CA_EXIT_DONE;
-    }
+    if (strcmp(word, "--version") == 0 || strcmp(word, "version") == 0)
+        return version(argument_count - 2, arguments + 2);
     const command *found = find_command(word);
     return found ? found->run(argument_count - 2, arguments + 2) : unknown_command(word);
 }

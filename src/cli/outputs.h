@@ -3,6 +3,7 @@
 #define CA_CLI_OUTPUTS_H
 
 #include "cli/layer_choice.h"
+#include "cli/options.h"
 #include "metrics/tone.h"
 
 /* How .png shows a picture: values times 2^exposure under a tone curve (metrics/tone.h). Zeros are the plain picture,
@@ -11,6 +12,30 @@ typedef struct ca_output_look {
     double exposure;
     ca_tone_curve tone;
 } ca_output_look;
+
+/* Rows of a command's options for how its images are written. `record` is the type that is filled; it has members
+ * ca_output_look look, const char *tone (ca_outputs_find_tone), ca_layer_choice layers. */
+#define CA_OUTPUT_OPTIONS(record)                                                                                    \
+    {.name = "exposure",                                                                                             \
+     .argument = "STOPS",                                                                                            \
+     .kind = CA_OPTION_REAL,                                                                                         \
+     .offset = offsetof(record, look.exposure),                                                                      \
+     .help = "brightness of .png by powers of two (default: 0)"},                                                    \
+    {.name = "tone",                                                                                                 \
+     .argument = "CURVE",                                                                                            \
+     .kind = CA_OPTION_TEXT,                                                                                         \
+     .offset = offsetof(record, tone),                                                                               \
+     .help = "of .png: srgb, which clips (default), or aces, hable, reinhard, which keep highlights; or linear"},    \
+    {.name = "layers",                                                                                               \
+     .argument = "LIST",                                                                                             \
+     .kind = CA_OPTION_TEXT,                                                                                         \
+     .offset = offsetof(record, layers.names),                                                                       \
+     .help = "layers of .exr beside R G B: names with commas (Albedo,N,Variance.R), all or none (default: those "    \
+             "that say something)"},                                                                                 \
+    {.name = "half",                                                                                                 \
+     .kind = CA_OPTION_FLAG,                                                                                         \
+     .offset = offsetof(record, layers.half),                                                                        \
+     .help = "R G B, Albedo and N of .exr with 16 bits instead of 32, where their values fit"}
 
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);

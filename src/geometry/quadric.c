@@ -226,6 +226,7 @@ static void sphere_surface(const ca_shape *shape, ca_vec3 position, ca_surface *
     const double scale = 1.0 / sqrt(ddot(from_center, from_center));
     surface->position = dround(dmadd(center, (double)shape->as.sphere.radius * scale, from_center));
     surface->ng = dround(dscale(from_center, scale));
+    if (shape->skips_uv) return;
     const ca_vec3 local = ca_normalize(ca_map_vector(shape->as.sphere.map.from, surface->ng));
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
     surface->uv = (ca_vec2){turn(local.x, local.y), ca_atan2(ring, local.z) * CA_INV_PI};
@@ -244,6 +245,7 @@ static void disk_surface(const ca_shape *shape, ca_vec3 position, ca_surface *su
     const double x = ddot(dcross(p, t_axis), n) / area2, y = ddot(dcross(s_axis, p), n) / area2;
     surface->position = dround(dmadd(dmadd(center, x, s_axis), y, t_axis));
     surface->ng = dround(dscale(n, 1.0 / sqrt(area2)));
+    if (shape->skips_uv) return;
     const float radius = (float)sqrt(x * x + y * y);
     surface->uv = (ca_vec2){fminf(radius, 1.0f), turn((float)x, (float)y)};
     if (!shape->needs_tangents) return;
@@ -262,6 +264,7 @@ static void cylinder_surface(const ca_shape *shape, ca_vec3 position, ca_surface
     const double scale = 1.0 / sqrt(ddot(across, across));
     surface->position = dround(dmadd(dmadd(base, height, z_axis), (double)shape->as.cylinder.radius * scale, across));
     surface->ng = dround(dscale(across, scale));
+    if (shape->skips_uv) return;
     const ca_vec3 local = ca_map_vector(shape->as.cylinder.map.from, surface->ng);
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
     surface->uv = (ca_vec2){turn(local.x, local.y), (float)height};
@@ -273,6 +276,7 @@ static void cylinder_surface(const ca_shape *shape, ca_vec3 position, ca_surface
 void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface)
 {
     surface->dpdu = surface->dpdv = (ca_vec3){0};
+    surface->uv = (ca_vec2){0};
     switch (shape->kind) {
     case CA_SHAPE_SPHERE: sphere_surface(shape, position, surface); break;
     case CA_SHAPE_DISK: disk_surface(shape, position, surface); break;

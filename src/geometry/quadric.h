@@ -17,7 +17,7 @@ bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 directi
 ca_f8 ca_quadric_intersect8(const ca_shape *shape, ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max);
 
 /* The surface point nearest to `position` (which is on the shape but for rounding): fills position, position_error,
- * ng, ns, uv, and dpdu, dpdv where the shape needs tangents. */
+ * ng, ns, uv but where the shape skips it, and dpdu, dpdv where it needs tangents. */
 void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *surface);
 
 #endif

@@ -27,6 +27,7 @@ typedef struct ca_shape {
     ca_shape_kind kind;
     bool flip_normals;   /* quadrics only; a mesh is flipped when it is compiled */
     bool needs_tangents; /* its material uses dpdu, dpdv */
+    bool skips_uv;       /* quadrics that need no tangents only: nobody asks for uv, which stays 0 */
     uint32_t material;   /* index in the scene's materials */
     uint32_t light;      /* index in the scene's lights, or CA_NONE */
     float area;          /* m^2 */
@@ -60,7 +61,7 @@ typedef struct ca_surface {
     ca_vec3 ng;             /* geometric normal, unit, on the side of ns; the shape's outside unless ns disagrees */
     ca_vec3 ns;             /* shading normal, unit */
     ca_vec3 dpdu, dpdv;     /* only where shape.needs_tangents; zero elsewhere */
-    ca_vec2 uv;
+    ca_vec2 uv;             /* zero where shape.skips_uv */
     ca_vec2 barycentric; /* of corners 1 and 2 (meshes) */
     const ca_mesh *mesh; /* NULL for quadrics */
     uint32_t shape, primitive, instance; /* instance: CA_NONE outside of instances */

@@ -233,26 +233,6 @@ const ca_integrator_type ca_integrator_vavcm = {
     ENGINE_FUNCTIONS,
 };
 
-/* ---- auto ------------------------------------------------------------------------------------------------------ */
-
-static ca_status create_auto(const ca_integrator_input *input, void **state, ca_error *error)
-{
-    (void)input;
-    *state = NULL;
-    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
-                   "integrator \"auto\" is for renders, which choose a method for it; here one must be named");
-}
-
-/* Those that are not set are the chosen method's own. */
-static const ca_parameter_spec auto_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
-                                                    RADIUS_PARAMETERS, END_OF_PARAMETERS};
-const ca_integrator_type ca_integrator_auto = {
-    .name = "auto",
-    .parameters = auto_parameters,
-    .abilities = CA_ABILITY_CHOOSES,
-    .create = create_auto,
-};
-
 /* ---- pilot ----------------------------------------------------------------------------------------------------- */
 
 static const ca_mis_rules pilot_rules = {
@@ -280,7 +260,7 @@ const ca_integrator_type ca_integrator_pilot = {
 const ca_integrator_type *const ca_algorithms[] = {
     &ca_integrator_light,    &ca_integrator_bdpt,     &ca_integrator_ppm,  &ca_integrator_bdpm,  &ca_integrator_vcm,
     &ca_integrator_vcm_plus, &ca_integrator_vcm_star, &ca_integrator_ovcm, &ca_integrator_cavcm,
-    &ca_integrator_vavcm,    &ca_integrator_auto,
+    &ca_integrator_vavcm,
 };
 const size_t ca_algorithm_count = sizeof ca_algorithms / sizeof ca_algorithms[0];
-_Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 2 <= CA_MAX_INTEGRATORS, "room for all names");
+_Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 3 <= CA_MAX_INTEGRATORS, "room for all names");

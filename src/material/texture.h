@@ -50,6 +50,12 @@ typedef struct ca_texture {
 
 ca_texture ca_texture_constant(ca_rgb value);
 
+/* Does its value depend on the surface's uv? */
+static inline bool ca_texture_reads_uv(const ca_texture *texture)
+{
+    return texture->kind != CA_TEXTURE_CONSTANT && texture->kind != CA_TEXTURE_MESH_ATTRIBUTE;
+}
+
 /* What the two below do for everything but constants. */
 ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface);
 /* The value itself of a grey colour (which its luminance is not, to the last bit), else the luminance. */

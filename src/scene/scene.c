@@ -173,6 +173,15 @@ static ca_status compile_shapes(ca_scene *scene, uint32_t *group_first, uint32_t
     return CA_OK;
 }
 
+/* Only textures ask for uv, and on a quadric it costs two angles. */
+static void skip_uv(ca_scene *scene)
+{
+    for (size_t i = 0; i < scene->desc.textures.count; i++)
+        if (ca_texture_reads_uv(&scene->desc.textures.items[i])) return;
+    for (uint32_t i = 0; i < scene->shape_count; i++)
+        scene->shapes[i].skips_uv = scene->shapes[i].kind != CA_SHAPE_MESH && !scene->shapes[i].needs_tangents;
+}
+
 /* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
 static void grow(ca_scene *scene, ca_vec3 p)
@@ -398,6 +407,7 @@ static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error
     link_textures(scene);
     CA_TRY(compile_materials(scene, error));
     CA_TRY(compile_shapes(scene, group_first, &world_count, error));
+    skip_uv(scene);
     CA_TRY(compile_instances(scene, group_first, error));
     compute_bounds(scene, world_count);
     CA_TRY(compile_lights(scene, error));

@@ -32,4 +32,10 @@ static inline float ca_test_random_float(ca_test_random *random)
     return (float)(ca_test_random_u32(random) >> 8) * 0x1p-24f;
 }
 
+/* Uniform in (0, 1). */
+static inline double ca_test_random_open(ca_test_random *random)
+{
+    return ((double)ca_test_random_u32(random) + 0.5) * 0x1p-32;
+}
+
 #endif
