@@ -369,7 +369,7 @@ static void test_choice_of_a_file(void **state)
     ca_error error;
     const ca_render_settings blocks = auto_settings("qmcppm", 1);
     save_picture(scene, &blocks, path); /* of another kind than `auto` chooses from */
-    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "does not say which method"));
     unlink(path);
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_FILE);

@@ -1,5 +1,5 @@
 /* `auto`: a name and parameters. Which method stands for it, the render chooses (render/auto_method.h). */
-#include "integrator/integrator.h"
+#include "integrator/bidirectional.h"
 
 static ca_status create_auto(const ca_integrator_input *input, void **state, ca_error *error)
 {

@@ -395,7 +395,7 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
     const ca_integrator_type *type = ca_integrator_of(text);
     const ca_integrator_desc nothing_set = {.name = NULL};
     if (!type || ca_integrator_has(type, CA_ABILITY_CHOOSES) || type->begin_block)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+        return ca_fail(error, CA_ERROR_FORMAT, NULL,
                        "%s: the picture does not say which method it was made with (caustica.integrator)", path);
     const char *parameters = strchr(text, ':');
     CA_TRY(ca_integrator_configure(type, &nothing_set, false, parameters ? parameters + 1 : NULL, &plan->input,
