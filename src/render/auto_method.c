@@ -37,7 +37,7 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 
 typedef struct chooser {
     ca_render_plan *plan;
-    double start, seconds_allowed; /* by the clock */
+    double start, seconds_allowed; /* by the clock; for all trials, once it is known what the render takes */
     double passes; /* that the pilot is asked about */
     ca_light_pilot pilot;
     bool loses[WITHOUT_MERGES];
@@ -178,17 +178,36 @@ static void tell(chooser *c)
     if (!ca_render_tell(c->plan, &progress, &c->start)) c->ended = true;
 }
 
-/* Each in turn, so that what slows the machine slows all. */
+typedef struct trials_task {
+    chooser *c;
+    uint32_t iterations;
+    ca_status status[CA_MOST_METHODS];
+    ca_error errors[CA_MOST_METHODS];
+} trials_task;
+
+static void run_trial(void *user, uint32_t index, uint32_t worker)
+{
+    (void)worker;
+    trials_task *task = user;
+    const chooser *c = task->c;
+    ca_method_trial *trial = &c->trials[index];
+    while (c->goes_on[index] && trial->iterations < task->iterations && task->status[index] == CA_OK) {
+        if (trial->iterations >= FIRST_ITERATIONS && seconds_so_far(c) > c->seconds_allowed) return;
+        task->status[index] = ca_method_trial_run(trial, &task->errors[index]);
+    }
+}
+
+/* Each on one thread. */
 static ca_status run_trials(chooser *c, uint32_t iterations, ca_error *error)
 {
-    for (bool all_done = false; !all_done && !c->ended;) {
-        all_done = true;
-        for (uint32_t i = 0; i < c->count; i++) {
-            if (!c->goes_on[i] || c->trials[i].iterations >= iterations) continue;
-            CA_TRY(ca_method_trial_run(&c->trials[i], error));
-            all_done = false;
-        }
-        tell(c);
+    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, c->count)};
+    trials_task task = {.c = c, .iterations = iterations};
+    ca_parallel_for(&parallel, c->count, run_trial, &task);
+    tell(c);
+    for (uint32_t i = 0; i < c->count; i++) {
+        if (task.status[i] == CA_OK) continue;
+        if (error) *error = task.errors[i];
+        return task.status[i];
     }
     return CA_OK;
 }
@@ -242,7 +261,7 @@ static ca_status score(chooser *c, ca_error *error)
     for (uint32_t i = 0; i < c->count; i++)
         c->scores[i] = (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights),
                                          .unseen = unseen_by(c, i),
-                                         .seconds = ca_method_trial_seconds(&c->trials[i])};
+                                         .seconds = c->trials[i].seconds};
     c->scored = c->count;
     const ca_method_score best = c->scores[ca_method_best(c->scores, c->count)];
     for (uint32_t i = 0; i < c->count; i++)
@@ -259,7 +278,8 @@ static double seconds_for_choice(const chooser *c)
     const double scale = pixels_of_crop(c->plan) / (double)c->pixels;
     double whole = settings->seconds > 0.0 ? settings->seconds : USUAL_RENDER_SECONDS;
     if (!c->plan->open_ended) {
-        const double passes = scale * c->plan->pass_limit * c->scores[ca_method_best(c->scores, c->scored)].seconds;
+        const double seconds = c->scores[ca_method_best(c->scores, c->scored)].seconds / c->plan->threads;
+        const double passes = scale * c->plan->pass_limit * seconds;
         whole = settings->seconds > 0.0 ? fmin(whole, passes) : passes;
     }
     return fmin(MOST_SECONDS, fmax(LEAST_SECONDS, CA_METHOD_SHARE * whole));
@@ -279,7 +299,8 @@ static ca_status run_rounds(chooser *c, ca_error *error)
         CA_TRY(run_trials(c, iterations, error));
         if (c->ended) break;
         CA_TRY(score(c, error));
-        if (seconds_so_far(c) > seconds_for_choice(c)) break;
+        c->seconds_allowed = seconds_for_choice(c);
+        if (seconds_so_far(c) > c->seconds_allowed) break;
         CA_TRY(add_neighbours(c, &added, error));
         if (added > 0) continue;
         if (still_going(c) == 1) break;
@@ -338,8 +359,9 @@ static void write_reason(chooser *c, uint32_t best)
                             : 0.0;
     note_trials(c);
     write_method(&m->trials[best], method, sizeof method);
+    const double percent = 100.0 * c->lost;
     if (c->loses[BDPT])
-        snprintf(why, sizeof why, ", since only merges find about %.2g %% of the light", 100.0 * c->lost);
+        snprintf(why, sizeof why, ", since only merges find about %.*f %% of the light", percent < 9.95 ? 1 : 0, percent);
     else if (isfinite(gain) && gain > 0.0)
         snprintf(why, sizeof why, ", %.2f times as efficient as %s", gain, c->methods[other].type->name);
     snprintf(m->reason, sizeof m->reason, "auto: %s%s (%u tried in %.1f s)", method, why, c->count, m->seconds);
@@ -375,7 +397,7 @@ static ca_status choose(chooser *c, ca_error *error)
 
 static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
 {
-    chooser c = {.plan = plan, .start = ca_clock_seconds()};
+    chooser c = {.plan = plan, .start = ca_clock_seconds(), .seconds_allowed = (double)INFINITY};
     c.trials = ca_alloc_zeroed(CA_MOST_METHODS, sizeof *c.trials);
     if (!c.trials) return ca_fail_memory(error, "the trials");
     const ca_status status = choose(&c, error);

@@ -8,6 +8,9 @@ enum { PARTS = 8, AGREEING_BATCHES = 4 };
 #define LOST_OF_PICTURE 0.005
 #define LOST_OF_PART 0.05
 
+/* A sample is a dot if its square is so many times the pixel's squared luminance. */
+#define DOT 4.0
+
 /* The trial sees what it is expected to make so many samples of. */
 #define SEEN 2.0
 
@@ -67,7 +70,8 @@ double ca_method_unseen(const ca_light_sample *samples, size_t count, const ca_u
         if (seen >= SEEN) break;
         if (!(s->expected > 0.0)) continue; /* lost, whatever the number of samples */
         const double per_path = s->expected / unseen->expected_scale; /* Q / T */
-        sum += unseen->weight(unseen->user, s->x, s->y) * s->light * s->light / per_path;
+        const double weight = unseen->weight(unseen->user, s->x, s->y), brings = s->light / per_path;
+        if (weight * brings * brings > DOT) sum += weight * brings * s->light;
     }
     return sum / (unseen->camera_paths * unseen->paths_of_pixel);
 }

@@ -119,12 +119,13 @@ static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, c
                                            .sampler = "independent",
                                            .seed = ca_pcg_permute(plan->seed ^ TRIAL_SEED),
                                            .has_seed = true,
-                                           .threads = plan->threads,
+                                           .threads = 1,
                                            .samples_per_pixel = 1};
     set_picture(&trial->settings, plan);
     CA_TRY(ca_render_plan_make(&trial->plan, plan->scene, &trial->settings, error));
     CA_TRY(ca_method_configure(&trial->method, plan, &render, error));
     memcpy(trial->plan.input.values, render.values, sizeof render.values);
+    trial->plan.filter.sampled_part = (float)sqrt(pixels_of_film(&trial->plan) / pixels_of_film(plan));
     trial->plan.camera_paths = plan->camera_paths;
     return set_merges(trial, plan, &render, error);
 }
@@ -155,9 +156,10 @@ void ca_method_trial_destroy(ca_method_trial *trial)
 
 ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error)
 {
-    const double start = ca_clock_seconds();
+    const double start = ca_clock_thread_seconds();
     CA_TRY(ca_pass_run(&trial->runner, trial->iterations, error));
-    if (trial->iterations > 0) trial->seconds += ca_clock_seconds() - start;
+    const double seconds = ca_clock_thread_seconds() - start;
+    if (trial->iterations == 1 || (trial->iterations > 1 && seconds < trial->seconds)) trial->seconds = seconds;
     trial->iterations++;
     return CA_OK;
 }
