@@ -94,6 +94,7 @@ typedef struct ca_render_progress {
     double noise_target;                /* 0: none */
     uint32_t noise_passes;              /* passes done when noise_percent was estimated */
     double noise_seconds;               /* seconds then */
+    const char *method;                 /* which method integrator `auto` has chosen, and why; NULL: none (yet) */
     /* Makes the picture so far, as the render would give it if it ended now. Only while the callback runs, and in its
      * thread; NULL: there is no picture yet, or no whole one. Costs nothing where it is not called. */
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
@@ -103,7 +104,9 @@ typedef struct ca_render_progress {
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
 typedef struct ca_render_settings {
-    const char *integrator;     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay */
+    /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay. "auto": what leaves the least noise
+     * in the time, found by trials; it depends on how fast the machine is, the image only on what was chosen. */
+    const char *integrator;
     uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
     double noise_percent; /* > 0: stop when the relative standard error of the image is below this many percent */
@@ -175,6 +178,27 @@ typedef struct ca_rays_statistics {
     double iteration_seconds, light_path_seconds, camera_path_seconds, candidate_seconds;
 } ca_rays_statistics;
 
+/* Of integrator `auto`: a method that was tried on a small picture of the scene. */
+enum { CA_METHOD_TRIALS = 24, CA_METHOD_REASON_SIZE = 320 };
+
+typedef struct ca_tried_method {
+    const char *name; /* of the integrator, static */
+    bool no_splats;   /* of bdpt */
+    double light_paths; /* in a pass of the render; 0: it has none */
+    uint32_t iterations; /* of the trial */
+    /* Of an iteration, mean over pixels, over squared luminance: what the trial saw; what it was too short to see. */
+    double variance, unseen_variance;
+    double seconds; /* of one processor, that an iteration of the trial took */
+} ca_tried_method;
+
+/* The method that was chosen. */
+typedef struct ca_method_statistics {
+    double seconds;                     /* that choosing took, of the render's; 0: nothing was chosen */
+    char reason[CA_METHOD_REASON_SIZE]; /* "": likewise. One sentence: which method, and why */
+    uint32_t trial_count;
+    ca_tried_method trials[CA_METHOD_TRIALS];
+} ca_method_statistics;
+
 /* Totals over a render. */
 typedef struct ca_render_statistics {
     double seconds;           /* of rendering, without loading */
@@ -199,6 +223,7 @@ typedef struct ca_render_statistics {
                                        never */
     double first_predicted_at;      /* in which second that was */
     ca_rays_statistics numbers_of_rays;
+    ca_method_statistics method;
     uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
 } ca_render_statistics;
 

@@ -16,7 +16,7 @@
 
 typedef struct abilities {
     const char *name;
-    bool pair_law, connections, one_camera_path, light_samples, blocks;
+    bool pair_law, connections, one_camera_path, light_samples, blocks, chooses;
 } abilities;
 
 static const abilities expected[] = {
@@ -26,6 +26,7 @@ static const abilities expected[] = {
     {"bdpm", .pair_law = true},
     {"vcm", .connections = true},
     {"ovcm", .connections = true},
+    {"auto", .chooses = true},
     {"qmcppm", .blocks = true},
 };
 enum { EXPECTED_COUNT = sizeof expected / sizeof expected[0] };
@@ -70,7 +71,7 @@ static void check_rays(const ca_scene *scene, const abilities *can)
     settings.seconds = 1.0;
     snprintf(words, sizeof words, "rays are for integrators ppm and bdpm, not for %s", can->name);
     const ca_status status = ca_render_plan_make(&plan, scene, &settings, &error);
-    assert_outcome(can->name, status, &error, can->pair_law, words);
+    assert_outcome(can->name, status, &error, can->pair_law || can->chooses, words);
 }
 
 static void check_noise(const ca_scene *scene, const abilities *can)
@@ -192,7 +193,11 @@ static void test_rows_are_consistent(void **state)
             assert_true(ca_integrator_value(type, &input, "camera_paths", 0.0) == 1.0);
         }
         if (ca_integrator_has(type, CA_ABILITY_LIGHT_SAMPLES)) assert_true(has_light_paths);
-        assert_true(!type->begin_block == !type->blocks_needed && !type->begin_block == !!type->camera_paths);
+        assert_true(!type->begin_block == !type->blocks_needed);
+        if (ca_integrator_has(type, CA_ABILITY_CHOOSES))
+            assert_true(!type->begin_block && !type->camera_paths && !type->begin_round && !type->rules);
+        else
+            assert_true(!type->begin_block == !!type->camera_paths);
     }
 }
 

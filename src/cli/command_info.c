@@ -170,7 +170,7 @@ static void print_parameter(const ca_parameter *parameter)
 static void print_method(const ca_scene *scene)
 {
     const ca_integrator_desc *integrator = &scene->desc.integrator;
-    printf("%-12s%s", "integrator", integrator->name ? integrator->name : "path");
+    printf("%-12s%s", "integrator", integrator->name ? integrator->name : CA_DEFAULT_INTEGRATOR);
     for (size_t i = 0; i < integrator->parameters.count; i++) print_parameter(&integrator->parameters.items[i]);
     const uint32_t samples = scene->desc.samples_per_pixel;
     printf("\n%-12s%s, %u %s per pixel, seed %llu\n", "sampler", ca_sampler_name(scene->desc.sampler.kind), samples,

@@ -64,14 +64,24 @@ static ca_status start_live(ca_live_view *view, ca_error *error)
 ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error)
 {
     const char *slash = strrchr(settings->scene, '/');
-    *view = (ca_live_view){.settings = *settings, .line = ca_progress_start(draws)};
+    *view = (ca_live_view){.settings = *settings, .line = ca_progress_start(draws), .tells_method = draws};
     snprintf(view->title, sizeof view->title, "caustica: %s", slash ? slash + 1 : settings->scene);
     return settings->serves || settings->tev ? start_live(view, error) : CA_OK;
+}
+
+/* Once, on a line of its own. */
+static void tell_method(ca_live_view *view, const char *method)
+{
+    if (!view->tells_method || !method) return;
+    ca_progress_clear(&view->line);
+    fprintf(stderr, "caustica: %s\n", method);
+    view->tells_method = false;
 }
 
 bool ca_live_view_report(const ca_render_progress *progress, void *user)
 {
     ca_live_view *view = user;
+    tell_method(view, progress->method);
     ca_progress_draw(&view->line, progress);
     const bool goes_on = !view->live || ca_live_report(view->live, progress);
     return goes_on && !ca_signals_arrived();

@@ -25,10 +25,11 @@ typedef struct ca_live_view {
     ca_live_view_settings settings;
     ca_progress_line line;
     ca_live *live; /* NULL: no live view */
+    bool tells_method; /* is what integrator `auto` has chosen still to be told? */
     char title[256];
 } ca_live_view;
 
-/* Prints where the page is. `draws`: a progress line? */
+/* Prints where the page is. `draws`: a progress line, and a line that says what integrator `auto` has chosen? */
 ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error);
 
 /* For ca_render_settings.progress, with the view as its user; false once a signal has arrived (signals.h) or a viewer

@@ -59,6 +59,37 @@ static json_t *rays_json(const ca_rays_statistics *r)
     return NULL;
 }
 
+static json_t *trial_json(const ca_tried_method *t)
+{
+    json_t *object = json_object();
+    const bool complete = set(object, "integrator", json_string(t->name)) &&
+                          set(object, "splats", t->no_splats ? json_false() : json_null()) &&
+                          set(object, "light_paths", ca_json_number(t->light_paths)) &&
+                          set(object, "iterations", count(t->iterations)) &&
+                          set(object, "variance", ca_json_number(t->variance)) &&
+                          set(object, "unseen_variance", ca_json_number(t->unseen_variance)) &&
+                          set(object, "seconds", ca_json_number(t->seconds));
+    if (complete) return object;
+    json_decref(object);
+    return NULL;
+}
+
+/* Which method integrator `auto` has chosen, and why; null of other renders. */
+static json_t *method_json(const ca_method_statistics *m)
+{
+    if (m->reason[0] == '\0') return json_null();
+    json_t *object = json_object(), *trials = json_array();
+    bool complete = trials != NULL;
+    for (uint32_t i = 0; i < m->trial_count && complete; i++)
+        complete = json_array_append_new(trials, trial_json(&m->trials[i])) == 0;
+    complete = complete && set(object, "reason", json_string(m->reason)) &&
+               set(object, "seconds", ca_json_number(m->seconds)) && json_object_set(object, "trials", trials) == 0;
+    json_decref(trials);
+    if (complete) return object;
+    json_decref(object);
+    return NULL;
+}
+
 /* The first prediction of the time to the noise target, and when it was made; null: there was none. */
 static json_t *prediction_json(const ca_render_statistics *s)
 {
@@ -93,7 +124,8 @@ static bool set_render(json_t *root, const ca_image_layers *image, const ca_rend
            set(root, "confidence_widened", s->has_confidence ? ca_json_number(s->confidence_widened) : json_null()) &&
            set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
            set(root, "first_prediction", prediction_json(s)) &&
-           set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays));
+           set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays)) &&
+           set(root, "method", method_json(&s->method));
 }
 
 ca_status ca_stats_write_render(const char *path, const ca_image_layers *image, const ca_render_statistics *s,

@@ -263,4 +263,4 @@ const ca_integrator_type *const ca_algorithms[] = {
     &ca_integrator_vavcm,
 };
 const size_t ca_algorithm_count = sizeof ca_algorithms / sizeof ca_algorithms[0];
-_Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 2 <= CA_MAX_INTEGRATORS, "room for all names");
+_Static_assert(sizeof ca_algorithms / sizeof ca_algorithms[0] + 3 <= CA_MAX_INTEGRATORS, "room for all names");

@@ -10,7 +10,8 @@ const ca_integrator_type *ca_integrator_at(size_t index)
 {
     if (index == 0) return &ca_integrator_path;
     if (index <= ca_algorithm_count) return ca_algorithms[index - 1];
-    return index == ca_algorithm_count + 1 ? &ca_integrator_qmcppm : NULL;
+    if (index == ca_algorithm_count + 1) return &ca_integrator_qmcppm;
+    return index == ca_algorithm_count + 2 ? &ca_integrator_auto : NULL;
 }
 
 /* Adds a name to a list of `count` names; `separator` stands before it. */

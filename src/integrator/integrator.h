@@ -93,6 +93,9 @@ typedef enum ca_ability {
     CA_ABILITY_ONE_CAMERA_PATH = 1 << 2,
     /* Samples per pixel are light paths, of which there are N_F in a pass; camera paths only see emitters. */
     CA_ABILITY_LIGHT_SAMPLES = 1 << 3,
+    /* It is no method of its own: a render chooses one of the others for it (render/auto_method.h). Cannot be
+     * created. */
+    CA_ABILITY_CHOOSES = 1 << 4,
 } ca_ability;
 
 typedef struct ca_integrator_type {
@@ -188,7 +191,7 @@ extern const size_t ca_algorithm_count;
 /* Rows that others ask for by themselves. */
 extern const ca_integrator_type ca_integrator_path, ca_integrator_light, ca_integrator_bdpt, ca_integrator_ppm,
     ca_integrator_bdpm, ca_integrator_vcm, ca_integrator_vcm_plus, ca_integrator_vcm_star, ca_integrator_ovcm,
-    ca_integrator_cavcm, ca_integrator_vavcm, ca_integrator_qmcppm;
+    ca_integrator_cavcm, ca_integrator_vavcm, ca_integrator_auto, ca_integrator_qmcppm;
 
 /* Not in the table: finds all light there is, roughly and with few rays, for looking at its paths (an observer).
  * Camera paths hit, ask and merge; they neither connect nor splat. */

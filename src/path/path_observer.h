@@ -31,9 +31,10 @@ typedef struct ca_observed_path {
 typedef struct ca_path_observer {
     void (*see)(void *user, const ca_observed_path *observed);
     void *user;
-    /* What the camera path gets for the path that the thread saw last, before its weight and the filter's. Not told
-     * are what is dropped as a defect, splats, and paths of the integrator `path`. NULL: not wanted. */
-    void (*take)(void *user, ca_rgb unweighted);
+    /* What the camera path through pixel (x, y) of the full film gets for the path that the thread saw last, before
+     * its weight and the filter's. Not told are what is dropped as a defect, splats, and paths of the integrator
+     * `path`. NULL: not wanted. */
+    void (*take)(void *user, uint32_t x, uint32_t y, ca_rgb unweighted);
 } ca_path_observer;
 
 /* The weight of the path, shown to the observer if there is one. */

@@ -11,4 +11,8 @@
 /* Radius of pass `pass`, counted from 0. */
 float ca_progressive_radius(float r0, float alpha, uint32_t pass);
 
+/* The mean of pass^-alpha over the first so many passes, by which the mean merge area is smaller than that of the
+ * first; within a tenth. */
+double ca_progressive_mean_area(double alpha, double passes);
+
 #endif

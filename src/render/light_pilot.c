@@ -29,11 +29,11 @@ typedef struct photon {
 /* The observer's. */
 typedef struct pilot_run {
     ca_light_pilot *pilot;
-    const ca_mis_rules *counts; /* of the render, per camera path */
+    const ca_mis_rules *counts; /* of each method of the render, per camera path */
     double scale;               /* camera paths of the render over those of the pilot */
     uint32_t batch;
-    double weight, expected; /* of the path that was seen last */
-    double own_share;        /* how much of its light the render finds in the very same way */
+    double weight, expected[CA_PILOT_METHODS]; /* of the path that was seen last */
+    double own_share; /* how much of its light a render with the first method finds in the very same way */
     photon seen;             /* if it is a merge; `path` NULL: it is none */
     photon *photons;         /* owned; of the group */
     size_t photon_count, photon_capacity;
@@ -46,13 +46,15 @@ static void see(void *user, const ca_observed_path *observed)
 {
     pilot_run *r = user;
     const ca_mis_path *path = observed->path;
-    double own;
     const double here = ca_mis_total(observed->rules, path, observed->technique, NULL);
-    const double all = ca_mis_total(r->counts, path, observed->technique, &own);
     r->pilot->merge_area = (double)observed->rules->merge_area;
     r->weight = (double)observed->weight;
-    r->expected = r->scale * all / here;
-    r->own_share = all > 0.0 ? own / all : 0.0;
+    for (uint32_t m = r->pilot->methods; m-- > 0;) {
+        double own;
+        const double all = ca_mis_total(&r->counts[m], path, observed->technique, &own);
+        r->expected[m] = r->scale * all / here;
+        r->own_share = all > 0.0 ? own / all : 0.0;
+    }
     r->seen = (photon){.path = observed->technique == CA_TECHNIQUE_MERGE ? observed->camera : NULL,
                        .vertex = path->camera.count};
 }
@@ -68,25 +70,32 @@ static bool keep_photon(pilot_run *r, double merged)
     return true;
 }
 
-static bool keep_sample(ca_light_pilot *pilot, ca_light_sample sample)
+/* Of each method. */
+static bool keep_samples(pilot_run *r, ca_light_sample sample)
 {
-    ca_light_sample *samples = ca_array_grow(pilot->samples, &pilot->capacity, pilot->count + 1, sizeof *samples);
-    if (!samples) return false;
-    pilot->samples = samples;
-    samples[pilot->count++] = sample;
+    ca_light_pilot *pilot = r->pilot;
+    for (uint32_t m = 0; m < pilot->methods; m++) {
+        ca_light_sample *samples =
+            ca_array_grow(pilot->samples[m], &pilot->capacity[m], pilot->count + 1, sizeof *samples);
+        if (!samples) return false;
+        pilot->samples[m] = samples;
+        sample.expected = r->expected[m];
+        samples[pilot->count] = sample;
+    }
+    pilot->count++;
     return true;
 }
 
 /* All merges of the pilot are those of the render, but for their number: with the render's weight they estimate what
  * it finds by them. */
-static void take(void *user, ca_rgb unweighted)
+static void take(void *user, uint32_t x, uint32_t y, ca_rgb unweighted)
 {
     pilot_run *r = user;
     const double luminance = (double)ca_luminance(unweighted), light = r->weight * luminance;
     const double merged = r->seen.path ? r->own_share * luminance : 0.0;
-    const ca_light_sample sample = {.light = light, .expected = r->expected, .batch = r->batch};
+    const ca_light_sample sample = {.light = light, .batch = r->batch, .x = x, .y = y};
     r->pilot->light[r->batch] += light;
-    if (light > 0.0 && !keep_sample(r->pilot, sample)) r->out_of_memory = true;
+    if (light > 0.0 && !keep_samples(r, sample)) r->out_of_memory = true;
     if (merged > 0.0 && !keep_photon(r, merged)) r->out_of_memory = true;
 }
 
@@ -222,14 +231,15 @@ static ca_status run(pilot_run *r, const ca_render_plan *plan, double radii_of_s
 }
 
 ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
-                             double iterations, ca_error *error)
+                             uint32_t methods, double iterations, ca_error *error)
 {
     const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
     const double scale = plan->camera_paths * iterations * pixels / CA_PILOT_CAMERA_PATHS;
-    *pilot = (ca_light_pilot){.samples = NULL};
+    *pilot = (ca_light_pilot){.methods = methods};
     for (uint32_t radii = RADII_OF_SIDE;; radii *= SMALLER) {
         ca_light_pilot_destroy(pilot);
-        *pilot = (ca_light_pilot){.light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES,
+        *pilot = (ca_light_pilot){.methods = methods,
+                                  .light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES,
                                   .merges_in_vain = pilot->merges_in_vain + pilot->counters.merges};
         pilot_run r = {.pilot = pilot, .counts = counts, .scale = scale};
         const ca_status status = run(&r, plan, radii, error);
@@ -242,7 +252,10 @@ ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, 
 
 void ca_light_pilot_destroy(ca_light_pilot *pilot)
 {
-    ca_free(pilot->samples);
-    pilot->samples = NULL;
-    pilot->count = pilot->capacity = 0;
+    for (uint32_t m = 0; m < CA_PILOT_METHODS; m++) {
+        ca_free(pilot->samples[m]);
+        pilot->samples[m] = NULL;
+        pilot->capacity[m] = 0;
+    }
+    pilot->count = 0;
 }

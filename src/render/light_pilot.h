@@ -10,7 +10,7 @@
  *
  * samples of the render: their sum over the samples in a part of path space is an unbiased estimate of how many the
  * render makes there, as the sum of their light is one of the light there. (Densities leave out the roulette, by
- * which both lose about the same.)
+ * which both lose about the same.) Several methods may be asked for at once.
  *
  * All is a function of the scene, the seed and the settings that say which image is rendered and with what; never of
  * threads or of a clock: the numbers of paths are constants, and one thread traces them, numbered where no render
@@ -24,11 +24,15 @@
 
 enum { CA_PILOT_CAMERA_PATHS = 1024 * CA_LIGHT_BATCHES, CA_PILOT_LIGHT_PATHS = 2048 * CA_LIGHT_BATCHES };
 
+/* Methods that one pilot can be asked for. */
+enum { CA_PILOT_METHODS = 4 };
+
 typedef struct ca_light_pilot {
-    ca_light_sample *samples; /* owned by the pilot */
-    size_t count, capacity;
-    /* All light; what of it the render will find by merging; and that times the number of other photons that the
-     * pilot's same merge found: of each batch. */
+    uint32_t methods;
+    ca_light_sample *samples[CA_PILOT_METHODS]; /* owned by the pilot; of each method: the same light */
+    size_t count, capacity[CA_PILOT_METHODS];
+    /* All light; what of it a render with the first method will find by merging; and that times the number of other
+     * photons that the pilot's same merge found: of each batch. */
     double light[CA_LIGHT_BATCHES], merged[CA_LIGHT_BATCHES], merged_photons[CA_LIGHT_BATCHES];
     uint64_t merges;                /* photons that contributed to these */
     double light_paths, merge_area; /* N_F of a batch, pi r^2 */
@@ -36,10 +40,10 @@ typedef struct ca_light_pilot {
     uint64_t merges_in_vain;        /* and before, with larger radii */
 } ca_light_pilot;
 
-/* `counts` as ca_integrator_counts made them of the plan. `iterations`: passes of the render. Errors:
- * CA_ERROR_MEMORY. */
+/* `counts`: of each of so many `methods`, as ca_integrator_counts makes them. `iterations`: passes of the render.
+ * Errors: CA_ERROR_MEMORY. */
 ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
-                             double iterations, ca_error *error);
+                             uint32_t methods, double iterations, ca_error *error);
 void ca_light_pilot_destroy(ca_light_pilot *pilot);
 
 #endif

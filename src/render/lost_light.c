@@ -29,7 +29,9 @@ static int compare(const void *left, const void *right)
     const int by_rarity = order(a->expected / a->light, b->expected / b->light);
     if (by_rarity != 0) return by_rarity;
     const int by_light = order(a->light, b->light);
-    return by_light != 0 ? by_light : order(a->batch, b->batch);
+    if (by_light != 0) return by_light;
+    const int by_batch = order(a->batch, b->batch), by_row = order(a->y, b->y);
+    return by_batch != 0 ? by_batch : by_row != 0 ? by_row : order(a->x, b->x);
 }
 
 ca_batch_ratio ca_lost_light(ca_light_sample *samples, size_t count)

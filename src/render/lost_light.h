@@ -17,6 +17,7 @@ typedef struct ca_light_sample {
     double light;    /* of the image, in any unit; > 0 */
     double expected; /* samples of the method in the whole render */
     uint32_t batch;
+    uint32_t x, y; /* pixel of the full film that gets it */
 } ca_light_sample;
 
 /* A ratio of two sums over batches that are independent and alike, with its 95 % interval (Student's t on the

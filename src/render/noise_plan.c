@@ -56,22 +56,13 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     return CA_OK;
 }
 
-/* Is a parameter set by the scene or in the text behind the integrator's name? */
-static bool is_set(const ca_scene *scene, const char *integrator, const char *parameter)
-{
-    const ca_integrator_desc *desc = &scene->desc.integrator;
-    for (uint32_t i = 0; i < desc->parameters.count; i++)
-        if (strcmp(desc->parameters.items[i].name, parameter) == 0) return true;
-    return ca_render_overrides_mention(overrides_of(integrator), parameter);
-}
-
 /* Numbers that neither the scene nor the settings give. */
 static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
 {
     ca_render_settings *s = &p->settings;
     const ca_integrator_type *type = ca_integrator_of(s->integrator ? s->integrator : scene->desc.integrator.name);
-    if (s->light_paths == 0 && !is_set(scene, s->integrator, "light_paths")) s->light_paths = DEFAULT_LIGHT_PATHS;
-    if (s->camera_paths == 0 && !is_set(scene, s->integrator, "camera_paths"))
+    if (s->light_paths == 0 && !ca_render_is_set(scene, s->integrator, "light_paths")) s->light_paths = DEFAULT_LIGHT_PATHS;
+    if (s->camera_paths == 0 && !ca_render_is_set(scene, s->integrator, "camera_paths"))
         s->camera_paths = ca_integrator_has(type, CA_ABILITY_ONE_CAMERA_PATH) ? 1 : DEFAULT_CAMERA_PATHS;
 }
 

@@ -90,19 +90,42 @@ static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting,
     return ca_integrator_set(plan->type, &parameter, &plan->input, error);
 }
 
+enum { OWN_SETTINGS = 5 };
+
+static void list_own_settings(const ca_render_settings *s, own_setting own[OWN_SETTINGS])
+{
+    own[0] = (own_setting){"max_depth", "limit on the length of paths", s->has_max_depth, s->max_depth};
+    own[1] = (own_setting){"radius", "merge radius", s->radius != 0.0, s->radius};
+    own[2] = (own_setting){"alpha", "merge radius to shrink", s->has_alpha, s->alpha};
+    own[3] = (own_setting){"light_paths", "light paths", s->light_paths != 0, s->light_paths};
+    own[4] = (own_setting){"camera_paths", "number of camera paths to choose: each pass makes one per pixel",
+                           s->camera_paths != 0, s->camera_paths};
+}
+
 static ca_status apply_own_settings(ca_render_plan *plan, const char *overrides, ca_error *error)
 {
-    const ca_render_settings *s = plan->settings;
-    const own_setting own[] = {
-        {"max_depth", "limit on the length of paths", s->has_max_depth, s->max_depth},
-        {"radius", "merge radius", s->radius != 0.0, s->radius},
-        {"alpha", "merge radius to shrink", s->has_alpha, s->alpha},
-        {"light_paths", "light paths", s->light_paths != 0, s->light_paths},
-        {"camera_paths", "number of camera paths to choose: each pass makes one per pixel", s->camera_paths != 0,
-         s->camera_paths},
-    };
-    for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) CA_TRY(apply_setting(plan, &own[i], overrides, error));
+    own_setting own[OWN_SETTINGS];
+    list_own_settings(plan->settings, own);
+    for (int i = 0; i < OWN_SETTINGS; i++) CA_TRY(apply_setting(plan, &own[i], overrides, error));
     return CA_OK;
+}
+
+bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char *parameter)
+{
+    const ca_integrator_desc *desc = &scene->desc.integrator;
+    const char *overrides = integrator ? strchr(integrator, ':') : NULL;
+    for (uint32_t i = 0; i < desc->parameters.count; i++)
+        if (strcmp(desc->parameters.items[i].name, parameter) == 0) return true;
+    return ca_render_overrides_mention(overrides ? overrides + 1 : NULL, parameter);
+}
+
+bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter)
+{
+    own_setting own[OWN_SETTINGS];
+    list_own_settings(plan->settings, own);
+    for (int i = 0; i < OWN_SETTINGS; i++)
+        if (own[i].given && strcmp(own[i].name, parameter) == 0) return true;
+    return ca_render_is_set(plan->scene, plan->settings->integrator, parameter);
 }
 
 /* settings->integrator is "name" or "name:parameter=value,...". */
@@ -120,7 +143,7 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
         name[length] = '\0';
         CA_TRY(ca_integrator_find(name, NULL, &plan->type, error));
     } else {
-        CA_TRY(ca_integrator_find(desc->name ? desc->name : "path", &desc->where, &plan->type, error));
+        CA_TRY(ca_integrator_find(desc->name ? desc->name : CA_DEFAULT_INTEGRATOR, &desc->where, &plan->type, error));
     }
     if (overrides) overrides++;
     CA_TRY(ca_integrator_configure(plan->type, desc, chosen != NULL, overrides, &plan->input, error));
@@ -174,8 +197,10 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     const ca_render_settings *settings = plan->settings;
     char names[CA_INTEGRATOR_NAMES_SIZE];
     if (settings->rays) plan->rays = strcmp(settings->rays, "auto") == 0 ? CA_RAYS_AUTO : CA_RAYS_OF_FILE;
+    const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
+    if (chooses && plan->rays == CA_RAYS_AUTO) plan->rays = CA_RAYS_OF_SETTINGS; /* they are, with the method */
     CA_TRY(plan_objective(plan, error));
-    if (plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
+    if (chooses || plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
     ca_integrator_names(CA_ABILITY_PAIR_LAW, " and ", names);
     if (!ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -322,6 +347,19 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
                        ca_noun(samples, "sample", "samples"), passes, plan->pass_limit);
     plan->pass_limit = (uint32_t)passes;
     return CA_OK;
+}
+
+/* Of a render that is not limited by samples. */
+#define CAMERA_PATHS_PER_SECOND 1e7
+#define SECONDS_TO_NOISE 3600.0
+
+/* A number of samples and a time may both be set: the first to be reached ends the render. */
+double ca_render_plan_expected_passes(const ca_render_plan *plan)
+{
+    const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : plan->pass_limit;
+    const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
+    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths))));
 }
 
 /* Light paths get the memory that the film leaves. */

@@ -1,4 +1,5 @@
 /* What can be said of a render before it is made (ca_preflight_make). */
+#include "photon/radius.h"
 #include "render/light_pilot.h"
 
 #include <math.h>
@@ -8,12 +9,8 @@
 #define MUCH_TO_LOSE 0.02
 #define MUCH_IN_DOTS 0.1
 
-/* Of a render that is not limited by samples. A guess that is rather too high: too little is said, not too much. */
-#define CAMERA_PATHS_PER_SECOND 1e7
-#define SECONDS_TO_NOISE 3600.0
-
 /* The integrator that finds the light which others lose. */
-static const ca_integrator_type *const finder = &ca_integrator_ovcm;
+static const ca_integrator_type *const finder = &ca_integrator_auto;
 
 static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ...)
 {
@@ -23,38 +20,19 @@ static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ..
     va_end(arguments);
 }
 
-/* A number of samples and a time may both be set: the first to be reached ends the render. */
-static double iterations_of(const ca_render_plan *plan)
-{
-    const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : plan->pass_limit;
-    const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
-    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths))));
-}
-
-/* The mean of pass^-alpha over so many passes, by which the mean merge area is smaller than that of the first
- * (photon/radius.h). Each term is the integral around it, which is within a tenth. */
-static double mean_shrinking(double alpha, double passes)
-{
-    const double last = passes + 0.5;
-    const double sum =
-        alpha == 1.0 ? log(last / 0.5) : (pow(last, 1.0 - alpha) - pow(0.5, 1.0 - alpha)) / (1.0 - alpha);
-    return fmin(sum / passes, 1.0);
-}
-
 /* ---- Light that is lost ---------------------------------------------------------------------------------------- */
 
 /* One that merges finds all there is: what it has too few samples of are photons. */
 static void judge_lost_light(ca_preflight *preflight, const ca_render_plan *plan, bool merges, ca_light_pilot *pilot)
 {
-    const ca_batch_ratio lost = ca_lost_light(pilot->samples, pilot->count);
+    const ca_batch_ratio lost = ca_lost_light(pilot->samples[0], pilot->count);
     preflight->lost_light = lost.value;
     preflight->lost_light_low = lost.low;
     preflight->lost_light_high = lost.high;
     if (merges || !(lost.low > MUCH_TO_LOSE)) return;
     warn(preflight,
          "\"%s\" will find none or too little of about %.0f %% of the light, such as light through glass seen "
-         "through glass; \"%s\" finds it",
+         "through glass; -i %s finds it",
          plan->type->name, 100.0 * lost.value, finder->name);
 }
 
@@ -99,11 +77,11 @@ static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan
     ca_mis_rules counts;
     if (plan->rays != CA_RAYS_OF_SETTINGS) return CA_OK; /* which numbers they are, the plan does not know */
     if (!ca_integrator_counts(plan->type, &plan->input, &counts)) return CA_OK;
-    const double iterations = iterations_of(plan);
+    const double iterations = ca_render_plan_expected_passes(plan);
     const double alpha = ca_integrator_value(plan->type, &plan->input, "alpha", 0.0);
-    counts.merge_area *= (float)mean_shrinking(alpha, iterations);
+    counts.merge_area *= (float)ca_progressive_mean_area(alpha, iterations);
     ca_light_pilot pilot;
-    CA_TRY(ca_light_pilot_run(&pilot, plan, &counts, iterations, error));
+    CA_TRY(ca_light_pilot_run(&pilot, plan, &counts, 1, iterations, error));
     preflight->camera_paths = pilot.counters.camera_paths;
     preflight->light_paths = pilot.counters.light_paths;
     preflight->rays = pilot.counters.rays;

@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "film/interval_layers.h"
+#include "render/auto_method.h"
 #include "render/auto_rays.h"
 #include "render/blocks.h"
 #include "render/noise_looks.h"
@@ -69,6 +70,7 @@ static bool report_progress(render *r)
         .noise_target = settings->noise_percent,
         .noise_passes = r->look_passes,
         .noise_seconds = r->look_seconds,
+        .method = r->plan->method.reason[0] ? r->plan->method.reason : NULL,
         .snapshot = take_snapshot,
         .render = r,
     };
@@ -93,14 +95,14 @@ static void look(render *r)
 
 static ca_status run_passes(render *r, ca_error *error)
 {
-    r->start = ca_clock_seconds();
+    r->start = ca_clock_seconds() - r->plan->method.seconds;
     r->looks = ca_noise_looks_start(r->plan->settings->noise_percent, FIRST_NOISE_PASS);
     for (;;) {
         CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, r->passes), error));
         r->passes++;
         r->seconds = ca_clock_seconds() - r->start;
         if (ca_noise_looks_due(&r->looks, r->passes)) look(r);
-        r->interrupted = !report_progress(r);
+        r->interrupted = !report_progress(r) || r->plan->ended;
         if (r->interrupted || should_stop(r)) return CA_OK;
     }
 }
@@ -126,6 +128,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
         .interrupted = r->interrupted,
         .first_predicted_seconds = r->looks.first_predicted_seconds,
         .first_predicted_at = r->looks.first_predicted_at,
+        .method = r->plan->method,
         .numbers_of_rays = {.light_paths = r->rays.light_paths,
                             .camera_paths = r->rays.mean,
                             .predicted_gain = (double)NAN,
@@ -216,6 +219,7 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
                           ca_error *error)
 {
     render r = {.plan = plan};
+    if (ca_render_plan_chooses(plan)) CA_TRY(ca_auto_method_choose(plan, error));
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
     if (plan->rays == CA_RAYS_AUTO) return ca_auto_rays_render(plan, NULL, image, statistics, error);
     if (plan->rays == CA_RAYS_OF_FILE) CA_TRY(ca_ray_file_read(&r.rays, plan, error));
@@ -251,6 +255,7 @@ ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *setti
     render r = {.integrator = NULL};
     ca_render_plan plan;
     CA_TRY(ca_render_plan_make(&plan, scene, settings, error));
+    if (ca_render_plan_chooses(&plan)) CA_TRY(ca_auto_method_use_finder(&plan, error));
     r.plan = &plan;
     CA_TRY(create_integrator(&r, error));
     plan.type->destroy(r.integrator);

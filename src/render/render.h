@@ -26,6 +26,8 @@ typedef struct ca_render_plan {
     uint32_t crop[4];          /* x0, y0, x1, y1 */
     uint32_t camera_paths;     /* of a pixel in a pass, N_B */
     ca_rays_source rays;
+    ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
+    bool ended; /* the caller has ended the render while that was chosen: one pass is made */
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
     uint32_t pass_limit;
     bool open_ended; /* ends by time or noise; pass_limit is then the largest number that can be counted */
@@ -52,10 +54,18 @@ static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
 
+/* The passes that the render will make, where samples limit it; else a guess from its time, rather too high. */
+double ca_render_plan_expected_passes(const ca_render_plan *plan);
+
 /* Light paths of a pass from now on. */
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error);
 /* Sets them. *fits: all of them fit the memory that is allowed at once, in one round. */
 ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error);
+
+/* Is a parameter set by the scene, or in the settings' text "name:a=1,b=2"? */
+bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char *parameter);
+/* By these or by a setting of its own? */
+bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter);
 
 /* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
 bool ca_render_overrides_mention(const char *overrides, const char *name);

@@ -80,6 +80,7 @@ static double integral_of(const ca_filter *filter)
 void ca_filter_prepare(ca_filter *filter)
 {
     if (filter->kind == CA_RFILTER_LANCZOS) filter->radius = filter->lobes;
+    filter->sampled_part = 1.0f;
     filter->border = filter->kind == CA_RFILTER_GAUSSIAN ? gaussian(filter, filter->radius) : 0.0f;
     filter->integral = (float)integral_of(filter);
 
@@ -197,6 +198,7 @@ void ca_filter_sample_axis(const ca_filter *filter, uint32_t count, float *u, fl
     if (filter->kind == CA_RFILTER_GAUSSIAN)
         for (; i + CA_LANES <= count; i += CA_LANES) sample_gaussian8(filter, u + i, weight + i);
     for (; i < count; i++) u[i] = sample_axis(filter, u[i], &weight[i]);
+    for (i = 0; i < count; i++) u[i] *= filter->sampled_part;
 }
 
 ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight)
@@ -204,7 +206,7 @@ ca_vec2 ca_filter_sample(const ca_filter *filter, ca_vec2 u, float *weight)
     float weight_x, weight_y;
     const ca_vec2 offset = {sample_axis(filter, u.x, &weight_x), sample_axis(filter, u.y, &weight_y)};
     *weight = weight_x * weight_y;
-    return offset;
+    return (ca_vec2){filter->sampled_part * offset.x, filter->sampled_part * offset.y};
 }
 
 const char *ca_filter_name(ca_filter_kind kind)

@@ -26,6 +26,9 @@ typedef struct ca_filter {
     float stddev; /* gaussian */
     float b, c;   /* mitchell */
     float lobes;  /* lanczos */
+    /* Sampled offsets are this part of what the filter says: 1, and less where a pixel stands for many smaller ones,
+     * of which its samples see one. Set to 1 by ca_filter_prepare. */
+    float sampled_part;
 
     /* Made by ca_filter_prepare: |f| tabulated for sampling. */
     float border;                          /* of a gaussian: what it is lowered by, so that it ends at 0 */

@@ -122,6 +122,9 @@ typedef struct ca_camera_desc {
     ca_location where;
 } ca_camera_desc;
 
+/* Of a scene that names none. */
+#define CA_DEFAULT_INTEGRATOR "auto"
+
 /* What the scene's <integrator> says. The names of parameters are the integrator's; `values` keep them all as numbers
  * or text until the integrator that is finally chosen reads them (integrator.h). */
 typedef struct ca_parameter {
@@ -133,7 +136,7 @@ typedef struct ca_parameter {
 } ca_parameter;
 
 typedef struct ca_integrator_desc {
-    const char *name; /* NULL: none given, "path" */
+    const char *name; /* NULL: none given, CA_DEFAULT_INTEGRATOR */
     CA_TABLE(ca_parameter) parameters;
     ca_location where;
 } ca_integrator_desc;

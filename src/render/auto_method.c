@@ -1,0 +1,450 @@
+#include "render/auto_method.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/text.h"
+#include "render/light_pilot.h"
+#include "render/method_light.h"
+#include "render/method_trial.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Methods that do not merge, which the pilot is asked for, in its order. */
+enum { PATH, NO_SPLATS, BDPT, WITHOUT_MERGES };
+_Static_assert((int)WITHOUT_MERGES <= (int)CA_PILOT_METHODS, "the pilot tells of all at once");
+
+enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
+
+/* Of the time for the choice, s; of a render whose time nobody knows. */
+#define LEAST_SECONDS 0.1
+#define MOST_SECONDS 5.0
+#define USUAL_RENDER_SECONDS 25.0
+
+/* Light is lost by a method if it is in a render of so many camera paths, at least: what a shorter one has too few
+ * samples of is noise. */
+#define CAMERA_PATHS_TO_LOSE 0x1p20
+
+/* A pixel's error counts over its squared luminance plus this share of the picture's. */
+#define DARK 0.1
+
+/* Neighbours are tried of methods whose cost is within this factor of the least. */
+#define NEAR_THE_BEST 1.5
+
+/* More light paths come in rounds, and take more time than a trial of few tells. */
+#define MOST_LIGHT_PATHS 0x1p22
+
+typedef struct chooser {
+    ca_render_plan *plan;
+    double start, seconds_allowed; /* by the clock; for all trials, once it is known what the render takes */
+    double passes; /* that the pilot is asked about */
+    ca_light_pilot pilot;
+    bool loses[WITHOUT_MERGES];
+    double lost; /* by bdpt, of all light */
+    ca_method methods[CA_MOST_METHODS];
+    ca_method_trial *trials; /* owned; likewise: */
+    ca_method_score scores[CA_MOST_METHODS];
+    bool goes_on[CA_MOST_METHODS];
+    uint32_t count, scored; /* methods in trial; the first so many have scores */
+    double *weights; /* owned; of the trials' pixels */
+    size_t pixels;
+    bool ended; /* by the caller */
+} chooser;
+
+static double seconds_so_far(const chooser *c) { return ca_clock_seconds() - c->start; }
+
+static double pixels_of_crop(const ca_render_plan *plan)
+{
+    return (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
+}
+
+/* ---- What the pilot tells -------------------------------------------------------------------------------------- */
+
+static uint32_t pilot_method(const ca_method *method)
+{
+    if (ca_method_merges(method)) return WITHOUT_MERGES;
+    if (method->type == &ca_integrator_path) return PATH;
+    return method->no_splats ? NO_SPLATS : BDPT;
+}
+
+static ca_status run_pilot(chooser *c, ca_error *error)
+{
+    const ca_method methods[WITHOUT_MERGES] = {
+        [PATH] = {.type = &ca_integrator_path},
+        [NO_SPLATS] = {.type = &ca_integrator_bdpt, .no_splats = true},
+        [BDPT] = {.type = &ca_integrator_bdpt},
+    };
+    const ca_render_plan *plan = c->plan;
+    const ca_light_region region = {plan->crop[0], plan->crop[1], plan->crop[2], plan->crop[3]};
+    ca_mis_rules counts[WITHOUT_MERGES];
+    for (int m = 0; m < WITHOUT_MERGES; m++) {
+        ca_integrator_input input;
+        CA_TRY(ca_method_configure(&methods[m], plan, &input, error));
+        ca_integrator_counts(methods[m].type, &input, &counts[m]);
+    }
+    c->passes = fmax(ca_render_plan_expected_passes(plan),
+                     ceil(CAMERA_PATHS_TO_LOSE / (pixels_of_crop(plan) * plan->camera_paths)));
+    CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, c->passes, error));
+    for (int m = 0; m < WITHOUT_MERGES; m++) {
+        const ca_batch_ratio lost = ca_lost_light(c->pilot.samples[m], c->pilot.count);
+        if (m == BDPT) c->lost = lost.value;
+        c->loses[m] = ca_method_loses_light(c->pilot.samples[m], c->pilot.count, &region);
+    }
+    return CA_OK;
+}
+
+static double weight_at(const void *user, uint32_t x, uint32_t y)
+{
+    const chooser *c = user;
+    return c->weights[ca_method_trial_pixel(&c->trials[0], c->plan, x, y)];
+}
+
+static double unseen_by(const chooser *c, uint32_t i)
+{
+    const ca_render_plan *plan = c->plan;
+    const uint32_t m = pilot_method(&c->methods[i]);
+    if (m == WITHOUT_MERGES) return 0.0;
+    const double pixels = pixels_of_crop(plan);
+    const ca_unseen_light unseen = {
+        .camera_paths = CA_PILOT_CAMERA_PATHS,
+        .expected_scale = c->passes * plan->camera_paths * pixels / CA_PILOT_CAMERA_PATHS,
+        .trial = c->trials[i].iterations * (double)c->pixels / (c->passes * pixels),
+        .paths_of_pixel = plan->camera_paths,
+        .weight = weight_at,
+        .user = c,
+    };
+    return ca_method_unseen(c->pilot.samples[m], c->pilot.count, &unseen);
+}
+
+/* ---- Trials ---------------------------------------------------------------------------------------------------- */
+
+/* A method that loses light, or cannot do what the settings ask for, is not tried. */
+static ca_status add_method(chooser *c, const ca_method *method, ca_error *error)
+{
+    const uint32_t m = pilot_method(method);
+    if (m != WITHOUT_MERGES && c->loses[m]) return CA_OK;
+    const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, error);
+    if (status != CA_OK) return status == CA_ERROR_UNSUPPORTED ? CA_OK : status;
+    c->methods[c->count] = *method;
+    c->goes_on[c->count++] = true;
+    return CA_OK;
+}
+
+static ca_status add_first(chooser *c, ca_error *error)
+{
+    ca_method methods[CA_MOST_METHODS];
+    const uint32_t count = ca_methods_first(methods);
+    for (uint32_t i = 0; i < count; i++) CA_TRY(add_method(c, &methods[i], error));
+    if (c->count == 0) return CA_ERROR_UNSUPPORTED; /* as the last one said */
+    c->pixels = (size_t)c->trials[0].film.width * c->trials[0].film.height;
+    c->weights = ca_alloc_zeroed(c->pixels, sizeof *c->weights);
+    return c->weights ? CA_OK : ca_fail_memory(error, "the trials");
+}
+
+static int most_log4(const ca_render_plan *plan)
+{
+    const double pixels = (double)plan->camera.width * plan->camera.height;
+    return pixels >= MOST_LIGHT_PATHS ? 0 : (int)floor(log2(MOST_LIGHT_PATHS / pixels) / 2.0);
+}
+
+/* More and fewer light paths for those near the best; *added: how many methods that makes. */
+static ca_status add_neighbours(chooser *c, uint32_t *added, ca_error *error)
+{
+    const uint32_t before = c->count;
+    const ca_method_score best = c->scores[ca_method_best(c->scores, before)];
+    const bool given = ca_integrator_value(c->plan->type, &c->plan->input, "light_paths", 0.0) > 0.0;
+    for (uint32_t i = 0; i < before && !given; i++) {
+        if (!(ca_method_cost(&c->scores[i]) <= NEAR_THE_BEST * ca_method_cost(&best))) continue;
+        for (int step = -1; step <= 1; step += 2) {
+            ca_method neighbour;
+            if (c->count < CA_MOST_METHODS && ca_method_neighbour(&c->methods[i], step, most_log4(c->plan),
+                                                                  c->methods, c->count, &neighbour))
+                CA_TRY(add_method(c, &neighbour, error));
+        }
+    }
+    *added = c->count - before;
+    return CA_OK;
+}
+
+static void tell(chooser *c)
+{
+    const ca_render_settings *settings = c->plan->settings;
+    const ca_render_progress progress = {.passes_total = c->plan->open_ended ? 0 : c->plan->pass_limit,
+                                         .seconds = seconds_so_far(c),
+                                         .seconds_total = settings->seconds,
+                                         .noise_percent = -1.0,
+                                         .noise_target = settings->noise_percent};
+    if (!ca_render_tell(c->plan, &progress, &c->start)) c->ended = true;
+}
+
+typedef struct trials_task {
+    chooser *c;
+    uint32_t iterations;
+    ca_status status[CA_MOST_METHODS];
+    ca_error errors[CA_MOST_METHODS];
+} trials_task;
+
+static void run_trial(void *user, uint32_t index, uint32_t worker)
+{
+    (void)worker;
+    trials_task *task = user;
+    const chooser *c = task->c;
+    ca_method_trial *trial = &c->trials[index];
+    while (c->goes_on[index] && trial->iterations < task->iterations && task->status[index] == CA_OK) {
+        if (trial->iterations >= FIRST_ITERATIONS && seconds_so_far(c) > c->seconds_allowed) return;
+        task->status[index] = ca_method_trial_run(trial, &task->errors[index]);
+    }
+}
+
+/* Each on one thread. */
+static ca_status run_trials(chooser *c, uint32_t iterations, ca_error *error)
+{
+    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, c->count)};
+    trials_task task = {.c = c, .iterations = iterations};
+    ca_parallel_for(&parallel, c->count, run_trial, &task);
+    tell(c);
+    for (uint32_t i = 0; i < c->count; i++) {
+        if (task.status[i] == CA_OK) continue;
+        if (error) *error = task.errors[i];
+        return task.status[i];
+    }
+    return CA_OK;
+}
+
+/* ---- Scores ---------------------------------------------------------------------------------------------------- */
+
+/* The mean of (2 BLUR + 1)^2 pixels, fewer at the border. */
+static double blurred(const double *values, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+{
+    double sum = 0.0, count = 0.0;
+    for (uint32_t v = y < BLUR ? 0 : y - BLUR; v <= y + BLUR && v < height; v++)
+        for (uint32_t u = x < BLUR ? 0 : x - BLUR; u <= x + BLUR && u < width; u++)
+            sum += values[(size_t)v * width + u], count++;
+    return sum / count;
+}
+
+/* The luminance so far, by those that find all light; where none of them is in trial, by all. */
+static double *luminance_of(const chooser *c, ca_error *error)
+{
+    double *sums = ca_alloc_zeroed(c->pixels, sizeof *sums), iterations = 0.0;
+    bool merges = false;
+    for (uint32_t i = 0; i < c->count; i++) merges = merges || ca_method_merges(&c->methods[i]);
+    for (uint32_t i = 0; sums && i < c->count; i++)
+        if (ca_method_merges(&c->methods[i]) || !merges) {
+            ca_method_trial_add_sums(&c->trials[i], sums);
+            iterations += c->trials[i].iterations;
+        }
+    if (!sums) ca_fail_memory(error, "the trials");
+    for (size_t p = 0; sums && p < c->pixels; p++) sums[p] /= iterations;
+    return sums;
+}
+
+static ca_status set_weights(chooser *c, ca_error *error)
+{
+    const uint32_t width = c->trials[0].film.width, height = c->trials[0].film.height;
+    double *luminance = luminance_of(c, error), mean = 0.0;
+    if (!luminance) return CA_ERROR_MEMORY;
+    for (size_t p = 0; p < c->pixels; p++) mean += luminance[p] / (double)c->pixels;
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            const double here = blurred(luminance, width, height, x, y), square = here * here + DARK * mean * mean;
+            c->weights[(size_t)y * width + x] = square > 0.0 ? 1.0 / square : 0.0;
+        }
+    ca_free(luminance);
+    return CA_OK;
+}
+
+static ca_status score(chooser *c, ca_error *error)
+{
+    CA_TRY(set_weights(c, error));
+    for (uint32_t i = 0; i < c->count; i++)
+        c->scores[i] = (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights),
+                                         .unseen = unseen_by(c, i),
+                                         .seconds = c->trials[i].seconds};
+    c->scored = c->count;
+    const ca_method_score best = c->scores[ca_method_best(c->scores, c->count)];
+    for (uint32_t i = 0; i < c->count; i++)
+        c->goes_on[i] = c->goes_on[i] && ca_method_goes_on(&c->scores[i], &best, c->trials[i].iterations);
+    return CA_OK;
+}
+
+/* ---- Rounds ---------------------------------------------------------------------------------------------------- */
+
+/* A share of what the render will take by the best method so far. */
+static double seconds_for_choice(const chooser *c)
+{
+    const ca_render_settings *settings = c->plan->settings;
+    const double scale = pixels_of_crop(c->plan) / (double)c->pixels;
+    double whole = settings->seconds > 0.0 ? settings->seconds : USUAL_RENDER_SECONDS;
+    if (!c->plan->open_ended) {
+        const double seconds = c->scores[ca_method_best(c->scores, c->scored)].seconds / c->plan->threads;
+        const double passes = scale * c->plan->pass_limit * seconds;
+        whole = settings->seconds > 0.0 ? fmin(whole, passes) : passes;
+    }
+    return fmin(MOST_SECONDS, fmax(LEAST_SECONDS, CA_METHOD_SHARE * whole));
+}
+
+static uint32_t still_going(const chooser *c)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < c->count; i++) count += c->goes_on[i];
+    return count;
+}
+
+static ca_status run_rounds(chooser *c, ca_error *error)
+{
+    for (uint32_t iterations = FIRST_ITERATIONS; iterations <= MOST_ITERATIONS && !c->ended;) {
+        uint32_t added = 0;
+        CA_TRY(run_trials(c, iterations, error));
+        if (c->ended) break;
+        CA_TRY(score(c, error));
+        c->seconds_allowed = seconds_for_choice(c);
+        if (seconds_so_far(c) > c->seconds_allowed) break;
+        CA_TRY(add_neighbours(c, &added, error));
+        if (added > 0) continue;
+        if (still_going(c) == 1) break;
+        iterations *= 2;
+    }
+    return CA_OK;
+}
+
+/* ---- What was chosen, in words --------------------------------------------------------------------------------- */
+
+static void write_method(const ca_tried_method *method, char *text, size_t size)
+{
+    const int used = snprintf(text, size, "%s%s", method->name, method->no_splats ? " without splats" : "");
+    if (method->light_paths == 0.0) return;
+    snprintf(text + used, size - (size_t)used, " with %.0f %s a pass", method->light_paths,
+             ca_noun(method->light_paths, "light path", "light paths"));
+}
+
+static void note_trials(chooser *c)
+{
+    ca_method_statistics *m = &c->plan->method;
+    m->trial_count = c->scored;
+    for (uint32_t i = 0; i < c->scored; i++) {
+        const ca_method *method = &c->methods[i];
+        const bool has_light_paths = ca_method_has_light_paths(method);
+        m->trials[i] = (ca_tried_method){
+            .name = method->type->name,
+            .no_splats = method->no_splats,
+            .light_paths = has_light_paths ? ca_method_light_paths(method, c->plan) : 0.0,
+            .iterations = c->trials[i].iterations,
+            .variance = c->scores[i].variance,
+            .unseen_variance = c->scores[i].unseen,
+            .seconds = c->scores[i].seconds,
+        };
+    }
+}
+
+/* The best of another type; `scored`: there is none. */
+static uint32_t runner_up(const chooser *c, uint32_t best)
+{
+    uint32_t other = c->scored;
+    for (uint32_t i = 0; i < c->scored; i++) {
+        if (c->methods[i].type == c->methods[best].type) continue;
+        if (other == c->scored || ca_method_cost(&c->scores[i]) < ca_method_cost(&c->scores[other])) other = i;
+    }
+    return other;
+}
+
+static void write_reason(chooser *c, uint32_t best)
+{
+    ca_method_statistics *m = &c->plan->method;
+    char method[96], why[160] = "";
+    const uint32_t other = runner_up(c, best);
+    const double gain = other < c->scored
+                            ? ca_method_cost(&c->scores[other]) / ca_method_cost(&c->scores[best])
+                            : 0.0;
+    note_trials(c);
+    write_method(&m->trials[best], method, sizeof method);
+    const double percent = 100.0 * c->lost;
+    if (c->loses[BDPT])
+        snprintf(why, sizeof why, ", since only merges find about %.*f %% of the light", percent < 9.95 ? 1 : 0, percent);
+    else if (isfinite(gain) && gain > 0.0)
+        snprintf(why, sizeof why, ", %.2f times as efficient as %s", gain, c->methods[other].type->name);
+    snprintf(m->reason, sizeof m->reason, "auto: %s%s (%u tried in %.1f s)", method, why, c->count, m->seconds);
+}
+
+/* ---- The choice ------------------------------------------------------------------------------------------------ */
+
+static ca_status use(ca_render_plan *plan, const ca_method *method, ca_error *error)
+{
+    ca_integrator_input chosen;
+    CA_TRY(ca_method_configure(method, plan, &chosen, error));
+    memcpy(plan->input.values, chosen.values, sizeof chosen.values);
+    plan->type = method->type;
+    return CA_OK;
+}
+
+static const ca_method finder = {.type = &ca_integrator_vavcm};
+
+ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { return use(plan, &finder, error); }
+
+static ca_status choose(chooser *c, ca_error *error)
+{
+    CA_TRY(run_pilot(c, error));
+    CA_TRY(add_first(c, error));
+    CA_TRY(run_rounds(c, error));
+    c->plan->ended = c->ended;
+    c->plan->method.seconds = seconds_so_far(c);
+    if (c->scored == 0) return use(c->plan, &finder, error);
+    const uint32_t best = ca_method_best(c->scores, c->scored);
+    write_reason(c, best);
+    return use(c->plan, &c->methods[best], error);
+}
+
+static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
+{
+    chooser c = {.plan = plan, .start = ca_clock_seconds(), .seconds_allowed = (double)INFINITY};
+    c.trials = ca_alloc_zeroed(CA_MOST_METHODS, sizeof *c.trials);
+    if (!c.trials) return ca_fail_memory(error, "the trials");
+    const ca_status status = choose(&c, error);
+    for (uint32_t i = 0; i < CA_MOST_METHODS; i++) ca_method_trial_destroy(&c.trials[i]);
+    ca_light_pilot_destroy(&c.pilot);
+    ca_free(c.weights);
+    ca_free(c.trials);
+    return status;
+}
+
+/* ---- A choice that was made before ----------------------------------------------------------------------------- */
+
+static ca_status use_described(ca_render_plan *plan, const ca_image_layers *image, ca_error *error)
+{
+    const ca_attribute *attribute = ca_layers_attribute(image, "caustica.integrator");
+    const char *text = attribute ? attribute->text : NULL, *path = plan->settings->rays;
+    const ca_integrator_type *type = ca_integrator_of(text);
+    const ca_integrator_desc nothing_set = {.name = NULL};
+    if (!type || ca_integrator_has(type, CA_ABILITY_CHOOSES) || type->begin_block)
+        return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                       "%s: the picture does not say which method it was made with (caustica.integrator)", path);
+    const char *parameters = strchr(text, ':');
+    CA_TRY(ca_integrator_configure(type, &nothing_set, false, parameters ? parameters + 1 : NULL, &plan->input,
+                                   error));
+    plan->type = type;
+    plan->camera_paths = (uint32_t)ca_integrator_value(type, &plan->input, "camera_paths", plan->camera_paths);
+    plan->samples_per_pass = plan->camera_paths;
+    snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, as %.200s says", type->name, path);
+    return ca_render_plan_count_passes(plan, plan->camera_paths, error);
+}
+
+static ca_status choose_by_file(ca_render_plan *plan, ca_error *error)
+{
+    ca_image_layers *image;
+    CA_TRY(ca_layers_read(plan->settings->rays, &image, error));
+    const ca_status status = use_described(plan, image, error);
+    ca_layers_destroy(image);
+    return status;
+}
+
+ca_status ca_auto_method_choose(ca_render_plan *plan, ca_error *error)
+{
+    if (plan->rays == CA_RAYS_OF_FILE) {
+        plan->rays = CA_RAYS_OF_SETTINGS;
+        return choose_by_file(plan, error);
+    }
+    if (plan->scene->light_count > 0) return choose_by_trials(plan, error);
+    const ca_method black = {.type = &ca_integrator_path};
+    return use(plan, &black, error);
+}

@@ -1,0 +1,68 @@
+#include "render/method_choice.h"
+
+#include <math.h>
+
+enum { LEAST_LOG4 = -2 };
+
+/* The first few iterations tell a cost within a factor, the more the better. */
+#define SLACK 3.0
+
+/* Below any noise that matters: of two methods without noise the faster one is better. */
+#define NO_VARIANCE 1e-12
+
+uint32_t ca_methods_first(ca_method methods[CA_MOST_METHODS])
+{
+    const ca_method first[] = {
+        {.type = &ca_integrator_path},  {.type = &ca_integrator_bdpt, .no_splats = true},
+        {.type = &ca_integrator_bdpt},  {.type = &ca_integrator_ovcm},
+        {.type = &ca_integrator_vavcm}, {.type = &ca_integrator_bdpm},
+    };
+    const uint32_t count = sizeof first / sizeof first[0];
+    for (uint32_t i = 0; i < count; i++) methods[i] = first[i];
+    return count;
+}
+
+bool ca_method_has_light_paths(const ca_method *method)
+{
+    const ca_mis_rules *rules = method->type->rules;
+    return rules->connect || rules->splat || rules->merge != CA_MERGE_NONE;
+}
+
+bool ca_method_merges(const ca_method *method) { return method->type->rules->merge != CA_MERGE_NONE; }
+
+double ca_method_cost(const ca_method_score *score)
+{
+    if (score->loses_light) return (double)INFINITY;
+    return (score->variance + score->unseen + NO_VARIANCE) * score->seconds;
+}
+
+uint32_t ca_method_best(const ca_method_score *scores, uint32_t count)
+{
+    uint32_t best = 0;
+    for (uint32_t i = 1; i < count; i++)
+        if (ca_method_cost(&scores[i]) < ca_method_cost(&scores[best])) best = i;
+    return best;
+}
+
+bool ca_method_goes_on(const ca_method_score *score, const ca_method_score *best, uint32_t iterations)
+{
+    const double slack = 1.0 + SLACK / sqrt((double)iterations);
+    return ca_method_cost(score) <= slack * ca_method_cost(best);
+}
+
+static bool is_same(const ca_method *a, const ca_method *b)
+{
+    return a->type == b->type && a->no_splats == b->no_splats && a->light_paths_log4 == b->light_paths_log4;
+}
+
+bool ca_method_neighbour(const ca_method *method, int step, int most_log4, const ca_method *tried, uint32_t count,
+                         ca_method *neighbour)
+{
+    *neighbour = *method;
+    neighbour->light_paths_log4 += step;
+    const int power = neighbour->light_paths_log4;
+    if (!ca_method_has_light_paths(method) || power < LEAST_LOG4 || power > most_log4) return false;
+    for (uint32_t i = 0; i < count; i++)
+        if (is_same(&tried[i], neighbour)) return false;
+    return true;
+}

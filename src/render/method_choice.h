@@ -1,0 +1,46 @@
+/* The method that integrator `auto` takes, decided: pure functions from what trials and the light pilot tell of each
+ * method to which of them go on, which others are worth a trial, and which is best. Nothing is rendered or timed
+ * here; auto_method.h does what is decided.
+ *
+ * The best method has the least variance x time: what a fixed time leaves of the variance, or a fixed variance costs
+ * of time. A method that will lose light in some part of the picture is never taken, however cheap it looks. */
+#ifndef CA_RENDER_METHOD_CHOICE_H
+#define CA_RENDER_METHOD_CHOICE_H
+
+#include "integrator/integrator.h"
+
+typedef struct ca_method {
+    const ca_integrator_type *type;
+    bool no_splats;      /* of bdpt */
+    int light_paths_log4; /* N_F in a pass is the usual number times 4 to this power */
+} ca_method;
+
+typedef struct ca_method_score {
+    double variance; /* of an iteration, relative, mean over pixels: of what the trial saw; */
+    double unseen;   /* likewise, of light too rare for the trial to see */
+    double seconds;  /* of an iteration, of one processor */
+    bool loses_light;
+} ca_method_score;
+
+enum { CA_MOST_METHODS = CA_METHOD_TRIALS };
+
+/* The methods that are tried first; returns how many. */
+uint32_t ca_methods_first(ca_method methods[CA_MOST_METHODS]);
+bool ca_method_has_light_paths(const ca_method *method);
+/* Does it merge, and so find all light there is? */
+bool ca_method_merges(const ca_method *method);
+
+/* Variance x time; INFINITY: never. */
+double ca_method_cost(const ca_method_score *score);
+/* The index of the least cost among `count` >= 1; the first of equals. */
+uint32_t ca_method_best(const ca_method_score *scores, uint32_t count);
+/* May it still turn out to be the best, after so many iterations of both? Costs are known the better the more
+ * iterations there are. */
+bool ca_method_goes_on(const ca_method_score *score, const ca_method_score *best, uint32_t iterations);
+
+/* Four times as many light paths (`step` 1) or a quarter (-1): sets *neighbour; false where that goes too far, or has
+ * been tried: is among `tried`. `most_log4`: the largest power allowed. */
+bool ca_method_neighbour(const ca_method *method, int step, int most_log4, const ca_method *tried, uint32_t count,
+                         ca_method *neighbour);
+
+#endif

@@ -1,0 +1,578 @@
+/* Integrator `auto`: what is decided, by tables; what the pilot tells of light that is lost or too rare, against
+ * closed forms and a measured variance; and that a render has the bits of one with the chosen method named. */
+#define _DEFAULT_SOURCE /* mkstemps */
+#include "base/memory.h"
+#include "image/layers.h"
+#include "render/auto_method.h"
+#include "render/light_pilot.h"
+#include "render/method_light.h"
+#include "render/method_trial.h"
+#include "support/scene_text.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+/* ---- Decisions ------------------------------------------------------------------------------------------------- */
+
+static void test_cost(void **state)
+{
+    (void)state;
+    const ca_method_score seen = {.variance = 2.0, .seconds = 3.0};
+    const ca_method_score rare = {.variance = 1.0, .unseen = 4.0, .seconds = 3.0};
+    const ca_method_score lost = {.variance = 0.0, .seconds = 1.0, .loses_light = true};
+    assert_true(fabs(ca_method_cost(&seen) - 6.0) < 1e-9);
+    assert_true(fabs(ca_method_cost(&rare) - 15.0) < 1e-9);
+    assert_true(isinf(ca_method_cost(&lost)));
+    const ca_method_score scores[] = {lost, rare, seen, seen};
+    assert_int_equal(ca_method_best(scores, 4), 2);
+    assert_int_equal(ca_method_best(scores, 2), 1);
+    const ca_method_score quiet[] = {{.seconds = 3.0}, {.seconds = 1.0}, {.seconds = 2.0}};
+    assert_int_equal(ca_method_best(quiet, 3), 1);
+}
+
+/* Twice the cost may be chance after a few iterations, not after many. */
+static void test_goes_on(void **state)
+{
+    (void)state;
+    const ca_method_score best = {.variance = 1.0, .seconds = 1.0}, twice = {.variance = 2.0, .seconds = 1.0};
+    const ca_method_score lost = {.variance = 0.1, .seconds = 1.0, .loses_light = true};
+    assert_true(ca_method_goes_on(&twice, &best, 4));
+    assert_false(ca_method_goes_on(&twice, &best, 16));
+    assert_true(ca_method_goes_on(&best, &best, 1000000));
+    assert_false(ca_method_goes_on(&lost, &best, 1));
+}
+
+static void test_first_methods(void **state)
+{
+    (void)state;
+    ca_method methods[CA_MOST_METHODS];
+    const uint32_t count = ca_methods_first(methods);
+    uint32_t merging = 0, alone = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        assert_int_equal(methods[i].light_paths_log4, 0);
+        merging += ca_method_merges(&methods[i]);
+        alone += !ca_method_has_light_paths(&methods[i]);
+        for (uint32_t j = 0; j < i; j++)
+            assert_true(methods[i].type != methods[j].type || methods[i].no_splats != methods[j].no_splats);
+    }
+    assert_int_equal(merging, 3);
+    assert_int_equal(alone, 1);
+}
+
+static void test_neighbours(void **state)
+{
+    (void)state;
+    const ca_method path = {.type = &ca_integrator_path}, bdpm = {.type = &ca_integrator_bdpm};
+    const ca_method more = {.type = &ca_integrator_bdpm, .light_paths_log4 = 1};
+    ca_method next;
+    assert_false(ca_method_neighbour(&path, 1, 8, &path, 1, &next)); /* it has no light paths */
+    assert_true(ca_method_neighbour(&bdpm, 1, 8, &bdpm, 1, &next));
+    assert_true(next.type == bdpm.type && next.light_paths_log4 == 1);
+    assert_false(ca_method_neighbour(&bdpm, 1, 0, &bdpm, 1, &next));
+    const ca_method tried[] = {bdpm, more};
+    assert_false(ca_method_neighbour(&bdpm, 1, 8, tried, 2, &next));
+    assert_true(ca_method_neighbour(&bdpm, -1, 8, tried, 2, &next) && next.light_paths_log4 == -1);
+    assert_true(ca_method_neighbour(&more, 1, 8, tried, 2, &next) && next.light_paths_log4 == 2);
+    const ca_method few = {.type = &ca_integrator_bdpm, .light_paths_log4 = -2};
+    assert_false(ca_method_neighbour(&few, -1, 8, &few, 1, &next));
+}
+
+/* ---- Light that is lost, or rare ------------------------------------------------------------------------------- */
+
+enum { SIDE = 16, PER_PIXEL = 4 };
+
+/* An evenly lit picture of SIDE x SIDE pixels at (100, 50), of which the method expects 10 samples of each piece;
+ * `lost` of the first pixels are not found in so many batches. */
+static size_t even_light(ca_light_sample *samples, uint32_t lost, uint32_t batches)
+{
+    size_t count = 0;
+    for (uint32_t p = 0; p < SIDE * SIDE; p++)
+        for (uint32_t b = 0; b < PER_PIXEL; b++) {
+            const uint32_t batch = (p + b) % (p < lost ? batches : CA_LIGHT_BATCHES);
+            samples[count++] = (ca_light_sample){.light = 1.0,
+                                                 .expected = p < lost ? 0.0 : 10.0,
+                                                 .batch = batch,
+                                                 .x = 100 + p % SIDE,
+                                                 .y = 50 + p / SIDE};
+        }
+    ca_lost_light(samples, count); /* sorts */
+    return count;
+}
+
+static bool loses(uint32_t lost, uint32_t batches)
+{
+    static ca_light_sample samples[SIDE * SIDE * PER_PIXEL];
+    const size_t count = even_light(samples, lost, batches);
+    const ca_light_region region = {100, 50, 100 + SIDE, 50 + SIDE};
+    return ca_method_loses_light(samples, count, &region);
+}
+
+static void test_loses_light(void **state)
+{
+    (void)state;
+    assert_false(loses(0, 1));
+    assert_true(loses(1, CA_LIGHT_BATCHES));   /* a quarter of one of 8 x 8 parts, 0.4 % of the picture */
+    assert_false(loses(1, 3));                 /* which chance may do */
+    assert_true(loses(SIDE, CA_LIGHT_BATCHES)); /* a row */
+    assert_true(loses(SIDE * SIDE, CA_LIGHT_BATCHES));
+}
+
+/* With it all samples are dots. */
+#define MUCH 1e6
+
+static double much(const void *user, uint32_t x, uint32_t y)
+{
+    (void)user, (void)x, (void)y;
+    return MUCH;
+}
+
+static double one(const void *user, uint32_t x, uint32_t y)
+{
+    (void)user, (void)x, (void)y;
+    return 1.0;
+}
+
+static double only_left(const void *user, uint32_t x, uint32_t y)
+{
+    (void)user, (void)y;
+    return x < 100 + SIDE / 2 ? 1.0 : 0.0;
+}
+
+/* Two pieces of light y = 3 of which an iteration makes Q / T = 0.01 samples each bring 9 / 0.01 to the sum. */
+static void test_unseen(void **state)
+{
+    (void)state;
+    const double scale = 50.0, per_path = 0.01;
+    const ca_light_sample samples[] = {
+        {.light = 7.0, .expected = 0.0, .x = 101, .y = 51}, /* lost: no variance comes of it */
+        {.light = 3.0, .expected = scale * per_path, .x = 101, .y = 51},
+        {.light = 3.0, .expected = scale * per_path, .x = 115, .y = 51},
+        {.light = 3.0, .expected = scale * 10.0, .x = 101, .y = 51}, /* no dot, and seen */
+    };
+    ca_unseen_light unseen = {
+        .camera_paths = 1000.0, .expected_scale = scale, .trial = 1.0, .paths_of_pixel = 2.0, .weight = one};
+    const double each = 9.0 / per_path / 2000.0;
+    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - 2.0 * each) < 1e-9);
+    unseen.weight = only_left;
+    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - each) < 1e-9);
+    unseen.weight = one;
+    unseen.trial = 3.9; /* sees 1.95 of the first one, more than two with the second */
+    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - each) < 1e-9);
+    unseen.trial = 0.0;
+    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - 2.0 * each) < 1e-9); /* the last one is no dot */
+    unseen.trial = 100.0;
+    assert_true(ca_method_unseen(samples, 4, &unseen) == 0.0);
+}
+
+#define FILM(side)                                                                                                   \
+    "<film type='hdrfilm'><integer name='width' value='" side "'/><integer name='height' value='" side               \
+    "'/><rfilter type='box'/></film>"
+#define FLOOR                                                                                                        \
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>"    \
+    "</shape>"
+#define FROM_ABOVE(side)                                                                                             \
+    "<sensor type='perspective'><transform name='to_world'><lookat origin='0,4,0' target='0,0,0' up='0,0,1'/>"        \
+    "</transform>" FILM(side) "</sensor>"
+#define SUN                                                                                                          \
+    "<emitter type='directional'><vector name='direction' value='0.2,-1,0.1'/><rgb name='irradiance' "               \
+    "value='1'/></emitter>"
+/* A sheet of water over the floor. */
+#define WATER                                                                                                        \
+    "<shape type='rectangle'><transform name='to_world'><scale value='9'/><rotate x='1' angle='-90'/><translate "    \
+    "y='1'/></transform><bsdf type='dielectric'/></shape>"
+#define LAMP                                                                                                         \
+    "<emitter type='point'><point name='position' value='1,1.5,0.5'/><rgb name='intensity' value='4'/></emitter>"
+
+static ca_scene *wall_scene(void)
+{
+    return scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("24") FLOOR LAMP "</scene>");
+}
+
+static ca_scene *water_scene(void)
+{
+    return scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("24") FLOOR WATER SUN "</scene>");
+}
+
+/* A camera path of `path` brings one contribution there, by next event: what the pilot says of all of it, as if a
+ * trial saw nothing, is the mean square of a sample. */
+static void test_unseen_is_the_second_moment(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    ca_render_settings settings;
+    ca_render_plan plan;
+    ca_mis_rules counts;
+    ca_light_pilot pilot;
+    ca_error error;
+    ca_render_settings_init(&settings);
+    settings.integrator = "path:max_depth=2";
+    settings.samples_per_pixel = 256;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 256.0, &error), CA_OK);
+    ca_lost_light(pilot.samples[0], pilot.count);
+    const ca_unseen_light unseen = {.camera_paths = CA_PILOT_CAMERA_PATHS,
+                                    .expected_scale = 256.0 * 24 * 24 / CA_PILOT_CAMERA_PATHS,
+                                    .paths_of_pixel = 1.0,
+                                    .weight = much};
+    const double told = ca_method_unseen(pilot.samples[0], pilot.count, &unseen) / MUCH;
+    ca_light_pilot_destroy(&pilot);
+
+    ca_image_layers *image = render_scene(scene, &settings);
+    const float *g = ca_image_channel(image, "G"), *variance = ca_image_channel(image, "Variance.G");
+    double measured = 0.0;
+    for (int p = 0; p < 24 * 24; p++) measured += (double)variance[p] + (double)g[p] * (double)g[p];
+    measured /= 24 * 24;
+    print_message("second moment %.5g, by the pilot %.5g\n", measured, told);
+    assert_true(fabs(told / measured - 1.0) < 0.05);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* ---- Settings -------------------------------------------------------------------------------------------------- */
+
+static ca_render_settings auto_settings(const char *integrator, uint32_t samples)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.integrator = integrator;
+    settings.samples_per_pixel = samples;
+    settings.threads = 2;
+    return settings;
+}
+
+/* What the user set goes to the method; what is not set stays the method's own. */
+static void test_configure(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    ca_render_settings settings = auto_settings("auto:max_depth=7,alpha=0.25", 4);
+    settings.radius = 0.125;
+    ca_render_plan plan;
+    ca_integrator_input input;
+    const ca_method four = {.type = &ca_integrator_vavcm, .light_paths_log4 = 1};
+    const ca_method path = {.type = &ca_integrator_path};
+    const ca_method no_splats = {.type = &ca_integrator_bdpt, .no_splats = true};
+    char text[512];
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&four, &plan, &input, NULL), CA_OK);
+    ca_integrator_describe(four.type, &input, text, sizeof text);
+    assert_string_equal(text, "vavcm:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=2304,"
+                              "camera_paths=1,radius=0.125,alpha=0.25");
+    assert_int_equal(ca_method_configure(&path, &plan, &input, NULL), CA_OK);
+    ca_integrator_describe(path.type, &input, text, sizeof text);
+    assert_string_equal(text, "path:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=power,next_event=true");
+    assert_int_equal(ca_method_configure(&no_splats, &plan, &input, NULL), CA_OK);
+    ca_integrator_describe(no_splats.type, &input, text, sizeof text);
+    assert_string_equal(text, "bdpt:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,"
+                              "camera_paths=1,strategies=no-splat");
+    ca_scene_release(scene);
+}
+
+static ca_scene *bundled(const char *name)
+{
+    char path[512];
+    ca_scene *scene;
+    ca_error error;
+    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s.xml", name);
+    if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
+    return scene;
+}
+
+/* ---- Trials ---------------------------------------------------------------------------------------------------- */
+
+enum { TRIAL_ITERATIONS = 24 };
+
+/* The mean over pixels of an iteration's variance in the render's own size. */
+static double render_variance(const ca_scene *scene, const char *integrator)
+{
+    const ca_render_settings settings = auto_settings(integrator, TRIAL_ITERATIONS);
+    ca_image_layers *image = render_scene(scene, &settings);
+    const float *deviation = ca_image_channel(image, "StandardDeviation.Y");
+    uint32_t width, height;
+    double sum = 0.0;
+    ca_image_size(image, &width, &height);
+    for (size_t p = 0; p < (size_t)width * height; p++) sum += (double)deviation[p] * (double)deviation[p];
+    ca_image_release(image);
+    return sum / ((double)width * height);
+}
+
+static double trial_variance(const ca_scene *scene, const ca_method *method, uint64_t *seed)
+{
+    static double weights[CA_TRIAL_PIXELS + 1];
+    ca_render_settings settings = auto_settings("auto:alpha=0,max_depth=5,hide_emitters=true", 1);
+    ca_render_plan plan;
+    ca_method_trial trial;
+    ca_error error;
+    for (int p = 0; p <= CA_TRIAL_PIXELS; p++) weights[p] = 1.0;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &error), CA_OK);
+    assert_true(trial.film.width * trial.film.height <= CA_TRIAL_PIXELS && trial.film.width > 60);
+    for (int i = 0; i < TRIAL_ITERATIONS; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
+    const double variance = ca_method_trial_variance(&trial, weights);
+    assert_true(trial.seconds > 0.0);
+    *seed = trial.plan.seed;
+    assert_true(*seed != plan.seed);
+    ca_method_trial_destroy(&trial);
+    return variance;
+}
+
+/* With fewer pixels, fewer light paths and a larger radius an iteration is as noisy as one of the render. */
+static void test_trial_is_as_noisy(void **state)
+{
+    (void)state;
+    static const struct {
+        ca_method method;
+        const char *name;
+    } cases[] = {
+        {{.type = &ca_integrator_path}, "path:max_depth=5,hide_emitters=true"},
+        {{.type = &ca_integrator_bdpm}, "bdpm:max_depth=5,alpha=0,hide_emitters=true"},
+        {{.type = &ca_integrator_bdpm, .light_paths_log4 = -1}, "bdpm:max_depth=5,alpha=0,hide_emitters=true,light_paths=40000"},
+        {{.type = &ca_integrator_ovcm}, "ovcm:max_depth=5,alpha=0,hide_emitters=true"},
+    };
+    ca_scene *scene = bundled("cornell-box/cornell-box");
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        uint64_t seed;
+        const double of_render = render_variance(scene, cases[i].name);
+        const double of_trial = trial_variance(scene, &cases[i].method, &seed);
+        print_message("%s: %.4g, in the trial %.4g\n", cases[i].name, of_render, of_trial);
+        assert_true(fabs(of_trial / of_render - 1.0) < 0.12);
+    }
+    ca_scene_release(scene);
+}
+
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
+
+typedef struct auto_render {
+    uint64_t hash;
+    char method[512], reason[CA_METHOD_REASON_SIZE];
+    ca_render_statistics statistics;
+} auto_render;
+
+static auto_render render_auto(const ca_scene *scene, const ca_render_settings *settings)
+{
+    auto_render r = {.hash = 0};
+    ca_image_layers *image;
+    ca_error error;
+    if (ca_render(scene, settings, &image, &r.statistics, &error) != CA_OK) fail_msg("%s", error.message);
+    r.hash = image_hash(image);
+    snprintf(r.method, sizeof r.method, "%s", attribute_text(image, "caustica.integrator"));
+    memcpy(r.reason, r.statistics.method.reason, sizeof r.reason);
+    ca_image_release(image);
+    return r;
+}
+
+/* Trials leave no trace in the picture. */
+static void test_bits_are_those_of_the_method(void **state)
+{
+    (void)state;
+    ca_scene *(*const scenes[])(void) = {wall_scene, water_scene};
+    for (size_t i = 0; i < 2; i++) {
+        ca_scene *scene = scenes[i]();
+        ca_render_settings settings = auto_settings("auto", 5);
+        settings.has_seed = true;
+        settings.seed = 77;
+        const auto_render r = render_auto(scene, &settings);
+        print_message("%s\n", r.reason);
+        assert_true(strncmp(r.reason, "auto: ", 6) == 0 && r.statistics.method.seconds > 0.0);
+        assert_true(r.statistics.method.trial_count > 0 && r.statistics.iterations == 5);
+        settings.integrator = r.method;
+        settings.threads = 3;
+        assert_true(rendered_hash(scene, &settings) == r.hash);
+        settings.seed = 78;
+        assert_true(rendered_hash(scene, &settings) != r.hash);
+        ca_scene_release(scene);
+    }
+}
+
+/* All light under water comes from merges; a lamp on a floor is found by next event with one sample's noise. */
+static void test_choices(void **state)
+{
+    (void)state;
+    ca_scene *water = water_scene();
+    ca_scene *wall = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("64") FLOOR LAMP "</scene>");
+    ca_scene *dark = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("8") FLOOR "</scene>");
+    const ca_render_settings settings = auto_settings("auto:max_depth=6", 16);
+    const auto_render of_water = render_auto(water, &settings), of_wall = render_auto(wall, &settings);
+    const auto_render of_dark = render_auto(dark, &settings);
+    assert_true(ca_integrator_of(of_water.method)->rules->merge != CA_MERGE_NONE);
+    assert_non_null(strstr(of_water.reason, "only merges find about 100 % of the light"));
+    for (uint32_t i = 0; i < of_water.statistics.method.trial_count; i++) /* what loses light is not even tried */
+        assert_true(ca_integrator_of(of_water.statistics.method.trials[i].name)->rules->merge != CA_MERGE_NONE);
+    assert_true(ca_integrator_of(of_wall.method)->rules->merge == CA_MERGE_NONE);
+    assert_true(ca_integrator_of(of_dark.method) == &ca_integrator_path && of_dark.reason[0] == '\0');
+    ca_scene_release(water);
+    ca_scene_release(wall);
+    ca_scene_release(dark);
+}
+
+/* Without a name it is `auto`. */
+static void test_default(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    const ca_render_settings settings = auto_settings(NULL, 2);
+    assert_true(render_auto(scene, &settings).reason[0] != '\0');
+    ca_scene_release(scene);
+}
+
+static void save_picture(const ca_scene *scene, const ca_render_settings *settings, const char *path)
+{
+    ca_error error;
+    ca_image_layers *image = render_scene(scene, settings);
+    if (ca_image_save(image, path, 0.0f, &error) != CA_OK) fail_msg("%s", error.message);
+    ca_image_release(image);
+}
+
+/* A picture says which method it was made with, and that is used again. */
+static void test_choice_of_a_file(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
+    const int descriptor = mkstemps(path, (int)strlen(".exr"));
+    assert_true(descriptor >= 0);
+    close(descriptor);
+    ca_scene *scene = wall_scene();
+    const ca_render_settings made = auto_settings("vcm:light_paths=99,radius=0.25,max_depth=5,camera_paths=2", 4);
+    const uint64_t hash = rendered_hash(scene, &made);
+    save_picture(scene, &made, path);
+    ca_render_settings settings = auto_settings("auto", 4);
+    settings.rays = path;
+    const auto_render r = render_auto(scene, &settings);
+    assert_true(r.hash == hash && r.statistics.method.seconds == 0.0);
+    assert_non_null(strstr(r.reason, "auto: vcm, as /tmp/caustica-auto-"));
+
+    ca_image_layers *image;
+    ca_error error;
+    const ca_render_settings blocks = auto_settings("qmcppm", 1);
+    save_picture(scene, &blocks, path); /* of another kind than `auto` chooses from */
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_FORMAT);
+    assert_non_null(strstr(error.message, "does not say which method"));
+    unlink(path);
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_FILE);
+    ca_scene_release(scene);
+}
+
+/* Numbers of rays are chosen with the method anyway; no law says for what objective. */
+static void test_rays(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    ca_render_settings settings = auto_settings("auto", 2);
+    settings.rays = "auto";
+    assert_true(render_auto(scene, &settings).reason[0] != '\0');
+    settings.rays_objective = "mean";
+    ca_image_layers *image;
+    ca_error error;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "objective"));
+    ca_scene_release(scene);
+}
+
+typedef struct listener {
+    uint32_t calls, end_at, told_before_choice;
+    bool told;
+} listener;
+
+static bool listen(const ca_render_progress *progress, void *user)
+{
+    listener *l = user;
+    if (progress->method) l->told = true;
+    if (!progress->method && !progress->snapshot && progress->passes_done == 0) l->told_before_choice++;
+    return ++l->calls != l->end_at;
+}
+
+/* The caller hears of the choice, and can end the render while it is made: there is a picture in any case. */
+static void test_progress(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    listener l = {.calls = 0};
+    ca_render_settings settings = auto_settings("auto", 3);
+    settings.progress = listen;
+    settings.progress_user = &l;
+    render_auto(scene, &settings);
+    assert_true(l.told && l.told_before_choice > 0);
+    l = (listener){.end_at = 1};
+    const auto_render r = render_auto(scene, &settings);
+    assert_true(r.statistics.interrupted && r.statistics.iterations == 1);
+    assert_true(ca_integrator_of(r.method) == &ca_integrator_vavcm);
+    ca_scene_release(scene);
+}
+
+/* Settings that no engine takes leave `path`, which takes them. */
+static void test_unsupported_methods(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    const ca_render_settings settings = auto_settings("auto:rr_depth=4000", 2);
+    assert_true(ca_integrator_of(render_auto(scene, &settings).method) == &ca_integrator_path);
+    ca_scene_release(scene);
+}
+
+static void test_check(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    ca_error error;
+    ca_render_settings settings = auto_settings("auto", 2);
+    assert_int_equal(ca_render_check(scene, &settings, &error), CA_OK);
+    settings.integrator = "auto:max_dept=3";
+    assert_int_equal(ca_render_check(scene, &settings, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "did you mean \"max_depth\"?"));
+    ca_scene_release(scene);
+}
+
+/* Whichever allocation fails: an error, and nothing is left over. */
+static void test_out_of_memory(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("4") FLOOR LAMP "</scene>");
+    ca_render_settings settings = auto_settings("auto:max_depth=3,light_paths=9", 1);
+    settings.threads = 1;
+    bool done = false;
+    long count = 0;
+    for (; !done; count += 1 + count / 6) {
+        ca_image_layers *image = NULL;
+        ca_memory_fail_after(count);
+        const ca_status status = ca_render(scene, &settings, &image, NULL, NULL);
+        done = status == CA_OK;
+        if (!done) assert_int_equal(status, CA_ERROR_MEMORY);
+        ca_memory_fail_after(-1);
+        ca_image_release(image);
+    }
+    assert_true(count > 100);
+    ca_scene_release(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_goes_on),
+        cmocka_unit_test(test_first_methods),
+        cmocka_unit_test(test_neighbours),
+        cmocka_unit_test(test_loses_light),
+        cmocka_unit_test(test_unseen),
+        cmocka_unit_test(test_unseen_is_the_second_moment),
+        cmocka_unit_test(test_configure),
+        cmocka_unit_test(test_trial_is_as_noisy),
+        cmocka_unit_test(test_bits_are_those_of_the_method),
+        cmocka_unit_test(test_choices),
+        cmocka_unit_test(test_default),
+        cmocka_unit_test(test_choice_of_a_file),
+        cmocka_unit_test(test_rays),
+        cmocka_unit_test(test_progress),
+        cmocka_unit_test(test_unsupported_methods),
+        cmocka_unit_test(test_check),
+        cmocka_unit_test(test_out_of_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
