@@ -52,10 +52,11 @@ class Bench:
     def path(self, name):
         return os.path.join(self.options.folder, name)
 
-    def render(self, scene, method, seconds, seed, out, extra=()):
+    def render(self, scene, method, seconds, seed, out):
         """The statistics of a render."""
-        command = [self.options.program, "render", scene, "-i", method, "--time", str(seconds), "--seed", str(seed), "--threads", str(THREADS),
-                   "--resolution", f"{self.options.size}x{self.options.size}", "-o", out, "--stats", self.path("stats.json"), "--quiet", *extra]
+        size = f"{self.options.size}x{self.options.size}"
+        command = [self.options.program, "render", scene, "-i", method, "--time", str(seconds), "--seed", str(seed),
+                   "--threads", str(THREADS), "--resolution", size, "-o", out, "--stats", self.path("stats.json"), "--quiet"]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit("bench-auto: " + done.stderr)

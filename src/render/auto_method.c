@@ -416,7 +416,7 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
     const char *text = attribute ? attribute->text : NULL, *path = plan->settings->rays;
     const ca_integrator_type *type = ca_integrator_of(text);
     const ca_integrator_desc nothing_set = {.name = NULL};
-    if (!type || ca_integrator_has(type, CA_ABILITY_CHOOSES) || type->begin_block)
+    if (!text || !type || ca_integrator_has(type, CA_ABILITY_CHOOSES) || type->begin_block)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
                        "%s: the picture does not say which method it was made with (caustica.integrator)", path);
     const char *parameters = strchr(text, ':');
