@@ -3,11 +3,11 @@
 
     bench-auto.py PROGRAM FOLDER [--seconds S] [--size N] [--only SCENE] [--table FILE]
 
-PROGRAM is caustica; references are kept in FOLDER. For each scene there is a grid of methods: every integrator, with light paths a pass
-in three numbers and the default merge radius, half of it and twice. Cells are cut by halves: each is rendered for an eighth of the time, the
-best eight for half of it, of these the best two for all of it with two seeds. The best of them is judged by two other seeds, against
-`auto` with the same seeds and time. The error is relMSE against a reference by `vcm` of another seed, at a small radius; the efficiency
-is 1 / (relMSE x seconds). Prints a table in Markdown."""
+PROGRAM is caustica; references are kept in FOLDER. For each scene there is a grid of methods: every integrator, with light
+paths a pass in three numbers, and with the default merge radius, half of it and twice. Cells are cut by halves: each is rendered
+for an eighth of the time, the best eight for half of it, of these the best two for all of it with two seeds. The best of them is
+judged by two other seeds, against `auto` with the same seeds and time. The error is relMSE against a reference by `vavcm` with
+another seed; the efficiency is 1 / (relMSE x seconds). Prints a table in Markdown."""
 import argparse
 import hashlib
 import json

@@ -118,8 +118,8 @@ static void test_loses_light(void **state)
 {
     (void)state;
     assert_false(loses(0, 1));
-    assert_true(loses(1, CA_LIGHT_BATCHES));   /* a quarter of one of 8 x 8 parts, 0.4 % of the picture */
-    assert_false(loses(1, 3));                 /* which chance may do */
+    assert_true(loses(1, CA_LIGHT_BATCHES));    /* a quarter of one of 8 x 8 parts, 0.4 % of the picture */
+    assert_false(loses(1, 3));                  /* which chance may do */
     assert_true(loses(SIDE, CA_LIGHT_BATCHES)); /* a row */
     assert_true(loses(SIDE * SIDE, CA_LIGHT_BATCHES));
 }
@@ -175,10 +175,10 @@ static void test_unseen(void **state)
     "<film type='hdrfilm'><integer name='width' value='" side "'/><integer name='height' value='" side               \
     "'/><rfilter type='box'/></film>"
 #define FLOOR                                                                                                        \
-    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>"    \
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/></transform>"   \
     "</shape>"
 #define FROM_ABOVE(side)                                                                                             \
-    "<sensor type='perspective'><transform name='to_world'><lookat origin='0,4,0' target='0,0,0' up='0,0,1'/>"        \
+    "<sensor type='perspective'><transform name='to_world'><lookat origin='0,4,0' target='0,0,0' up='0,0,1'/>"       \
     "</transform>" FILM(side) "</sensor>"
 #define SUN                                                                                                          \
     "<emitter type='directional'><vector name='direction' value='0.2,-1,0.1'/><rgb name='irradiance' "               \
@@ -334,7 +334,8 @@ static void test_trial_is_as_noisy(void **state)
     } cases[] = {
         {{.type = &ca_integrator_path}, "path:max_depth=5,hide_emitters=true"},
         {{.type = &ca_integrator_bdpm}, "bdpm:max_depth=5,alpha=0,hide_emitters=true"},
-        {{.type = &ca_integrator_bdpm, .light_paths_log4 = -1}, "bdpm:max_depth=5,alpha=0,hide_emitters=true,light_paths=40000"},
+        {{.type = &ca_integrator_bdpm, .light_paths_log4 = -1},
+         "bdpm:max_depth=5,alpha=0,hide_emitters=true,light_paths=40000"},
         {{.type = &ca_integrator_ovcm}, "ovcm:max_depth=5,alpha=0,hide_emitters=true"},
     };
     ca_scene *scene = bundled("cornell-box/cornell-box");

@@ -29,7 +29,8 @@ static void test_says_what_it_chose(void **state)
     const char *reason = json_string_value(json_object_get(method, "reason"));
     assert_true(name && reason && strncmp(reason, "auto: ", 6) == 0);
     assert_memory_equal(reason + 6, name, strlen(name));
-    assert_true(json_number(method, "seconds") > 0.0 && json_number(method, "seconds") < json_number(stats, "seconds"));
+    assert_true(json_number(method, "seconds") > 0.0 &&
+                json_number(method, "seconds") < json_number(stats, "seconds"));
     assert_true(json_array_size(trials) > 3);
     for (size_t i = 0; i < json_array_size(trials); i++) {
         const json_t *trial = json_array_get(trials, i);

@@ -231,9 +231,9 @@ static int print_help(void)
     ca_options_print_prose(
         "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
         "they win over the scene and must not contradict -i NAME:param=value.\n"
-        "-i auto tries the methods on a small picture, leaves out those that lose light, takes the most efficient one "
-        "and says which. Parameters that are set hold for whichever that is. The choice depends on measured times; a "
-        "picture says what it was made with, and --rays FILE.exr makes that choice again.\n"
+        "-i auto tries the methods on a small picture, leaves out those that lose light, takes the most efficient "
+        "one and says which. Parameters that are set hold for whichever that is. The choice depends on measured "
+        "times; a picture says what it was made with, and --rays FILE.exr makes that choice again.\n"
         "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. "
         "The law of noise needs independent random numbers and one radius (alpha 0), so the scene's sampler and "
         "alpha are not used. The numbers of paths depend on measured times, so two such images are not the same to "

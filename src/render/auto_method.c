@@ -38,7 +38,7 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 typedef struct chooser {
     ca_render_plan *plan;
     double start, seconds_allowed; /* by the clock; for all trials, once it is known what the render takes */
-    double passes; /* that the pilot is asked about */
+    double passes;                 /* that the pilot is asked about */
     ca_light_pilot pilot;
     bool loses[WITHOUT_MERGES];
     double lost; /* by bdpt, of all light */
@@ -47,7 +47,7 @@ typedef struct chooser {
     ca_method_score scores[CA_MOST_METHODS];
     bool goes_on[CA_MOST_METHODS];
     uint32_t count, scored; /* methods in trial; the first so many have scores */
-    double *weights; /* owned; of the trials' pixels */
+    double *weights;        /* owned; of the trials' pixels */
     size_t pixels;
     bool ended; /* by the caller */
 } chooser;
@@ -158,8 +158,8 @@ static ca_status add_neighbours(chooser *c, uint32_t *added, ca_error *error)
         if (!(ca_method_cost(&c->scores[i]) <= NEAR_THE_BEST * ca_method_cost(&best))) continue;
         for (int step = -1; step <= 1; step += 2) {
             ca_method neighbour;
-            if (c->count < CA_MOST_METHODS && ca_method_neighbour(&c->methods[i], step, most_log4(c->plan),
-                                                                  c->methods, c->count, &neighbour))
+            if (c->count < CA_MOST_METHODS &&
+                ca_method_neighbour(&c->methods[i], step, most_log4(c->plan), c->methods, c->count, &neighbour))
                 CA_TRY(add_method(c, &neighbour, error));
         }
     }
@@ -354,14 +354,14 @@ static void write_reason(chooser *c, uint32_t best)
     ca_method_statistics *m = &c->plan->method;
     char method[96], why[160] = "";
     const uint32_t other = runner_up(c, best);
-    const double gain = other < c->scored
-                            ? ca_method_cost(&c->scores[other]) / ca_method_cost(&c->scores[best])
-                            : 0.0;
+    const double gain =
+        other < c->scored ? ca_method_cost(&c->scores[other]) / ca_method_cost(&c->scores[best]) : 0.0;
     note_trials(c);
     write_method(&m->trials[best], method, sizeof method);
     const double percent = 100.0 * c->lost;
     if (c->loses[BDPT])
-        snprintf(why, sizeof why, ", since only merges find about %.*f %% of the light", percent < 9.95 ? 1 : 0, percent);
+        snprintf(why, sizeof why, ", since only merges find about %.*f %% of the light", percent < 9.95 ? 1 : 0,
+                 percent);
     else if (isfinite(gain) && gain > 0.0)
         snprintf(why, sizeof why, ", %.2f times as efficient as %s", gain, c->methods[other].type->name);
     snprintf(m->reason, sizeof m->reason, "auto: %s%s (%u tried in %.1f s)", method, why, c->count, m->seconds);
@@ -420,8 +420,8 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
                        "%s: the picture does not say which method it was made with (caustica.integrator)", path);
     const char *parameters = strchr(text, ':');
-    CA_TRY(ca_integrator_configure(type, &nothing_set, false, parameters ? parameters + 1 : NULL, &plan->input,
-                                   error));
+    CA_TRY(
+        ca_integrator_configure(type, &nothing_set, false, parameters ? parameters + 1 : NULL, &plan->input, error));
     plan->type = type;
     plan->camera_paths = (uint32_t)ca_integrator_value(type, &plan->input, "camera_paths", plan->camera_paths);
     plan->samples_per_pass = plan->camera_paths;

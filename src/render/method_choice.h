@@ -11,7 +11,7 @@
 
 typedef struct ca_method {
     const ca_integrator_type *type;
-    bool no_splats;      /* of bdpt */
+    bool no_splats;       /* of bdpt */
     int light_paths_log4; /* N_F in a pass is the usual number times 4 to this power */
 } ca_method;
 

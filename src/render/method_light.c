@@ -25,10 +25,7 @@ static uint32_t part_along(uint32_t at, uint32_t begin, uint32_t end)
     return (uint32_t)part;
 }
 
-static uint32_t bits_of(uint32_t bits)
-{
-    return (uint32_t)__builtin_popcount(bits);
-}
+static uint32_t bits_of(uint32_t bits) { return (uint32_t)__builtin_popcount(bits); }
 
 static bool is_lost(const part_light *part, double share, double of_all)
 {

@@ -61,7 +61,8 @@ static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
 {
     ca_render_settings *s = &p->settings;
     const ca_integrator_type *type = ca_integrator_of(s->integrator ? s->integrator : scene->desc.integrator.name);
-    if (s->light_paths == 0 && !ca_render_is_set(scene, s->integrator, "light_paths")) s->light_paths = DEFAULT_LIGHT_PATHS;
+    if (s->light_paths == 0 && !ca_render_is_set(scene, s->integrator, "light_paths"))
+        s->light_paths = DEFAULT_LIGHT_PATHS;
     if (s->camera_paths == 0 && !ca_render_is_set(scene, s->integrator, "camera_paths"))
         s->camera_paths = ca_integrator_has(type, CA_ABILITY_ONE_CAMERA_PATH) ? 1 : DEFAULT_CAMERA_PATHS;
 }
