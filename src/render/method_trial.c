@@ -10,6 +10,9 @@
 /* Set apart from the render's. */
 #define TRIAL_SEED UINT64_C(0x747269616c)
 
+/* Of a trial's whole film: light paths are made for all of it, of which the rendered part may be little. */
+#define MOST_PIXELS 0x1p16
+
 /* ---- Parameters ------------------------------------------------------------------------------------------------ */
 
 static double pixels_of_film(const ca_render_plan *plan)
@@ -72,7 +75,9 @@ static uint32_t scaled_edge(uint32_t at, uint32_t from, uint32_t to, bool after)
 
 static void set_picture(ca_render_settings *settings, const ca_render_plan *plan)
 {
-    const double factor = fmin(1.0, sqrt(CA_TRIAL_PIXELS / pixels_of_crop(plan)));
+    const double by_crop = sqrt(CA_TRIAL_PIXELS / pixels_of_crop(plan)),
+                 by_film = sqrt(MOST_PIXELS / pixels_of_film(plan));
+    const double factor = fmin(1.0, fmin(by_crop, by_film));
     const uint32_t width = plan->camera.width, height = plan->camera.height;
     settings->width = scaled(width, factor);
     settings->height = scaled(height, factor);

@@ -1,10 +1,11 @@
 /* A method tried on a small picture of the same scene: what its iterations take, and how noisy they are.
  *
- * The trial's picture is the plan's, rendered part included, with about CA_TRIAL_PIXELS pixels at most. Light paths
- * are fewer and the merge radius is larger by the same factor, so that a merge finds as many photons and each
- * technique has the same weight; the radius is the mean one of the whole render. Camera paths start from a part of a
- * pixel that is as large as a pixel of the render, since what changes within a pixel is noise. The trial's random
- * numbers are its own: no sample of the render has any part in the choice of its method. */
+ * The trial's picture is the plan's, rendered part included, with about CA_TRIAL_PIXELS pixels at most, and 16
+ * times as many of the film. Light paths are fewer and the merge radius is larger by the same factor, so that a
+ * merge finds as many photons and each technique has the same weight; the radius is the mean one of the whole
+ * render. Camera paths start from a part of a pixel that is as large as a pixel of the render, since what changes
+ * within a pixel is noise. The trial's random numbers are its own: no sample of the render has any part in the
+ * choice of its method. */
 #ifndef CA_RENDER_METHOD_TRIAL_H
 #define CA_RENDER_METHOD_TRIAL_H
 
