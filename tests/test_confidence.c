@@ -1,6 +1,6 @@
 /* Error bars from samples: moments against computations in two passes, the rules for widened and marked intervals;
  * and their calibration: how many intervals of made-up distributions hold the expectation. One pixel's interval:
- * test_confidence_interval.c. Renders: test_error_bars.c. */
+ * test_confidence_interval.c. Many pictures: test_confidence_widened.c. Renders: test_error_bars.c. */
 #include "film/film.h"
 #include "film/interval_layers.h"
 #include "image/layers.h"

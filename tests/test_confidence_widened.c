@@ -79,7 +79,7 @@ static void test_limit_holds(void **state)
 enum { SIDE = 64, PIXELS = SIDE * SIDE, SAMPLES = 64, PICTURES = 96 };
 
 static double equal(void) { return 1.0; }
-static double log_normal(void) /* of expectation 1 and a variance of 8.5: a tenth of them brings half of the light */
+static double log_normal(void) /* of expectation 1 and a variance of 8.5: half of the light is one in fifteen's */
 {
     const double normal = sqrt(-2.0 * log(uniform())) * cos(6.283185307179586 * uniform());
     return exp(1.5 * normal - 1.125);
