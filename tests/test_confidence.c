@@ -1,6 +1,6 @@
 /* Error bars from samples: moments against computations in two passes, the rules for widened and marked intervals;
  * and their calibration: how many intervals of made-up distributions hold the expectation. One pixel's interval:
- * test_confidence_interval.c. Renders: test_error_bars.c. */
+ * test_confidence_interval.c. Many pictures: test_confidence_widened.c. Renders: test_error_bars.c. */
 #include "film/film.h"
 #include "film/interval_layers.h"
 #include "image/layers.h"
@@ -216,7 +216,7 @@ static void test_lonely_pixel(void **state)
 typedef struct neighbourhood {
     double variance, third, error, count;       /* relative; of those that are not black */
     double varying, uncertain, all, scatter[2]; /* of all */
-    double lone[2], far;
+    double lone[2], squares[2], far;
 } neighbourhood;
 
 static void add_neighbour(neighbourhood *sum, const ca_moments *m)
@@ -237,7 +237,9 @@ static void add_lone(neighbourhood *sum, const ca_moments *m)
 {
     sum->far++;
     if (m->variance == 0.0 || m->replicates * pow(m->variance, 3.0) >= 2.0 * m->third * m->third) return;
-    sum->lone[m->third > 0.0 ? CA_ABOVE : CA_BELOW] += m->variance * m->variance / fabs(m->third);
+    const double part = m->variance * m->variance / fabs(m->third);
+    sum->lone[m->third > 0.0 ? CA_ABOVE : CA_BELOW] += part;
+    sum->squares[m->third > 0.0 ? CA_ABOVE : CA_BELOW] += part * part;
 }
 
 static neighbourhood neighbourhood_of(const ca_moments *moments, int width, int height, int x, int y)
@@ -277,7 +279,8 @@ static void expect_verdict(const ca_verdict *verdict, const ca_moments *own, con
     assert_int_equal(verdict->kind, marked ? CA_INTERVAL_MARKED : CA_INTERVAL_WIDENED);
     for (int side = 0; side < 2 && !marked; side++) {
         expect_near(verdict->variance[side], near->scatter[side] / near->all, 1e-12);
-        expect_near(verdict->lone[side], near->lone[side] / near->far, 1e-12);
+        const double limit = ca_confidence_lone_limit(near->lone[side], near->squares[side]);
+        expect_near(verdict->lone[side], limit / near->far, 1e-12);
     }
 }
 

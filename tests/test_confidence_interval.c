@@ -128,13 +128,13 @@ static void test_limits_are_rounded_outwards(void **state)
         }
 }
 
-/* An ordinary interval is widened by the root of the sum of squares, and by thrice the lone ones; each side has its
- * own. */
+/* An ordinary interval is widened by the root of the sum of squares, and by what lone ones may bring; each side has
+ * its own. */
 static void test_widened_interval(void **state)
 {
     (void)state;
     const ca_moments m = {.mean = 5.0, .variance = 9.0, .third = 0.0, .replicates = 36};
-    ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED, .variance = {16.0, 1.0}, .lone = {0.0, 0.25}};
+    ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED, .variance = {16.0, 1.0}, .lone = {0.0, 0.75}};
     ca_interval interval = ca_confidence_judged_interval(&m, &verdict, 2.0);
     expect_near(interval.low, 5.0 - 2.0 * 5.0 / 6.0, 1e-12);
     expect_near(interval.high, 5.0 + 2.0 * sqrt(10.0) / 6.0 + 0.75, 1e-12);

@@ -84,8 +84,21 @@ ca_interval ca_confidence_judged_interval(const ca_moments *m, const ca_verdict 
     double reach[2] = {m->mean - interval.low, interval.high - m->mean};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++)
         reach[side] =
-            hypot(reach[side], quantile * sqrt(verdict->variance[side] / m->replicates)) + 3.0 * verdict->lone[side];
+            hypot(reach[side], quantile * sqrt(verdict->variance[side] / m->replicates)) + verdict->lone[side];
     return (ca_interval){m->mean - reach[CA_BELOW], m->mean + reach[CA_ABOVE]};
+}
+
+/* With a = 1 / (9 (k + 1)) and b = 1 / (9 k), the cube roots of gamma variables of shapes k + 1 and k, each over its
+ * shape, are nearly normal, with the means 1 - a and 1 - b and the variances a and b (Wilson and Hilferty). r^3 is
+ * the quantile of their quotient where r (1 - b) - (1 - a) = z sqrt(a + r^2 b) (Paulson 1942), a quadratic equation;
+ * (1 - b)^2 > z^2 b for each k >= 1. */
+double ca_confidence_lone_limit(double sum, double squares)
+{
+    if (squares == 0.0) return 0.0;
+    const double z = 1.6448536269514722, k = fmax(1.0, sum * (sum / squares));
+    const double a = 1.0 / (9.0 * (k + 1.0)), b = 1.0 / (9.0 * k), p = 1.0 - a, q = 1.0 - b;
+    const double r = (p * q + z * sqrt(q * q * a + p * p * b - z * z * a * b)) / (q * q - z * z * b);
+    return sum * (k + 1.0) / k * (r * r * r);
 }
 
 static float round_down(double value)
@@ -104,13 +117,13 @@ void ca_interval_round(ca_interval interval, float *low, float *high)
 /* Sums over pixels, relative to each one's level; a black one has none and does not count. */
 typedef struct pool {
     double variance, third, error; /* error: standard errors */
-    double lone[2];                /* what lone contributions bring over the far reach, by their side; not relative */
-    double scatter[2];             /* variances, likewise */
+    double lone[2], squares[2]; /* what lone contributions bring over the far reach, by their side; not relative */
+    double scatter[2];          /* variances, likewise */
     uint32_t pixels;
     uint32_t varying, uncertain; /* of all, also black ones */
 } pool;
 
-_Static_assert(sizeof(pool) == 72, "confidence.h promises 72 bytes a pixel");
+_Static_assert(sizeof(pool) == 88, "confidence.h promises 88 bytes a pixel");
 
 static void pool_moments(pool *sum, const ca_moments *m)
 {
@@ -184,8 +197,11 @@ static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
             pool_moments(&sums[x], &row[i]);
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
-             i++)
-            sums[x].lone[row[i].third < 0.0 ? CA_BELOW : CA_ABOVE] += lone[i];
+             i++) {
+            const int side = row[i].third < 0.0 ? CA_BELOW : CA_ABOVE;
+            sums[x].lone[side] += lone[i];
+            sums[x].squares[side] += lone[i] * lone[i];
+        }
     }
 }
 
@@ -212,7 +228,10 @@ static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_
 static void pool_far(pool *sum, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
 {
     for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= reach_to(y, CA_CONFIDENCE_FAR_REACH, height); i++)
-        for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->lone[side] += rows[(size_t)i * width + x].lone[side];
+        for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
+            sum->lone[side] += rows[(size_t)i * width + x].lone[side];
+            sum->squares[side] += rows[(size_t)i * width + x].squares[side];
+        }
 }
 
 static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
@@ -231,7 +250,7 @@ static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t wi
     ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
         verdict.variance[side] = near.scatter[side] / others;
-        verdict.lone[side] = near.lone[side] / far;
+        verdict.lone[side] = ca_confidence_lone_limit(near.lone[side], near.squares[side]) / far;
     }
     return verdict;
 }

@@ -66,7 +66,7 @@ static inline ca_joined_sums ca_joined_sums_add(ca_joined_sums x, ca_joined_sums
 
 /* Adds the layers Confidence*.* of film.h to those of a picture of the same size. Pixels are
  * marked where confidence.h says so, and where there are fewer degrees of freedom than CA_CONFIDENCE_MIN_REPLICATES
- * samples have. Memory: 144 bytes a pixel while it runs. */
+ * samples have. Memory: 160 bytes a pixel while it runs. */
 ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, ca_image_layers *layers, ca_error *error);
 
 #endif

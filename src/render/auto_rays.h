@@ -30,7 +30,7 @@
  *     choosing numbers                             164            164
  *     all                               564        496            552        556
  *
- * A picture while the render goes on takes 304 more while it is made, beside its layers. The light paths of an
+ * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
  * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
  * Threads: the samples do not depend on them, but the numbers depend on measured times. */
 #ifndef CA_RENDER_AUTO_RAYS_H
