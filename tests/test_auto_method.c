@@ -288,12 +288,13 @@ static ca_scene *bundled(const char *name)
 
 /* ---- Trials ---------------------------------------------------------------------------------------------------- */
 
-enum { TRIAL_ITERATIONS = 24 };
+enum { TRIAL_ITERATIONS = 24, RENDER_SIDE = 144 };
 
 /* The mean over pixels of an iteration's variance in the render's own size. */
 static double render_variance(const ca_scene *scene, const char *integrator)
 {
-    const ca_render_settings settings = auto_settings(integrator, TRIAL_ITERATIONS);
+    ca_render_settings settings = auto_settings(integrator, TRIAL_ITERATIONS);
+    settings.width = settings.height = RENDER_SIDE;
     ca_image_layers *image = render_scene(scene, &settings);
     const float *deviation = ca_image_channel(image, "StandardDeviation.Y");
     uint32_t width, height;
@@ -308,6 +309,7 @@ static double trial_variance(const ca_scene *scene, const ca_method *method, uin
 {
     static double weights[CA_TRIAL_PIXELS + 1];
     ca_render_settings settings = auto_settings("auto:alpha=0,max_depth=5,hide_emitters=true", 1);
+    settings.width = settings.height = RENDER_SIDE;
     ca_render_plan plan;
     ca_method_trial trial;
     ca_error error;
@@ -335,7 +337,7 @@ static void test_trial_is_as_noisy(void **state)
         {{.type = &ca_integrator_path}, "path:max_depth=5,hide_emitters=true"},
         {{.type = &ca_integrator_bdpm}, "bdpm:max_depth=5,alpha=0,hide_emitters=true"},
         {{.type = &ca_integrator_bdpm, .light_paths_log4 = -1},
-         "bdpm:max_depth=5,alpha=0,hide_emitters=true,light_paths=40000"},
+         "bdpm:max_depth=5,alpha=0,hide_emitters=true,light_paths=5184"},
         {{.type = &ca_integrator_ovcm}, "ovcm:max_depth=5,alpha=0,hide_emitters=true"},
     };
     ca_scene *scene = bundled("cornell-box/cornell-box");
