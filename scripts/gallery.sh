@@ -41,8 +41,8 @@ look_of()
 
 size_in() { sed -n "s/.*<default name=\"$2\" value=\"\([0-9]*\)\".*/\1/p" "scenes/gallery/$1.xml"; }
 
-# The number behind "NAME": in the file of --stats $1.
-number() { sed -n "s/^ *\"$2\": \(-\{0,1\}[0-9][0-9.e+-]*\),\{0,1\}\$/\1/p" "$1"; }
+# The number of that name, of the whole render, in the file of --stats $1.
+number() { sed -n "s/^  \"$2\": \(-\{0,1\}[0-9][0-9.e+-]*\),\{0,1\}\$/\1/p" "$1"; }
 
 # render SCENE PICTURE OPTION...
 render()
@@ -65,14 +65,17 @@ lost()
     sed -n 's/.* will find none or too little of about \([0-9.]* %\) of the light.*/, loses \1/p' "$folder/warnings"
 }
 
+# The method that `auto` chose, in the file of --stats.
+chosen() { sed -n 's/^ *"reason": "auto: \([a-z]*\).*/`\1`, /p' "$folder/stats"; }
+
 figures()
 {
-    printf ' %.0f s, %.0f samples, noise %.0f %%%s |' "$(number "$folder/stats" seconds)" \
+    printf ' %s%.0f s, %.0f samples, noise %.0f %%%s |' "$(chosen)" "$(number "$folder/stats" seconds)" \
         "$(number "$folder/stats" samples_per_pixel)" "$(number "$folder/stats" noise_percent)" "$(lost)"
 }
 
 for name in "$@"; do look_of "$name" >/dev/null; done
-echo '| scene | `vavcm` | `path` |'
+echo '| scene | `auto` | `path` |'
 echo '|---|---|---|'
 for name in "$@"; do
     printf '| `%s` |' "$name"
