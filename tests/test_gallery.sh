@@ -31,7 +31,7 @@ table_is_full() {
     cat "$folder/table"
     [ "$(wc -l <"$folder/table")" -eq 6 ] || return 1
     for name in $names; do
-        grep -Eq "^\| \`$name\` \| $cell \| $cell, loses [0-9.]+ % \|$" "$folder/table" ||
+        grep -Eq "^\| \`$name\` \| \`[a-z]+\`, $cell \| $cell, loses [0-9.]+ % \|$" "$folder/table" ||
             { echo "$name has no good row"; return 1; }
     done
 }
