@@ -5,7 +5,7 @@
  *                         [--reference-iterations N]
  *     radius_sweep alphas [the same]
  *
- * `radii`: each integrator with its default radius and with eight around it, in factors of two from 1/16 to 16, all
+ * `radii`: each integrator with its default radius and with eight around it, in factors of two from 1/32 to 8, all
  * with the same random numbers. Prints the radius, the errors relative to the least of the nine, and which that is.
  * `alphas`: the default radius of each alpha, and the errors relative to that of the least.
  *
@@ -20,7 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 64, ITERATIONS = 64, RADII = 9, REFERENCE_ITERATIONS = 1024, SEED = 71, REFERENCE_SEED = 9100 };
+enum { SIDE = 64, ITERATIONS = 64, RADII = 9, DEFAULT = 5, REFERENCE_ITERATIONS = 1024, SEED = 71, REFERENCE_SEED = 9100 };
 
 static const char *const reference_integrator = "ovcm:radius=0,radius_pixels=2,alpha=0.5";
 
@@ -180,15 +180,15 @@ static void sweep_radii(const ca_scene *scene, const reference *r, const char *n
     double errors[RADII], radius = 0.0;
     char text[128];
     snprintf(text, sizeof text, "%s:radius=0", integrator);
-    errors[RADII / 2] = error_of(scene, r, text, chosen, &radius);
+    errors[DEFAULT] = error_of(scene, r, text, chosen, &radius);
     for (int i = 0; i < RADII; i++) {
-        if (i == RADII / 2) continue;
-        snprintf(text, sizeof text, "%s:radius=%.9g", integrator, radius * exp2(i - RADII / 2));
+        if (i == DEFAULT) continue;
+        snprintf(text, sizeof text, "%s:radius=%.9g", integrator, radius * exp2(i - DEFAULT));
         errors[i] = error_of(scene, r, text, chosen, NULL);
     }
     const double least = least_of(errors, RADII);
     printf("| %s | %s | %.4g |", name, integrator, radius);
-    for (int i = 0; i < RADII; i++) printf(i == RADII / 2 ? " **%.2f** |" : " %.2f |", errors[i] / least);
+    for (int i = 0; i < RADII; i++) printf(i == DEFAULT ? " **%.2f** |" : " %.2f |", errors[i] / least);
     printf(" %.4g |\n", least);
     fflush(stdout);
 }
@@ -216,7 +216,7 @@ static void print_heading(const options *chosen)
         if (chosen->alphas)
             printf(" %.3g |", alphas[i]);
         else
-            printf(" %g |", exp2(i - RADII / 2));
+            printf(" %g |", exp2(i - DEFAULT));
     }
     printf(" least |\n|---|---|---|");
     for (int i = 0; i < (chosen->alphas ? ALPHAS : RADII); i++) printf("---|");

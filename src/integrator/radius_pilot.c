@@ -9,8 +9,7 @@
  * of merges, and by the balance heuristic also of all that takes their place where their weights are small.
  *
  * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger ones
- * are thinned, so that all levels cost about the same. The mean is that of error over light, both of a pixel; a
- * tenth of the picture's mean light is added to it (in squares), or black would count for all.
+ * are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
  *
  * Two methods stand for all: `bdpm` for those with photons alone, `ovcm` for `vcm` and its kin, which so have one
  * radius for one scene. All is a function of scene, settings and seed over the whole film, never of the crop, of threads or
@@ -25,7 +24,7 @@
 #include <string.h>
 
 enum {
-    SIDE = 40,               /* of the lattice of pixels */
+    SIDE = 48,               /* of the lattice of pixels */
     FEW_LIGHT_PATHS = 1024, /* tell how many make so many photons as are wanted, in each set: */
     PHOTONS = 24576,
     MOST_LIGHT_PATHS = 1 << 17,
@@ -35,14 +34,14 @@ enum {
     BELOW = 2,      /* levels below that */
     FULL = 4,       /* levels up to this one have all photons */
     ENOUGH = 8,     /* photons tell how much light there is */
-    MOST_MERGES = 192, /* of a query */
+    MOST_MERGES = 128, /* of a query */
 };
 
 /* Set apart from the render's. */
 #define PILOT_SEED UINT64_C(0x726164697573)
 
-/* Where light is black, in parts of the picture's mean. */
-#define LEAST_LIGHT 0.5
+/* The error is that of metrics/compare.h: relative to the square of light, plus this. */
+#define LEAST_SQUARE 0.01
 
 /* The radius lies between this part of a pixel's footprint and that of the scene. */
 #define LEAST_OF_PIXEL 0.25f
@@ -323,10 +322,10 @@ static double pixel_light(const radius_pilot *p, uint32_t cell)
     return 0.5 * (light_of(p, &p->sums[0][cell]) + light_of(p, &p->sums[1][cell]));
 }
 
-static void add_to_curve(const radius_pilot *p, uint32_t cell, double least_square, ca_radius_curve *curve)
+static void add_to_curve(const radius_pilot *p, uint32_t cell, ca_radius_curve *curve)
 {
     const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
-    const double light = pixel_light(p, cell), relative = 1.0 / (light * light + least_square);
+    const double light = pixel_light(p, cell), relative = 1.0 / (light * light + LEAST_SQUARE);
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->variance[k] += 0.5 * ((double)a->square[k] + (double)b->square[k]) * relative;
         const double product = (double)a->change[k] * (double)b->change[k] * relative;
@@ -339,11 +338,8 @@ static void add_to_curve(const radius_pilot *p, uint32_t cell, double least_squa
 static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
 {
     const uint32_t cells = p->columns * p->rows;
-    double light = 0.0;
-    for (uint32_t i = 0; i < cells; i++) light += pixel_light(p, i) / cells;
-    if (!(light > 0.0)) return false;
     *curve = (ca_radius_curve){.count = p->level_count};
-    for (uint32_t i = 0; i < cells; i++) add_to_curve(p, i, LEAST_LIGHT * light * LEAST_LIGHT * light, curve);
+    for (uint32_t i = 0; i < cells; i++) add_to_curve(p, i, curve);
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->radius[k] = (double)p->levels[k].radius;
         curve->variance[k] /= cells;
