@@ -24,6 +24,9 @@
         "camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1                                                   \
     }
 #define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
+/* Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019). Sequences have another one:
+ * qmcppm.c. */
+#define RANDOM_ALPHA (1.0 / 3.0)
 #define RADIUS_PARAMETERS(default_alpha)                                                                             \
     {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},                                                             \
         {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = (default_alpha)},                              \
@@ -93,7 +96,7 @@ static ca_status create_bdpm(const ca_integrator_input *input, void **state, ca_
     return ca_bidirectional_create(&ca_integrator_bdpm, &photon_rules, input, state, error);
 }
 
-static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS(0.5),
+static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS(RANDOM_ALPHA),
                                                    END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_ppm = {
     .name = "ppm",
@@ -110,7 +113,7 @@ static const ca_parameter_spec bdpm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS(0.5),
+    RADIUS_PARAMETERS(RANDOM_ALPHA),
     {"camera_diffuse_depth", CA_SPEC_INTEGER, .minimum = 0, .number = 1},
     {"merges", CA_SPEC_CHOICE, .choices = "all|last", .number = 0},
     END_OF_PARAMETERS};
@@ -176,14 +179,14 @@ static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca
 }
 
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
-                                                   RADIUS_PARAMETERS(0.5), END_OF_PARAMETERS};
+                                                   RADIUS_PARAMETERS(RANDOM_ALPHA), END_OF_PARAMETERS};
 /* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt
  * (section 2.2). */
 static const ca_parameter_spec ovcm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS(0.5),
+    RADIUS_PARAMETERS(RANDOM_ALPHA),
     {"epsilon", CA_SPEC_REAL, .minimum = 1e-6, .number = 0.01},
     {"c", CA_SPEC_REAL, .minimum = 0, .number = 0.5},
     {"footprint", CA_SPEC_CHOICE, .choices = "plain|projected", .number = 0},
