@@ -24,7 +24,7 @@
 #include <string.h>
 
 enum {
-    SIDE = 48,               /* of the lattice of pixels */
+    SIDE = 52,               /* of the lattice of pixels */
     FEW_LIGHT_PATHS = 1024, /* tell how many make so many photons as are wanted, in each set: */
     PHOTONS = 24576,
     MOST_LIGHT_PATHS = 1 << 17,
@@ -34,7 +34,8 @@ enum {
     BELOW = 2,      /* levels below that */
     FULL = 4,       /* levels up to this one have all photons */
     ENOUGH = 8,     /* photons tell how much light there is */
-    MOST_MERGES = 128, /* of a query */
+    MOST_MERGES = 64, /* of a query */
+    MOST_WEIGHED = 24, /* where each has a weight to be computed */
 };
 
 /* Set apart from the render's. */
@@ -147,7 +148,8 @@ static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon
 static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path_sums *sums)
 {
     const photon_level *level = &p->levels[k];
-    const uint32_t count = find(p, level, walk->walk.last.position), stride = count / MOST_MERGES + 1;
+    const uint32_t count = find(p, level, walk->walk.last.position);
+    const uint32_t stride = count / (p->engine->weighs_merges ? MOST_WEIGHED : MOST_MERGES) + 1;
     const float density = 1.0f / p->engine->rules.merge_area;
     const float scale = (float)stride / (float)level->paths;
     for (uint32_t i = 0; i < count; i += stride)

@@ -8,6 +8,9 @@ enum { POWERS = 13, STEPS = 8 };
 #define LEAST_POWER 1.0
 #define MOST_POWER 4.0
 
+/* Where measurements are too noisy to tell, the power is about that of pictures with soft edges. */
+#define LIKELY_POWER 2.0
+
 /* A power law is a model: measured differences that are nearly without noise are no better than this. */
 #define MODEL_ERROR 0.3
 
@@ -23,10 +26,10 @@ static double share_of_change(double power)
     return EDGE_SHARE * pow(SMOOTH_SHARE / EDGE_SHARE, t);
 }
 
-/* The factor that fits the differences best, and its sum of squared errors. */
+/* The factor that fits the differences best, and how badly: its sum of squared errors, and an unlikely power. */
 static double fit(const ca_radius_curve *curve, double power, double *factor)
 {
-    double products = 0.0, squares = 0.0, misfit = 0.0;
+    double products = 0.0, squares = 0.0, misfit = (power - LIKELY_POWER) * (power - LIKELY_POWER);
     const double share = share_of_change(power), unit = curve->radius[curve->count - 1];
     double shape[CA_RADIUS_LEVELS], weight[CA_RADIUS_LEVELS];
     for (uint32_t k = 0; k < curve->count; k++) {
@@ -92,12 +95,13 @@ double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light
 {
     const ca_radius_blur blur = ca_radius_blur_of(curve);
     const int steps = (int)ceil(STEPS * log2(most / least));
-    double smallest = (double)INFINITY;
-    for (int i = 0; i <= steps; i++)
-        smallest = fmin(smallest, error_at(curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
-    for (int i = 0; i < steps; i++) {
-        const double radius = least * exp2((double)i / STEPS);
-        if (error_at(curve, &blur, alpha, light_paths, radius) <= CA_RADIUS_TOLERANCE * smallest) return radius;
+    double smallest = (double)INFINITY, best = least;
+    for (int i = 0; i <= steps; i++) {
+        const double radius = fmin(least * exp2((double)i / STEPS), most);
+        const double error = error_at(curve, &blur, alpha, light_paths, radius);
+        if (!(error < smallest)) continue;
+        smallest = error;
+        best = radius;
     }
-    return most;
+    return best;
 }

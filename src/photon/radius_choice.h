@@ -31,9 +31,7 @@ typedef struct ca_radius_blur {
 } ca_radius_blur;
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
 
-/* The radius of the first pass, in [least, most]: the smallest one whose error is within CA_RADIUS_TOLERANCE of the least,
- * as a smaller one costs fewer merges. `light_paths`: N. */
-#define CA_RADIUS_TOLERANCE 1.05
+/* The radius of the first pass, in [least, most]; of several with the least error the smallest. `light_paths`: N. */
 double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most);
 
 #endif
