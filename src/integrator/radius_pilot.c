@@ -33,7 +33,6 @@ enum {
     NEAREST = 12,   /* photons within the middle level's radius */
     BELOW = 2,      /* levels below that */
     FULL = 4,       /* levels up to this one have all photons */
-    ENOUGH = 8,     /* photons tell how much light there is */
     MOST_MERGES = 64, /* of a query */
     MOST_WEIGHED = 24, /* where each has a weight to be computed */
 };
@@ -310,13 +309,14 @@ static ca_status build_levels(radius_pilot *p, ca_error *error)
 
 /* ---- The curve ------------------------------------------------------------------------------------------------- */
 
-/* The least of the levels that have enough photons: what lies near something bright must not pass for bright. */
+/* The least of what the levels say, with two photons more than they found: what lies near something bright must not pass
+ * for bright. */
 static double light_of(const radius_pilot *p, const path_sums *sums)
 {
-    float least = INFINITY;
+    double least = (double)INFINITY;
     for (uint32_t k = 0; k < p->level_count; k++)
-        if (sums->found[k] >= ENOUGH) least = ca_min(least, sums->full[k]);
-    return (double)(least < INFINITY ? least : sums->full[p->level_count - 1]) + (double)sums->seen;
+        if (sums->found[k] > 0) least = fmin(least, (double)sums->full[k] * (1.0 + 2.0 / sums->found[k]));
+    return (isfinite(least) ? least : 0.0) + (double)sums->seen;
 }
 
 static double pixel_light(const radius_pilot *p, uint32_t cell)

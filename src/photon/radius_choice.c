@@ -95,13 +95,12 @@ double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light
 {
     const ca_radius_blur blur = ca_radius_blur_of(curve);
     const int steps = (int)ceil(STEPS * log2(most / least));
-    double smallest = (double)INFINITY, best = least;
-    for (int i = 0; i <= steps; i++) {
-        const double radius = fmin(least * exp2((double)i / STEPS), most);
-        const double error = error_at(curve, &blur, alpha, light_paths, radius);
-        if (!(error < smallest)) continue;
-        smallest = error;
-        best = radius;
+    double smallest = (double)INFINITY;
+    for (int i = 0; i <= steps; i++)
+        smallest = fmin(smallest, error_at(curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
+    for (int i = 0; i < steps; i++) {
+        const double radius = least * exp2((double)i / STEPS);
+        if (error_at(curve, &blur, alpha, light_paths, radius) <= CA_RADIUS_TOLERANCE * smallest) return radius;
     }
-    return best;
+    return most;
 }
