@@ -82,8 +82,8 @@ static void test_least_error(void **state)
         const double power = i < 3 ? 1.0 : 4.0, alpha = alphas[i % 3], chosen = choose(3.0, power, alpha, 1e4);
         double least = (double)INFINITY;
         for (double r = 1e-4; r < 10.0; r *= 1.01) least = fmin(least, error_of(3.0, power, alpha, 1e4, r));
-        assert_true(error_of(3.0, power, alpha, 1e4, chosen) < 1.08 * least);
-        assert_true(error_of(3.0, power, alpha, 1e4, chosen / exp2(0.15)) > 1.06 * least);
+        assert_true(error_of(3.0, power, alpha, 1e4, chosen) < 1.04 * least);
+        assert_true(error_of(3.0, power, alpha, 1e4, chosen / exp2(0.15)) > 1.02 * least);
     }
 }
 
