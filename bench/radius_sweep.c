@@ -1,5 +1,5 @@
-/* The default merge radius against the best of a sweep, and the default alpha against others: the relative mean square
- * error after a number of iterations, on scenes of every kind.
+/* The default merge radius against the best of a sweep, and the default alpha against others: the relative mean
+ * square error after a number of iterations, on scenes of every kind.
  *
  *     radius_sweep radii  [--only SCENE] [--integrator NAME] [--side N] [--iterations N] [--references FOLDER]
  *                         [--reference-iterations N]
@@ -11,8 +11,7 @@
  *
  * The error is the mean of (x - a)(x - b) / (m^2 + 0.01) over pixels and channels, for the picture x, two long
  * renders a and b that are independent of each other, and their mean m: noise of a and b is not counted as error. They
- * are those of `ovcm` from a radius of two pixels on; with --references they are kept in that folder, by scene and size.
- * `qmcppm` renders by blocks of pairs: its iterations are blocks, the square of its camera paths. Prints Markdown. */
+ * are those of `ovcm` from a radius of two pixels on; with --references they are kept in that folder. `qmcppm` renders by blocks of pairs: its iterations are blocks, the square of its camera paths. Prints Markdown. */
 #include "bench_support.h"
 #include "image/layers.h"
 
@@ -20,7 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 64, ITERATIONS = 64, RADII = 9, DEFAULT = 5, REFERENCE_ITERATIONS = 1024, SEED = 71, REFERENCE_SEED = 9100 };
+enum { SIDE = 64, ITERATIONS = 64, RADII = 9, DEFAULT = 5 };
+enum { REFERENCE_ITERATIONS = 1024, SEED = 71, REFERENCE_SEED = 9100 };
 
 static const char *const reference_integrator = "ovcm:radius=0,radius_pixels=2,alpha=0.5";
 
@@ -45,7 +45,8 @@ enum { SCENES = sizeof scenes / sizeof scenes[0] };
 
 static const char *const radius_integrators[] = {"ppm", "bdpm", "ovcm"};
 static const char *const alpha_integrators[] = {"ppm", "bdpm", "qmcppm", "ovcm", "vcm"};
-static const char *const alpha_scenes[] = {"caustics", "glass slab", "water caustic", "mirror and glass", "Cornell box"};
+static const char *const alpha_scenes[] = {"caustics", "glass slab", "water caustic", "mirror and glass",
+                                           "Cornell box"};
 static const double alphas[] = {0.0, 0.25, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75};
 enum {
     RADIUS_INTEGRATORS = sizeof radius_integrators / sizeof radius_integrators[0],

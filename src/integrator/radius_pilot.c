@@ -1,19 +1,20 @@
 /* The default merge radius: a pilot measures how variance and blur of merges depend on the radius, and
  * photon/radius_choice.h makes of it the radius of least error.
  *
- * Two sets of light paths, and two camera paths of each of many pixels all over the film. The first camera path looks for
- * photons of the first set, the second one for those of the second: by radii that double from level to level. What changes
- * between two levels, as the one path sees it, times what the other sees, is on average the square of what changes in the
- * pixel, without noise; blur within a pixel is not seen and does not count. Photons count by the weights that they
- * would have in the render with that radius. The sum of their weights times the squares of what they bring tells the variance:
- * of merges, and by the balance heuristic also of all that takes their place where their weights are small.
+ * Two sets of light paths, and two camera paths of each of many pixels all over the film. The first camera path looks
+ * for photons of the first set, the second one for those of the second, by radii that double from level to level. What
+ * a radius changes against half of it, as the one path sees it, times what the other sees, is on average the square of
+ * what it changes in the pixel, without noise; blur within a pixel is not seen and does not count. Photons count by the
+ * weights that they would have in the render with that radius, the half one, too: weights alone change nothing. The sum
+ * of weights times the squares of what photons bring tells the variance: of merges, and by the balance heuristic also
+ * of all that takes their place where their weights are small.
  *
- * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger ones
- * are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
+ * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger
+ * ones are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
  *
  * Two methods stand for all: `bdpm` for those with photons alone, `ovcm` for `vcm` and its kin, which so have one
- * radius for one scene. All is a function of scene, settings and seed over the whole film, never of the crop, of threads or
- * of rounds: one thread traces, with random numbers of its own, so that the image's mean stays what it is. */
+ * radius for one scene. All is a function of scene, settings and seed over the whole film, never of the crop, of
+ * threads or of rounds: one thread traces, with random numbers of its own. The image's mean stays what it is. */
 #include "integrator/bidirectional.h"
 
 #include "base/memory.h"
@@ -24,9 +25,9 @@
 #include <string.h>
 
 enum {
-    SIDE = 52,               /* of the lattice of pixels */
+    SIDE = 52,              /* of the lattice of pixels */
     FEW_LIGHT_PATHS = 1024, /* tell how many make so many photons as are wanted, in each set: */
-    PHOTONS = 24576,
+    PHOTONS = 49152,
     MOST_LIGHT_PATHS = 1 << 17,
     MAX_DEPTH = 64,
     LATEST_ROULETTE = 16,
@@ -309,13 +310,13 @@ static ca_status build_levels(radius_pilot *p, ca_error *error)
 
 /* ---- The curve ------------------------------------------------------------------------------------------------- */
 
-/* The least of what the levels say, with two photons more than they found: what lies near something bright must not pass
- * for bright. */
+/* The least of what the levels say, with one photon more than they found: what lies near something bright must not
+ * pass for bright. */
 static double light_of(const radius_pilot *p, const path_sums *sums)
 {
     double least = (double)INFINITY;
     for (uint32_t k = 0; k < p->level_count; k++)
-        if (sums->found[k] > 0) least = fmin(least, (double)sums->full[k] * (1.0 + 2.0 / sums->found[k]));
+        if (sums->found[k] > 0) least = fmin(least, (double)sums->full[k] * (1.0 + 1.0 / sums->found[k]));
     return (isfinite(least) ? least : 0.0) + (double)sums->seen;
 }
 

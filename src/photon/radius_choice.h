@@ -32,9 +32,9 @@ typedef struct ca_radius_blur {
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
 
 /* The radius of the first pass, in [least, most]: the smallest one whose error is within CA_RADIUS_TOLERANCE of the
- * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends on
- * the radius until blur shows. `light_paths`: N. */
-#define CA_RADIUS_TOLERANCE 1.03
+ * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends
+ * on the radius until blur shows. `light_paths`: N. */
+#define CA_RADIUS_TOLERANCE 1.01
 double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most);
 
 #endif
