@@ -127,7 +127,8 @@ static ca_scene *floor_scene(double scale, bool edge)
              "<film type='hdrfilm'>"
              "<integer name='width' value='48'/><integer name='height' value='48'/><rfilter type='box'/></film>"
              "</sensor><emitter type='directional'><vector name='direction' value='0,-1,0'/>"
-             "<rgb name='irradiance' value='1'/></emitter><shape type='rectangle'><transform name='to_world'><scale value='%g'/><rotate x='1' "
+             "<rgb name='irradiance' value='1'/></emitter><shape type='rectangle'>"
+             "<transform name='to_world'><scale value='%g'/><rotate x='1' "
              "angle='-90'/></transform><bsdf type='diffuse'><rgb name='reflectance' value='0.5'/></bsdf></shape>%s"
              "</scene>",
              0.01 * scale, 2.5 * scale, 10.0 * scale, plate);
