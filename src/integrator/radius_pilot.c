@@ -1,10 +1,11 @@
 /* The default merge radius: a pilot measures how variance and blur of merges depend on the radius, and
  * photon/radius_choice.h makes of it the radius of least error.
  *
- * Two sets of light paths, and two camera paths of each of many pixels all over the film. The first camera path looks
- * for photons of the first set, the second one for those of the second, by radii that double from level to level. What
- * a radius changes against half of it, as the one path sees it, times what the other sees, is on average the square of
- * what it changes in the pixel, without noise; blur within a pixel is not seen and does not count. Photons count by
+ * Two sets of light paths, and two camera paths of each of many pixels all over the film. The first camera path
+ * looks for photons of the first set, the second one for those of the second, by radii that double from level to
+ * level. What a radius changes against half of it, as the one path sees it, times what the other sees, is on average
+ * the square of what it changes in the pixel, without noise; blur within a pixel is not seen and does not count.
+ * Photons count by
  * the weights that they would have in the render with that radius, the half one, too: weights alone change nothing.
  * The sum of weights times the squares of what photons bring tells the variance: of merges, and by the balance
  * heuristic also of all that takes their place where their weights are small.
