@@ -24,8 +24,8 @@
         "camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1                                                   \
     }
 #define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
-/* Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019). Sequences have another one:
- * qmcppm.c. */
+/* Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019). Sequences have another
+ * one: qmcppm.c. */
 #define RANDOM_ALPHA (1.0 / 3.0)
 #define RADIUS_PARAMETERS(default_alpha)                                                                             \
     {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},                                                             \
