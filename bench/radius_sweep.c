@@ -10,8 +10,8 @@
  * `alphas`: the default radius of each alpha, and the errors relative to that of the least.
  *
  * The error is the mean of (x - a)(x - b) / (m^2 + 0.01) over pixels and channels, for the picture x, two long
- * renders a and b that are independent of each other, and their mean m: noise of a and b is not counted as error. They
- * are those of `ovcm` from a radius of two pixels on; with --references they are kept in that folder. `qmcppm`
+ * renders a and b that are independent of each other, and their mean m: noise of a and b is not counted as error.
+ * They are those of `ovcm` from a radius of two pixels on; with --references they are kept in that folder. `qmcppm`
  * renders by blocks of pairs: its iterations are blocks, the square of its camera paths. Prints Markdown. */
 #include "bench_support.h"
 #include "image/layers.h"

@@ -6,8 +6,8 @@
  * level. What a radius changes against half of it, as the one path sees it, times what the other sees, is on average
  * the square of what it changes in the pixel, without noise; blur within a pixel is not seen and does not count.
  * Photons count by the weights that they would have in the render with that radius, those within half of it, too:
- * weights alone change nothing. The sum of weights times the squares of what photons bring tells the variance: of merges, and by the balance
- * heuristic also of all that takes their place where their weights are small.
+ * weights alone change nothing. The sum of weights times the squares of what photons bring tells the
+ * variance: of merges, and by the balance heuristic also of all that takes their place where their weights are small.
  *
  * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger
  * ones are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
