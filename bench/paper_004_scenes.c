@@ -112,7 +112,8 @@ static double camera_is_light_error(const ca_scene *scene, const pairing *way, u
 {
     static const uint32_t crop[4] = {48, 24, 80, 56};
     const paper_job job = {.scene = scene,
-                           .integrator = way->all_pairs ? "qmcppm:total_camera_paths=2,radius_pixels=1" : "ppm:radius_pixels=1,alpha=0.5",
+                           .integrator = way->all_pairs ? "qmcppm:total_camera_paths=2,radius_pixels=1"
+                                                        : "ppm:radius_pixels=1,alpha=0.5",
                            .sampler = way->sampler,
                            .samples = n,
                            .seed = seed,
