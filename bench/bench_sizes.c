@@ -124,18 +124,20 @@ static json_t *measure_sizes(const ca_scene *scene, const char *integrator, bool
 
 int main(int argc, char **argv)
 {
-    static const char *const integrators[] = {"vcm", "ovcm", "ppm", "bdpm"};
+    static const char *const names[] = {"vcm", "ovcm", "ppm", "bdpm"};
+    static const char *const integrators[] = {"vcm:radius_pixels=1", "ovcm:radius_pixels=1", "ppm:radius_pixels=1",
+                                              "bdpm:radius_pixels=1"};
     ca_render_settings large = settings_of(integrators[0], &sizes[LARGE]);
     large.samples_per_pixel = 1;
     const double bytes = bench_peak_memory(scene_path, &large);
-    printf("%-5s %-12s %7.2f GiB\n", integrators[0], sizes[LARGE].name, bytes / 0x1p30);
+    printf("%-5s %-12s %7.2f GiB\n", names[0], sizes[LARGE].name, bytes / 0x1p30);
     ca_error error;
     ca_scene *scene;
     if (ca_scene_load(scene_path, NULL, 0, &scene, &error) != CA_OK) bench_die(scene_path, &error);
     json_t *json = json_object();
     json_object_set_new(json, "peak_bytes", json_real(bytes));
     for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++)
-        json_object_set_new(json, integrators[i], measure_sizes(scene, integrators[i], i == 0));
+        json_object_set_new(json, names[i], measure_sizes(scene, integrators[i], i == 0));
     bench_write_results(argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json", "sizes", json);
     ca_scene_release(scene);
     return 0;

@@ -56,8 +56,8 @@ static const convergence_scene scenes[] = {
 /* qmcppm or ppm as the scene wants it. */
 static void integrator_for(const convergence_scene *what, const char *name, char text[128])
 {
-    snprintf(text, 128, "%s:radius=%g,light_paths=%u,camera_paths=%u%s", name, what->radius, what->light_paths,
-             what->camera_paths, what->integrator);
+    snprintf(text, 128, "%s:alpha=0.5,radius=%g,light_paths=%u,camera_paths=%u%s", name, what->radius,
+             what->light_paths, what->camera_paths, what->integrator);
 }
 
 /* ---- The reference --------------------------------------------------------------------------------------------- */

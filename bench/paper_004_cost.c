@@ -18,8 +18,8 @@ static recomputation measure_order(const ca_scene *scene, const char *order, uin
     char integrator[128];
     const unsigned pixels = side * side;
     snprintf(integrator, sizeof integrator,
-             "qmcppm:order=%s,light_paths=%u,total_light_paths=%u,total_camera_paths=%u", order, pixels,
-             pixels * blocks, blocks);
+             "qmcppm:radius_pixels=1,order=%s,light_paths=%u,total_light_paths=%u,total_camera_paths=%u", order,
+             pixels, pixels * blocks, blocks);
     double seconds[REPEATS];
     recomputation r = {0};
     for (int i = 0; i < REPEATS; i++) {

@@ -15,7 +15,7 @@ void paper_transport(paper_report *report)
     ca_scene *scene = paper_scene("paper-004/mirror-room.xml", NULL, 0);
     for (int k = 0; k < 3; k++) {
         char integrator[64], name[64];
-        snprintf(integrator, sizeof integrator, "qmcppm:transport=%s", kinds[k]);
+        snprintf(integrator, sizeof integrator, "qmcppm:radius_pixels=1,transport=%s", kinds[k]);
         const paper_job job = {.scene = scene,
                                .integrator = integrator,
                                .sampler = "halton",
@@ -112,7 +112,8 @@ static double camera_is_light_error(const ca_scene *scene, const pairing *way, u
 {
     static const uint32_t crop[4] = {48, 24, 80, 56};
     const paper_job job = {.scene = scene,
-                           .integrator = way->all_pairs ? "qmcppm:total_camera_paths=2" : "ppm",
+                           .integrator = way->all_pairs ? "qmcppm:total_camera_paths=2,radius_pixels=1"
+                                                        : "ppm:radius_pixels=1,alpha=0.5",
                            .sampler = way->sampler,
                            .samples = n,
                            .seed = seed,

@@ -188,7 +188,7 @@ typedef struct ca_tried_method {
     uint32_t iterations; /* of the trial */
     /* Of an iteration, mean over pixels, over squared luminance: what the trial saw; what it was too short to see. */
     double variance, unseen_variance;
-    double seconds; /* of one processor, that an iteration of the trial took */
+    double seconds; /* of one processor, that an iteration of the render is expected to take */
 } ca_tried_method;
 
 /* The method that was chosen. */

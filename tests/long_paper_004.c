@@ -104,8 +104,10 @@ static void test_camera_is_light(void **state)
     for (int i = 0; i < 4; i++) {
         const uint32_t blocks = 4u << (2 * i);
         n[i] = blocks;
-        passes[i] = error_of(render(scene, "ppm", "halton-plain", blocks, 0, crop, 0), 0.8);
-        pairs[i] = error_of(render(scene, "qmcppm:total_camera_paths=2", "halton-plain", blocks, 0, crop, 0), 0.8);
+        passes[i] = error_of(render(scene, "ppm:radius_pixels=1,alpha=0.5", "halton-plain", blocks, 0, crop, 0), 0.8);
+        pairs[i] = error_of(render(scene, "qmcppm:total_camera_paths=2,radius_pixels=1", "halton-plain", blocks, 0,
+                                   crop, 0),
+                            0.8);
         print_message("    %4u passes or blocks: pass by pass %.3f, all pairs %.4f\n", blocks, passes[i], pairs[i]);
     }
     assert_true(passes[3] > passes[2] && passes[2] > passes[1] && passes[3] > 1.0);

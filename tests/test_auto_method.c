@@ -260,19 +260,47 @@ static void test_configure(void **state)
     const ca_method four = {.type = &ca_integrator_vavcm, .light_paths_log4 = 1};
     const ca_method path = {.type = &ca_integrator_path};
     const ca_method no_splats = {.type = &ca_integrator_bdpt, .no_splats = true};
+    const ca_method_radii radii = {.photons_alone = 0.5, .with_connections = 0.25};
     char text[512];
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
-    assert_int_equal(ca_method_configure(&four, &plan, &input, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&four, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(four.type, &input, text, sizeof text);
     assert_string_equal(text, "vavcm:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=2304,"
-                              "camera_paths=1,radius=0.125,alpha=0.25");
-    assert_int_equal(ca_method_configure(&path, &plan, &input, NULL), CA_OK);
+                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0");
+    assert_int_equal(ca_method_configure(&path, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(path.type, &input, text, sizeof text);
     assert_string_equal(text, "path:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=power,next_event=true");
-    assert_int_equal(ca_method_configure(&no_splats, &plan, &input, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&no_splats, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(no_splats.type, &input, text, sizeof text);
     assert_string_equal(text, "bdpt:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,"
                               "camera_paths=1,strategies=no-splat");
+
+    settings.radius = 0.0; /* 4^(-1/6) of the usual one */
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&four, &plan, &radii, &input, NULL), CA_OK);
+    assert_true(fabs(ca_integrator_value(four.type, &input, "radius", 0.0) - 0.198425131) < 1e-7);
+    const ca_method bdpm = {.type = &ca_integrator_bdpm};
+    assert_int_equal(ca_method_configure(&bdpm, &plan, &radii, &input, NULL), CA_OK);
+    assert_true(ca_integrator_value(bdpm.type, &input, "radius", 0.0) == 0.5);
+    ca_scene_release(scene);
+}
+
+/* The usual radii are those that the methods have by themselves. */
+static void test_radii(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    const ca_render_settings settings = auto_settings("auto:max_depth=4", 4);
+    ca_render_plan plan;
+    ca_method_radii radii;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_find_radii(&plan, &radii, NULL), CA_OK);
+    const ca_render_settings alone = auto_settings("bdpm:max_depth=4", 4),
+                             kin = auto_settings("vavcm:max_depth=4", 4);
+    assert_int_equal(ca_render_plan_make(&plan, scene, &alone, NULL), CA_OK);
+    assert_true(ca_integrator_value(plan.type, &plan.input, "radius", 0.0) == radii.photons_alone);
+    assert_int_equal(ca_render_plan_make(&plan, scene, &kin, NULL), CA_OK);
+    assert_true(ca_integrator_value(plan.type, &plan.input, "radius", 0.0) == radii.with_connections);
     ca_scene_release(scene);
 }
 
@@ -307,19 +335,20 @@ static double render_variance(const ca_scene *scene, const char *integrator)
 
 static double trial_variance(const ca_scene *scene, const ca_method *method, uint64_t *seed)
 {
-    static double weights[CA_TRIAL_PIXELS + 1];
-    ca_render_settings settings = auto_settings("auto:alpha=0,max_depth=5,hide_emitters=true", 1);
+    static double weights[CA_TRIAL_CELLS + 1];
+    ca_render_settings settings = auto_settings("auto:alpha=0,radius=20,max_depth=5,hide_emitters=true", 1);
     settings.width = settings.height = RENDER_SIDE;
     ca_render_plan plan;
     ca_method_trial trial;
+    const ca_method_radii radii = {.photons_alone = 1.0, .with_connections = 1.0}; /* not used: one is set */
     ca_error error;
-    for (int p = 0; p <= CA_TRIAL_PIXELS; p++) weights[p] = 1.0;
+    for (int p = 0; p <= CA_TRIAL_CELLS; p++) weights[p] = 1.0;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &error), CA_OK);
-    assert_true(trial.film.width * trial.film.height <= CA_TRIAL_PIXELS && trial.film.width > 60);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &radii, &error), CA_OK);
+    assert_true(ca_trial_cell_count(&trial.cells) <= CA_TRIAL_CELLS && trial.cells.width > 20);
     for (int i = 0; i < TRIAL_ITERATIONS; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
     const double variance = ca_method_trial_variance(&trial, weights);
-    assert_true(trial.seconds > 0.0);
+    assert_true(ca_method_trial_seconds(&trial) > 0.0);
     *seed = trial.plan.seed;
     assert_true(*seed != plan.seed);
     ca_method_trial_destroy(&trial);
@@ -343,10 +372,10 @@ static void test_trial_is_as_noisy(void **state)
         const char *name;
     } cases[] = {
         {{.type = &ca_integrator_path}, "path:max_depth=5,hide_emitters=true"},
-        {{.type = &ca_integrator_bdpm}, "bdpm:max_depth=5,alpha=0,hide_emitters=true"},
+        {{.type = &ca_integrator_bdpm}, "bdpm:max_depth=5,alpha=0,hide_emitters=true,radius=20"},
         {{.type = &ca_integrator_bdpm, .light_paths_log4 = -1},
-         "bdpm:max_depth=5,alpha=0,hide_emitters=true,light_paths=5184"},
-        {{.type = &ca_integrator_ovcm}, "ovcm:max_depth=5,alpha=0,hide_emitters=true"},
+         "bdpm:max_depth=5,alpha=0,hide_emitters=true,radius=20,light_paths=5184"},
+        {{.type = &ca_integrator_ovcm}, "ovcm:max_depth=5,alpha=0,hide_emitters=true,radius=20"},
     };
     ca_scene *scene = bundled("cornell-box/cornell-box");
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
@@ -572,6 +601,7 @@ int main(void)
         cmocka_unit_test(test_unseen),
         cmocka_unit_test(test_unseen_is_the_second_moment),
         cmocka_unit_test(test_configure),
+        cmocka_unit_test(test_radii),
         cmocka_unit_test(test_trial_is_as_noisy),
         cmocka_unit_test(test_bits_are_those_of_the_method),
         cmocka_unit_test(test_choices),

@@ -99,7 +99,8 @@ static void test_camera_is_light(void **state)
     (void)state;
     ca_scene *scene = load("camera-is-light");
     double means[3][2];
-    static const char *const integrators[3] = {"ppm", "ppm", "qmcppm:total_camera_paths=2"};
+    static const char *const integrators[3] = {"ppm:radius_pixels=1,alpha=0.5", "ppm:radius_pixels=1,alpha=0.5",
+                                               "qmcppm:total_camera_paths=2,radius_pixels=1"};
     static const char *const samplers[3] = {"halton-plain", "independent", "halton-plain"};
     for (int i = 0; i < 3; i++)
         for (int late = 0; late < 2; late++) {

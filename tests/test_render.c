@@ -400,14 +400,15 @@ static void test_integrators_of_the_scene(void **state)
         {"3.0.0", "vcm-star", "<float name='radius' value='0.25'/><integer name='camera_paths' value='2'/>", NULL,
          "vcm-star:max_depth=-1,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,camera_paths=2,radius="
          "0.25,"
-         "alpha=0.5"},
+         "alpha=0.333333333,radius_pixels=0"},
         {"0.6.0", "bdpm",
          "<integer name='maxDepth' value='4'/><integer name='cameraDiffuseDepth' value='3'/><string name='merges' "
          "value='last'/>",
          NULL, "camera_diffuse_depth=3,merges=last"},
         {"3.0.0", "vcm", "<integer name='max_depth' value='4'/><float name='radius' value='1'/>", "path:rr_depth=2",
          "path:max_depth=4,rr_depth=2,"},
-        {"3.0.0", "vcm", "<integer name='radius' value='2'/>", "ovcm", "radius=2,alpha=0.5,epsilon="},
+        {"3.0.0", "vcm", "<integer name='radius' value='2'/>", "ovcm",
+         "radius=2,alpha=0.333333333,radius_pixels=0,epsilon="},
         {"3.0.0", "vcm", "\n<float name='c' value='1'/>", NULL, ":3:1: integrator \"vcm\" has no parameter \"c\""},
         {"3.0.0", "vcm", "\n<float name='alpha' value='2'/>", NULL,
          ":3:1: \"alpha\" must be a number of at least 0 and"},

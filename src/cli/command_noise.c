@@ -105,7 +105,7 @@ static const ca_option options[] = {
      .argument = "R",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.radius),
-     .help = "merge radius (default: the scene's, else from a pixel's footprint)"},
+     .help = "merge radius (default: the scene's, else the one of least error)"},
     {.name = "alpha",
      .argument = "A",
      .kind = CA_OPTION_REAL,
@@ -302,7 +302,8 @@ static void print_shared_words(const noise_options *o, const ca_noise_setup *set
     print_integrator(integrator);
     for (size_t i = 0; i < o->define_words.count; i++) print_word("-D", o->define_words.items[i]);
     if (s->has_max_depth) printf(" --max-depth %d", s->max_depth);
-    if (s->radius > 0.0) printf(" --radius %.9g", s->radius);
+    if (setup->radius > 0.0 && !ca_render_overrides_mention(parameters ? parameters + 1 : NULL, "radius"))
+        printf(" --radius %.9g", setup->radius); /* with other numbers of paths the default is another one */
     if (!ca_render_overrides_mention(parameters ? parameters + 1 : NULL, "alpha"))
         printf(" --alpha %.9g", s->alpha); /* 0 unless given, whatever the scene says */
     if (o->resolution[0]) printf(" --resolution %ux%u", o->resolution[0], o->resolution[1]);

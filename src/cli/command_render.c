@@ -106,7 +106,7 @@ static const ca_option options[] = {
      .argument = "R",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.radius),
-     .help = "merge radius of the first pass (default: the scene's, else from a pixel's footprint)"},
+     .help = "merge radius of the first pass (default: the scene's, else the one of least error)"},
     {.name = "alpha",
      .argument = "A",
      .kind = CA_OPTION_REAL,
@@ -209,7 +209,7 @@ static void print_integrators(void)
 {
     const ca_integrator_desc nothing_set = {.name = NULL};
     const ca_integrator_type *type;
-    printf("\nIntegrators with their parameters and defaults (light_paths 0: one per pixel; radius 0: a pixel's):\n");
+    printf("\nIntegrators with their parameters and defaults (light_paths 0: one a pixel; radius 0: by a pilot):\n");
     for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++) {
         ca_integrator_input input = {0};
         char text[1024];

@@ -6,7 +6,8 @@
  *     heuristic      balance | power
  *     light_paths    N_F, light paths of a pass; 0: one per pixel of the full film
  *     camera_paths   N_B, camera paths per pixel of a pass
- *     radius         merge radius of the first pass, m; 0: the side of a pixel's median footprint
+ *     radius         merge radius of the first pass, m; 0: as radius_pixels says
+ *     radius_pixels  the same in sides of a pixel's median footprint; 0: the one of least error (radius_pilot.c)
  *     alpha          how fast the radius shrinks (photon/radius.h)
  */
 #include "integrator/bidirectional.h"
@@ -23,10 +24,14 @@
         "camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1                                                   \
     }
 #define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
-#define RADIUS_PARAMETERS                                                                                            \
+/* Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019). Sequences have another
+ * one: qmcppm.c. */
+#define RANDOM_ALPHA (1.0 / 3.0)
+#define RADIUS_PARAMETERS(default_alpha)                                                                             \
     {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},                                                             \
+        {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = (default_alpha)},                              \
     {                                                                                                                \
-        "alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5                                             \
+        "radius_pixels", CA_SPEC_REAL, .minimum = 0, .number = 0                                                     \
     }
 #define END_OF_PARAMETERS {NULL, CA_SPEC_INTEGER, 0, 0, 0, NULL}
 
@@ -91,7 +96,7 @@ static ca_status create_bdpm(const ca_integrator_input *input, void **state, ca_
     return ca_bidirectional_create(&ca_integrator_bdpm, &photon_rules, input, state, error);
 }
 
-static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS,
+static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS(RANDOM_ALPHA),
                                                    END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_ppm = {
     .name = "ppm",
@@ -108,7 +113,7 @@ static const ca_parameter_spec bdpm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS,
+    RADIUS_PARAMETERS(RANDOM_ALPHA),
     {"camera_diffuse_depth", CA_SPEC_INTEGER, .minimum = 0, .number = 1},
     {"merges", CA_SPEC_CHOICE, .choices = "all|last", .number = 0},
     END_OF_PARAMETERS};
@@ -174,14 +179,14 @@ static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca
 }
 
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
-                                                   RADIUS_PARAMETERS, END_OF_PARAMETERS};
+                                                   RADIUS_PARAMETERS(RANDOM_ALPHA), END_OF_PARAMETERS};
 /* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt
  * (section 2.2). */
 static const ca_parameter_spec ovcm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS,
+    RADIUS_PARAMETERS(RANDOM_ALPHA),
     {"epsilon", CA_SPEC_REAL, .minimum = 1e-6, .number = 0.01},
     {"c", CA_SPEC_REAL, .minimum = 0, .number = 0.5},
     {"footprint", CA_SPEC_CHOICE, .choices = "plain|projected", .number = 0},
@@ -243,9 +248,7 @@ static ca_status create_pilot(const ca_integrator_input *input, void **state, ca
     return ca_bidirectional_create(&ca_integrator_pilot, &pilot_rules, input, state, error);
 }
 
-/* radius_pixels: where no radius is given, it is so many sides of a pixel's median footprint. */
-static const ca_parameter_spec pilot_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS,
-                                                     {"radius_pixels", CA_SPEC_REAL, .minimum = 0, .number = 1},
+static const ca_parameter_spec pilot_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS(0.0),
                                                      END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_pilot = {
     .name = "pilot",

@@ -44,7 +44,7 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
     b->camera_paths = (uint32_t)ca_integrator_value(type, input, "camera_paths", 1.0);
     b->alpha = (float)ca_integrator_value(type, input, "alpha", 0.5);
     read_rules(b, type, input);
-    if (ca_bidirectional_merges(b)) b->radius0 = ca_first_radius(type, input);
+    if (ca_bidirectional_merges(b)) CA_TRY(ca_first_radius(type, input, &b->radius0, error));
     return check_depths(b, type->name, error);
 }
 

@@ -171,9 +171,15 @@ ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integ
 double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_input *input, const char *name,
                            double otherwise);
 
+/* Sets the merge radius to the one that the integrator will use, where it has one and none is given: all who look at
+ * the input then see the same number, and the picture's record tells it. A function of scene, settings and seed over
+ * the whole film, never of the crop, of threads or of memory. Cost: a few thousand rays for radius_pixels; for the
+ * default a pilot (radius_pilot.c), which takes about a tenth of a second. Errors: CA_ERROR_MEMORY. */
+ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_input *input, ca_error *error);
+
 /* Rules with which ca_mis_total counts the samples that the integrator makes of a path in its first pass, per camera
- * path; of a merge it counts photons, whatever the integrator's own reuse rule. false: it does not tell. Cost: a few
- * thousand rays where the merge radius follows from the scene. */
+ * path; of a merge it counts photons, whatever the integrator's own reuse rule. false: it does not tell. The input is
+ * resolved (ca_integrator_resolve). */
 bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules);
 
 /* Sets one parameter by name. */

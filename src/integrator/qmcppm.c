@@ -53,7 +53,7 @@ static const ca_parameter_spec parameters[] = {
     [LIGHT_PATHS] = {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     [CAMERA_PATHS] = {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1},
     [RADIUS] = {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},
-    [RADIUS_PIXELS] = {"radius_pixels", CA_SPEC_REAL, .minimum = 1e-6, .number = 1},
+    [RADIUS_PIXELS] = {"radius_pixels", CA_SPEC_REAL, .minimum = 0, .number = 0},
     [ALPHA] = {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5},
     [RADIUS_PHOTONS] = {"radius_photons", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     [KERNEL] = {"kernel", CA_SPEC_CHOICE, .choices = "disk|epanechnikov|sph", .number = CA_KERNEL_DISK},

@@ -2,9 +2,8 @@
  * the engine, and for those who ask what an integrator would find (integrator.h). */
 #include "integrator/bidirectional.h"
 
-/* The default merge radius, in sides of a pixel's median footprint: what is blurred is not larger than a pixel, and
- * variance times time is near its smallest for vcm (half to one and a half of it differ little). */
-#define RADIUS_IN_PIXELS 1.0
+#include <assert.h>
+#include <math.h>
 
 void ca_rules_read(ca_mis_rules *rules, const ca_integrator_type *type, const ca_integrator_input *input)
 {
@@ -27,12 +26,26 @@ uint32_t ca_light_paths_of_pass(const ca_integrator_type *type, const ca_integra
     return (uint32_t)(light_paths > 0.0 ? light_paths : pixels);
 }
 
-float ca_first_radius(const ca_integrator_type *type, const ca_integrator_input *input)
+ca_status ca_first_radius(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
+                          ca_error *error)
 {
-    const double radius = ca_integrator_value(type, input, "radius", 0.0);
-    if (radius > 0.0) return (float)radius;
-    return (float)ca_integrator_value(type, input, "radius_pixels", RADIUS_IN_PIXELS) *
-           ca_median_pixel_footprint(input);
+    const double pixels = ca_integrator_value(type, input, "radius_pixels", 0.0);
+    *radius = (float)ca_integrator_value(type, input, "radius", 0.0);
+    if (*radius > 0.0f) return CA_OK;
+    if (!(pixels > 0.0)) return ca_radius_pilot(type, input, radius, error);
+    *radius = (float)pixels * ca_median_pixel_footprint(input);
+    return CA_OK;
+}
+
+ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_input *input, ca_error *error)
+{
+    const bool merges = ca_integrator_value(type, input, "join", 0.0) == 0.0; /* else `qmcppm` connects */
+    if (!merges || ca_integrator_has(type, CA_ABILITY_CHOOSES)) return CA_OK;
+    if (isnan(ca_integrator_value(type, input, "radius", (double)NAN))) return CA_OK;
+    float radius;
+    CA_TRY(ca_first_radius(type, input, &radius, error));
+    const ca_parameter parameter = {.name = "radius", .kind = CA_PARAMETER_NUMBER, .number = (double)radius};
+    return ca_integrator_set(type, &parameter, input, error);
 }
 
 bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules)
@@ -46,7 +59,8 @@ bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_in
     rules->reuse.kind = CA_REUSE_FULL;
     rules->reuse.light_paths = (float)light_paths;
     if (rules->merge == CA_MERGE_NONE) return true;
-    const float radius = ca_first_radius(type, input);
+    const float radius = (float)ca_integrator_value(type, input, "radius", 0.0);
+    assert(radius > 0.0f);
     rules->merge_area = rules->reuse.merge_area = CA_PI * radius * radius;
     return true;
 }

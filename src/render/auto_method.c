@@ -38,7 +38,8 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 typedef struct chooser {
     ca_render_plan *plan;
     double start, seconds_allowed; /* by the clock; for all trials, once it is known what the render takes */
-    double passes;                 /* that the pilot is asked about */
+    ca_method_radii radii;
+    double passes; /* that the pilot is asked about */
     ca_light_pilot pilot;
     bool loses[WITHOUT_MERGES];
     double lost; /* by bdpt, of all light */
@@ -47,8 +48,8 @@ typedef struct chooser {
     ca_method_score scores[CA_MOST_METHODS];
     bool goes_on[CA_MOST_METHODS];
     uint32_t count, scored; /* methods in trial; the first so many have scores */
-    double *weights;        /* owned; of the trials' pixels */
-    size_t pixels;
+    double *weights;        /* owned; of the cells */
+    ca_trial_cells cells;
     bool ended; /* by the caller */
 } chooser;
 
@@ -80,7 +81,7 @@ static ca_status run_pilot(chooser *c, ca_error *error)
     ca_mis_rules counts[WITHOUT_MERGES];
     for (int m = 0; m < WITHOUT_MERGES; m++) {
         ca_integrator_input input;
-        CA_TRY(ca_method_configure(&methods[m], plan, &input, error));
+        CA_TRY(ca_method_configure(&methods[m], plan, NULL, &input, error));
         ca_integrator_counts(methods[m].type, &input, &counts[m]);
     }
     c->passes = fmax(ca_render_plan_expected_passes(plan),
@@ -97,7 +98,7 @@ static ca_status run_pilot(chooser *c, ca_error *error)
 static double weight_at(const void *user, uint32_t x, uint32_t y)
 {
     const chooser *c = user;
-    return c->weights[ca_method_trial_pixel(&c->trials[0], c->plan, x, y)];
+    return c->weights[ca_trial_cell_at(&c->cells, c->plan, x, y)];
 }
 
 static double unseen_by(const chooser *c, uint32_t i)
@@ -109,7 +110,7 @@ static double unseen_by(const chooser *c, uint32_t i)
     const ca_unseen_light unseen = {
         .camera_paths = CA_PILOT_CAMERA_PATHS,
         .expected_scale = c->passes * plan->camera_paths * pixels / CA_PILOT_CAMERA_PATHS,
-        .trial = c->trials[i].iterations * (double)c->pixels / (c->passes * pixels),
+        .trial = c->trials[i].iterations * (double)ca_trial_cell_count(&c->cells) / (c->passes * pixels),
         .paths_of_pixel = plan->camera_paths,
         .weight = weight_at,
         .user = c,
@@ -124,7 +125,7 @@ static ca_status add_method(chooser *c, const ca_method *method, ca_error *error
 {
     const uint32_t m = pilot_method(method);
     if (m != WITHOUT_MERGES && c->loses[m]) return CA_OK;
-    const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, error);
+    const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, &c->radii, error);
     if (status != CA_OK) return status == CA_ERROR_UNSUPPORTED ? CA_OK : status;
     c->methods[c->count] = *method;
     c->goes_on[c->count++] = true;
@@ -137,8 +138,8 @@ static ca_status add_first(chooser *c, ca_error *error)
     const uint32_t count = ca_methods_first(methods);
     for (uint32_t i = 0; i < count; i++) CA_TRY(add_method(c, &methods[i], error));
     if (c->count == 0) return CA_ERROR_UNSUPPORTED; /* as the last one said */
-    c->pixels = (size_t)c->trials[0].film.width * c->trials[0].film.height;
-    c->weights = ca_alloc_zeroed(c->pixels, sizeof *c->weights);
+    c->cells = ca_trial_cells_of(c->plan);
+    c->weights = ca_alloc_zeroed(ca_trial_cell_count(&c->cells), sizeof *c->weights);
     return c->weights ? CA_OK : ca_fail_memory(error, "the trials");
 }
 
@@ -227,25 +228,27 @@ static double blurred(const double *values, uint32_t width, uint32_t height, uin
 /* The luminance so far, by those that find all light; where none of them is in trial, by all. */
 static double *luminance_of(const chooser *c, ca_error *error)
 {
-    double *sums = ca_alloc_zeroed(c->pixels, sizeof *sums), iterations = 0.0;
+    const size_t cells = ca_trial_cell_count(&c->cells);
+    double *sums = ca_alloc_zeroed(cells, sizeof *sums), iterations = 0.0;
     bool merges = false;
     for (uint32_t i = 0; i < c->count; i++) merges = merges || ca_method_merges(&c->methods[i]);
     for (uint32_t i = 0; sums && i < c->count; i++)
         if (ca_method_merges(&c->methods[i]) || !merges) {
-            ca_method_trial_add_sums(&c->trials[i], sums);
+            for (size_t p = 0; p < cells; p++) sums[p] += c->trials[i].sums[p];
             iterations += c->trials[i].iterations;
         }
     if (!sums) ca_fail_memory(error, "the trials");
-    for (size_t p = 0; sums && p < c->pixels; p++) sums[p] /= iterations;
+    for (size_t p = 0; sums && p < cells; p++) sums[p] /= iterations;
     return sums;
 }
 
 static ca_status set_weights(chooser *c, ca_error *error)
 {
-    const uint32_t width = c->trials[0].film.width, height = c->trials[0].film.height;
+    const uint32_t width = c->cells.width, height = c->cells.height;
+    const size_t cells = ca_trial_cell_count(&c->cells);
     double *luminance = luminance_of(c, error), mean = 0.0;
     if (!luminance) return CA_ERROR_MEMORY;
-    for (size_t p = 0; p < c->pixels; p++) mean += luminance[p] / (double)c->pixels;
+    for (size_t p = 0; p < cells; p++) mean += luminance[p] / (double)cells;
     for (uint32_t y = 0; y < height; y++)
         for (uint32_t x = 0; x < width; x++) {
             const double here = blurred(luminance, width, height, x, y), square = here * here + DARK * mean * mean;
@@ -261,7 +264,7 @@ static ca_status score(chooser *c, ca_error *error)
     for (uint32_t i = 0; i < c->count; i++)
         c->scores[i] = (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights),
                                          .unseen = unseen_by(c, i),
-                                         .seconds = c->trials[i].seconds};
+                                         .seconds = ca_method_trial_seconds(&c->trials[i])};
     c->scored = c->count;
     const ca_method_score best = c->scores[ca_method_best(c->scores, c->count)];
     for (uint32_t i = 0; i < c->count; i++)
@@ -275,11 +278,10 @@ static ca_status score(chooser *c, ca_error *error)
 static double seconds_for_choice(const chooser *c)
 {
     const ca_render_settings *settings = c->plan->settings;
-    const double scale = pixels_of_crop(c->plan) / (double)c->pixels;
     double whole = settings->seconds > 0.0 ? settings->seconds : USUAL_RENDER_SECONDS;
     if (!c->plan->open_ended) {
         const double seconds = c->scores[ca_method_best(c->scores, c->scored)].seconds / c->plan->threads;
-        const double passes = scale * c->plan->pass_limit * seconds;
+        const double passes = c->plan->pass_limit * seconds;
         whole = settings->seconds > 0.0 ? fmin(whole, passes) : passes;
     }
     return fmin(MOST_SECONDS, fmax(LEAST_SECONDS, CA_METHOD_SHARE * whole));
@@ -369,10 +371,11 @@ static void write_reason(chooser *c, uint32_t best)
 
 /* ---- The choice ------------------------------------------------------------------------------------------------ */
 
-static ca_status use(ca_render_plan *plan, const ca_method *method, ca_error *error)
+static ca_status use(ca_render_plan *plan, const ca_method *method, const ca_method_radii *radii, ca_error *error)
 {
     ca_integrator_input chosen;
-    CA_TRY(ca_method_configure(method, plan, &chosen, error));
+    CA_TRY(ca_method_configure(method, plan, radii, &chosen, error));
+    CA_TRY(ca_integrator_resolve(method->type, &chosen, error));
     memcpy(plan->input.values, chosen.values, sizeof chosen.values);
     plan->type = method->type;
     return CA_OK;
@@ -380,19 +383,20 @@ static ca_status use(ca_render_plan *plan, const ca_method *method, ca_error *er
 
 static const ca_method finder = {.type = &ca_integrator_vavcm};
 
-ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { return use(plan, &finder, error); }
+ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { return use(plan, &finder, NULL, error); }
 
 static ca_status choose(chooser *c, ca_error *error)
 {
+    CA_TRY(ca_method_find_radii(c->plan, &c->radii, error));
     CA_TRY(run_pilot(c, error));
     CA_TRY(add_first(c, error));
     CA_TRY(run_rounds(c, error));
     c->plan->ended = c->ended;
     c->plan->method.seconds = seconds_so_far(c);
-    if (c->scored == 0) return use(c->plan, &finder, error);
+    if (c->scored == 0) return use(c->plan, &finder, &c->radii, error);
     const uint32_t best = ca_method_best(c->scores, c->scored);
     write_reason(c, best);
-    return use(c->plan, &c->methods[best], error);
+    return use(c->plan, &c->methods[best], &c->radii, error);
 }
 
 static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
@@ -446,5 +450,5 @@ ca_status ca_auto_method_choose(ca_render_plan *plan, ca_error *error)
     }
     if (plan->scene->light_count > 0) return choose_by_trials(plan, error);
     const ca_method black = {.type = &ca_integrator_path};
-    return use(plan, &black, error);
+    return use(plan, &black, NULL, error);
 }

@@ -18,7 +18,7 @@ typedef struct ca_method {
 typedef struct ca_method_score {
     double variance; /* of an iteration, relative, mean over pixels: of what the trial saw; */
     double unseen;   /* likewise, of light too rare for the trial to see */
-    double seconds;  /* of an iteration, of one processor */
+    double seconds;  /* of one processor, that an iteration of the render is expected to take */
     bool loses_light;
 } ca_method_score;
 

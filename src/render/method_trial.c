@@ -1,6 +1,7 @@
 #include "render/method_trial.h"
 
 #include "base/clock.h"
+#include "base/memory.h"
 #include "photon/radius.h"
 #include "sampling/owen.h"
 
@@ -10,8 +11,13 @@
 /* Set apart from the render's. */
 #define TRIAL_SEED UINT64_C(0x747269616c)
 
-/* Of a trial's whole film: light paths are made for all of it, of which the rendered part may be little. */
-#define MOST_PIXELS 0x1p16
+/* Light paths of an iteration are at most so many, and fewer as long as the radius stays below this part of the
+ * scene's: a larger one reaches around corners. */
+#define MOST_LIGHT_PATHS 0x1p15
+#define MOST_OF_SCENE 0.02
+
+/* Camera paths that are traced together. */
+enum { GROUP = 256 };
 
 /* ---- Parameters ------------------------------------------------------------------------------------------------ */
 
@@ -49,8 +55,20 @@ static void copy_shared(const ca_method *method, const ca_render_plan *plan, ca_
                 chosen->values[j] = plan->input.values[i];
 }
 
-ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, ca_integrator_input *chosen,
-                              ca_error *error)
+/* Those of radius_pilot.h: one for methods with photons alone, one for `vcm` and its kin. */
+static bool is_photons_alone(const ca_integrator_type *type) { return type->rules->hit == CA_HIT_UNMERGEABLE; }
+
+static ca_status set_radius(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
+                            ca_integrator_input *chosen, ca_error *error)
+{
+    if (!radii || !ca_method_merges(method) || ca_render_plan_is_set(plan, "radius")) return CA_OK;
+    const double usual = is_photons_alone(method->type) ? radii->photons_alone : radii->with_connections;
+    const double radius = usual * pow(4.0, -method->light_paths_log4 / 6.0);
+    return set_number(method->type, "radius", (double)(float)radius, chosen, error);
+}
+
+ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
+                              ca_integrator_input *chosen, ca_error *error)
 {
     const ca_integrator_desc nothing_set = {.name = NULL};
     const ca_parameter no_splats = {.name = "strategies", .kind = CA_PARAMETER_TEXT, .text = "no-splat"};
@@ -58,13 +76,55 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     CA_TRY(ca_integrator_configure(method->type, &nothing_set, false, NULL, chosen, error));
     copy_shared(method, plan, chosen);
     if (method->no_splats) CA_TRY(ca_integrator_set(method->type, &no_splats, chosen, error));
+    CA_TRY(set_radius(method, plan, radii, chosen, error));
     if (method->light_paths_log4 == 0) return CA_OK;
     return set_number(method->type, "light_paths", ca_method_light_paths(method, plan), chosen, error);
+}
+
+static ca_status find_radius(const ca_integrator_type *type, const ca_render_plan *plan, double *radius,
+                             ca_error *error)
+{
+    ca_integrator_input input;
+    CA_TRY(ca_method_configure(&(ca_method){.type = type}, plan, NULL, &input, error));
+    CA_TRY(ca_integrator_resolve(type, &input, error));
+    *radius = ca_integrator_value(type, &input, "radius", 0.0);
+    return CA_OK;
+}
+
+ca_status ca_method_find_radii(const ca_render_plan *plan, ca_method_radii *radii, ca_error *error)
+{
+    CA_TRY(find_radius(&ca_integrator_bdpm, plan, &radii->photons_alone, error));
+    return find_radius(&ca_integrator_ovcm, plan, &radii->with_connections, error);
 }
 
 /* ---- The trial's picture --------------------------------------------------------------------------------------- */
 
 static uint32_t scaled(uint32_t size, double factor) { return (uint32_t)fmax(1.0, round(size * factor)); }
+
+ca_trial_cells ca_trial_cells_of(const ca_render_plan *plan)
+{
+    const double factor = fmin(1.0, sqrt(CA_TRIAL_CELLS / pixels_of_crop(plan)));
+    return (ca_trial_cells){.width = scaled(plan->crop[2] - plan->crop[0], factor),
+                            .height = scaled(plan->crop[3] - plan->crop[1], factor)};
+}
+
+size_t ca_trial_cell_at(const ca_trial_cells *cells, const ca_render_plan *plan, uint32_t x, uint32_t y)
+{
+    const uint32_t *crop = plan->crop;
+    const uint32_t column = (uint32_t)((uint64_t)(x - crop[0]) * cells->width / (crop[2] - crop[0]));
+    const uint32_t row = (uint32_t)((uint64_t)(y - crop[1]) * cells->height / (crop[3] - crop[1]));
+    return (size_t)row * cells->width + column;
+}
+
+/* Pixels of the render along the side of one of the trial. */
+static double pixel_side(const ca_method *method, const ca_render_plan *plan, double radius)
+{
+    const double most = fmax(1.0, sqrt(pixels_of_crop(plan) / CA_TRIAL_CELLS));
+    if (!ca_method_has_light_paths(method)) return most;
+    const double least = fmax(1.0, sqrt(ca_method_light_paths(method, plan) / MOST_LIGHT_PATHS));
+    const double within = radius > 0.0 ? MOST_OF_SCENE * (double)plan->scene->radius / radius : (double)INFINITY;
+    return fmax(least, fmin(most, within));
+}
 
 /* The first pixel at or before `at`, or after it. */
 static uint32_t scaled_edge(uint32_t at, uint32_t from, uint32_t to, bool after)
@@ -73,14 +133,11 @@ static uint32_t scaled_edge(uint32_t at, uint32_t from, uint32_t to, bool after)
     return (uint32_t)(edge / from);
 }
 
-static void set_picture(ca_render_settings *settings, const ca_render_plan *plan)
+static void set_picture(ca_render_settings *settings, const ca_render_plan *plan, double side)
 {
-    const double by_crop = sqrt(CA_TRIAL_PIXELS / pixels_of_crop(plan)),
-                 by_film = sqrt(MOST_PIXELS / pixels_of_film(plan));
-    const double factor = fmin(1.0, fmin(by_crop, by_film));
     const uint32_t width = plan->camera.width, height = plan->camera.height;
-    settings->width = scaled(width, factor);
-    settings->height = scaled(height, factor);
+    settings->width = scaled(width, 1.0 / side);
+    settings->height = scaled(height, 1.0 / side);
     settings->has_crop = true;
     settings->crop[0] = scaled_edge(plan->crop[0], width, settings->width, false);
     settings->crop[1] = scaled_edge(plan->crop[1], height, settings->height, false);
@@ -88,35 +145,32 @@ static void set_picture(ca_render_settings *settings, const ca_render_plan *plan
     settings->crop[3] = scaled_edge(plan->crop[3], height, settings->height, true);
 }
 
-size_t ca_method_trial_pixel(const ca_method_trial *trial, const ca_render_plan *plan, uint32_t x, uint32_t y)
+/* The mean radius over the render's passes; 0: nothing is merged. */
+static double mean_radius(const ca_method *method, const ca_render_plan *plan, const ca_integrator_input *render)
 {
-    const ca_film *film = &trial->film;
-    const uint32_t *crop = plan->crop;
-    const uint32_t column = (uint32_t)((uint64_t)(x - crop[0]) * film->width / (crop[2] - crop[0]));
-    const uint32_t row = (uint32_t)((uint64_t)(y - crop[1]) * film->height / (crop[3] - crop[1]));
-    return (size_t)row * film->width + column;
+    if (!ca_method_merges(method)) return 0.0;
+    const double alpha = ca_integrator_value(method->type, render, "alpha", 0.0);
+    const double shrunk = ca_progressive_mean_area(alpha, ca_render_plan_expected_passes(plan));
+    return ca_integrator_value(method->type, render, "radius", 0.0) * sqrt(shrunk);
 }
 
-/* Fewer light paths and a larger radius. */
-static ca_status set_merges(ca_method_trial *trial, const ca_render_plan *plan, const ca_integrator_input *render,
-                            ca_error *error)
+/* Fewer light paths and a larger radius: into the render's parameters, and into the settings of the trial's plan. */
+static ca_status set_merges(ca_method_trial *trial, const ca_render_plan *plan, double radius,
+                            ca_integrator_input *render, ca_error *error)
 {
     const ca_integrator_type *type = trial->method.type;
-    const double area = pixels_of_film(plan) / pixels_of_film(&trial->plan);
-    const double light_paths = fmax(1.0, round(ca_method_light_paths(&trial->method, plan) / area));
-    ca_integrator_input *input = &trial->plan.input;
-    ca_mis_rules counts;
+    ca_render_settings *settings = &trial->settings;
     if (!ca_method_has_light_paths(&trial->method)) return CA_OK;
-    CA_TRY(set_number(type, "light_paths", light_paths, input, error));
-    if (!ca_method_merges(&trial->method) || !ca_integrator_counts(type, render, &counts)) return CA_OK;
-    const double alpha = ca_integrator_value(type, render, "alpha", 0.0);
-    const double shrunk = ca_progressive_mean_area(alpha, ca_render_plan_expected_passes(plan));
-    const double radius = sqrt((double)counts.merge_area / (double)CA_PI * area * shrunk);
-    CA_TRY(set_number(type, "radius", radius, input, error));
-    return set_number(type, "alpha", 0.0, input, error);
+    settings->light_paths = (uint32_t)fmax(1.0, round(ca_method_light_paths(&trial->method, plan) / trial->area));
+    CA_TRY(set_number(type, "light_paths", settings->light_paths, render, error));
+    if (!(radius > 0.0)) return CA_OK;
+    settings->radius = radius * sqrt(trial->area);
+    CA_TRY(set_number(type, "radius", settings->radius, render, error));
+    return set_number(type, "alpha", 0.0, render, error);
 }
 
-static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, ca_error *error)
+static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, const ca_method_radii *radii,
+                           ca_error *error)
 {
     const ca_integrator_type *type = trial->method.type;
     ca_integrator_input render;
@@ -126,66 +180,126 @@ static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, c
                                            .has_seed = true,
                                            .threads = 1,
                                            .samples_per_pixel = 1};
-    set_picture(&trial->settings, plan);
+    CA_TRY(ca_method_configure(&trial->method, plan, radii, &render, error));
+    const double radius = mean_radius(&trial->method, plan, &render);
+    set_picture(&trial->settings, plan, pixel_side(&trial->method, plan, radius));
+    trial->area = pixels_of_film(plan) / ((double)trial->settings.width * trial->settings.height);
+    CA_TRY(set_merges(trial, plan, radius, &render, error));
     CA_TRY(ca_render_plan_make(&trial->plan, plan->scene, &trial->settings, error));
-    CA_TRY(ca_method_configure(&trial->method, plan, &render, error));
     memcpy(trial->plan.input.values, render.values, sizeof render.values);
-    trial->plan.filter.sampled_part = (float)sqrt(pixels_of_film(&trial->plan) / pixels_of_film(plan));
+    trial->plan.filter.sampled_part = (float)(1.0 / sqrt(trial->area));
     trial->plan.camera_paths = plan->camera_paths;
-    return set_merges(trial, plan, &render, error);
+    return CA_OK;
 }
 
 /* ---- Its iterations -------------------------------------------------------------------------------------------- */
 
-ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
-                                 ca_error *error)
+static ca_status create_sums(ca_method_trial *trial, ca_error *error)
 {
-    *trial = (ca_method_trial){.method = *method};
-    CA_TRY(make_plan(trial, plan, error));
-    const ca_render_plan *own = &trial->plan;
-    CA_TRY(ca_film_create(&trial->film, own->camera.width, own->camera.height, own->crop, error));
-    ca_status status = method->type->create(&own->input, &trial->integrator, error);
-    if (status == CA_OK)
-        status = ca_pass_runner_create(&trial->runner, own, trial->integrator, &trial->film, NULL, error);
+    const size_t cells = ca_trial_cell_count(&trial->cells);
+    trial->sums = ca_alloc_zeroed(cells, sizeof *trial->sums);
+    trial->squares = ca_alloc_zeroed(cells, sizeof *trial->squares);
+    return trial->sums && trial->squares ? CA_OK : ca_fail_memory(error, "the trials");
+}
+
+ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
+                                 const ca_method_radii *radii, ca_error *error)
+{
+    *trial = (ca_method_trial){.method = *method, .cells = ca_trial_cells_of(plan)};
+    CA_TRY(make_plan(trial, plan, radii, error));
+    trial->crop_pixels = pixels_of_crop(plan);
+    ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
+    if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
+    if (status == CA_OK) status = create_sums(trial, error);
     if (status != CA_OK) ca_method_trial_destroy(trial);
     return status;
 }
 
 void ca_method_trial_destroy(ca_method_trial *trial)
 {
-    if (trial->runner.plan) ca_pass_runner_destroy(&trial->runner);
     if (trial->integrator) trial->method.type->destroy(trial->integrator);
-    ca_film_destroy(&trial->film);
+    ca_workers_destroy(&trial->workers);
+    ca_free(trial->sums);
+    ca_free(trial->squares);
     *trial = (ca_method_trial){.integrator = NULL};
+}
+
+/* The pixel in the middle of a cell. */
+static void place(const ca_method_trial *trial, uint32_t cell, uint32_t *x, uint32_t *y)
+{
+    const uint32_t *crop = trial->plan.crop, column = cell % trial->cells.width, row = cell / trial->cells.width;
+    *x = crop[0] + (uint32_t)((2ull * column + 1) * (crop[2] - crop[0]) / (2ull * trial->cells.width));
+    *y = crop[1] + (uint32_t)((2ull * row + 1) * (crop[3] - crop[1]) / (2ull * trial->cells.height));
+}
+
+/* A sample of a pixel: the mean of its camera paths, and splats. What is no radiance is left out, as by the film. */
+static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_film_sample *samples, uint32_t count)
+{
+    const ca_integrator_type *type = trial->method.type;
+    double sum = 0.0;
+    for (uint32_t i = 0; i < count; i++)
+        sum += (double)samples[i].filter_weight * (double)ca_luminance(samples[i].radiance) / count;
+    if (type->splat) {
+        uint32_t x, y;
+        place(trial, cell, &x, &y);
+        sum += (double)ca_luminance(type->splat(trial->integrator, x, y));
+    }
+    if (!isfinite(sum)) return;
+    trial->sums[cell] += sum;
+    trial->squares[cell] += sum * sum;
+}
+
+/* So many cells from the first, GROUP camera paths at most. */
+static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
+{
+    const uint32_t of_pixel = ca_min_u32(trial->plan.camera_paths, GROUP);
+    ca_film_sample samples[GROUP];
+    ca_camera_path paths[GROUP];
+    for (uint32_t i = 0; i < count * of_pixel; i++) {
+        samples[i] = (ca_film_sample){0};
+        paths[i] = (ca_camera_path){.index = trial->iterations * of_pixel + i % of_pixel, .sample = &samples[i]};
+        place(trial, first + i / of_pixel, &paths[i].x, &paths[i].y);
+    }
+    trial->method.type->camera_paths(trial->integrator, paths, count * of_pixel, 0, trial->workers.list);
+    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &samples[i * of_pixel], of_pixel);
+}
+
+static void keep_least(double *least, double seconds, uint32_t iteration)
+{
+    if (iteration == 1 || (iteration > 1 && seconds < *least)) *least = seconds;
 }
 
 ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error)
 {
+    const ca_integrator_type *type = trial->method.type;
+    const uint32_t cells = (uint32_t)ca_trial_cell_count(&trial->cells);
+    const uint32_t step = GROUP / ca_min_u32(trial->plan.camera_paths, GROUP);
     const double start = ca_clock_thread_seconds();
-    CA_TRY(ca_pass_run(&trial->runner, trial->iterations, error));
-    const double seconds = ca_clock_thread_seconds() - start;
-    if (trial->iterations == 1 || (trial->iterations > 1 && seconds < trial->seconds)) trial->seconds = seconds;
+    if (type->begin_round)
+        CA_TRY(type->begin_round(trial->integrator, trial->iterations, 0, &trial->workers.parallel,
+                                 trial->workers.list, error));
+    const double traced = ca_clock_thread_seconds();
+    for (uint32_t first = 0; first < cells; first += step) trace_cells(trial, first, ca_min_u32(step, cells - first));
+    keep_least(&trial->light_seconds, traced - start, trial->iterations);
+    keep_least(&trial->camera_seconds, ca_clock_thread_seconds() - traced, trial->iterations);
     trial->iterations++;
     return CA_OK;
 }
 
 /* ---- What they tell -------------------------------------------------------------------------------------------- */
 
-void ca_method_trial_add_sums(const ca_method_trial *trial, double *sums)
+double ca_method_trial_seconds(const ca_method_trial *trial)
 {
-    const size_t pixels = (size_t)trial->film.width * trial->film.height;
-    for (size_t p = 0; p < pixels; p++) sums[p] += ca_film_luminance(trial->film.pixels[p].sum);
+    const double of_crop = trial->crop_pixels / (double)ca_trial_cell_count(&trial->cells);
+    return trial->light_seconds * trial->area + trial->camera_seconds * of_crop;
 }
 
 double ca_method_trial_variance(const ca_method_trial *trial, const double *weights)
 {
-    const size_t pixels = (size_t)trial->film.width * trial->film.height;
+    const size_t cells = ca_trial_cell_count(&trial->cells);
     const double n = trial->iterations;
     double sum = 0.0;
-    for (size_t p = 0; p < pixels; p++) {
-        const ca_film_pixel *pixel = &trial->film.pixels[p];
-        const double luminance = ca_film_luminance(pixel->sum);
-        sum += weights[p] * (pixel->sum_squares_luminance - luminance * luminance / n) / (n - 1.0);
-    }
-    return sum / (double)pixels;
+    for (size_t c = 0; c < cells; c++)
+        sum += weights[c] * (trial->squares[c] - trial->sums[c] * trial->sums[c] / n) / (n - 1.0);
+    return sum / (double)cells;
 }

@@ -1,51 +1,71 @@
 /* A method tried on a small picture of the same scene: what its iterations take, and how noisy they are.
  *
- * The trial's picture is the plan's, rendered part included, with about CA_TRIAL_PIXELS pixels at most, and 16
- * times as many of the film. Light paths are fewer and the merge radius is larger by the same factor, so that a
- * merge finds as many photons and each technique has the same weight; the radius is the mean one of the whole
- * render. Camera paths start from a part of a pixel that is as large as a pixel of the render, since what changes
- * within a pixel is noise. The trial's random numbers are its own: no sample of the render has any part in the
- * choice of its method. */
+ * The trial's picture is the plan's, rendered part included, with larger pixels. Light paths are fewer and the merge
+ * radius is larger by the same factor, so that a merge finds as many photons and each technique has the same weight;
+ * the radius is the mean one of the whole render. Camera paths are traced for CA_TRIAL_CELLS pixels at most, spread
+ * over the picture. They start from a part of a pixel that is as large as a pixel of the render, since what changes
+ * within a pixel is noise. The trial's random numbers are its own: no sample of the render has any part in the choice
+ * of its method. */
 #ifndef CA_RENDER_METHOD_TRIAL_H
 #define CA_RENDER_METHOD_TRIAL_H
 
 #include "render/method_choice.h"
-#include "render/pass.h"
+#include "render/render.h"
+#include "render/workers.h"
 
-enum { CA_TRIAL_PIXELS = 4096 };
+enum { CA_TRIAL_CELLS = 4096 };
+
+/* The rendered part in cells, row by row, the same for all trials of a plan: a cell's camera paths go through the
+ * pixel in its middle. */
+typedef struct ca_trial_cells {
+    uint32_t width, height;
+} ca_trial_cells;
+
+ca_trial_cells ca_trial_cells_of(const ca_render_plan *plan);
+static inline size_t ca_trial_cell_count(const ca_trial_cells *cells) { return (size_t)cells->width * cells->height; }
+/* The cell that has pixel (x, y) of the plan's full film. */
+size_t ca_trial_cell_at(const ca_trial_cells *cells, const ca_render_plan *plan, uint32_t x, uint32_t y);
 
 typedef struct ca_method_trial {
     ca_method method;
     ca_render_settings settings; /* the trial's plan points to it */
     ca_render_plan plan;
+    double area, crop_pixels; /* of a pixel, in pixels of the render; the render's rendered part */
+    ca_trial_cells cells;
     void *integrator; /* owned */
-    ca_film film;
-    ca_pass_runner runner;
+    ca_workers workers;
+    double *sums, *squares; /* owned; of each cell's luminance in an iteration */
     uint32_t iterations;
-    double seconds; /* of a processor, of the fastest but the first, which warms up */
+    double light_seconds, camera_seconds; /* of a processor, of the fastest but the first, which warms up */
 } ca_method_trial;
 
 /* N_F in a pass of the render. */
 double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan);
 
+/* Default merge radii of the render with the usual number of light paths (ca_integrator_resolve). */
+typedef struct ca_method_radii {
+    double photons_alone, with_connections;
+} ca_method_radii;
+
+ca_status ca_method_find_radii(const ca_render_plan *plan, ca_method_radii *radii, ca_error *error);
+
 /* Puts the method to use, with the parameters that the settings of `auto`, plan->type, name, as far as it has them.
- * `*chosen`: where plan->input.values would go; plan itself stays as it is. */
-ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, ca_integrator_input *chosen,
-                              ca_error *error);
+ * `*chosen`: where plan->input.values would go; plan itself stays as it is. With other numbers of light paths than
+ * the usual one a radius that is not set follows their sixth root, as the one of least error does where it blurs
+ * smooth light. `radii` may be NULL: it is then left open. */
+ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
+                              ca_integrator_input *chosen, ca_error *error);
 
 /* A trial has one thread, and is not copied. After an error nothing is left to destroy. */
 ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
-                                 ca_error *error);
+                                 const ca_method_radii *radii, ca_error *error);
 void ca_method_trial_destroy(ca_method_trial *trial);
 /* One more iteration. */
 ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error);
 
-/* A place of the plan's film in the trial's, by pixels of the rendered part. */
-size_t ca_method_trial_pixel(const ca_method_trial *trial, const ca_render_plan *plan, uint32_t x, uint32_t y);
-
-/* Adds the sums of the trial's luminance, pixel by pixel. */
-void ca_method_trial_add_sums(const ca_method_trial *trial, double *sums);
-/* The mean over pixels of weights[pixel] times the variance of an iteration's luminance; needs two iterations. */
+/* Of a processor, that an iteration of the render is expected to take; needs two iterations. */
+double ca_method_trial_seconds(const ca_method_trial *trial);
+/* The mean over cells of weights[cell] times the variance of an iteration's luminance; needs two iterations. */
 double ca_method_trial_variance(const ca_method_trial *trial, const double *weights);
 
 #endif

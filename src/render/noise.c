@@ -14,6 +14,7 @@ ca_status ca_noise_check(const ca_scene *scene, const ca_render_settings *settin
     *setup = (ca_noise_setup){.integrator = p.plan.type->name,
                               .light_paths = p.light_paths,
                               .camera_paths = p.plan.camera_paths,
+                              .radius = ca_integrator_value(p.plan.type, &p.plan.input, "radius", 0.0),
                               .connects = p.connects,
                               .instead_of_scene = p.instead_of_scene};
     memcpy(setup->picture, p.plan.crop, sizeof p.plan.crop);

@@ -21,6 +21,7 @@ typedef struct ca_noise_setup {
     const char *integrator;
     uint32_t picture[4];                /* the part of the film */
     uint32_t light_paths, camera_paths; /* N_F, N_B */
+    double radius;                      /* of merges; 0: there are none */
     bool connects;                      /* camera paths connect to light paths: no numbers are recommended */
     bool instead_of_scene;              /* the scene names an integrator, but one without the pair law */
 } ca_noise_setup;

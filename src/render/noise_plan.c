@@ -56,6 +56,23 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     return CA_OK;
 }
 
+static bool has_parameter(const ca_integrator_type *type, const char *name)
+{
+    for (int i = 0; type && type->parameters[i].name; i++)
+        if (strcmp(type->parameters[i].name, name) == 0) return true;
+    return false;
+}
+
+/* One radius, unless alpha is given, whatever the scene says: before the plan is made, whose radius depends on it. */
+static void keep_radius(ca_noise_plan *p, const ca_scene *scene)
+{
+    ca_render_settings *s = &p->settings;
+    const ca_integrator_type *type = ca_integrator_of(s->integrator ? s->integrator : scene->desc.integrator.name);
+    if (s->has_alpha || ca_render_overrides_mention(overrides_of(s->integrator), "alpha")) return;
+    s->has_alpha = has_parameter(type, "alpha");
+    s->alpha = 0.0;
+}
+
 /* Numbers that neither the scene nor the settings give. */
 static void complete_counts(ca_noise_plan *p, const ca_scene *scene)
 {
@@ -142,12 +159,9 @@ ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_r
     choose_integrator(p, scene);
     CA_TRY(check_integrator(given->integrator, error));
     complete_counts(p, scene);
+    keep_radius(p, scene);
     CA_TRY(ca_render_plan_make(&p->plan, scene, &p->settings, error));
-    const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
     p->connects = ca_integrator_has(p->plan.type, CA_ABILITY_CONNECTION_NOISE);
-    if (!given->has_alpha && !ca_render_overrides_mention(overrides_of(given->integrator), "alpha") &&
-        !isnan(ca_integrator_value(p->plan.type, &p->plan.input, "alpha", (double)NAN)))
-        CA_TRY(ca_integrator_set(p->plan.type, &one_radius, &p->plan.input, error));
     CA_TRY(plan_counts(p, iterations, error));
     return plan_memory(&p->plan, error);
 }

@@ -405,7 +405,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     plan->input.filter = &plan->filter;
     plan->input.workers = plan->threads;
     memcpy(plan->input.crop, plan->crop, sizeof plan->input.crop);
-    return CA_OK;
+    return ca_integrator_resolve(plan->type, &plan->input, error);
 }
 
 /* ---- Other numbers of light paths ------------------------------------------------------------------------------ */

@@ -1,0 +1,493 @@
+/* The default merge radius: a pilot measures how variance and blur of merges depend on the radius, and
+ * photon/radius_choice.h makes of it the radius of least error.
+ *
+ * Two sets of light paths, and two camera paths of each of many pixels all over the film. The first camera path
+ * looks for photons of the first set, the second one for those of the second, by radii that double from level to
+ * level. What a radius changes against half of it, as the one path sees it, times what the other sees, is on average
+ * the square of what it changes in the pixel, without noise; blur within a pixel is not seen and does not count.
+ * Photons count by the weights that they would have in the render with that radius, those within half of it, too:
+ * weights alone change nothing. The sum of weights times the squares of what photons bring tells the
+ * variance: of merges, and by the balance heuristic also of all that takes their place where their weights are small.
+ *
+ * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger
+ * ones are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
+ *
+ * Two methods stand for all: `bdpm` for those with photons alone, `ovcm` for `vcm` and its kin, which so have one
+ * radius for one scene. All is a function of scene, settings and seed over the whole film, never of the crop, of
+ * threads or of rounds: one thread traces, with random numbers of its own. The image's mean stays what it is. */
+#include "integrator/bidirectional.h"
+
+#include "base/memory.h"
+#include "photon/radius_choice.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    SIDE = 52,              /* of the lattice of pixels */
+    FEW_LIGHT_PATHS = 1024, /* tell how many make so many photons as are wanted, in each set: */
+    PHOTONS = 49152,
+    MOST_LIGHT_PATHS = 1 << 17,
+    MAX_DEPTH = 64,
+    LATEST_ROULETTE = 16,
+    NEAREST = 12,   /* photons within the middle level's radius */
+    BELOW = 2,      /* levels below that */
+    FULL = 4,       /* levels up to this one have all photons */
+    MOST_MERGES = 64, /* of a query */
+    MOST_WEIGHED = 24, /* where each has a weight to be computed */
+};
+
+/* Set apart from the render's. */
+#define PILOT_SEED UINT64_C(0x726164697573)
+
+/* The error is that of metrics/compare.h: relative to the square of light, plus this. */
+#define LEAST_SQUARE 0.01
+
+/* The radius lies between this part of a pixel's footprint and that of the scene. */
+#define LEAST_OF_PIXEL 0.25f
+#define MOST_OF_SCENE 0.1f
+
+/* What a camera path finds, by levels, as densities per light path. */
+typedef struct path_sums {
+    float change[CA_RADIUS_LEVELS];   /* weighted light, minus what half the radius makes of the same weights */
+    float square[CA_RADIUS_LEVELS];   /* weights times squares of light */
+    float full[CA_RADIUS_LEVELS];     /* at the first vertex, where each photon counts in full */
+    uint32_t found[CA_RADIUS_LEVELS]; /* photons of these */
+    float seen;                       /* light that the path hits */
+} path_sums;
+
+typedef struct photon_level {
+    ca_photon_grid *grid; /* owned */
+    ca_photon *photons;   /* owned */
+    uint32_t count, paths; /* paths: whose photons these are */
+    float radius;
+} photon_level;
+
+typedef struct radius_pilot {
+    ca_bidirectional *engine; /* owned */
+    ca_worker worker;
+    uint32_t light_paths; /* of a set */
+    uint32_t columns, rows;
+    photon_level levels[CA_RADIUS_LEVELS];
+    uint32_t level_count;
+    path_sums *sums[2];  /* owned; of all first, and all second paths */
+    ca_vec3 *queries;    /* owned; where first paths look for photons first */
+    uint32_t query_count;
+    uint32_t *found;     /* owned; photons of a query */
+    size_t found_capacity;
+    bool out_of_memory;
+} radius_pilot;
+
+static const ca_parallel alone = {.workers = 1};
+
+/* ---- Camera paths ---------------------------------------------------------------------------------------------- */
+
+/* A batch on its way. */
+typedef struct pilot_batch {
+    radius_pilot *pilot;
+    path_sums *sums;
+    const ca_camera_path *paths;
+} pilot_batch;
+
+static bool is_first_query(const ca_camera_walk *walk)
+{
+    return walk->walk.densities[walk->walk.vertex - 1].connectable_count == 0;
+}
+
+static void note_queries(ca_camera_walk *const *walks, uint32_t count)
+{
+    radius_pilot *p = ((const pilot_batch *)walks[0]->user)->pilot;
+    for (uint32_t i = 0; i < count; i++)
+        if (ca_vertex_is_smooth(&walks[i]->walk.last) && is_first_query(walks[i]) &&
+            p->query_count < p->columns * p->rows)
+            p->queries[p->query_count++] = walks[i]->walk.last.position;
+}
+
+static uint32_t find(radius_pilot *p, const photon_level *level, ca_vec3 position)
+{
+    uint32_t count = 0, batch;
+    ca_photon_query query;
+    uint32_t next[CA_PHOTON_BATCH];
+    ca_photon_query_start(&query, level->grid, position);
+    while ((batch = ca_photon_query_next(&query, next)) > 0) {
+        uint32_t *found = ca_array_grow(p->found, &p->found_capacity, count + batch, sizeof *found);
+        if (!found) {
+            p->out_of_memory = true;
+            return 0;
+        }
+        p->found = found;
+        memcpy(found + count, next, batch * sizeof *next);
+        count += batch;
+    }
+    return count;
+}
+
+/* One photon; it stands for `scale` of them, as a density per light path. */
+static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon, float scale, float density,
+                       path_sums *sums, uint32_t k)
+{
+    const ca_bidirectional *b = walk->b;
+    if (walk->walk.vertex + photon->index > b->max_depth ||
+        ca_dot(photon->ng, walk->walk.last.ng) < CA_MERGE_MIN_COS)
+        return;
+    const ca_bsdf_value value = ca_vertex_eval(&walk->walk.last, photon->wi, CA_FROM_CAMERA);
+    const float light =
+        density * ca_luminance(ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, value.f), photon->throughput));
+    if (!(light > 0.0f && light < INFINITY)) return;
+    const float weight = ca_merge_weight(walk, &b->store, photon, &value);
+    const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
+    const bool inner = 4.0f * ca_length2(offset) <= ca_sqr(b->radius);
+    sums->change[k] += scale * light * weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
+    sums->square[k] += scale * light * light * weight;
+    if (!is_first_query(walk)) return;
+    sums->full[k] += scale * light;
+    sums->found[k]++;
+}
+
+static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path_sums *sums)
+{
+    const photon_level *level = &p->levels[k];
+    const uint32_t count = find(p, level, walk->walk.last.position);
+    const uint32_t stride = count / (p->engine->weighs_merges ? MOST_WEIGHED : MOST_MERGES) + 1;
+    const float density = 1.0f / p->engine->rules.merge_area;
+    const float scale = (float)stride / (float)level->paths;
+    for (uint32_t i = 0; i < count; i += stride)
+        add_photon(walk, ca_light_record_at(&p->engine->store, p->found[i]), scale, density, sums, k);
+}
+
+static void gather_all(ca_camera_walk *const *walks, uint32_t count)
+{
+    const pilot_batch *batch = walks[0]->user;
+    radius_pilot *p = batch->pilot;
+    for (uint32_t k = 0; k < p->level_count; k++) {
+        ca_bidirectional_set_radius(p->engine, p->levels[k].radius);
+        for (uint32_t i = 0; i < count; i++)
+            if (ca_vertex_is_smooth(&walks[i]->walk.last))
+                gather(p, k, walks[i], &batch->sums[walks[i]->path - batch->paths]);
+    }
+}
+
+/* Pixels lie in the middles of the lattice's cells. */
+static void place(const radius_pilot *p, uint32_t cell, uint32_t index, ca_camera_path *path)
+{
+    const ca_camera *camera = p->engine->input.camera;
+    path->x = (uint32_t)((2 * (uint64_t)(cell % p->columns) + 1) * camera->width / (2 * (uint64_t)p->columns));
+    path->y = (uint32_t)((2 * (uint64_t)(cell / p->columns) + 1) * camera->height / (2 * (uint64_t)p->rows));
+    path->index = index;
+}
+
+static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, uint32_t index, const ca_walk_hooks *hooks)
+{
+    ca_camera_path paths[CA_WALKS];
+    ca_film_sample samples[CA_WALKS];
+    ca_camera_walk *walks[CA_WALKS];
+    pilot_batch batch = {.pilot = p, .sums = &p->sums[index][first], .paths = paths};
+    for (uint32_t i = 0; i < count; i++) {
+        samples[i] = (ca_film_sample){0};
+        paths[i] = (ca_camera_path){.sample = &samples[i]};
+        place(p, first + i, index, &paths[i]);
+        walks[i] = &p->engine->scratch[0].camera_walks[i];
+        ca_camera_walk_start(walks[i], p->engine, &paths[i], i, &p->worker);
+        walks[i]->hooks = hooks;
+        walks[i]->user = &batch;
+    }
+    ca_camera_walks_trace(walks, count);
+    for (uint32_t i = 0; i < count; i++) batch.sums[i].seen = ca_luminance(walks[i]->light[0]);
+}
+
+static void trace_camera_paths(radius_pilot *p, uint32_t index, const ca_walk_hooks *hooks)
+{
+    const uint32_t cells = p->columns * p->rows;
+    if (p->engine->max_depth == 0) return;
+    for (uint32_t first = 0; first < cells; first += CA_WALKS)
+        trace_batch(p, first, ca_min_u32(CA_WALKS, cells - first), index, hooks);
+}
+
+/* ---- Photons --------------------------------------------------------------------------------------------------- */
+
+static uint32_t read_photons(const void *user, uint32_t run, uint64_t *at, ca_photon *photons)
+{
+    const photon_level *level = user;
+    (void)run;
+    const uint32_t count = ca_min_u32(CA_PHOTON_BATCH, level->count - (uint32_t)*at);
+    memcpy(photons, level->photons + *at, count * sizeof *photons);
+    *at += count;
+    return count;
+}
+
+/* The photons of every step-th light path. */
+static void collect(const ca_bidirectional *b, uint32_t step, photon_level *level)
+{
+    level->count = 0;
+    level->paths = (b->paths_now + step - 1) / step;
+    for (uint32_t path = 0; path < b->paths_now; path += step)
+        for (uint32_t rank = 0; rank < b->store.paths[path].records; rank++) {
+            const uint32_t number = ca_light_record_number(&b->store, &b->store.paths[path], rank);
+            level->photons[level->count++] =
+                (ca_photon){.position = ca_light_record_at(&b->store, number)->position, .vertex = number};
+        }
+}
+
+static ca_status build_level(const ca_bidirectional *b, uint32_t k, photon_level *level, ca_error *error)
+{
+    ca_free(level->photons);
+    level->photons = ca_alloc(ca_max_u32((uint32_t)b->photons_now, 1), sizeof *level->photons);
+    if (!level->photons) return ca_fail_memory(error, "the pilot of the merge radius");
+    collect(b, k > FULL ? 1u << 2 * (k - FULL) : 1, level);
+    if (!level->grid) CA_TRY(ca_photon_grid_create(&level->grid, error));
+    const ca_photon_bounds bounds = {b->input.scene->low, b->input.scene->high};
+    const ca_photon_source source = {
+        .user = level, .run_count = 1, .count = level->count, .read = read_photons};
+    return ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &alone, error);
+}
+
+static int compare(const void *a, const void *b)
+{
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* How many queries have NEAREST photons within the grid's radius; *median: the median of their distances. */
+static uint32_t look_around(const radius_pilot *p, float *distances, float *median)
+{
+    uint32_t lit = 0;
+    for (uint32_t i = 0; i < p->query_count; i++) {
+        const float distance = ca_photon_grid_nearest(p->engine->grid, p->queries[i], NEAREST);
+        if (distance < INFINITY) distances[lit++] = distance;
+    }
+    if (lit == 0) return 0;
+    qsort(distances, lit, sizeof *distances, compare);
+    *median = distances[lit / 2];
+    return lit;
+}
+
+/* The distance of the NEAREST-th photon at the median lit query; 0: there is no light. */
+static ca_status find_scale(radius_pilot *p, float most, float *scale, ca_error *error)
+{
+    ca_bidirectional *b = p->engine;
+    *scale = 0.0f;
+    float *distances = ca_alloc(ca_max_u32(p->query_count, 1), sizeof *distances);
+    if (!distances) return ca_fail_memory(error, "the pilot of the merge radius");
+    ca_status status = CA_OK;
+    for (;;) {
+        const uint32_t lit = look_around(p, distances, scale);
+        if (2 * lit >= p->query_count || b->radius >= most) break;
+        ca_bidirectional_set_radius(b, ca_min(most, 2.0f * b->radius));
+        status = ca_light_photons_sort(b, b->grid, b->radius, &alone, error);
+        if (status != CA_OK) break;
+    }
+    ca_free(distances);
+    return status;
+}
+
+static ca_status trace_light_paths(radius_pilot *p, uint64_t number, ca_error *error)
+{
+    ca_mis_rules *rules = &p->engine->rules;
+    const bool splat = rules->splat; /* it counts in weights; no picture is made */
+    rules->splat = false;
+    const ca_status status = ca_light_paths_prepare(p->engine, number, p->light_paths, &alone, &p->worker, error);
+    rules->splat = splat;
+    return status;
+}
+
+/* Where few of a light's paths arrive anywhere, more are traced. */
+static ca_status choose_light_paths(radius_pilot *p, ca_error *error)
+{
+    p->light_paths = FEW_LIGHT_PATHS;
+    CA_TRY(trace_light_paths(p, CA_PILOT_NUMBER, error));
+    const double photons = (double)p->engine->photons_now / FEW_LIGHT_PATHS;
+    const double wanted = PHOTONS / fmax(photons, 1.0 / FEW_LIGHT_PATHS);
+    p->light_paths = (uint32_t)fmin(fmax(wanted, FEW_LIGHT_PATHS), MOST_LIGHT_PATHS);
+    return CA_OK;
+}
+
+static ca_status build_levels(radius_pilot *p, ca_error *error)
+{
+    for (uint32_t k = 0; k < p->level_count; k++) CA_TRY(build_level(p->engine, k, &p->levels[k], error));
+    return CA_OK;
+}
+
+/* ---- The curve ------------------------------------------------------------------------------------------------- */
+
+/* The least of what the levels say, with one photon more than they found: what lies near something bright must not
+ * pass for bright. */
+static double light_of(const radius_pilot *p, const path_sums *sums)
+{
+    double least = (double)INFINITY;
+    for (uint32_t k = 0; k < p->level_count; k++)
+        if (sums->found[k] > 0) least = fmin(least, (double)sums->full[k] * (1.0 + 1.0 / sums->found[k]));
+    return (isfinite(least) ? least : 0.0) + (double)sums->seen;
+}
+
+static double pixel_light(const radius_pilot *p, uint32_t cell)
+{
+    return 0.5 * (light_of(p, &p->sums[0][cell]) + light_of(p, &p->sums[1][cell]));
+}
+
+static void add_to_curve(const radius_pilot *p, uint32_t cell, ca_radius_curve *curve)
+{
+    const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
+    const double light = pixel_light(p, cell), relative = 1.0 / (light * light + LEAST_SQUARE);
+    for (uint32_t k = 0; k < p->level_count; k++) {
+        curve->variance[k] += 0.5 * ((double)a->square[k] + (double)b->square[k]) * relative;
+        const double product = (double)a->change[k] * (double)b->change[k] * relative;
+        curve->change[k] += product;
+        curve->change_error[k] += product * product;
+    }
+}
+
+/* false: there is no light. */
+static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
+{
+    const uint32_t cells = p->columns * p->rows;
+    *curve = (ca_radius_curve){.count = p->level_count};
+    for (uint32_t i = 0; i < cells; i++) add_to_curve(p, i, curve);
+    for (uint32_t k = 0; k < p->level_count; k++) {
+        curve->radius[k] = (double)p->levels[k].radius;
+        curve->variance[k] /= cells;
+        curve->change[k] /= cells;
+        const double square = curve->change_error[k] / cells - curve->change[k] * curve->change[k];
+        curve->change_error[k] = sqrt(fmax(square, 0.0) / cells);
+    }
+    return curve->variance[0] > 0.0;
+}
+
+/* ---- The pilot ------------------------------------------------------------------------------------------------- */
+
+static void set_levels(radius_pilot *p, float scale, float most)
+{
+    p->level_count = 0;
+    for (uint32_t k = 0; k < CA_RADIUS_LEVELS; k++) {
+        const float radius = ldexpf(scale, (int)k - BELOW);
+        if (k > 0 && radius > most) break;
+        p->levels[p->level_count++].radius = radius;
+    }
+}
+
+/* *lit: is there a curve? */
+static ca_status measure(radius_pilot *p, float most, ca_radius_curve *curve, bool *lit, ca_error *error)
+{
+    static const ca_walk_hooks note = {.at_vertices = note_queries}, look = {.at_vertices = gather_all};
+    float scale;
+    *lit = false;
+    CA_TRY(choose_light_paths(p, error));
+    CA_TRY(trace_light_paths(p, 0, error));
+    trace_camera_paths(p, 0, &note);
+    CA_TRY(find_scale(p, most, &scale, error));
+    if (!(scale > 0.0f)) return CA_OK;
+    set_levels(p, scale, most);
+    for (uint32_t set = 0; set < 2; set++) {
+        if (set > 0) CA_TRY(trace_light_paths(p, p->light_paths, error));
+        CA_TRY(build_levels(p, error));
+        trace_camera_paths(p, set, &look);
+        if (p->out_of_memory) return ca_fail_memory(error, "the pilot of the merge radius");
+    }
+    *lit = make_curve(p, curve);
+    return CA_OK;
+}
+
+static void destroy_pilot(radius_pilot *p)
+{
+    for (uint32_t k = 0; k < CA_RADIUS_LEVELS; k++) {
+        ca_photon_grid_destroy(p->levels[k].grid);
+        ca_free(p->levels[k].photons);
+    }
+    for (int i = 0; i < 2; i++) ca_free(p->sums[i]);
+    ca_free(p->queries);
+    ca_free(p->found);
+    if (p->engine) ca_bidirectional_destroy(p->engine);
+}
+
+static ca_status set(const ca_integrator_type *type, const char *name, double value, ca_integrator_input *input,
+                     ca_error *error)
+{
+    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
+    return ca_integrator_set(type, &parameter, input, error);
+}
+
+/* The parameters of `type` that `pilot` has, too; others as their defaults, and what the pilot needs. */
+static ca_status configure(const ca_integrator_type *pilot, const ca_integrator_type *type,
+                           const ca_integrator_input *from, float radius, ca_integrator_input *input,
+                           ca_error *error)
+{
+    for (int i = 0; pilot->parameters[i].name; i++) {
+        const ca_parameter_spec *spec = &pilot->parameters[i];
+        input->values[i] = ca_integrator_value(type, from, spec->name, spec->number);
+    }
+    const double depth = ca_integrator_value(type, from, "max_depth", -1.0);
+    const double roulette = ca_integrator_value(type, from, "rr_depth", CA_ROULETTE_DEPTH);
+    CA_TRY(set(pilot, "max_depth", depth < 0.0 ? MAX_DEPTH : fmin(depth, MAX_DEPTH), input, error));
+    CA_TRY(set(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error));
+    CA_TRY(set(pilot, "light_paths", MOST_LIGHT_PATHS, input, error));
+    CA_TRY(set(pilot, "camera_paths", 1.0, input, error));
+    if (pilot == &ca_integrator_bdpm)
+        CA_TRY(set(pilot, "camera_diffuse_depth", ca_integrator_value(type, from, "camera_diffuse_depth", 0.0), input,
+                   error));
+    return set(pilot, "radius", (double)radius, input, error);
+}
+
+/* Weights are those of the render: of its numbers of paths. */
+static void set_counts(ca_mis_rules *rules, double light_paths, double camera_paths)
+{
+    rules->has_tails = false; /* they belong to one radius */
+    rules->splat_count = (float)(light_paths / camera_paths);
+    rules->reuse.light_paths = (float)light_paths;
+}
+
+static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, const ca_integrator_input *from,
+                               const ca_sampler *sampler, float radius, ca_error *error)
+{
+    const bool photons_alone = !type->rules || type->rules->hit == CA_HIT_UNMERGEABLE;
+    const ca_integrator_type *pilot = photons_alone ? &ca_integrator_bdpm : &ca_integrator_ovcm;
+    ca_integrator_input input = *from;
+    input.sampler = sampler;
+    input.crop[0] = input.crop[1] = 0;
+    input.crop[2] = input.camera->width, input.crop[3] = input.camera->height;
+    input.workers = 1;
+    input.memory_bytes = 0.0;
+    input.technique_images = NULL;
+    input.pairs = NULL;
+    input.observer = NULL;
+    input.first_light_path = 0;
+    CA_TRY(configure(pilot, type, from, radius, &input, error));
+    void *state;
+    CA_TRY(pilot->create(&input, &state, error));
+    p->engine = state;
+    ca_bidirectional_set_radius(p->engine, radius);
+    set_counts(&p->engine->rules, ca_light_paths_of_pass(type, from),
+               ca_integrator_value(type, from, "camera_paths", 1.0));
+    return CA_OK;
+}
+
+static ca_status create_arrays(radius_pilot *p, ca_error *error)
+{
+    const size_t cells = (size_t)p->columns * p->rows;
+    for (int i = 0; i < 2; i++) p->sums[i] = ca_alloc_zeroed(cells, sizeof *p->sums[i]);
+    p->queries = ca_alloc(cells, sizeof *p->queries);
+    return p->sums[0] && p->sums[1] && p->queries ? CA_OK : ca_fail_memory(error, "the pilot of the merge radius");
+}
+
+ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
+                          ca_error *error)
+{
+    const float pixel = ca_median_pixel_footprint(input), most = MOST_OF_SCENE * input->scene->radius;
+    const double light_paths = ca_light_paths_of_pass(type, input);
+    ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT, .seed = ca_pcg_permute(input->sampler->seed ^ PILOT_SEED)};
+    ca_sampler_prepare(&sampler, input->camera->width, input->camera->height);
+    *radius = pixel; /* where the pilot finds no light */
+    if (input->scene->light_count == 0) return CA_OK;
+    radius_pilot pilot = {.columns = ca_min_u32(SIDE, input->camera->width),
+                          .rows = ca_min_u32(SIDE, input->camera->height)};
+    ca_radius_curve curve;
+    bool lit = false;
+    ca_status status = create_engine(&pilot, type, input, &sampler, pixel, error);
+    if (status == CA_OK) status = create_arrays(&pilot, error);
+    if (status == CA_OK) status = measure(&pilot, most, &curve, &lit, error);
+    destroy_pilot(&pilot);
+    if (status != CA_OK || !lit) return status;
+    const double least = fmin((double)(LEAST_OF_PIXEL * pixel), (double)most);
+    *radius = (float)ca_radius_choose(&curve, ca_integrator_value(type, input, "alpha", 0.0), light_paths, least,
+                                      (double)most);
+    return CA_OK;
+}

@@ -1,0 +1,106 @@
+#include "photon/radius_choice.h"
+
+#include <math.h>
+
+/* Powers that are tried, and radii a factor of two. */
+enum { POWERS = 13, STEPS = 8 };
+
+#define LEAST_POWER 1.0
+#define MOST_POWER 4.0
+
+/* Where measurements are too noisy to tell, the power is about that of pictures with soft edges. */
+#define LIKELY_POWER 2.0
+
+/* A power law is a model: measured differences that are nearly without noise are no better than this. */
+#define MODEL_ERROR 0.3
+
+/* The mean square of what changes between r / 2 and r over that of all that r changes: of a step edge
+ * under a disk, where what the smaller radius blurs lies within what the larger one does, and (1 - 1/4)^2 where blur
+ * grows as the square of the radius. Between them by the power. */
+#define EDGE_SHARE 0.2311
+#define SMOOTH_SHARE 0.5625
+
+static double share_of_change(double power)
+{
+    const double t = (power - LEAST_POWER) / (MOST_POWER - LEAST_POWER);
+    return EDGE_SHARE * pow(SMOOTH_SHARE / EDGE_SHARE, t);
+}
+
+/* The factor that fits the differences best, and how badly: its sum of squared errors, and an unlikely power. */
+static double fit(const ca_radius_curve *curve, double power, double *factor)
+{
+    double products = 0.0, squares = 0.0, misfit = (power - LIKELY_POWER) * (power - LIKELY_POWER);
+    const double share = share_of_change(power), unit = curve->radius[curve->count - 1];
+    double shape[CA_RADIUS_LEVELS], weight[CA_RADIUS_LEVELS];
+    for (uint32_t k = 0; k < curve->count; k++) {
+        const double model = MODEL_ERROR * curve->change[k];
+        const double variance = curve->change_error[k] * curve->change_error[k] + model * model;
+        shape[k] = share * pow(curve->radius[k] / unit, power);
+        weight[k] = variance > 0.0 ? 1.0 / variance : 0.0;
+        products += weight[k] * shape[k] * curve->change[k];
+        squares += weight[k] * shape[k] * shape[k];
+    }
+    const double scale = squares > 0.0 ? fmax(products / squares, 0.0) : 0.0;
+    for (uint32_t k = 0; k < curve->count; k++) {
+        const double error = curve->change[k] - scale * shape[k];
+        misfit += weight[k] * error * error;
+    }
+    *factor = scale * pow(unit, -power);
+    return misfit;
+}
+
+ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve)
+{
+    ca_radius_blur best = {.factor = 0.0, .power = MOST_POWER};
+    double least = (double)INFINITY;
+    for (int i = 0; i < POWERS; i++) {
+        const double power = MOST_POWER - (MOST_POWER - LEAST_POWER) * i / (POWERS - 1);
+        double factor;
+        const double misfit = fit(curve, power, &factor);
+        if (!(misfit < least)) continue;
+        least = misfit;
+        best = (ca_radius_blur){factor, power};
+    }
+    return best;
+}
+
+/* A power law between two measured radii, and beyond the ends that of the nearest two; it never grows with the radius
+ * and never falls faster than 1 / r^2. */
+static double variance_at(const ca_radius_curve *curve, double radius)
+{
+    if (curve->count == 1) return curve->variance[0] * pow(radius / curve->radius[0], -2.0);
+    const double place = log2(radius / curve->radius[0]);
+    const double last = (double)curve->count - 2.0;
+    const uint32_t k = (uint32_t)fmin(fmax(floor(place), 0.0), last);
+    const double low = curve->variance[k], high = curve->variance[k + 1];
+    if (!(low > 0.0 && high > 0.0)) return low * pow(radius / curve->radius[k], -2.0);
+    const double slope = fmin(fmax(log2(high / low), -2.0), 0.0);
+    return low * pow(radius / curve->radius[k], slope);
+}
+
+static double error_at(const ca_radius_curve *curve, const ca_radius_blur *blur, double alpha, double light_paths,
+                       double radius)
+{
+    double root = 0.0, variance = 0.0;
+    for (int i = 1; i <= CA_RADIUS_PASSES; i++) {
+        const double r = radius * pow(i, -0.5 * alpha);
+        root += sqrt(blur->factor * pow(r, blur->power));
+        variance += variance_at(curve, r);
+    }
+    root /= CA_RADIUS_PASSES;
+    return root * root + variance / CA_RADIUS_PASSES / (CA_RADIUS_PASSES * light_paths);
+}
+
+double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most)
+{
+    const ca_radius_blur blur = ca_radius_blur_of(curve);
+    const int steps = (int)ceil(STEPS * log2(most / least));
+    double smallest = (double)INFINITY;
+    for (int i = 0; i <= steps; i++)
+        smallest = fmin(smallest, error_at(curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
+    for (int i = 0; i < steps; i++) {
+        const double radius = least * exp2((double)i / STEPS);
+        if (error_at(curve, &blur, alpha, light_paths, radius) <= CA_RADIUS_TOLERANCE * smallest) return radius;
+    }
+    return most;
+}

@@ -1,0 +1,40 @@
+/* The merge radius of least error, from what a pilot has measured of a picture: how variance falls and how blur grows
+ * with the radius.
+ *
+ * A picture's relative mean square error after n passes of N light paths each, whose radii r_i shrink (radius.h), is
+ *
+ *     (mean of sqrt(blur(r_i)))^2 + mean of variance(r_i) / (n N)
+ *
+ * blur: the square of what a merge of radius r changes, a power law a r^p, which is fitted to the differences that
+ * were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
+ * Jarosz, Jensen 2010) and 1 at edges. variance: of an estimate by a single light path; 1 / r^2 where all light is
+ * found by merging. */
+#ifndef CA_PHOTON_RADIUS_CHOICE_H
+#define CA_PHOTON_RADIUS_CHOICE_H
+
+#include <stdint.h>
+
+enum { CA_RADIUS_LEVELS = 7, CA_RADIUS_PASSES = 64 /* the n that a default is made for */ };
+
+/* Means over the picture, each relative to the square of a pixel's own light. */
+typedef struct ca_radius_curve {
+    uint32_t count;                      /* of radii; each is twice the one before; at least 1 */
+    double radius[CA_RADIUS_LEVELS];     /* m */
+    double variance[CA_RADIUS_LEVELS];   /* by one light path */
+    double change[CA_RADIUS_LEVELS];     /* mean square of what changes from half the radius */
+    double change_error[CA_RADIUS_LEVELS]; /* its standard error */
+} ca_radius_curve;
+
+/* What the curve says of blur: a r^p. */
+typedef struct ca_radius_blur {
+    double factor, power; /* a >= 0; p in [1, 4] */
+} ca_radius_blur;
+ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
+
+/* The radius of the first pass, in [least, most]: the smallest one whose error is within CA_RADIUS_TOLERANCE of the
+ * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends
+ * on the radius until blur shows. `light_paths`: N. */
+#define CA_RADIUS_TOLERANCE 1.01
+double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most);
+
+#endif
