@@ -24,16 +24,17 @@
 static void test_cost(void **state)
 {
     (void)state;
-    const ca_method_score seen = {.variance = 2.0, .seconds = 3.0};
-    const ca_method_score rare = {.variance = 1.0, .unseen = 4.0, .seconds = 3.0};
-    const ca_method_score lost = {.variance = 0.0, .seconds = 1.0, .loses_light = true};
+    const ca_method_score seen = {.variance = 2.0, .blur = 1.0, .seconds = 3.0};
+    const ca_method_score rare = {.variance = 1.0, .unseen = 4.0, .blur = 1.0, .seconds = 3.0};
+    const ca_method_score lost = {.variance = 0.0, .blur = 1.0, .seconds = 1.0, .loses_light = true};
     assert_true(fabs(ca_method_cost(&seen) - 6.0) < 1e-9);
     assert_true(fabs(ca_method_cost(&rare) - 15.0) < 1e-9);
     assert_true(isinf(ca_method_cost(&lost)));
     const ca_method_score scores[] = {lost, rare, seen, seen};
     assert_int_equal(ca_method_best(scores, 4), 2);
     assert_int_equal(ca_method_best(scores, 2), 1);
-    const ca_method_score quiet[] = {{.seconds = 3.0}, {.seconds = 1.0}, {.seconds = 2.0}};
+    const ca_method_score quiet[] = {
+        {.blur = 1.0, .seconds = 3.0}, {.blur = 1.0, .seconds = 1.0}, {.blur = 1.0, .seconds = 2.0}};
     assert_int_equal(ca_method_best(quiet, 3), 1);
 }
 
@@ -41,8 +42,9 @@ static void test_cost(void **state)
 static void test_goes_on(void **state)
 {
     (void)state;
-    const ca_method_score best = {.variance = 1.0, .seconds = 1.0}, twice = {.variance = 2.0, .seconds = 1.0};
-    const ca_method_score lost = {.variance = 0.1, .seconds = 1.0, .loses_light = true};
+    const ca_method_score best = {.variance = 1.0, .blur = 1.0, .seconds = 1.0};
+    const ca_method_score twice = {.variance = 1.0, .blur = 2.0, .seconds = 1.0};
+    const ca_method_score lost = {.variance = 0.1, .blur = 1.0, .seconds = 1.0, .loses_light = true};
     assert_true(ca_method_goes_on(&twice, &best, 4));
     assert_false(ca_method_goes_on(&twice, &best, 16));
     assert_true(ca_method_goes_on(&best, &best, 1000000));
@@ -63,6 +65,10 @@ static void test_first_methods(void **state)
             assert_true(methods[i].type != methods[j].type || methods[i].no_splats != methods[j].no_splats);
     }
     assert_int_equal(merging, 3);
+    const ca_method path = {.type = &ca_integrator_path}, vcm = {.type = &ca_integrator_vcm};
+    const ca_method ppm = {.type = &ca_integrator_ppm};
+    assert_true(ca_method_blur(&path) == 1.0 && ca_method_blur(&vcm) > 1.0);
+    assert_true(ca_method_blur(&ppm) > ca_method_blur(&vcm));
     assert_int_equal(alone, 1);
 }
 

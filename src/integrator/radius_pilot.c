@@ -48,6 +48,10 @@ enum {
 #define LEAST_OF_PIXEL 0.25f
 #define MOST_OF_SCENE 0.1f
 
+/* Photons of a pass that the median lit query merges with at most. With more of them merging takes most of the time,
+ * and a time is better spent on more passes with a smaller radius: as many photons are merged, and less is blurred. */
+#define MOST_PHOTONS 48.0
+
 /* What a camera path finds, by levels, as densities per light path. */
 typedef struct path_sums {
     float change[CA_RADIUS_LEVELS];   /* weighted light, minus what half the radius makes of the same weights */
@@ -71,6 +75,7 @@ typedef struct radius_pilot {
     uint32_t columns, rows;
     photon_level levels[CA_RADIUS_LEVELS];
     uint32_t level_count;
+    float scale; /* distance of the NEAREST-th photon at the median lit query; 0: there is no light */
     path_sums *sums[2];  /* owned; of all first, and all second paths */
     ca_vec3 *queries;    /* owned; where first paths look for photons first */
     uint32_t query_count;
@@ -262,16 +267,15 @@ static uint32_t look_around(const radius_pilot *p, float *distances, float *medi
     return lit;
 }
 
-/* The distance of the NEAREST-th photon at the median lit query; 0: there is no light. */
-static ca_status find_scale(radius_pilot *p, float most, float *scale, ca_error *error)
+static ca_status find_scale(radius_pilot *p, float most, ca_error *error)
 {
     ca_bidirectional *b = p->engine;
-    *scale = 0.0f;
+    p->scale = 0.0f;
     float *distances = ca_alloc(ca_max_u32(p->query_count, 1), sizeof *distances);
     if (!distances) return ca_fail_memory(error, "the pilot of the merge radius");
     ca_status status = CA_OK;
     for (;;) {
-        const uint32_t lit = look_around(p, distances, scale);
+        const uint32_t lit = look_around(p, distances, &p->scale);
         if (2 * lit >= p->query_count || b->radius >= most) break;
         ca_bidirectional_set_radius(b, ca_min(most, 2.0f * b->radius));
         status = ca_light_photons_sort(b, b->grid, b->radius, &alone, error);
@@ -369,14 +373,13 @@ static void set_levels(radius_pilot *p, float scale, float most)
 static ca_status measure(radius_pilot *p, float most, ca_radius_curve *curve, bool *lit, ca_error *error)
 {
     static const ca_walk_hooks note = {.at_vertices = note_queries}, look = {.at_vertices = gather_all};
-    float scale;
     *lit = false;
     CA_TRY(choose_light_paths(p, error));
     CA_TRY(trace_light_paths(p, 0, error));
     trace_camera_paths(p, 0, &note);
-    CA_TRY(find_scale(p, most, &scale, error));
-    if (!(scale > 0.0f)) return CA_OK;
-    set_levels(p, scale, most);
+    CA_TRY(find_scale(p, most, error));
+    if (!(p->scale > 0.0f)) return CA_OK;
+    set_levels(p, p->scale, most);
     for (uint32_t set = 0; set < 2; set++) {
         if (set > 0) CA_TRY(trace_light_paths(p, p->light_paths, error));
         CA_TRY(build_levels(p, error));
@@ -385,6 +388,12 @@ static ca_status measure(radius_pilot *p, float most, ca_radius_curve *curve, bo
     }
     *lit = make_curve(p, curve);
     return CA_OK;
+}
+
+/* The radius at which the median lit query merges with MOST_PHOTONS of so many light paths. */
+static double most_merged(const radius_pilot *p, double light_paths)
+{
+    return (double)p->scale * sqrt(MOST_PHOTONS / NEAREST * p->light_paths / light_paths);
 }
 
 static void destroy_pilot(radius_pilot *p)
@@ -486,8 +495,9 @@ ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_in
     if (status == CA_OK) status = measure(&pilot, most, &curve, &lit, error);
     destroy_pilot(&pilot);
     if (status != CA_OK || !lit) return status;
-    const double least = fmin((double)(LEAST_OF_PIXEL * pixel), (double)most);
-    *radius = (float)ca_radius_choose(&curve, ca_integrator_value(type, input, "alpha", 0.0), light_paths, least,
-                                      (double)most);
+    const double end = fmin((double)most, most_merged(&pilot, light_paths));
+    const double least = fmin((double)(LEAST_OF_PIXEL * pixel), end);
+    *radius =
+        (float)ca_radius_choose(&curve, ca_integrator_value(type, input, "alpha", 0.0), light_paths, least, end);
     return CA_OK;
 }

@@ -264,6 +264,7 @@ static ca_status score(chooser *c, ca_error *error)
     for (uint32_t i = 0; i < c->count; i++)
         c->scores[i] = (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights),
                                          .unseen = unseen_by(c, i),
+                                         .blur = ca_method_blur(&c->methods[i]),
                                          .seconds = ca_method_trial_seconds(&c->trials[i])};
     c->scored = c->count;
     const ca_method_score best = c->scores[ca_method_best(c->scores, c->count)];

@@ -7,6 +7,10 @@ enum { LEAST_LOG4 = -2 };
 /* The first few iterations tell a cost within a factor, the more the better. */
 #define SLACK 3.0
 
+/* Where all light is merged; where other techniques find most of it. */
+#define BLUR 1.5
+#define SOME_BLUR 1.1
+
 /* Below any noise that matters: of two methods without noise the faster one is better. */
 #define NO_VARIANCE 1e-12
 
@@ -30,10 +34,16 @@ bool ca_method_has_light_paths(const ca_method *method)
 
 bool ca_method_merges(const ca_method *method) { return method->type->rules->merge != CA_MERGE_NONE; }
 
+double ca_method_blur(const ca_method *method)
+{
+    if (!ca_method_merges(method)) return 1.0;
+    return method->type->rules->connect ? SOME_BLUR : BLUR;
+}
+
 double ca_method_cost(const ca_method_score *score)
 {
     if (score->loses_light) return (double)INFINITY;
-    return (score->variance + score->unseen + NO_VARIANCE) * score->seconds;
+    return (score->variance + score->unseen + NO_VARIANCE) * score->blur * score->seconds;
 }
 
 uint32_t ca_method_best(const ca_method_score *scores, uint32_t count)

@@ -2,8 +2,8 @@
  * method to which of them go on, which others are worth a trial, and which is best. Nothing is rendered or timed
  * here; auto_method.h does what is decided.
  *
- * The best method has the least variance x time: what a fixed time leaves of the variance, or a fixed variance costs
- * of time. A method that will lose light in some part of the picture is never taken, however cheap it looks. */
+ * The best method has the least error x time: what a fixed time leaves of the error, or a fixed error costs of time.
+ * The error is variance, and more where merges blur. A method that will lose light in some part of the picture is never taken, however cheap it looks. */
 #ifndef CA_RENDER_METHOD_CHOICE_H
 #define CA_RENDER_METHOD_CHOICE_H
 
@@ -19,6 +19,7 @@ typedef struct ca_method_score {
     double variance; /* of an iteration, relative, mean over pixels: of what the trial saw; */
     double unseen;   /* likewise, of light too rare for the trial to see */
     double seconds;  /* of one processor, that an iteration of the render is expected to take */
+    double blur;     /* ca_method_blur */
     bool loses_light;
 } ca_method_score;
 
@@ -30,7 +31,11 @@ bool ca_method_has_light_paths(const ca_method *method);
 /* Does it merge, and so find all light there is? */
 bool ca_method_merges(const ca_method *method);
 
-/* Variance x time; INFINITY: never. */
+/* What its error is expected to be over its variance: 1 without merges, which blur. A radius of least error
+ * (photon/radius_choice.h) has a square of the blur that is half of the variance, where all light is merged. */
+double ca_method_blur(const ca_method *method);
+
+/* Variance x blur x time; INFINITY: never. */
 double ca_method_cost(const ca_method_score *score);
 /* The index of the least cost among `count` >= 1; the first of equals. */
 uint32_t ca_method_best(const ca_method_score *scores, uint32_t count);
