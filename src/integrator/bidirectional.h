@@ -184,7 +184,7 @@ struct ca_camera_walk {
     ca_bidirectional_scratch *scratch;
     ca_camera_path *path;
     const ca_technique_factors *factors; /* of its place on the film */
-    uint32_t light_class; /* of the light that was hit last, for the tally */
+    uint32_t light_class; /* of the light that was hit or asked last, for the tally */
     ca_surface_point *points; /* where the path is observed; else NULL */
     ca_rgb *light;            /* gathered with each chunk; a bit of light_used for each */
     uint64_t *light_used;
