@@ -1,5 +1,5 @@
-/* A hash table of cells, probed one after the other: at most half full, so that most cells are where they are looked
- * for first. */
+/* A hash table, probed one place after the other: at most half full, so that most cells are where they are looked for
+ * first. */
 #include "photon/photon_density.h"
 
 #include "base/memory.h"
@@ -11,7 +11,7 @@
 enum { FIRST_PLACES = 64, BATCH = 16 };
 
 typedef struct counted_cell {
-    uint32_t cell[3];
+    uint32_t mark;  /* of the cell */
     uint32_t count; /* 0: nobody's place */
 } counted_cell;
 
@@ -19,70 +19,73 @@ struct ca_photon_density {
     ca_photon_lattice lattice;
     float area;           /* of a cell's side, m^2 */
     counted_cell *places; /* owned; a power of two of them; NULL: there are no photons */
-    uint32_t mask, used;
+    uint32_t mask;
 };
 
 /* ---- Counting -------------------------------------------------------------------------------------------------- */
 
-static inline bool is_of(const counted_cell *place, const uint32_t *cell)
+/* Where a cell is looked for, and its mark. The mixing is the finaliser of MurmurHash3, which its author put into the
+ * public domain. */
+static inline uint64_t hash_of(const uint32_t *cell)
 {
-    return place->cell[0] == cell[0] && place->cell[1] == cell[1] && place->cell[2] == cell[2];
+    uint64_t h = cell[0] * UINT64_C(0x9e3779b97f4a7c15) + cell[1] * UINT64_C(0xc2b2ae3d27d4eb4f) +
+                 cell[2] * UINT64_C(0x165667b19e3779f9);
+    h = (h ^ h >> 33) * UINT64_C(0xff51afd7ed558ccd);
+    h = (h ^ h >> 33) * UINT64_C(0xc4ceb9fe1a85ec53);
+    return h ^ h >> 33;
 }
 
-/* Where the cell is looked for first. */
-static inline counted_cell *first_place(const ca_photon_density *table, const uint32_t *cell)
+static inline uint32_t mark_of(uint64_t hash) { return (uint32_t)(hash >> 32); }
+
+static inline counted_cell *first_place(const ca_photon_density *table, uint64_t hash)
 {
-    return &table->places[(ca_photon_row(cell[1], cell[2]) + cell[0]) & table->mask];
+    return &table->places[(uint32_t)hash & table->mask];
 }
 
 /* The cell's place, or the empty one that it would get. */
-static inline counted_cell *find(const ca_photon_density *table, const uint32_t *cell)
+static inline counted_cell *find(const ca_photon_density *table, uint64_t hash)
 {
-    counted_cell *place = first_place(table, cell);
+    counted_cell *place = first_place(table, hash);
     const counted_cell *last = table->places + table->mask;
-    while (place->count != 0 && !is_of(place, cell)) place = place < last ? place + 1 : table->places;
+    while (place->count != 0 && place->mark != mark_of(hash)) place = place < last ? place + 1 : table->places;
     return place;
 }
 
-static void add(ca_photon_density *table, const uint32_t *cell, uint32_t count)
+static uint64_t hash_of_photon(const ca_photon_grid *grid, uint32_t photon)
 {
-    counted_cell *place = find(table, cell);
-    if (place->count == 0) {
-        *place = (counted_cell){.cell = {cell[0], cell[1], cell[2]}};
-        table->used++;
-    }
-    place->count += count;
+    const ca_photon_block *block = &grid->blocks[photon / CA_PHOTON_LANES];
+    const uint32_t lane = photon % CA_PHOTON_LANES;
+    const uint32_t cell[3] = {ca_photon_cell(&grid->lattice, 0, (double)block->x[lane]),
+                              ca_photon_cell(&grid->lattice, 1, (double)block->y[lane]),
+                              ca_photon_cell(&grid->lattice, 2, (double)block->z[lane])};
+    return hash_of(cell);
 }
 
-/* Room for twice as many; false when out of memory. */
-static bool grow(ca_photon_density *table)
-{
-    const uint32_t before = table->places ? table->mask + 1 : 0, after = before ? 2 * before : FIRST_PLACES;
-    counted_cell *old = table->places, *places = ca_alloc_zeroed(after, sizeof *places);
-    if (!places) return false;
-    table->places = places;
-    table->mask = after - 1;
-    table->used = 0;
-    for (uint32_t i = 0; i < before; i++)
-        if (old[i].count != 0) add(table, old[i].cell, old[i].count);
-    ca_free(old);
-    return true;
-}
-
-/* false when out of memory. */
+/* false: they have no room. */
 static bool count_photons(ca_photon_density *table, const ca_photon_grid *grid)
 {
-    if (!grow(table)) return false;
+    uint32_t used = 0;
     for (uint32_t i = 0; i < grid->count; i++) {
-        const ca_photon_block *block = &grid->blocks[i / CA_PHOTON_LANES];
-        const uint32_t lane = i % CA_PHOTON_LANES;
-        const uint32_t cell[3] = {ca_photon_cell(&table->lattice, 0, (double)block->x[lane]),
-                                  ca_photon_cell(&table->lattice, 1, (double)block->y[lane]),
-                                  ca_photon_cell(&table->lattice, 2, (double)block->z[lane])};
-        add(table, cell, 1);
-        if (table->used > table->mask / 2 && !grow(table)) return false;
+        const uint64_t hash = hash_of_photon(grid, i);
+        counted_cell *place = find(table, hash);
+        used += place->count == 0;
+        if (used > table->mask / 2) return false;
+        place->mark = mark_of(hash);
+        place->count++;
     }
     return true;
+}
+
+/* In ever larger tables, until one has room; false when out of memory. */
+static bool count_in_room(ca_photon_density *table, const ca_photon_grid *grid)
+{
+    for (uint32_t places = FIRST_PLACES;; places *= 2) {
+        ca_free(table->places);
+        table->places = ca_alloc_zeroed(places, sizeof *table->places);
+        table->mask = places - 1;
+        if (!table->places) return false;
+        if (count_photons(table, grid)) return true;
+    }
 }
 
 ca_status ca_photon_density_create(ca_photon_density **density, const ca_photon_grid *grid, ca_error *error)
@@ -92,7 +95,7 @@ ca_status ca_photon_density_create(ca_photon_density **density, const ca_photon_
     if (grid->count == 0) return CA_OK;
     table->lattice = grid->lattice;
     table->area = ca_sqr(2.0f * grid->radius);
-    if (!count_photons(table, grid)) {
+    if (!count_in_room(table, grid)) {
         ca_photon_density_destroy(table);
         *density = NULL;
         return ca_fail_memory(error, "the density of photons");
@@ -126,14 +129,16 @@ static inline bool cell_at(const ca_photon_lattice *lattice, ca_vec3 position, u
 /* Of at most BATCH positions; first all places are asked for, then they are read. */
 static void look_up(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count, float *densities)
 {
-    uint32_t cells[BATCH][3];
+    uint64_t hashes[BATCH];
     bool inside[BATCH];
     for (uint32_t i = 0; i < count; i++) {
-        inside[i] = cell_at(&density->lattice, positions[i], cells[i]);
-        __builtin_prefetch(first_place(density, cells[i]));
+        uint32_t cell[3];
+        inside[i] = cell_at(&density->lattice, positions[i], cell);
+        hashes[i] = hash_of(cell);
+        __builtin_prefetch(first_place(density, hashes[i]));
     }
     for (uint32_t i = 0; i < count; i++)
-        densities[i] = inside[i] ? (float)find(density, cells[i])->count / density->area : 0.0f;
+        densities[i] = inside[i] ? (float)find(density, hashes[i])->count / density->area : 0.0f;
 }
 
 void ca_photon_density_at(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count, float *densities)
