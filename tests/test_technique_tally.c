@@ -1,5 +1,5 @@
-/* Factors of variance-aware weights: what a tally makes of numbers whose moments are known, and that every path that
- * the engine weights reads the factors of its own place on the film. */
+/* Factors of variance-aware weights: what a tally makes of numbers whose moments are known, that every path that the
+ * engine weights reads the factors of its own place on the film, and what the engine knows of crowded places. */
 #include "integrator/bidirectional.h"
 #include "render/render.h"
 #include "render/workers.h"
@@ -190,12 +190,15 @@ static const char *const box =
     "<shape type='sphere'><float name='radius' value='0.3'/><bsdf type='dielectric'/></shape>"
     "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/>"
     "<translate y='0.98'/></transform><bsdf type='diffuse'/>"
-    "<emitter type='area'><rgb name='radiance' value='5,5,5'/></emitter></shape></scene>";
+    "<emitter type='area'><rgb name='radiance' value='5,5,5'/></emitter></shape>"
+    "<emitter type='point'><point name='position' value='0.6,0.5,0.7'/><rgb name='intensity' value='0.5,0.5,0.5'/>"
+    "</emitter></scene>";
 
 typedef struct watch {
     const ca_camera *camera;
     const ca_bidirectional *engine;
     uint32_t seen[CA_TECHNIQUE_COUNT];
+    uint32_t judged[CA_FACTOR_LIGHTS]; /* next events by lights whose class has a factor */
 } watch;
 
 /* Near a region's edge rounding may decide. */
@@ -221,6 +224,10 @@ static void see(void *user, const ca_observed_path *observed)
     if (is_at_an_edge(w->engine->factors, direct.film_position)) return;
     assert_ptr_equal(observed->path->factors, ca_factor_map_at(w->engine->factors, direct.film_position));
     w->seen[observed->technique]++;
+    const uint32_t light = observed->path->light_class;
+    if (observed->technique == CA_TECHNIQUE_NEXT_EVENT)
+        w->judged[light] +=
+            ca_split_factor(observed->path->factors, observed->path->camera.count, 1, light) != 1.0f;
 }
 
 static void trace_pass(const ca_render_plan *plan, void *state)
@@ -237,29 +244,74 @@ static void trace_pass(const ca_render_plan *plan, void *state)
     ca_workers_destroy(&workers);
 }
 
-static void test_paths_read_the_factors_of_their_place(void **state)
+/* The box by an integrator, with an observer that knows the engine and the camera. NULL: the scene's integrator. */
+static void watch_pass(const char *integrator, ca_path_observer *observer, watch *w)
 {
-    (void)state;
     ca_scene *scene = scene_from_text(box);
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     settings.threads = 1;
+    settings.integrator = integrator;
     ca_render_plan plan;
     ca_error error;
     if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s", error.message);
-    watch w = {.camera = &plan.camera};
-    const ca_path_observer observer = {.see = see, .user = &w};
-    plan.input.observer = &observer;
+    plan.input.observer = observer;
     void *engine;
     assert_int_equal(plan.type->create(&plan.input, &engine, &error), CA_OK);
-    w.engine = engine;
+    w->camera = &plan.camera;
+    w->engine = engine;
     trace_pass(&plan, engine);
+    plan.type->destroy(engine);
+    ca_scene_release(scene);
+}
+
+static void test_paths_read_the_factors_of_their_place(void **state)
+{
+    (void)state;
+    watch w = {.camera = NULL};
+    watch_pass(NULL, &(ca_path_observer){.see = see, .user = &w}, &w);
     for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) {
         print_message("    %s: %u paths\n", ca_technique_name((ca_technique)t), w.seen[t]);
         assert_true(w.seen[t] > 100);
     }
-    plan.type->destroy(engine);
-    ca_scene_release(scene);
+    for (int light = 0; light < 2; light++) assert_true(w.judged[light] > 1000);
+}
+
+/* ---- Crowded places -------------------------------------------------------------------------------------------- */
+
+typedef struct crowd_watch {
+    watch watch;
+    double count, sum, squares; /* of densities at vertices that ask a light */
+} crowd_watch;
+
+static void see_crowd(void *user, const ca_observed_path *observed)
+{
+    crowd_watch *w = user;
+    if (observed->technique != CA_TECHNIQUE_NEXT_EVENT) return;
+    const ca_mis_side *camera = &observed->path->camera;
+    const double density = (double)camera->vertices[camera->count - 1].photon_density;
+    w->count++;
+    w->sum += density;
+    w->squares += density * density;
+}
+
+/* Few light paths tell the density as well as all do, if less finely. */
+static void test_crowds_of_few_light_paths(void **state)
+{
+    (void)state;
+    crowd_watch few = {.count = 0.0}, all = {.count = 0.0};
+    watch_pass("vavcm:light_paths=40000,radius=0.01", &(ca_path_observer){.see = see_crowd, .user = &few},
+               &few.watch);
+    watch_pass("vcm-plus:light_paths=40000,radius=0.01", &(ca_path_observer){.see = see_crowd, .user = &all},
+               &all.watch);
+    const double mean_of_few = few.sum / few.count, mean_of_all = all.sum / all.count;
+    const double spread_of_few = few.squares / few.count / (mean_of_few * mean_of_few),
+                 spread_of_all = all.squares / all.count / (mean_of_all * mean_of_all);
+    print_message("    densities %.4g and %.4g, mean squares %.3g and %.3g of theirs\n", mean_of_few, mean_of_all,
+                  spread_of_few, spread_of_all);
+    assert_true(few.count > 1000.0 && all.count > 1000.0);
+    assert_between(mean_of_few / mean_of_all, 0.85, 1.1);
+    assert_between(spread_of_few / spread_of_all, 0.75, 1.2);
 }
 
 int main(void)
@@ -271,6 +323,7 @@ int main(void)
         cmocka_unit_test(test_extreme_contributions),
         cmocka_unit_test(test_cells_cover_the_film),
         cmocka_unit_test(test_paths_read_the_factors_of_their_place),
+        cmocka_unit_test(test_crowds_of_few_light_paths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
