@@ -56,8 +56,8 @@ static void add_known(ca_technique_tally *tally, uint32_t cell)
 
 static bool heads(void) { return ca_test_random_float(&numbers) < 0.5f; }
 
-/* A lamp that brings 1 and a sky that brings 0.5, of which next event asks one. At the second vertex the lamp is never
- * hit and the sky without noise; at the third hits of both are found half of the time. */
+/* A lamp that brings 1 and a sky that brings 0.5, of which next event asks one. At the second vertex the lamp is
+ * never hit and the sky without noise; at the third hits of both are found half of the time. */
 static void add_two_lights(ca_technique_tally *tally, uint32_t cell)
 {
     enum { LAMP = 1, SKY = 2 };

@@ -202,7 +202,8 @@ static double next_event_noise(moments of, moments hits)
     return fmax(h * c / (h + v - c), LEAST_SHARE * fmin(h, v));
 }
 
-static float factor_in_bin(const ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row, uint32_t i)
+static float factor_in_bin(const ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row,
+                           uint32_t i)
 {
     const moments of = smoothed(map, regions, column, row, i);
     const double noise = of.variance + doubt(of);

@@ -127,7 +127,8 @@ static inline bool cell_at(const ca_photon_lattice *lattice, ca_vec3 position, u
 }
 
 /* Of at most BATCH positions; first all places are asked for, then they are read. */
-static void look_up(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count, float *densities)
+static void look_up(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count,
+                          float *densities)
 {
     uint64_t hashes[BATCH];
     bool inside[BATCH];
@@ -141,7 +142,8 @@ static void look_up(const ca_photon_density *density, const ca_vec3 *positions, 
         densities[i] = inside[i] ? (float)find(density, hashes[i])->count / density->area : 0.0f;
 }
 
-void ca_photon_density_at(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count, float *densities)
+void ca_photon_density_at(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count,
+                          float *densities)
 {
     for (uint32_t i = 0; i < count; i += BATCH) {
         const uint32_t size = ca_min_u32(BATCH, count - i);

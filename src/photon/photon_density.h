@@ -19,6 +19,7 @@ ca_status ca_photon_density_create(ca_photon_density **density, const ca_photon_
 void ca_photon_density_destroy(ca_photon_density *density); /* NULL is allowed */
 
 /* Photons per m^2 around positions; 0 where the cell is empty. Many at a time wait for the memory together. */
-void ca_photon_density_at(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count, float *densities);
+void ca_photon_density_at(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count,
+                          float *densities);
 
 #endif
