@@ -65,8 +65,8 @@ static bool wants_pilot(const ca_bidirectional *b)
     return b->rules.reuse.kind == CA_REUSE_DENSITY || b->rules.reuse.kind == CA_REUSE_NORMALISED;
 }
 
-/* Factors are about the pixel's surroundings, and a density beside them need not be finer: few photons, whose density
- * stays in the cache, in cells that are wide enough to hold as many. */
+/* With factors, which tell of a region of the film, the density of photons need not be finer: it is that of few light
+ * paths, in cells that are wide enough to hold as many photons, and stays in the cache. */
 static uint32_t pilot_paths(const ca_bidirectional *b)
 {
     if (!b->rules.factors) return ca_min_u32(CA_CHUNK_PATHS, b->light_paths);

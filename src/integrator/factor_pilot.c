@@ -1,9 +1,9 @@
 /* The pilot of variance-aware weights: a few iterations of a small engine of its own, over the whole film whatever
  * the crop is. Its random numbers are its own, and so its factors are a function of scene, settings and seed alone:
  * weights that depend on them leave the image's mean as it is. Camera paths are at most half of an iteration's, light
- * paths one iteration's, but for small films and few light paths; the density rule adds an eighth. What it keeps is
- * not counted by the limit of the render's memory: the tally, and MOST_LIGHT_PATHS light paths at most, which is less
- * than the smallest chunk of a pass of more light paths takes. */
+ * paths one iteration's, but for small films and few light paths; it has the density of photons from the render. What
+ * it keeps is not counted by the limit of the render's memory: the tally, and MOST_LIGHT_PATHS light paths at most,
+ * which is less than the smallest chunk of a pass of more light paths takes. */
 #include "integrator/bidirectional.h"
 
 #include "base/memory.h"

@@ -127,8 +127,7 @@ static inline bool cell_at(const ca_photon_lattice *lattice, ca_vec3 position, u
 }
 
 /* Of at most BATCH positions; first all places are asked for, then they are read. */
-static void look_up(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count,
-                          float *densities)
+static void look_up(const ca_photon_density *density, const ca_vec3 *positions, uint32_t count, float *densities)
 {
     uint64_t hashes[BATCH];
     bool inside[BATCH];
