@@ -1,5 +1,5 @@
 /* Builds of the photon grid: the same order for any number of threads and any division into runs, few photons tested
- * in vain, the density of a cell, whatever the bounds; and its memory. That queries find what they should:
+ * in vain, whatever the bounds; and its memory. That queries find what they should:
  * test_photon_grid.c. */
 #include "base/memory.h"
 #include "math/numeric.h"
@@ -179,43 +179,6 @@ static void test_tests_are_few(void **state)
     ca_photon_grid_destroy(grid);
 }
 
-static void test_density(void **state)
-{
-    (void)state;
-    for (uint32_t i = 0; i < MAX_PHOTONS; i++)
-        photons[i].position = (ca_vec3){2.0f * uniform(), 2.0f * uniform(), 0.5f};
-    ca_photon_grid *grid = create_grid();
-    build_grid(grid, photons, MAX_PHOTONS, 0.1f, 1);
-    double sum = 0.0;
-    for (int i = 0; i < 1000; i++) {
-        const float density = ca_photon_grid_density(grid, (ca_vec3){between(0.1f, 1.7f), between(0.1f, 1.7f), 0.5f});
-        assert_true(density > 7500.0f && density < 12500.0f); /* 10000 photons per m^2, 400 a cell */
-        sum += (double)density;
-    }
-    assert_true(fabs(sum / 1000.0 - 10000.0) < 200.0);
-    assert_true(ca_photon_grid_density(grid, (ca_vec3){1, 1, 0.8f}) == 0.0f);
-    assert_true(ca_photon_grid_density(grid, (ca_vec3){1, 1, 0.4999f}) == 0.0f);
-    assert_true(ca_photon_grid_density(grid, (ca_vec3){5, 1, 0.5f}) == 0.0f);
-    ca_photon_grid_destroy(grid);
-}
-
-/* Cells that share a bucket do not share their density. */
-static void test_density_is_of_one_cell(void **state)
-{
-    (void)state;
-    photons[0].position = (ca_vec3){0, 0, 0};
-    photons[1].position = (ca_vec3){1, 1, 1};
-    ca_photon_grid *grid = create_grid();
-    build_grid(grid, photons, 2, 0.005f, 1);
-    for (uint32_t i = 0; i < 1000; i++) {
-        float p[3] = {0.001f, 0.001f, 0.001f};
-        assert_true(ca_photon_grid_density(grid, (ca_vec3){p[0], p[1], p[2]}) > 9999.0f);
-        p[i % 3] = between(0.02f, 1.0f);
-        assert_true(ca_photon_grid_density(grid, (ca_vec3){p[0], p[1], p[2]}) == 0.0f);
-    }
-    ca_photon_grid_destroy(grid);
-}
-
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
 
 static void test_allocation_failures(void **state)
@@ -292,8 +255,6 @@ int main(void)
         cmocka_unit_test(test_cells_that_share_buckets),
         cmocka_unit_test(test_bounds),
         cmocka_unit_test(test_tests_are_few),
-        cmocka_unit_test(test_density),
-        cmocka_unit_test(test_density_is_of_one_cell),
         cmocka_unit_test(test_allocation_failures),
         cmocka_unit_test(test_memory_is_kept),
         cmocka_unit_test(test_too_many),

@@ -1,5 +1,5 @@
-/* Factors of variance-aware weights: what a tally makes of numbers whose moments are known, and that every path that
- * the engine weights reads the factors of its own place on the film. */
+/* Factors of variance-aware weights: what a tally makes of numbers whose moments are known, that every path that the
+ * engine weights reads the factors of its own place on the film, and what the engine knows of crowded places. */
 #include "integrator/bidirectional.h"
 #include "render/render.h"
 #include "render/workers.h"
@@ -28,21 +28,21 @@ static uint32_t poisson(double mean)
 }
 
 static void add_of(ca_technique_tally *tally, uint32_t cell, ca_technique technique, uint32_t s, uint32_t t,
-                   float crowd, float value)
+                   uint32_t light, float crowd, float value)
 {
     uint32_t x, y;
     ca_technique_tally_pixel(tally, cell, &x, &y);
-    ca_technique_tally_add(tally, x, y, technique, s, t, 3, crowd, (ca_rgb){value, value, value});
+    ca_technique_tally_add(tally, x, y, technique, s, t, light, crowd, (ca_rgb){value, value, value});
 }
 
 static void add(ca_technique_tally *tally, uint32_t cell, ca_technique technique, uint32_t s, uint32_t t, float value)
 {
-    add_of(tally, cell, technique, s, t, 1.0f, value);
+    add_of(tally, cell, technique, s, t, 3, 1.0f, value);
 }
 
 /* One sample, always the same, and one of 1 or 3; independent photons, photons that come three at a time, and those
  * of a crowded place that half of the camera paths find. */
-static void add_iteration(ca_technique_tally *tally, uint32_t cell)
+static void add_known(ca_technique_tally *tally, uint32_t cell)
 {
     add(tally, cell, CA_TECHNIQUE_NEXT_EVENT, 2, 1, 0.7f);
     add(tally, cell, CA_TECHNIQUE_HIT, 3, 0, 1.5f);
@@ -51,10 +51,26 @@ static void add_iteration(ca_technique_tally *tally, uint32_t cell)
     for (uint32_t i = 3 * poisson(2.0); i > 0; i--) add(tally, cell, CA_TECHNIQUE_MERGE, 9, 7, 1.0f);
     const bool found = ca_test_random_float(&numbers) < 0.5f;
     for (uint32_t i = found ? poisson(20.0) : 0; i > 0; i--)
-        add_of(tally, cell, CA_TECHNIQUE_MERGE, 3, 4, 20.0f, 1.0f);
+        add_of(tally, cell, CA_TECHNIQUE_MERGE, 3, 4, 3, 20.0f, 1.0f);
 }
 
-static ca_factor_map *map_of_known_moments(void)
+static bool heads(void) { return ca_test_random_float(&numbers) < 0.5f; }
+
+/* A lamp that brings 1 and a sky that brings 0.5, of which next event asks one. At the second vertex the lamp is
+ * never hit and the sky without noise; at the third hits of both are found half of the time. */
+static void add_two_lights(ca_technique_tally *tally, uint32_t cell)
+{
+    enum { LAMP = 1, SKY = 2 };
+    for (uint32_t s = 2; s <= 3; s++) {
+        if (heads()) add_of(tally, cell, CA_TECHNIQUE_NEXT_EVENT, s + 1, 1, LAMP, 1.0f, 2.0f);
+        else add_of(tally, cell, CA_TECHNIQUE_NEXT_EVENT, s + 1, 1, SKY, 1.0f, 1.0f);
+    }
+    add_of(tally, cell, CA_TECHNIQUE_HIT, 4, 0, SKY, 1.0f, 0.5f);
+    if (heads()) add_of(tally, cell, CA_TECHNIQUE_HIT, 5, 0, LAMP, 1.0f, 2.0f);
+    if (heads()) add_of(tally, cell, CA_TECHNIQUE_HIT, 5, 0, SKY, 1.0f, 1.0f);
+}
+
+static ca_factor_map *map_of(void (*add_iteration)(ca_technique_tally *tally, uint32_t cell))
 {
     ca_technique_tally *tally;
     ca_factor_map *map;
@@ -78,7 +94,7 @@ static void assert_between(double x, double low, double high)
 static void test_known_moments(void **state)
 {
     (void)state;
-    ca_factor_map *map = map_of_known_moments();
+    ca_factor_map *map = map_of(add_known);
     for (int i = 0; i < 200; i++) {
         const ca_vec2 place = {ca_test_random_float(&numbers) * WIDTH, ca_test_random_float(&numbers) * HEIGHT};
         const ca_technique_factors *factors = ca_factor_map_at(map, place);
@@ -96,6 +112,24 @@ static void test_known_moments(void **state)
     ca_factor_map_destroy(map);
 }
 
+/* Variances V of 1 and 0.25, shares C of the sum's of 0.5 and -0.25, mean squares of 2 and 0.5. */
+static void test_lights_that_next_event_chooses_from(void **state)
+{
+    (void)state;
+    ca_factor_map *map = map_of(add_two_lights);
+    for (int i = 0; i < 200; i++) {
+        const ca_vec2 place = {ca_test_random_float(&numbers) * WIDTH, ca_test_random_float(&numbers) * HEIGHT};
+        const ca_technique_factors *factors = ca_factor_map_at(map, place);
+        assert_between((double)ca_split_factor(factors, 3, 1, 1), 3.2, 4.8);  /* no hits: 2 / 0.5 */
+        assert_between((double)ca_split_factor(factors, 4, 1, 1), 4.8, 7.2);  /* H = 1: 2 / (1 * 0.5 / 1.5) */
+        assert_between((double)ca_split_factor(factors, 4, 1, 2), 15.0, 25.0); /* a tenth of H = 0.25: 0.5 / 0.025 */
+        /* a tenth of what is in doubt of hits: 0.5 / (0.1 * 0.25 / n), for n as above */
+        assert_between((double)ca_split_factor(factors, 3, 1, 2), 2000.0, 10000.0);
+        assert_between((double)ca_split_factor(factors, 5, 0, 1), 1.6, 2.5);  /* hits come alone: 2 / 1 */
+    }
+    ca_factor_map_destroy(map);
+}
+
 /* No number of a scene makes a factor that is not a positive number: a weight could not be made of it. */
 static void test_extreme_contributions(void **state)
 {
@@ -108,13 +142,16 @@ static void test_extreme_contributions(void **state)
         for (uint32_t n = 0; n < ITERATIONS; n++) {
             for (uint32_t k = 0; k < 16 && n == 0; k++) add(tally, 0, CA_TECHNIQUE_CONNECT, 2, 2, values[i]);
             for (uint32_t k = 0; k < 16; k++) add(tally, 0, CA_TECHNIQUE_MERGE, 2, 2, values[i]);
+            add_of(tally, 0, CA_TECHNIQUE_NEXT_EVENT, 2, 1, n % 2, 1.0f, values[i]);
+            if (i % 2 == 0) add_of(tally, 0, CA_TECHNIQUE_HIT, 3, 0, 1, 1.0f, 1e-12f * values[i]);
             for (uint32_t cell = 0; cell < ca_technique_tally_cells(tally); cell++)
                 ca_technique_tally_end(tally, cell);
         }
         assert_int_equal(ca_factor_map_create(&map, tally, ITERATIONS, NULL), CA_OK);
         const ca_technique_factors *factors = ca_factor_map_at(map, (ca_vec2){1.0f, 1.0f});
-        const float found[] = {ca_split_factor(factors, 2, 2, 0), ca_merge_factor(factors, 2, 1)};
-        for (int f = 0; f < 2; f++)
+        const float found[] = {ca_split_factor(factors, 2, 2, 0), ca_merge_factor(factors, 2, 1),
+                               ca_split_factor(factors, 2, 1, 0), ca_split_factor(factors, 2, 1, 1)};
+        for (size_t f = 0; f < sizeof found / sizeof found[0]; f++)
             if (!(found[f] > 0.0f && isfinite(found[f]))) fail_msg("%g: %g", (double)values[i], (double)found[f]);
         ca_factor_map_destroy(map);
         ca_technique_tally_destroy(tally);
@@ -153,12 +190,15 @@ static const char *const box =
     "<shape type='sphere'><float name='radius' value='0.3'/><bsdf type='dielectric'/></shape>"
     "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/>"
     "<translate y='0.98'/></transform><bsdf type='diffuse'/>"
-    "<emitter type='area'><rgb name='radiance' value='5,5,5'/></emitter></shape></scene>";
+    "<emitter type='area'><rgb name='radiance' value='5,5,5'/></emitter></shape>"
+    "<emitter type='point'><point name='position' value='0.6,0.5,0.7'/><rgb name='intensity' value='0.5,0.5,0.5'/>"
+    "</emitter></scene>";
 
 typedef struct watch {
     const ca_camera *camera;
     const ca_bidirectional *engine;
     uint32_t seen[CA_TECHNIQUE_COUNT];
+    uint32_t judged[CA_FACTOR_LIGHTS]; /* next events by lights whose class has a factor */
 } watch;
 
 /* Near a region's edge rounding may decide. */
@@ -184,6 +224,10 @@ static void see(void *user, const ca_observed_path *observed)
     if (is_at_an_edge(w->engine->factors, direct.film_position)) return;
     assert_ptr_equal(observed->path->factors, ca_factor_map_at(w->engine->factors, direct.film_position));
     w->seen[observed->technique]++;
+    const uint32_t light = observed->path->light_class;
+    if (observed->technique == CA_TECHNIQUE_NEXT_EVENT)
+        w->judged[light] +=
+            ca_split_factor(observed->path->factors, observed->path->camera.count, 1, light) != 1.0f;
 }
 
 static void trace_pass(const ca_render_plan *plan, void *state)
@@ -200,29 +244,74 @@ static void trace_pass(const ca_render_plan *plan, void *state)
     ca_workers_destroy(&workers);
 }
 
-static void test_paths_read_the_factors_of_their_place(void **state)
+/* The box by an integrator, with an observer that knows the engine and the camera. NULL: the scene's integrator. */
+static void watch_pass(const char *integrator, ca_path_observer *observer, watch *w)
 {
-    (void)state;
     ca_scene *scene = scene_from_text(box);
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     settings.threads = 1;
+    settings.integrator = integrator;
     ca_render_plan plan;
     ca_error error;
     if (ca_render_plan_make(&plan, scene, &settings, &error) != CA_OK) fail_msg("%s", error.message);
-    watch w = {.camera = &plan.camera};
-    const ca_path_observer observer = {.see = see, .user = &w};
-    plan.input.observer = &observer;
+    plan.input.observer = observer;
     void *engine;
     assert_int_equal(plan.type->create(&plan.input, &engine, &error), CA_OK);
-    w.engine = engine;
+    w->camera = &plan.camera;
+    w->engine = engine;
     trace_pass(&plan, engine);
+    plan.type->destroy(engine);
+    ca_scene_release(scene);
+}
+
+static void test_paths_read_the_factors_of_their_place(void **state)
+{
+    (void)state;
+    watch w = {.camera = NULL};
+    watch_pass(NULL, &(ca_path_observer){.see = see, .user = &w}, &w);
     for (int t = 0; t < CA_TECHNIQUE_COUNT; t++) {
         print_message("    %s: %u paths\n", ca_technique_name((ca_technique)t), w.seen[t]);
         assert_true(w.seen[t] > 100);
     }
-    plan.type->destroy(engine);
-    ca_scene_release(scene);
+    for (int light = 0; light < 2; light++) assert_true(w.judged[light] > 1000);
+}
+
+/* ---- Crowded places -------------------------------------------------------------------------------------------- */
+
+typedef struct crowd_watch {
+    watch watch;
+    double count, sum, squares; /* of densities at vertices that ask a light */
+} crowd_watch;
+
+static void see_crowd(void *user, const ca_observed_path *observed)
+{
+    crowd_watch *w = user;
+    if (observed->technique != CA_TECHNIQUE_NEXT_EVENT) return;
+    const ca_mis_side *camera = &observed->path->camera;
+    const double density = (double)camera->vertices[camera->count - 1].photon_density;
+    w->count++;
+    w->sum += density;
+    w->squares += density * density;
+}
+
+/* Few light paths tell the density as well as all do, if less finely. */
+static void test_crowds_of_few_light_paths(void **state)
+{
+    (void)state;
+    crowd_watch few = {.count = 0.0}, all = {.count = 0.0};
+    watch_pass("vavcm:light_paths=40000,radius=0.01", &(ca_path_observer){.see = see_crowd, .user = &few},
+               &few.watch);
+    watch_pass("vcm-plus:light_paths=40000,radius=0.01", &(ca_path_observer){.see = see_crowd, .user = &all},
+               &all.watch);
+    const double mean_of_few = few.sum / few.count, mean_of_all = all.sum / all.count;
+    const double spread_of_few = few.squares / few.count / (mean_of_few * mean_of_few),
+                 spread_of_all = all.squares / all.count / (mean_of_all * mean_of_all);
+    print_message("    densities %.4g and %.4g, mean squares %.3g and %.3g of theirs\n", mean_of_few, mean_of_all,
+                  spread_of_few, spread_of_all);
+    assert_true(few.count > 1000.0 && all.count > 1000.0);
+    assert_between(mean_of_few / mean_of_all, 0.85, 1.1);
+    assert_between(spread_of_few / spread_of_all, 0.75, 1.2);
 }
 
 int main(void)
@@ -230,9 +319,11 @@ int main(void)
     numbers = ca_test_random_seed(7);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_known_moments),
+        cmocka_unit_test(test_lights_that_next_event_chooses_from),
         cmocka_unit_test(test_extreme_contributions),
         cmocka_unit_test(test_cells_cover_the_film),
         cmocka_unit_test(test_paths_read_the_factors_of_their_place),
+        cmocka_unit_test(test_crowds_of_few_light_paths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -65,12 +65,25 @@ static bool wants_pilot(const ca_bidirectional *b)
     return b->rules.reuse.kind == CA_REUSE_DENSITY || b->rules.reuse.kind == CA_REUSE_NORMALISED;
 }
 
+/* With factors, which tell of a region of the film, the density of photons need not be finer: it is that of few light
+ * paths, in cells that are wide enough to hold as many photons, and stays in the cache. */
+static uint32_t pilot_paths(const ca_bidirectional *b)
+{
+    if (!b->rules.factors) return ca_min_u32(CA_CHUNK_PATHS, b->light_paths);
+    return ca_factor_pilot_paths(b->light_paths);
+}
+
 static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {
-    uint32_t paths;
-    CA_TRY(ca_light_pilot(b, b->radius0, &b->pilot, &paths, parallel, workers, error));
-    b->pilot_scale = (float)b->light_paths / (float)paths;
-    return CA_OK;
+    const uint32_t paths = pilot_paths(b);
+    const float scale = (float)b->light_paths / (float)paths;
+    ca_photon_grid *grid;
+    CA_TRY(ca_light_pilot(b, paths, b->rules.factors ? b->radius0 * sqrtf(scale) : b->radius0, &grid, parallel,
+                          workers, error));
+    const ca_status status = ca_photon_density_create(&b->pilot, grid, error);
+    ca_photon_grid_destroy(grid);
+    b->pilot_scale = scale;
+    return status;
 }
 
 /* ---- Rounds ---------------------------------------------------------------------------------------------------- */
@@ -240,7 +253,7 @@ void ca_bidirectional_destroy(void *state)
     ca_light_store_destroy(&b->store);
     ca_photon_grid_destroy(b->grid);
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_bidirectional_scratch_destroy(&b->scratch[i]);
-    ca_photon_grid_destroy(b->pilot);
+    ca_photon_density_destroy(b->pilot);
     ca_factor_map_destroy(b->factors);
     ca_splat_buffer_destroy(&b->splats);
     ca_pair_splats_destroy(&b->pair_splats);

@@ -34,7 +34,7 @@
 #include "path/light_store.h"
 #include "path/join.h"
 #include "path/mis.h"
-#include "photon/photon_grid.h"
+#include "photon/photon_density.h"
 
 /* Photons farther than 60 degrees from the surface's tilt belong to another surface. */
 #define CA_MERGE_MIN_COS 0.5f
@@ -133,7 +133,7 @@ struct ca_bidirectional {
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
     ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
-    ca_photon_grid *pilot;          /* photons whose density the reuse rule asks for; else NULL, or not made yet */
+    ca_photon_density *pilot;       /* owned; of photons, where the reuse rule asks for it; NULL: not made yet, too */
     float pilot_scale;              /* N_F over the number of its light paths */
     ca_factor_map *factors;         /* owned; NULL where the rules have none, or not made yet */
     ca_technique_tally *tally;      /* NULL: nobody wants it */
@@ -153,12 +153,6 @@ static inline uint32_t ca_light_block_count(uint32_t paths) { return (paths + CA
 
 /* Words of a walk in ca_bidirectional_scratch.chunk_used. */
 static inline uint32_t ca_chunk_words(const ca_bidirectional *b) { return b->resident / 64 + 1; }
-
-/* Photons per m^2 around a vertex where the weights want to know, else 0. */
-static inline float ca_bidirectional_density(const ca_bidirectional *b, ca_vec3 position)
-{
-    return b->pilot ? b->pilot_scale * ca_photon_grid_density(b->pilot, position) : 0.0f;
-}
 
 /* Of the paths through a place on the film, in pixels. */
 static inline const ca_technique_factors *ca_bidirectional_factors(const ca_bidirectional *b, ca_vec2 film)
@@ -190,7 +184,7 @@ struct ca_camera_walk {
     ca_bidirectional_scratch *scratch;
     ca_camera_path *path;
     const ca_technique_factors *factors; /* of its place on the film */
-    uint32_t light_class; /* of the light that was hit last, for the tally */
+    uint32_t light_class; /* of the light that was hit or asked last, for the tally */
     ca_surface_point *points; /* where the path is observed; else NULL */
     ca_rgb *light;            /* gathered with each chunk; a bit of light_used for each */
     uint64_t *light_used;
@@ -295,15 +289,18 @@ ca_status ca_light_paths_prepare(ca_bidirectional *b, uint64_t number, uint32_t 
  * step at least; *count of them. Not sorted. */
 ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes, uint32_t *count,
                               const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Photons of light paths that no pass uses, in a grid of their own for queries of `radius`; the light paths in memory
- * are lost. */
-ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
+/* Photons of so many light paths, at most a chunk's, that no pass uses, in a grid of their own for queries of
+ * `radius`; the light paths in memory are lost. */
+ca_status ca_light_pilot(ca_bidirectional *b, uint32_t paths, float radius, ca_photon_grid **grid,
                          const ca_parallel *parallel, ca_worker *workers, ca_error *error);
 /* What light paths take in memory, of which `kept` bytes are kept; a photon has up to two buckets. */
 static inline double ca_light_bytes(double paths, double kept, double photons)
 {
     return paths * sizeof(ca_light_path) + kept + photons * (sizeof(ca_photon) + 2 * sizeof(uint32_t));
 }
+
+/* Asks how crowded with photons it is around the walks' last vertices, where the weights want to know. */
+void ca_bidirectional_densities(const ca_bidirectional *b, ca_walk *const *walks, uint32_t count);
 
 /* Sorts the photons of the light paths in memory into a grid. */
 ca_status ca_light_photons_sort(const ca_bidirectional *b, ca_photon_grid *grid, float radius,
@@ -335,6 +332,8 @@ void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_lig
 /* The factors of variance-aware weights, measured by an engine of its own: factor_pilot.c. */
 ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers,
                           ca_factor_map **map, ca_error *error);
+/* Light paths of one of its iterations, for so many of a pass. */
+uint32_t ca_factor_pilot_paths(uint32_t light_paths);
 
 /* The median footprint of a pixel where camera paths first meet a smoothly scattering surface, m: the side of the
  * square that a pixel covers there. The scene's radius over 1000 where no camera path meets one. */

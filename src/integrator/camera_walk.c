@@ -214,7 +214,6 @@ static bool arrive(ca_camera_walk *walk, const ca_hit *hit)
     }
     if (!ca_walk_arrive(w, scene, hit)) return false;
     w->tail = ca_mis_camera_tail(&b->rules, w->densities, w->vertex, w->tail);
-    ca_camera_walk_vertex(walk)->photon_density = ca_bidirectional_density(b, w->last.position);
     if (walk->points) keep_point(walk, ca_vertex_point(&w->last));
     if (w->last.light != CA_NONE) add_hit(walk, w->last.light, ca_vertex_surface(&w->last, scene));
     if (w->vertex > 1 && w->vertex >= b->max_depth) return false;
@@ -228,13 +227,17 @@ static bool arrive(ca_camera_walk *walk, const ca_hit *hit)
 
 static void arrive_all(walk_list *list)
 {
+    ca_walk *walks[CA_WALKS];
     const ca_hit_batch *hits = &list->walks[0]->scratch->rays->hits;
     uint32_t kept = 0;
     for (uint32_t i = 0; i < list->count; i++) {
         const ca_hit hit = ca_hit_batch_at(hits, i);
-        if (arrive(list->walks[i], &hit)) list->walks[kept++] = list->walks[i];
+        if (!arrive(list->walks[i], &hit)) continue;
+        walks[kept] = &list->walks[i]->walk;
+        list->walks[kept++] = list->walks[i];
     }
     list->count = kept;
+    if (kept > 0) ca_bidirectional_densities(list->walks[0]->b, walks, kept);
 }
 
 /* Asks the lights and joins the last vertices with all that light paths offer, or what takes the place of that. */

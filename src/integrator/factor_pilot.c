@@ -1,9 +1,9 @@
 /* The pilot of variance-aware weights: a few iterations of a small engine of its own, over the whole film whatever
  * the crop is. Its random numbers are its own, and so its factors are a function of scene, settings and seed alone:
  * weights that depend on them leave the image's mean as it is. Camera paths are at most half of an iteration's, light
- * paths one iteration's, but for small films and few light paths; the density rule adds an eighth. What it keeps is
- * not counted by the limit of the render's memory: the tally, and MOST_LIGHT_PATHS light paths at most, which is less
- * than the smallest chunk of a pass of more light paths takes. */
+ * paths one iteration's, but for small films and few light paths; it has the density of photons from the render. What
+ * it keeps is not counted by the limit of the render's memory: the tally, and MOST_LIGHT_PATHS light paths at most,
+ * which is less than the smallest chunk of a pass of more light paths takes. */
 #include "integrator/bidirectional.h"
 
 #include "base/memory.h"
@@ -47,6 +47,12 @@ static ca_status iterate(ca_bidirectional *pilot, const ca_parallel *parallel, c
     return CA_OK;
 }
 
+uint32_t ca_factor_pilot_paths(uint32_t light_paths)
+{
+    const uint32_t share = ca_max_u32(light_paths / ITERATIONS, ca_min_u32(light_paths, LEAST_LIGHT_PATHS));
+    return ca_min_u32(share, MOST_LIGHT_PATHS);
+}
+
 /* As many photons are found by a merge with fewer light paths and a larger radius. */
 static void set_sizes(const ca_bidirectional *b, ca_bidirectional *pilot)
 {
@@ -68,8 +74,7 @@ static ca_status create_pilot(const ca_bidirectional *b, const ca_sampler *sampl
     input.memory_bytes = 0.0;
     input.first_light_path = 0;
     rules.factors = rules.splat = false;
-    const uint32_t share = ca_max_u32(b->light_paths / ITERATIONS, ca_min_u32(b->light_paths, LEAST_LIGHT_PATHS));
-    const uint32_t light_paths = ca_min_u32(share, MOST_LIGHT_PATHS);
+    const uint32_t light_paths = ca_factor_pilot_paths(b->light_paths);
     const ca_parameter light = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = (double)light_paths};
     const ca_parameter camera = {.name = "camera_paths", .kind = CA_PARAMETER_NUMBER, .number = 1.0};
     CA_TRY(ca_integrator_set(&ca_integrator_vavcm, &light, &input, error));
@@ -107,7 +112,10 @@ ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel
     ca_sampler_prepare(&sampler, b->input.camera->width, b->input.camera->height);
     ca_bidirectional *pilot;
     CA_TRY(create_pilot(b, &sampler, &pilot, error));
+    pilot->pilot = b->pilot; /* borrowed: of as many light paths, in cells of its radius */
+    pilot->pilot_scale = 1.0f;
     const ca_status status = run_pilot(pilot, parallel, workers, map, error);
+    pilot->pilot = NULL;
     ca_bidirectional_destroy(pilot);
     return status;
 }

@@ -105,17 +105,16 @@ ca_status ca_light_chunk_fill(ca_bidirectional *b, uint64_t number, double bytes
 }
 
 /* The weights must not depend on what they weight (that would be a bias): so these light paths are no pass'. */
-ca_status ca_light_pilot(ca_bidirectional *b, float radius, ca_photon_grid **grid, uint32_t *paths,
+ca_status ca_light_pilot(ca_bidirectional *b, uint32_t paths, float radius, ca_photon_grid **grid,
                          const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {
     const bool splat = b->rules.splat;
     block_task task = {.b = b, .workers = workers, .first_number = CA_PILOT_NUMBER};
-    clear(b, ca_min_u32(CA_CHUNK_PATHS, b->light_paths));
+    clear(b, paths);
     b->rules.splat = false;
     ca_status status = trace_blocks(&task, ca_light_block_count(b->paths_now), parallel, error);
     b->rules.splat = splat;
     *grid = NULL;
-    *paths = b->paths_now;
     if (status == CA_OK) status = ca_photon_grid_create(grid, error);
     if (status == CA_OK) status = ca_light_photons_sort(b, *grid, radius, parallel, error);
     if (status == CA_OK) return CA_OK;

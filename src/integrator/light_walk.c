@@ -100,7 +100,6 @@ static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit 
     ca_walk *w = &walk->walk;
     if (hit->shape == CA_NONE || !ca_walk_arrive(w, scene, hit)) return false;
     w->tail = ca_mis_light_tail(&b->rules, w->densities, w->vertex, w->tail);
-    w->densities[w->vertex].photon_density = ca_bidirectional_density(b, w->last.position);
     ca_vertex_prepare(&w->last, scene);
     if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);
     store_vertex(b, walk, block, worker);
@@ -110,12 +109,16 @@ static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit 
 static void arrive_all(const ca_bidirectional *b, walk_list *list, ca_light_block *block, ca_worker *worker)
 {
     const ca_hit_batch *hits = &b->scratch[worker->index].rays->hits;
+    ca_walk *walks[CA_WALKS];
     uint32_t kept = 0;
     for (uint32_t i = 0; i < list->count; i++) {
         const ca_hit hit = ca_hit_batch_at(hits, i);
-        if (arrive(b, list->walks[i], &hit, block, worker)) list->walks[kept++] = list->walks[i];
+        if (!arrive(b, list->walks[i], &hit, block, worker)) continue;
+        walks[kept] = &list->walks[i]->walk;
+        list->walks[kept++] = list->walks[i];
     }
     list->count = kept;
+    ca_bidirectional_densities(b, walks, kept);
 }
 
 static void scatter_all(const ca_bidirectional *b, walk_list *list)

@@ -1,4 +1,5 @@
-/* Photons for merging: those vertices of the light paths in memory that can scatter smoothly. */
+/* Photons for merging: those vertices of the light paths in memory that can scatter smoothly; and how crowded with
+ * them a place is. */
 #include "integrator/bidirectional.h"
 
 /* A run is a block of light paths; *at: the path in it, and how many of its records are read. */
@@ -31,4 +32,21 @@ ca_status ca_light_photons_sort(const ca_bidirectional *b, ca_photon_grid *grid,
                                      .count = b->photons_now,
                                      .read = read_block};
     return ca_photon_grid_build(grid, &source, &bounds, radius, parallel, error);
+}
+
+void ca_bidirectional_densities(const ca_bidirectional *b, ca_walk *const *walks, uint32_t count)
+{
+    if (!b->pilot) return;
+    ca_vec3 positions[CA_WALKS];
+    float densities[CA_WALKS];
+    ca_path_vertex *vertices[CA_WALKS];
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!ca_vertex_is_smooth(&walks[i]->last)) continue;
+        positions[asked] = walks[i]->last.position;
+        vertices[asked++] = &walks[i]->densities[walks[i]->vertex];
+    }
+    if (asked == 0) return;
+    ca_photon_density_at(b->pilot, positions, asked, densities);
+    for (uint32_t i = 0; i < asked; i++) vertices[i]->photon_density = b->pilot_scale * densities[i];
 }

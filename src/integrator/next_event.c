@@ -73,6 +73,7 @@ static void take(const ca_next_event *event, bool weighted)
 {
     ca_camera_walk *walk = event->walk;
     const float weight = weighted ? weight_of(event) : 1.0f;
+    walk->light_class = ca_factor_light((uint32_t)(event->light - walk->b->input.scene->lights));
     if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_NEXT_EVENT, walk->walk.vertex + 1, 1, event->unweighted, weight) &&
         walk->scratch->pairing)
         ca_pairs_add_alone(walk, event->unweighted, weight);

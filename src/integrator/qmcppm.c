@@ -358,10 +358,10 @@ static ca_status trace_filled_camera(const block_job *job, uint64_t i, ca_error 
 static ca_status make_pilot(const block_job *job, ca_error *error)
 {
     ca_qmcppm *q = job->q;
-    uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, q->engine->light_paths);
+    const uint32_t paths = ca_min_u32(CA_CHUNK_PATHS, q->engine->light_paths);
     q->pilot_scale = (float)sqrt((double)paths / q->reference);
     const float reach = q->engine->radius0 * CA_LOCAL_RADIUS_RANGE / q->pilot_scale;
-    return ca_light_pilot(q->engine, reach, &q->pilot, &paths, job->parallel, job->workers, error);
+    return ca_light_pilot(q->engine, paths, reach, &q->pilot, job->parallel, job->workers, error);
 }
 
 static ca_status begin_block(void *state, uint64_t block, const ca_parallel *parallel, ca_worker *workers,

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "sampling/sampler.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -11,10 +12,13 @@ enum {
     CELL_PIXELS = 16, /* of a cell at least */
     REGION = 4        /* cells of a region's side */
 };
+/* Of the light of a class that hits are left with at least, about. */
+#define LEAST_SHARE 0.1
+
 /* Bins are in the order of ca_technique_factors. */
 enum {
     NEXT_EVENTS = CA_FACTOR_VERTICES * CA_FACTOR_LIGHTS,
-    CONNECTIONS = NEXT_EVENTS + CA_FACTOR_VERTICES,
+    CONNECTIONS = NEXT_EVENTS + CA_FACTOR_VERTICES * CA_FACTOR_LIGHTS,
     MERGES = CONNECTIONS + CA_FACTOR_VERTICES * CA_FACTOR_VERTICES,
     BINS = MERGES + CA_FACTOR_VERTICES * CA_FACTOR_VERTICES
 };
@@ -22,9 +26,10 @@ _Static_assert(sizeof(ca_technique_factors) == BINS * sizeof(float), "a factor f
 
 /* What a class of techniques has brought to a cell. */
 typedef struct bin {
-    float now;              /* sum of this iteration */
-    float sum, sum_squares; /* of those sums */
-    float squares;          /* of single contributions */
+    float now;               /* sum of this iteration */
+    float sum, sum_squares;  /* of those sums */
+    float sum_products;      /* of them and of all that they come with */
+    float squares;           /* of single contributions */
 } bin;
 
 struct ca_technique_tally {
@@ -80,7 +85,7 @@ static uint32_t bin_number(ca_technique technique, uint32_t s, uint32_t t, uint3
     const uint32_t camera = ca_factor_vertices(s);
     switch (technique) {
     case CA_TECHNIQUE_HIT: return camera * CA_FACTOR_LIGHTS + light;
-    case CA_TECHNIQUE_NEXT_EVENT: return NEXT_EVENTS + camera;
+    case CA_TECHNIQUE_NEXT_EVENT: return NEXT_EVENTS + camera * CA_FACTOR_LIGHTS + light;
     case CA_TECHNIQUE_CONNECT: return CONNECTIONS + camera * CA_FACTOR_VERTICES + ca_factor_vertices(t);
     case CA_TECHNIQUE_MERGE: return MERGES + camera * CA_FACTOR_VERTICES + ca_factor_vertices(t - 1);
     case CA_TECHNIQUE_SPLAT:
@@ -100,32 +105,51 @@ void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, c
     to->squares += crowd * ca_sqr(value);
 }
 
+/* Classes come alone, but for next event's lights, of which it chooses one: they come together. */
+static uint32_t classes_from(uint32_t first)
+{
+    return first >= NEXT_EVENTS && first < CONNECTIONS ? CA_FACTOR_LIGHTS : 1;
+}
+
 void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell)
 {
     bin *bins = bins_of(tally, cell);
-    for (uint32_t i = 0; i < BINS; i++) {
-        bins[i].sum += bins[i].now;
-        bins[i].sum_squares += ca_sqr(bins[i].now);
-        bins[i].now = 0.0f;
+    for (uint32_t first = 0, count; first < BINS; first += count) {
+        count = classes_from(first);
+        float together = 0.0f;
+        for (uint32_t i = first; i < first + count; i++) together += bins[i].now;
+        for (uint32_t i = first; i < first + count; i++) {
+            bins[i].sum += bins[i].now;
+            bins[i].sum_squares += ca_sqr(bins[i].now);
+            bins[i].sum_products += bins[i].now * together;
+            bins[i].now = 0.0f;
+        }
     }
 }
 
 /* ---- Factors --------------------------------------------------------------------------------------------------- */
 
-/* Sums over cells: of squares of single contributions, of variances, and of independent differences. */
+/* Sums over cells: of squares of single contributions, of variances, of what a class has of the variance of all that
+ * it comes with (its covariance with them, which may be negative), and of independent differences. */
 typedef struct moments {
-    double squares, variance, differences;
+    double squares, variance, share, differences;
 } moments;
 
 static void add_cells(const ca_technique_tally *tally, uint32_t cell, uint32_t iterations, moments *to)
 {
     const bin *bins = bins_of(tally, cell);
     const double n = iterations;
-    for (uint32_t i = 0; i < BINS; i++) {
-        const double sum = (double)bins[i].sum, about_mean = (double)bins[i].sum_squares - sum * sum / n;
-        to[i].squares += (double)bins[i].squares / n;
-        to[i].variance += about_mean > 0.0 ? about_mean / (n - 1.0) : 0.0;
-        to[i].differences += n - 1.0;
+    for (uint32_t first = 0, count; first < BINS; first += count) {
+        count = classes_from(first);
+        double together = 0.0;
+        for (uint32_t i = first; i < first + count; i++) together += (double)bins[i].sum;
+        for (uint32_t i = first; i < first + count; i++) {
+            const double sum = (double)bins[i].sum;
+            to[i].squares += (double)bins[i].squares / n;
+            to[i].variance += fmax((double)bins[i].sum_squares - sum * sum / n, 0.0) / (n - 1.0);
+            to[i].share += ((double)bins[i].sum_products - sum * together / n) / (n - 1.0);
+            to[i].differences += n - 1.0;
+        }
     }
 }
 
@@ -149,26 +173,52 @@ static moments smoothed(const ca_factor_map *map, const moments *regions, uint32
             const moments *of = &regions[(size_t)(y * map->columns + x) * BINS + i];
             sum.squares += weight * of->squares;
             sum.variance += weight * of->variance;
+            sum.share += weight * of->share;
             sum.differences += weight * of->differences;
         }
     return sum;
 }
 
+/* What is in doubt of a mean of so many squares. */
+static double doubt(moments of) { return of.squares / of.differences; }
+
 /* Sums that a float could not hold tell nothing. */
-static float factor_of(moments of)
+static float factor_of(moments of, double noise)
 {
-    if (!(of.squares > 0.0) || !isfinite(of.squares) || !isfinite(of.variance)) return 1.0f;
-    return (float)(of.squares / (of.variance + of.squares / of.differences));
+    if (!(of.squares > 0.0) || !isfinite(of.squares) || !isfinite(noise)) return 1.0f;
+    return (float)fmin(of.squares / noise, (double)FLT_MAX);
+}
+
+/* The variance that stands for next event's of one class of lights, where hits of that class take part in its light.
+ * Next event asks one light: where it finds one it finds no other, and their noise cancels. With a variance V and a
+ * share C of that of all lights, beside hits of variance H, the noise of all is least where hits have C / (H + V) of
+ * the class' light: as if next event had H C / (H + V - C) and came alone. */
+static double next_event_noise(moments of, moments hits)
+{
+    const double v = of.variance + doubt(of), c = of.share + doubt(of);
+    if (!(c < v)) return v;
+    if (!(hits.squares > 0.0)) return fmax(c, LEAST_SHARE * v);
+    const double h = hits.variance + doubt(hits);
+    return fmax(h * c / (h + v - c), LEAST_SHARE * fmin(h, v));
+}
+
+static float factor_in_bin(const ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row,
+                           uint32_t i)
+{
+    const moments of = smoothed(map, regions, column, row, i);
+    const double noise = of.variance + doubt(of);
+    if (i >= MERGES) return ca_min(factor_of(of, noise), 1.0f);
+    if (i < NEXT_EVENTS || i >= CONNECTIONS) return factor_of(of, noise);
+    const uint32_t camera = (i - NEXT_EVENTS) / CA_FACTOR_LIGHTS, light = (i - NEXT_EVENTS) % CA_FACTOR_LIGHTS;
+    const uint32_t hit = bin_number(CA_TECHNIQUE_HIT, camera + 1, 0, light);
+    return factor_of(of, next_event_noise(of, smoothed(map, regions, column, row, hit)));
 }
 
 static void fill(ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row)
 {
     ca_technique_factors *factors = &map->factors[row * map->columns + column];
     float of_bins[BINS];
-    for (uint32_t i = 0; i < BINS; i++) {
-        const float factor = factor_of(smoothed(map, regions, column, row, i));
-        of_bins[i] = i < MERGES ? factor : ca_min(factor, 1.0f);
-    }
+    for (uint32_t i = 0; i < BINS; i++) of_bins[i] = factor_in_bin(map, regions, column, row, i);
     memcpy(factors, of_bins, sizeof of_bins);
 }
 

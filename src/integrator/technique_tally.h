@@ -17,10 +17,15 @@
  * pilot would count for more than it is worth. Splats come from very many light paths, of which few reach the pixel:
  * v = 1.
  *
+ * Next event asks one light: where it finds one it finds no other. What a class of lights brings is then noisier by
+ * itself than together with the others, whose noise it cancels, and hits of that class, which would take its light,
+ * take that away. Where classes come together the V of next event is what it adds to the variance of all, as far as
+ * the hits of that class leave it the light; it is V where one class is all there is.
+ *
  * M and V are summed over the cells of a region and, with smaller weights, of its neighbours. With n independent
  * differences between iterations V + M / n stands for V: v stays below n, and is 1 where nothing was seen.
  *
- * A cell takes 16 bytes for each of 126 classes, 33 MB in all at most; the map 504 bytes a region.
+ * A cell takes 20 bytes for each of 168 classes, 55 MB in all at most; the map 672 bytes a region.
  *
  * Threads: a cell is written by one thread at a time; a map is immutable. */
 #ifndef CA_INTEGRATOR_TECHNIQUE_TALLY_H
@@ -43,7 +48,8 @@ uint32_t ca_technique_tally_cells(const ca_technique_tally *tally);
 void ca_technique_tally_pixel(const ca_technique_tally *tally, uint32_t cell, uint32_t *x, uint32_t *y);
 
 /* What a path through that pixel brings by a technique, of s camera and t light vertices (technique.h); `light`: the
- * class of the light that a hit found; crowd: how many photons count as one sample where a merge is, else 1. */
+ * class of the light that a hit or next event found; crowd: how many photons count as one sample where a merge is,
+ * else 1. */
 void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
                             uint32_t t, uint32_t light, float crowd, ca_rgb unweighted);
 /* After all that the iteration brings to the cell. */

@@ -11,10 +11,10 @@
 enum { CA_FACTOR_VERTICES = 6, CA_FACTOR_LIGHTS = 8 };
 
 /* By the vertices that the camera's and the light's subpath bring, at most CA_FACTOR_VERTICES - 1 each; a merged
- * vertex is the camera's. Of hits every class of lights has its own: a small lamp that is rarely hit must not be
- * taken for a sky that always is. Next event asks one light for all of them, and has one. Splats have none. */
+ * vertex is the camera's. Of hits and next events every class of lights has its own: a small lamp that is rarely hit
+ * must not be taken for a sky that always is. Splats have none. */
 typedef struct ca_technique_factors {
-    float hits[CA_FACTOR_VERTICES][CA_FACTOR_LIGHTS], next_events[CA_FACTOR_VERTICES];
+    float hits[CA_FACTOR_VERTICES][CA_FACTOR_LIGHTS], next_events[CA_FACTOR_VERTICES][CA_FACTOR_LIGHTS];
     float connections[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES], merges[CA_FACTOR_VERTICES][CA_FACTOR_VERTICES];
 } ca_technique_factors;
 
@@ -34,7 +34,7 @@ static inline float ca_split_factor(const ca_technique_factors *factors, uint32_
     const uint32_t s = ca_factor_vertices(camera_vertices);
     if (!factors || s < 2) return 1.0f;
     return light_vertices == 0   ? factors->hits[s][light]
-           : light_vertices == 1 ? factors->next_events[s]
+           : light_vertices == 1 ? factors->next_events[s][light]
                                  : factors->connections[s][ca_factor_vertices(light_vertices)];
 }
 

@@ -96,8 +96,4 @@ double ca_photon_bytes(uint64_t count);
 uint64_t ca_photon_grid_count(const ca_photon_grid *grid);
 size_t ca_photon_grid_bytes(const ca_photon_grid *grid);
 
-/* Photons per m^2 around a position, from the number in its cell: count / (2 radius)^2, as if a plane crossed the
- * cell through its middle. An estimate for reuse rules, not for radiance; 0 where the cell is empty. */
-float ca_photon_grid_density(const ca_photon_grid *grid, ca_vec3 position);
-
 #endif

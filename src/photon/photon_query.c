@@ -180,29 +180,3 @@ uint32_t ca_photon_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTO
     }
     return count;
 }
-
-/* ---- Density --------------------------------------------------------------------------------------------------- */
-
-float ca_photon_grid_density(const ca_photon_grid *grid, ca_vec3 position)
-{
-    const ca_photon_lattice *lattice = &grid->lattice;
-    if (grid->count == 0) return 0.0f;
-    const double center[3] = {(double)position.x, (double)position.y, (double)position.z};
-    uint32_t cell[3];
-    for (int axis = 0; axis < 3; axis++) {
-        /* Beyond the last photon's cell there are none; below `low` truncation would not be floor. */
-        if (!(center[axis] >= lattice->low[axis])) return 0.0f;
-        cell[axis] = ca_photon_cell(lattice, axis, fmin(center[axis], lattice->high[axis]));
-        if ((center[axis] - lattice->low[axis]) * lattice->cells_per_meter >= (double)cell[axis] + 1.0) return 0.0f;
-    }
-    const uint32_t bucket = (ca_photon_row(cell[1], cell[2]) + cell[0]) & lattice->bucket_mask;
-    uint32_t count = 0;
-    for (uint32_t i = grid->starts[bucket]; i < grid->starts[bucket + 1]; i++) {
-        const ca_photon_block *block = &grid->blocks[i / CA_PHOTON_LANES];
-        const uint32_t lane = i % CA_PHOTON_LANES;
-        count += ca_photon_cell(lattice, 0, (double)block->x[lane]) == cell[0] &&
-                 ca_photon_cell(lattice, 1, (double)block->y[lane]) == cell[1] &&
-                 ca_photon_cell(lattice, 2, (double)block->z[lane]) == cell[2];
-    }
-    return (float)count / ca_sqr(2.0f * grid->radius);
-}

@@ -167,7 +167,7 @@ static double split_factor(const ca_mis_rules *rules, const ca_full_path *path, 
     const uint32_t light = path->n - k;
     if (!rules->factors || k < 2) return 1.0;
     if (light == 0) return (double)f->hits[at_most_5(k)][path->light_class];
-    if (light == 1) return (double)f->next_events[at_most_5(k)];
+    if (light == 1) return (double)f->next_events[at_most_5(k)][path->light_class];
     return (double)f->connections[at_most_5(k)][at_most_5(light)];
 }
 

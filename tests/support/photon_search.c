@@ -11,19 +11,16 @@ void plain_prefetch(const ca_photon_grid *grid, ca_vec3 position);
 void plain_query_start(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position);
 void plain_query_start_within(ca_photon_query *query, const ca_photon_grid *grid, ca_vec3 position, float radius);
 uint32_t plain_query_next(ca_photon_query *query, uint32_t vertices[CA_PHOTON_BATCH]);
-float plain_grid_density(const ca_photon_grid *grid, ca_vec3 position);
 #define CA_PHOTON_PLAIN
 #define ca_photon_grid_prefetch plain_prefetch
 #define ca_photon_query_start plain_query_start
 #define ca_photon_query_start_within plain_query_start_within
 #define ca_photon_query_next plain_query_next
-#define ca_photon_grid_density plain_grid_density
 #include "photon/photon_query.c"
 #undef ca_photon_grid_prefetch
 #undef ca_photon_query_start
 #undef ca_photon_query_start_within
 #undef ca_photon_query_next
-#undef ca_photon_grid_density
 
 static uint32_t found[MAX_PHOTONS], found_plain[MAX_PHOTONS];
 static uint8_t met[MAX_PHOTONS];
