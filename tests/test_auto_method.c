@@ -355,6 +355,11 @@ static double trial_variance(const ca_scene *scene, const ca_method *method, uin
     for (int i = 0; i < TRIAL_ITERATIONS; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
     const double variance = ca_method_trial_variance(&trial, weights);
     assert_true(ca_method_trial_seconds(&trial) > 0.0);
+    const double cells = (double)ca_trial_cell_count(&trial.cells), pixels = RENDER_SIDE * RENDER_SIDE;
+    trial.light_seconds = 2.0; /* scaled from the trial's film and cells to the render's */
+    trial.camera_seconds = 3.0;
+    const double area = pixels / ((double)trial.settings.width * trial.settings.height);
+    assert_true(fabs(ca_method_trial_seconds(&trial) / (2.0 * area + 3.0 * pixels / cells) - 1.0) < 1e-9);
     *seed = trial.plan.seed;
     assert_true(*seed != plan.seed);
     ca_method_trial_destroy(&trial);

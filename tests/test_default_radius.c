@@ -191,6 +191,19 @@ static void test_light_paths(void **state)
     ca_scene_release(scene);
 }
 
+/* With millions of them the radius is the one that merges a number of photons, whatever blur there is. */
+static void test_most_photons(void **state)
+{
+    (void)state;
+    ca_scene *scene = floor_scene(1.0, false);
+    const ca_render_settings many = settings_of("ppm:light_paths=4000000");
+    const ca_render_settings more = settings_of("ppm:light_paths=64000000");
+    const double ratio = radius_of(scene, &more) / radius_of(scene, &many);
+    print_message("sixteen times as many light paths: %.4g of the radius\n", ratio);
+    assert_true(fabs(ratio - 0.25) < 0.01);
+    ca_scene_release(scene);
+}
+
 /* A function of scene, settings and seed: not of the crop, of threads, or of memory, which brings rounds. */
 static void test_same_radius(void **state)
 {
@@ -301,7 +314,7 @@ int main(void)
         cmocka_unit_test(test_light_decides),
         cmocka_unit_test(test_scale),         cmocka_unit_test(test_light_paths), cmocka_unit_test(test_same_radius),
         cmocka_unit_test(test_families),      cmocka_unit_test(test_record),      cmocka_unit_test(test_no_dots),
-        cmocka_unit_test(test_no_light),
+        cmocka_unit_test(test_no_light),      cmocka_unit_test(test_most_photons),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

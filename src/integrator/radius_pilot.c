@@ -48,8 +48,9 @@ enum {
 #define LEAST_OF_PIXEL 0.25f
 #define MOST_OF_SCENE 0.1f
 
-/* Photons of a pass that the median lit query merges with at most. With more of them merging takes most of the time,
- * and a time is better spent on more passes with a smaller radius: as many photons are merged, and less is blurred. */
+/* Photons of a pass that the median lit query merges with at most. With more of them merging takes most of the
+ * time, and a time is better spent on more passes with a smaller radius: as many photons are merged, and less is
+ * blurred. */
 #define MOST_PHOTONS 48.0
 
 /* What a camera path finds, by levels, as densities per light path. */

@@ -2,8 +2,9 @@
  * method to which of them go on, which others are worth a trial, and which is best. Nothing is rendered or timed
  * here; auto_method.h does what is decided.
  *
- * The best method has the least error x time: what a fixed time leaves of the error, or a fixed error costs of time.
- * The error is variance, and more where merges blur. A method that will lose light in some part of the picture is never taken, however cheap it looks. */
+ * The best method has the least error x time: what a fixed time leaves of the error, or a fixed error costs of
+ * time. The error is variance, and more where merges blur. A method that will lose light in some part of the
+ * picture is never taken, however cheap it looks. */
 #ifndef CA_RENDER_METHOD_CHOICE_H
 #define CA_RENDER_METHOD_CHOICE_H
 
