@@ -90,13 +90,14 @@ static void test_threads_do_not_change_a_bit(void **state)
     ca_scene_release(scene);
 }
 
-/* With a sequence the image is the mean of whole renders, each with one replicate's samples, first radius and
- * seed. */
+/* With a sequence the image is the mean of whole renders, each with one replicate's samples and seed, and the same
+ * first radius (the default depends on the seed). */
 static void test_replicates_are_renders(void **state)
 {
     (void)state;
     enum { REPLICATES = 8 };
-    static const render_case all = {"bdpm", "sobol", 32, REPLICATES}, one = {"bdpm", "sobol", 4, 0};
+    static const render_case all = {"bdpm:radius=0.05", "sobol", 32, REPLICATES};
+    static const render_case one = {"bdpm:radius=0.05", "sobol", 4, 0};
     ca_scene *scene = scene_from_text(scene_text);
     ca_render_settings settings = settings_of(&all, 5);
     ca_image_layers *image = render_scene(scene, &settings);

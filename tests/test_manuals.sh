@@ -131,7 +131,7 @@ bash_completes_parameters() {
     completes "max_depth= rr_depth= hide_emitters= heuristic= next_event=" render -i path : &&
         completes "max_depth= rr_depth= hide_emitters= heuristic= next_event=" render --integrator = path : &&
         completes "rr_depth=" render -i path : rr && completes "" render -i path : radius &&
-        completes "radius=" render a.xml -i vcm : radius &&
+        completes "radius= radius_pixels=" render a.xml -i vcm : radius &&
         completes "radius= radius_pixels= radius_photons=" render -i qmcppm : rad &&
         completes "balance power" render -i path : heuristic = && completes "power" render -i path : heuristic = po &&
         completes "balance power" render --integrator = vcm : heuristic = &&
@@ -146,7 +146,7 @@ check "bash completes parameters of integrators and their values" bash_completes
 # Where ":" and "=" do not split words, replies are whole.
 bash_completes_whole_words() {
     completes "path:heuristic=balance path:heuristic=power" render -i path:heuristic= &&
-        completes "vcm:alpha=1,radius=" render -i vcm:alpha=1,rad && completes "noise" help noi
+        completes "vcm:alpha=1,radius= vcm:alpha=1,radius_pixels=" render -i vcm:alpha=1,rad && completes "noise" help noi
 }
 check "bash completes words that are not split" bash_completes_whole_words
 
