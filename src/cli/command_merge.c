@@ -3,7 +3,6 @@
 #include "cli/commands.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
-#include "cli/stats_json.h"
 
 #include <stdio.h>
 
@@ -77,14 +76,15 @@ static void print_summary(const merge_options *o, const ca_render_statistics *s,
 static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_error *error)
 {
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {0};
+    ca_error reason = {""};
+    const ca_output_files files = {o->outputs.items, o->outputs.count, o->look, o->layers, o->stats};
     const bool wants_image = o->outputs.count > (o->part_path ? 1 : 0);
     ca_status status =
         ca_merge_parts(parts->items, parts->count, o->part_path, wants_image ? &image : NULL, &statistics, error);
     if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
-    if (status == CA_OK)
-        status = ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, &o->look, error);
-    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, image, &statistics, error);
+    if (statistics.iterations > 0) /* also where only the sum could not be written */
+        ca_output_note(&status, error, ca_outputs_write(&files, image, &statistics, &reason), &reason);
     if (status == CA_OK && image) ca_layer_choice_warn(&o->layers, image);
     ca_image_release(image);
     if (status != CA_OK) return status;

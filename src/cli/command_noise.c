@@ -398,11 +398,16 @@ static ca_status write_picture(const ca_image_layers *image, const char *path, d
 static ca_status write_outputs(const noise_options *o, const ca_image_layers *image, const ca_noise_report *report,
                                double *scale, ca_error *error)
 {
+    ca_status all = CA_OK;
+    ca_error reason = {""};
     for (size_t i = 0; i < o->outputs.count; i++) {
         const char *path = o->outputs.items[i];
-        CA_TRY(is_png(path) ? write_picture(image, path, scale, error) : ca_image_save(image, path, 0.0f, error));
+        const ca_status status =
+            is_png(path) ? write_picture(image, path, scale, &reason) : ca_image_save(image, path, 0.0f, &reason);
+        ca_output_note(&all, error, status, &reason);
     }
-    return o->stats ? ca_stats_write_noise(o->stats, image, report, error) : CA_OK;
+    if (o->stats) ca_output_note(&all, error, ca_stats_write_noise(o->stats, image, report, &reason), &reason);
+    return all;
 }
 
 /* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */

@@ -6,7 +6,6 @@
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
-#include "cli/stats_json.h"
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
@@ -334,11 +333,20 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */
 
-static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
-                               const ca_render_statistics *statistics, ca_error *error)
+static ca_output_files output_files(const render_options *o)
 {
-    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, &o->look, error));
-    return o->stats ? ca_stats_write_render(o->stats, image, statistics, error) : CA_OK;
+    return (ca_output_files){o->outputs.items, o->outputs.count, o->look, o->layers, o->stats};
+}
+
+/* What was rendered is written also where the render could not write a file of its own. */
+static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
+                               const ca_render_statistics *statistics, ca_status rendered, ca_error *error)
+{
+    ca_error reason = {""};
+    const ca_output_files files = output_files(o);
+    if (statistics->iterations == 0) return rendered;
+    ca_output_note(&rendered, error, ca_outputs_write(&files, image, statistics, &reason), &reason);
+    return rendered;
 }
 
 static void print_rays(const ca_rays_statistics *rays)
@@ -393,11 +401,7 @@ static ca_status start_live_view(const render_options *o, ca_live_view *view, ca
         .tev = o->tev,
         .scene = o->scene,
         .threads = o->settings.threads,
-        .outputs = o->outputs.items,
-        .output_count = o->outputs.count,
-        .look = o->look,
-        .layers = o->layers,
-        .stats = o->stats,
+        .files = output_files(o),
     };
     return ca_live_view_start(view, &settings, !o->quiet, error);
 }
@@ -423,8 +427,7 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     ca_status status = warn_before(scene, &settings, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
-    if (status == CA_OK) status = write_outputs(o, *image, statistics, error);
-    return status;
+    return write_outputs(o, *image, statistics, status, error);
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
@@ -435,8 +438,8 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     CA_TRY(start_live_view(o, &view, error));
     ca_signals_catch(o->quiet);
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
+    ca_outputs_warn(&statistics);
     if (status == CA_OK) {
-        ca_outputs_warn(&statistics);
         if (image) ca_layer_choice_warn(&o->layers, image);
         if (!o->quiet) print_summary(o, image, &statistics);
     }

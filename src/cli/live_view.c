@@ -3,7 +3,6 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/signals.h"
-#include "cli/stats_json.h"
 #include "film/part_file.h"
 
 #include <string.h>
@@ -19,21 +18,20 @@ static void append(char *message, size_t size, const char *separator, const char
 static ca_status save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message,
                       size_t size, ca_error *error)
 {
-    const ca_live_view_settings *s = &((const ca_live_view *)user)->settings;
+    const ca_output_files *files = &((const ca_live_view *)user)->settings.files;
     const char *separator = " ";
     char samples[64];
-    CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, &s->layers, &s->look, error));
-    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, image, statistics, error));
+    CA_TRY(ca_outputs_write(files, image, statistics, error));
     snprintf(message, size, "saved");
-    for (size_t i = 0; i < s->output_count; i++) {
-        if (ca_part_is_path(s->outputs[i])) continue;
-        append(message, size, separator, s->outputs[i]);
+    for (size_t i = 0; i < files->count; i++) {
+        if (ca_part_is_path(files->paths[i])) continue;
+        append(message, size, separator, files->paths[i]);
         separator = ", ";
     }
     if (separator[0] == ' ')
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "there is no image to save: part files are written at the end");
-    if (s->stats) append(message, size, separator, s->stats);
+    if (files->stats) append(message, size, separator, files->stats);
     snprintf(samples, sizeof samples, " with %.4g %s per pixel", statistics->samples_per_pixel,
              ca_noun(statistics->samples_per_pixel, "sample", "samples"));
     append(message, size, "", samples);

@@ -14,11 +14,7 @@ typedef struct ca_live_view_settings {
     const char *tev;     /* NULL: none */
     const char *scene;
     uint32_t threads;    /* 0: one per processor */
-    const char *const *outputs; /* what "save" writes */
-    size_t output_count;
-    ca_output_look look;
-    ca_layer_choice layers;
-    const char *stats; /* NULL: none */
+    ca_output_files files; /* what "save" writes */
 } ca_live_view_settings;
 
 typedef struct ca_live_view {
