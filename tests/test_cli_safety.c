@@ -149,6 +149,111 @@ static void test_noise_writes_the_others(void **state)
     assert_true(exists(folder_of(state), "a.json"));
 }
 
+/* ---- An output that is read, or written twice ------------------------------------------------------------------ */
+
+/* Refused as wrong usage before anything is done, with these words; nothing in the folder is touched. */
+static void assert_refused(void **state, const char *line, const char *words)
+{
+    char errors[4096];
+    assert_shell(state, 0,
+                 "find . -type f ! -name 'said.*' ! -name '*.sums' -exec sha256sum {} + | sort > before.sums");
+    const int status = run_shell(state, line, errors, sizeof errors);
+    if (status != 2) fail_msg("exit status %d instead of 2:\n%s\n%s", status, line, errors);
+    assert_says(errors, words);
+    assert_shell(state, 0,
+                 "find . -type f ! -name 'said.*' ! -name '*.sums' -exec sha256sum {} + | sort > after.sums\n"
+                 "cmp before.sums after.sums");
+}
+
+/* A scene of several files, each of another kind. */
+static void write_scene_of_files(void **state)
+{
+    const char *folder = folder_of(state);
+    assert_shell(state, 0, "mkdir parts && $P render ball.xml --spp 1 --quiet -o parts/map.png -o parts/sky.exr");
+    write_text(folder, "parts/cube.ply",
+               "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+               "property float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+               "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    write_text(folder, "parts/grey.spd", "400 0.5\n700 0.5\n");
+    write_text(folder, "parts/more.xml",
+               "<scene version=\"3.0.0\"><shape type=\"sphere\"><bsdf type=\"diffuse\">"
+               "<spectrum name=\"reflectance\" filename=\"grey.spd\"/></bsdf></shape></scene>\n");
+    write_text(folder, "many.xml",
+               "<scene version=\"3.0.0\"><integrator type=\"path\"><integer name=\"max_depth\" "
+               "value=\"3\"/></integrator><sensor type=\"perspective\"/><include filename=\"parts/more.xml\"/>\n"
+               "<shape type=\"ply\"><string name=\"filename\" value=\"parts/cube.ply\"/><bsdf type=\"diffuse\">"
+               "<texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"parts/map.png\"/>"
+               "</texture></bsdf></shape>\n<emitter type=\"envmap\"><string name=\"filename\" "
+               "value=\"parts/sky.exr\"/></emitter></scene>\n");
+}
+
+static void test_files_of_the_scene_are_kept(void **state)
+{
+    write_scene_of_files(state);
+    assert_refused(state, "$P render many.xml -o a.exr --stats many.xml",
+                   "--stats would overwrite many.xml, which is the scene");
+    static const char scene[] = "from which the scene is read (as parts/";
+    assert_refused(state, "cd parts && $P render ../many.xml -o map.png",
+                   "--output would overwrite map.png, from which");
+    assert_refused(state, "$P render many.xml -o ./parts/sky.exr", scene);
+    assert_refused(state, "$P render many.xml -o a.exr --stats ./parts/cube.ply", scene);
+    assert_refused(state, "$P render many.xml -o a.exr --stats ./parts/more.xml", scene);
+    assert_refused(state, "$P render many.xml -o a.exr --stats ./parts/grey.spd", scene);
+    assert_refused(state, "$P noise many.xml -o ./parts/map.png", scene);
+    assert_refused(state, "$P noise many.xml --stats many.xml",
+                   "--stats would overwrite many.xml, which is the scene");
+    /* The files that are made where none is named. */
+    assert_shell(state, 0, "sed 's,parts/,,g' many.xml > parts/map.xml");
+    assert_refused(state, "cd parts && $P render map.xml",
+                   "--output would overwrite map.png, from which the scene is read");
+}
+
+static void test_links_hide_no_file(void **state)
+{
+    assert_shell(state, 0,
+                 "ln ball.xml hard.json; ln -s ball.xml soft.json; ln -s nowhere.exr soft.exr; ln -s . here");
+    assert_refused(state, "$P render ball.xml -o a.exr --stats hard.json",
+                   "--stats would overwrite hard.json, which is the scene (as ball.xml)");
+    assert_refused(state, "$P render ball.xml -o a.exr --stats soft.json", "which is the scene (as ball.xml)");
+    assert_refused(state, "$P render ball.xml -o soft.exr --stats nowhere.exr",
+                   "--output soft.exr and --stats nowhere.exr are the same file");
+    assert_refused(state, "$P render ball.xml -o here/a.exr -o a.exr", "--output here/a.exr and --output a.exr are");
+}
+
+static void test_outputs_differ(void **state)
+{
+    assert_refused(state, "$P render ball.xml -o a.exr --stats a.exr",
+                   "--output a.exr and --stats a.exr are the same");
+    assert_refused(state, "$P render ball.xml -o a.exr -o ./a.exr",
+                   "--output a.exr and --output ./a.exr are the same");
+    assert_refused(state, "mkdir -p s; $P render ball.xml -o a.exr --stats s/index.html --dump-strategies s",
+                   "--stats s/index.html and --dump-strategies s/index.html are the same file");
+    /* Names that are alike in folders that are not, and a file that is there already, are fine. */
+    assert_shell(state, 0, "mkdir one two; for i in 1 2; do $P render ball.xml -o one/a.exr -o two/a.exr; done");
+}
+
+static void test_inputs_of_commands_are_kept(void **state)
+{
+    assert_shell(state, 0,
+                 "$P render ball.xml -i qmcppm --blocks 0:1 -o p0.part && "
+                 "$P render ball.xml -i qmcppm --blocks 1:2 -o p1.part && $P render ball.xml -o ref.exr && "
+                 "echo '{}' > a.json && ln ref.exr hard.exr && mkdir out && cp ref.exr out/index.html");
+    assert_refused(state, "$P merge p0.part p1.part -o ./p0.part",
+                   "--output would overwrite ./p0.part, which is to be merged (as p0.part)");
+    assert_refused(state, "$P merge p0.part -o a.exr --stats p0.part",
+                   "--stats would overwrite p0.part, which is to be");
+    assert_refused(state, "$P render ball.xml -i bdpm --rays ref.exr -o ref.exr",
+                   "--output would overwrite ref.exr, from which --rays reads");
+    assert_refused(state, "$P study --analyse a.json --stats a.json", "--stats would overwrite a.json, which holds");
+    assert_refused(state, "$P compare ref.exr -r ref.exr --maps hard.exr",
+                   "--maps would overwrite hard.exr, which is to be compared (as ref.exr)");
+    assert_refused(state, "$P compare ref.exr -r ref.exr --html a.x --stats a.x",
+                   "--html a.x and --stats a.x are the same");
+    assert_refused(
+        state, "mkdir -p out/renders out/pictures; $P converge ball.xml -i path --spp 1:2 -r out/index.html -o out",
+        "--output would overwrite out/index.html, which is the reference");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -157,6 +262,10 @@ int main(void)
         PROGRAM_TEST(test_image_is_written_when_strategies_fail),
         PROGRAM_TEST(test_image_is_written_when_a_part_fails),
         PROGRAM_TEST(test_noise_writes_the_others),
+        PROGRAM_TEST(test_files_of_the_scene_are_kept),
+        PROGRAM_TEST(test_links_hide_no_file),
+        PROGRAM_TEST(test_outputs_differ),
+        PROGRAM_TEST(test_inputs_of_commands_are_kept),
     };
     return run_program_tests("cli_safety", tests, sizeof tests / sizeof tests[0]);
 }

@@ -156,6 +156,42 @@ char *ca_path_resolve(const char *base_file, const char *path)
                  : concatenate(path, strlen(path), "");
 }
 
+/* What the link says, seen from its folder; NULL with errno EINVAL where this is no link. */
+static char *read_link(const char *path)
+{
+    char target[4096];
+    const ssize_t length = readlink(path, target, sizeof target);
+    if (length < 0) {
+        errno = EINVAL;
+        return NULL;
+    }
+    if ((size_t)length == sizeof target) {
+        errno = ENAMETOOLONG;
+        return NULL;
+    }
+    target[length] = '\0';
+    char *resolved = ca_path_resolve(path, target);
+    if (!resolved) errno = ENOMEM;
+    return resolved;
+}
+
+char *ca_path_follow(const char *path)
+{
+    enum { MOST_LINKS = 40 }; /* as Linux has it */
+    char *here = concatenate(path, strlen(path), "");
+    for (int i = 0; here && i < MOST_LINKS; i++) {
+        char *next = read_link(here);
+        if (!next && errno == EINVAL) return here;
+        ca_free(here);
+        if (!next) return NULL;
+        here = next;
+    }
+    const int reason = here ? ELOOP : ENOMEM;
+    ca_free(here);
+    errno = reason;
+    return NULL;
+}
+
 const char *ca_path_extension(const char *path)
 {
     const char *slash = strrchr(path, '/');

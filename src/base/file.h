@@ -39,6 +39,10 @@ ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *erro
  * when out of memory. */
 char *ca_path_resolve(const char *base_file, const char *path);
 
+/* Where a file of this name is, or would be made: the end of the chain of symbolic links that the name may be. Caller
+ * frees with ca_free; NULL with errno set where the links have no end (ELOOP) or memory is out (ENOMEM). */
+char *ca_path_follow(const char *path);
+
 /* The extension with its dot, lower case is the caller's business; "" if there is none. Borrowed from `path`. */
 const char *ca_path_extension(const char *path);
 

@@ -6,6 +6,7 @@
 #include "cli/commands.h"
 #include "cli/compare_maps.h"
 #include "cli/compare_page.h"
+#include "cli/outputs.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -19,6 +20,7 @@ typedef struct compare_options {
     ca_rect_list masks;
     ca_metric_settings metrics;
     bool flip_auto; /* which FLIP is computed depends on the files */
+    ca_places places;
 } compare_options;
 
 #define AT(field) .offset = offsetof(compare_options, field)
@@ -230,8 +232,11 @@ static ca_status check(compare_options *o, const ca_text_list *images, ca_error 
     CA_TRY(check_numbers(&o->metrics, error));
     if (o->html_layers && !o->html)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--html-layers needs --html: it says what the page shows");
-    if (o->html) CA_TRY(ca_compare_check_output("--html", o->html, images, o->reference, error));
-    return o->stats ? ca_compare_check_output("--stats", o->stats, images, o->reference, error) : CA_OK;
+    CA_TRY(ca_places_read(&o->places, o->reference, "which is to be compared", error));
+    for (size_t i = 0; i < images->count; i++)
+        CA_TRY(ca_places_read(&o->places, images->items[i], "which is to be compared", error));
+    if (o->html) CA_TRY(ca_compare_check_output("--html", o->html, &o->places, error));
+    return o->stats ? ca_compare_check_output("--stats", o->stats, &o->places, error) : CA_OK;
 }
 
 /* ---- Printing -------------------------------------------------------------------------------------------------- */
@@ -395,6 +400,19 @@ static ca_status compare_each(comparing *c, const ca_text_list *paths, char *con
     return CA_OK;
 }
 
+static ca_status write_results(const compare_options *o, ca_compare_page *page, const ca_compared_image *images,
+                               size_t count, ca_error *error)
+{
+    ca_error reason = {""};
+    ca_status all = o->html ? ca_compare_page_finish(page, error) : CA_OK;
+    if (o->html && all == CA_OK) printf("wrote %s\n", o->html);
+    if (!o->stats) return all;
+    const ca_status status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, count, &reason);
+    if (status == CA_OK) printf("wrote %s\n", o->stats);
+    ca_output_note(&all, error, status, &reason);
+    return all;
+}
+
 static ca_status compare_all(const compare_options *o, const ca_compare_settings *region, const ca_text_list *paths,
                              char *const *map_names, ca_compared_image *images, ca_error *error)
 {
@@ -406,13 +424,9 @@ static ca_status compare_all(const compare_options *o, const ca_compare_settings
     if (o->html) status = ca_compare_page_create(&page, o->html, o->reference, region, o->html_layers, error);
     if (status == CA_OK && o->html) status = ca_compare_page_check_layers(&page, paths, reference, error);
     if (status == CA_OK) status = compare_each(&c, paths, map_names, images, error);
-    if (status == CA_OK && o->html) status = ca_compare_page_finish(&page, error);
+    if (status == CA_OK) status = write_results(o, &page, images, paths->count, error);
     ca_compare_page_destroy(&page);
     ca_layers_destroy(reference);
-    if (status == CA_OK && o->stats)
-        status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, paths->count, error);
-    if (status == CA_OK && o->html) printf("wrote %s\n", o->html);
-    if (status == CA_OK && o->stats) printf("wrote %s\n", o->stats);
     return status;
 }
 
@@ -432,10 +446,10 @@ static ca_compare_settings region_of(const compare_options *o, ca_pixel_rect *ma
 }
 
 /* What was asked for is possible: compares. */
-static ca_status compare_images(const compare_options *o, const ca_text_list *paths, ca_error *error)
+static ca_status compare_images(compare_options *o, const ca_text_list *paths, ca_error *error)
 {
     char **map_names = NULL;
-    ca_status status = o->maps ? ca_compare_map_names(o->maps, paths, o->reference, &map_names, error) : CA_OK;
+    ca_status status = o->maps ? ca_compare_map_names(o->maps, paths, &o->places, &map_names, error) : CA_OK;
     ca_compared_image *images = ca_alloc_zeroed(paths->count, sizeof *images);
     ca_pixel_rect *masks = ca_alloc(o->masks.count, sizeof *masks);
     if (status == CA_OK && (!images || !masks)) status = ca_fail_memory(error, "the command line");
@@ -458,6 +472,7 @@ int ca_command_compare(int word_count, char *const words[])
     ca_status status = ca_options_parse(&table, word_count, words, &o, &paths, &error);
     if (status == CA_OK) status = check(&o, &paths, &error);
     if (status == CA_OK) status = compare_images(&o, &paths, &error);
+    ca_places_destroy(&o.places);
     ca_rect_list_destroy(&o.masks);
     ca_text_list_destroy(&paths);
     return status == CA_OK ? CA_EXIT_DONE : ca_report("compare", status, &error);

@@ -50,14 +50,24 @@ static int print_help(void)
     return CA_EXIT_DONE;
 }
 
+static ca_status check_places(merge_options *o, const ca_text_list *parts, ca_error *error)
+{
+    ca_places places = {0};
+    ca_status status = CA_OK;
+    for (size_t i = 0; i < parts->count && status == CA_OK; i++)
+        status = ca_places_read(&places, parts->items[i], "which is to be merged", error);
+    if (status == CA_OK) status = ca_outputs_check(&o->outputs, o->stats, &o->part_path, &places, error);
+    ca_places_destroy(&places);
+    return status;
+}
+
 static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *error)
 {
     if (parts->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a part file to merge is missing");
     if (o->outputs.count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
     CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
-    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
-    CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
-    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+    CA_TRY(check_places(o, parts, error));
+    return ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error);
 }
 
 static void print_summary(const merge_options *o, const ca_render_statistics *s, size_t part_count)

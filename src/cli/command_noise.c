@@ -23,6 +23,7 @@ typedef struct noise_options {
     ca_render_settings settings; /* options are read right into it */
     uint32_t iterations, resolution[2], roi[4];
     bool has_roi, quiet, help;
+    ca_places places;
 } noise_options;
 
 #define AT(field) .offset = offsetof(noise_options, field)
@@ -233,14 +234,14 @@ static ca_status check_predictions(const ca_noise_report *report, ca_error *erro
 static bool is_png(const char *path) { return strcasecmp(ca_path_extension(path), ".png") == 0; }
 static bool is_exr(const char *path) { return strcasecmp(ca_path_extension(path), ".exr") == 0; }
 
-static ca_status check_outputs(const noise_options *o, ca_error *error)
+static ca_status check_outputs(noise_options *o, ca_error *error)
 {
     for (size_t i = 0; i < o->outputs.count; i++)
         if (!is_png(o->outputs.items[i]) && !is_exr(o->outputs.items[i]))
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                            "%.300s: noise is written as .exr (all layers) or .png (the terms)", o->outputs.items[i]);
-    for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_output_check_place(o->outputs.items[i], error));
-    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+    CA_TRY(ca_places_read(&o->places, o->scene, "which is the scene", error));
+    return ca_outputs_check_places(&o->outputs, o->stats, &o->places, error);
 }
 
 static ca_status check(noise_options *o, const ca_text_list *operands, ca_noise_report *report, ca_error *error)
@@ -450,11 +451,12 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     return status;
 }
 
-static ca_status load_and_measure(const noise_options *o, ca_noise_report *report, ca_error *error)
+static ca_status load_and_measure(noise_options *o, ca_noise_report *report, ca_error *error)
 {
     ca_scene *scene;
     CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
-    const ca_status status = measure(o, scene, report, error);
+    ca_status status = ca_places_read_scene(&o->places, scene, error);
+    if (status == CA_OK) status = measure(o, scene, report, error);
     ca_scene_release(scene);
     return status;
 }
@@ -471,6 +473,7 @@ int ca_command_noise(int word_count, char *const words[])
     if (status == CA_OK) status = check(&o, &operands, &report, &error);
     if (status == CA_OK) status = load_and_measure(&o, &report, &error);
     ca_free(report.predictions);
+    ca_places_destroy(&o.places);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);
     ca_text_list_destroy(&o.predict_words);

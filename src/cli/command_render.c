@@ -27,6 +27,7 @@ typedef struct render_options {
     bool serves;
     bool has_spp, has_seconds, has_noise;
     bool quiet, help;
+    ca_places places;
 } render_options;
 
 #define AT(field) .offset = offsetof(render_options, field)
@@ -292,14 +293,20 @@ static ca_status check_sampler(const char *name, ca_error *error)
 
 static ca_status check_outputs(render_options *o, ca_error *error)
 {
-    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->settings.part_path, error));
+    const ca_render_settings *settings = &o->settings;
+    const char *folder = settings->strategies_directory;
+    CA_TRY(ca_places_read(&o->places, o->scene, "which is the scene", error));
+    if (settings->rays && strcmp(settings->rays, "auto") != 0)
+        CA_TRY(ca_places_read(&o->places, settings->rays, "from which --rays reads", error));
+    CA_TRY(ca_outputs_check(&o->outputs, o->stats, &o->settings.part_path, &o->places, error));
     if (o->settings.has_blocks && o->settings.blocks[0] > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can "
                        "be written");
     CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
-    if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
-    return o->settings.strategies_directory ? ca_output_check_folder(o->settings.strategies_directory, error) : CA_OK;
+    if (!folder) return CA_OK;
+    CA_TRY(ca_places_write_in(&o->places, folder, "index.html", "--dump-strategies", error));
+    return ca_output_check_folder(folder, error);
 }
 
 /* Default outputs are added to the list; their texts are owned by `made`. */
@@ -448,11 +455,12 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     return status;
 }
 
-static ca_status load_and_render(const render_options *o, ca_error *error)
+static ca_status load_and_render(render_options *o, ca_error *error)
 {
     ca_scene *scene;
     CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
-    const ca_status status = render_scene(o, scene, error);
+    ca_status status = ca_places_read_scene(&o->places, scene, error);
+    if (status == CA_OK) status = render_scene(o, scene, error);
     ca_scene_release(scene);
     return status;
 }
@@ -468,6 +476,7 @@ int ca_command_render(int word_count, char *const words[])
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, made, &error);
     if (status == CA_OK) status = load_and_render(&o, &error);
+    ca_places_destroy(&o.places);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);
     ca_text_list_destroy(&operands);

@@ -30,22 +30,32 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
     return CA_OK;
 }
 
-ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error)
+ca_status ca_outputs_check_places(const ca_text_list *outputs, const char *stats, ca_places *places,
+                                  ca_error *error)
+{
+    for (size_t i = 0; i < outputs->count; i++)
+        CA_TRY(ca_places_write(places, outputs->items[i], "--output", error));
+    CA_TRY(ca_places_write(places, stats, "--stats", error));
+    for (size_t i = 0; i < outputs->count; i++) CA_TRY(ca_output_check_place(outputs->items[i], error));
+    return stats ? ca_output_check_place(stats, error) : CA_OK;
+}
+
+ca_status ca_outputs_check(const ca_text_list *outputs, const char *stats, const char **part_path, ca_places *places,
+                           ca_error *error)
 {
     *part_path = NULL;
-    for (size_t i = 0; i < count; i++) {
-        assert(paths[i]);
-        if (!ca_part_is_path(paths[i])) {
-            CA_TRY(ca_layers_check_path(paths[i], error));
+    for (size_t i = 0; i < outputs->count; i++) {
+        const char *path = outputs->items[i];
+        if (!ca_part_is_path(path)) {
+            CA_TRY(ca_layers_check_path(path, error));
             continue;
         }
         if (*part_path)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one part file can be written: %s or %s", *part_path,
-                           paths[i]);
-        *part_path = paths[i];
+                           path);
+        *part_path = path;
     }
-    for (size_t i = 0; i < count; i++) CA_TRY(ca_output_check_place(paths[i], error));
-    return CA_OK;
+    return ca_outputs_check_places(outputs, stats, places, error);
 }
 
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,

@@ -4,6 +4,7 @@
 
 #include "cli/layer_choice.h"
 #include "cli/options.h"
+#include "cli/places.h"
 #include "metrics/tone.h"
 
 /* How .png shows a picture: values times 2^exposure under a tone curve (metrics/tone.h). Zeros are the plain picture,
@@ -40,9 +41,15 @@ typedef struct ca_output_look {
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);
 
-/* Checks the places of several outputs, at most one of which may be a part file: *part_path is that one, or NULL. All
- * names are checked before any place, so that wrong usage is reported before a full disk. */
-ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error);
+/* Checks where several outputs, and `stats` (NULL: none), go. At most one of them may be a part file: *part_path is
+ * that one, or NULL. `places` has what is read. All names are checked before any place, so that wrong usage is
+ * reported before a full disk. */
+ca_status ca_outputs_check(const ca_text_list *outputs, const char *stats, const char **part_path, ca_places *places,
+                           ca_error *error);
+
+/* Of outputs whose names are right: that none is read or written twice, and that they can be written. */
+ca_status ca_outputs_check_places(const ca_text_list *outputs, const char *stats, ca_places *places,
+                                  ca_error *error);
 
 /* CA_ERROR_ARGUMENT where layers are chosen and none of the outputs is an .exr, or a name is wrong. */
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,

@@ -114,6 +114,13 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
     return CA_OK;
 }
 
+/* The scene with all that it reads, and what will be made of it. */
+static ca_status note_places(const ca_study_work *work, const ca_scene *scene, const char *path, ca_error *error)
+{
+    CA_TRY(ca_places_read_scene(work->places, scene, error));
+    return ca_places_write(work->places, path, "--output", error);
+}
+
 /* Renders the image, or only asks what it depends on. */
 static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_reference, bool only_ask,
                             uint64_t *id, ca_error *error)
@@ -126,11 +133,14 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     describe(work, scene, render, settings);
     *id = ca_hash_bytes(*id, settings, strlen(settings));
     ca_status status = CA_OK;
-    char *path = only_ask ? NULL : ca_study_image_path(work, number, is_reference);
-    if (!only_ask && !path) status = ca_fail_memory(error, "the study");
-    if (path && is_done(path, settings)) {
+    char *path = ca_study_image_path(work, number, is_reference);
+    if (!path) {
+        status = ca_fail_memory(error, "the study");
+    } else if (only_ask) {
+        status = note_places(work, scene, path, error);
+    } else if (is_done(path, settings)) {
         if (!work->quiet) printf("there is %s\n", path);
-    } else if (path) {
+    } else {
         ca_error reason = {""};
         status = render_file(work, scene, render, path, settings, &reason);
         if (status != CA_OK)
