@@ -254,6 +254,34 @@ static void test_inputs_of_commands_are_kept(void **state)
         "--output would overwrite out/index.html, which is the reference");
 }
 
+/* ---- Rights and links ------------------------------------------------------------------------------------------ */
+
+static void test_rights_are_kept(void **state)
+{
+    assert_shell(state, 0,
+                 "umask 027; $P render ball.xml -o new.exr --stats new.json --quiet; "
+                 "test $(stat -c %a new.exr) = 640 && test $(stat -c %a new.json) = 640");
+    assert_shell(state, 0,
+                 "for m in 600 664 444 755; do rm -f a.exr; echo old > a.exr; chmod $m a.exr; umask 022; "
+                 "$P render ball.xml -o a.exr --quiet || exit 3; test $(stat -c %a a.exr) = $m || exit 4; done");
+    assert_image(state, "a.exr", 24, 16);
+}
+
+static void test_links_are_followed(void **state)
+{
+    char errors[4096];
+    assert_shell(state, 0,
+                 "mkdir -p here there/deep; echo old > there/a.exr; ln -s ../there/one.exr here/a.exr; "
+                 "ln -s a.exr there/one.exr; ln -s there/deep/none.exr new.exr; ln -s loop.exr loop.exr");
+    assert_shell(state, 0, "$P render ball.xml -o here/a.exr -o new.exr --quiet");
+    assert_shell(state, 0, "test -L here/a.exr && test -L there/one.exr && test -L new.exr && test ! -L there/a.exr");
+    assert_image(state, "there/a.exr", 24, 16);
+    assert_image(state, "there/deep/none.exr", 24, 16);
+    assert_shell(state, 0, "test -z \"$(find . -name '*.exr.*')\"");
+    assert_int_equal(run_shell(state, "$P render ball.xml -o loop.exr", errors, sizeof errors), 1);
+    assert_says(errors, "loop.exr: cannot write: Too many levels of symbolic links");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -266,6 +294,8 @@ int main(void)
         PROGRAM_TEST(test_links_hide_no_file),
         PROGRAM_TEST(test_outputs_differ),
         PROGRAM_TEST(test_inputs_of_commands_are_kept),
+        PROGRAM_TEST(test_rights_are_kept),
+        PROGRAM_TEST(test_links_are_followed),
     };
     return run_program_tests("cli_safety", tests, sizeof tests / sizeof tests[0]);
 }
