@@ -120,6 +120,67 @@ static void test_second_signal_kills(void **state)
     assert_string_equal(r.output, "");
 }
 
+/* The system may send these again, and means nothing more by it (a shell that ends tells its jobs, too; SIGXCPU comes
+ * every second): it does not end the render without an image. */
+static void test_system_signals_end_with_an_image(void **state)
+{
+    static const int numbers[] = {SIGHUP, SIGXCPU};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        ca_program_result r;
+        char text[4096];
+        int master;
+        const pid_t process = start_long_render(state, &master);
+        kill(process, numbers[i]);
+        read_until(master, "finishing this pass", text, sizeof text);
+        kill(process, numbers[i]);
+        read_until(master, NULL, text, sizeof text);
+        ca_program_finish(*state, process, &r);
+        close(master);
+        assert_exit(&r, 0);
+        assert_says(r.output, "ended early by a signal");
+        snprintf(text, sizeof text, "cd '%s' && rm a.pfm a.json", folder_of(state));
+        assert_int_equal(system(text), 0);
+    }
+}
+
+static uint64_t passes_saved(void **state)
+{
+    json_t *stats = load_json(folder_of(state), "a.json");
+    assert_false(json_is_true(json_object_get(stats, "interrupted")));
+    const uint64_t passes = (uint64_t)json_number(stats, "iterations");
+    json_decref(stats);
+    return passes;
+}
+
+/* Each SIGUSR1 has the picture so far written, once. */
+static void test_signal_saves(void **state)
+{
+    ca_program_result r;
+    char text[16384], path[256];
+    int master;
+    const pid_t process = start_long_render(state, &master);
+    snprintf(path, sizeof path, "%s/a.pfm", folder_of(state));
+    assert_false(exists(folder_of(state), "a.pfm"));
+    kill(process, SIGUSR1);
+    read_until(master, "caustica: saved a.pfm, a.json with ", text, sizeof text);
+    ca_image_layers *image = read_image(state, "a.pfm");
+    assert_true(image->width == 900 && image->height == 600);
+    ca_layers_destroy(image);
+    const uint64_t first = passes_saved(state);
+    assert_int_equal(unlink(path), 0);
+    for (int drawn = 0; drawn < 4; drawn++) read_until(master, "pass ", text, sizeof text);
+    assert_false(exists(folder_of(state), "a.pfm"));
+    kill(process, SIGUSR1);
+    read_until(master, "caustica: saved a.pfm, a.json with ", text, sizeof text);
+    assert_true(exists(folder_of(state), "a.pfm"));
+    assert_true(passes_saved(state) > first);
+    kill(process, SIGTERM);
+    read_until(master, NULL, text, sizeof text);
+    ca_program_finish(*state, process, &r);
+    close(master);
+    assert_exit(&r, 0);
+}
+
 /* Everything the program writes to a terminal of this width. */
 static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text,
                             size_t size)
@@ -277,6 +338,8 @@ int main(void)
         PROGRAM_TEST(test_signal_ends_with_an_image),
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
+        PROGRAM_TEST(test_system_signals_end_with_an_image),
+        PROGRAM_TEST(test_signal_saves),
         PROGRAM_TEST(test_progress_line),
         PROGRAM_TEST(test_noise_and_bar_fit),
         PROGRAM_TEST(test_plain_lines),

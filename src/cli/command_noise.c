@@ -180,9 +180,10 @@ static int print_help(void)
         "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction "
         "for other "
         "numbers is of the weights measured with, and no numbers are recommended.\n"
-        "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; "
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the iteration (the second one at least) and write what "
+        "was measured; "
         "paths are then not "
-        "timed (any longer), and no numbers recommended. Another signal ends at once.\n"
+        "timed (any longer), and no numbers recommended. A second SIGINT or SIGTERM ends at once.\n"
         "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --predict 300000,100\n",
         stdout);
     return CA_EXIT_DONE;

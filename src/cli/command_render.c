@@ -240,8 +240,9 @@ static int print_help(void)
         "the bit. Images with --rays FILE.exr are: FILE.exr is an image of --rays auto or of `caustica noise`, and "
         "its numbers are used.\n"
         "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
-        "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second "
-        "one ends at once.\n"
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block and write the image, exit status 0; a "
+        "second SIGINT or SIGTERM ends at once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
+        "or block, and the render goes on; a part file is written at the end only.\n"
         "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs "
         "at most 3 % of the processor time, and one picture in 5 s.\n"
         "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
@@ -475,7 +476,9 @@ int ca_command_render(int word_count, char *const words[])
     ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, made, &error);
+    ca_signals_catch_save(); /* one that comes while the scene is loaded waits for the first picture */
     if (status == CA_OK) status = load_and_render(&o, &error);
+    ca_signals_release_save();
     ca_places_destroy(&o.places);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);

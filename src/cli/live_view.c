@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "cli/commands.h"
 #include "cli/signals.h"
 #include "film/part_file.h"
 
@@ -62,7 +63,8 @@ static ca_status start_live(ca_live_view *view, ca_error *error)
 ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error)
 {
     const char *slash = strrchr(settings->scene, '/');
-    *view = (ca_live_view){.settings = *settings, .line = ca_progress_start(draws), .tells_method = draws};
+    *view = (ca_live_view){
+        .settings = *settings, .line = ca_progress_start(draws), .tells = draws, .tells_method = draws};
     snprintf(view->title, sizeof view->title, "caustica: %s", slash ? slash + 1 : settings->scene);
     return settings->serves || settings->tev ? start_live(view, error) : CA_OK;
 }
@@ -76,10 +78,29 @@ static void tell_method(ca_live_view *view, const char *method)
     view->tells_method = false;
 }
 
+/* What "save" of the page does, for SIGUSR1. Waits for a picture where there is none yet. */
+static void save_for_signal(ca_live_view *view, const ca_render_progress *progress)
+{
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics;
+    ca_error error = {""};
+    char message[1200];
+    if (!progress->snapshot || !ca_signals_take_save()) return;
+    ca_progress_clear(&view->line);
+    ca_status status = progress->snapshot(progress, &image, &statistics, &error);
+    if (status == CA_OK) status = save(image, &statistics, view, message, sizeof message, &error);
+    ca_image_release(image);
+    if (status != CA_OK)
+        ca_report_failure(&error);
+    else if (view->tells)
+        fprintf(stderr, "caustica: %s\n", message);
+}
+
 bool ca_live_view_report(const ca_render_progress *progress, void *user)
 {
     ca_live_view *view = user;
     tell_method(view, progress->method);
+    save_for_signal(view, progress);
     ca_progress_draw(&view->line, progress);
     const bool goes_on = !view->live || ca_live_report(view->live, progress);
     return goes_on && !ca_signals_arrived();
