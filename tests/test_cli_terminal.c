@@ -332,6 +332,44 @@ static void test_counts_passes(void **state)
     assert_null(strstr(text, "[="));
 }
 
+/* What the program says on a terminal that it is started with, which is the end of it. */
+static void read_failure(void **state, const char *const words[], char *text, size_t size)
+{
+    int master;
+    ca_program_result r;
+    const pid_t process = start_on_terminal(state, 80, words, &master);
+    read_until(master, NULL, text, size);
+    close(master);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 1);
+}
+
+/* Names and texts of others cannot give a terminal commands, nor begin a line of their own; letters stay. */
+static void test_names_give_no_commands(void **state)
+{
+    static const char name[] = "\x1b]0;title\x07 \xc2\x9b"
+                               "31m \x9b"
+                               "1m \x7f\r\ncaustica: \xc3\xa9\t.xml";
+    const char *const words[] = {"render", name, "-o", "a.pfm", NULL};
+    char text[4096];
+    read_failure(state, words, text, sizeof text);
+    assert_says(
+        text,
+        "caustica: \\x1b]0;title\\x07 \\xc2\\x9b31m \\x9b1m \\x7f\\x0d\\x0acaustica: \xc3\xa9\t.xml: cannot open");
+    ca_program_result r;
+    ca_program_run(*state, words, &r);
+    assert_exit(&r, 1);
+    assert_says(r.errors, name); /* a program that reads it gets the name itself */
+
+    write_text(folder_of(state), "odd.xml",
+               "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape "
+               "type=\"sph&#155;31mere\"/></scene>");
+    const char *const odd[] = {"render", "odd.xml", "-o", "a.pfm", NULL};
+    read_failure(state, odd, text, sizeof text);
+    assert_says(text, "sph\\xc2\\x9b31mere");
+    assert_null(strstr(text, "\xc2\x9b"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -345,6 +383,7 @@ int main(void)
         PROGRAM_TEST(test_plain_lines),
         PROGRAM_TEST(test_predicted_time),
         PROGRAM_TEST(test_counts_passes),
+        PROGRAM_TEST(test_names_give_no_commands),
     };
     return run_program_tests("command line on a terminal", tests, sizeof tests / sizeof tests[0]);
 }

@@ -7,6 +7,7 @@
 #include "cli/compare_maps.h"
 #include "cli/compare_page.h"
 #include "cli/outputs.h"
+#include "cli/say.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -280,7 +281,7 @@ static void print_perceived(const ca_metric_settings *settings, const ca_image_m
 static void print_image(const ca_metric_settings *settings, const ca_compared_image *image)
 {
     const ca_comparison *c = &image->comparison;
-    printf("%s\n", image->path);
+    ca_say(stdout, "%s\n", image->path);
     printf("  RMSE                %.6g\n", c->rmse);
     printf("  MAE                 %.6g\n", c->mae);
     printf("  relMSE              %.6g\n", c->relmse);
@@ -381,9 +382,9 @@ static void warn(const ca_compared_image *image)
 {
     if (image->comparison.non_finite == 0) return;
     const uint64_t count = image->comparison.non_finite;
-    fprintf(stderr, "caustica: warning: %s: %llu %s not finite in it or in the reference and %s left out\n",
-            image->path, (unsigned long long)count, ca_noun((double)count, "pixel is", "pixels are"),
-            ca_noun((double)count, "was", "were"));
+    ca_say(stderr, "caustica: warning: %s: %llu %s not finite in it or in the reference and %s left out\n",
+           image->path, (unsigned long long)count, ca_noun((double)count, "pixel is", "pixels are"),
+           ca_noun((double)count, "was", "were"));
 }
 
 static ca_status compare_each(comparing *c, const ca_text_list *paths, char *const *map_names,
@@ -394,7 +395,7 @@ static ca_status compare_each(comparing *c, const ca_text_list *paths, char *con
         images[i] = (ca_compared_image){.path = paths->items[i]};
         CA_TRY(compare_file(c, &images[i], error));
         print_image(&c->metrics, &images[i]);
-        if (map_names) printf("  wrote               %s\n", map_names[i]);
+        if (map_names) ca_say(stdout, "  wrote               %s\n", map_names[i]);
         warn(&images[i]);
     }
     return CA_OK;
@@ -405,10 +406,10 @@ static ca_status write_results(const compare_options *o, ca_compare_page *page, 
 {
     ca_error reason = {""};
     ca_status all = o->html ? ca_compare_page_finish(page, error) : CA_OK;
-    if (o->html && all == CA_OK) printf("wrote %s\n", o->html);
+    if (o->html && all == CA_OK) ca_say(stdout, "wrote %s\n", o->html);
     if (!o->stats) return all;
     const ca_status status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, count, &reason);
-    if (status == CA_OK) printf("wrote %s\n", o->stats);
+    if (status == CA_OK) ca_say(stdout, "wrote %s\n", o->stats);
     ca_output_note(&all, error, status, &reason);
     return all;
 }

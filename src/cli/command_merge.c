@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 
 #include <stdio.h>
 
@@ -78,8 +79,8 @@ static void print_summary(const merge_options *o, const ca_render_statistics *s,
            ca_noun((double)part_count, "part", "parts"), (unsigned long long)s->blocks[0],
            (unsigned long long)s->blocks[1], s->samples_per_pixel, ca_noun(s->samples_per_pixel, "sample", "samples"),
            time);
-    for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
-    if (o->stats) printf("wrote %s\n", o->stats);
+    for (size_t i = 0; i < o->outputs.count; i++) ca_say(stdout, "wrote %s\n", o->outputs.items[i]);
+    if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
 }
 
 /* Parts that do not fit together are a failure, not wrong usage: the words were right. */

@@ -7,6 +7,7 @@
 #include "cli/noise_print.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "cli/stats_json.h"
 #include "integrator/integrator.h"
@@ -267,11 +268,17 @@ static void print_word(const char *option, const char *word)
     static const char *const plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
     printf(" %s%s", option, option[0] ? " " : "");
     if (word[0] && word[strspn(word, plain)] == '\0') {
-        printf("%s", word);
+        ca_say(stdout, "%s", word);
         return;
     }
     printf("'");
-    for (const char *c = word; *c; c++) printf(*c == '\'' ? "'\\''" : "%c", *c);
+    for (const char *c = word; *c; c += strcspn(c, "'")) {
+        if (*c == '\'') {
+            printf("'\\''");
+            c++;
+        }
+        ca_say(stdout, "%.*s", (int)strcspn(c, "'"), c);
+    }
     printf("'");
 }
 
@@ -336,12 +343,12 @@ static void print_report(const noise_options *o, const ca_noise_setup *setup, co
 {
     ca_noise_print(report);
     for (size_t i = 0; i < o->outputs.count; i++) {
-        printf("wrote %s", o->outputs.items[i]);
+        ca_say(stdout, "wrote %s", o->outputs.items[i]);
         if (is_png(o->outputs.items[i]))
             printf(" (full red, green or blue: a pair, camera or light term of r.m.s. %.4g)", scale);
         printf("\n");
     }
-    if (o->stats) printf("wrote %s\n", o->stats);
+    if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
     if (ca_noise_recommends(report)) print_next(o, setup, &report->recommendation);
 }
 
@@ -353,7 +360,7 @@ static void print_replaced(const ca_noise_setup *setup, const ca_scene *scene)
         printf("sampler: independent instead of the scene's %s, as the law of noise wants\n",
                ca_sampler_name(desc->sampler.kind));
     if (setup->instead_of_scene)
-        printf("integrator: %s instead of the scene's %s\n", setup->integrator, desc->integrator.name);
+        ca_say(stdout, "integrator: %s instead of the scene's %s\n", setup->integrator, desc->integrator.name);
 }
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */

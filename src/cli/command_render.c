@@ -5,6 +5,7 @@
 #include "cli/live_view.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "image/layers.h"
 #include "integrator/integrator.h"
@@ -395,9 +396,9 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
                        ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)"
                        : "");
     print_rays(&s->numbers_of_rays);
-    for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
-    if (o->settings.strategies_directory) printf("wrote %s/\n", o->settings.strategies_directory);
-    if (o->stats) printf("wrote %s\n", o->stats);
+    for (size_t i = 0; i < o->outputs.count; i++) ca_say(stdout, "wrote %s\n", o->outputs.items[i]);
+    if (o->settings.strategies_directory) ca_say(stdout, "wrote %s/\n", o->settings.strategies_directory);
+    if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
 }
 
 static ca_status start_live_view(const render_options *o, ca_live_view *view, ca_error *error)
@@ -420,7 +421,7 @@ static ca_status warn_before(const ca_scene *scene, const ca_render_settings *se
     ca_preflight preflight;
     CA_TRY(ca_preflight_make(scene, settings, &preflight, error));
     for (uint32_t i = 0; i < preflight.warning_count; i++)
-        fprintf(stderr, "caustica: warning: %s\n", preflight.warnings[i]);
+        ca_say(stderr, "caustica: warning: %s\n", preflight.warnings[i]);
     return CA_OK;
 }
 

@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "film/part_file.h"
 
@@ -74,7 +75,7 @@ static void tell_method(ca_live_view *view, const char *method)
 {
     if (!view->tells_method || !method) return;
     ca_progress_clear(&view->line);
-    fprintf(stderr, "caustica: %s\n", method);
+    ca_say(stderr, "caustica: %s\n", method);
     view->tells_method = false;
 }
 
@@ -93,7 +94,7 @@ static void save_for_signal(ca_live_view *view, const ca_render_progress *progre
     if (status != CA_OK)
         ca_report_failure(&error);
     else if (view->tells)
-        fprintf(stderr, "caustica: %s\n", message);
+        ca_say(stderr, "caustica: %s\n", message);
 }
 
 bool ca_live_view_report(const ca_render_progress *progress, void *user)

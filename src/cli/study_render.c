@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "image/layers.h"
 #include "scene/scene.h"
@@ -108,7 +109,8 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
     if (status != CA_OK) return status;
     ca_outputs_warn(&statistics);
     ca_format_seconds(statistics.seconds, time, sizeof time);
-    if (!work->quiet) printf("rendered %s, %.4g %s per pixel, %s\n", path, statistics.samples_per_pixel,
+    if (!work->quiet)
+        ca_say(stdout, "rendered %s, %.4g %s per pixel, %s\n", path, statistics.samples_per_pixel,
                ca_noun(statistics.samples_per_pixel, "sample", "samples"), time);
     fflush(stdout);
     return CA_OK;
@@ -139,7 +141,7 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     } else if (only_ask) {
         status = note_places(work, scene, path, error);
     } else if (is_done(path, settings)) {
-        if (!work->quiet) printf("there is %s\n", path);
+        if (!work->quiet) ca_say(stdout, "there is %s\n", path);
     } else {
         ca_error reason = {""};
         status = render_file(work, scene, render, path, settings, &reason);
