@@ -231,8 +231,8 @@ typedef struct ca_render_statistics {
 typedef struct ca_image_layers ca_image_layers;
 
 /* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's, also on
- * failure: NULL then, unless all that failed is writing the part file or the pictures of techniques, which does not
- * keep the image and the statistics from being made. */
+ * failure: NULL then, unless the part file or the pictures of techniques could not be written (CA_ERROR_FILE), which
+ * does not keep the image and the statistics from being made. */
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
 

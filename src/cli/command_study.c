@@ -66,7 +66,7 @@ static ca_status check_analysis(const study_options *o, const ca_text_list *file
     ca_status status = CA_OK;
     for (size_t i = 0; i < files->count && status == CA_OK; i++)
         status = ca_places_read(&places, files->items[i], "which holds answers", error);
-    if (status == CA_OK) status = ca_places_write(&places, o->stats, "--stats", error);
+    if (status == CA_OK && o->stats) status = ca_places_write(&places, o->stats, "--stats", error);
     ca_places_destroy(&places);
     return status == CA_OK && o->stats ? ca_output_check_place(o->stats, error) : status;
 }

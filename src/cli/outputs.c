@@ -33,9 +33,11 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
 ca_status ca_outputs_check_places(const ca_text_list *outputs, const char *stats, ca_places *places,
                                   ca_error *error)
 {
-    for (size_t i = 0; i < outputs->count; i++)
+    for (size_t i = 0; i < outputs->count; i++) {
+        assert(outputs->items[i]);
         CA_TRY(ca_places_write(places, outputs->items[i], "--output", error));
-    CA_TRY(ca_places_write(places, stats, "--stats", error));
+    }
+    if (stats) CA_TRY(ca_places_write(places, stats, "--stats", error));
     for (size_t i = 0; i < outputs->count; i++) CA_TRY(ca_output_check_place(outputs->items[i], error));
     return stats ? ca_output_check_place(stats, error) : CA_OK;
 }

@@ -115,7 +115,7 @@ static ca_status add(ca_places *places, const char *path, const char *option, co
 
 ca_status ca_places_read(ca_places *places, const char *path, const char *use, ca_error *error)
 {
-    return path ? add(places, path, NULL, use, error) : CA_OK;
+    return add(places, path, NULL, use, error);
 }
 
 ca_status ca_places_read_scene(ca_places *places, const ca_scene *scene, ca_error *error)
@@ -128,7 +128,7 @@ ca_status ca_places_read_scene(ca_places *places, const ca_scene *scene, ca_erro
 
 ca_status ca_places_write(ca_places *places, const char *path, const char *option, ca_error *error)
 {
-    return path ? add(places, path, option, NULL, error) : CA_OK;
+    return add(places, path, option, NULL, error);
 }
 
 ca_status ca_places_check(const ca_places *places, const char *path, const char *option, ca_error *error)

@@ -28,11 +28,11 @@ typedef struct ca_places {
 
 void ca_places_destroy(ca_places *places);
 
-/* Notes a file that is read; an error where it is one that will be written. NULL is none. */
+/* Notes a file that is read; an error where it is one that will be written. */
 ca_status ca_places_read(ca_places *places, const char *path, const char *use, ca_error *error);
 /* The same of all files that the scene was made from. */
 ca_status ca_places_read_scene(ca_places *places, const ca_scene *scene, ca_error *error);
-/* Notes a file that will be written; an error where it is one that is read or that will be written. NULL is none. */
+/* Notes a file that will be written; an error where it is one that is read or that will be written. */
 ca_status ca_places_write(ca_places *places, const char *path, const char *option, ca_error *error);
 /* The same without noting it: of many files that are known to differ from each other. */
 ca_status ca_places_check(const ca_places *places, const char *path, const char *option, ca_error *error);

@@ -269,6 +269,7 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
     const ca_status written = settings->part_path ? ca_part_write(&r->part, settings->part_path, error) : CA_OK;
     ca_part_fill_statistics(&r->part, statistics);
     statistics->interrupted = r->interrupted;
+    if (written != CA_OK && written != CA_ERROR_FILE) return written;
     const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);
     return written == CA_OK ? developed : written;
 }

@@ -160,7 +160,7 @@ static ca_status use_sum(const ca_part *sum, const char *part_path, ca_image_lay
 {
     const ca_status written = part_path ? ca_part_write(sum, part_path, error) : CA_OK;
     if (statistics) ca_part_fill_statistics(sum, statistics);
-    if (!image) return written;
+    if (!image || (written != CA_OK && written != CA_ERROR_FILE)) return written;
     const ca_status developed = ca_part_develop(sum, image, written == CA_OK ? error : NULL);
     if (developed == CA_OK && statistics)
         statistics->has_confidence =

@@ -193,6 +193,7 @@ static ca_status render_film(render *r, ca_image_layers **image, ca_render_stati
     CA_TRY(status);
     const ca_technique_images *strategies = r->plan->input.technique_images;
     const ca_status written = strategies ? write_strategies(r, strategies, error) : CA_OK;
+    if (written != CA_OK && written != CA_ERROR_FILE) return written;
     status = develop(r, statistics, image, written == CA_OK ? error : NULL);
     return written == CA_OK ? status : written;
 }
