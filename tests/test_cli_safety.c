@@ -149,6 +149,19 @@ static void test_noise_writes_the_others(void **state)
     assert_true(exists(folder_of(state), "a.json"));
 }
 
+static void test_comparison_is_written_without_its_page(void **state)
+{
+    char errors[4096];
+    skip_without_limits(state);
+    write_text(folder_of(state), "even.xml", even_scene);
+    assert_shell(state, 0, "$P render even.xml -o a.exr");
+    assert_int_equal(run_shell(state, ON_A_FULL_DISK "$P compare a.exr -r a.exr --html a.html --stats a.json", errors,
+                               sizeof errors),
+                     1);
+    assert_says(errors, "caustica: a.html: cannot write");
+    json_decref(load_json(folder_of(state), "a.json"));
+}
+
 /* ---- An output that is read, or written twice ------------------------------------------------------------------ */
 
 /* Refused as wrong usage before anything is done, with these words; nothing in the folder is touched. */
@@ -290,6 +303,7 @@ int main(void)
         PROGRAM_TEST(test_image_is_written_when_strategies_fail),
         PROGRAM_TEST(test_image_is_written_when_a_part_fails),
         PROGRAM_TEST(test_noise_writes_the_others),
+        PROGRAM_TEST(test_comparison_is_written_without_its_page),
         PROGRAM_TEST(test_files_of_the_scene_are_kept),
         PROGRAM_TEST(test_links_hide_no_file),
         PROGRAM_TEST(test_outputs_differ),
