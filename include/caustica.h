@@ -230,7 +230,9 @@ typedef struct ca_render_statistics {
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */
 typedef struct ca_image_layers ca_image_layers;
 
-/* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's. */
+/* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's, also on
+ * failure: NULL then, unless the part file or the pictures of techniques could not be written (CA_ERROR_FILE), which
+ * does not keep the image and the statistics from being made. */
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
 
@@ -264,7 +266,8 @@ CA_API ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settin
  * overlap, and all else that the image depends on must be the same; CA_ERROR_ARGUMENT tells which files do not fit,
  * and why. The result is the same, to the bit, as that of one render of all the blocks. It goes to the file
  * `part_path`, if that is not NULL, and is developed into `image`, if that is not NULL: an image needs all blocks
- * from 0. `statistics` may be NULL. */
+ * from 0. `statistics` may be NULL. Where the file cannot be written the rest is made all the same, as ca_render does
+ * it. */
 CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path,
                                 ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
 

@@ -120,6 +120,67 @@ static void test_second_signal_kills(void **state)
     assert_string_equal(r.output, "");
 }
 
+/* The system may send these again, and means nothing more by it (a shell that ends tells its jobs, too; SIGXCPU comes
+ * every second): it does not end the render without an image. */
+static void test_system_signals_end_with_an_image(void **state)
+{
+    static const int numbers[] = {SIGHUP, SIGXCPU};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        ca_program_result r;
+        char text[4096];
+        int master;
+        const pid_t process = start_long_render(state, &master);
+        kill(process, numbers[i]);
+        read_until(master, "finishing this pass", text, sizeof text);
+        kill(process, numbers[i]);
+        read_until(master, NULL, text, sizeof text);
+        ca_program_finish(*state, process, &r);
+        close(master);
+        assert_exit(&r, 0);
+        assert_says(r.output, "ended early by a signal");
+        snprintf(text, sizeof text, "cd '%s' && rm a.pfm a.json", folder_of(state));
+        assert_int_equal(system(text), 0);
+    }
+}
+
+static uint64_t passes_saved(void **state)
+{
+    json_t *stats = load_json(folder_of(state), "a.json");
+    assert_false(json_is_true(json_object_get(stats, "interrupted")));
+    const uint64_t passes = (uint64_t)json_number(stats, "iterations");
+    json_decref(stats);
+    return passes;
+}
+
+/* Each SIGUSR1 has the picture so far written, once. */
+static void test_signal_saves(void **state)
+{
+    ca_program_result r;
+    char text[16384], path[256];
+    int master;
+    const pid_t process = start_long_render(state, &master);
+    snprintf(path, sizeof path, "%s/a.pfm", folder_of(state));
+    assert_false(exists(folder_of(state), "a.pfm"));
+    kill(process, SIGUSR1);
+    read_until(master, "caustica: saved a.pfm, a.json with ", text, sizeof text);
+    ca_image_layers *image = read_image(state, "a.pfm");
+    assert_true(image->width == 900 && image->height == 600);
+    ca_layers_destroy(image);
+    const uint64_t first = passes_saved(state);
+    assert_int_equal(unlink(path), 0);
+    for (int drawn = 0; drawn < 4; drawn++) read_until(master, "pass ", text, sizeof text);
+    assert_false(exists(folder_of(state), "a.pfm"));
+    kill(process, SIGUSR1);
+    read_until(master, "caustica: saved a.pfm, a.json with ", text, sizeof text);
+    assert_true(exists(folder_of(state), "a.pfm"));
+    assert_true(passes_saved(state) > first);
+    kill(process, SIGTERM);
+    read_until(master, NULL, text, sizeof text);
+    ca_program_finish(*state, process, &r);
+    close(master);
+    assert_exit(&r, 0);
+}
+
 /* Everything the program writes to a terminal of this width. */
 static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text,
                             size_t size)
@@ -271,17 +332,58 @@ static void test_counts_passes(void **state)
     assert_null(strstr(text, "[="));
 }
 
+/* What the program says on a terminal that it is started with, which is the end of it. */
+static void read_failure(void **state, const char *const words[], char *text, size_t size)
+{
+    int master;
+    ca_program_result r;
+    const pid_t process = start_on_terminal(state, 80, words, &master);
+    read_until(master, NULL, text, size);
+    close(master);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 1);
+}
+
+/* Names and texts of others cannot give a terminal commands, nor begin a line of their own; letters stay. */
+static void test_names_give_no_commands(void **state)
+{
+    static const char name[] = "\x1b]0;title\x07 \xc2\x9b"
+                               "31m \x9b"
+                               "1m \x7f\r\ncaustica: \xc3\xa9\t.xml";
+    const char *const words[] = {"render", name, "-o", "a.pfm", NULL};
+    char text[4096];
+    read_failure(state, words, text, sizeof text);
+    assert_says(
+        text,
+        "caustica: \\x1b]0;title\\x07 \\xc2\\x9b31m \\x9b1m \\x7f\\x0d\\x0acaustica: \xc3\xa9\t.xml: cannot open");
+    ca_program_result r;
+    ca_program_run(*state, words, &r);
+    assert_exit(&r, 1);
+    assert_says(r.errors, name); /* a program that reads it gets the name itself */
+
+    write_text(folder_of(state), "odd.xml",
+               "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape "
+               "type=\"sph&#155;31mere\"/></scene>");
+    const char *const odd[] = {"render", "odd.xml", "-o", "a.pfm", NULL};
+    read_failure(state, odd, text, sizeof text);
+    assert_says(text, "sph\\xc2\\x9b31mere");
+    assert_null(strstr(text, "\xc2\x9b"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_signal_ends_with_an_image),
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
+        PROGRAM_TEST(test_system_signals_end_with_an_image),
+        PROGRAM_TEST(test_signal_saves),
         PROGRAM_TEST(test_progress_line),
         PROGRAM_TEST(test_noise_and_bar_fit),
         PROGRAM_TEST(test_plain_lines),
         PROGRAM_TEST(test_predicted_time),
         PROGRAM_TEST(test_counts_passes),
+        PROGRAM_TEST(test_names_give_no_commands),
     };
     return run_program_tests("command line on a terminal", tests, sizeof tests / sizeof tests[0]);
 }

@@ -1,13 +1,16 @@
 #define _POSIX_C_SOURCE 200809L
 #include "base/file.h"
 
+#include "base/hash.h"
 #include "base/memory.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 static ca_status fail_errno(ca_error *error, const char *path, const char *what)
@@ -75,34 +78,61 @@ static char *concatenate(const char *a, size_t a_length, const char *b)
     return text;
 }
 
+enum { SUFFIX_LENGTH = 6 };
+
+/* Letters that no other writer of this file is likely to take at the same time; O_EXCL sees to it. */
+static void fill_suffix(char suffix[SUFFIX_LENGTH], unsigned attempt)
+{
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyz0123456789";
+    static atomic_uint count;
+    struct timespec now = {0};
+    clock_gettime(CLOCK_REALTIME, &now);
+    uint64_t value = ca_hash_add(CA_HASH_START, (uint64_t)getpid() << 32 | atomic_fetch_add(&count, 1));
+    value = ca_hash_add(ca_hash_add(value, (uint64_t)now.tv_sec), (uint64_t)now.tv_nsec ^ attempt);
+    for (int i = 0; i < SUFFIX_LENGTH; i++, value /= sizeof letters - 1)
+        suffix[i] = letters[value % (sizeof letters - 1)];
+}
+
+/* Replacing a file keeps who may read it; a new one has the rights that the umask leaves, which is not asked for here
+ * (asking sets it, for all threads). */
+static int open_temporary(ca_file_writer *writer)
+{
+    struct stat info;
+    const bool replaces = stat(writer->path, &info) == 0 && S_ISREG(info.st_mode);
+    const mode_t mode = replaces ? info.st_mode & 0777 : 0666;
+    char *suffix = writer->temporary_path + strlen(writer->temporary_path) - SUFFIX_LENGTH;
+    int descriptor = -1;
+    errno = EEXIST;
+    for (unsigned attempt = 0; attempt < 1000 && descriptor < 0 && errno == EEXIST; attempt++) {
+        fill_suffix(suffix, attempt);
+        descriptor = open(writer->temporary_path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOCTTY, mode);
+    }
+    if (descriptor >= 0 && replaces) (void)fchmod(descriptor, mode);
+    return descriptor;
+}
+
+static ca_status open_writer(ca_file_writer *writer, const char *path, ca_error *error)
+{
+    writer->temporary_path = concatenate(writer->path, strlen(writer->path), ".XXXXXX");
+    if (!writer->temporary_path) return ca_fail_memory(error, path);
+    const int descriptor = open_temporary(writer);
+    if (descriptor < 0) return fail_errno(error, path, "cannot write");
+    writer->stream = fdopen(descriptor, "wb");
+    if (writer->stream) return CA_OK;
+    const ca_status status = fail_errno(error, path, "cannot write");
+    close(descriptor);
+    unlink(writer->temporary_path);
+    return status;
+}
+
 ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *error)
 {
-    *writer = (ca_file_writer){0};
-    writer->path = concatenate(path, strlen(path), "");
-    writer->temporary_path = concatenate(path, strlen(path), ".XXXXXX");
-    if (!writer->path || !writer->temporary_path) {
-        writer_free(writer);
-        return ca_fail_memory(error, path);
-    }
-    const int descriptor = mkstemp(writer->temporary_path);
-    if (descriptor < 0) {
-        const ca_status status = fail_errno(error, path, "cannot write");
-        writer_free(writer);
-        return status;
-    }
-    /* mkstemp makes the file private; give it the rights a plain fopen would have given. */
-    const mode_t mask = umask(0);
-    umask(mask);
-    (void)fchmod(descriptor, 0666 & ~mask);
-    writer->stream = fdopen(descriptor, "wb");
-    if (!writer->stream) {
-        const ca_status status = fail_errno(error, path, "cannot write");
-        close(descriptor);
-        unlink(writer->temporary_path);
-        writer_free(writer);
-        return status;
-    }
-    return CA_OK;
+    *writer = (ca_file_writer){.path = ca_path_follow(path)};
+    const ca_status status = writer->path      ? open_writer(writer, path, error)
+                             : errno == ENOMEM ? ca_fail_memory(error, path)
+                                               : fail_errno(error, path, "cannot write");
+    if (status != CA_OK) writer_free(writer);
+    return status;
 }
 
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
@@ -154,6 +184,42 @@ char *ca_path_resolve(const char *base_file, const char *path)
     const char *slash = path[0] == '/' || !base_file ? NULL : strrchr(base_file, '/');
     return slash ? concatenate(base_file, (size_t)(slash - base_file) + 1, path)
                  : concatenate(path, strlen(path), "");
+}
+
+/* What the link says, seen from its folder; NULL with errno EINVAL where this is no link. */
+static char *read_link(const char *path)
+{
+    char target[4096];
+    const ssize_t length = readlink(path, target, sizeof target);
+    if (length < 0) {
+        errno = EINVAL;
+        return NULL;
+    }
+    if ((size_t)length == sizeof target) {
+        errno = ENAMETOOLONG;
+        return NULL;
+    }
+    target[length] = '\0';
+    char *resolved = ca_path_resolve(path, target);
+    if (!resolved) errno = ENOMEM;
+    return resolved;
+}
+
+char *ca_path_follow(const char *path)
+{
+    enum { MOST_LINKS = 40 }; /* as Linux has it */
+    char *here = concatenate(path, strlen(path), "");
+    for (int i = 0; here && i < MOST_LINKS; i++) {
+        char *next = read_link(here);
+        if (!next && errno == EINVAL) return here;
+        ca_free(here);
+        if (!next) return NULL;
+        here = next;
+    }
+    const int reason = here ? ELOOP : ENOMEM;
+    ca_free(here);
+    errno = reason;
+    return NULL;
 }
 
 const char *ca_path_extension(const char *path)

@@ -1,7 +1,8 @@
 /* Files: whole reads with a limit, and writes that never leave half a file.
  *
  * A write goes to a temporary file beside the target and is renamed over it when complete: a full disk or a
- * kill leaves the old file as it was. Threads: none is shared. */
+ * kill leaves the old file as it was. A file that is replaced keeps its mode (others have what the umask leaves); a
+ * symbolic link stays, and what it points to is replaced or made. Threads: none is shared. */
 #ifndef CA_BASE_FILE_H
 #define CA_BASE_FILE_H
 
@@ -21,7 +22,7 @@ void ca_bytes_destroy(ca_bytes *bytes);
 /* An output that becomes visible only at ca_file_commit. */
 typedef struct ca_file_writer {
     FILE *stream;         /* open for writing, binary */
-    char *path;           /* owned; the target */
+    char *path;           /* owned; the target, at the end of symbolic links */
     char *temporary_path; /* owned; where the bytes go until the commit */
 } ca_file_writer;
 
@@ -38,6 +39,10 @@ ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *erro
 /* `path` itself if absolute, else seen from the folder that holds `base_file`. Caller frees with ca_free; NULL
  * when out of memory. */
 char *ca_path_resolve(const char *base_file, const char *path);
+
+/* Where a file of this name is, or would be made: the end of the chain of symbolic links that the name may be. Caller
+ * frees with ca_free; NULL with errno set where the links have no end (ELOOP) or memory is out (ENOMEM). */
+char *ca_path_follow(const char *path);
 
 /* The extension with its dot, lower case is the caller's business; "" if there is none. Borrowed from `path`. */
 const char *ca_path_extension(const char *path);

@@ -6,6 +6,8 @@
 #include "cli/commands.h"
 #include "cli/compare_maps.h"
 #include "cli/compare_page.h"
+#include "cli/outputs.h"
+#include "cli/say.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -19,6 +21,7 @@ typedef struct compare_options {
     ca_rect_list masks;
     ca_metric_settings metrics;
     bool flip_auto; /* which FLIP is computed depends on the files */
+    ca_places places;
 } compare_options;
 
 #define AT(field) .offset = offsetof(compare_options, field)
@@ -230,8 +233,11 @@ static ca_status check(compare_options *o, const ca_text_list *images, ca_error 
     CA_TRY(check_numbers(&o->metrics, error));
     if (o->html_layers && !o->html)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--html-layers needs --html: it says what the page shows");
-    if (o->html) CA_TRY(ca_compare_check_output("--html", o->html, images, o->reference, error));
-    return o->stats ? ca_compare_check_output("--stats", o->stats, images, o->reference, error) : CA_OK;
+    CA_TRY(ca_places_read(&o->places, o->reference, "which is to be compared", error));
+    for (size_t i = 0; i < images->count; i++)
+        CA_TRY(ca_places_read(&o->places, images->items[i], "which is to be compared", error));
+    if (o->html) CA_TRY(ca_compare_check_output("--html", o->html, &o->places, error));
+    return o->stats ? ca_compare_check_output("--stats", o->stats, &o->places, error) : CA_OK;
 }
 
 /* ---- Printing -------------------------------------------------------------------------------------------------- */
@@ -275,7 +281,7 @@ static void print_perceived(const ca_metric_settings *settings, const ca_image_m
 static void print_image(const ca_metric_settings *settings, const ca_compared_image *image)
 {
     const ca_comparison *c = &image->comparison;
-    printf("%s\n", image->path);
+    ca_say(stdout, "%s\n", image->path);
     printf("  RMSE                %.6g\n", c->rmse);
     printf("  MAE                 %.6g\n", c->mae);
     printf("  relMSE              %.6g\n", c->relmse);
@@ -376,9 +382,9 @@ static void warn(const ca_compared_image *image)
 {
     if (image->comparison.non_finite == 0) return;
     const uint64_t count = image->comparison.non_finite;
-    fprintf(stderr, "caustica: warning: %s: %llu %s not finite in it or in the reference and %s left out\n",
-            image->path, (unsigned long long)count, ca_noun((double)count, "pixel is", "pixels are"),
-            ca_noun((double)count, "was", "were"));
+    ca_say(stderr, "caustica: warning: %s: %llu %s not finite in it or in the reference and %s left out\n",
+           image->path, (unsigned long long)count, ca_noun((double)count, "pixel is", "pixels are"),
+           ca_noun((double)count, "was", "were"));
 }
 
 static ca_status compare_each(comparing *c, const ca_text_list *paths, char *const *map_names,
@@ -389,10 +395,23 @@ static ca_status compare_each(comparing *c, const ca_text_list *paths, char *con
         images[i] = (ca_compared_image){.path = paths->items[i]};
         CA_TRY(compare_file(c, &images[i], error));
         print_image(&c->metrics, &images[i]);
-        if (map_names) printf("  wrote               %s\n", map_names[i]);
+        if (map_names) ca_say(stdout, "  wrote               %s\n", map_names[i]);
         warn(&images[i]);
     }
     return CA_OK;
+}
+
+static ca_status write_results(const compare_options *o, ca_compare_page *page, const ca_compared_image *images,
+                               size_t count, ca_error *error)
+{
+    ca_error reason = {""};
+    ca_status all = o->html ? ca_compare_page_finish(page, error) : CA_OK;
+    if (o->html && all == CA_OK) ca_say(stdout, "wrote %s\n", o->html);
+    if (!o->stats) return all;
+    const ca_status status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, count, &reason);
+    if (status == CA_OK) ca_say(stdout, "wrote %s\n", o->stats);
+    ca_output_note(&all, error, status, &reason);
+    return all;
 }
 
 static ca_status compare_all(const compare_options *o, const ca_compare_settings *region, const ca_text_list *paths,
@@ -406,13 +425,9 @@ static ca_status compare_all(const compare_options *o, const ca_compare_settings
     if (o->html) status = ca_compare_page_create(&page, o->html, o->reference, region, o->html_layers, error);
     if (status == CA_OK && o->html) status = ca_compare_page_check_layers(&page, paths, reference, error);
     if (status == CA_OK) status = compare_each(&c, paths, map_names, images, error);
-    if (status == CA_OK && o->html) status = ca_compare_page_finish(&page, error);
+    if (status == CA_OK) status = write_results(o, &page, images, paths->count, error);
     ca_compare_page_destroy(&page);
     ca_layers_destroy(reference);
-    if (status == CA_OK && o->stats)
-        status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, paths->count, error);
-    if (status == CA_OK && o->html) printf("wrote %s\n", o->html);
-    if (status == CA_OK && o->stats) printf("wrote %s\n", o->stats);
     return status;
 }
 
@@ -432,10 +447,10 @@ static ca_compare_settings region_of(const compare_options *o, ca_pixel_rect *ma
 }
 
 /* What was asked for is possible: compares. */
-static ca_status compare_images(const compare_options *o, const ca_text_list *paths, ca_error *error)
+static ca_status compare_images(compare_options *o, const ca_text_list *paths, ca_error *error)
 {
     char **map_names = NULL;
-    ca_status status = o->maps ? ca_compare_map_names(o->maps, paths, o->reference, &map_names, error) : CA_OK;
+    ca_status status = o->maps ? ca_compare_map_names(o->maps, paths, &o->places, &map_names, error) : CA_OK;
     ca_compared_image *images = ca_alloc_zeroed(paths->count, sizeof *images);
     ca_pixel_rect *masks = ca_alloc(o->masks.count, sizeof *masks);
     if (status == CA_OK && (!images || !masks)) status = ca_fail_memory(error, "the command line");
@@ -458,6 +473,7 @@ int ca_command_compare(int word_count, char *const words[])
     ca_status status = ca_options_parse(&table, word_count, words, &o, &paths, &error);
     if (status == CA_OK) status = check(&o, &paths, &error);
     if (status == CA_OK) status = compare_images(&o, &paths, &error);
+    ca_places_destroy(&o.places);
     ca_rect_list_destroy(&o.masks);
     ca_text_list_destroy(&paths);
     return status == CA_OK ? CA_EXIT_DONE : ca_report("compare", status, &error);

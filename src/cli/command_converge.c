@@ -2,6 +2,7 @@
 #include "base/text.h"
 #include "cli/commands.h"
 #include "cli/converge.h"
+#include "cli/say.h"
 #include "sampling/sampler.h"
 
 #include <stdio.h>
@@ -130,8 +131,9 @@ static int print_help(void)
         "converge.json have the numbers.\n"
         "The same command again renders only what is missing: steps, integrators and repeats can be "
         "added later.\n"
-        "SIGINT (Ctrl-C) and SIGTERM finish the render at work and write the results of all complete steps, "
-        "exit status 1; the same command goes on from there. A second one ends at once.\n"
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the render at work and write the results of all "
+        "complete steps, exit status 1; the same command goes on from there. A second SIGINT or SIGTERM ends at "
+        "once.\n"
         "Example: caustica converge scene.xml -i \"path;ovcm:max_depth=8\" --spp 1:256 -r ref.exr -o results\n",
         stdout);
     return CA_EXIT_DONE;
@@ -157,10 +159,10 @@ static void print_summary(const ca_converge *c)
         const ca_power_fit samples = ca_converge_fit(c, i, CA_CONVERGE_RELMSE, false);
         ca_converge_fit_text(&seconds, over_time, sizeof over_time);
         ca_converge_fit_text(&samples, over_samples, sizeof over_samples);
-        printf("  %s: %s, %s\n", c->integrators[i].text, over_time[0] ? over_time : "-",
+        ca_say(stdout, "  %s: %s, %s\n", c->integrators[i].text, over_time[0] ? over_time : "-",
                over_samples[0] ? over_samples : "-");
     }
-    printf("wrote %s/index.html\n", c->options->folder);
+    ca_say(stdout, "wrote %s/index.html\n", c->options->folder);
 }
 
 /* *complete: no signal came in between. */

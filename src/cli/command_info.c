@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "cli/say.h"
 #include "render/render.h"
 
 #include <stdio.h>
@@ -159,18 +160,18 @@ static void print_camera(const ca_scene *scene)
 
 static void print_parameter(const ca_parameter *parameter)
 {
-    printf(", %s = ", parameter->name);
+    ca_say(stdout, ", %s = ", parameter->name);
     switch (parameter->kind) {
     case CA_PARAMETER_NUMBER: printf("%.10g", parameter->number); break;
     case CA_PARAMETER_BOOLEAN: printf("%s", parameter->number != 0.0 ? "true" : "false"); break;
-    case CA_PARAMETER_TEXT: printf("%s", parameter->text); break;
+    case CA_PARAMETER_TEXT: ca_say(stdout, "%s", parameter->text); break;
     }
 }
 
 static void print_method(const ca_scene *scene)
 {
     const ca_integrator_desc *integrator = &scene->desc.integrator;
-    printf("%-12s%s", "integrator", integrator->name ? integrator->name : CA_DEFAULT_INTEGRATOR);
+    ca_say(stdout, "%-12s%s", "integrator", integrator->name ? integrator->name : CA_DEFAULT_INTEGRATOR);
     for (size_t i = 0; i < integrator->parameters.count; i++) print_parameter(&integrator->parameters.items[i]);
     const uint32_t samples = scene->desc.samples_per_pixel;
     printf("\n%-12s%s, %u %s per pixel, seed %llu\n", "sampler", ca_sampler_name(scene->desc.sampler.kind), samples,
@@ -204,7 +205,7 @@ static void print_bounds_and_memory(const ca_scene *scene)
 
 static void print_scene(const char *path, const ca_scene *scene)
 {
-    printf("%s\n", path);
+    ca_say(stdout, "%s\n", path);
     print_shapes(scene);
     print_lights(scene);
     print_materials(scene);

@@ -3,7 +3,7 @@
 #include "cli/commands.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
-#include "cli/stats_json.h"
+#include "cli/say.h"
 
 #include <stdio.h>
 
@@ -51,14 +51,24 @@ static int print_help(void)
     return CA_EXIT_DONE;
 }
 
+static ca_status check_places(merge_options *o, const ca_text_list *parts, ca_error *error)
+{
+    ca_places places = {0};
+    ca_status status = CA_OK;
+    for (size_t i = 0; i < parts->count && status == CA_OK; i++)
+        status = ca_places_read(&places, parts->items[i], "which is to be merged", error);
+    if (status == CA_OK) status = ca_outputs_check(&o->outputs, o->stats, &o->part_path, &places, error);
+    ca_places_destroy(&places);
+    return status;
+}
+
 static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *error)
 {
     if (parts->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a part file to merge is missing");
     if (o->outputs.count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
     CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
-    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->part_path, error));
-    CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
-    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+    CA_TRY(check_places(o, parts, error));
+    return ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error);
 }
 
 static void print_summary(const merge_options *o, const ca_render_statistics *s, size_t part_count)
@@ -69,22 +79,23 @@ static void print_summary(const merge_options *o, const ca_render_statistics *s,
            ca_noun((double)part_count, "part", "parts"), (unsigned long long)s->blocks[0],
            (unsigned long long)s->blocks[1], s->samples_per_pixel, ca_noun(s->samples_per_pixel, "sample", "samples"),
            time);
-    for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
-    if (o->stats) printf("wrote %s\n", o->stats);
+    for (size_t i = 0; i < o->outputs.count; i++) ca_say(stdout, "wrote %s\n", o->outputs.items[i]);
+    if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
 }
 
 /* Parts that do not fit together are a failure, not wrong usage: the words were right. */
 static ca_status merge(const merge_options *o, const ca_text_list *parts, ca_error *error)
 {
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {0};
+    ca_error reason = {""};
+    const ca_output_files files = {o->outputs.items, o->outputs.count, o->look, o->layers, o->stats};
     const bool wants_image = o->outputs.count > (o->part_path ? 1 : 0);
     ca_status status =
         ca_merge_parts(parts->items, parts->count, o->part_path, wants_image ? &image : NULL, &statistics, error);
     if (status == CA_ERROR_ARGUMENT) status = CA_ERROR_UNSUPPORTED;
-    if (status == CA_OK)
-        status = ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, &o->look, error);
-    if (status == CA_OK && o->stats) status = ca_stats_write_render(o->stats, image, &statistics, error);
+    if (statistics.iterations > 0) /* also where only the sum could not be written */
+        ca_output_note(&status, error, ca_outputs_write(&files, image, &statistics, &reason), &reason);
     if (status == CA_OK && image) ca_layer_choice_warn(&o->layers, image);
     ca_image_release(image);
     if (status != CA_OK) return status;

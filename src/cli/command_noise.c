@@ -7,6 +7,7 @@
 #include "cli/noise_print.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "cli/stats_json.h"
 #include "integrator/integrator.h"
@@ -23,6 +24,7 @@ typedef struct noise_options {
     ca_render_settings settings; /* options are read right into it */
     uint32_t iterations, resolution[2], roi[4];
     bool has_roi, quiet, help;
+    ca_places places;
 } noise_options;
 
 #define AT(field) .offset = offsetof(noise_options, field)
@@ -179,9 +181,10 @@ static int print_help(void)
         "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction "
         "for other "
         "numbers is of the weights measured with, and no numbers are recommended.\n"
-        "SIGINT (Ctrl-C) and SIGTERM finish the iteration (the second one at least) and write what was measured; "
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the iteration (the second one at least) and write what "
+        "was measured; "
         "paths are then not "
-        "timed (any longer), and no numbers recommended. Another signal ends at once.\n"
+        "timed (any longer), and no numbers recommended. A second SIGINT or SIGTERM ends at once.\n"
         "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --predict 300000,100\n",
         stdout);
     return CA_EXIT_DONE;
@@ -233,14 +236,14 @@ static ca_status check_predictions(const ca_noise_report *report, ca_error *erro
 static bool is_png(const char *path) { return strcasecmp(ca_path_extension(path), ".png") == 0; }
 static bool is_exr(const char *path) { return strcasecmp(ca_path_extension(path), ".exr") == 0; }
 
-static ca_status check_outputs(const noise_options *o, ca_error *error)
+static ca_status check_outputs(noise_options *o, ca_error *error)
 {
     for (size_t i = 0; i < o->outputs.count; i++)
         if (!is_png(o->outputs.items[i]) && !is_exr(o->outputs.items[i]))
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                            "%.300s: noise is written as .exr (all layers) or .png (the terms)", o->outputs.items[i]);
-    for (size_t i = 0; i < o->outputs.count; i++) CA_TRY(ca_output_check_place(o->outputs.items[i], error));
-    return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+    CA_TRY(ca_places_read(&o->places, o->scene, "which is the scene", error));
+    return ca_outputs_check_places(&o->outputs, o->stats, &o->places, error);
 }
 
 static ca_status check(noise_options *o, const ca_text_list *operands, ca_noise_report *report, ca_error *error)
@@ -265,11 +268,17 @@ static void print_word(const char *option, const char *word)
     static const char *const plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
     printf(" %s%s", option, option[0] ? " " : "");
     if (word[0] && word[strspn(word, plain)] == '\0') {
-        printf("%s", word);
+        ca_say(stdout, "%s", word);
         return;
     }
     printf("'");
-    for (const char *c = word; *c; c++) printf(*c == '\'' ? "'\\''" : "%c", *c);
+    for (const char *c = word; *c; c += strcspn(c, "'")) {
+        if (*c == '\'') {
+            printf("'\\''");
+            c++;
+        }
+        ca_say(stdout, "%.*s", (int)strcspn(c, "'"), c);
+    }
     printf("'");
 }
 
@@ -335,12 +344,12 @@ static void print_report(const noise_options *o, const ca_noise_setup *setup, co
 {
     ca_noise_print(report);
     for (size_t i = 0; i < o->outputs.count; i++) {
-        printf("wrote %s", o->outputs.items[i]);
+        ca_say(stdout, "wrote %s", o->outputs.items[i]);
         if (is_png(o->outputs.items[i]))
             printf(" (full red, green or blue: a pair, camera or light term of r.m.s. %.4g)", scale);
         printf("\n");
     }
-    if (o->stats) printf("wrote %s\n", o->stats);
+    if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
     if (ca_noise_recommends(report)) print_next(o, setup, &report->recommendation);
 }
 
@@ -352,7 +361,7 @@ static void print_replaced(const ca_noise_setup *setup, const ca_scene *scene)
         printf("sampler: independent instead of the scene's %s, as the law of noise wants\n",
                ca_sampler_name(desc->sampler.kind));
     if (setup->instead_of_scene)
-        printf("integrator: %s instead of the scene's %s\n", setup->integrator, desc->integrator.name);
+        ca_say(stdout, "integrator: %s instead of the scene's %s\n", setup->integrator, desc->integrator.name);
 }
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */
@@ -399,11 +408,16 @@ static ca_status write_picture(const ca_image_layers *image, const char *path, d
 static ca_status write_outputs(const noise_options *o, const ca_image_layers *image, const ca_noise_report *report,
                                double *scale, ca_error *error)
 {
+    ca_status all = CA_OK;
+    ca_error reason = {""};
     for (size_t i = 0; i < o->outputs.count; i++) {
         const char *path = o->outputs.items[i];
-        CA_TRY(is_png(path) ? write_picture(image, path, scale, error) : ca_image_save(image, path, 0.0f, error));
+        const ca_status status =
+            is_png(path) ? write_picture(image, path, scale, &reason) : ca_image_save(image, path, 0.0f, &reason);
+        ca_output_note(&all, error, status, &reason);
     }
-    return o->stats ? ca_stats_write_noise(o->stats, image, report, error) : CA_OK;
+    if (o->stats) ca_output_note(&all, error, ca_stats_write_noise(o->stats, image, report, &reason), &reason);
+    return all;
 }
 
 /* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */
@@ -446,11 +460,12 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     return status;
 }
 
-static ca_status load_and_measure(const noise_options *o, ca_noise_report *report, ca_error *error)
+static ca_status load_and_measure(noise_options *o, ca_noise_report *report, ca_error *error)
 {
     ca_scene *scene;
     CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
-    const ca_status status = measure(o, scene, report, error);
+    ca_status status = ca_places_read_scene(&o->places, scene, error);
+    if (status == CA_OK) status = measure(o, scene, report, error);
     ca_scene_release(scene);
     return status;
 }
@@ -467,6 +482,7 @@ int ca_command_noise(int word_count, char *const words[])
     if (status == CA_OK) status = check(&o, &operands, &report, &error);
     if (status == CA_OK) status = load_and_measure(&o, &report, &error);
     ca_free(report.predictions);
+    ca_places_destroy(&o.places);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);
     ca_text_list_destroy(&o.predict_words);

@@ -5,8 +5,8 @@
 #include "cli/live_view.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
-#include "cli/stats_json.h"
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
@@ -28,6 +28,7 @@ typedef struct render_options {
     bool serves;
     bool has_spp, has_seconds, has_noise;
     bool quiet, help;
+    ca_places places;
 } render_options;
 
 #define AT(field) .offset = offsetof(render_options, field)
@@ -240,8 +241,9 @@ static int print_help(void)
         "the bit. Images with --rays FILE.exr are: FILE.exr is an image of --rays auto or of `caustica noise`, and "
         "its numbers are used.\n"
         "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
-        "SIGINT (Ctrl-C) and SIGTERM finish the pass or block and write the image, exit status 0; a second "
-        "one ends at once.\n"
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block and write the image, exit status 0; a "
+        "second SIGINT or SIGTERM ends at once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
+        "or block, and the render goes on; a part file is written at the end only.\n"
         "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs "
         "at most 3 % of the processor time, and one picture in 5 s.\n"
         "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
@@ -293,14 +295,20 @@ static ca_status check_sampler(const char *name, ca_error *error)
 
 static ca_status check_outputs(render_options *o, ca_error *error)
 {
-    CA_TRY(ca_outputs_check(o->outputs.items, o->outputs.count, &o->settings.part_path, error));
+    const ca_render_settings *settings = &o->settings;
+    const char *folder = settings->strategies_directory;
+    CA_TRY(ca_places_read(&o->places, o->scene, "which is the scene", error));
+    if (settings->rays && strcmp(settings->rays, "auto") != 0)
+        CA_TRY(ca_places_read(&o->places, settings->rays, "from which --rays reads", error));
+    CA_TRY(ca_outputs_check(&o->outputs, o->stats, &o->settings.part_path, &o->places, error));
     if (o->settings.has_blocks && o->settings.blocks[0] > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can "
                        "be written");
     CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
-    if (o->stats) CA_TRY(ca_output_check_place(o->stats, error));
-    return o->settings.strategies_directory ? ca_output_check_folder(o->settings.strategies_directory, error) : CA_OK;
+    if (!folder) return CA_OK;
+    CA_TRY(ca_places_write_in(&o->places, folder, "index.html", "--dump-strategies", error));
+    return ca_output_check_folder(folder, error);
 }
 
 /* Default outputs are added to the list; their texts are owned by `made`. */
@@ -334,11 +342,20 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */
 
-static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
-                               const ca_render_statistics *statistics, ca_error *error)
+static ca_output_files output_files(const render_options *o)
 {
-    CA_TRY(ca_outputs_write(o->outputs.items, o->outputs.count, image, &o->layers, &o->look, error));
-    return o->stats ? ca_stats_write_render(o->stats, image, statistics, error) : CA_OK;
+    return (ca_output_files){o->outputs.items, o->outputs.count, o->look, o->layers, o->stats};
+}
+
+/* What was rendered is written also where the render could not write a file of its own. */
+static ca_status write_outputs(const render_options *o, const ca_image_layers *image,
+                               const ca_render_statistics *statistics, ca_status rendered, ca_error *error)
+{
+    ca_error reason = {""};
+    const ca_output_files files = output_files(o);
+    if (statistics->iterations == 0) return rendered;
+    ca_output_note(&rendered, error, ca_outputs_write(&files, image, statistics, &reason), &reason);
+    return rendered;
 }
 
 static void print_rays(const ca_rays_statistics *rays)
@@ -379,9 +396,9 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
                        ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)"
                        : "");
     print_rays(&s->numbers_of_rays);
-    for (size_t i = 0; i < o->outputs.count; i++) printf("wrote %s\n", o->outputs.items[i]);
-    if (o->settings.strategies_directory) printf("wrote %s/\n", o->settings.strategies_directory);
-    if (o->stats) printf("wrote %s\n", o->stats);
+    for (size_t i = 0; i < o->outputs.count; i++) ca_say(stdout, "wrote %s\n", o->outputs.items[i]);
+    if (o->settings.strategies_directory) ca_say(stdout, "wrote %s/\n", o->settings.strategies_directory);
+    if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
 }
 
 static ca_status start_live_view(const render_options *o, ca_live_view *view, ca_error *error)
@@ -393,11 +410,7 @@ static ca_status start_live_view(const render_options *o, ca_live_view *view, ca
         .tev = o->tev,
         .scene = o->scene,
         .threads = o->settings.threads,
-        .outputs = o->outputs.items,
-        .output_count = o->outputs.count,
-        .look = o->look,
-        .layers = o->layers,
-        .stats = o->stats,
+        .files = output_files(o),
     };
     return ca_live_view_start(view, &settings, !o->quiet, error);
 }
@@ -408,7 +421,7 @@ static ca_status warn_before(const ca_scene *scene, const ca_render_settings *se
     ca_preflight preflight;
     CA_TRY(ca_preflight_make(scene, settings, &preflight, error));
     for (uint32_t i = 0; i < preflight.warning_count; i++)
-        fprintf(stderr, "caustica: warning: %s\n", preflight.warnings[i]);
+        ca_say(stderr, "caustica: warning: %s\n", preflight.warnings[i]);
     return CA_OK;
 }
 
@@ -423,8 +436,7 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     ca_status status = warn_before(scene, &settings, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
-    if (status == CA_OK) status = write_outputs(o, *image, statistics, error);
-    return status;
+    return write_outputs(o, *image, statistics, status, error);
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
@@ -435,8 +447,8 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     CA_TRY(start_live_view(o, &view, error));
     ca_signals_catch(o->quiet);
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
+    ca_outputs_warn(&statistics);
     if (status == CA_OK) {
-        ca_outputs_warn(&statistics);
         if (image) ca_layer_choice_warn(&o->layers, image);
         if (!o->quiet) print_summary(o, image, &statistics);
     }
@@ -445,11 +457,12 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     return status;
 }
 
-static ca_status load_and_render(const render_options *o, ca_error *error)
+static ca_status load_and_render(render_options *o, ca_error *error)
 {
     ca_scene *scene;
     CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
-    const ca_status status = render_scene(o, scene, error);
+    ca_status status = ca_places_read_scene(&o->places, scene, error);
+    if (status == CA_OK) status = render_scene(o, scene, error);
     ca_scene_release(scene);
     return status;
 }
@@ -464,7 +477,10 @@ int ca_command_render(int word_count, char *const words[])
     ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, made, &error);
+    ca_signals_catch_save(); /* one that comes while the scene is loaded waits for the first picture */
     if (status == CA_OK) status = load_and_render(&o, &error);
+    ca_signals_release_save();
+    ca_places_destroy(&o.places);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);
     ca_text_list_destroy(&operands);

@@ -60,13 +60,24 @@ static int print_help(void)
     return CA_EXIT_DONE;
 }
 
+static ca_status check_analysis(const study_options *o, const ca_text_list *files, ca_error *error)
+{
+    ca_places places = {0};
+    ca_status status = CA_OK;
+    for (size_t i = 0; i < files->count && status == CA_OK; i++)
+        status = ca_places_read(&places, files->items[i], "which holds answers", error);
+    if (status == CA_OK && o->stats) status = ca_places_write(&places, o->stats, "--stats", error);
+    ca_places_destroy(&places);
+    return status == CA_OK && o->stats ? ca_output_check_place(o->stats, error) : status;
+}
+
 static ca_status check(const study_options *o, const ca_text_list *files, ca_error *error)
 {
     if (o->analyse) {
         if (files->count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a file of answers is missing");
         if (o->folder)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--analyse renders nothing: -o has no meaning with it");
-        return o->stats ? ca_output_check_place(o->stats, error) : CA_OK;
+        return check_analysis(o, files, error);
     }
     if (files->count != 1)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -80,12 +91,17 @@ static ca_status check(const study_options *o, const ca_text_list *files, ca_err
 static ca_status make_study(const study_options *o, const char *path, ca_error *error)
 {
     ca_study_config config;
+    ca_places places = {0};
     uint64_t id;
     ca_status status = ca_study_config_read(path, &config, error);
-    const ca_study_work work = {.config = &config, .folder = o->folder, .threads = o->threads, .quiet = o->quiet};
+    const ca_study_work work = {
+        .config = &config, .folder = o->folder, .threads = o->threads, .quiet = o->quiet, .places = &places};
+    if (status == CA_OK) status = ca_places_read(&places, path, "which is the study", error);
+    if (status == CA_OK) status = ca_places_write_in(&places, o->folder, "index.html", "--output", error);
     if (status == CA_OK) status = ca_study_render_images(&work, &id, error);
     if (status == CA_OK) status = ca_study_write_page(&work, id, error);
     ca_study_config_destroy(&config);
+    ca_places_destroy(&places);
     return status;
 }
 

@@ -1,4 +1,3 @@
-#define _POSIX_C_SOURCE 200809L
 #include "cli/compare_maps.h"
 
 #include "base/file.h"
@@ -9,7 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
 
@@ -54,24 +52,13 @@ static char *make_name(const char *pattern, const char *image, size_t number, bo
     return name;
 }
 
-static bool is_same_file(const char *a, const char *b)
+ca_status ca_compare_check_output(const char *option, const char *path, ca_places *places, ca_error *error)
 {
-    struct stat of_a, of_b;
-    return stat(a, &of_a) == 0 && stat(b, &of_b) == 0 && of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
-}
-
-ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images,
-                                  const char *reference, ca_error *error)
-{
-    bool taken = is_same_file(path, reference);
-    for (size_t i = 0; i < images->count; i++) taken = taken || is_same_file(path, images->items[i]);
-    if (taken)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s would overwrite %s, which is to be compared", option,
-                       path);
+    CA_TRY(ca_places_write(places, path, option, error));
     return ca_output_check_place(path, error);
 }
 
-ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, const char *reference, char ***names,
+ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, ca_places *places, char ***names,
                                ca_error *error)
 {
     *names = ca_alloc_zeroed(images->count, sizeof **names);
@@ -82,7 +69,7 @@ ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, 
     for (size_t i = 0; i < images->count; i++) {
         (*names)[i] = make_name(pattern, images->items[i], i + 1, images->count > 1, numbered);
         if (!(*names)[i]) return ca_fail_memory(error, "the command line");
-        CA_TRY(ca_compare_check_output("--maps", (*names)[i], images, reference, error));
+        CA_TRY(ca_compare_check_output("--maps", (*names)[i], places, error));
     }
     return CA_OK;
 }

@@ -5,16 +5,16 @@
 #define CA_CLI_COMPARE_MAPS_H
 
 #include "cli/options.h"
+#include "cli/places.h"
 #include "cli/stats_json.h"
 
-/* Can this file be written, and is it none of those that are still to be read? Errors: CA_ERROR_ARGUMENT, which names
+/* Can this file be written, and is it none of those that are read or written? Errors: CA_ERROR_ARGUMENT, which names
  * the option; CA_ERROR_FILE. */
-ca_status ca_compare_check_output(const char *option, const char *path, const ca_text_list *images,
-                                  const char *reference, ca_error *error);
+ca_status ca_compare_check_output(const char *option, const char *path, ca_places *places, ca_error *error);
 
 /* (*names)[i] is the file for image i; the caller's to destroy, also on failure. All places are checked: errors are
  * CA_ERROR_ARGUMENT (no .exr; a file that is also compared), CA_ERROR_FILE, CA_ERROR_MEMORY. */
-ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, const char *reference, char ***names,
+ca_status ca_compare_map_names(const char *pattern, const ca_text_list *images, ca_places *places, char ***names,
                                ca_error *error);
 void ca_compare_map_names_destroy(char **names, size_t count);
 

@@ -372,6 +372,28 @@ static ca_status make_folder(const char *path, ca_error *error)
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot make this folder: %s", path, strerror(errno));
 }
 
+/* Renders that are there are written again where their settings are others. */
+static ca_status note_places(const ca_converge *c, ca_places *places, ca_error *error)
+{
+    static const char *const names[] = {"index.html",      "images.html",       "renders.csv",
+                                        "error-time.svg", "error-samples.svg", "converge.json"};
+    CA_TRY(ca_places_read(places, c->options->reference, "which is the reference", error));
+    CA_TRY(ca_places_read_scene(places, c->scene, error));
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        CA_TRY(ca_places_write_in(places, c->options->folder, names[i], "--output", error));
+    for (size_t i = 0; i < c->render_count; i++)
+        CA_TRY(ca_places_check(places, c->renders[i].path, "--output", error));
+    return CA_OK;
+}
+
+static ca_status check_places(const ca_converge *c, ca_error *error)
+{
+    ca_places places = {0};
+    const ca_status status = note_places(c, &places, error);
+    ca_places_destroy(&places);
+    return status;
+}
+
 static ca_status check_needed(const ca_converge_options *o, ca_error *error)
 {
     if (!o->reference) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --reference is missing");
@@ -395,7 +417,8 @@ ca_status ca_converge_open(ca_converge *c, const ca_converge_options *options, c
     find_reference_noise(c);
     CA_TRY(make_folder(options->folder, error));
     CA_TRY(make_folder(ca_converge_path(c, "renders"), error));
-    return make_folder(ca_converge_path(c, "pictures"), error);
+    CA_TRY(make_folder(ca_converge_path(c, "pictures"), error));
+    return check_places(c, error);
 }
 
 void ca_converge_destroy(ca_converge *c)

@@ -3,6 +3,7 @@
 #include "cli/converge.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "film/confidence.h"
 #include "render/part_settings.h"
@@ -46,11 +47,11 @@ static void say_changed(const ca_converge *c, const ca_converge_render *r, const
     const char *wanted = r->key;
     if (c->options->quiet) return;
     if (!found) {
-        printf("%s: not of this command, rendered anew\n", r->path);
+        ca_say(stdout, "%s: not of this command, rendered anew\n", r->path);
     } else {
         ca_part_settings_equal(&found, &wanted);
-        printf("%s: made with \"%.*s\", now \"%.*s\": rendered anew\n", r->path, (int)line_length(found), found,
-               (int)line_length(wanted), wanted);
+        ca_say(stdout, "%s: made with \"%.*s\", now \"%.*s\": rendered anew\n", r->path, (int)line_length(found),
+               found, (int)line_length(wanted), wanted);
     }
 }
 
@@ -65,7 +66,7 @@ static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca
     if (status == CA_ERROR_MEMORY) return ca_fail(error, status, NULL, "%s", reason.message);
     if (status != CA_OK) {
         *image = NULL;
-        if (!c->options->quiet) printf("%s: rendered anew\n", reason.message);
+        if (!c->options->quiet) ca_say(stdout, "%s: rendered anew\n", reason.message);
         return CA_OK;
     }
     const ca_attribute *key = ca_layers_attribute(*image, key_attribute);
@@ -165,7 +166,7 @@ static void say_done(const ca_converge *c, const ca_converge_render *r)
     if (c->options->quiet) return;
     ca_converge_step_text(c, r->step, step, sizeof step);
     if (c->repeats > 1) snprintf(repeat, sizeof repeat, ", repeat %zu", r->repeat + 1);
-    printf("%zu of %zu: %s, %s%s: %.3g s, relMSE %.4g%s\n", c->renders_done, c->render_count,
+    ca_say(stdout, "%zu of %zu: %s, %s%s: %.3g s, relMSE %.4g%s\n", c->renders_done, c->render_count,
            c->integrators[r->integrator].text, step, repeat, r->seconds, r->metrics[CA_CONVERGE_RELMSE],
            r->kept ? " (kept)" : "");
     fflush(stdout); /* so that each line is seen at once */

@@ -1,4 +1,5 @@
 #include "cli/layer_choice.h"
+#include "cli/say.h"
 
 #include "base/text.h"
 
@@ -189,7 +190,7 @@ static void warn_of_missing(const ca_layer_choice *choice, const ca_image_layers
     while (next_name(&list, name)) {
         bool found = strcmp(name, "all") == 0 || strcmp(name, "none") == 0;
         for (size_t c = 0; c < image->channel_count; c++) found = found || stands_for(name, image->channels[c].name);
-        if (!found) fprintf(stderr, "caustica: warning: --layers: this image has no layer %s\n", name);
+        if (!found) ca_say(stderr, "caustica: warning: --layers: this image has no layer %s\n", name);
     }
 }
 

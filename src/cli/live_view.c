@@ -2,8 +2,9 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "cli/commands.h"
+#include "cli/say.h"
 #include "cli/signals.h"
-#include "cli/stats_json.h"
 #include "film/part_file.h"
 
 #include <string.h>
@@ -19,21 +20,20 @@ static void append(char *message, size_t size, const char *separator, const char
 static ca_status save(const ca_image_layers *image, const ca_render_statistics *statistics, void *user, char *message,
                       size_t size, ca_error *error)
 {
-    const ca_live_view_settings *s = &((const ca_live_view *)user)->settings;
+    const ca_output_files *files = &((const ca_live_view *)user)->settings.files;
     const char *separator = " ";
     char samples[64];
-    CA_TRY(ca_outputs_write(s->outputs, s->output_count, image, &s->layers, &s->look, error));
-    if (s->stats) CA_TRY(ca_stats_write_render(s->stats, image, statistics, error));
+    CA_TRY(ca_outputs_write(files, image, statistics, error));
     snprintf(message, size, "saved");
-    for (size_t i = 0; i < s->output_count; i++) {
-        if (ca_part_is_path(s->outputs[i])) continue;
-        append(message, size, separator, s->outputs[i]);
+    for (size_t i = 0; i < files->count; i++) {
+        if (ca_part_is_path(files->paths[i])) continue;
+        append(message, size, separator, files->paths[i]);
         separator = ", ";
     }
     if (separator[0] == ' ')
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "there is no image to save: part files are written at the end");
-    if (s->stats) append(message, size, separator, s->stats);
+    if (files->stats) append(message, size, separator, files->stats);
     snprintf(samples, sizeof samples, " with %.4g %s per pixel", statistics->samples_per_pixel,
              ca_noun(statistics->samples_per_pixel, "sample", "samples"));
     append(message, size, "", samples);
@@ -64,7 +64,8 @@ static ca_status start_live(ca_live_view *view, ca_error *error)
 ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error)
 {
     const char *slash = strrchr(settings->scene, '/');
-    *view = (ca_live_view){.settings = *settings, .line = ca_progress_start(draws), .tells_method = draws};
+    *view = (ca_live_view){
+        .settings = *settings, .line = ca_progress_start(draws), .tells = draws, .tells_method = draws};
     snprintf(view->title, sizeof view->title, "caustica: %s", slash ? slash + 1 : settings->scene);
     return settings->serves || settings->tev ? start_live(view, error) : CA_OK;
 }
@@ -74,14 +75,33 @@ static void tell_method(ca_live_view *view, const char *method)
 {
     if (!view->tells_method || !method) return;
     ca_progress_clear(&view->line);
-    fprintf(stderr, "caustica: %s\n", method);
+    ca_say(stderr, "caustica: %s\n", method);
     view->tells_method = false;
+}
+
+/* What "save" of the page does, for SIGUSR1. Waits for a picture where there is none yet. */
+static void save_for_signal(ca_live_view *view, const ca_render_progress *progress)
+{
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics;
+    ca_error error = {""};
+    char message[1200];
+    if (!progress->snapshot || !ca_signals_take_save()) return;
+    ca_progress_clear(&view->line);
+    ca_status status = progress->snapshot(progress, &image, &statistics, &error);
+    if (status == CA_OK) status = save(image, &statistics, view, message, sizeof message, &error);
+    ca_image_release(image);
+    if (status != CA_OK)
+        ca_report_failure(&error);
+    else if (view->tells)
+        ca_say(stderr, "caustica: %s\n", message);
 }
 
 bool ca_live_view_report(const ca_render_progress *progress, void *user)
 {
     ca_live_view *view = user;
     tell_method(view, progress->method);
+    save_for_signal(view, progress);
     ca_progress_draw(&view->line, progress);
     const bool goes_on = !view->live || ca_live_report(view->live, progress);
     return goes_on && !ca_signals_arrived();

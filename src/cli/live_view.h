@@ -14,17 +14,14 @@ typedef struct ca_live_view_settings {
     const char *tev;     /* NULL: none */
     const char *scene;
     uint32_t threads;    /* 0: one per processor */
-    const char *const *outputs; /* what "save" writes */
-    size_t output_count;
-    ca_output_look look;
-    ca_layer_choice layers;
-    const char *stats; /* NULL: none */
+    ca_output_files files; /* what "save" and SIGUSR1 write */
 } ca_live_view_settings;
 
 typedef struct ca_live_view {
     ca_live_view_settings settings;
     ca_progress_line line;
     ca_live *live; /* NULL: no live view */
+    bool tells;        /* does it say on standard error what it does? */
     bool tells_method; /* is what integrator `auto` has chosen still to be told? */
     char title[256];
 } ca_live_view;
@@ -32,8 +29,8 @@ typedef struct ca_live_view {
 /* Prints where the page is. `draws`: a progress line, and a line that says what integrator `auto` has chosen? */
 ca_status ca_live_view_start(ca_live_view *view, const ca_live_view_settings *settings, bool draws, ca_error *error);
 
-/* For ca_render_settings.progress, with the view as its user; false once a signal has arrived (signals.h) or a viewer
- * has asked to end the render. */
+/* For ca_render_settings.progress, with the view as its user; false once a signal has arrived that asks to end
+ * (signals.h) or a viewer has asked to end the render. SIGUSR1 and viewers have what is there written. */
 bool ca_live_view_report(const ca_render_progress *progress, void *view);
 
 /* Shows the last picture (NULL: there is none), which it takes over, and says good-bye. */

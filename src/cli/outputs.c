@@ -4,6 +4,8 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/commands.h"
+#include "cli/stats_json.h"
 #include "film/part_file.h"
 #include "image/image.h"
 #include "image/layers.h"
@@ -28,22 +30,34 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
     return CA_OK;
 }
 
-ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error)
+ca_status ca_outputs_check_places(const ca_text_list *outputs, const char *stats, ca_places *places,
+                                  ca_error *error)
+{
+    for (size_t i = 0; i < outputs->count; i++) {
+        assert(outputs->items[i]);
+        CA_TRY(ca_places_write(places, outputs->items[i], "--output", error));
+    }
+    if (stats) CA_TRY(ca_places_write(places, stats, "--stats", error));
+    for (size_t i = 0; i < outputs->count; i++) CA_TRY(ca_output_check_place(outputs->items[i], error));
+    return stats ? ca_output_check_place(stats, error) : CA_OK;
+}
+
+ca_status ca_outputs_check(const ca_text_list *outputs, const char *stats, const char **part_path, ca_places *places,
+                           ca_error *error)
 {
     *part_path = NULL;
-    for (size_t i = 0; i < count; i++) {
-        assert(paths[i]);
-        if (!ca_part_is_path(paths[i])) {
-            CA_TRY(ca_layers_check_path(paths[i], error));
+    for (size_t i = 0; i < outputs->count; i++) {
+        const char *path = outputs->items[i];
+        if (!ca_part_is_path(path)) {
+            CA_TRY(ca_layers_check_path(path, error));
             continue;
         }
         if (*part_path)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one part file can be written: %s or %s", *part_path,
-                           paths[i]);
-        *part_path = paths[i];
+                           path);
+        *part_path = path;
     }
-    for (size_t i = 0; i < count; i++) CA_TRY(ca_output_check_place(paths[i], error));
-    return CA_OK;
+    return ca_outputs_check_places(outputs, stats, places, error);
 }
 
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
@@ -111,17 +125,36 @@ static ca_status write_image(const ca_image_layers *image, const char *path, con
     return ca_layers_write(image, path, (float)look->exposure, error);
 }
 
-ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image,
-                           const ca_layer_choice *choice, const ca_output_look *look, ca_error *error)
+void ca_output_note(ca_status *all, ca_error *error, ca_status status, const ca_error *reason)
+{
+    if (status == CA_OK) return;
+    if (*all != CA_OK) ca_report_failure(error);
+    *all = status;
+    *error = *reason;
+}
+
+static ca_status write_images(const ca_output_files *files, const ca_image_layers *image, ca_error *error)
 {
     ca_image_layers view;
+    ca_error reason = {""};
     if (!image) return CA_OK; /* parts without an image: a part file is all that is written */
-    ca_status status = ca_layer_choice_apply(choice, image, &view, error);
-    if (status != CA_OK) return status;
-    for (size_t i = 0; i < count && status == CA_OK; i++)
-        if (!ca_part_is_path(paths[i])) status = write_image(&view, paths[i], look, error);
+    ca_status all = ca_layer_choice_apply(&files->layers, image, &view, error);
+    if (all != CA_OK) return all;
+    for (size_t i = 0; i < files->count; i++)
+        if (!ca_part_is_path(files->paths[i]))
+            ca_output_note(&all, error, write_image(&view, files->paths[i], &files->look, &reason), &reason);
     ca_free(view.channels);
-    return status;
+    return all;
+}
+
+ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *image,
+                           const ca_render_statistics *statistics, ca_error *error)
+{
+    ca_error reason = {""};
+    ca_status all = write_images(files, image, error);
+    if (files->stats)
+        ca_output_note(&all, error, ca_stats_write_render(files->stats, image, statistics, &reason), &reason);
+    return all;
 }
 
 void ca_outputs_warn(const ca_render_statistics *s)

@@ -4,6 +4,7 @@
 
 #include "cli/layer_choice.h"
 #include "cli/options.h"
+#include "cli/places.h"
 #include "metrics/tone.h"
 
 /* How .png shows a picture: values times 2^exposure under a tone curve (metrics/tone.h). Zeros are the plain picture,
@@ -40,9 +41,15 @@ typedef struct ca_output_look {
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);
 
-/* Checks the places of several outputs, at most one of which may be a part file: *part_path is that one, or NULL. All
- * names are checked before any place, so that wrong usage is reported before a full disk. */
-ca_status ca_outputs_check(const char *const *paths, size_t count, const char **part_path, ca_error *error);
+/* Checks where several outputs, and `stats` (NULL: none), go. At most one of them may be a part file: *part_path is
+ * that one, or NULL. `places` has what is read. All names are checked before any place, so that wrong usage is
+ * reported before a full disk. */
+ca_status ca_outputs_check(const ca_text_list *outputs, const char *stats, const char **part_path, ca_places *places,
+                           ca_error *error);
+
+/* Of outputs whose names are right: that none is read or written twice, and that they can be written. */
+ca_status ca_outputs_check_places(const ca_text_list *outputs, const char *stats, ca_places *places,
+                                  ca_error *error);
 
 /* CA_ERROR_ARGUMENT where layers are chosen and none of the outputs is an .exr, or a name is wrong. */
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
@@ -51,9 +58,23 @@ ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const 
 /* Fills in the curve of that name; NULL is the plain picture's. Errors: CA_ERROR_ARGUMENT, naming all curves. */
 ca_status ca_outputs_find_tone(const char *name, ca_output_look *look, ca_error *error);
 
-/* Writes the image, with the layers that are chosen, to all of them but a part file. */
-ca_status ca_outputs_write(const char *const *paths, size_t count, const ca_image_layers *image,
-                           const ca_layer_choice *choice, const ca_output_look *look, ca_error *error);
+/* Where a render goes: images, and its numbers. */
+typedef struct ca_output_files {
+    const char *const *paths;
+    size_t count;
+    ca_output_look look;
+    ca_layer_choice layers;
+    const char *stats; /* NULL: none */
+} ca_output_files;
+
+/* Writes the image, with the layers that are chosen, to all of them but a part file, and the numbers. One that cannot
+ * be written does not keep the others from it: see ca_output_note. Without an image (NULL) only the numbers. */
+ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *image,
+                           const ca_render_statistics *statistics, ca_error *error);
+
+/* Takes the result of one of several writes down in *all and *error. Of several failures the last one is the caller's
+ * to tell; each one before it is told on standard error when the next one comes. `reason`: of this write. */
+void ca_output_note(ca_status *all, ca_error *error, ca_status status, const ca_error *reason);
 
 /* Says on standard error how many samples were not finite or negative, and where they came from; nothing where none
  * was. */

@@ -1,18 +1,19 @@
 #include "cli/commands.h"
+#include "cli/say.h"
 
 #include <stdio.h>
 #include <string.h>
 
 int ca_report_usage(const char *command, const ca_error *error)
 {
-    fprintf(stderr, "caustica: %s\n", error->message);
+    ca_say(stderr, "caustica: %s\n", error->message);
     fprintf(stderr, "Try: caustica %s%s--help\n", command ? command : "", command ? " " : "");
     return CA_EXIT_USAGE;
 }
 
 int ca_report_failure(const ca_error *error)
 {
-    fprintf(stderr, "caustica: %s\n", error->message);
+    ca_say(stderr, "caustica: %s\n", error->message);
     return CA_EXIT_FAILED;
 }
 

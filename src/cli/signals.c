@@ -1,17 +1,23 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cli/signals.h"
 
+#include <errno.h>
 #include <signal.h>
 #include <unistd.h>
 
-/* A signal handler has nothing else to leave its message in. */
-static volatile sig_atomic_t arrived, is_quiet;
-static struct sigaction previous_int, previous_term;
+static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
+enum { ENDING_COUNT = sizeof ending / sizeof ending[0] };
 
-/* Only calls that are safe in a handler (POSIX, "Async-signal-safe functions"). */
-static void on_signal(int number)
+/* A signal handler has nothing else to leave its message in. */
+static volatile sig_atomic_t arrived, is_quiet, wants_save;
+static struct sigaction previous[ENDING_COUNT], previous_save;
+
+/* These two: only calls that are safe in a handler (POSIX, "Async-signal-safe functions"). */
+static void on_end(int number)
 {
+    const int reason = errno;
     if (arrived) {
+        if (number == SIGHUP || number == SIGXCPU) return;
         signal(number, SIG_DFL);
         raise(number);
         return;
@@ -19,30 +25,50 @@ static void on_signal(int number)
     arrived = 1;
     static const char text[] =
         "\ncaustica: finishing this pass or block, then the result is written (again: stop at once)\n";
-    if (!is_quiet && write(STDERR_FILENO, text, sizeof text - 1) < 0) return; /* standard error is closed */
+    if (!is_quiet && write(STDERR_FILENO, text, sizeof text - 1) < 0) errno = reason; /* standard error is closed */
+    errno = reason;
 }
 
-static void catch_one(int number, struct sigaction *previous)
+static void on_save(int number)
 {
-    struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
+    (void)number;
+    wants_save = 1;
+}
+
+static void catch_one(int number, void (*handler)(int), struct sigaction *before)
+{
+    struct sigaction action = {.sa_handler = handler, .sa_flags = SA_RESTART};
     sigemptyset(&action.sa_mask);
-    sigaction(number, NULL, previous);
+    sigaction(number, NULL, before);
     /* Whoever started the program with the signal ignored (nohup) wants it to stay so. */
-    if (previous->sa_handler != SIG_IGN) sigaction(number, &action, NULL);
+    if (before->sa_handler != SIG_IGN) sigaction(number, &action, NULL);
 }
 
 void ca_signals_catch(bool quiet)
 {
     arrived = 0;
     is_quiet = quiet;
-    catch_one(SIGINT, &previous_int);
-    catch_one(SIGTERM, &previous_term);
+    for (int i = 0; i < ENDING_COUNT; i++) catch_one(ending[i], on_end, &previous[i]);
 }
 
 bool ca_signals_arrived(void) { return arrived != 0; }
 
 void ca_signals_release(void)
 {
-    sigaction(SIGINT, &previous_int, NULL);
-    sigaction(SIGTERM, &previous_term, NULL);
+    for (int i = 0; i < ENDING_COUNT; i++) sigaction(ending[i], &previous[i], NULL);
 }
+
+void ca_signals_catch_save(void)
+{
+    wants_save = 0;
+    catch_one(SIGUSR1, on_save, &previous_save);
+}
+
+bool ca_signals_take_save(void)
+{
+    if (!wants_save) return false;
+    wants_save = 0; /* one that came in between is answered by the picture that is written now */
+    return true;
+}
+
+void ca_signals_release_save(void) { sigaction(SIGUSR1, &previous_save, NULL); }

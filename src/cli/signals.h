@@ -1,5 +1,8 @@
-/* SIGINT and SIGTERM while rendering: the first asks to finish the pass and write the image, a second one ends the
- * process at once. */
+/* Signals while rendering. SIGINT, SIGTERM, SIGHUP (the terminal has gone) and SIGXCPU (the limit of processor time)
+ * ask to finish the pass and write the image. A second SIGINT or SIGTERM ends the process at once; the others, which
+ * the system may send again by itself, do not. SIGUSR1 asks for the picture so far.
+ *
+ * A signal that was ignored when the program started (nohup) stays so. */
 #ifndef CA_CLI_SIGNALS_H
 #define CA_CLI_SIGNALS_H
 
@@ -7,9 +10,15 @@
 
 /* `quiet`: without the line that says what will happen now. Not to be called twice without a release. */
 void ca_signals_catch(bool quiet);
-/* Has one arrived since? */
+/* Has one arrived since that asks to end? */
 bool ca_signals_arrived(void);
 /* Back to what was before. */
 void ca_signals_release(void);
+
+/* SIGUSR1, in brackets of its own. */
+void ca_signals_catch_save(void);
+/* Has it arrived since the last call? */
+bool ca_signals_take_save(void);
+void ca_signals_release_save(void);
 
 #endif

@@ -2,6 +2,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/say.h"
 #include "metrics/binomial.h"
 
 #include <math.h>
@@ -125,7 +126,7 @@ static void print_scenarios(const ca_study_analysis *a)
         const ca_study_ratio *r = &a->ratios[k];
         char seen[32];
         snprintf(seen, sizeof seen, "%u of %u", r->yes, r->total);
-        printf("%-*s  %-16s", (int)width, a->answers->scenarios[k].name, seen);
+        ca_say(stdout, "%-*s  %-16s", (int)width, a->answers->scenarios[k].name, seen);
         if (r->total > 0)
             printf("  %.3f  %.3f to %.3f", r->ratio, r->low, r->high);
         else
@@ -145,8 +146,8 @@ static void print_pairs(const ca_study_analysis *a)
     for (uint32_t i = 0; i < a->pair_count; i++) {
         const ca_study_pair *p = &a->pairs[i];
         const double flip = a->answers->scenarios[p->occluded].flip, other = a->answers->scenarios[p->visible].flip;
-        printf("%-16s  %8u  %7u  %4u  %7u  %14.4g  %13.4g  %s\n", p->name, p->only_occluded, p->only_visible, p->both,
-               p->neither, p->more, p->two_sided,
+        ca_say(stdout, "%-16s  %8u  %7u  %4u  %7u  %14.4g  %13.4g  %s\n", p->name, p->only_occluded, p->only_visible,
+               p->both, p->neither, p->more, p->two_sided,
                flip > other   ? "more"
                : flip < other ? "less"
                               : "the same");
@@ -159,8 +160,8 @@ static void print_pairs(const ca_study_analysis *a)
 
 void ca_study_print(const ca_study_analysis *a)
 {
-    printf("%s: %u %s\n\"%s\"\n", a->answers->title, a->subjects, ca_noun(a->subjects, "subject", "subjects"),
-           a->answers->question);
+    ca_say(stdout, "%s: %u %s\n", a->answers->title, a->subjects, ca_noun(a->subjects, "subject", "subjects"));
+    ca_say(stdout, "\"%s\"\n", a->answers->question);
     if (a->unfinished)
         printf("left out: %u %s not finished\n", a->unfinished, ca_noun(a->unfinished, "session", "sessions"));
     if (a->left_out)

@@ -1,4 +1,5 @@
 #include "cli/study_page.h"
+#include "cli/say.h"
 
 #include "base/memory.h"
 #include "metrics/image_metrics.h"
@@ -173,7 +174,7 @@ ca_status ca_study_write_page(const ca_study_work *work, uint64_t id, ca_error *
         snprintf(path, size, "%s/index.html", work->folder);
         status = write_page(&p, path, error);
     }
-    if (status == CA_OK && !work->quiet) printf("wrote %s\n", path);
+    if (status == CA_OK && !work->quiet) ca_say(stdout, "wrote %s\n", path);
     ca_free(p.flip);
     ca_free(path);
     return status;

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "image/layers.h"
 #include "scene/scene.h"
@@ -108,10 +109,18 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
     if (status != CA_OK) return status;
     ca_outputs_warn(&statistics);
     ca_format_seconds(statistics.seconds, time, sizeof time);
-    if (!work->quiet) printf("rendered %s, %.4g %s per pixel, %s\n", path, statistics.samples_per_pixel,
+    if (!work->quiet)
+        ca_say(stdout, "rendered %s, %.4g %s per pixel, %s\n", path, statistics.samples_per_pixel,
                ca_noun(statistics.samples_per_pixel, "sample", "samples"), time);
     fflush(stdout);
     return CA_OK;
+}
+
+/* The scene with all that it reads, and what will be made of it. */
+static ca_status note_places(const ca_study_work *work, const ca_scene *scene, const char *path, ca_error *error)
+{
+    CA_TRY(ca_places_read_scene(work->places, scene, error));
+    return ca_places_write(work->places, path, "--output", error);
 }
 
 /* Renders the image, or only asks what it depends on. */
@@ -126,11 +135,14 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     describe(work, scene, render, settings);
     *id = ca_hash_bytes(*id, settings, strlen(settings));
     ca_status status = CA_OK;
-    char *path = only_ask ? NULL : ca_study_image_path(work, number, is_reference);
-    if (!only_ask && !path) status = ca_fail_memory(error, "the study");
-    if (path && is_done(path, settings)) {
-        if (!work->quiet) printf("there is %s\n", path);
-    } else if (path) {
+    char *path = ca_study_image_path(work, number, is_reference);
+    if (!path) {
+        status = ca_fail_memory(error, "the study");
+    } else if (only_ask) {
+        status = note_places(work, scene, path, error);
+    } else if (is_done(path, settings)) {
+        if (!work->quiet) ca_say(stdout, "there is %s\n", path);
+    } else {
         ca_error reason = {""};
         status = render_file(work, scene, render, path, settings, &reason);
         if (status != CA_OK)

@@ -123,7 +123,7 @@ static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, s
 {
     const char *name = ca_xml_attribute_value(node, "filename");
     const char *path = ca_document_resolve(&importer->document, node->where.file, name);
-    if (!path) {
+    if (!path || !ca_document_add_file(&importer->document, path)) {
         ca_import_fail_memory(importer, "a spectrum");
         return false;
     }

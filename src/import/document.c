@@ -18,7 +18,6 @@ typedef struct expander {
     ca_document *document;
     ca_definitions definitions;
     ca_xml_budget budget;
-    ca_arena *strings;
     uint32_t include_depth, include_count;
     ca_error *error;
 } expander;
@@ -28,9 +27,17 @@ static void add_content(ca_document *document, const void *bytes, size_t size)
     document->content_hash = ca_hash_bytes(ca_hash_add(document->content_hash, size), bytes, size);
 }
 
+const char *ca_document_add_file(ca_document *document, const char *path)
+{
+    const char *name = ca_arena_strdup(document->strings, path);
+    if (!name || !CA_TABLE_ADD(&document->files)) return NULL;
+    document->files.items[document->files.count - 1] = name;
+    return name;
+}
+
 static ca_status read_tree(expander *x, const char *path, const char *text, size_t size, ca_xml_node **root)
 {
-    const char *file_name = ca_arena_strdup(x->strings, path);
+    const char *file_name = ca_document_add_file(x->document, path);
     if (!file_name) return ca_fail_memory(x->error, path);
     if (text) add_content(x->document, text, size);
     if (text) return ca_xml_parse(text, size, file_name, &x->document->arena, &x->budget, root, x->error);
@@ -290,12 +297,11 @@ static uint64_t definitions_hash(const ca_define *defines, size_t count)
 ca_status ca_document_load(ca_document *document, const char *path, const char *text, size_t size,
                            const ca_define *defines, size_t define_count, ca_arena *strings, ca_error *error)
 {
-    *document = (ca_document){.content_hash = definitions_hash(defines, define_count)};
+    *document = (ca_document){.content_hash = definitions_hash(defines, define_count), .strings = strings};
     expander *x = ca_alloc_zeroed(1, sizeof *x);
     if (!x) return ca_fail_memory(error, path);
     x->document = document;
     x->budget = (ca_xml_budget){.bytes = CA_XML_MAX_TOTAL_BYTES, .elements = CA_XML_MAX_ELEMENTS};
-    x->strings = strings;
     x->error = error;
     ca_status status = ca_definitions_start(&x->definitions, defines, define_count, error);
     if (status == CA_OK) status = load(x, path, text, size);
@@ -307,6 +313,7 @@ ca_status ca_document_load(ca_document *document, const char *path, const char *
 void ca_document_destroy(ca_document *document)
 {
     ca_arena_clear(&document->arena);
+    ca_free(document->files.items);
     ca_free(document->ids);
     ca_free(document->folders);
     *document = (ca_document){0};

@@ -27,6 +27,8 @@ typedef struct ca_document {
     size_t id_count, id_capacity;
     const char **folders; /* of <path>, each ending in "/", the latest first to be asked */
     size_t folder_count, folder_capacity;
+    ca_path_table files; /* all that the scene is read from; texts in `strings` */
+    ca_arena *strings;   /* the description's */
     uint64_t content_hash; /* of all texts read so far, wherever they lie, and of the definitions */
 } ca_document;
 
@@ -35,6 +37,9 @@ typedef struct ca_document {
 ca_status ca_document_load(ca_document *document, const char *path, const char *text, size_t size,
                            const ca_define *defines, size_t define_count, ca_arena *strings, ca_error *error);
 void ca_document_destroy(ca_document *document);
+
+/* Notes that the scene is read from this file, and gives back its name in `strings`; NULL when out of memory. */
+const char *ca_document_add_file(ca_document *document, const char *path);
 
 /* The object behind an id, through aliases; NULL where there is none. */
 ca_xml_node *ca_document_find(const ca_document *document, const char *id);

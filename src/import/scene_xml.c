@@ -78,7 +78,7 @@ const char *ca_import_filename(ca_props *props, const char *name)
         return NULL;
     }
     const char *path = ca_document_resolve(&importer->document, props->node->where.file, value);
-    if (path) path = ca_arena_strdup(&importer->desc->strings, path);
+    if (path) path = ca_document_add_file(&importer->document, path);
     if (!path) ca_import_fail_memory(importer, "a file name");
     return ca_import_good(importer) ? path : NULL;
 }
@@ -177,6 +177,8 @@ static ca_status import_document(ca_importer *importer)
     importer->desc->path = importer->document.path;
     import_scene(importer);
     importer->desc->content_hash = content_hash(importer);
+    importer->desc->files = importer->document.files;
+    importer->document.files = (ca_path_table){0};
     ca_free(importer->images.items);
     return importer->status;
 }

@@ -266,10 +266,12 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
 {
     const ca_render_settings *settings = r->plan->settings;
     count_what_is_done(r);
-    if (settings->part_path) CA_TRY(ca_part_write(&r->part, settings->part_path, error));
+    const ca_status written = settings->part_path ? ca_part_write(&r->part, settings->part_path, error) : CA_OK;
     ca_part_fill_statistics(&r->part, statistics);
     statistics->interrupted = r->interrupted;
-    return ca_part_develop(&r->part, image, error);
+    if (written != CA_OK && written != CA_ERROR_FILE) return written;
+    const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);
+    return written == CA_OK ? developed : written;
 }
 
 /* The part without its blocks. */

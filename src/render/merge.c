@@ -154,6 +154,20 @@ static ca_status merge_files(merge *m, const char *const *paths, size_t count, b
     return wants_image ? check_start(m, error) : CA_OK;
 }
 
+/* A sum that cannot be written does not keep the image from being made. */
+static ca_status use_sum(const ca_part *sum, const char *part_path, ca_image_layers **image,
+                         ca_render_statistics *statistics, ca_error *error)
+{
+    const ca_status written = part_path ? ca_part_write(sum, part_path, error) : CA_OK;
+    if (statistics) ca_part_fill_statistics(sum, statistics);
+    if (!image || (written != CA_OK && written != CA_ERROR_FILE)) return written;
+    const ca_status developed = ca_part_develop(sum, image, written == CA_OK ? error : NULL);
+    if (developed == CA_OK && statistics)
+        statistics->has_confidence =
+            ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
+    return written == CA_OK ? developed : written;
+}
+
 ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
                          ca_render_statistics *statistics, ca_error *error)
 {
@@ -161,12 +175,7 @@ ca_status ca_merge_parts(const char *const *paths, size_t count, const char *par
     if (count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there are no part files to merge");
     merge m = {0};
     ca_status status = merge_files(&m, paths, count, image != NULL, error);
-    if (status == CA_OK && part_path) status = ca_part_write(&m.sum, part_path, error);
-    if (status == CA_OK && statistics) ca_part_fill_statistics(&m.sum, statistics);
-    if (status == CA_OK && image) status = ca_part_develop(&m.sum, image, error);
-    if (status == CA_OK && image && statistics)
-        statistics->has_confidence =
-            ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
+    if (status == CA_OK) status = use_sum(&m.sum, part_path, image, statistics, error);
     ca_part_destroy(&m.sum);
     ca_free(m.parts);
     return status;

@@ -192,8 +192,10 @@ static ca_status render_film(render *r, ca_image_layers **image, ca_render_stati
     ca_pass_runner_destroy(&r->runner);
     CA_TRY(status);
     const ca_technique_images *strategies = r->plan->input.technique_images;
-    if (strategies) CA_TRY(write_strategies(r, strategies, error));
-    return develop(r, statistics, image, error);
+    const ca_status written = strategies ? write_strategies(r, strategies, error) : CA_OK;
+    if (written != CA_OK && written != CA_ERROR_FILE) return written;
+    status = develop(r, statistics, image, written == CA_OK ? error : NULL);
+    return written == CA_OK ? status : written;
 }
 
 /* Passes of several rounds need a buffer, which is then taken from what light paths may have. */
@@ -244,10 +246,10 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
 {
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
-    CA_TRY(run_plan(plan, image, statistics, error));
+    const ca_status status = run_plan(plan, image, statistics, error);
     statistics->has_confidence =
         *image && ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
-    return CA_OK;
+    return status;
 }
 
 ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *settings, ca_error *error)

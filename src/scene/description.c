@@ -37,6 +37,7 @@ void ca_scene_desc_destroy(ca_scene_desc *desc)
 {
     for (size_t i = 0; i < desc->images.count; i++) ca_image_destroy(&desc->images.items[i]);
     for (size_t i = 0; i < desc->meshes.count; i++) ca_mesh_destroy(&desc->meshes.items[i]);
+    ca_free(desc->files.items);
     ca_free(desc->textures.items);
     ca_free(desc->images.items);
     ca_free(desc->materials.items);

@@ -29,6 +29,8 @@
 void *ca_table_room(void *items, size_t count, size_t *capacity, size_t size);
 bool ca_table_append(void *items, size_t *count, size_t capacity, size_t size);
 
+typedef CA_TABLE(const char *) ca_path_table;
+
 typedef struct ca_material_desc {
     ca_material material;
     ca_location where;
@@ -144,6 +146,7 @@ typedef struct ca_integrator_desc {
 typedef struct ca_scene_desc {
     ca_arena strings;
     const char *path; /* of the scene file */
+    ca_path_table files; /* all that it was read from: scene, includes, meshes, textures, spectra; may repeat */
     uint64_t content_hash; /* of all files it was read from and all definitions, wherever they lie */
     CA_TABLE(ca_texture) textures;
     CA_TABLE(ca_image) images;
