@@ -146,7 +146,8 @@ check "bash completes parameters of integrators and their values" bash_completes
 # Where ":" and "=" do not split words, replies are whole.
 bash_completes_whole_words() {
     completes "path:heuristic=balance path:heuristic=power" render -i path:heuristic= &&
-        completes "vcm:alpha=1,radius= vcm:alpha=1,radius_pixels=" render -i vcm:alpha=1,rad && completes "noise" help noi
+        completes "vcm:alpha=1,radius= vcm:alpha=1,radius_pixels=" render -i vcm:alpha=1,rad &&
+        completes "noise" help noi
 }
 check "bash completes words that are not split" bash_completes_whole_words
 

@@ -26,8 +26,8 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
  * samples of is noise. */
 #define CAMERA_PATHS_TO_LOSE 0x1p20
 
-/* A pixel's error counts over its squared luminance plus this share of the picture's. */
-#define DARK 0.1
+/* A pixel's error counts over its squared luminance plus this, as in relMSE (metrics/compare.h). */
+#define LEAST_SQUARE 0.01
 
 /* Neighbours are tried of methods whose cost is within this factor of the least. */
 #define NEAR_THE_BEST 1.5
@@ -69,7 +69,7 @@ static uint32_t pilot_method(const ca_method *method)
     return method->no_splats ? NO_SPLATS : BDPT;
 }
 
-static ca_status run_pilot(chooser *c, ca_error *error)
+static ca_status run_light_pilot(chooser *c, ca_error *error)
 {
     const ca_method methods[WITHOUT_MERGES] = {
         [PATH] = {.type = &ca_integrator_path},
@@ -93,6 +93,43 @@ static ca_status run_pilot(chooser *c, ca_error *error)
         c->loses[m] = ca_method_loses_light(c->pilot.samples[m], c->pilot.count, &region);
     }
     return CA_OK;
+}
+
+/* They know nothing of each other. */
+enum { RADIUS_ALONE, RADIUS_WITH_CONNECTIONS, LIGHT, PILOTS };
+
+typedef struct pilots_task {
+    chooser *c;
+    ca_status status[PILOTS];
+    ca_error errors[PILOTS];
+} pilots_task;
+
+static void run_pilot(void *user, uint32_t index, uint32_t worker)
+{
+    (void)worker;
+    pilots_task *task = user;
+    chooser *c = task->c;
+    task->status[index] =
+        index == LIGHT ? run_light_pilot(c, &task->errors[index])
+                       : ca_method_find_radius(c->plan, index == RADIUS_ALONE, &c->radii, &task->errors[index]);
+}
+
+static ca_status first_failure(const ca_status *status, const ca_error *errors, uint32_t count, ca_error *error)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        if (status[i] == CA_OK) continue;
+        if (error) *error = errors[i];
+        return status[i];
+    }
+    return CA_OK;
+}
+
+static ca_status run_pilots(chooser *c, ca_error *error)
+{
+    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, PILOTS)};
+    pilots_task task = {.c = c};
+    ca_parallel_for(&parallel, PILOTS, run_pilot, &task);
+    return first_failure(task.status, task.errors, PILOTS, error);
 }
 
 static double weight_at(const void *user, uint32_t x, uint32_t y)
@@ -205,12 +242,7 @@ static ca_status run_trials(chooser *c, uint32_t iterations, ca_error *error)
     trials_task task = {.c = c, .iterations = iterations};
     ca_parallel_for(&parallel, c->count, run_trial, &task);
     tell(c);
-    for (uint32_t i = 0; i < c->count; i++) {
-        if (task.status[i] == CA_OK) continue;
-        if (error) *error = task.errors[i];
-        return task.status[i];
-    }
-    return CA_OK;
+    return first_failure(task.status, task.errors, c->count, error);
 }
 
 /* ---- Scores ---------------------------------------------------------------------------------------------------- */
@@ -242,17 +274,17 @@ static double *luminance_of(const chooser *c, ca_error *error)
     return sums;
 }
 
+/* By the luminance of cells and of what is around them: that of a cell is noisy, that around an edge is not its own. */
 static ca_status set_weights(chooser *c, ca_error *error)
 {
     const uint32_t width = c->cells.width, height = c->cells.height;
-    const size_t cells = ca_trial_cell_count(&c->cells);
-    double *luminance = luminance_of(c, error), mean = 0.0;
+    double *luminance = luminance_of(c, error);
     if (!luminance) return CA_ERROR_MEMORY;
-    for (size_t p = 0; p < cells; p++) mean += luminance[p] / (double)cells;
     for (uint32_t y = 0; y < height; y++)
         for (uint32_t x = 0; x < width; x++) {
-            const double here = blurred(luminance, width, height, x, y), square = here * here + DARK * mean * mean;
-            c->weights[(size_t)y * width + x] = square > 0.0 ? 1.0 / square : 0.0;
+            const size_t cell = (size_t)y * width + x;
+            const double here = fmax(luminance[cell], blurred(luminance, width, height, x, y));
+            c->weights[cell] = 1.0 / (here * here + LEAST_SQUARE);
         }
     ca_free(luminance);
     return CA_OK;
@@ -388,8 +420,7 @@ ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { ret
 
 static ca_status choose(chooser *c, ca_error *error)
 {
-    CA_TRY(ca_method_find_radii(c->plan, &c->radii, error));
-    CA_TRY(run_pilot(c, error));
+    CA_TRY(run_pilots(c, error));
     CA_TRY(add_first(c, error));
     CA_TRY(run_rounds(c, error));
     c->plan->ended = c->ended;

@@ -20,6 +20,7 @@ uint32_t ca_methods_first(ca_method methods[CA_MOST_METHODS])
         {.type = &ca_integrator_path},  {.type = &ca_integrator_bdpt, .no_splats = true},
         {.type = &ca_integrator_bdpt},  {.type = &ca_integrator_ovcm},
         {.type = &ca_integrator_vavcm}, {.type = &ca_integrator_bdpm},
+        {.type = &ca_integrator_ppm},
     };
     const uint32_t count = sizeof first / sizeof first[0];
     for (uint32_t i = 0; i < count; i++) methods[i] = first[i];

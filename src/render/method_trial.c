@@ -81,20 +81,16 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     return set_number(method->type, "light_paths", ca_method_light_paths(method, plan), chosen, error);
 }
 
-static ca_status find_radius(const ca_integrator_type *type, const ca_render_plan *plan, double *radius,
-                             ca_error *error)
+ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, ca_method_radii *radii,
+                                ca_error *error)
 {
+    const ca_method method = {.type = photons_alone ? &ca_integrator_bdpm : &ca_integrator_ovcm};
     ca_integrator_input input;
-    CA_TRY(ca_method_configure(&(ca_method){.type = type}, plan, NULL, &input, error));
-    CA_TRY(ca_integrator_resolve(type, &input, error));
-    *radius = ca_integrator_value(type, &input, "radius", 0.0);
+    CA_TRY(ca_method_configure(&method, plan, NULL, &input, error));
+    CA_TRY(ca_integrator_resolve(method.type, &input, error));
+    *(photons_alone ? &radii->photons_alone : &radii->with_connections) =
+        ca_integrator_value(method.type, &input, "radius", 0.0);
     return CA_OK;
-}
-
-ca_status ca_method_find_radii(const ca_render_plan *plan, ca_method_radii *radii, ca_error *error)
-{
-    CA_TRY(find_radius(&ca_integrator_bdpm, plan, &radii->photons_alone, error));
-    return find_radius(&ca_integrator_ovcm, plan, &radii->with_connections, error);
 }
 
 /* ---- The trial's picture --------------------------------------------------------------------------------------- */

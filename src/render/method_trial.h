@@ -13,7 +13,7 @@
 #include "render/render.h"
 #include "render/workers.h"
 
-enum { CA_TRIAL_CELLS = 4096 };
+enum { CA_TRIAL_CELLS = 2048 };
 
 /* The rendered part in cells, row by row, the same for all trials of a plan: a cell's camera paths go through the
  * pixel in its middle. */
@@ -47,7 +47,9 @@ typedef struct ca_method_radii {
     double photons_alone, with_connections;
 } ca_method_radii;
 
-ca_status ca_method_find_radii(const ca_render_plan *plan, ca_method_radii *radii, ca_error *error);
+/* One of the two. */
+ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, ca_method_radii *radii,
+                                ca_error *error);
 
 /* Puts the method to use, with the parameters that the settings of `auto`, plan->type, name, as far as it has them.
  * `*chosen`: where plan->input.values would go; plan itself stays as it is. With other numbers of light paths than
