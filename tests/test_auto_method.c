@@ -25,7 +25,7 @@ static void test_cost(void **state)
 {
     (void)state;
     const ca_method_score seen = {.variance = 2.0, .blur = 1.0, .seconds = 3.0};
-    const ca_method_score rare = {.variance = 1.0, .unseen = 4.0, .blur = 1.0, .seconds = 3.0};
+    const ca_method_score rare = {.variance = 1.0, .dots = 4.0, .blur = 1.0, .seconds = 3.0};
     const ca_method_score lost = {.variance = 0.0, .blur = 1.0, .seconds = 1.0, .loses_light = true};
     assert_true(fabs(ca_method_cost(&seen) - 6.0) < 1e-9);
     assert_true(fabs(ca_method_cost(&rare) - 15.0) < 1e-9);
@@ -152,7 +152,7 @@ static double only_left(const void *user, uint32_t x, uint32_t y)
 }
 
 /* Two pieces of light y = 3 of which an iteration makes Q / T = 0.01 samples each bring 9 / 0.01 to the sum. */
-static void test_unseen(void **state)
+static void test_dots(void **state)
 {
     (void)state;
     const double scale = 50.0, per_path = 0.01;
@@ -160,21 +160,26 @@ static void test_unseen(void **state)
         {.light = 7.0, .expected = 0.0, .x = 101, .y = 51}, /* lost: no variance comes of it */
         {.light = 3.0, .expected = scale * per_path, .x = 101, .y = 51},
         {.light = 3.0, .expected = scale * per_path, .x = 115, .y = 51},
-        {.light = 3.0, .expected = scale * 10.0, .x = 101, .y = 51}, /* no dot, and seen */
+        {.light = 3.0, .expected = scale * 10.0, .x = 101, .y = 51}, /* no dot */
     };
-    ca_unseen_light unseen = {
-        .camera_paths = 1000.0, .expected_scale = scale, .trial = 1.0, .paths_of_pixel = 2.0, .weight = one};
+    ca_dot_light light = {.camera_paths = 1000.0, .expected_scale = scale, .paths_of_pixel = 2.0, .weight = one};
     const double each = 9.0 / per_path / 2000.0;
-    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - 2.0 * each) < 1e-9);
-    unseen.weight = only_left;
-    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - each) < 1e-9);
-    unseen.weight = one;
-    unseen.trial = 3.9; /* sees 1.95 of the first one, more than two with the second */
-    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - each) < 1e-9);
-    unseen.trial = 0.0;
-    assert_true(fabs(ca_method_unseen(samples, 4, &unseen) - 2.0 * each) < 1e-9); /* the last one is no dot */
-    unseen.trial = 100.0;
-    assert_true(ca_method_unseen(samples, 4, &unseen) == 0.0);
+    assert_true(fabs(ca_method_dots(samples, 4, &light) - 2.0 * each) < 1e-9);
+    light.weight = only_left;
+    assert_true(fabs(ca_method_dots(samples, 4, &light) - each) < 1e-9);
+}
+
+/* Values 1, 3 and 50 in one cell, 2, 2, 2 in the other. */
+static void test_variance_without_dots(void **state)
+{
+    (void)state;
+    float values[] = {1.0f, 2.0f, 3.0f, 2.0f, 50.0f, 2.0f};
+    const ca_method_trial trial = {.cells = {2, 1}, .samples = values, .iterations = 3};
+    const double weights[] = {0.25, 7.0};
+    assert_true(fabs(ca_method_trial_sum(&trial, 0) - 54.0) < 1e-12);
+    const double all = 0.25 * (1.0 + 9.0 + 2500.0 - 54.0 * 54.0 / 3.0) / 2.0 / 2.0;
+    assert_true(fabs(ca_method_trial_variance(&trial, weights, (double)INFINITY) - all) < 1e-9);
+    assert_true(fabs(ca_method_trial_variance(&trial, weights, 30.0) - 0.25 * 2.0 / 2.0) < 1e-9);
 }
 
 #define FILM(side)                                                                                                   \
@@ -206,9 +211,9 @@ static ca_scene *water_scene(void)
     return scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("24") FLOOR WATER SUN "</scene>");
 }
 
-/* A camera path of `path` brings one contribution there, by next event: what the pilot says of all of it, as if a
- * trial saw nothing, is the mean square of a sample. */
-static void test_unseen_is_the_second_moment(void **state)
+/* A camera path of `path` brings one contribution there, by next event. Where all of them pass for dots, what the
+ * pilot says is the mean square of a sample. */
+static void test_dots_are_the_second_moment(void **state)
 {
     (void)state;
     ca_scene *scene = wall_scene();
@@ -224,11 +229,11 @@ static void test_unseen_is_the_second_moment(void **state)
     assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
     assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 256.0, &error), CA_OK);
     ca_lost_light(pilot.samples[0], pilot.count);
-    const ca_unseen_light unseen = {.camera_paths = CA_PILOT_CAMERA_PATHS,
-                                    .expected_scale = 256.0 * 24 * 24 / CA_PILOT_CAMERA_PATHS,
-                                    .paths_of_pixel = 1.0,
-                                    .weight = much};
-    const double told = ca_method_unseen(pilot.samples[0], pilot.count, &unseen) / MUCH;
+    const ca_dot_light light = {.camera_paths = CA_PILOT_CAMERA_PATHS,
+                                .expected_scale = 256.0 * 24 * 24 / CA_PILOT_CAMERA_PATHS,
+                                .paths_of_pixel = 1.0,
+                                .weight = much};
+    const double told = ca_method_dots(pilot.samples[0], pilot.count, &light) / MUCH;
     ca_light_pilot_destroy(&pilot);
 
     ca_image_layers *image = render_scene(scene, &settings);
@@ -354,7 +359,7 @@ static double trial_variance(const ca_scene *scene, const ca_method *method, uin
     assert_int_equal(ca_method_trial_create(&trial, &plan, method, &radii, &error), CA_OK);
     assert_true(ca_trial_cell_count(&trial.cells) <= CA_TRIAL_CELLS && trial.cells.width > 20);
     for (int i = 0; i < 3 * TRIAL_ITERATIONS; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
-    const double variance = ca_method_trial_variance(&trial, weights);
+    const double variance = ca_method_trial_variance(&trial, weights, (double)INFINITY);
     assert_true(ca_method_trial_seconds(&trial) > 0.0);
     const double cells = (double)ca_trial_cell_count(&trial.cells), pixels = RENDER_SIDE * RENDER_SIDE;
     trial.light_seconds = 2.0; /* scaled from the trial's film and cells to the render's */
@@ -610,8 +615,9 @@ int main(void)
         cmocka_unit_test(test_first_methods),
         cmocka_unit_test(test_neighbours),
         cmocka_unit_test(test_loses_light),
-        cmocka_unit_test(test_unseen),
-        cmocka_unit_test(test_unseen_is_the_second_moment),
+        cmocka_unit_test(test_dots),
+        cmocka_unit_test(test_variance_without_dots),
+        cmocka_unit_test(test_dots_are_the_second_moment),
         cmocka_unit_test(test_configure),
         cmocka_unit_test(test_radii),
         cmocka_unit_test(test_trial_is_as_noisy),

@@ -35,7 +35,7 @@ static void test_says_what_it_chose(void **state)
     for (size_t i = 0; i < json_array_size(trials); i++) {
         const json_t *trial = json_array_get(trials, i);
         assert_true(json_number(trial, "iterations") >= 2.0 && json_number(trial, "seconds") > 0.0);
-        assert_true(json_number(trial, "variance") >= 0.0 && json_number(trial, "unseen_variance") >= 0.0);
+        assert_true(json_number(trial, "variance") >= 0.0 && json_number(trial, "dot_variance") >= 0.0);
     }
     json_decref(stats);
 }

@@ -67,7 +67,7 @@ static json_t *trial_json(const ca_tried_method *t)
                           set(object, "light_paths", ca_json_number(t->light_paths)) &&
                           set(object, "iterations", count(t->iterations)) &&
                           set(object, "variance", ca_json_number(t->variance)) &&
-                          set(object, "unseen_variance", ca_json_number(t->unseen_variance)) &&
+                          set(object, "dot_variance", ca_json_number(t->dot_variance)) &&
                           set(object, "seconds", ca_json_number(t->seconds));
     if (complete) return object;
     json_decref(object);

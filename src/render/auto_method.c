@@ -138,21 +138,19 @@ static double weight_at(const void *user, uint32_t x, uint32_t y)
     return c->weights[ca_trial_cell_at(&c->cells, c->plan, x, y)];
 }
 
-static double unseen_by(const chooser *c, uint32_t i)
+static double dots_of(const chooser *c, uint32_t i)
 {
     const ca_render_plan *plan = c->plan;
     const uint32_t m = pilot_method(&c->methods[i]);
     if (m == WITHOUT_MERGES) return 0.0;
-    const double pixels = pixels_of_crop(plan);
-    const ca_unseen_light unseen = {
+    const ca_dot_light light = {
         .camera_paths = CA_PILOT_CAMERA_PATHS,
-        .expected_scale = c->passes * plan->camera_paths * pixels / CA_PILOT_CAMERA_PATHS,
-        .trial = c->trials[i].iterations * (double)ca_trial_cell_count(&c->cells) / (c->passes * pixels),
+        .expected_scale = c->passes * plan->camera_paths * pixels_of_crop(plan) / CA_PILOT_CAMERA_PATHS,
         .paths_of_pixel = plan->camera_paths,
         .weight = weight_at,
         .user = c,
     };
-    return ca_method_unseen(c->pilot.samples[m], c->pilot.count, &unseen);
+    return ca_method_dots(c->pilot.samples[m], c->pilot.count, &light);
 }
 
 /* ---- Trials ---------------------------------------------------------------------------------------------------- */
@@ -266,7 +264,7 @@ static double *luminance_of(const chooser *c, ca_error *error)
     for (uint32_t i = 0; i < c->count; i++) merges = merges || ca_method_merges(&c->methods[i]);
     for (uint32_t i = 0; sums && i < c->count; i++)
         if (ca_method_merges(&c->methods[i]) || !merges) {
-            for (size_t p = 0; p < cells; p++) sums[p] += c->trials[i].sums[p];
+            for (size_t p = 0; p < cells; p++) sums[p] += ca_method_trial_sum(&c->trials[i], p);
             iterations += c->trials[i].iterations;
         }
     if (!sums) ca_fail_memory(error, "the trials");
@@ -290,14 +288,21 @@ static ca_status set_weights(chooser *c, ca_error *error)
     return CA_OK;
 }
 
+/* Of methods that merge the pilot tells no dots: theirs are in the trial. */
+static ca_method_score score_of(const chooser *c, uint32_t i)
+{
+    const bool merges = ca_method_merges(&c->methods[i]);
+    const double dot_square = merges ? (double)INFINITY : CA_DOT_SQUARE;
+    return (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights, dot_square),
+                             .dots = dots_of(c, i),
+                             .blur = ca_method_blur(&c->methods[i]),
+                             .seconds = ca_method_trial_seconds(&c->trials[i])};
+}
+
 static ca_status score(chooser *c, ca_error *error)
 {
     CA_TRY(set_weights(c, error));
-    for (uint32_t i = 0; i < c->count; i++)
-        c->scores[i] = (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights),
-                                         .unseen = unseen_by(c, i),
-                                         .blur = ca_method_blur(&c->methods[i]),
-                                         .seconds = ca_method_trial_seconds(&c->trials[i])};
+    for (uint32_t i = 0; i < c->count; i++) c->scores[i] = score_of(c, i);
     c->scored = c->count;
     const ca_method_score best = c->scores[ca_method_best(c->scores, c->count)];
     for (uint32_t i = 0; i < c->count; i++)
@@ -367,7 +372,7 @@ static void note_trials(chooser *c)
             .light_paths = has_light_paths ? ca_method_light_paths(method, c->plan) : 0.0,
             .iterations = c->trials[i].iterations,
             .variance = c->scores[i].variance,
-            .unseen_variance = c->scores[i].unseen,
+            .dot_variance = c->scores[i].dots,
             .seconds = c->scores[i].seconds,
         };
     }

@@ -8,8 +8,8 @@ enum { LEAST_LOG4 = -2 };
 #define SLACK 3.0
 
 /* Where all light is merged; where other techniques find most of it. */
-#define BLUR 1.5
-#define SOME_BLUR 1.1
+#define BLUR 2.2
+#define SOME_BLUR 1.2
 
 /* Below any noise that matters: of two methods without noise the faster one is better. */
 #define NO_VARIANCE 1e-12
@@ -44,7 +44,7 @@ double ca_method_blur(const ca_method *method)
 double ca_method_cost(const ca_method_score *score)
 {
     if (score->loses_light) return (double)INFINITY;
-    return (score->variance + score->unseen + NO_VARIANCE) * score->blur * score->seconds;
+    return (score->variance + score->dots + NO_VARIANCE) * score->blur * score->seconds;
 }
 
 uint32_t ca_method_best(const ca_method_score *scores, uint32_t count)

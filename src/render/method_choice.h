@@ -17,8 +17,8 @@ typedef struct ca_method {
 } ca_method;
 
 typedef struct ca_method_score {
-    double variance; /* of an iteration, relative, mean over pixels: of what the trial saw; */
-    double unseen;   /* likewise, of light too rare for the trial to see */
+    double variance; /* of an iteration, relative, mean over pixels: of the trial; without dots where there is: */
+    double dots;     /* likewise, of dots, by the pilot */
     double seconds;  /* of one processor, that an iteration of the render is expected to take */
     double blur;     /* ca_method_blur */
     bool loses_light;
@@ -33,7 +33,8 @@ bool ca_method_has_light_paths(const ca_method *method);
 bool ca_method_merges(const ca_method *method);
 
 /* What its error is expected to be over its variance: 1 without merges, which blur. A radius of least error
- * (photon/radius_choice.h) has a square of the blur that is half of the variance, where all light is merged. */
+ * (photon/radius_choice.h) has a square of the blur of half the variance where light changes smoothly, and of twice
+ * the variance at edges, where all light is merged. */
 double ca_method_blur(const ca_method *method);
 
 /* Variance x blur x time; INFINITY: never. */

@@ -8,12 +8,6 @@ enum { PARTS = 8, AGREEING_BATCHES = 4 };
 #define LOST_OF_PICTURE 0.005
 #define LOST_OF_PART 0.05
 
-/* A sample is a dot if its square is so many times the pixel's squared luminance. */
-#define DOT 4.0
-
-/* The trial sees what it is expected to make so many samples of. */
-#define SEEN 2.0
-
 typedef struct part_light {
     double all, lost;
     uint32_t batches; /* bits: those in which some is lost */
@@ -58,17 +52,15 @@ bool ca_method_loses_light(const ca_light_sample *samples, size_t count, const c
     return lost;
 }
 
-double ca_method_unseen(const ca_light_sample *samples, size_t count, const ca_unseen_light *unseen)
+double ca_method_dots(const ca_light_sample *samples, size_t count, const ca_dot_light *light)
 {
-    double sum = 0.0, seen = 0.0;
+    double sum = 0.0;
     for (size_t i = 0; i < count; i++) {
         const ca_light_sample *s = &samples[i];
-        seen += s->expected * unseen->trial;
-        if (seen >= SEEN) break;
-        if (!(s->expected > 0.0)) continue; /* lost, whatever the number of samples */
-        const double per_path = s->expected / unseen->expected_scale; /* Q / T */
-        const double weight = unseen->weight(unseen->user, s->x, s->y), brings = s->light / per_path;
-        if (weight * brings * brings > DOT) sum += weight * brings * s->light;
+        if (!(s->expected > 0.0)) continue;
+        const double per_path = s->expected / light->expected_scale; /* Q / T */
+        const double weight = light->weight(light->user, s->x, s->y), brings = s->light / per_path;
+        if (weight * brings * brings > CA_DOT_SQUARE) sum += weight * brings * s->light;
     }
-    return sum / (unseen->camera_paths * unseen->paths_of_pixel);
+    return sum / (light->camera_paths * light->paths_of_pixel);
 }

@@ -190,14 +190,6 @@ static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, c
 
 /* ---- Its iterations -------------------------------------------------------------------------------------------- */
 
-static ca_status create_sums(ca_method_trial *trial, ca_error *error)
-{
-    const size_t cells = ca_trial_cell_count(&trial->cells);
-    trial->sums = ca_alloc_zeroed(cells, sizeof *trial->sums);
-    trial->squares = ca_alloc_zeroed(cells, sizeof *trial->squares);
-    return trial->sums && trial->squares ? CA_OK : ca_fail_memory(error, "the trials");
-}
-
 ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
                                  const ca_method_radii *radii, ca_error *error)
 {
@@ -206,7 +198,6 @@ ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *p
     trial->crop_pixels = pixels_of_crop(plan);
     ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
     if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
-    if (status == CA_OK) status = create_sums(trial, error);
     if (status != CA_OK) ca_method_trial_destroy(trial);
     return status;
 }
@@ -215,8 +206,7 @@ void ca_method_trial_destroy(ca_method_trial *trial)
 {
     if (trial->integrator) trial->method.type->destroy(trial->integrator);
     ca_workers_destroy(&trial->workers);
-    ca_free(trial->sums);
-    ca_free(trial->squares);
+    ca_free(trial->samples);
     *trial = (ca_method_trial){.integrator = NULL};
 }
 
@@ -240,9 +230,8 @@ static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_film_samp
         place(trial, cell, &x, &y);
         sum += (double)ca_luminance(type->splat(trial->integrator, x, y));
     }
-    if (!isfinite(sum)) return;
-    trial->sums[cell] += sum;
-    trial->squares[cell] += sum * sum;
+    const size_t cells = ca_trial_cell_count(&trial->cells);
+    trial->samples[trial->iterations * cells + cell] = isfinite(sum) ? (float)sum : 0.0f;
 }
 
 /* So many cells from the first, GROUP camera paths at most. */
@@ -270,6 +259,10 @@ ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error)
     const ca_integrator_type *type = trial->method.type;
     const uint32_t cells = (uint32_t)ca_trial_cell_count(&trial->cells);
     const uint32_t step = GROUP / ca_min_u32(trial->plan.camera_paths, GROUP);
+    float *samples =
+        ca_array_grow(trial->samples, &trial->capacity, (size_t)(trial->iterations + 1) * cells, sizeof *samples);
+    if (!samples) return ca_fail_memory(error, "the trials");
+    trial->samples = samples;
     const double start = ca_clock_thread_seconds();
     if (type->begin_round)
         CA_TRY(type->begin_round(trial->integrator, trial->iterations, 0, &trial->workers.parallel,
@@ -290,12 +283,26 @@ double ca_method_trial_seconds(const ca_method_trial *trial)
     return trial->light_seconds * trial->area + trial->camera_seconds * of_crop;
 }
 
-double ca_method_trial_variance(const ca_method_trial *trial, const double *weights)
+double ca_method_trial_sum(const ca_method_trial *trial, size_t cell)
 {
     const size_t cells = ca_trial_cell_count(&trial->cells);
-    const double n = trial->iterations;
     double sum = 0.0;
-    for (size_t c = 0; c < cells; c++)
-        sum += weights[c] * (trial->squares[c] - trial->sums[c] * trial->sums[c] / n) / (n - 1.0);
-    return sum / (double)cells;
+    for (uint32_t i = 0; i < trial->iterations; i++) sum += (double)trial->samples[i * cells + cell];
+    return sum;
+}
+
+double ca_method_trial_variance(const ca_method_trial *trial, const double *weights, double dot_square)
+{
+    const size_t cells = ca_trial_cell_count(&trial->cells);
+    double total = 0.0;
+    for (size_t c = 0; c < cells; c++) {
+        double n = 0.0, sum = 0.0, squares = 0.0;
+        for (uint32_t i = 0; i < trial->iterations; i++) {
+            const double value = (double)trial->samples[i * cells + c];
+            if (weights[c] * value * value > dot_square) continue;
+            n++, sum += value, squares += value * value;
+        }
+        if (n > 1.0) total += weights[c] * (squares - sum * sum / n) / (n - 1.0);
+    }
+    return total / (double)cells;
 }

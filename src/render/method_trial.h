@@ -34,7 +34,8 @@ typedef struct ca_method_trial {
     ca_trial_cells cells;
     void *integrator; /* owned */
     ca_workers workers;
-    double *sums, *squares; /* owned; of each cell's luminance in an iteration */
+    float *samples; /* owned; luminances: of all cells in an iteration, one iteration after the other */
+    size_t capacity;
     uint32_t iterations;
     double light_seconds, camera_seconds; /* of a processor, of the fastest but the first, which warms up */
 } ca_method_trial;
@@ -67,7 +68,10 @@ ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error);
 
 /* Of a processor, that an iteration of the render is expected to take; needs two iterations. */
 double ca_method_trial_seconds(const ca_method_trial *trial);
-/* The mean over cells of weights[cell] times the variance of an iteration's luminance; needs two iterations. */
-double ca_method_trial_variance(const ca_method_trial *trial, const double *weights);
+/* Of a cell's luminance, over all iterations. */
+double ca_method_trial_sum(const ca_method_trial *trial, size_t cell);
+/* The mean over cells of weights[cell] times the variance of an iteration's luminance; needs two iterations. With a
+ * `dot_square` values whose square times the weight is larger are left out; INFINITY: none are. */
+double ca_method_trial_variance(const ca_method_trial *trial, const double *weights, double dot_square);
 
 #endif
