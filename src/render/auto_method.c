@@ -272,7 +272,7 @@ static double *luminance_of(const chooser *c, ca_error *error)
     return sums;
 }
 
-/* By the luminance of cells and of what is around them: that of a cell is noisy, that around an edge is not its own. */
+/* By the luminance of a cell, which is noisy, and of those around it, which at an edge are different. */
 static ca_status set_weights(chooser *c, ca_error *error)
 {
     const uint32_t width = c->cells.width, height = c->cells.height;
