@@ -62,9 +62,8 @@ static ca_status set_radius(const ca_method *method, const ca_render_plan *plan,
                             ca_integrator_input *chosen, ca_error *error)
 {
     if (!radii || !ca_method_merges(method) || ca_render_plan_is_set(plan, "radius")) return CA_OK;
-    const double usual = is_photons_alone(method->type) ? radii->photons_alone : radii->with_connections;
-    const double radius = usual * pow(4.0, -method->light_paths_log4 / 6.0);
-    return set_number(method->type, "radius", (double)(float)radius, chosen, error);
+    const double radius = is_photons_alone(method->type) ? radii->photons_alone : radii->with_connections;
+    return set_number(method->type, "radius", radius, chosen, error);
 }
 
 ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,

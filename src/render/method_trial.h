@@ -53,9 +53,8 @@ ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, 
                                 ca_error *error);
 
 /* Puts the method to use, with the parameters that the settings of `auto`, plan->type, name, as far as it has them.
- * `*chosen`: where plan->input.values would go; plan itself stays as it is. With other numbers of light paths than
- * the usual one a radius that is not set follows their sixth root, as the one of least error does where it blurs
- * smooth light. `radii` may be NULL: it is then left open. */
+ * `*chosen`: where plan->input.values would go; plan itself stays as it is. A radius that is not set is the same for
+ * all numbers of light paths: methods that are compared blur alike. `radii` may be NULL: it is then left open. */
 ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
                               ca_integrator_input *chosen, ca_error *error);
 
