@@ -25,8 +25,10 @@
 #include "cli/layer_choice.c"
 #include "cli/options.c"
 #include "cli/outputs.c"
+#include "cli/places.c"
 #include "cli/progress.c"
 #include "cli/report.c"
+#include "cli/say.c"
 #include "cli/signals.c"
 #define put_slopes put_slopes_of_page
 #define read_list read_numbers
@@ -34,6 +36,13 @@
 #undef put_slopes
 #include "cli/converge_tables.c"
 #include "cli/values.c"
+#include "cli/json_values.c"
+#define NAME_SIZE SETTINGS_NAME_SIZE
+#define find find_attribute
+#include "cli/settings_json.c"
+#undef NAME_SIZE
+#undef find
+#include "cli/stats_json.c"
 #include "cli/command_converge.c"
 #undef make_folder
 #include "support/sample_folder.h"
