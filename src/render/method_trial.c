@@ -237,15 +237,14 @@ static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_film_samp
 static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
 {
     const uint32_t of_pixel = ca_min_u32(trial->plan.camera_paths, GROUP);
-    ca_film_sample samples[GROUP];
+    ca_film_sample samples[GROUP] = {0};
     ca_camera_path paths[GROUP];
     for (uint32_t i = 0; i < count * of_pixel; i++) {
-        samples[i] = (ca_film_sample){0};
         paths[i] = (ca_camera_path){.index = trial->iterations * of_pixel + i % of_pixel, .sample = &samples[i]};
         place(trial, first + i / of_pixel, &paths[i].x, &paths[i].y);
     }
     trial->method.type->camera_paths(trial->integrator, paths, count * of_pixel, 0, trial->workers.list);
-    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &samples[i * of_pixel], of_pixel);
+    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &samples[(size_t)i * of_pixel], of_pixel);
 }
 
 static void keep_least(double *least, double seconds, uint32_t iteration)
