@@ -187,7 +187,7 @@ static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, uint32_
 {
     ca_camera_path paths[CA_WALKS];
     ca_film_sample samples[CA_WALKS];
-    ca_camera_walk *walks[CA_WALKS];
+    ca_camera_walk *walks[CA_WALKS] = {NULL};
     pilot_batch batch = {.pilot = p, .sums = &p->sums[index][first], .paths = paths};
     for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
