@@ -236,7 +236,7 @@ static void copy_partition(const photon_build *build, uint32_t partition, uint32
                                : ca_min_u32(end, begin - begin % CA_PHOTON_LANES + CA_PHOTON_LANES);
     const uint32_t last = ca_max_u32(first, end - end % CA_PHOTON_LANES);
     if (begin < first) copy_kept(grid, partition - 1, begin, first, to);
-    memcpy(to + (first - begin), partitioned(grid) + first, (last - first) * sizeof *to);
+    if (first < last) memcpy(to + (first - begin), partitioned(grid) + first, (last - first) * sizeof *to);
     if (last < end) copy_kept(grid, partition, last, end, to + (last - begin));
 }
 
