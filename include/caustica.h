@@ -251,6 +251,8 @@ typedef struct ca_preflight {
      * merge. */
     double merged_light, merged_light_low, merged_light_high;
     double merged_photons, merged_photons_low, merged_photons_high;
+    double radius; /* of merges in the first pass: given, or the default, which a render with this setting need not
+                      look for again; 0: the method does not merge, or none is chosen yet */
     uint64_t camera_paths, light_paths, rays, shadow_rays; /* of the pilot that told */
     uint32_t warning_count;
     char warnings[CA_PREFLIGHT_WARNINGS][CA_PREFLIGHT_WARNING_SIZE]; /* one sentence each */
