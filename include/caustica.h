@@ -115,9 +115,9 @@ typedef struct ca_scene_source {
 /* As ca_scene_load. */
 CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);
 
-/* The same scene seen otherwise: the source's <sensor>, with its film and sampler, and its <integrator>, if it has one,
- * replace the scene's; there can be nothing else in it. Shapes, lights and materials are shared, nothing is built
- * again, and the two scenes may be released in any order. */
+/* The same scene seen otherwise: the source's <sensor>, with its film and sampler, and its <integrator>, if it has
+ * one, replace the scene's; there can be nothing else in it. Shapes, lights and materials are shared, nothing is
+ * built again, and the two scenes may be released in any order. Threads: several may make views of one scene. */
 CA_API ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene **view, ca_error *error);
 
 /* ---- Rendering ------------------------------------------------------------------------------------------------- */
@@ -421,8 +421,8 @@ CA_API const float *ca_image_channel(const ca_image_layers *image, const char *n
 /* How many channels there are, and the name of each, borrowed; NULL past the last. */
 CA_API size_t ca_image_channel_count(const ca_image_layers *image);
 CA_API const char *ca_image_channel_name(const ca_image_layers *image, size_t index);
-/* What is said of the picture, such as "caustica.integrator": name and value, borrowed; `text` is NULL where the value
- * is a number. False past the last. */
+/* What is said of the picture, such as "caustica.integrator": name and value, borrowed; `text` is NULL where the
+ * value is a number. False past the last. */
 CA_API bool ca_image_attribute(const ca_image_layers *image, size_t index, const char **name, const char **text,
                                double *number);
 /* A picture of black without channels, and its channels one by one: width * height values, which are copied. */

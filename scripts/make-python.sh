@@ -8,12 +8,12 @@ set -eu
 build=$(cd "$1" && pwd)
 cd "$(dirname "$0")/.."
 environment=$build/python/environment
+pip="$environment/bin/python -m pip --quiet --disable-pip-version-check"
 if [ ! -x "$environment/bin/pytest" ]; then
     python3 -m venv --clear "$environment"
-    "$environment/bin/pip" install --quiet --disable-pip-version-check 'setuptools>=70.1' 'cffi>=1.16' 'numpy>=1.24' pytest tqdm
+    $pip install 'setuptools>=70.1' 'cffi>=1.16' 'numpy>=1.24' pytest tqdm
 fi
 [ "${2:-}" != --environment ] || exit 0
 rm -f "$build"/python/*.whl
-CAUSTICA_BUILD=$build "$environment/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
-    --wheel-dir "$build/python" .
+CAUSTICA_BUILD=$build $pip wheel --no-build-isolation --no-deps --wheel-dir "$build/python" .
 ls "$build"/python/*.whl

@@ -10,13 +10,15 @@ if [ ! -x "$python" ]; then
     exit 0
 fi
 modules=$build/python/modules
-if ! CAUSTICA_BUILD=$build "$python" setup.py --quiet build --build-base "$build/python/temporary" --build-lib "$modules" >"$build/python/build.log" 2>&1; then
+export CAUSTICA_BUILD="$build" PYTHONPATH="$modules" CA_PROGRAM="$build/caustica"
+if ! "$python" setup.py --quiet build --build-base "$build/python/temporary" --build-lib "$modules" \
+    >"$build/python/build.log" 2>&1; then
     sed 's/^/# /' "$build/python/build.log"
     echo "1..1"
     echo "not ok 1 - the extension builds"
     exit 1
 fi
-PYTHONPATH=$modules CA_PROGRAM=$build/caustica "$python" -m pytest -p no:cacheprovider --color=no -q -rA python/tests >"$build/python/pytest.log" 2>&1
+"$python" -m pytest -p no:cacheprovider --color=no -q -rA python/tests >"$build/python/pytest.log" 2>&1
 status=$?
 awk '/^PASSED /  { print "ok " ++n " - " $2 }
      /^(FAILED|ERROR) / { print "not ok " ++n " - " $2 }

@@ -102,7 +102,8 @@ static uint64_t picture_with_file(bool with_normals, const char *inside)
                                    with_normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "");
     for (int v = 0; v < 4; v++) {
         const float *p = &positions[3 * v], *n = &normals[3 * v], *uv = &uvs[2 * v];
-        used += (size_t)snprintf(ply + used, sizeof ply - used, "%g %g %g ", (double)p[0], (double)p[1], (double)p[2]);
+        used +=
+            (size_t)snprintf(ply + used, sizeof ply - used, "%g %g %g ", (double)p[0], (double)p[1], (double)p[2]);
         if (with_normals)
             used += (size_t)snprintf(ply + used, sizeof ply - used, "%.9g %.9g %.9g ", (double)n[0], (double)n[1],
                                      (double)n[2]);
@@ -131,7 +132,8 @@ static void test_mesh(void **state)
     assert_true(smooth != picture_with_file(true, flat));
 }
 
-#define TEXTURED(bitmap) MESH "<bsdf type='diffuse'><texture name='reflectance' type='bitmap'>" bitmap "</texture></bsdf>" END
+#define TEXTURED(bitmap)                                                                                           \
+    MESH "<bsdf type='diffuse'><texture name='reflectance' type='bitmap'>" bitmap "</texture></bsdf>" END
 
 static void test_bitmap(void **state)
 {

@@ -113,7 +113,8 @@ def test_files():
     with pytest.raises(caustica.SceneError) as raised:
         caustica.load_string("<scene version='3.0.0'>\n <sensr/></scene>")
     assert (raised.value.file, raised.value.line, raised.value.column) == ("load_string", 2, 2)
-    text = "<scene version='3.0.0'><default name='w' value='8'/><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='$w'/></film></sensor><emitter type='constant'/></scene>"
+    text = """<scene version="3.0.0"><default name="w" value="8"/><sensor type="perspective"><film type="hdrfilm">
+        <integer name="width" value="$w"/></film></sensor><emitter type="constant"/></scene>"""
     assert caustica.render(caustica.load_string(text, w=12), spp=1).width == 12
 
 

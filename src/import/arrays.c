@@ -12,8 +12,8 @@
 static void fail_unknown(const char *what, const char *name, const char *nearest, ca_error *error)
 {
     if (nearest)
-        ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\" among the arrays; the nearest name is \"%s\"", what,
-                name, nearest);
+        ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\" among the arrays; the nearest name is \"%s\"",
+                what, name, nearest);
     else
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\": none is given as arrays", what, name);
 }
