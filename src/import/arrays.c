@@ -69,10 +69,7 @@ ca_status ca_import_mesh_data(const ca_scene_source *source, const char *name, c
     CA_TRY(ca_mesh_create(mesh, data->vertex_count, data->triangle_count, data->normals, data->uvs, error));
     copy_mesh(data, mesh);
     const ca_status status = ca_mesh_validate(mesh, name, error);
-    if (status != CA_OK)
-        ca_mesh_destroy(mesh);
-    else if (mesh->normals)
-        ca_mesh_normalize_normals(mesh);
+    if (status != CA_OK) ca_mesh_destroy(mesh);
     return status;
 }
 
