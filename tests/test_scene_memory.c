@@ -100,7 +100,7 @@ static uint64_t picture_with_file(bool with_normals, const char *inside)
                                    "property float z\n%sproperty float u\nproperty float v\nelement face 2\n"
                                    "property list uchar int vertex_indices\nend_header\n",
                                    with_normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "");
-    for (int v = 0; v < 4; v++) {
+    for (size_t v = 0; v < 4; v++) {
         const float *p = &positions[3 * v], *n = &normals[3 * v], *uv = &uvs[2 * v];
         used +=
             (size_t)snprintf(ply + used, sizeof ply - used, "%g %g %g ", (double)p[0], (double)p[1], (double)p[2]);
