@@ -16,7 +16,9 @@ if [ -n "$(cached CA_SANITIZE)" ]; then
     exit 0
 fi
 
-awk -v folder="$folder" '/^```c$/ { file = folder "/" ++n ".c"; next } /^```$/ { file = "" } file { print > file }' docs/library.md
+awk -v folder="$folder" '/^```c$/ { file = folder "/" ++n ".c"; next }
+    /^```$/ { file = "" }
+    file { print > file }' docs/library.md
 awk '/^```xml$/ { on = 1; next } /^```$/ { on = 0 } on' README.md >"$folder/ball.xml"
 programs=$(find "$folder" -name '*.c' | sort)
 echo "1..$(($(wc -w <<<"$programs") + 2))"
