@@ -134,8 +134,8 @@ static void test_mesh(void **state)
     assert_true(smooth == picture_with_file(true, ""));
     assert_true(picture_of(parse(START MESH END, &without_normals, NULL)) == picture_with_file(false, ""));
     static const char squares[] =
-        "<bsdf type='diffuse'><texture name='reflectance' type='checkerboard'><transform name='to_uv'><scale value='3'/>"
-        "</transform></texture></bsdf>";
+        "<bsdf type='diffuse'><texture name='reflectance' type='checkerboard'><transform name='to_uv'>"
+        "<scale value='3'/></transform></texture></bsdf>";
     assert_true(picture_with_arrays(flat) == picture_with_file(true, flat));
     assert_true(picture_with_arrays(squares) == picture_with_file(true, squares));
     assert_true(smooth != picture_with_file(true, flat));
