@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long mutants check-metrics python bench bench-peers gallery paper-000 paper-002 paper-004 lint install clean dependencies
+.PHONY: help build demo test test-sanitized test-long mutants check-metrics python bench bench-peers gallery paper-000 paper-002 paper-004 lint install package clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -31,6 +31,7 @@ help:
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
 	@echo "make lint       source rules; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
+	@echo "make package    a Debian package of program and library, to build/package/"
 	@echo "make clean      removes build folders and out/"
 
 dependencies:
@@ -109,6 +110,11 @@ lint:
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+package: build
+	@scripts/install-dependencies.sh package
+	@cd $(BUILD) && cpack --config CPackConfig.cmake -B package >package.log || { cat package.log; exit 1; }
+	@ls $(BUILD)/package/*.deb
 
 clean:
 	rm -rf build build-* out

@@ -120,6 +120,28 @@ CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene,
  * built again, and the two scenes may be released in any order. Threads: several may make views of one scene. */
 CA_API ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene **view, ca_error *error);
 
+/* Rays against the scene's shapes, for programs that build on the same geometry. Each call is one thread's; several
+ * may ask at once. */
+typedef struct ca_ray {
+    float origin[3], direction[3]; /* of any length but 0 */
+    float t_min, t_max;            /* hits lie between; in units of the direction's length */
+} ca_ray;
+
+typedef struct ca_ray_hit {
+    float t; /* INFINITY: nothing was met, or the ray has a value that is not finite */
+    float position[3];
+    float normal[3], shading_normal[3]; /* unit; the first is the surface's own, on the side of the second */
+    float uv[2]; /* 0 on spheres, disks and cylinders in scenes where no texture asks for it */
+    uint32_t shape, primitive, instance; /* UINT32_MAX: there is none */
+} ca_ray_hit;
+
+/* The nearest hit of each ray. */
+CA_API void ca_scene_intersect(const ca_scene *scene, const ca_ray *rays, size_t count, ca_ray_hit *hits);
+/* Does each ray meet anything? */
+CA_API void ca_scene_occluded(const ca_scene *scene, const ca_ray *rays, size_t count, bool *occluded);
+/* The id that the scene's text gives a shape, borrowed; NULL where it has none or there is no such shape. */
+CA_API const char *ca_scene_shape_id(const ca_scene *scene, uint32_t shape);
+
 /* ---- Rendering ------------------------------------------------------------------------------------------------- */
 
 struct ca_image_layers;

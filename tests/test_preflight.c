@@ -484,7 +484,8 @@ static void test_cost(void **state)
         const ca_preflight preflight = preflight_of(scene, &settings);
         assert_int_equal(preflight.camera_paths, CA_PILOT_CAMERA_PATHS);
         assert_int_equal(preflight.light_paths, CA_PILOT_LIGHT_PATHS);
-        assert_true(preflight.rays + preflight.shadow_rays < UINT64_C(6) * (CA_PILOT_CAMERA_PATHS + CA_PILOT_LIGHT_PATHS));
+        const uint64_t paths = CA_PILOT_CAMERA_PATHS + CA_PILOT_LIGHT_PATHS;
+        assert_true(preflight.rays + preflight.shadow_rays < 6 * paths);
         ca_scene_release(scene);
     }
 }

@@ -1,6 +1,8 @@
 """Scenes: from files, texts and dictionaries."""
 import os
 
+import numpy as np
+
 from caustica._dict import Document
 from caustica._errors import SceneError, check, new_error
 from caustica._library import ffi, lib
@@ -19,6 +21,44 @@ class Scene:
         if integrator is not None:
             description["integrator"] = integrator
         return _from_document(Document(description), lambda *args: lib.ca_scene_view(self._pointer, *args))
+
+
+    def _rays(self, origins, directions, t_min, t_max):
+        shape = np.broadcast_shapes(np.shape(origins), np.shape(directions))
+        if len(shape) != 2 or shape[1] != 3:
+            raise ValueError(f"rays have the shape (n, 3), not {shape}")
+        rays = np.empty(shape[0], _RAY)
+        rays["origin"], rays["direction"], rays["t_min"], rays["t_max"] = origins, directions, t_min, t_max
+        return rays
+
+    def intersect(self, origins, directions, t_min=0.0, t_max=np.inf):
+        """The nearest hits of rays (n, 3), (n, 3): a NumPy array of n records with the fields t (inf: nothing was met; in units of
+        the direction's length), position, normal, shading_normal, uv, shape, primitive, instance (2^32 - 1: none)."""
+        rays = self._rays(origins, directions, t_min, t_max)
+        hits = np.empty(len(rays), _HIT)
+        lib.ca_scene_intersect(self._pointer, ffi.from_buffer("ca_ray[]", rays), len(rays),
+                               ffi.from_buffer("ca_ray_hit[]", hits, require_writable=True))
+        return hits
+
+    def occluded(self, origins, directions, t_min=0.0, t_max=np.inf):
+        """Does each of the rays (n, 3), (n, 3) meet anything? bool (n,)"""
+        rays = self._rays(origins, directions, t_min, t_max)
+        found = np.empty(len(rays), bool)
+        lib.ca_scene_occluded(self._pointer, ffi.from_buffer("ca_ray[]", rays), len(rays),
+                              ffi.from_buffer("bool[]", found, require_writable=True))
+        return found
+
+    def shape_id(self, shape):
+        """The key of a shape by its number in a hit; None where it has none."""
+        text = lib.ca_scene_shape_id(self._pointer, shape)
+        return ffi.string(text).decode() if text else None
+
+
+#: ca_ray and ca_ray_hit.
+_RAY = np.dtype([("origin", "f4", 3), ("direction", "f4", 3), ("t_min", "f4"), ("t_max", "f4")])
+_HIT = np.dtype([("t", "f4"), ("position", "f4", 3), ("normal", "f4", 3), ("shading_normal", "f4", 3), ("uv", "f4", 2),
+                 ("shape", "u4"), ("primitive", "u4"), ("instance", "u4")])
+assert _RAY.itemsize == ffi.sizeof("ca_ray") and _HIT.itemsize == ffi.sizeof("ca_ray_hit")
 
 
 class _Source:

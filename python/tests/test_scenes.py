@@ -131,6 +131,17 @@ def test_views_share_the_scene(scene):
         scene.with_sensor({"type": "perspective", "fov": "wide"})
 
 
+def test_rays():
+    scene = caustica.load_dict(description(ball={"type": "sphere", "center": [0, 0, 5]}))
+    hits = scene.intersect([[0, 0, -3], [0, 3, 5], [9, 9, 9]], [[0, 0, 2], [0, -1, 0], [0, 0, 1]])
+    assert np.allclose(hits["t"], [3.5, 2, np.inf]) and np.allclose(hits["normal"][:2], [[0, 0, -1], [0, 1, 0]])
+    assert scene.shape_id(hits["shape"][0]) == "ball" and scene.shape_id(hits["shape"][2]) is None
+    assert scene.occluded([[0, 0, -3]], [[0, 0, 2], [0, 2, 0]]).tolist() == [True, False]
+    assert scene.occluded([[0, 0, -3]], [[0, 0, 2]], t_max=3.0).tolist() == [False]
+    with pytest.raises(ValueError, match="shape"):
+        scene.intersect([0, 0, 0], [0, 0, 1])
+
+
 def test_all_documented_plugins_have_a_tag():
     """The tables of docs/scenes.md, by their headings."""
     tags = {"shape": "shape", "bsdf": "bsdf", "emitter": "emitter", "texture": "texture"}
