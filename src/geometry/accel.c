@@ -1,6 +1,7 @@
 #include "geometry/accel_embree.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 #include "geometry/quadric.h"
 #include "math/numeric.h"
 
@@ -101,9 +102,18 @@ static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
     return geometry;
 }
 
-static RTCScene new_scene(RTCDevice device)
+/* Embree asks now and then while it builds; false cancels that. */
+static bool goes_on(void *user, double done)
 {
-    RTCScene scene = rtcNewScene(device);
+    (void)done;
+    const ca_accel *accel = user;
+    return !ca_stop_asked(accel->stop);
+}
+
+static RTCScene new_scene(ca_accel *accel)
+{
+    RTCScene scene = rtcNewScene(accel->device);
+    rtcSetSceneProgressMonitorFunction(scene, goes_on, accel);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
     return scene;
@@ -148,7 +158,7 @@ static void attach_instance(ca_accel *accel, uint32_t index)
     const ca_accel_instance *instance = &accel->instances[index];
     RTCScene *group = &accel->group_scenes[instance->first_shape];
     if (!*group) {
-        *group = new_scene(accel->device);
+        *group = new_scene(accel);
         for (uint32_t i = 0; i < instance->shape_count; i++)
             attach_shape(accel->device, *group, &accel->shapes[instance->first_shape + i], i);
         rtcCommitScene(*group);
@@ -191,11 +201,12 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
     accel->device = rtcNewDevice(config);
     if (!accel->device) return fail_embree(error, NULL, "creating its device");
     rtcSetDeviceMemoryMonitorFunction(accel->device, count_memory, accel);
-    accel->scene = new_scene(accel->device);
+    accel->scene = new_scene(accel);
     set_quadrics_apart(accel);
     attach_world(accel);
-    for (uint32_t i = 0; i < accel->instance_count; i++) attach_instance(accel, i);
-    rtcCommitScene(accel->scene);
+    for (uint32_t i = 0; i < accel->instance_count && goes_on(accel, 0.0); i++) attach_instance(accel, i);
+    if (goes_on(accel, 0.0)) rtcCommitScene(accel->scene);
+    CA_TRY(ca_stop_check(accel->stop, error));
     set_cells(accel);
     const enum RTCError code = rtcGetDeviceError(accel->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
@@ -206,7 +217,7 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
 
 ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t world_count,
                           const ca_accel_instance *instances, uint32_t instance_count, uint32_t threads,
-                          ca_accel **accel, ca_error *error)
+                          const int *stop, ca_accel **accel, ca_error *error)
 {
     *accel = NULL;
     ca_accel *created = ca_alloc_zeroed(1, sizeof *created);
@@ -216,6 +227,7 @@ ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t
     created->world_count = world_count;
     created->instances = instances;
     created->instance_count = instance_count;
+    created->stop = stop;
     created->group_scenes = ca_alloc_zeroed(shape_count, sizeof *created->group_scenes);
     const ca_status status =
         created->group_scenes ? build(created, threads, error) : ca_fail_memory(error, "the acceleration structure");

@@ -26,6 +26,7 @@ struct ca_accel {
     uint32_t apart[CA_QUADRICS_APART], apart_count; /* their shapes */
     bool only_meshes; /* Embree knows neither quadrics nor instances: accel_batch.c */
     size_t bytes;
+    const int *stop; /* while it is built */
 };
 
 /* Embree's asserts abort the process on rays that are not finite or start beyond 1e30: such a ray meets nothing. A

@@ -1,6 +1,8 @@
 /* Compiling a description: shapes in world space, materials and lights prepared, the acceleration structure built. */
 #include "scene/scene.h"
 
+#include "base/memory.h"
+#include "base/processors.h"
 #include "math/numeric.h"
 
 #include <stdlib.h>
@@ -400,7 +402,7 @@ static ca_status find_regular(ca_scene *scene, uint32_t world_count, ca_error *e
     return scene->mattes && scene->even_lights ? CA_OK : ca_fail_memory(error, "the scene");
 }
 
-static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error)
+static ca_status compile(ca_scene *scene, uint32_t *group_first, const int *stop, ca_error *error)
 {
     uint32_t world_count = 0;
     scene->environment = CA_NONE;
@@ -412,8 +414,8 @@ static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error
     compute_bounds(scene, world_count);
     CA_TRY(compile_lights(scene, error));
     CA_TRY(find_regular(scene, world_count, error));
-    return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count, 0,
-                           &scene->accel, error);
+    return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count,
+                           ca_processors(), stop, &scene->accel, error);
 }
 
 ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height)
@@ -431,6 +433,11 @@ ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height
 
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error)
 {
+    return ca_scene_compile_until(desc, NULL, scene, error);
+}
+
+ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error)
+{
     *scene = NULL;
     ca_scene *compiled = ca_alloc_zeroed(1, sizeof *compiled);
     uint32_t *group_first = ca_alloc_zeroed(desc->groups.count + 1, sizeof *group_first);
@@ -442,7 +449,7 @@ ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *erro
     }
     compiled->desc = *desc;
     memset(desc, 0, sizeof *desc);
-    const ca_status status = compile(compiled, group_first, error);
+    const ca_status status = compile(compiled, group_first, stop, error);
     ca_free(group_first);
     if (status != CA_OK) {
         ca_scene_destroy(compiled);

@@ -33,6 +33,8 @@ struct ca_scene {
 
 /* Takes the description over (also on failure) and leaves *desc empty. */
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error);
+/* The same; gives up soon when asked to (base/stop.h). */
+ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error);
 void ca_scene_destroy(ca_scene *scene);
 
 /* The scene's camera for a film of another size: the field of view stays along the axis it was given for. */
