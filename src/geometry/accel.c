@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "base/stop.h"
 #include "geometry/quadric.h"
+#include "geometry/ray_reach.h"
 #include "math/numeric.h"
 
 #include <assert.h>
@@ -191,9 +192,21 @@ static void set_cells(ca_accel *accel)
     accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
 }
 
+static ca_status set_reach(ca_accel *accel, ca_error *error)
+{
+    ca_ray_reach reach = CA_RAY_REACH;
+    for (uint32_t i = 0; i < accel->instance_count; i++)
+        if (!ca_ray_reach_limit(&reach, &accel->instances[i].map))
+            return ca_fail(error, CA_ERROR_SCENE, NULL, "an instance's map has no inverse in single precision");
+    accel->origin_length2 = reach.origin * reach.origin;
+    accel->direction_length2 = reach.direction * reach.direction;
+    return CA_OK;
+}
+
 static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
 {
     char config[64];
+    CA_TRY(set_reach(accel, error));
     if (threads)
         snprintf(config, sizeof config, "isa=avx2,threads=%u", threads);
     else
@@ -316,8 +329,8 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
                         ca_hit *hit)
 {
     *hit = (ca_hit){.t = t_max, .shape = CA_NONE, .instance = CA_NONE};
-    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
+    assert(ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max)) return false;
     for (uint32_t i = 0; i < accel->apart_count; i++) {
         const ca_shape *quadric = &accel->shapes[accel->apart[i]];
         if (ca_quadric_intersect(quadric, origin, direction, t_min, hit->t, &hit->t)) hit->shape = accel->apart[i];
@@ -327,8 +340,8 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
 
 bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
-    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
+    assert(ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max)) return false;
     for (uint32_t i = 0; i < accel->apart_count; i++) {
         float t;
         if (ca_quadric_intersect(&accel->shapes[accel->apart[i]], origin, direction, t_min, t_max, &t)) return true;
