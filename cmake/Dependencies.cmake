@@ -1,7 +1,6 @@
 # Finds what Caustica stands on; the target caustica-dependencies carries it all. Each library is used by one file of
 # ours (scripts/check-sources.sh knows which). Debian 12 names: see scripts/packages.txt.
 
-find_package(OpenMP REQUIRED COMPONENTS C)
 find_package(PNG REQUIRED)
 find_package(EXPAT REQUIRED)
 find_package(ZLIB REQUIRED)
@@ -37,5 +36,5 @@ find_path(stb_INCLUDE_DIR stb_image.h PATH_SUFFIXES stb REQUIRED)
 add_library(caustica-dependencies INTERFACE)
 target_include_directories(caustica-dependencies SYSTEM INTERFACE ${stb_INCLUDE_DIR})
 target_link_libraries(caustica-dependencies INTERFACE
-    OpenMP::OpenMP_C caustica-embree caustica-openexr PNG::PNG EXPAT::EXPAT ZLIB::ZLIB caustica-turbojpeg
+    caustica-embree caustica-openexr PNG::PNG EXPAT::EXPAT ZLIB::ZLIB caustica-turbojpeg
     caustica-jansson caustica-microhttpd Threads::Threads m)

@@ -47,7 +47,9 @@ extern "C" {
     X(CA_ERROR_FORMAT, "a file is damaged or of an unknown format")                                                \
     X(CA_ERROR_SCENE, "the scene asks for something wrong or unknown")                                             \
     X(CA_ERROR_UNSUPPORTED, "the chosen method cannot do this")                                                    \
-    X(CA_ERROR_ARGUMENT, "a setting is out of range")
+    X(CA_ERROR_ARGUMENT, "a setting is out of range")                                                              \
+    X(CA_ERROR_INTERRUPTED, "ended before it was done, as was asked")                                              \
+    X(CA_ERROR_THREADS, "the system gives no more threads")
 
 typedef enum ca_status {
 #define CA_STATUS_ENUM(name, text) name,
@@ -78,6 +80,10 @@ typedef struct ca_define {
  * success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
+/* The same; building what rays are traced with ends soon when `stop` is set (ca_render_settings.stop; may be NULL):
+ * CA_ERROR_INTERRUPTED. */
+CA_API ca_status ca_scene_load_until(const char *path, const ca_define *defines, size_t define_count, const int *stop,
+                                     ca_scene **scene, ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 
 /* Scenes from memory: a text in the language of the scene files, and what is large as arrays that it names. All is
@@ -219,6 +225,10 @@ typedef struct ca_render_settings {
      * no rendering time. */
     bool (*progress)(const ca_render_progress *progress, void *user);
     void *progress_user;
+    /* A number that another thread or a signal handler may set to other than 0, by an atomic store, and which then
+     * stays so: work ends within about a second, in the middle of a pass or block, which then is no part of the
+     * image. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are finished. */
+    const int *stop;
 } ca_render_settings;
 
 CA_API void ca_render_settings_init(ca_render_settings *settings);
@@ -294,8 +304,9 @@ typedef struct ca_render_statistics {
 typedef struct ca_image_layers ca_image_layers;
 
 /* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's, also on
- * failure: NULL then, unless the part file or the pictures of techniques could not be written (CA_ERROR_FILE), which
- * does not keep the image and the statistics from being made. */
+ * failure: NULL then, unless the part file or the pictures of techniques could not be written (CA_ERROR_FILE), or
+ * passes had been made before one failed for lack of memory or threads: the image is then of what there is, and so
+ * are the statistics. */
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
 
@@ -347,7 +358,7 @@ CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const ch
  *
  * with C, B, F, L that do not depend on N_F and N_B: the pair, camera and light terms. All are estimated without bias
  * from independent iterations, so that small ones may come out negative. */
-typedef struct ca_noise ca_noise; /* a measurement: 136 bytes a pixel, 456 where paths connect */
+typedef struct ca_noise ca_noise; /* a measurement: 208 bytes a pixel, 528 where paths connect */
 
 /* Averages over pixels, of variances (W^2 sr^-2 m^-4 where the scene has units) and of their roots; roots of negative
  * variances count as 0. */

@@ -60,7 +60,6 @@ cd "$(dirname "$0")/.." || exit 2
 export CA_BUILD_DIR
 export CA_TEST_TIMEOUT=${CA_TEST_TIMEOUT:-300}
 export CMOCKA_MESSAGE_OUTPUT=TAP
-export OMP_WAIT_POLICY=passive # programs share the processors
 export TSAN_OPTIONS="ignore_noninstrumented_modules=1 suppressions=$PWD/tests/tsan.supp ${TSAN_OPTIONS:-}"
 export LSAN_OPTIONS="suppressions=$PWD/tests/lsan.supp print_suppressions=0 ${LSAN_OPTIONS:-}"
 export UBSAN_OPTIONS="print_stacktrace=1 ${UBSAN_OPTIONS:-}"

@@ -1,5 +1,5 @@
 /* What --stats says of a render: how it was made and what it took; null for what is not known. */
-#include "base/parallel.h"
+#include "base/processors.h"
 #include "support/program_test.h"
 
 static const char *json_text(const json_t *object, const char *key)
@@ -94,7 +94,7 @@ static void test_nothing_is_made_up(void **state)
     static const char *const unknown[] = {"mean_standard_deviation", "noise_percent", "blocks", "first_prediction",
                                           "numbers_of_rays"};
     for (size_t i = 0; i < sizeof unknown / sizeof unknown[0]; i++) assert_unknown(stats, unknown[i]);
-    assert_int_equal((int)json_number(stats, "threads"), (int)ca_parallel_default_workers());
+    assert_int_equal((int)json_number(stats, "threads"), (int)ca_processors());
     json_decref(stats);
     RUN(&r, "render", "ball.xml", "-o", "a.pfm", "--stats=a.json", "--spp=2");
     assert_exit(&r, 0);

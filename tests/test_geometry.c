@@ -33,7 +33,7 @@ static ca_accel *build(const ca_shape *shapes, uint32_t count, const ca_accel_in
     ca_accel *accel = NULL;
     ca_error error;
     const ca_status status =
-        ca_accel_create(shapes, count, world_count, instances, instance_count, 1, &accel, &error);
+        ca_accel_create(shapes, count, world_count, instances, instance_count, 1, NULL, &accel, &error);
     if (status != CA_OK) fail_msg("%s", error.message);
     return accel;
 }

@@ -84,7 +84,7 @@ static void fill(ca_light_store *store, uint32_t paths, uint32_t pass, uint32_t 
 {
     filling f = {store, pass};
     const ca_parallel parallel = {.workers = workers};
-    ca_parallel_for(&parallel, paths, fill_path, &f);
+    assert_int_equal(ca_parallel_for(&parallel, paths, fill_path, &f, NULL), CA_OK);
 }
 
 static void check_densities(const ca_light_store *store, const ca_light_path *path, uint32_t p)

@@ -249,7 +249,7 @@ static void check_scene(const world *w, uint32_t world_count, uint32_t instance_
     ca_accel *accel;
     ca_error error;
     /* where the world is empty or smaller, the group's shapes are still the last ones */
-    if (ca_accel_create(w->shapes, SHAPES, world_count, w->instances, instance_count, 1, &accel, &error) != CA_OK)
+    if (ca_accel_create(w->shapes, SHAPES, world_count, w->instances, instance_count, 1, NULL, &accel, &error) != CA_OK)
         fail_msg("%s", error.message);
     trace_alone(accel, w, instance_count);
     for (uint32_t i = 0; i < POOL; i++) order[i] = i;
@@ -298,7 +298,7 @@ static void test_an_empty_batch(void **state)
     world w;
     make_world(&w);
     ca_accel *accel;
-    assert_int_equal(ca_accel_create(w.shapes, SHAPES, 1, NULL, 0, 1, &accel, NULL), CA_OK);
+    assert_int_equal(ca_accel_create(w.shapes, SHAPES, 1, NULL, 0, 1, NULL, &accel, NULL), CA_OK);
     check_batch(&w, accel, NULL, 0, "none");
     ca_accel_destroy(accel);
     ca_mesh_destroy(&w.grid);

@@ -151,18 +151,24 @@ static void test_stopping(void **state)
     assert_true(s.iterations == 6 && s.samples_per_pixel == 3.0);
 }
 
+/* The blocks before are the image, and the part: with the one that failed and the rest it is the whole. */
 static void test_a_failing_block_ends_the_render(void **state)
 {
     (void)state;
     ca_block_play = (ca_block_script){.fail_at = 4};
-    ca_image_layers *image;
+    ca_image_layers *image, *merged;
+    ca_render_statistics s;
     ca_error error = {""};
-    const char *path = ca_block_file("never.part");
-    assert_int_equal(ca_block_run(&(ca_block_job){.samples = 3, .threads = 2, .part = path}, &image, NULL, &error),
+    const char *path = ca_block_file("begun.part");
+    assert_int_equal(ca_block_run(&(ca_block_job){.samples = 3, .threads = 2, .part = path}, &image, &s, &error),
                      CA_ERROR_MEMORY);
     assert_string_equal(error.message, "no room for the block");
-    assert_null(image);
-    assert_int_equal(access(path, F_OK), -1);
+    assert_non_null(image);
+    assert_true(s.blocks[0] == 0 && s.blocks[1] == s.iterations && s.iterations >= 1 && !s.interrupted);
+    assert_int_equal(ca_merge_parts(&path, 1, NULL, &merged, NULL, NULL), CA_OK);
+    assert_true(image_hash(image) == image_hash(merged));
+    ca_image_release(image);
+    ca_image_release(merged);
 }
 
 /* ---- What is refused before rendering -------------------------------------------------------------------------- */
@@ -189,7 +195,7 @@ static void test_settings_that_are_refused(void **state)
         {{.integrator = "qmcppm", .has_blocks = true, .blocks = {0, 4}, .samples_per_pixel = 4}, "not both"},
         {{.integrator = "qmcppm", .has_blocks = true, .blocks = {4, 4}}, "4:4 is no range"},
         {{.integrator = "qmcppm", .has_blocks = true, .blocks = {0, UINT64_MAX}}, "is no range"},
-        {{.integrator = "qmcppm", .memory_mib = 0.1}, "the film alone needs 0.3 MiB"},
+        {{.integrator = "qmcppm", .memory_mib = 0.1}, "the film alone needs 0.5 MiB"},
     };
     for (size_t i = 0; i < sizeof refusals / sizeof refusals[0]; i++) {
         ca_image_layers *image;

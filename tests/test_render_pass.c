@@ -228,6 +228,7 @@ static void test_bad_samples_are_counted(void **state)
     ca_image_release(image);
 }
 
+/* The image is that of the passes before, and nothing of the rounds of this one. */
 static void test_a_failing_round_ends_the_render(void **state)
 {
     (void)state;
@@ -235,11 +236,15 @@ static void test_a_failing_round_ends_the_render(void **state)
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     ca_image_layers *image;
+    ca_render_statistics statistics;
     ca_error error = {""};
-    assert_int_equal(run(&settings, &image, NULL, &error), CA_ERROR_MEMORY);
+    assert_int_equal(run(&settings, &image, &statistics, &error), CA_ERROR_MEMORY);
     assert_string_equal(error.message, "no room for the light paths");
-    assert_null(image);
+    assert_non_null(image);
     assert_int_equal(play.begun, 4);
+    assert_true(statistics.iterations == 1 && !statistics.interrupted);
+    for (size_t i = 0; i < WIDTH * HEIGHT; i++) assert_true(ca_image_channel(image, "Samples.Y")[i] == 1.0f);
+    ca_image_release(image);
 }
 
 static bool stop_at_once(const ca_render_progress *progress, void *user)
@@ -269,7 +274,7 @@ static void test_a_stopped_pass_is_finished(void **state)
 static void test_memory_for_light_paths(void **state)
 {
     (void)state;
-    const double film = WIDTH * HEIGHT * (double)sizeof(ca_film_pixel);
+    const double film = WIDTH * HEIGHT * (double)(sizeof(ca_film_pixel) + CA_PASS_PIXEL_BYTES);
     const double buffer = WIDTH * HEIGHT * 2.0 * (double)sizeof(ca_film_sample);
     ca_render_settings settings;
     ca_render_settings_init(&settings);

@@ -121,7 +121,7 @@ static void set_up(fixture *f, bool tangents)
     f->instances[0] =
         (ca_accel_instance){7, 7, affine(ca_matrix_translate(5, 1, 2), ca_matrix_multiply(&turn, &scale))};
     f->instances[1] = (ca_accel_instance){7, 7, affine(ca_matrix_translate(-40, 6, 0), turn)};
-    assert_int_equal(ca_accel_create(f->shapes, SHAPES, 7, f->instances, INSTANCES, 1, &f->accel, NULL), CA_OK);
+    assert_int_equal(ca_accel_create(f->shapes, SHAPES, 7, f->instances, INSTANCES, 1, NULL, &f->accel, NULL), CA_OK);
 }
 
 static void tear_down(fixture *f)

@@ -211,7 +211,7 @@ static void test_threads(void **state)
     for (int repeat = 0; repeat < 10; repeat++) {
         meeting m = {.images = create()};
         const ca_parallel parallel = {.workers = 2};
-        ca_parallel_for(&parallel, 2, add_row, &m);
+        assert_int_equal(ca_parallel_for(&parallel, 2, add_row, &m, NULL), CA_OK);
         write_to(m.images, 1, "threads");
         assert_int_equal(files_in("threads"), 13 * 3);
         for (uint32_t t = 2; t <= CA_TECHNIQUE_MAX_VERTICES; t++) {

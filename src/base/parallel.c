@@ -2,38 +2,176 @@
 #include "base/parallel.h"
 
 #include "base/clock.h"
+#include "base/stop.h"
 
-#include <omp.h>
-#include <unistd.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <string.h>
 
-uint32_t ca_parallel_default_workers(void)
+/* A loop at work, on the stack of the thread that called. */
+typedef struct task_loop {
+    const ca_parallel *parallel;
+    ca_parallel_task task;
+    void *user;
+    uint32_t count;
+    atomic_uint next; /* task that nobody has taken yet */
+    /* Guarded by the pool's lock: */
+    uint32_t running; /* threads of the pool that have not finished */
+    double task_seconds;
+    pthread_cond_t finished;
+} task_loop;
+
+/* A thread of the pool, on its own stack. */
+typedef struct pool_thread {
+    struct pool_thread *next; /* that sleeps */
+    task_loop *loop;          /* to work on; NULL: none */
+    uint32_t worker;
+    pthread_cond_t woken;
+} pool_thread;
+
+/* Of the process, as threads are. Those that sleep form a list, the last one that fell asleep first. */
+static struct {
+    pthread_mutex_t lock;
+    pthread_cond_t arrived; /* a new thread, in the list */
+    pool_thread *sleeping;
+    uint32_t sleeping_count, made;
+    bool forks_safely;
+} pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .arrived = PTHREAD_COND_INITIALIZER};
+
+/* ---- Tasks ----------------------------------------------------------------------------------------------------- */
+
+/* The next task may be beyond the last one; at most once a thread, so that the number does not go round. */
+static void run_tasks(task_loop *loop, uint32_t worker)
 {
-    const long count = sysconf(_SC_NPROCESSORS_ONLN);
-    return count > 0 ? (uint32_t)count : 1;
+    for (;;) {
+        if (ca_stop_asked(loop->parallel->stop)) return;
+        const uint32_t i = atomic_fetch_add_explicit(&loop->next, 1, memory_order_relaxed);
+        if (i >= loop->count) return;
+        loop->task(loop->user, i, worker);
+    }
 }
 
-/* The threads' clocks are read before they wait for each other. */
-static void run_timed(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user)
+/* The thread's clock is read before it waits for others. */
+static double run_timed(task_loop *loop, uint32_t worker)
 {
-    const double calling_start = ca_clock_thread_seconds();
-    double tasks = 0.0;
-#pragma omp parallel num_threads((int)parallel->workers) reduction(+ : tasks)
-    {
-        const double start = ca_clock_thread_seconds();
-#pragma omp for schedule(dynamic, 1) nowait
-        for (uint32_t i = 0; i < count; i++) task(user, i, (uint32_t)omp_get_thread_num());
-        tasks += ca_clock_thread_seconds() - start;
+    if (!loop->parallel->seconds) {
+        run_tasks(loop, worker);
+        return 0.0;
     }
-    parallel->seconds->tasks += tasks;
-    parallel->seconds->calling_thread += ca_clock_thread_seconds() - calling_start;
+    const double start = ca_clock_thread_seconds();
+    run_tasks(loop, worker);
+    return ca_clock_thread_seconds() - start;
 }
 
-void ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user)
+/* ---- Threads --------------------------------------------------------------------------------------------------- */
+
+static void fall_asleep(pool_thread *self)
 {
-    if (parallel->seconds) {
-        run_timed(parallel, count, task, user);
-        return;
+    self->loop = NULL;
+    self->next = pool.sleeping;
+    pool.sleeping = self;
+    pool.sleeping_count++;
+}
+
+/* What a thread of the pool does, for ever. */
+static void *serve(void *nothing)
+{
+    (void)nothing;
+    pool_thread self = {.loop = NULL};
+    pthread_cond_init(&self.woken, NULL);
+    pthread_mutex_lock(&pool.lock);
+    pool.made++;
+    fall_asleep(&self);
+    pthread_cond_signal(&pool.arrived);
+    for (;;) {
+        while (!self.loop) pthread_cond_wait(&self.woken, &pool.lock);
+        task_loop *work = self.loop;
+        pthread_mutex_unlock(&pool.lock);
+        const double seconds = run_timed(work, self.worker);
+        pthread_mutex_lock(&pool.lock);
+        work->task_seconds += seconds;
+        if (--work->running == 0) pthread_cond_signal(&work->finished);
+        fall_asleep(&self);
     }
-#pragma omp parallel for schedule(dynamic, 1) num_threads((int)parallel->workers)
-    for (uint32_t i = 0; i < count; i++) task(user, i, (uint32_t)omp_get_thread_num());
+    return NULL;
+}
+
+/* A child has only the thread that forked, and nobody who would open the lock. */
+static void forget_threads(void)
+{
+    pthread_mutex_init(&pool.lock, NULL);
+    pthread_cond_init(&pool.arrived, NULL);
+    pool.sleeping = NULL;
+    pool.sleeping_count = 0;
+}
+
+/* Makes a thread, and waits until it sleeps. The lock is held; others may take the thread first. */
+static int make_thread(void)
+{
+    pthread_attr_t detached;
+    pthread_t thread;
+    int failure = pthread_attr_init(&detached);
+    if (failure) return failure;
+    pthread_attr_setdetachstate(&detached, PTHREAD_CREATE_DETACHED);
+    const uint32_t made = pool.made;
+    failure = pthread_create(&thread, &detached, serve, NULL);
+    pthread_attr_destroy(&detached);
+    while (!failure && pool.made == made) pthread_cond_wait(&pool.arrived, &pool.lock);
+    return failure;
+}
+
+/* Sets so many threads to work; or none, where they cannot be made: an error number. */
+static int start_threads(task_loop *loop, uint32_t count)
+{
+    int failure = 0;
+    pthread_mutex_lock(&pool.lock);
+    if (!pool.forks_safely) pool.forks_safely = pthread_atfork(NULL, NULL, forget_threads) == 0;
+    while (!failure && pool.sleeping_count < count) failure = make_thread();
+    for (uint32_t i = 0; !failure && i < count; i++) {
+        pool_thread *thread = pool.sleeping;
+        pool.sleeping = thread->next;
+        pool.sleeping_count--;
+        thread->worker = i + 1;
+        thread->loop = loop;
+        loop->running++;
+        pthread_cond_signal(&thread->woken);
+    }
+    pthread_mutex_unlock(&pool.lock);
+    return failure;
+}
+
+static void wait_for_threads(task_loop *loop)
+{
+    pthread_mutex_lock(&pool.lock);
+    while (loop->running > 0) pthread_cond_wait(&loop->finished, &pool.lock);
+    pthread_mutex_unlock(&pool.lock);
+}
+
+/* ---- Loops ----------------------------------------------------------------------------------------------------- */
+
+static ca_status run_loop(task_loop *loop, uint32_t threads, ca_error *error)
+{
+    const int failure = threads > 0 ? start_threads(loop, threads) : 0;
+    if (failure)
+        return ca_fail(error, CA_ERROR_THREADS, NULL, "the system gives no more threads, %u are wanted: %s",
+                       threads + 1, strerror(failure));
+    const double seconds = run_timed(loop, 0);
+    if (threads > 0) wait_for_threads(loop);
+    loop->task_seconds += seconds;
+    return ca_stop_check(loop->parallel->stop, error);
+}
+
+ca_status ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user,
+                          ca_error *error)
+{
+    task_loop loop = {.parallel = parallel, .task = task, .user = user, .count = count};
+    const uint32_t workers = parallel->workers < count ? parallel->workers : count;
+    const double start = parallel->seconds ? ca_clock_thread_seconds() : 0.0;
+    pthread_cond_init(&loop.finished, NULL);
+    const ca_status status = run_loop(&loop, workers > 1 ? workers - 1 : 0, error);
+    pthread_cond_destroy(&loop.finished);
+    if (!parallel->seconds) return status;
+    parallel->seconds->tasks += loop.task_seconds;
+    parallel->seconds->calling_thread += ca_clock_thread_seconds() - start;
+    return status;
 }

@@ -1,11 +1,13 @@
 /* Loops over independent tasks on several threads. What a task does may depend on its number only, never on the
  * worker that happens to run it: then no result depends on the number of threads. A worker's number selects scratch
- * memory and counters. Cost: about a microsecond a task; give a task some tens of them. Threads that wait for others
- * may keep their processors busy (OMP_WAIT_POLICY): clocks run on then, the seconds of tasks do not. */
+ * memory and counters. Cost: about a microsecond a task; give a task some tens of them.
+ *
+ * Threads are made when they are first needed, and sleep between loops until the process ends; so do those of several
+ * loops at a time. A loop within a task of another one is allowed. After a fork the child makes its own. */
 #ifndef CA_BASE_PARALLEL_H
 #define CA_BASE_PARALLEL_H
 
-#include <stdint.h>
+#include "base/status.h"
 
 /* Processor time of loops, in seconds: of what all threads did in them, and what of it and of waiting for the others
  * was the calling thread's. */
@@ -16,15 +18,15 @@ typedef struct ca_parallel_seconds {
 typedef struct ca_parallel {
     uint32_t workers;             /* at least 1 */
     ca_parallel_seconds *seconds; /* loops add theirs; NULL: not measured */
+    const int *stop;              /* base/stop.h; NULL: loops are finished */
 } ca_parallel;
-
-/* As many as there are processors; at least 1. */
-uint32_t ca_parallel_default_workers(void);
 
 typedef void (*ca_parallel_task)(void *user, uint32_t task, uint32_t worker);
 
 /* Runs task(user, i, worker) once for each i in [0, count), as workers come free; returns when all are done. Worker 0
- * is the calling thread. */
-void ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parallel_task task, void *user);
+ * is the calling thread. CA_ERROR_INTERRUPTED: it was asked to stop, and tasks may be missing or incomplete.
+ * CA_ERROR_THREADS: the system gives no more threads; no task has run. */
+__attribute__((warn_unused_result)) ca_status ca_parallel_for(const ca_parallel *parallel, uint32_t count,
+                                                              ca_parallel_task task, void *user, ca_error *error);
 
 #endif

@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/processors.h"
 #include "base/text.h"
 #include "cli/commands.h"
 #include "cli/compare_maps.h"
@@ -164,7 +165,7 @@ static int print_help(void)
 static compare_options defaults(void)
 {
     compare_options o = {.metrics = ca_metric_defaults()};
-    o.metrics.threads = ca_parallel_default_workers();
+    o.metrics.threads = ca_processors();
     return o;
 }
 

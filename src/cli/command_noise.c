@@ -442,6 +442,7 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     settings.height = o->resolution[1];
     settings.progress = ca_progress_report;
     settings.progress_user = &line;
+    settings.stop = ca_signals_stop();
     ca_noise_setup setup;
     ca_image_layers *image = NULL;
     double scale = 1.0;

@@ -241,8 +241,9 @@ static int print_help(void)
         "the bit. Images with --rays FILE.exr are: FILE.exr is an image of --rays auto or of `caustica noise`, and "
         "its numbers are used.\n"
         "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
-        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block and write the image, exit status 0; a "
-        "second SIGINT or SIGTERM ends at once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block, if that takes less than a second, and "
+        "write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
+        "once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
         "or block, and the render goes on; a part file is written at the end only.\n"
         "--serve: the address holds a secret; who knows it can pause, stop and save the render. Looking costs "
         "at most 3 % of the processor time, and one picture in 5 s.\n"
@@ -434,6 +435,7 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     settings.height = o->resolution[1];
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
+    settings.stop = ca_signals_stop();
     ca_status status = look_ahead(scene, &settings, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);

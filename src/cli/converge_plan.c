@@ -2,7 +2,7 @@
  * made. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/hash.h"
-#include "base/parallel.h"
+#include "base/processors.h"
 #include "base/text.h"
 #include "cli/converge.h"
 #include "cli/outputs.h"
@@ -328,7 +328,7 @@ static ca_status plan_region(ca_converge *c, ca_error *error)
                                       .masks = masks,
                                       .mask_count = o->masks.count};
     c->metrics = ca_metric_defaults();
-    c->metrics.threads = o->settings.threads ? o->settings.threads : ca_parallel_default_workers();
+    c->metrics.threads = o->settings.threads ? o->settings.threads : ca_processors();
     /* The reference against itself: whatever is wrong with it, or with the region, is so with every image. */
     ca_comparison trial;
     ca_error reason = {""};

@@ -84,7 +84,8 @@ typedef struct watcher {
     bool quiet, told;
 } watcher;
 
-/* A render during which a signal arrives is finished: half of one would be of no use. */
+/* A render during which a signal arrives is finished, since half of one would be of no use, or, where that takes
+ * longer than a second, given up. */
 static bool watch(const ca_render_progress *progress, void *user)
 {
     watcher *w = user;
@@ -93,7 +94,8 @@ static bool watch(const ca_render_progress *progress, void *user)
         ca_progress_clear(&w->line);
         if (!w->quiet)
             fprintf(stderr,
-                    "\ncaustica: finishing this render, then the results so far are written (again: stop at once)\n");
+                    "\ncaustica: finishing this render if it takes less than a second, then the results so far are "
+                    "written (again: stop at once)\n");
     }
     ca_progress_draw(&w->line, progress);
     return true;
@@ -115,8 +117,10 @@ static ca_status render(const ca_converge *c, const ca_converge_render *r, ca_im
     ca_error reason = {""};
     settings.progress = watch;
     settings.progress_user = &w;
+    settings.stop = ca_signals_stop();
     ca_status status = ca_render(c->scene, &settings, image, &statistics, &reason);
     ca_progress_clear(&w.line);
+    if (statistics.interrupted || status == CA_ERROR_INTERRUPTED) return CA_ERROR_INTERRUPTED;
     if (status != CA_OK)
         return ca_fail(error, status, NULL, "%.200s: %.800s", c->integrators[r->integrator].text, reason.message);
     status = keep(r, *image, &statistics, error);
@@ -195,6 +199,7 @@ ca_status ca_converge_render_all(ca_converge *c, ca_error *error)
         say_done(c, r);
     }
     ca_signals_release();
+    if (status == CA_ERROR_INTERRUPTED) status = CA_OK; /* the renders before it stay */
     c->steps_done = c->renders_done / (c->integrator_count * c->repeats);
     return status;
 }

@@ -1,6 +1,6 @@
 #include "cli/live_view.h"
 
-#include "base/parallel.h"
+#include "base/processors.h"
 #include "base/text.h"
 #include "cli/commands.h"
 #include "cli/say.h"
@@ -49,7 +49,7 @@ static ca_status start_live(ca_live_view *view, ca_error *error)
         .port = s->port,
         .tev = s->tev,
         .title = view->title,
-        .threads = s->threads ? s->threads : ca_parallel_default_workers(),
+        .threads = s->threads ? s->threads : ca_processors(),
         .save = save,
         .is_interrupted = ca_signals_arrived,
         .user = view,

@@ -10,9 +10,13 @@ enum { ENDING_COUNT = sizeof ending / sizeof ending[0] };
 
 /* A signal handler has nothing else to leave its message in. */
 static volatile sig_atomic_t arrived, is_quiet, wants_save;
-static struct sigaction previous[ENDING_COUNT], previous_save;
+static int stop; /* atomic */
+static struct sigaction previous[ENDING_COUNT], previous_save, previous_alarm;
 
-/* These two: only calls that are safe in a handler (POSIX, "Async-signal-safe functions"). */
+/* What a pass may take that was begun when the signal came, in seconds. */
+enum { PATIENCE = 1 };
+
+/* These three: only calls that are safe in a handler (POSIX, "Async-signal-safe functions"). */
 static void on_end(int number)
 {
     const int reason = errno;
@@ -23,10 +27,17 @@ static void on_end(int number)
         return;
     }
     arrived = 1;
+    alarm(PATIENCE);
     static const char text[] =
         "\ncaustica: finishing this pass or block, then the result is written (again: stop at once)\n";
     if (!is_quiet && write(STDERR_FILENO, text, sizeof text - 1) < 0) errno = reason; /* standard error is closed */
     errno = reason;
+}
+
+static void on_alarm(int number)
+{
+    (void)number;
+    __atomic_store_n(&stop, 1, __ATOMIC_RELAXED);
 }
 
 static void on_save(int number)
@@ -48,14 +59,21 @@ void ca_signals_catch(bool quiet)
 {
     arrived = 0;
     is_quiet = quiet;
+    __atomic_store_n(&stop, 0, __ATOMIC_RELAXED);
+    const struct sigaction action = {.sa_handler = on_alarm, .sa_flags = SA_RESTART};
+    sigaction(SIGALRM, &action, &previous_alarm);
     for (int i = 0; i < ENDING_COUNT; i++) catch_one(ending[i], on_end, &previous[i]);
 }
 
 bool ca_signals_arrived(void) { return arrived != 0; }
 
+const int *ca_signals_stop(void) { return &stop; }
+
 void ca_signals_release(void)
 {
     for (int i = 0; i < ENDING_COUNT; i++) sigaction(ending[i], &previous[i], NULL);
+    alarm(0);
+    sigaction(SIGALRM, &previous_alarm, NULL);
 }
 
 void ca_signals_catch_save(void)

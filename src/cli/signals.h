@@ -1,6 +1,7 @@
 /* Signals while rendering. SIGINT, SIGTERM, SIGHUP (the terminal has gone) and SIGXCPU (the limit of processor time)
- * ask to finish the pass and write the image. A second SIGINT or SIGTERM ends the process at once; the others, which
- * the system may send again by itself, do not. SIGUSR1 asks for the picture so far.
+ * ask to finish the pass and write the image; a pass that goes on for longer than a second then is given up. A second
+ * SIGINT or SIGTERM ends the process at once; the others, which the system may send again by itself, do not. SIGUSR1
+ * asks for the picture so far.
  *
  * A signal that was ignored when the program started (nohup) stays so. */
 #ifndef CA_CLI_SIGNALS_H
@@ -12,6 +13,8 @@
 void ca_signals_catch(bool quiet);
 /* Has one arrived since that asks to end? */
 bool ca_signals_arrived(void);
+/* For ca_render_settings.stop: set a second after the first of them. */
+const int *ca_signals_stop(void);
 /* Back to what was before. */
 void ca_signals_release(void);
 

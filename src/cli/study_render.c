@@ -88,6 +88,7 @@ static ca_status render_scene(const ca_study_work *work, const ca_scene *scene, 
     settings.threads = work->threads;
     settings.progress = ca_progress_report;
     settings.progress_user = &line;
+    settings.stop = ca_signals_stop();
     const ca_status status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&line);
     return status;
@@ -131,7 +132,8 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     const ca_study_render *render = is_reference ? &work->config->reference : &work->config->image;
     ca_scene *scene;
     char settings[SETTINGS_SIZE];
-    CA_TRY(ca_scene_load(scenario->path, scenario->defines, scenario->define_count, &scene, error));
+    CA_TRY(ca_scene_load_until(scenario->path, scenario->defines, scenario->define_count, ca_signals_stop(), &scene,
+                               error));
     describe(work, scene, render, settings);
     *id = ca_hash_bytes(*id, settings, strlen(settings));
     ca_status status = CA_OK;

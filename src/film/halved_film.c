@@ -28,9 +28,8 @@ void ca_halved_film_add(ca_halved_film *halved, const ca_film *a, const ca_film 
     ca_joined_film_add_two(&halved->mean, a, 0.5 * share, b, 0.5 * share);
     for (size_t i = 0; i < halved->mean.count; i++) {
         const ca_film_pixel *p = &a->pixels[i], *q = &b->pixels[i];
-        assert(p->samples == q->samples);
         for (int c = 0; c < 3; c++)
-            halved->difference[i][c] += (float)(0.5 * share * (p->sum[c] - q->sum[c]) / p->samples);
+            halved->difference[i][c] += (float)(0.5 * share * (p->sum[c] / p->samples - q->sum[c] / q->samples));
     }
 }
 

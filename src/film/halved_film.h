@@ -1,7 +1,8 @@
 /* Two halves A and B of a render's first samples, joined before the weights of the two are known.
  *
  * Each half is the mean of its groups of iterations, sum_g s_g M_g, with shares s_g that both halves have. A group
- * has as many samples in A as in B, and they are distributed alike. So with a weight a for A and b for B
+ * has as many samples in A as in B, and they are distributed alike. (The last group of a render that was stopped may
+ * have one more in A; the weights are equal then.) So with a weight a for A and b for B
  *
  *     a A + b B = (a + b) (A + B) / 2 + (a - b) (A - B) / 2,
  *
@@ -26,7 +27,7 @@ typedef struct ca_halved_film {
 ca_status ca_halved_film_create(ca_halved_film *halved, const ca_film *like, ca_error *error);
 void ca_halved_film_destroy(ca_halved_film *halved);
 
-/* Adds a group; pixels of a and b have as many samples (>= 1), each a replicate of its own. */
+/* Adds a group; pixels of a and b have samples (>= 1), each a replicate of its own. */
 void ca_halved_film_add(ca_halved_film *halved, const ca_film *a, const ca_film *b, double share);
 /* All shares so far times a factor. */
 void ca_halved_film_scale(ca_halved_film *halved, double factor);

@@ -4,7 +4,7 @@
 
 #include <assert.h>
 
-_Static_assert(sizeof(ca_pair_pixel) == 136, "pair_film.h promises 136 bytes a pixel");
+_Static_assert(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) == 208, "pair_film.h promises 208 bytes a pixel");
 _Static_assert(sizeof(ca_pair_connections) == 320, "pair_film.h promises 320 bytes a pixel");
 _Static_assert(sizeof(ca_pair_means) == 40, "pair_film.h promises 40 bytes a pixel");
 
@@ -20,7 +20,8 @@ ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32
     film->light_paths = light_paths;
     film->camera_paths = camera_paths;
     film->pixels = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->pixels);
-    return film->pixels ? CA_OK : ca_fail_memory(error, "the noise components");
+    film->made = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->made);
+    return film->pixels && film->made ? CA_OK : ca_fail_memory(error, "the noise components");
 }
 
 ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], ca_error *error)
@@ -42,6 +43,7 @@ void ca_pair_film_destroy(ca_pair_film *film)
     ca_free(film->pixels);
     ca_free(film->means);
     ca_free(film->connections);
+    ca_free(film->made);
     *film = (ca_pair_film){0};
 }
 
@@ -86,14 +88,33 @@ static void add_products(ca_pair_film *film, size_t number, const ca_pair_moment
     if (film->connections) add_connections(&film->connections[number], quantities);
 }
 
-void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
+static size_t number_of(const ca_pair_film *film, uint32_t x, uint32_t y)
 {
     assert(x >= film->x0 && x - film->x0 < film->width && y >= film->y0 && y - film->y0 < film->height);
-    const size_t number = (size_t)(y - film->y0) * film->width + (x - film->x0);
+    return (size_t)(y - film->y0) * film->width + (x - film->x0);
+}
+
+void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
+{
+    const size_t number = number_of(film, x, y);
     if (film->means)
         add_means(&film->means[number], moments);
     else
         add_products(film, number, moments);
+}
+
+void ca_pair_film_hold(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
+{
+    if (film->means)
+        ca_pair_film_add(film, x, y, moments);
+    else
+        film->made[number_of(film, x, y)] = *moments;
+}
+
+void ca_pair_film_commit(ca_pair_film *film, uint32_t x, uint32_t y)
+{
+    const size_t number = number_of(film, x, y);
+    if (!film->means) add_products(film, number, &film->made[number]);
 }
 
 static void pool_means(ca_pair_film *film, const ca_pair_film *other, int sign)

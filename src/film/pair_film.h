@@ -1,7 +1,7 @@
 /* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which
  * noise/components.h makes components, predictions and standard errors.
  *
- * State: 136 bytes a pixel, and 320 more where camera paths connect to light paths; 40 bytes a pixel where only means
+ * State: 208 bytes a pixel, and 320 more where camera paths connect to light paths; 40 bytes a pixel where only means
  * are kept. Threads: different pixels at once; a pixel's iterations come in order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
@@ -47,6 +47,7 @@ typedef struct ca_pair_film {
     ca_pair_pixel *pixels;          /* owned; NULL: only means are kept */
     ca_pair_means *means;           /* owned; one a pixel, instead of `pixels` */
     ca_pair_connections *connections; /* owned; one a pixel; NULL: not wanted */
+    ca_pair_moments *made;          /* owned; of the iteration at work, one a pixel; beside `pixels` */
     bool incomplete;                /* atomic: a worker ran out of memory */
 } ca_pair_film;
 
@@ -60,6 +61,11 @@ void ca_pair_film_destroy(ca_pair_film *film);
 
 /* An iteration's moments of pixel (x, y) of the full film. */
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
+
+/* The same in two steps: what is held counts from the commit on, which comes once the whole iteration is there. A film
+ * of means adds at once: an iteration that is not complete is followed by no other there, and nothing is learned. */
+void ca_pair_film_hold(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
+void ca_pair_film_commit(ca_pair_film *film, uint32_t x, uint32_t y);
 
 /* Adds what another film of the same pixels has summed up, as if it had been the iterations of one; sign -1 takes it
  * out again. Both have `pixels` or both have `means`, neither has connections. */

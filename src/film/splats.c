@@ -122,7 +122,7 @@ static ca_status sort_by_band(add_task *task, const ca_parallel *parallel, ca_er
     uint32_t *starts = ca_array_grow(buffer->starts, &buffer->starts_capacity, entries, sizeof *starts);
     if (!starts) return ca_fail_memory(error, "the splats");
     buffer->starts = starts;
-    ca_parallel_for(parallel, task->list_count, count_list, task);
+    CA_TRY(ca_parallel_for(parallel, task->list_count, count_list, task, error));
     uint32_t total = 0;
     for (size_t i = 0; i < entries; i++) {
         const uint32_t count = buffer->starts[i];
@@ -133,8 +133,7 @@ static ca_status sort_by_band(add_task *task, const ca_parallel *parallel, ca_er
     const ca_splat **sorted = ca_array_grow(buffer->sorted, &buffer->sorted_capacity, total, sizeof *sorted);
     if (!sorted) return ca_fail_memory(error, "the splats");
     buffer->sorted = sorted;
-    ca_parallel_for(parallel, task->list_count, sort_list, task);
-    return CA_OK;
+    return ca_parallel_for(parallel, task->list_count, sort_list, task, error);
 }
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
@@ -244,6 +243,5 @@ ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *list
                      .scale = scale,
                      .images = images};
     CA_TRY(sort_by_band(&task, parallel, error));
-    ca_parallel_for(parallel, task.band_count, add_band, &task);
-    return CA_OK;
+    return ca_parallel_for(parallel, task.band_count, add_band, &task, error);
 }

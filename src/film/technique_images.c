@@ -19,6 +19,7 @@ enum { SIDE = CA_TECHNIQUE_MAX_VERTICES + 1, PICTURES = CA_TECHNIQUE_COUNT * SID
 struct ca_technique_images {
     uint32_t x0, y0, width, height;
     technique_pixel *pictures[PICTURES]; /* NULL until something was found; set once, by the first thread */
+    technique_pixel *kept[PICTURES];     /* copies; NULL: black */
     bool failed;                         /* out of memory: reported when the pictures are written */
 };
 
@@ -36,7 +37,10 @@ ca_status ca_technique_images_create(ca_technique_images **images, const uint32_
 void ca_technique_images_destroy(ca_technique_images *images)
 {
     if (!images) return;
-    for (uint32_t i = 0; i < PICTURES; i++) ca_free(images->pictures[i]);
+    for (uint32_t i = 0; i < PICTURES; i++) {
+        ca_free(images->pictures[i]);
+        ca_free(images->kept[i]);
+    }
     ca_free(images);
 }
 
@@ -71,6 +75,31 @@ void ca_technique_images_add(ca_technique_images *images, ca_technique technique
     technique_pixel *pixel = &pixels[(size_t)(y - images->y0) * images->width + (x - images->x0)];
     pixel->unweighted = ca_rgb_add(pixel->unweighted, unweighted);
     pixel->weighted = ca_rgb_madd(pixel->weighted, weight, unweighted);
+}
+
+void ca_technique_images_keep(ca_technique_images *images)
+{
+    const size_t pixels = (size_t)images->width * images->height;
+    for (uint32_t i = 0; i < PICTURES; i++) {
+        if (!images->pictures[i]) continue;
+        if (!images->kept[i]) images->kept[i] = ca_alloc(pixels, sizeof *images->kept[i]);
+        if (!images->kept[i])
+            images->failed = true;
+        else
+            memcpy(images->kept[i], images->pictures[i], pixels * sizeof *images->kept[i]);
+    }
+}
+
+void ca_technique_images_restore(ca_technique_images *images)
+{
+    const size_t pixels = (size_t)images->width * images->height;
+    for (uint32_t i = 0; i < PICTURES; i++) {
+        if (!images->pictures[i]) continue;
+        if (images->kept[i])
+            memcpy(images->pictures[i], images->kept[i], pixels * sizeof *images->kept[i]);
+        else
+            memset(images->pictures[i], 0, pixels * sizeof *images->pictures[i]);
+    }
 }
 
 void ca_technique_images_size(const ca_technique_images *images, uint32_t *width, uint32_t *height)

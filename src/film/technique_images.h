@@ -2,7 +2,7 @@
  * image is noisy.
  *
  * Indexed by (technique, s, t), both up to CA_TECHNIQUE_MAX_VERTICES. Pictures are made when the first value arrives.
- * Threads: add to different pixels at once. State: 24 bytes a pixel and technique. */
+ * Threads: add to different pixels at once. State: 48 bytes a pixel and technique. */
 #ifndef CA_FILM_TECHNIQUE_IMAGES_H
 #define CA_FILM_TECHNIQUE_IMAGES_H
 
@@ -22,6 +22,10 @@ void ca_technique_images_destroy(ca_technique_images *images); /* NULL is allowe
  * remembered, and reported by ca_technique_images_write. */
 void ca_technique_images_add(ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t, uint32_t x,
                              uint32_t y, ca_rgb unweighted, float weight);
+
+/* What was added so far stays. The other takes out again what was added since. Both: no thread adds meanwhile. */
+void ca_technique_images_keep(ca_technique_images *images);
+void ca_technique_images_restore(ca_technique_images *images);
 
 void ca_technique_images_size(const ca_technique_images *images, uint32_t *width, uint32_t *height);
 

@@ -1,7 +1,9 @@
 #include "geometry/accel_embree.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 #include "geometry/quadric.h"
+#include "geometry/ray_reach.h"
 #include "math/numeric.h"
 
 #include <assert.h>
@@ -101,9 +103,18 @@ static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
     return geometry;
 }
 
-static RTCScene new_scene(RTCDevice device)
+/* Embree asks now and then while it builds; false cancels that. */
+static bool goes_on(void *user, double done)
 {
-    RTCScene scene = rtcNewScene(device);
+    (void)done;
+    const ca_accel *accel = user;
+    return !ca_stop_asked(accel->stop);
+}
+
+static RTCScene new_scene(ca_accel *accel)
+{
+    RTCScene scene = rtcNewScene(accel->device);
+    rtcSetSceneProgressMonitorFunction(scene, goes_on, accel);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
     return scene;
@@ -148,7 +159,7 @@ static void attach_instance(ca_accel *accel, uint32_t index)
     const ca_accel_instance *instance = &accel->instances[index];
     RTCScene *group = &accel->group_scenes[instance->first_shape];
     if (!*group) {
-        *group = new_scene(accel->device);
+        *group = new_scene(accel);
         for (uint32_t i = 0; i < instance->shape_count; i++)
             attach_shape(accel->device, *group, &accel->shapes[instance->first_shape + i], i);
         rtcCommitScene(*group);
@@ -181,9 +192,21 @@ static void set_cells(ca_accel *accel)
     accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
 }
 
+static ca_status set_reach(ca_accel *accel, ca_error *error)
+{
+    ca_ray_reach reach = CA_RAY_REACH;
+    for (uint32_t i = 0; i < accel->instance_count; i++)
+        if (!ca_ray_reach_limit(&reach, &accel->instances[i].map))
+            return ca_fail(error, CA_ERROR_SCENE, NULL, "an instance's map has no inverse in single precision");
+    accel->origin_length2 = reach.origin * reach.origin;
+    accel->direction_length2 = reach.direction * reach.direction;
+    return CA_OK;
+}
+
 static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
 {
     char config[64];
+    CA_TRY(set_reach(accel, error));
     if (threads)
         snprintf(config, sizeof config, "isa=avx2,threads=%u", threads);
     else
@@ -191,11 +214,12 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
     accel->device = rtcNewDevice(config);
     if (!accel->device) return fail_embree(error, NULL, "creating its device");
     rtcSetDeviceMemoryMonitorFunction(accel->device, count_memory, accel);
-    accel->scene = new_scene(accel->device);
+    accel->scene = new_scene(accel);
     set_quadrics_apart(accel);
     attach_world(accel);
-    for (uint32_t i = 0; i < accel->instance_count; i++) attach_instance(accel, i);
-    rtcCommitScene(accel->scene);
+    for (uint32_t i = 0; i < accel->instance_count && goes_on(accel, 0.0); i++) attach_instance(accel, i);
+    if (goes_on(accel, 0.0)) rtcCommitScene(accel->scene);
+    CA_TRY(ca_stop_check(accel->stop, error));
     set_cells(accel);
     const enum RTCError code = rtcGetDeviceError(accel->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
@@ -206,7 +230,7 @@ static ca_status build(ca_accel *accel, uint32_t threads, ca_error *error)
 
 ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t world_count,
                           const ca_accel_instance *instances, uint32_t instance_count, uint32_t threads,
-                          ca_accel **accel, ca_error *error)
+                          const int *stop, ca_accel **accel, ca_error *error)
 {
     *accel = NULL;
     ca_accel *created = ca_alloc_zeroed(1, sizeof *created);
@@ -216,6 +240,7 @@ ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t
     created->world_count = world_count;
     created->instances = instances;
     created->instance_count = instance_count;
+    created->stop = stop;
     created->group_scenes = ca_alloc_zeroed(shape_count, sizeof *created->group_scenes);
     const ca_status status =
         created->group_scenes ? build(created, threads, error) : ca_fail_memory(error, "the acceleration structure");
@@ -304,8 +329,8 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
                         ca_hit *hit)
 {
     *hit = (ca_hit){.t = t_max, .shape = CA_NONE, .instance = CA_NONE};
-    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
+    assert(ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max)) return false;
     for (uint32_t i = 0; i < accel->apart_count; i++) {
         const ca_shape *quadric = &accel->shapes[accel->apart[i]];
         if (ca_quadric_intersect(quadric, origin, direction, t_min, hit->t, &hit->t)) hit->shape = accel->apart[i];
@@ -315,8 +340,8 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
 
 bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
-    assert(ca_accel_ray_is_valid(origin, direction, t_min, t_max) || t_max <= t_min);
-    if (!ca_accel_ray_is_valid(origin, direction, t_min, t_max)) return false;
+    assert(ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max) || t_max <= t_min);
+    if (!ca_accel_ray_is_valid(accel, origin, direction, t_min, t_max)) return false;
     for (uint32_t i = 0; i < accel->apart_count; i++) {
         float t;
         if (ca_quadric_intersect(&accel->shapes[accel->apart[i]], origin, direction, t_min, t_max, &t)) return true;

@@ -25,10 +25,11 @@ typedef struct ca_hit {
     uint32_t shape, primitive, instance; /* shape: index in the scene's shapes; CA_NONE: nothing was met */
 } ca_hit;
 
-/* Shapes [0, world_count) are the world's. Borrows the arrays. `threads` build it (0: all). */
+/* Shapes [0, world_count) are the world's. Borrows the arrays. `threads` build it (0: all). `stop`: base/stop.h.
+ * CA_ERROR_SCENE: an instance whose map has no reach (ray_reach.h). */
 ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t world_count,
                           const ca_accel_instance *instances, uint32_t instance_count, uint32_t threads,
-                          ca_accel **accel, ca_error *error);
+                          const int *stop, ca_accel **accel, ca_error *error);
 void ca_accel_destroy(ca_accel *accel);
 
 /* Nearest hit with t_min < t < t_max; t is in units of |direction|. */

@@ -42,10 +42,10 @@ static uint32_t sort_rays(const uint32_t *keys, uint32_t count, uint16_t *order)
 }
 
 /* As ca_accel_ray_is_valid. */
-static ca_m8 valid_rays(ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max)
+static ca_m8 valid_rays(const ca_accel *accel, ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max)
 {
-    return (ca_dot_v8(origin, origin) < 1e36f) & (ca_dot_v8(direction, direction) < INFINITY) & (t_min >= 0.0f) &
-           (t_max > t_min);
+    return (ca_dot_v8(origin, origin) < accel->origin_length2) &
+           (ca_dot_v8(direction, direction) < accel->direction_length2) & (t_min >= 0.0f) & (t_max > t_min);
 }
 
 typedef struct ray_lanes {
@@ -55,7 +55,7 @@ typedef struct ray_lanes {
 } ray_lanes;
 
 /* Rays i to i + 7. Those behind the last one, which nobody has filled in, are zeros, and so not valid. */
-static inline ray_lanes load_rays(const ca_ray_batch *rays, uint32_t i, uint32_t count)
+static inline ray_lanes load_rays(const ca_accel *accel, const ca_ray_batch *rays, uint32_t i, uint32_t count)
 {
     ray_lanes r = {.origin = ca_column3_load(&rays->origin, i),
                    .direction = ca_column3_load(&rays->direction, i),
@@ -70,7 +70,7 @@ static inline ray_lanes load_rays(const ca_ray_batch *rays, uint32_t i, uint32_t
         r.t_min = ca_select8(filled, r.t_min, zero);
         r.t_max = ca_select8(filled, r.t_max, zero);
     }
-    r.valid = valid_rays(r.origin, r.direction, r.t_min, r.t_max);
+    r.valid = valid_rays(accel, r.origin, r.direction, r.t_min, r.t_max);
     return r;
 }
 
@@ -142,7 +142,7 @@ static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t
 {
     const ca_f8 zero = ca_f8_all(0.0f);
     for (uint32_t i = 0; i < count; i += CA_LANES) {
-        const ray_lanes r = load_rays(rays, i, count);
+        const ray_lanes r = load_rays(accel, rays, i, count);
         ca_f8 t = r.t_max;
         ca_m8 shape = ca_m8_all((int32_t)CA_NONE);
         for (uint32_t k = 0; k < accel->apart_count; k++) {
@@ -216,7 +216,7 @@ static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, u
                               uint32_t *keys)
 {
     for (uint32_t i = 0; i < count; i += CA_LANES) {
-        const ray_lanes r = load_rays(rays, i, count);
+        const ray_lanes r = load_rays(accel, rays, i, count);
         ca_m8 hidden = {0};
         for (uint32_t k = 0; k < accel->apart_count; k++) {
             const ca_shape *quadric = &accel->shapes[accel->apart[k]];

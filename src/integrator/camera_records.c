@@ -211,7 +211,7 @@ static ca_status trace_tasks(ca_qmcppm *q, uint32_t first_task, uint64_t count, 
         records->tasks[records->task_count] = (ca_camera_task){0};
     records->count = count;
     trace_job job = {.q = q, .workers = workers, .first_task = first_task};
-    ca_parallel_for(parallel, (uint32_t)(tasks - first_task), trace_task, &job);
+    CA_TRY(ca_parallel_for(parallel, (uint32_t)(tasks - first_task), trace_task, &job, error));
     for (size_t i = first_task; i < tasks; i++)
         if (records->tasks[i].failed) return ca_fail_memory(error, "the camera paths");
     return CA_OK;

@@ -1,6 +1,8 @@
 /* Camera paths: how they start, what they hit, and the stages that a batch of them goes through. */
 #include "integrator/bidirectional.h"
 
+#include "base/stop.h"
+
 /* How many photons count as one sample at the last vertex (the density rule). */
 static float crowd(const ca_camera_walk *walk)
 {
@@ -289,7 +291,8 @@ void ca_camera_walks_trace(ca_camera_walk *const *walks, uint32_t count)
 {
     walk_list list = {.count = count};
     for (uint32_t i = 0; i < count; i++) list.walks[i] = walks[i];
-    while (list.count > 0) {
+    const int *stop = walks[0]->b->input.stop;
+    while (list.count > 0 && !ca_stop_asked(stop)) {
         intersect(&list);
         arrive_all(&list);
         if (list.count == 0) return;

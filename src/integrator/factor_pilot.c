@@ -42,7 +42,7 @@ static ca_status iterate(ca_bidirectional *pilot, const ca_parallel *parallel, c
     const uint32_t cells = ca_technique_tally_cells(pilot->tally);
     for (; task.iteration < ITERATIONS; task.iteration++) {
         CA_TRY(ca_bidirectional_begin_round(pilot, task.iteration, 0, parallel, workers, error));
-        ca_parallel_for(parallel, (cells + PATHS_OF_TASK - 1) / PATHS_OF_TASK, trace_cells, &task);
+        CA_TRY(ca_parallel_for(parallel, (cells + PATHS_OF_TASK - 1) / PATHS_OF_TASK, trace_cells, &task, error));
     }
     return CA_OK;
 }

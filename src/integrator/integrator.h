@@ -66,6 +66,7 @@ typedef struct ca_integrator_input {
     const ca_filter *filter;
     uint32_t crop[4];     /* the rendered part of the film */
     uint32_t workers;
+    const int *stop;      /* base/stop.h: what is made after it was asked for is no use; NULL: nobody can ask */
     double memory_bytes;  /* for light paths, and camera paths where they are kept; INFINITY: no limit; 0: what the
                              integrator takes by itself, which is at most CA_LIGHT_BYTES_BY_DEFAULT for light paths
                              that may come in rounds */

@@ -28,7 +28,7 @@ static void trace_block(void *user, uint32_t index, uint32_t worker)
 static ca_status trace_blocks(block_task *task, uint32_t count, const ca_parallel *parallel, ca_error *error)
 {
     ca_bidirectional *b = task->b;
-    ca_parallel_for(parallel, count, trace_block, task);
+    CA_TRY(ca_parallel_for(parallel, count, trace_block, task, error));
     for (uint32_t i = 0; i < count; i++) {
         const ca_light_block *block = &b->blocks[(task->first_block + i) % (CA_CHUNK_PATHS / CA_BLOCK_PATHS)];
         b->photons_now += block->photons;

@@ -2,6 +2,8 @@
  * and splats. */
 #include "integrator/bidirectional.h"
 
+#include "base/stop.h"
+
 /* ---- Start ----------------------------------------------------------------------------------------------------- */
 
 /* Chooses a light and lets it emit. */
@@ -137,7 +139,7 @@ static void scatter_all(const ca_bidirectional *b, walk_list *list)
 /* false when out of memory. */
 static bool trace(const ca_bidirectional *b, walk_list *list, ca_light_block *block, ca_worker *worker)
 {
-    while (list->count > 0) {
+    while (list->count > 0 && !ca_stop_asked(b->input.stop)) {
         intersect(b, list, worker);
         arrive_all(b, list, block, worker);
         if (b->rules.splat && !ca_splat_all(b, list->walks, list->count, worker)) return false;

@@ -1,6 +1,8 @@
 /* Merges of a camera path's vertex with photons, the vertices of all light paths, that are close. */
 #include "integrator/bidirectional.h"
 
+#include "base/stop.h"
+
 /* ---- One merge ------------------------------------------------------------------------------------------------- */
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
@@ -102,7 +104,7 @@ static void answer(merge_query *queries, uint32_t count)
     const ca_bidirectional *b = queries[0].walk->b;
     const float normalisation = 1.0f / (b->rules.merge_area * (float)b->light_paths);
     bool more = true;
-    while (more) {
+    while (more && !ca_stop_asked(b->input.stop)) {
         more = false;
         for (uint32_t i = 0; i < count; i++) more |= find(&queries[i]);
         for (uint32_t i = 0; i < count; i++) select_photons(&queries[i]);

@@ -54,7 +54,7 @@ void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *wo
     scratch->pairing = false;
     if (b->rules.splat) ca_pair_splats_gather(&b->pair_splats, x, y, scratch->pairs);
     const ca_pair_moments moments = ca_pair_sums_finish(scratch->pairs);
-    ca_pair_film_add(b->input.pairs, x, y, &moments);
+    ca_pair_film_hold(b->input.pairs, x, y, &moments);
     if (!ca_pair_sums_complete(scratch->pairs)) __atomic_store_n(&b->input.pairs->incomplete, true, __ATOMIC_RELAXED);
 }
 

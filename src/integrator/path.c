@@ -7,6 +7,7 @@
 #include "integrator/path.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 
 enum { MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, HEURISTIC, NEXT_EVENT };
 
@@ -139,7 +140,7 @@ static void add_emissions(const path_state *state, ca_batch *batch, ca_counters 
 static void trace(const path_state *state, ca_batch *batch, ca_worker *worker)
 {
     if (batch->points) keep_starts(batch);
-    while (batch->count > 0) {
+    while (batch->count > 0 && !ca_stop_asked(state->input.stop)) {
         ca_batch_intersect(batch, state->scene, worker);
         const bool last = batch->segments >= state->max_depth;
         const bool wants_bsdf = !last || batch->segments == 1;

@@ -2,6 +2,8 @@
  * block. */
 #include "integrator/qmcppm.h"
 
+#include "base/stop.h"
+
 #include <string.h>
 
 /* A kept camera path that looks for photons, vertex by vertex. The walk has what merges read: the path's densities
@@ -130,10 +132,10 @@ static void merge_found(gather *g)
 }
 
 /* All batches of photons that the queries find. */
-static void answer(gather *const *asking, uint32_t count)
+static void answer(gather *const *asking, uint32_t count, const int *stop)
 {
     bool more = true;
-    while (more) {
+    while (more && !ca_stop_asked(stop)) {
         more = false;
         for (uint32_t i = 0; i < count; i++) more |= find(asking[i]);
         for (uint32_t i = 0; i < count; i++) merge_found(asking[i]);
@@ -197,7 +199,7 @@ static void look(gather_group *group)
             start_query(&group->gathers[i], vertex);
             asking[count++] = &group->gathers[i];
         }
-        answer(asking, count);
+        answer(asking, count, group->q->input.stop);
     }
 }
 
@@ -233,7 +235,7 @@ static void connect_all(ca_camera_walk *const *walks, uint32_t count)
     ca_next_events(walks, count, true);
     walk->has_paired = true;
     walk->connect_slot = 1;
-    for (walk->paired = 0; walk->paired < b->paths_now; walk->paired++) {
+    for (walk->paired = 0; walk->paired < b->paths_now && !ca_stop_asked(b->input.stop); walk->paired++) {
         walk->light_ready = false;
         ca_connect_all(&walk, 1);
     }
@@ -266,7 +268,7 @@ static uint64_t first_of_pixel(const ca_qmcppm *q, uint32_t x, uint32_t y)
 
 static void connect_pixel(const ca_qmcppm *q, uint32_t x, uint32_t y, ca_block_sample *sum, ca_worker *worker)
 {
-    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count; n += q->pixels) {
+    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count && !ca_stop_asked(q->input.stop); n += q->pixels) {
         ca_film_sample sample = {0};
         ca_rgb own_light;
         const uint32_t index = (uint32_t)((q->camera.first + n) / q->pixels);
@@ -279,7 +281,7 @@ static void gather_pixel(gather_group *group, uint32_t x, uint32_t y, ca_block_s
 {
     const ca_qmcppm *q = group->q;
     const uint32_t most = q->pairs ? 1 : GATHERS;
-    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count; n += q->pixels) {
+    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count && !ca_stop_asked(q->input.stop); n += q->pixels) {
         begin_gather(group, n, sum);
         if (group->count == most) finish_group(group);
     }

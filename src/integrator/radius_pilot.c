@@ -18,6 +18,7 @@
 #include "integrator/bidirectional.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 #include "photon/radius_choice.h"
 
 #include <math.h>
@@ -84,8 +85,6 @@ typedef struct radius_pilot {
     size_t found_capacity;
     bool out_of_memory;
 } radius_pilot;
-
-static const ca_parallel alone = {.workers = 1};
 
 /* ---- Camera paths ---------------------------------------------------------------------------------------------- */
 
@@ -206,7 +205,7 @@ static void trace_camera_paths(radius_pilot *p, uint32_t index, const ca_walk_ho
 {
     const uint32_t cells = p->columns * p->rows;
     if (p->engine->max_depth == 0) return;
-    for (uint32_t first = 0; first < cells; first += CA_WALKS)
+    for (uint32_t first = 0; first < cells && !ca_stop_asked(p->engine->input.stop); first += CA_WALKS)
         trace_batch(p, first, ca_min_u32(CA_WALKS, cells - first), index, hooks);
 }
 
@@ -245,7 +244,7 @@ static ca_status build_level(const ca_bidirectional *b, uint32_t k, photon_level
     const ca_photon_bounds bounds = {b->input.scene->low, b->input.scene->high};
     const ca_photon_source source = {
         .user = level, .run_count = 1, .count = level->count, .read = read_photons};
-    return ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &alone, error);
+    return ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &(ca_parallel){.workers = 1, .stop = b->input.stop}, error);
 }
 
 static int compare(const void *a, const void *b)
@@ -279,7 +278,7 @@ static ca_status find_scale(radius_pilot *p, float most, ca_error *error)
         const uint32_t lit = look_around(p, distances, &p->scale);
         if (2 * lit >= p->query_count || b->radius >= most) break;
         ca_bidirectional_set_radius(b, ca_min(most, 2.0f * b->radius));
-        status = ca_light_photons_sort(b, b->grid, b->radius, &alone, error);
+        status = ca_light_photons_sort(b, b->grid, b->radius, &(ca_parallel){.workers = 1, .stop = b->input.stop}, error);
         if (status != CA_OK) break;
     }
     ca_free(distances);
@@ -291,7 +290,7 @@ static ca_status trace_light_paths(radius_pilot *p, uint64_t number, ca_error *e
     ca_mis_rules *rules = &p->engine->rules;
     const bool splat = rules->splat; /* it counts in weights; no picture is made */
     rules->splat = false;
-    const ca_status status = ca_light_paths_prepare(p->engine, number, p->light_paths, &alone, &p->worker, error);
+    const ca_status status = ca_light_paths_prepare(p->engine, number, p->light_paths, &(ca_parallel){.workers = 1, .stop = p->engine->input.stop}, &p->worker, error);
     rules->splat = splat;
     return status;
 }
@@ -488,6 +487,7 @@ ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_in
     ca_status status = create_engine(&pilot, type, input, &sampler, pixel, error);
     if (status == CA_OK) status = create_arrays(&pilot, error);
     if (status == CA_OK) status = measure(&pilot, most, &curve, &lit, error);
+    if (status == CA_OK) status = ca_stop_check(input->stop, error);
     destroy_pilot(&pilot);
     if (status != CA_OK || !lit) return status;
     const double end = fmin((double)most, most_merged(&pilot, light_paths));

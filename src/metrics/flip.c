@@ -284,11 +284,12 @@ static void map_row(void *user, uint32_t y, uint32_t worker)
     }
 }
 
-void ca_flip_ldr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone, double exposure, float *map)
+ca_status ca_flip_ldr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone, double exposure,
+                      float *map, ca_error *error)
 {
     flip_job job = {.flip = flip, .pictures = pictures, .tone = tone, .scale = exp2(exposure), .map = map};
-    ca_parallel_for(flip->parallel, flip->height, show_row, &job);
-    ca_parallel_for(flip->parallel, flip->height, map_row, &job);
+    CA_TRY(ca_parallel_for(flip->parallel, flip->height, show_row, &job, error));
+    return ca_parallel_for(flip->parallel, flip->height, map_row, &job, error);
 }
 
 /* ---- HDR ------------------------------------------------------------------------------------------------------- */
@@ -335,18 +336,19 @@ ca_status ca_flip_choose_exposures(const float *const reference[3], size_t pixel
     return CA_OK;
 }
 
-void ca_flip_hdr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone,
-                 const ca_flip_exposures *exposures, float *map, float *exposure_map)
+ca_status ca_flip_hdr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone,
+                      const ca_flip_exposures *exposures, float *map, float *exposure_map, ca_error *error)
 {
     const size_t pixels = (size_t)flip->width * flip->height;
     for (uint32_t i = 0; i < exposures->count; i++) {
         const double part = exposures->count > 1 ? (double)i / (exposures->count - 1) : 0.0;
         const double exposure = exposures->start + part * (exposures->stop - exposures->start);
-        ca_flip_ldr(flip, pictures, tone, exposure, flip->exposed_map);
+        CA_TRY(ca_flip_ldr(flip, pictures, tone, exposure, flip->exposed_map, error));
         for (size_t at = 0; at < pixels; at++)
             if (i == 0 || flip->exposed_map[at] > map[at]) {
                 map[at] = flip->exposed_map[at];
                 exposure_map[at] = (float)exposure;
             }
     }
+    return CA_OK;
 }

@@ -46,8 +46,9 @@ ca_status ca_flip_create(uint32_t width, uint32_t height, double pixels_per_degr
                          ca_flip **flip, ca_error *error);
 void ca_flip_destroy(ca_flip *flip);
 
-/* The LDR map of both pictures under a tone curve and an exposure. */
-void ca_flip_ldr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone, double exposure, float *map);
+/* The LDR map of both pictures under a tone curve and an exposure. Errors, also of the next: as ca_parallel_for. */
+ca_status ca_flip_ldr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone, double exposure,
+                      float *map, ca_error *error);
 
 /* Fills in what is NAN (start, stop) or 0 (count) from the reference. false where that cannot be done: the
  * reference's largest or median luminance is not above 0. Errors: CA_ERROR_ARGUMENT (start after stop),
@@ -56,7 +57,7 @@ ca_status ca_flip_choose_exposures(const float *const reference[3], size_t pixel
                                    ca_flip_exposures *exposures, bool *known, ca_error *error);
 
 /* The HDR map, and in `exposure_map` the exposure at which each pixel differs most, the first of equals. */
-void ca_flip_hdr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone,
-                 const ca_flip_exposures *exposures, float *map, float *exposure_map);
+ca_status ca_flip_hdr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_curve tone,
+                      const ca_flip_exposures *exposures, float *map, float *exposure_map, ca_error *error);
 
 #endif

@@ -129,7 +129,7 @@ static ca_status measure_ssim(measurement *m, ca_image_metrics *metrics, ca_erro
     float *map = NULL;
     CA_TRY(ca_layers_add(m->layers, "SSIM", &map, error));
     CA_TRY(allocate_planes(m->signal, m->pixels, error));
-    ca_parallel_for(&m->parallel, m->pair.height, make_signal_row, m);
+    CA_TRY(ca_parallel_for(&m->parallel, m->pair.height, make_signal_row, m, error));
     ca_ssim_pictures pictures = {.width = m->pair.width, .height = m->pair.height};
     for (int c = 0; c < 3; c++) {
         pictures.a[c] = m->signal[IMAGE][c];
@@ -146,7 +146,7 @@ static ca_status measure_flip_ldr(measurement *m, ca_flip *flip, const ca_flip_p
 {
     float *map = NULL;
     CA_TRY(ca_layers_add(m->layers, "FLIP.LDR", &map, error));
-    ca_flip_ldr(flip, pictures, m->settings->tone, m->settings->exposure, map);
+    CA_TRY(ca_flip_ldr(flip, pictures, m->settings->tone, m->settings->exposure, map, error));
     metrics->flip_ldr = average(m, map, 0);
     return CA_OK;
 }
@@ -162,7 +162,7 @@ static ca_status measure_flip_hdr(measurement *m, ca_flip *flip, const ca_flip_p
     float *map = NULL, *exposure_map = NULL;
     CA_TRY(ca_layers_add(m->layers, "FLIP.HDR", &map, error));
     CA_TRY(ca_layers_add(m->layers, "FLIP.Exposure", &exposure_map, error));
-    ca_flip_hdr(flip, pictures, m->settings->flip_tone, &exposures, map, exposure_map);
+    CA_TRY(ca_flip_hdr(flip, pictures, m->settings->flip_tone, &exposures, map, exposure_map, error));
     metrics->flip_hdr = average(m, map, 0);
     metrics->exposures = exposures;
     return CA_OK;

@@ -84,11 +84,11 @@ ca_status ca_ssim_map(const ca_ssim_pictures *pictures, const ca_ssim_settings *
     job.scratch_size = (size_t)(MOMENTS + 2) * pictures->width + 2 * (size_t)radius;
     double *weights = ca_alloc(settings->window, sizeof *weights);
     job.scratch = ca_alloc(job.scratch_size * parallel->workers, sizeof *job.scratch);
-    const ca_status status = weights && job.scratch ? CA_OK : ca_fail_memory(error, "SSIM");
+    ca_status status = weights && job.scratch ? CA_OK : ca_fail_memory(error, "SSIM");
     if (status == CA_OK) {
         fill_weights(weights, radius, settings->sigma);
         job.kernel = (ca_kernel){.radius = radius, .weights = weights};
-        ca_parallel_for(parallel, pictures->height, map_row, &job);
+        status = ca_parallel_for(parallel, pictures->height, map_row, &job, error);
     }
     ca_free(weights);
     ca_free(job.scratch);

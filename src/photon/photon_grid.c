@@ -305,13 +305,13 @@ static void divide(photon_build *build, uint32_t count)
 static ca_status sort(photon_build *build, uint32_t count, const ca_parallel *parallel, ca_error *error)
 {
     ca_photon_grid *grid = build->grid;
-    ca_parallel_for(parallel, build->task_count, count_task, build);
+    CA_TRY(ca_parallel_for(parallel, build->task_count, count_task, build, error));
     const uint32_t placed = place_tasks(build);
     assert(placed == count);
     (void)placed;
-    ca_parallel_for(parallel, build->task_count, partition_task, build);
+    CA_TRY(ca_parallel_for(parallel, build->task_count, partition_task, build, error));
     keep_straddling(build);
-    ca_parallel_for(parallel, build->partition_count, sort_partition, build);
+    CA_TRY(ca_parallel_for(parallel, build->partition_count, sort_partition, build, error));
     if (build->failed) return ca_fail_memory(error, "the photons");
     grid->starts[(size_t)grid->lattice.bucket_mask + 1] = count;
     grid->count = count;

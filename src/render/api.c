@@ -18,10 +18,16 @@ const char *ca_version(void)
 ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                         ca_error *error)
 {
+    return ca_scene_load_until(path, defines, define_count, NULL, scene, error);
+}
+
+ca_status ca_scene_load_until(const char *path, const ca_define *defines, size_t define_count, const int *stop,
+                              ca_scene **scene, ca_error *error)
+{
     *scene = NULL;
     ca_scene_desc desc;
     CA_TRY(ca_import_scene(path, defines, define_count, &desc, error));
-    return ca_scene_compile(&desc, scene, error);
+    return ca_scene_compile_until(&desc, stop, scene, error);
 }
 
 ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error)

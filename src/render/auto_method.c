@@ -121,9 +121,9 @@ static ca_status first_failure(const ca_status *status, const ca_error *errors, 
 
 static ca_status run_pilots(chooser *c, ca_error *error)
 {
-    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, PILOTS)};
+    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, PILOTS), .stop = c->plan->input.stop};
     pilots_task task = {.c = c};
-    ca_parallel_for(&parallel, PILOTS, run_pilot, &task);
+    CA_TRY(ca_parallel_for(&parallel, PILOTS, run_pilot, &task, error));
     return first_failure(task.status, task.errors, PILOTS, error);
 }
 
@@ -231,9 +231,9 @@ static void run_trial(void *user, uint32_t index, uint32_t worker)
 /* Each on one thread. */
 static ca_status run_trials(chooser *c, uint32_t iterations, ca_error *error)
 {
-    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, c->count)};
+    const ca_parallel parallel = {.workers = ca_min_u32(c->plan->threads, c->count), .stop = c->plan->input.stop};
     trials_task task = {.c = c, .iterations = iterations};
-    ca_parallel_for(&parallel, c->count, run_trial, &task);
+    CA_TRY(ca_parallel_for(&parallel, c->count, run_trial, &task, error));
     tell(c);
     return first_failure(task.status, task.errors, c->count, error);
 }

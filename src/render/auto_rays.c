@@ -31,6 +31,15 @@ void ca_auto_report(ca_auto_rays *a)
     a->progress.stopped = a->interrupted || a->next.largest + a->numbers.most > (double)UINT32_MAX;
 }
 
+void ca_auto_end_early(ca_auto_rays *a, ca_status status)
+{
+    a->progress.stopped = a->ended_early = true;
+    if (status == CA_ERROR_INTERRUPTED)
+        a->interrupted = true;
+    else
+        a->failure = status;
+}
+
 /* ---- Steps ----------------------------------------------------------------------------------------------------- */
 
 /* Choices that no run has used yet, and what PREDICT has told the next phase. */
@@ -118,21 +127,21 @@ enum {
     LEARNING = CA_HALVED_FILM_PIXEL_BYTES + sizeof(ca_auto_known) + CA_RAY_TIMES_PIXEL_BYTES,
     CHOOSING = sizeof(ca_ray_pixel) + CA_RAY_CHOICE_PIXEL_BYTES + 2 * sizeof(uint32_t), /* and two chosen maps */
 
-    IN_PILOT = TWO_MAPS + CA_HALVED_FILM_PIXEL_BYTES +
+    IN_PILOT = TWO_MAPS + CA_PASS_PIXEL_BYTES + CA_HALVED_FILM_PIXEL_BYTES +
                CA_PILOT_HALVES * (sizeof(ca_film_pixel) + sizeof(ca_pair_means) + CA_RAY_TIMES_PIXEL_BYTES),
     AT_ITS_END = TWO_MAPS + LEARNING + CA_RAY_TIMES_PIXEL_BYTES + CA_PILOT_HALVES * sizeof(ca_pair_means) + CHOOSING,
     BETWEEN_RUNS = TWO_MAPS + LEARNING + sizeof(ca_joined_pixel) + CHOOSING,
-    IN_A_RUN = TWO_MAPS + LEARNING + sizeof(ca_joined_pixel) + sizeof(ca_film_pixel) + sizeof(ca_pair_means),
+    IN_A_RUN = TWO_MAPS + CA_PASS_PIXEL_BYTES + LEARNING + sizeof(ca_joined_pixel) + sizeof(ca_film_pixel) + sizeof(ca_pair_means),
 };
-_Static_assert(IN_PILOT == 564 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN_A_RUN == 556,
+_Static_assert(IN_PILOT == 628 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN_A_RUN == 620,
                "auto_rays.h tells the bytes of a pixel");
 _Static_assert((int)CA_AUTO_PIXEL_BYTES == (int)IN_PILOT, "auto_rays.h tells the most bytes of a pixel");
 
-/* The plan has counted one film. */
+/* The plan has counted one film, and what a pass takes. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double pixels = ca_render_plan_pixels(plan);
-    const double bytes = (CA_AUTO_PIXEL_BYTES - (double)sizeof(ca_film_pixel)) * pixels;
+    const double bytes = (CA_AUTO_PIXEL_BYTES - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (bytes >= plan->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -190,7 +199,7 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
     CA_TRY(ca_auto_read_settings(&a, error));
     ca_status status = create(&a, error);
     if (status == CA_OK) status = run_all(&a, error);
-    if (status == CA_OK) status = ca_auto_finish(&a, image, statistics, error);
+    if (status == CA_OK) status = ca_auto_finish(&a, image, statistics, a.failure == CA_OK ? error : NULL);
     destroy(&a);
-    return status;
+    return a.failure == CA_OK ? status : a.failure;
 }

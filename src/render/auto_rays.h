@@ -17,18 +17,19 @@
  * share that is fixed before its samples are made: no part is multiplied by a weight that was made of its own
  * samples. Why that leaves no bias, and what remains: docs/papers/000.md, "Joining the pilot with the render".
  *
- * Memory: at most 564 bytes a pixel, the film's 128 included:
+ * Memory: at most 628 bytes a pixel, the film's 128 included:
  *
  *                                     pilot   its end   between runs   in a run
  *     numbers in use, next paths          8         8              8          8
  *     the pilot (halved_film.h)         172       172            172        172
  *     films of samples               2 x 128                                128
+ *     an iteration (pass.h)              64                                  64
  *     means of pairs                  2 x 40    2 x 40                        40
  *     what paths do (ray_times.h)     2 x 24    2 x 24             24         24
  *     what is known (auto_known.h)                  24             24         24
  *     R (joined_film.h)                                           160        160
  *     choosing numbers                             164            164
- *     all                               564        496            552        556
+ *     all                               628        496            552        620
  *
  * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
  * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
@@ -40,7 +41,7 @@
 #include "render/auto_pilot_plan.h"
 #include "render/render.h"
 
-enum { CA_AUTO_PIXEL_BYTES = 564 };
+enum { CA_AUTO_PIXEL_BYTES = 628 };
 
 /* What an image was joined of, for those who want to check it. */
 typedef struct ca_auto_parts {

@@ -39,6 +39,18 @@ ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film
     return CA_OK;
 }
 
+void ca_auto_batch_drop(ca_auto_rays *a, ca_auto_batch *batch)
+{
+    a->iterations -= batch->passes;
+    a->progress.camera_paths -= batch->passes * a->numbers.mean;
+    batch->passes = 0;
+    ca_workers *workers = &batch->runner.workers;
+    for (uint32_t i = 0; i < workers->parallel.workers; i++) {
+        workers->list[i].counters = (ca_counters){0};
+        workers->film_rejects[i] = 0;
+    }
+}
+
 void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch)
 {
     for (size_t p = 0; p < ca_auto_pixels(a); p++)

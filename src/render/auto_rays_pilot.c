@@ -73,6 +73,17 @@ static void look(ca_auto_rays *a, const pilot *p)
     if (ratio >= 0.0) looks->seconds_predicted = a->progress.seconds * ratio * ratio;
 }
 
+/* Both halves must have samples: what one of them has alone is left out. */
+static ca_status end_early(ca_auto_rays *a, ca_auto_batch *batch, ca_pilot_group *group, ca_status status)
+{
+    if (a->iterations < CA_PILOT_HALVES) return status;
+    ca_auto_end_early(a, status);
+    if (group->iterations >= CA_PILOT_HALVES) return CA_OK;
+    group->iterations = 0;
+    ca_auto_batch_drop(a, batch);
+    return CA_OK;
+}
+
 /* Two iterations of the ramp, or ordinary ones to the pilot's end; as many of each half. *seconds: of the last one.
  * Those before it have warmed up memory and caches. */
 static ca_status run_group(ca_auto_rays *a, pilot *p, ca_pilot_step step, ca_pilot_group *group, double *seconds,
@@ -82,12 +93,14 @@ static ca_status run_group(ca_auto_rays *a, pilot *p, ca_pilot_step step, ca_pil
     bool over = false;
     ca_auto_use_uniform(a, group->numbers);
     ca_status status = ca_auto_batch_begin(a, &batch, &p->halves[0].film, error);
+    const bool began = status == CA_OK;
     while (status == CA_OK && !over) {
         status = run_iteration(a, p, &batch, step, group, seconds, error);
         if (status != CA_OK || group->iterations % CA_PILOT_HALVES != 0) continue;
         if (step == CA_PILOT_ORDINARY) look(a, p);
         over = step == CA_PILOT_RAMP || ca_pilot_is_long_enough(&a->goal, &a->progress, group->iterations);
     }
+    if (began && status != CA_OK) status = end_early(a, &batch, group, status);
     ca_auto_batch_end(a, &batch);
     return status;
 }
@@ -154,6 +167,7 @@ static ca_status run_iterations(ca_auto_rays *a, pilot *p, ca_error *error)
     if (next.step == CA_PILOT_END) return CA_OK;
     for (int h = 0; h < CA_PILOT_HALVES; h++) ca_film_clear(&p->halves[h].film);
     CA_TRY(run_group(a, p, CA_PILOT_ORDINARY, &a->ordinary, &seconds, error));
+    if (a->ordinary.iterations == 0) return CA_OK;
     const double ramp = ca_pilot_ramp_share(&a->ramp, &a->ordinary);
     ca_halved_film_scale(&a->pilot, ramp);
     ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0 - ramp);

@@ -42,14 +42,29 @@ static void look(ca_auto_rays *a, const ca_auto_work_film *work)
     }
 }
 
+/* Of a single iteration the noise is not known: it is left out. */
+static void end_early(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_work_film *work, ca_status status)
+{
+    ca_auto_end_early(a, status);
+    if (work->iterations >= 2) return;
+    a->render_iterations -= work->iterations;
+    work->iterations = 0;
+    ca_auto_batch_drop(a, batch);
+}
+
 static ca_status iterate(ca_auto_rays *a, ca_auto_work_film *work, ca_error *error)
 {
     ca_auto_batch batch;
     ca_status status = ca_auto_batch_begin(a, &batch, &work->film, error);
     a->work = work;
+    const bool began = status == CA_OK;
     while (status == CA_OK && !ca_auto_run_is_over(work->run, &a->goal, &a->progress, work->iterations)) {
         status = run_iteration(a, &batch, work, error);
         if (status == CA_OK) look(a, work);
+    }
+    if (began && status != CA_OK) {
+        end_early(a, &batch, work, status);
+        status = CA_OK;
     }
     a->work = NULL;
     ca_auto_batch_end(a, &batch);
@@ -62,7 +77,7 @@ static void keep(ca_auto_rays *a, const ca_auto_work_film *work)
     ca_joined_film_add(&a->render, &work->film, share);
     a->shares += share;
     a->runs++;
-    if (!work->run->measures) return;
+    if (!work->run->measures || a->ended_early) return;
     a->plain_seconds = work->plain_seconds / work->plain; /* the second iteration is plain */
     ca_auto_known_add(a->known, &(ca_auto_gathered){.pairs = &work->pairs,
                                                     .iterations = work->gathering,
@@ -86,7 +101,7 @@ ca_status ca_auto_run_do(ca_auto_rays *a, const ca_auto_run *run, double passes_
     ca_auto_work_film work = {.run = run, .passes_before = passes_before};
     ca_status status = create(a, &work, error);
     if (status == CA_OK) status = iterate(a, &work, error);
-    if (status == CA_OK) {
+    if (status == CA_OK && work.iterations > 0) {
         keep(a, &work);
         describe(a, &work, outcome);
     }

@@ -46,6 +46,8 @@ typedef struct ca_auto_rays {
     double look_seconds;      /* then */
     double start; /* by the clock; time in which the caller is told does not count */
     bool interrupted;
+    bool ended_early;  /* an iteration failed or was stopped: the image is of those before it */
+    ca_status failure; /* of it; CA_OK: stopped */
 
     ca_auto_numbers numbers; /* in use */
     ca_auto_numbering next;
@@ -93,11 +95,17 @@ typedef struct ca_auto_batch {
 
 /* `film`: any of those that it is run with. */
 ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_error *error);
-/* One more iteration; `pairs` and `times` may be NULL. *seconds: of the clock. Tells the caller. */
+/* One more iteration; `pairs` and `times` may be NULL. *seconds: of the clock. One that fails leaves film and counts
+ * as they were; the pairs, from which nothing is learned any more, may be incomplete. */
 ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs,
                             ca_ray_times *times, double *seconds, ca_error *error);
+/* The only iteration of the batch so far is not used: its numbers and paths do not count. */
+void ca_auto_batch_drop(ca_auto_rays *a, ca_auto_batch *batch);
 /* Also after an error in a call of the others. */
 void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch);
+
+/* The render ends with what it has, since an iteration has failed: with this status, or it was stopped. */
+void ca_auto_end_early(ca_auto_rays *a, ca_status status);
 
 /* Tells the caller how far the render is; asks whether it goes on. */
 void ca_auto_report(ca_auto_rays *a);

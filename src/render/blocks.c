@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "base/text.h"
 #include "render/part_settings.h"
 #include "render/record.h"
@@ -17,6 +18,8 @@ typedef struct block_render {
     ca_workers workers;
     ca_part part; /* part.blocks: those done */
     double start;
+    ca_block_sample *made; /* owned; of each pixel, until the block is complete */
+    ca_kept_counts kept;   /* of the workers, from before the block */
     bool interrupted;
     bool out_of_memory; /* atomic: a worker, while it made a sample */
 } block_render;
@@ -63,18 +66,22 @@ static uint32_t samples_after(const block_render *r, uint64_t count)
 
 /* ---- The loop -------------------------------------------------------------------------------------------------- */
 
+static uint32_t width_of(const ca_render_plan *plan) { return plan->crop[2] - plan->crop[0]; }
+
+static uint32_t height_of(const ca_render_plan *plan) { return plan->crop[3] - plan->crop[1]; }
+
 /* Pixels [x0, x1) of a row, those of a tile. */
 static void render_row(block_render *r, uint32_t x0, uint32_t x1, uint32_t y, uint32_t worker)
 {
     const ca_render_plan *plan = r->plan;
-    const uint32_t x = plan->crop[0] + x0, count = x1 - x0;
-    ca_block_sample samples[CA_TILE_SIDE] = {0};
-    plan->type->block_pixels(r->integrator, x, plan->crop[1] + y, count, samples, &r->workers.list[worker]);
-    for (uint32_t i = 0; i < count; i++) {
+    const uint32_t count = x1 - x0;
+    ca_block_sample *samples = &r->made[(size_t)y * width_of(plan) + x0];
+    if (ca_stop_asked(plan->input.stop)) return;
+    memset(samples, 0, count * sizeof *samples);
+    plan->type->block_pixels(r->integrator, plan->crop[0] + x0, plan->crop[1] + y, count, samples,
+                             &r->workers.list[worker]);
+    for (uint32_t i = 0; i < count; i++)
         if (samples[i].out_of_memory) __atomic_store_n(&r->out_of_memory, true, __ATOMIC_RELAXED);
-        if (!ca_block_film_add(r->part.film, x + i, plan->crop[1] + y, &samples[i]))
-            r->workers.film_rejects[worker]++;
-    }
 }
 
 static void render_tile(void *user, const ca_tile *tile, uint32_t worker)
@@ -82,15 +89,39 @@ static void render_tile(void *user, const ca_tile *tile, uint32_t worker)
     for (uint32_t y = tile->y0; y < tile->y1; y++) render_row(user, tile->x0, tile->x1, y, worker);
 }
 
-static ca_status render_block(block_render *r, ca_error *error)
+static void add_tile(void *user, const ca_tile *tile, uint32_t worker)
+{
+    block_render *r = user;
+    const uint32_t *crop = r->plan->crop;
+    for (uint32_t y = tile->y0; y < tile->y1; y++)
+        for (uint32_t x = tile->x0; x < tile->x1; x++)
+            if (!ca_block_film_add(r->part.film, crop[0] + x, crop[1] + y,
+                                   &r->made[(size_t)y * width_of(r->plan) + x]))
+                r->workers.film_rejects[worker]++;
+}
+
+static ca_status make_block(block_render *r, ca_error *error)
 {
     const ca_render_plan *plan = r->plan;
     const ca_parallel *parallel = &r->workers.parallel;
     CA_TRY(plan->type->begin_block(r->integrator, r->part.blocks[1], parallel, r->workers.list, error));
-    ca_for_each_tile(parallel, plan->crop[2] - plan->crop[0], plan->crop[3] - plan->crop[1], render_tile, r);
-    if (r->out_of_memory) return ca_fail_memory(error, "the pairs of light and camera paths");
-    r->part.blocks[1]++;
-    return CA_OK;
+    CA_TRY(ca_for_each_tile(parallel, width_of(plan), height_of(plan), render_tile, r, error));
+    return r->out_of_memory ? ca_fail_memory(error, "the pairs of light and camera paths") : CA_OK;
+}
+
+/* A block is added as a whole, when all of it is there; one that fails, or is stopped, leaves no trace. */
+static ca_status render_block(block_render *r, ca_error *error)
+{
+    const ca_parallel unstopped = {.workers = r->workers.parallel.workers};
+    ca_workers_keep_counts(&r->workers, &r->kept);
+    ca_status status = make_block(r, error);
+    if (status == CA_OK)
+        status = ca_for_each_tile(&unstopped, width_of(r->plan), height_of(r->plan), add_tile, r, error);
+    if (status == CA_OK)
+        r->part.blocks[1]++;
+    else
+        ca_workers_restore_counts(&r->workers, &r->kept);
+    return status;
 }
 
 static void count_what_is_done(block_render *r);
@@ -124,13 +155,21 @@ static bool report_progress(block_render *r, uint64_t limit)
     return ca_render_tell(r->plan, &progress, &r->start);
 }
 
+/* The blocks before one that was not made whole are the result. */
+static ca_status end_early(block_render *r, ca_status status)
+{
+    r->interrupted = status == CA_ERROR_INTERRUPTED;
+    return r->interrupted && r->part.blocks[1] > r->part.blocks[0] ? CA_OK : status;
+}
+
 static ca_status run_blocks(block_render *r, ca_error *error)
 {
     const ca_render_settings *settings = r->plan->settings;
     r->part.blocks[0] = r->part.blocks[1] = r->plan->blocks[0];
     r->start = ca_clock_seconds();
     for (;;) {
-        CA_TRY(render_block(r, error));
+        const ca_status status = render_block(r, error);
+        if (status != CA_OK) return end_early(r, status);
         r->part.seconds = ca_clock_seconds() - r->start;
         const uint64_t limit = block_limit(r);
         r->interrupted = !report_progress(r, limit);
@@ -287,20 +326,35 @@ static ca_status prepare_part(const ca_render_plan *plan, ca_part *part, ca_erro
     return ca_block_film_create(&part->film, &plan->block_film, error);
 }
 
+static ca_status create_buffers(block_render *r, ca_error *error)
+{
+    const ca_render_plan *plan = r->plan;
+    CA_TRY(ca_workers_create(&r->workers, plan->threads, error));
+    CA_TRY(ca_kept_counts_create(&r->kept, &r->workers, error));
+    r->workers.parallel.stop = plan->input.stop;
+    r->made = ca_alloc((size_t)width_of(plan) * height_of(plan), sizeof *r->made);
+    return r->made ? CA_OK : ca_fail_memory(error, "the film");
+}
+
 ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error)
 {
     block_render r = {.plan = plan};
     *image = NULL;
     ca_status status = prepare_part(plan, &r.part, error);
-    if (status == CA_OK) status = ca_workers_create(&r.workers, plan->threads, error);
+    if (status == CA_OK) status = create_buffers(&r, error);
     if (status == CA_OK) status = plan->type->create(&plan->input, &r.integrator, error);
     if (status == CA_OK) {
         status = run_blocks(&r, error);
-        if (status == CA_OK) status = finish(&r, image, statistics, error);
+        if (r.part.blocks[1] > r.part.blocks[0]) {
+            const ca_status finished = finish(&r, image, statistics, status == CA_OK ? error : NULL);
+            if (status == CA_OK) status = finished;
+        }
         plan->type->destroy(r.integrator);
     }
     ca_workers_destroy(&r.workers);
+    ca_kept_counts_destroy(&r.kept);
+    ca_free(r.made);
     ca_part_destroy(&r.part);
     return status;
 }

@@ -1,6 +1,7 @@
 #include "render/light_pilot.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 #include "sampling/owen.h"
 
 #include <math.h>
@@ -164,12 +165,13 @@ static void trace_group(pilot_run *r, const ca_render_plan *plan, void *state, u
 
 static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca_error *error)
 {
-    const ca_parallel parallel = {.workers = 1};
+    const ca_parallel parallel = {.workers = 1, .stop = plan->input.stop};
     ca_worker worker = {.index = 0};
     for (r->batch = 0; r->batch < CA_LIGHT_BATCHES && !r->crowded; r->batch++) {
         CA_TRY(ca_integrator_pilot.begin_round(state, r->batch, 0, &parallel, &worker, error));
         for (uint32_t first = 0, count; first < BATCH_CAMERA_PATHS && !r->crowded; first += count) {
             count = ca_min_u32(GROUP, ca_max_u32(FIRST_GROUP, first));
+            CA_TRY(ca_stop_check(plan->input.stop, error));
             trace_group(r, plan, state, first, count, &worker);
             r->crowded = worker.counters.merges > (uint64_t)BATCH_MERGES * (r->batch + 1);
         }

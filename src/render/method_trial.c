@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "photon/radius.h"
 #include "sampling/owen.h"
 
@@ -161,7 +162,8 @@ static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, c
                                            .seed = ca_pcg_permute(plan->seed ^ TRIAL_SEED),
                                            .has_seed = true,
                                            .threads = 1,
-                                           .samples_per_pixel = 1};
+                                           .samples_per_pixel = 1,
+                                           .stop = plan->input.stop};
     CA_TRY(ca_method_configure(&trial->method, plan, radii, &render, error));
     const double radius = mean_radius(&trial->method, plan, &render);
     set_picture(&trial->settings, plan, pixel_side(&trial->method, plan, radius));
@@ -184,6 +186,7 @@ ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *p
     trial->crop_pixels = ca_render_plan_pixels(plan);
     ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
     if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
+    trial->workers.parallel.stop = plan->input.stop;
     if (status != CA_OK) ca_method_trial_destroy(trial);
     return status;
 }
@@ -253,7 +256,10 @@ ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error)
         CA_TRY(type->begin_round(trial->integrator, trial->iterations, 0, &trial->workers.parallel,
                                  trial->workers.list, error));
     const double traced = ca_clock_thread_seconds();
-    for (uint32_t first = 0; first < cells; first += step) trace_cells(trial, first, ca_min_u32(step, cells - first));
+    for (uint32_t first = 0; first < cells; first += step) {
+        CA_TRY(ca_stop_check(trial->plan.input.stop, error));
+        trace_cells(trial, first, ca_min_u32(step, cells - first));
+    }
     keep_least(&trial->light_seconds, traced - start, trial->iterations);
     keep_least(&trial->camera_seconds, ca_clock_thread_seconds() - traced, trial->iterations);
     trial->iterations++;

@@ -38,7 +38,12 @@ static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers *
 {
     CA_TRY(ca_pair_film_create(film, p->plan.crop, p->light_paths, p->plan.camera_paths, error));
     p->plan.input.pairs = film;
+    ca_render_statistics own_statistics;
+    if (!statistics) statistics = &own_statistics;
     CA_TRY(ca_render_plan_run(&p->plan, image, statistics, error));
+    if (statistics->iterations < 2)
+        return ca_fail(error, CA_ERROR_INTERRUPTED, NULL,
+                       "ended before two iterations were complete: no noise was measured");
     if (film->incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
     return ca_noise_add_layers(film, *image, error);
 }

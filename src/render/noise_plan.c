@@ -104,9 +104,9 @@ static double pixel_bytes(const ca_integrator_type *type, double *choice)
 {
     *choice = 0.0;
     if (ca_integrator_has(type, CA_ABILITY_CONNECTION_NOISE))
-        return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_connections));
+        return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) + sizeof(ca_pair_connections));
     *choice = (double)(sizeof(ca_ray_pixel) + CA_RAY_CHOICE_PIXEL_BYTES);
-    return (double)(sizeof(ca_pair_pixel) + CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
+    return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) + CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
 }
 
 /* These bytes are subtracted from the memory allowed. */

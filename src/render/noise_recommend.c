@@ -334,9 +334,13 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
                        "numbers of paths are not recommended where paths are connected: the weights of what they "
                        "bring change with "
                        "the numbers");
-    CA_TRY(plan_timing(&t, scene, settings ? settings : &defaults, error));
-    ca_status status = prepare(&t, error);
+    ca_status status = plan_timing(&t, scene, settings ? settings : &defaults, error);
+    if (status == CA_OK) status = prepare(&t, error);
     if (status == CA_OK) status = time_and_choose(&t, wanted, error);
+    if (status == CA_ERROR_INTERRUPTED) {
+        t.interrupted = true;
+        status = CA_OK;
+    }
     if (status == CA_OK && image && has_numbers(&t))
         status = ca_ray_map_add(image, (uint32_t)t.numbers.best.light_paths, t.numbers.camera_paths, error);
     if (status == CA_OK) describe(&t, recommendation);

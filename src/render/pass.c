@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "math/numeric.h"
 
 _Static_assert(sizeof(ca_film_sample) == 64, "pass.h promises 64 bytes a camera path");
@@ -47,7 +48,7 @@ static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const c
     if (plan->type->splat)
         sample.splat = ca_rgb_add(
             sample.splat, plan->type->splat(runner->integrator, plan->crop[0] + x, plan->crop[1] + y));
-    if (!ca_film_add(runner->film, x, y, &sample)) ++*rejects;
+    runner->made[(size_t)y * runner->film->width + x] = sample;
 }
 
 static uint32_t most_camera_paths(const ca_pass_runner *runner)
@@ -119,11 +120,16 @@ static void finish_group_pixel(const pass_task *task, const ca_pixel_group *grou
         finish_pixel(runner, pixel->x, pixel->y, paths->sample, pixel->paths, &runner->workers.film_rejects[worker]);
 }
 
+/* One that is asked to stop is left out, as the pass will be. */
 static void run_group(const pass_task *task, ca_pixel_group *group, uint32_t worker)
 {
     ca_pass_runner *runner = task->runner;
     const ca_integrator_type *type = runner->plan->type;
     ca_worker *own = &runner->workers.list[worker];
+    if (ca_stop_asked(runner->plan->input.stop)) {
+        group->path_count = group->pixel_count = 0;
+        return;
+    }
     if (runner->gathers_pairs) type->begin_pixel(runner->integrator, own);
     type->camera_paths(runner->integrator, group->paths, group->path_count, task->round, own);
     if (runner->gathers_pairs) type->end_pixel(runner->integrator, group->paths->x, group->paths->y, own);
@@ -223,16 +229,59 @@ static ca_status run_light(pass_task *task, ca_error *error)
     return CA_OK;
 }
 
-ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
+static ca_status run_rounds(ca_pass_runner *runner, uint32_t pass, ca_error *error)
 {
     for (uint32_t round = 0; round < runner->rounds && !runner->ended; round++) {
         for (uint32_t w = 0; w < runner->workers.parallel.workers; w++) runner->clocks[w].runs = false;
         pass_task task = {.runner = runner, .pass = pass, .round = round};
         if (runner->plan->type->begin_round) CA_TRY(run_light(&task, error));
-        ca_for_each_tile(&runner->workers.parallel, runner->film->width, runner->film->height,
-                         runner->times ? time_tile : run_tile, &task);
+        CA_TRY(ca_for_each_tile(&runner->workers.parallel, runner->film->width, runner->film->height,
+                                runner->times ? time_tile : run_tile, &task, error));
     }
     return CA_OK;
+}
+
+/* ---- All or nothing -------------------------------------------------------------------------------------------- */
+
+static void add_tile(void *user, const ca_tile *tile, uint32_t worker)
+{
+    ca_pass_runner *runner = user;
+    const ca_render_plan *plan = runner->plan;
+    ca_pair_film *pairs = runner->gathers_pairs ? plan->input.pairs : NULL;
+    for (uint32_t y = tile->y0; y < tile->y1; y++)
+        for (uint32_t x = tile->x0; x < tile->x1; x++) {
+            if (!ca_film_add(runner->film, x, y, &runner->made[(size_t)y * runner->film->width + x]))
+                runner->workers.film_rejects[worker]++;
+            if (pairs) ca_pair_film_commit(pairs, plan->crop[0] + x, plan->crop[1] + y);
+        }
+}
+
+/* What was made becomes a part of all sums. It takes no time worth stopping it. */
+static ca_status commit(ca_pass_runner *runner, ca_error *error)
+{
+    const ca_integrator_input *input = &runner->plan->input;
+    ca_parallel parallel = runner->workers.parallel;
+    parallel.stop = NULL;
+    CA_TRY(ca_for_each_tile(&parallel, runner->film->width, runner->film->height, add_tile, runner, error));
+    if (input->technique_images) ca_technique_images_keep(input->technique_images);
+    return CA_OK;
+}
+
+static void forget(ca_pass_runner *runner)
+{
+    ca_technique_images *images = runner->plan->input.technique_images;
+    ca_workers_restore_counts(&runner->workers, &runner->kept);
+    if (images) ca_technique_images_restore(images);
+}
+
+ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
+{
+    ca_workers_keep_counts(&runner->workers, &runner->kept);
+    ca_status status = run_rounds(runner, pass, error);
+    if (status == CA_OK && runner->ended) return CA_OK;
+    if (status == CA_OK) status = commit(runner, error);
+    if (status != CA_OK) forget(runner);
+    return status;
 }
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
@@ -256,6 +305,7 @@ static ca_status create_buffers(ca_pass_runner *runner, ca_error *error)
     const size_t pixels = (size_t)runner->film->width * runner->film->height;
     bool fits = true;
     runner->clocks = ca_alloc_zeroed(threads, sizeof *runner->clocks);
+    runner->made = ca_alloc_zeroed(pixels, sizeof *runner->made);
     runner->groups = ca_alloc_zeroed(threads, sizeof *runner->groups);
     if (runner->rounds > 1) {
         runner->samples = ca_alloc_zeroed(pixels, most_camera_paths(runner) * sizeof *runner->samples);
@@ -263,7 +313,7 @@ static ca_status create_buffers(ca_pass_runner *runner, ca_error *error)
     }
     for (uint32_t i = 0; fits && runner->groups && i < threads; i++)
         fits = create_group(&runner->groups[i], group_capacity(runner), runner->rounds == 1);
-    return fits && runner->clocks && runner->groups ? CA_OK : ca_fail_memory(error, "the render");
+    return fits && runner->clocks && runner->groups && runner->made ? CA_OK : ca_fail_memory(error, "the render");
 }
 
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
@@ -276,7 +326,9 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
                                .gathers_pairs = plan->input.pairs != NULL,
                                .rounds = plan->type->rounds ? plan->type->rounds(integrator) : 1};
     ca_status status = ca_workers_create(&runner->workers, plan->threads, error);
+    if (status == CA_OK) status = ca_kept_counts_create(&runner->kept, &runner->workers, error);
     if (status == CA_OK) status = create_buffers(runner, error);
+    runner->workers.parallel.stop = plan->input.stop;
     if (status != CA_OK) ca_pass_runner_destroy(runner);
     return status;
 }
@@ -291,6 +343,8 @@ void ca_pass_runner_destroy(ca_pass_runner *runner)
     ca_free(runner->groups);
     ca_free(runner->samples);
     ca_free(runner->clocks);
+    ca_free(runner->made);
+    ca_kept_counts_destroy(&runner->kept);
     ca_workers_destroy(&runner->workers);
     *runner = (ca_pass_runner){0};
 }

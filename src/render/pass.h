@@ -1,12 +1,13 @@
 /* One pass: the light paths of each round, then the camera paths by tiles, then one sample for every pixel of the
- * film.
+ * film. A pass is added to the film as a whole, when all of it is there; one that fails, or is stopped, leaves the
+ * film, the pictures of techniques and the workers' counts as they were before it.
  *
  * The film gets the mean of a pixel's camera paths plus its splats, as one sample. The camera paths of some hundred
  * pixels are traced together. In a pass of one round a pixel is finished with its group; with several rounds each
  * camera path keeps its sample from round to round in a buffer.
  *
- * State: 64 bytes a camera path, of a pass with several rounds, or of one group a thread. Threads: a pass runs on
- * plan->threads workers; the calls here belong to one thread. */
+ * State: 64 bytes a pixel; 64 bytes a camera path, of a pass with several rounds, or of one group a thread. Threads: a
+ * pass runs on plan->threads workers; the calls here belong to one thread. */
 #ifndef CA_RENDER_PASS_H
 #define CA_RENDER_PASS_H
 
@@ -45,7 +46,7 @@ typedef struct ca_pass_runner {
     ca_ray_times *times;          /* borrowed; NULL: times are not measured. May change between passes; likewise: */
     bool gathers_pairs;           /* does the pass fill the integrator's pair film? */
     /* Asked between tiles, by the thread that runs the pass: false ends the pass (and those after it) soon, and the
-     * film must not be used. NULL: passes are finished. */
+     * film stays as it is. NULL: passes are finished. */
     bool (*goes_on)(void *user);
     void *goes_on_user;
     atomic_bool ended; /* by that */
@@ -53,6 +54,8 @@ typedef struct ca_pass_runner {
     ca_film_sample *samples; /* owned; camera paths of a pixel next to each other; NULL in a pass of one round */
     ca_pixel_group *groups;  /* owned; one a worker */
     ca_tile_clock *clocks;   /* owned; one a worker */
+    ca_film_sample *made;    /* owned; of each pixel of the film, until the pass is complete */
+    ca_kept_counts kept;     /* of the workers, from before the pass */
     ca_workers workers;      /* owned */
 } ca_pass_runner;
 
@@ -61,8 +64,12 @@ ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *pl
                                 const ca_pass_counts *counts, ca_error *error);
 void ca_pass_runner_destroy(ca_pass_runner *runner);
 
-/* Runs the pass-th pass. After an error the film must not be used; an end by goes_on is no error. */
+/* Runs the pass-th pass. An end by goes_on is no error. CA_ERROR_INTERRUPTED: the plan's stop (base/stop.h). After an
+ * error no further pass is run. */
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error);
+
+/* Bytes that a pass takes for each pixel, beside the film. */
+enum { CA_PASS_PIXEL_BYTES = sizeof(ca_film_sample) };
 
 /* Bytes of the buffer that passes of several rounds need. */
 double ca_pass_buffer_bytes(const ca_render_plan *plan);

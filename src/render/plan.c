@@ -1,8 +1,9 @@
 /* From a scene and settings to a plan: what the settings leave open, the scene says. */
 #include "render/render.h"
 
-#include "base/parallel.h"
+#include "base/processors.h"
 #include "base/text.h"
+#include "render/pass.h"
 #include "render/replicates.h"
 
 #include <float.h>
@@ -366,9 +367,10 @@ double ca_render_plan_expected_passes(const ca_render_plan *plan)
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
+    const double pixels = ca_render_plan_pixels(plan);
     const double film = ca_render_plan_by_blocks(plan)
-                            ? ca_block_film_bytes(&plan->block_film)
-                            : ca_render_plan_pixels(plan) * ca_film_pixel_bytes(ca_replicates_passes(plan));
+                            ? ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample)
+                            : pixels * (CA_PASS_PIXEL_BYTES + ca_film_pixel_bytes(ca_replicates_passes(plan)));
     if (allowed <= 0.0) return CA_OK;
     if (film > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -391,7 +393,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     CA_TRY(plan_stopping(plan, width, height, error));
     CA_TRY(ca_replicates_plan(plan, error));
     CA_TRY(plan_memory(plan, error));
-    plan->threads = settings->threads ? settings->threads : ca_parallel_default_workers();
+    plan->threads = settings->threads ? settings->threads : ca_processors();
     if (plan->threads > 1024)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u threads are over the limit of 1024", plan->threads);
     ca_sampler_prepare(&plan->sampler, width, height);
@@ -403,6 +405,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     plan->input.sampler = &plan->sampler;
     plan->input.filter = &plan->filter;
     plan->input.workers = plan->threads;
+    plan->input.stop = settings->stop;
     memcpy(plan->input.crop, plan->crop, sizeof plan->input.crop);
     return ca_integrator_resolve(plan->type, &plan->input, error);
 }

@@ -93,12 +93,20 @@ static void look(render *r)
     r->look_seconds = r->seconds;
 }
 
+/* A pass that was not made whole: what is before it stays, and is the image. */
+static ca_status end_early(render *r, ca_status status)
+{
+    r->interrupted = status == CA_ERROR_INTERRUPTED;
+    return r->interrupted && r->passes > 0 ? CA_OK : status;
+}
+
 static ca_status run_passes(render *r, ca_error *error)
 {
     r->start = ca_clock_seconds() - r->plan->method.seconds;
     r->looks = ca_noise_looks_start(r->plan->settings->noise_percent, FIRST_NOISE_PASS);
     for (;;) {
-        CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, r->passes), error));
+        const ca_status status = ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, r->passes), error);
+        if (status != CA_OK) return end_early(r, status);
         r->passes++;
         r->seconds = ca_clock_seconds() - r->start;
         if (ca_noise_looks_due(&r->looks, r->passes)) look(r);
@@ -183,19 +191,27 @@ static ca_status write_strategies(const render *r, const ca_technique_images *st
     return ca_technique_page_write(strategies, r->passes, folder, error);
 }
 
+/* The image is made whatever failed before; the first failure is the one that is told. */
+static ca_status finish(render *r, ca_status status, ca_image_layers **image, ca_render_statistics *statistics,
+                        ca_error *error)
+{
+    const ca_technique_images *strategies = r->plan->input.technique_images;
+    if (strategies) {
+        const ca_status written = write_strategies(r, strategies, status == CA_OK ? error : NULL);
+        if (status == CA_OK) status = written;
+    }
+    const ca_status developed = develop(r, statistics, image, status == CA_OK ? error : NULL);
+    return status == CA_OK ? developed : status;
+}
+
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
     CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, counts, error));
-    ca_status status = run_passes(r, error);
-    if (status == CA_OK) fill_statistics(r, statistics);
+    const ca_status passes = run_passes(r, error);
+    if (r->passes > 0) fill_statistics(r, statistics);
     ca_pass_runner_destroy(&r->runner);
-    CA_TRY(status);
-    const ca_technique_images *strategies = r->plan->input.technique_images;
-    const ca_status written = strategies ? write_strategies(r, strategies, error) : CA_OK;
-    if (written != CA_OK && written != CA_ERROR_FILE) return written;
-    status = develop(r, statistics, image, written == CA_OK ? error : NULL);
-    return written == CA_OK ? status : written;
+    return r->passes > 0 ? finish(r, passes, image, statistics, error) : passes;
 }
 
 /* Passes of several rounds need a buffer, which is then taken from what light paths may have. */
@@ -247,6 +263,9 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
     const ca_status status = run_plan(plan, image, statistics, error);
+    if (status == CA_ERROR_INTERRUPTED)
+        ca_fail(error, status, NULL, "ended before the first %s was complete: there is no image",
+                ca_render_plan_by_blocks(plan) ? "block" : "pass");
     statistics->has_confidence =
         *image && ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
     return status;

@@ -30,6 +30,40 @@ void ca_workers_destroy(ca_workers *workers)
     *workers = (ca_workers){0};
 }
 
+/* ---- Counts ---------------------------------------------------------------------------------------------------- */
+
+ca_status ca_kept_counts_create(ca_kept_counts *kept, const ca_workers *workers, ca_error *error)
+{
+    kept->counters = ca_alloc_zeroed(workers->parallel.workers, sizeof *kept->counters);
+    kept->film_rejects = ca_alloc_zeroed(workers->parallel.workers, sizeof *kept->film_rejects);
+    if (kept->counters && kept->film_rejects) return CA_OK;
+    ca_kept_counts_destroy(kept);
+    return ca_fail_memory(error, "the render");
+}
+
+void ca_kept_counts_destroy(ca_kept_counts *kept)
+{
+    ca_free(kept->counters);
+    ca_free(kept->film_rejects);
+    *kept = (ca_kept_counts){NULL};
+}
+
+void ca_workers_keep_counts(const ca_workers *workers, ca_kept_counts *kept)
+{
+    for (uint32_t i = 0; i < workers->parallel.workers; i++) {
+        kept->counters[i] = workers->list[i].counters;
+        kept->film_rejects[i] = workers->film_rejects[i];
+    }
+}
+
+void ca_workers_restore_counts(ca_workers *workers, const ca_kept_counts *kept)
+{
+    for (uint32_t i = 0; i < workers->parallel.workers; i++) {
+        workers->list[i].counters = kept->counters[i];
+        workers->film_rejects[i] = kept->film_rejects[i];
+    }
+}
+
 void ca_workers_count(const ca_workers *workers, ca_render_statistics *statistics)
 {
     for (uint32_t i = 0; i < workers->parallel.workers; i++) {
@@ -81,8 +115,9 @@ static void run_tile(void *user, uint32_t number, uint32_t worker)
     loop->task(loop->user, &tile, worker);
 }
 
-void ca_for_each_tile(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_tile_task task, void *user)
+ca_status ca_for_each_tile(const ca_parallel *parallel, uint32_t width, uint32_t height, ca_tile_task task,
+                           void *user, ca_error *error)
 {
     tile_loop loop = {.task = task, .user = user, .width = width, .height = height};
-    ca_parallel_for(parallel, tiles_along(width) * tiles_along(height), run_tile, &loop);
+    return ca_parallel_for(parallel, tiles_along(width) * tiles_along(height), run_tile, &loop, error);
 }

@@ -2,6 +2,9 @@
 #include "scene/scene.h"
 
 #include "base/hash.h"
+#include "base/memory.h"
+#include "base/processors.h"
+#include "geometry/ray_reach.h"
 #include "math/numeric.h"
 
 #include <stdlib.h>
@@ -229,6 +232,58 @@ static void compute_bounds(ca_scene *scene, uint32_t world_count)
     scene->radius = radius > 0.0f ? radius * (1.0f + CA_GAMMA(64)) : 1.0f;
 }
 
+static float farthest(ca_vec3 p, ca_vec3 other) { return ca_length(ca_max_vec3(ca_abs3(p), ca_abs3(other))); }
+
+/* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the camera,
+ * lights at a point. */
+static float extent_of(const ca_scene *scene)
+{
+    const ca_camera *camera = &scene->desc.camera.camera;
+    const float (*m)[4] = camera->map.to;
+    float extent = farthest(scene->low, scene->high) + 4.0f * scene->radius;
+    float of_camera = 0.0f;
+    for (int c = 0; c < 4; c++) of_camera += ca_length((ca_vec3){m[0][c], m[1][c], m[2][c]});
+    if (camera->kind == CA_CAMERA_THIN_LENS) of_camera += camera->as.thin_lens.lens_radius;
+    extent = ca_max(extent, of_camera);
+    for (size_t i = 0; i < scene->desc.lights.count; i++) {
+        const ca_light_desc *light = &scene->desc.lights.items[i];
+        if (light->kind != CA_LIGHT_POINT) continue;
+        const double *p = light->as.point.position;
+        extent = ca_max(extent, ca_length((ca_vec3){(float)p[0], (float)p[1], (float)p[2]}));
+    }
+    return extent;
+}
+
+/* Is what rays may be (ray_reach.h) enough for this scene? The next event goes from one end of it to the other. */
+static bool reaches(const ca_ray_reach *reach, float extent)
+{
+    return 2.0f * extent < reach->origin && 4.0f * extent < reach->direction;
+}
+
+static ca_status check_reach(const ca_scene *scene, ca_error *error)
+{
+    const float extent = extent_of(scene);
+    const ca_ray_reach alone = CA_RAY_REACH;
+    if (!reaches(&alone, extent))
+        return ca_fail(error, CA_ERROR_SCENE, NULL,
+                       "%s: the scene reaches %.3g from the origin; rays can be traced up to 2.5e17",
+                       scene->desc.path ? scene->desc.path : "scene", (double)extent);
+    for (size_t i = 0; i < scene->desc.instances.count; i++) {
+        const ca_instance_desc *desc = &scene->desc.instances.items[i];
+        ca_ray_reach reach = CA_RAY_REACH;
+        ca_affine map;
+        if (!ca_affine_from_matrix(&desc->to_world, &map) || !ca_ray_reach_limit(&reach, &map))
+            return ca_fail(error, CA_ERROR_SCENE, &desc->where,
+                           "this instance's to_world is too close to a singular one, or too small or too large, for "
+                           "single precision");
+        if (!reaches(&reach, extent))
+            return ca_fail(error, CA_ERROR_SCENE, &desc->where,
+                           "this instance is scaled down too far for a scene that reaches %.3g from the origin",
+                           (double)extent);
+    }
+    return CA_OK;
+}
+
 /* ---- Materials, textures, lights, camera ----------------------------------------------------------------------- */
 
 static void link_textures(ca_scene *scene)
@@ -401,7 +456,7 @@ static ca_status find_regular(ca_scene *scene, uint32_t world_count, ca_error *e
     return scene->mattes && scene->even_lights ? CA_OK : ca_fail_memory(error, "the scene");
 }
 
-static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error)
+static ca_status compile(ca_scene *scene, uint32_t *group_first, const int *stop, ca_error *error)
 {
     uint32_t world_count = 0;
     scene->environment = CA_NONE;
@@ -411,10 +466,11 @@ static ca_status compile(ca_scene *scene, uint32_t *group_first, ca_error *error
     skip_uv(scene);
     CA_TRY(compile_instances(scene, group_first, error));
     compute_bounds(scene, world_count);
+    CA_TRY(check_reach(scene, error));
     CA_TRY(compile_lights(scene, error));
     CA_TRY(find_regular(scene, world_count, error));
-    return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count, 0,
-                           &scene->accel, error);
+    return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count,
+                           ca_processors(), stop, &scene->accel, error);
 }
 
 ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height)
@@ -432,6 +488,11 @@ ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height
 
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error)
 {
+    return ca_scene_compile_until(desc, NULL, scene, error);
+}
+
+ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error)
+{
     *scene = NULL;
     ca_scene *compiled = ca_alloc_zeroed(1, sizeof *compiled);
     uint32_t *group_first = ca_alloc_zeroed(desc->groups.count + 1, sizeof *group_first);
@@ -444,7 +505,7 @@ ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *erro
     atomic_init(&compiled->references, 1);
     compiled->desc = *desc;
     memset(desc, 0, sizeof *desc);
-    const ca_status status = compile(compiled, group_first, error);
+    const ca_status status = compile(compiled, group_first, stop, error);
     ca_free(group_first);
     if (status != CA_OK) {
         ca_scene_destroy(compiled);

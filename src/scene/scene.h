@@ -39,6 +39,8 @@ struct ca_scene {
 
 /* Takes the description over (also on failure) and leaves *desc empty. */
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error);
+/* The same; gives up soon when asked to (base/stop.h). */
+ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error);
 /* The scene with the camera, film and sampler of `desc`, and its integrator if that has a name. Takes the description
  * over. Errors: CA_ERROR_SCENE where there is more in it, CA_ERROR_MEMORY. Threads: views of one scene may be made
  * and destroyed by several at once. */

@@ -1,0 +1,399 @@
+/* Renders that are stopped at any moment: the image is that of whole passes, to the bit, whatever the method; and they
+ * end soon. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/clock.h"
+#include "base/memory.h"
+#include "geometry/accel.h"
+#include "integrator/integrator.h"
+#include "support/scene_text.h"
+#include "support/test_random.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+/* A box with a lamp and a glass ball, where every technique finds something. */
+static const char *const box =
+    "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'>"
+    "<lookat origin='0,0,0.97' target='0,0,0' up='0,1,0'/></transform><float name='fov' value='80'/>"
+    "<film type='hdrfilm'><integer name='width' value='72'/><integer name='height' value='54'/></film></sensor>"
+    "<shape type='cube'><bsdf type='twosided'><bsdf type='diffuse'/></bsdf></shape>"
+    "<shape type='sphere'><point name='center' x='0.3' y='-0.5' z='0'/><float name='radius' value='0.4'/>"
+    "<bsdf type='dielectric'/></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/>"
+    "<translate y='0.95'/></transform><emitter type='area'/></shape></scene>";
+
+/* Light of 1 from everywhere, and nothing else: whatever is complete is 1. */
+static const char *const even =
+    "<scene version='3.0.0'><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='200'/>"
+    "<integer name='height' value='150'/><rfilter type='box'/></film></sensor><emitter type='constant'/></scene>";
+
+enum { THREADS = 2 };
+
+/* ---- Stopping in the middle ------------------------------------------------------------------------------------ */
+
+/* Sets the number some time after so many passes, from another thread. */
+typedef struct stopper {
+    int stop;
+    uint32_t passes; /* after these; 0: from the beginning */
+    double delay;
+    bool started;
+    pthread_t thread;
+    double asked_at; /* by the clock */
+} stopper;
+
+static void *wait_and_stop(void *user)
+{
+    stopper *s = user;
+    const struct timespec delay = {.tv_sec = (time_t)s->delay, .tv_nsec = (long)(1e9 * fmod(s->delay, 1.0))};
+    nanosleep(&delay, NULL);
+    s->asked_at = ca_clock_seconds();
+    __atomic_store_n(&s->stop, 1, __ATOMIC_RELAXED);
+    return NULL;
+}
+
+static void start(stopper *s)
+{
+    s->started = true;
+    assert_int_equal(pthread_create(&s->thread, NULL, wait_and_stop, s), 0);
+}
+
+static bool after_passes(const ca_render_progress *progress, void *user)
+{
+    stopper *s = user;
+    if (progress->passes_done == s->passes && !s->started) start(s);
+    return true;
+}
+
+static ca_render_settings settings_of(const char *integrator, stopper *s)
+{
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.integrator = integrator;
+    settings.threads = THREADS;
+    settings.max_depth = 8;
+    settings.has_max_depth = true;
+    settings.samples_per_pixel = 1000000;
+    if (s) {
+        settings.progress = after_passes;
+        settings.progress_user = s;
+        settings.stop = &s->stop;
+    }
+    return settings;
+}
+
+/* Ends within this time: on a loaded machine and with sanitizers, too. */
+#define SOON 2.0
+
+static ca_status finish(stopper *s, ca_status status)
+{
+    const double now = ca_clock_seconds();
+    if (!s->started) fail_msg("never asked to stop: %s", ca_status_name(status));
+    pthread_join(s->thread, NULL);
+    if (now - s->asked_at > SOON) fail_msg("ended %g s after it was asked to", now - s->asked_at);
+    return status;
+}
+
+/* ---- Whole passes ---------------------------------------------------------------------------------------------- */
+
+static void expect_same_counts(const ca_render_statistics *a, const ca_render_statistics *b)
+{
+    assert_true(a->iterations == b->iterations && a->samples_per_pixel == b->samples_per_pixel);
+    assert_true(a->light_paths == b->light_paths && a->camera_paths == b->camera_paths);
+    assert_true(a->rays == b->rays && a->shadow_rays == b->shadow_rays && a->photons == b->photons);
+    assert_true(a->photons_tested == b->photons_tested && a->merges == b->merges);
+    assert_memory_equal(a->non_finite_from, b->non_finite_from, sizeof a->non_finite_from);
+}
+
+/* As many passes as the stopped render has, made without stopping. */
+static void expect_whole_passes(const ca_scene *scene, const ca_render_settings *stopped, const ca_image_layers *image,
+                                const ca_render_statistics *statistics)
+{
+    ca_render_settings settings = *stopped;
+    ca_render_statistics s;
+    ca_image_layers *whole;
+    settings.samples_per_pixel = (uint32_t)statistics->samples_per_pixel;
+    if (statistics->blocks[1] > 0) {
+        settings.samples_per_pixel = 0;
+        settings.has_blocks = true;
+        settings.blocks[1] = statistics->blocks[1];
+    }
+    settings.progress = NULL;
+    settings.stop = NULL;
+    assert_int_equal(ca_render(scene, &settings, &whole, &s, NULL), CA_OK);
+    if (image_hash(image) != image_hash(whole)) fail_msg("%s: a part of a pass is in the image", settings.integrator);
+    expect_same_counts(&s, statistics);
+    ca_image_release(whole);
+}
+
+static void stop_in_pass(const ca_scene *scene, const char *integrator, double delay)
+{
+    stopper s = {.passes = 1, .delay = delay};
+    const ca_render_settings settings = settings_of(integrator, &s);
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    ca_error error = {""};
+    const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
+    if (status != CA_OK) fail_msg("%s: %s", integrator, error.message);
+    finish(&s, status);
+    assert_true(statistics.interrupted && statistics.iterations >= 1 && statistics.mean_luminance > 0.0);
+    expect_whole_passes(scene, &settings, image, &statistics);
+    ca_image_release(image);
+}
+
+/* Its pilot would take longer than the passes. */
+static const char *with_radius(const ca_integrator_type *type)
+{
+    static char text[64];
+    ca_integrator_input input = {0};
+    const bool merges = ca_integrator_value(type, &input, "radius", -1.0) >= 0.0;
+    snprintf(text, sizeof text, "%s%s", type->name, merges ? ":radius=0.05" : "");
+    return text;
+}
+
+static void test_every_integrator(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    const ca_integrator_type *type;
+    for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++)
+        if (!ca_integrator_has(type, CA_ABILITY_CHOOSES)) stop_in_pass(scene, with_radius(type), 0.003);
+    static const char *const others[] = {"qmcppm:join=connect,light_paths=200", "ppm:radius=0.05,camera_paths=3",
+                                         "path:next_event=false"};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) stop_in_pass(scene, others[i], 0.004);
+    ca_scene_release(scene);
+}
+
+/* Light paths in rounds, and samples that are kept between them. */
+static void test_rounds(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    stopper s = {.passes = 1, .delay = 0.02};
+    ca_render_settings settings = settings_of("vcm:light_paths=200000", &s);
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    settings.memory_mib = 70.0;
+    assert_int_equal(finish(&s, ca_render(scene, &settings, &image, &statistics, NULL)), CA_OK);
+    expect_whole_passes(scene, &settings, image, &statistics);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+static void test_pictures_of_techniques(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    stopper s = {.passes = 2, .delay = 0.01};
+    ca_render_settings settings = settings_of("vcm", &s);
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    settings.max_depth = 3;
+    settings.strategies_directory = CA_BUILD_DIR "/tests/stop-techniques";
+    assert_int_equal(system("rm -rf " CA_BUILD_DIR "/tests/stop-*"), 0);
+    assert_int_equal(finish(&s, ca_render(scene, &settings, &image, &statistics, NULL)), CA_OK);
+    settings.strategies_directory = CA_BUILD_DIR "/tests/stop-whole";
+    expect_whole_passes(scene, &settings, image, &statistics);
+    assert_int_equal(system("cd " CA_BUILD_DIR "/tests && for f in stop-whole/*.exr; do "
+                            "cmp $f stop-techniques/${f#*/} || exit 1; done && rm -r stop-whole stop-techniques"),
+                     0);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+static void test_noise(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    stopper s = {.passes = 2, .delay = 0.01};
+    ca_render_settings settings = settings_of("bdpm", &s);
+    ca_image_layers *image, *whole;
+    ca_noise *noise;
+    ca_render_statistics statistics;
+    settings.samples_per_pixel = 0;
+    settings.light_paths = 20000;
+    assert_int_equal(finish(&s, ca_noise_measure(scene, &settings, 100000, &noise, &image, &statistics, NULL)), CA_OK);
+    ca_noise_release(noise);
+    settings.stop = NULL;
+    settings.progress = NULL;
+    assert_int_equal(
+        ca_noise_measure(scene, &settings, (uint32_t)statistics.iterations, &noise, &whole, &statistics, NULL),
+        CA_OK);
+    assert_true(image_hash(image) == image_hash(whole));
+    ca_noise_release(noise);
+    ca_image_release(image);
+    ca_image_release(whole);
+    ca_scene_release(scene);
+}
+
+/* ---- Numbers of rays that are chosen --------------------------------------------------------------------------- */
+
+/* The image is joined of passes with weights, all of which depend on times; each pixel of each is 1. */
+static void expect_even(const ca_scene *scene, uint32_t passes, double delay)
+{
+    stopper s = {.passes = passes, .delay = delay};
+    ca_render_settings settings = settings_of("bdpm", &s);
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    ca_error error = {""};
+    settings.samples_per_pixel = 0;
+    settings.seconds = 1000.0;
+    settings.rays = "auto";
+    if (finish(&s, ca_render(scene, &settings, &image, &statistics, &error)) != CA_OK) fail_msg("%s", error.message);
+    assert_true(statistics.interrupted);
+    uint32_t width, height;
+    ca_image_size(image, &width, &height);
+    const float *red = ca_image_channel(image, "R"), *samples = ca_image_channel(image, "Rays.Camera");
+    for (size_t i = 0; i < (size_t)width * height; i++) {
+        if (!(fabsf(red[i] - 1.0f) < 1e-5f)) fail_msg("pixel %zu is %g after %u passes", i, (double)red[i], passes);
+        assert_true((double)samples[i] == statistics.samples_per_pixel);
+    }
+    ca_image_release(image);
+}
+
+static void test_rays_auto(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(even);
+    for (uint32_t passes = 2; passes < 9; passes += 3) expect_even(scene, passes, 0.001);
+    ca_scene_release(scene);
+}
+
+/* ---- Before there is an image ---------------------------------------------------------------------------------- */
+
+static void expect_nothing(const ca_scene *scene, const char *integrator, double delay)
+{
+    stopper s = {.delay = delay};
+    ca_render_settings settings = settings_of(integrator, &s);
+    ca_image_layers *image;
+    ca_error error = {""};
+    settings.width = 2000;
+    settings.height = 1500;
+    start(&s);
+    assert_int_equal(finish(&s, ca_render(scene, &settings, &image, NULL, &error)), CA_ERROR_INTERRUPTED);
+    assert_null(image);
+    assert_true(strncmp(error.message, "ended before", 12) == 0);
+}
+
+/* In the pilots of the radius, of techniques and of the method, in light paths, in camera paths. */
+static void test_without_a_whole_pass(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    for (double delay = 0.0; delay < 0.3; delay = 2.0 * delay + 0.02) {
+        expect_nothing(scene, "auto", delay);
+        expect_nothing(scene, "vavcm", delay);
+    }
+    expect_nothing(scene, "path", 0.05);
+    expect_nothing(scene, "qmcppm", 0.2);
+    stopper s = {.stop = 1};
+    const ca_render_settings settings = settings_of("bdpm", &s);
+    ca_preflight preflight;
+    assert_int_equal(ca_preflight_make(scene, &settings, &preflight, NULL), CA_ERROR_INTERRUPTED);
+    ca_scene_release(scene);
+}
+
+/* A single task that takes for ever: very many photons around every point. */
+static void test_within_a_task(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    stopper s = {.delay = 0.5};
+    ca_render_settings settings = settings_of("vcm:radius=1,light_paths=150000", &s);
+    ca_image_layers *image;
+    settings.width = 32;
+    settings.height = 32;
+    start(&s);
+    assert_int_equal(finish(&s, ca_render(scene, &settings, &image, NULL, NULL)), CA_ERROR_INTERRUPTED);
+    ca_scene_release(scene);
+}
+
+/* ---- A pass that fails ----------------------------------------------------------------------------------------- */
+
+static bool fail_memory(const ca_render_progress *progress, void *user)
+{
+    if (progress->passes_done == 2) ca_memory_fail_after(*(const long *)user);
+    return true;
+}
+
+/* What was made before stays, and the caller is told. */
+static void test_out_of_memory_in_a_pass(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    ca_render_settings settings = settings_of("vcm", NULL);
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    ca_error error = {""};
+    long first = 0;
+    settings.progress = fail_memory;
+    settings.progress_user = &first;
+    settings.seed = 3; /* somewhere a list grows in a later pass */
+    settings.has_seed = true;
+    settings.samples_per_pixel = 60;
+    settings.width = 40;
+    settings.height = 30;
+    const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
+    ca_memory_fail_after(-1);
+    assert_int_equal(status, CA_ERROR_MEMORY);
+    assert_non_null(image);
+    assert_true(!statistics.interrupted && statistics.iterations >= 2 && statistics.iterations < 60);
+    expect_whole_passes(scene, &settings, image, &statistics);
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* ---- Building -------------------------------------------------------------------------------------------------- */
+
+enum { TRIANGLES = 600000 };
+
+static double build(const ca_shape *shape, const int *stop, ca_status expected)
+{
+    ca_accel *accel;
+    const double start_time = ca_clock_seconds();
+    assert_int_equal(ca_accel_create(shape, 1, 1, NULL, 0, THREADS, stop, &accel, NULL), expected);
+    ca_accel_destroy(accel);
+    return ca_clock_seconds() - start_time;
+}
+
+static void test_building(void **state)
+{
+    (void)state;
+    ca_mesh mesh;
+    assert_int_equal(ca_mesh_create(&mesh, 3 * (size_t)TRIANGLES, TRIANGLES, false, false, NULL), CA_OK);
+    ca_test_random random = ca_test_random_seed(7);
+    for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+        mesh.indices[v] = v;
+        for (int c = 0; c < 3; c++) {
+            const float near = v % 3 ? mesh.positions[3 * (size_t)(v - v % 3) + (size_t)c] : 0.0f;
+            mesh.positions[3 * (size_t)v + (size_t)c] = near + ca_test_random_float(&random) * (v % 3 > 0 ? 0.01f : 1.0f);
+        }
+    }
+    const ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = &mesh};
+    const double whole = build(&shape, NULL, CA_OK);
+    stopper s = {.delay = 0.02};
+    start(&s);
+    const double stopped = build(&shape, &s.stop, CA_ERROR_INTERRUPTED);
+    pthread_join(s.thread, NULL);
+    if (!(stopped < 0.7 * whole)) fail_msg("stopped after %g s of %g", stopped, whole);
+    ca_mesh_destroy(&mesh);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_integrator),     cmocka_unit_test(test_rounds),
+        cmocka_unit_test(test_pictures_of_techniques), cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_rays_auto),            cmocka_unit_test(test_without_a_whole_pass),
+        cmocka_unit_test(test_within_a_task),        cmocka_unit_test(test_out_of_memory_in_a_pass),
+        cmocka_unit_test(test_building),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
