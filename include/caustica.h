@@ -116,9 +116,10 @@ typedef struct ca_scene_source {
     size_t mesh_count;
     const ca_bitmap_data *bitmaps;
     size_t bitmap_count;
+    const int *stop; /* as ca_scene_load_until has it; may be NULL */
 } ca_scene_source;
 
-/* As ca_scene_load. */
+/* As ca_scene_load_until. */
 CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);
 
 /* The same scene seen otherwise: the source's <sensor>, with its film and sampler, and its <integrator>, if it has

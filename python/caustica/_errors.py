@@ -1,4 +1,5 @@
 """What a call of the library failed with, as exceptions."""
+import contextlib
 import re
 
 from caustica._library import ffi, lib
@@ -54,10 +55,21 @@ def check(status, error):
     """Raises what the status says, with the message in the ca_error."""
     if status == lib.CA_OK:
         return
+    if status == lib.CA_ERROR_INTERRUPTED:
+        raise KeyboardInterrupt
     message = ffi.string(error.message).decode(errors="replace")
     place = _PLACE.fullmatch(message)
     file, line, column = (place["file"], int(place["line"]), int(place["column"])) if place else (None, None, None)
     raise _KINDS[status](message, file, line, column)
+
+
+@contextlib.contextmanager
+def interruptible():
+    """Gives the number that Ctrl-C sets while a call of the library is under way; KeyboardInterrupt comes after the call."""
+    try:
+        yield lib.caustica_watch_begin()
+    finally:
+        lib.caustica_watch_end()
 
 
 def new_error():

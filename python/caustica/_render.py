@@ -2,7 +2,7 @@
 import dataclasses
 import os
 
-from caustica._errors import check, new_error
+from caustica._errors import check, interruptible, new_error
 from caustica._image import Image, as_record
 from caustica._library import ffi, lib
 
@@ -145,13 +145,14 @@ def render(scene, settings=None, *, sensor=None, progress=None, **changes):
     progress: True for a bar (where tqdm is installed), or a function that is called after each pass with a dict
         (passes_done, passes_total, seconds, noise_percent, ...) and may return False to end the render.
 
-    The picture's `statistics` tell what the render was. Ctrl-C ends it after the pass and raises KeyboardInterrupt. Other
+    The picture's `statistics` tell what the render was. Ctrl-C ends it at once and raises KeyboardInterrupt. Other
     threads of Python go on meanwhile."""
     if sensor is not None:
         scene = scene.with_sensor(sensor)
     call = _Call(_settings(settings, changes), _callback(progress))
     error, image, statistics = new_error(), ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
-    status = lib.ca_render(scene._pointer, call.struct, image, statistics, error)
+    with interruptible() as call.struct.stop:
+        status = lib.ca_render(scene._pointer, call.struct, image, statistics, error)
     made = Image(image[0], _statistics(statistics)) if image[0] else None
     call.check(status, error)
     return made
@@ -179,8 +180,10 @@ class Noise:
         Rays.Numbers. objective: "mean", "relative" or "worst-decile"."""
         error, found = new_error(), ffi.new("ca_noise_recommendation *")
         text = ffi.NULL if objective is None else ffi.new("char[]", objective.encode())
-        self._call.check(lib.ca_noise_recommend(self._pointer, self._scene._pointer, self._call.struct, text,
-                                                self.image._pointer, found, error), error)
+        with interruptible() as self._call.struct.stop:
+            status = lib.ca_noise_recommend(self._pointer, self._scene._pointer, self._call.struct, text, self.image._pointer,
+                                            found, error)
+        self._call.check(status, error)
         return as_record(found)
 
 
@@ -190,7 +193,8 @@ def measure_noise(scene, iterations, settings=None, *, progress=None, **changes)
     call = _Call(_settings(settings, changes), _callback(progress))
     error, noise = new_error(), ffi.new("ca_noise **")
     image, statistics = ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
-    status = lib.ca_noise_measure(scene._pointer, call.struct, iterations, noise, image, statistics, error)
+    with interruptible() as call.struct.stop:
+        status = lib.ca_noise_measure(scene._pointer, call.struct, iterations, noise, image, statistics, error)
     made = Noise(scene, call, noise[0], image[0], statistics) if noise[0] else None
     call.check(status, error)
     return made

@@ -4,7 +4,7 @@ import os
 import numpy as np
 
 from caustica._dict import Document
-from caustica._errors import SceneError, check, new_error
+from caustica._errors import SceneError, check, interruptible, new_error
 from caustica._library import ffi, lib
 
 
@@ -110,7 +110,9 @@ class _Source:
 
 def _make(source, parse):
     error, scene = new_error(), ffi.new("ca_scene **")
-    check(parse(source.struct, scene, error), error)
+    with interruptible() as source.struct.stop:
+        status = parse(source.struct, scene, error)
+    check(status, error)
     return Scene(scene[0])
 
 

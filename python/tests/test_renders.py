@@ -98,14 +98,16 @@ def test_progress(scene):
     caustica.render(scene, spp=2, progress=True)
 
 
-def test_control_c():
-    code = """import caustica, sys, time
+@pytest.mark.parametrize("settings", ["spp=10000000, threads=1", "integrator='light:light_paths=50000000', threads=1"])
+def test_control_c(settings):
+    """In short passes, and in the middle of a pass of a minute."""
+    code = f"""import caustica, sys, time
 sys.path.insert(0, sys.argv[1])
 from conftest import description
 scene = caustica.load_dict(description())
 try:
     print("begun", flush=True)
-    caustica.render(scene, spp=10000000, threads=1)
+    caustica.render(scene, {settings})
 except KeyboardInterrupt:
     print("ended", flush=True)"""
     process = subprocess.Popen([sys.executable, "-c", code, os.path.dirname(__file__)], stdout=subprocess.PIPE, text=True)

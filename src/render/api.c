@@ -35,7 +35,7 @@ ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_err
     *scene = NULL;
     ca_scene_desc desc;
     CA_TRY(ca_import_scene_source(source, &desc, error));
-    return ca_scene_compile(&desc, scene, error);
+    return ca_scene_compile_until(&desc, source->stop, scene, error);
 }
 
 ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene **view, ca_error *error)
