@@ -94,9 +94,9 @@ static void test_diffuse_reflectance(void **state)
             const double c = (k + 0.5) / STEPS;
             sum += 2.0 * c * reference_reflectance(c, eta[i]) / STEPS;
         }
-        assert_true(fabs((double)ca_fresnel_diffuse_reflectance((float)eta[i]) - sum) < 1e-5);
+        assert_true(fabs(1.0 - (double)ca_fresnel_diffuse_transmittance((float)eta[i]) - sum) < 1e-5);
     }
-    assert_true(fabsf(ca_fresnel_diffuse_reflectance(1.0f)) < 1e-6f);
+    assert_true(fabsf(ca_fresnel_diffuse_transmittance(1.0f) - 1.0f) < 1e-6f);
 }
 
 /* ---- Microfacets ----------------------------------------------------------------------------------------------- */

@@ -31,7 +31,7 @@ static void test_plastic(void **state)
                     .as.plastic = {.diffuse = {0.2f, 0.5f, 0.8f},
                                    .specular = {1, 1, 1},
                                    .eta = 1.5f,
-                                   .internal_reflectance = 0.6f,
+                                   .internal_transmittance = 0.4f,
                                    .specular_weight = 0.5f,
                                    .nonlinear = true}};
     const double passes = (1.0 - 0.0891867) * (1.0 - 0.0891867) / (CA_PI_D * 2.25);

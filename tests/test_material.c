@@ -158,7 +158,7 @@ static void plastics_are_prepared(void **state)
     assert_int_equal(ca_material_prepare(&plastic, textures, NULL), CA_OK);
     assert_float_equal(plastic.as.plastic.specular_weight, 1.0f / 1.25f, 1e-6f);
     /* 0.5963 from inside glass of index 1.5 (Egan and Hilgeman 1973's fit gives 0.597). */
-    assert_float_equal(plastic.as.plastic.internal_reflectance, 0.5963f, 1e-3f);
+    assert_float_equal(1.0f - plastic.as.plastic.internal_transmittance, 0.5963f, 1e-3f);
     plastic.as.plastic.diffuse = plastic.as.plastic.specular = 1;
     assert_int_equal(ca_material_prepare(&plastic, textures, NULL), CA_OK);
     assert_float_equal(plastic.as.plastic.specular_weight, 0.5f, 0.0f);
@@ -170,7 +170,7 @@ static void plastics_are_prepared(void **state)
     rough.as.rough_plastic.facets.alpha_u = rough.as.rough_plastic.facets.alpha_v = 2;
     assert_int_equal(ca_material_prepare(&rough, textures, NULL), CA_OK);
     assert_non_null(rough.as.rough_plastic.transmittance);
-    const float internal = rough.as.rough_plastic.layers.internal_reflectance;
+    const float internal = 1.0f - rough.as.rough_plastic.layers.internal_transmittance;
     assert_true(internal > 0.4f && internal < 0.8f);
     ca_material_release(&rough);
     assert_null(rough.as.rough_plastic.transmittance);

@@ -218,7 +218,10 @@ static void test_noise(void **state)
     ca_noise *noise;
     ca_render_statistics statistics;
     settings.samples_per_pixel = 0;
-    settings.light_paths = 20000;
+    settings.width = 144;
+    settings.height = 108;
+    settings.light_paths = 2000;
+    settings.camera_paths = 4;
     assert_int_equal(finish(&s, ca_noise_measure(scene, &settings, 100000, &noise, &image, &statistics, NULL)), CA_OK);
     ca_noise_release(noise);
     settings.stop = NULL;
@@ -246,6 +249,7 @@ static void expect_even(const ca_scene *scene, uint32_t passes, double delay)
     settings.samples_per_pixel = 0;
     settings.seconds = 1000.0;
     settings.rays = "auto";
+    if (passes == 3) settings.light_paths = 500; /* the pilot has no more to find out: its second group begins */
     if (finish(&s, ca_render(scene, &settings, &image, &statistics, &error)) != CA_OK) fail_msg("%s", error.message);
     assert_true(statistics.interrupted);
     uint32_t width, height;
@@ -262,7 +266,7 @@ static void test_rays_auto(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(even);
-    for (uint32_t passes = 2; passes < 9; passes += 3) expect_even(scene, passes, 0.001);
+    for (uint32_t passes = 2; passes < 8; passes += passes == 3 ? 4 : 1) expect_even(scene, passes, 0.001);
     ca_scene_release(scene);
 }
 
@@ -306,7 +310,7 @@ static void test_within_a_task(void **state)
     (void)state;
     ca_scene *scene = scene_from_text(box);
     stopper s = {.delay = 0.5};
-    ca_render_settings settings = settings_of("vcm:radius=1,light_paths=150000", &s);
+    ca_render_settings settings = settings_of("vcm:radius=2,light_paths=60000", &s);
     ca_image_layers *image;
     settings.width = 32;
     settings.height = 32;

@@ -30,7 +30,7 @@ static const named_index named_indices[] = {
 double ca_import_index_of_refraction(ca_props *props, const char *name, double fallback)
 {
     const ca_xml_node *node = ca_props_find(props, name);
-    if (!node || strcmp(node->tag, "string") != 0) return ca_props_positive(props, name, fallback);
+    if (!node || strcmp(node->tag, "string") != 0) return ca_props_number_in(props, name, fallback, 0.001, 1000.0);
     const char *names[CA_COUNT(named_indices)];
     for (size_t i = 0; i < CA_COUNT(named_indices); i++) names[i] = named_indices[i].name;
     return named_indices[ca_props_choice(props, name, names, CA_COUNT(names), 0)].value;

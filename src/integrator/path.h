@@ -16,9 +16,13 @@ typedef struct path_state {
     ca_surface_point (*points)[3]; /* owned; [workers * CA_BATCH]: the last vertices, where somebody observes */
 } path_state;
 
+/* Of what counts in weights: its square is a float. Of two that are both beyond, each counts by a half. */
+static const float path_largest_density = 1e18f;
+
 /* Weight of a technique with density a against another with density b for the same path. */
 static inline float path_mis_weight(const path_state *state, float a, float b)
 {
+    a = ca_min(a, path_largest_density), b = ca_min(b, path_largest_density);
     if (state->power_heuristic) a *= a, b *= b;
     return a > 0.0f ? a / (a + b) : 0.0f;
 }

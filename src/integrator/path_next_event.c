@@ -116,6 +116,7 @@ static light_point8 point_on_light(const choice_batch *choices, const ca_number_
 /* The light's share of the weight, eight at a time. */
 static ca_f8 weight8(const path_state *state, ca_f8 a, ca_f8 b)
 {
+    a = ca_min8(a, ca_f8_all(path_largest_density)), b = ca_min8(b, ca_f8_all(path_largest_density));
     if (state->power_heuristic) a *= a, b *= b;
     return ca_select8(a > 0.0f, a / (a + b), ca_f8_all(0.0f));
 }

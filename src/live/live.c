@@ -13,7 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static const double event_seconds = 0.1, farewell_seconds = 5.0;
+static const double event_seconds = 0.1, farewell_seconds = 5.0, tev_farewell_seconds = 2.0;
 enum { URL_SIZE = 160, NAP_MILLISECONDS = 20 };
 
 struct ca_live {
@@ -317,10 +317,12 @@ bool ca_live_report(ca_live *live, const ca_render_progress *progress)
 }
 
 /* With the lock held: a viewer has not got the last picture yet, and the budget is not used up. */
-static bool farewell_goes_on(const ca_live_state *state)
+static bool farewell_goes_on(const ca_live_state *state, double seconds)
 {
-    return (state->watchers > 0 || state->tev_is_behind) &&
-           ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
+    const double most = state->watchers > 0    ? farewell_seconds
+                        : state->tev_is_behind ? tev_farewell_seconds
+                                               : 0.0;
+    return seconds < most && ca_live_budget_allows(&state->budget, ca_live_process_seconds(), 0.0);
 }
 
 void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_statistics *statistics)
@@ -337,8 +339,7 @@ void ca_live_finish(ca_live *live, ca_image_layers *image, const ca_render_stati
     pthread_mutex_lock(&state->lock);
     ca_live_budget_end(&state->budget, ca_live_process_seconds(), bytes);
     set_phase(state, CA_LIVE_DONE);
-    while (farewell_goes_on(state) && !live->settings.is_interrupted() &&
-           ca_clock_seconds() - start < farewell_seconds)
+    while (farewell_goes_on(state, ca_clock_seconds() - start) && !live->settings.is_interrupted())
         nap(state, NAP_MILLISECONDS);
     pthread_mutex_unlock(&state->lock);
 }

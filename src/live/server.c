@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/text.h"
+#include "live/clients.h"
 #include "report/page_files.h"
 #include "report/page_text.h"
 
@@ -40,6 +41,7 @@ struct ca_live_server {
     ca_live_access access;
     ca_live_state *state;
     const char *title;
+    ca_live_clients clients;
     event_stream *streams;
     uint32_t pictures; /* on their way */
     bool closes;
@@ -387,6 +389,25 @@ static enum MHD_Result answer_resource(ca_live_server *server, struct MHD_Connec
     return MHD_NO;
 }
 
+/* Called when a connection begins and when it is over. */
+static void on_connection(void *user, struct MHD_Connection *connection, void **client,
+                          enum MHD_ConnectionNotificationCode what)
+{
+    ca_live_server *server = user;
+    if (what == MHD_CONNECTION_NOTIFY_STARTED) {
+        const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+        *client = ca_live_clients_add(&server->clients, info->connect_fd, ca_clock_seconds());
+    } else {
+        ca_live_clients_remove(&server->clients, *client);
+        *client = NULL;
+    }
+}
+
+static ca_live_visitor *client_of(struct MHD_Connection *connection)
+{
+    return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context;
+}
+
 /* Called with the headers, with each piece of a body, and at its end. Requests are refused before their body is read;
  * bodies are not used. */
 static enum MHD_Result on_request(void *user, struct MHD_Connection *connection, const char *path, const char *method,
@@ -404,6 +425,7 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *connection,
     ca_live_resource resource = CA_LIVE_RESOURCES;
     const int status = ca_live_judge(&server->access, &request, &resource);
     if (status != 200) return refuse(connection, status);
+    ca_live_clients_know(&server->clients, client_of(connection));
     if (!*seen) {
         *seen = server;
         return MHD_YES;
@@ -424,7 +446,8 @@ static ca_status listen_on(ca_live_server *server, const struct addrinfo *place,
     server->daemon = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | family, port, NULL, NULL, on_request,
                                       server, MHD_OPTION_SOCK_ADDR, place->ai_addr, MHD_OPTION_CONNECTION_LIMIT,
                                       (unsigned)MOST_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
-                                      (unsigned)IDLE_SECONDS, MHD_OPTION_END);
+                                      (unsigned)IDLE_SECONDS, MHD_OPTION_NOTIFY_CONNECTION, on_connection, server,
+                                      MHD_OPTION_END);
     if (!server->daemon)
         return ca_fail(error, CA_ERROR_FILE, NULL, "the live view cannot listen on %s, port %u: %s",
                        server->access.address, port, errno ? strerror(errno) : "the system refuses");
@@ -501,5 +524,6 @@ void ca_live_server_run(ca_live_server *server)
     const double now = ca_clock_seconds();
     for (event_stream *stream = server->streams; stream; stream = stream->next)
         if (stream->suspended && has_something_to_tell(stream, news, now)) resume(stream);
+    ca_live_clients_expire(&server->clients, now);
     MHD_run(server->daemon);
 }

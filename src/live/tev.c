@@ -1,11 +1,12 @@
 #define _DEFAULT_SOURCE
 #include "live/tev.h"
 
+#include "base/clock.h"
 #include "base/text.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <netdb.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -13,6 +14,9 @@
 
 enum { CREATE_IMAGE = 4, UPDATE_IMAGE = 6, CHANNELS = 3, HEADER_BYTES = 6, BAND_BYTES = 1 << 20 };
 static const char *const channel_names[CHANNELS] = {"R", "G", "B"};
+
+/* For an answer, in seconds. */
+static const double patience = 2.0;
 
 struct ca_tev {
     int socket; /* -1: gone */
@@ -40,15 +44,32 @@ static ca_status split_place(const char *place, char host[256], const char **por
     return CA_OK;
 }
 
-static int connect_to(const struct addrinfo *places)
+/* Waits for the answer; 0, or an error number. */
+static int wait_for_answer(int descriptor, double end)
 {
+    for (;;) {
+        struct pollfd place = {.fd = descriptor, .events = POLLOUT};
+        const double left = end - ca_clock_seconds();
+        const int ready = left > 0.0 ? poll(&place, 1, (int)(1000.0 * left) + 1) : 0;
+        if (ready == 0) return ETIMEDOUT;
+        if (ready < 0 && errno == EINTR) continue;
+        if (ready < 0) return errno;
+        int problem = 0;
+        socklen_t size = sizeof problem;
+        return getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &problem, &size) == 0 ? problem : errno;
+    }
+}
+
+/* To the first that answers, until the clock says `end`; errno tells why none did. */
+static int connect_to(const struct addrinfo *places, double end)
+{
+    errno = ETIMEDOUT;
     for (const struct addrinfo *p = places; p; p = p->ai_next) {
-        const int descriptor = socket(p->ai_family, p->ai_socktype | SOCK_CLOEXEC, p->ai_protocol);
+        const int descriptor = socket(p->ai_family, p->ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK, p->ai_protocol);
         if (descriptor < 0) continue;
-        if (connect(descriptor, p->ai_addr, p->ai_addrlen) == 0 &&
-            fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK) == 0)
-            return descriptor;
-        const int problem = errno;
+        int problem = connect(descriptor, p->ai_addr, p->ai_addrlen) == 0 ? 0 : errno;
+        if (problem == EINPROGRESS || problem == EINTR) problem = wait_for_answer(descriptor, end);
+        if (problem == 0) return descriptor;
         close(descriptor);
         errno = problem;
     }
@@ -65,7 +86,7 @@ ca_status ca_tev_create(ca_tev **tev, const char *place, const char *name, ca_er
     CA_TRY(split_place(place, host, &port, error));
     const int problem = getaddrinfo(host, port, &hints, &places);
     if (problem != 0) return ca_fail(error, CA_ERROR_FILE, NULL, "tev at %.300s: %s", place, gai_strerror(problem));
-    const int descriptor = connect_to(places);
+    const int descriptor = connect_to(places, ca_clock_seconds() + patience);
     const int why = errno;
     freeaddrinfo(places);
     if (descriptor < 0) return ca_fail(error, CA_ERROR_FILE, NULL, "tev at %.300s: %s", place, strerror(why));

@@ -63,7 +63,7 @@ static void init_plastic(ca_bxdf *bxdf, const ca_material_plastic *plastic, look
     bxdf->as.plastic.diffuse = color_or(at, plastic->diffuse, 0.5f);
     bxdf->as.plastic.specular = color_or(at, plastic->specular, 1.0f);
     bxdf->as.plastic.eta = plastic->eta;
-    bxdf->as.plastic.internal_reflectance = plastic->internal_reflectance;
+    bxdf->as.plastic.internal_transmittance = plastic->internal_transmittance;
     bxdf->as.plastic.specular_weight = plastic->specular_weight;
     bxdf->as.plastic.nonlinear = plastic->nonlinear;
 }
@@ -74,7 +74,7 @@ static void init_rough_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at
     bxdf->as.rough_plastic.diffuse = color_or(at, layers->diffuse, 0.5f);
     bxdf->as.rough_plastic.specular = color_or(at, layers->specular, 1.0f);
     bxdf->as.rough_plastic.eta = layers->eta;
-    bxdf->as.rough_plastic.internal_reflectance = layers->internal_reflectance;
+    bxdf->as.rough_plastic.internal_transmittance = layers->internal_transmittance;
     bxdf->as.rough_plastic.specular_weight = layers->specular_weight;
     bxdf->as.rough_plastic.nonlinear = layers->nonlinear;
     bxdf->as.rough_plastic.facets = facets_at(&leaf->as.rough_plastic.facets, at);

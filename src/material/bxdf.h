@@ -85,14 +85,14 @@ typedef struct ca_bxdf {
         struct {
             ca_rgb diffuse, specular;
             float eta;
-            float internal_reflectance; /* diffuse Fresnel reflectance seen from inside */
+            float internal_transmittance; /* share of diffuse light from inside that gets out */
             float specular_weight;      /* share of samples, before Fresnel, for the specular lobe */
             bool nonlinear;             /* colour shifts by internal scattering */
         } plastic;
         struct {
             ca_rgb diffuse, specular;
             float eta;
-            float internal_reflectance;
+            float internal_transmittance;
             float specular_weight;
             bool nonlinear;
             ca_microfacet facets;

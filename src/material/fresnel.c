@@ -28,7 +28,7 @@ ca_rgb ca_fresnel_conductor_rgb(float cos_near, ca_rgb eta, ca_rgb k)
 /* From the thinner side the integrand is smooth in c: composite 4-point Gauss-Legendre. From the denser side, with
  * total reflection, the share that passes is that of the thinner side over the square of the index, since the
  * boundary passes the same radiance over n^2 both ways. */
-float ca_fresnel_diffuse_reflectance(float eta)
+float ca_fresnel_diffuse_transmittance(float eta)
 {
     static const double node[4] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,
                                    0.93056815579702629};
@@ -40,10 +40,10 @@ float ca_fresnel_diffuse_reflectance(float eta)
     for (int i = 0; i < PANELS; ++i) {
         for (int j = 0; j < 4; ++j) {
             const double c = (i + node[j]) / PANELS, q = sqrt(n * n - 1.0 + c * c);
-            const double s = (c - q) / (c + q), p = (n * n * c - q) / (n * n * c + q);
-            sum += weight[j] * (s * s + p * p) * c;
+            const double s = c + q, p = n * n * c + q;
+            sum += weight[j] * 4.0 * c * q * (1.0 / (s * s) + n * n / (p * p)) * c;
         }
     }
     const double outside = sum / PANELS;
-    return (float)(eta >= 1.0f ? outside : 1.0 - (1.0 - outside) / (n * n));
+    return (float)(eta >= 1.0f ? outside : outside / (n * n));
 }

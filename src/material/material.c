@@ -68,7 +68,7 @@ static ca_status prepare_rough_plastic(ca_material *material, const ca_texture *
     if (!table) return ca_fail_memory(error, "a rough plastic's transmittance");
     material->as.rough_plastic.transmittance = table;
     layers->specular_weight = plastic_specular_weight(layers, textures);
-    layers->internal_reflectance = ca_rough_transmittance_internal_reflectance(table);
+    layers->internal_transmittance = ca_rough_transmittance_from_inside(table);
     return CA_OK;
 }
 
@@ -78,7 +78,7 @@ ca_status ca_material_prepare(ca_material *material, const ca_texture *textures,
     if (material->kind != CA_MATERIAL_PLASTIC) return CA_OK;
     ca_material_plastic *plastic = &material->as.plastic;
     plastic->specular_weight = plastic_specular_weight(plastic, textures);
-    plastic->internal_reflectance = ca_fresnel_diffuse_reflectance(1.0f / plastic->eta);
+    plastic->internal_transmittance = ca_fresnel_diffuse_transmittance(1.0f / plastic->eta);
     return CA_OK;
 }
 

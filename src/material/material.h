@@ -60,7 +60,7 @@ typedef struct ca_material_plastic {
     ca_texture_id diffuse, specular;
     float eta; /* interior over exterior index */
     bool nonlinear;
-    float internal_reflectance, specular_weight; /* made by ca_material_prepare */
+    float internal_transmittance, specular_weight; /* made by ca_material_prepare */
 } ca_material_plastic;
 
 typedef struct ca_material {

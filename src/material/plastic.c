@@ -3,8 +3,8 @@
  *
  *     f = specular Dirac mirror F(cos_i)  +  (1 - F_i) (1 - F_o) diffuse / (pi eta^2 (1 - rho diffuse))
  *
- * rho is the diffuse reflectance of the boundary from inside; with nonlinear = false the denominator has rho alone,
- * which keeps the base's colour. Black from below. (Mitsuba 3, src/bsdfs/plastic.cpp.) */
+ * rho is the diffuse reflectance of the boundary from inside, kept as 1 - rho, which falls with the square of the index;
+ * with nonlinear = false the denominator has rho alone, which keeps the base's colour. Black from below. (Mitsuba 3, src/bsdfs/plastic.cpp.) */
 #include "material/bxdf_models.h"
 #include "material/fresnel.h"
 #include "sampling/warp.h"
@@ -27,11 +27,11 @@ static float mirror_probability(const ca_bxdf *bxdf, float reflected)
 static ca_rgb base_reflectance(const ca_bxdf *bxdf)
 {
     const ca_rgb d = bxdf->as.plastic.diffuse;
-    const float rho = bxdf->as.plastic.internal_reflectance;
+    const float out = bxdf->as.plastic.internal_transmittance;
     const float inv_eta2 = 1.0f / ca_sqr(bxdf->as.plastic.eta);
-    if (!bxdf->as.plastic.nonlinear) return ca_rgb_scale(d, inv_eta2 / (1.0f - rho));
-    return (ca_rgb){d.r * inv_eta2 / (1.0f - rho * d.r), d.g * inv_eta2 / (1.0f - rho * d.g),
-                    d.b * inv_eta2 / (1.0f - rho * d.b)};
+    if (!bxdf->as.plastic.nonlinear) return ca_rgb_scale(d, inv_eta2 / out);
+    return (ca_rgb){d.r * inv_eta2 / (1.0f - d.r + out * d.r), d.g * inv_eta2 / (1.0f - d.g + out * d.g),
+                    d.b * inv_eta2 / (1.0f - d.b + out * d.b)};
 }
 
 uint32_t ca_plastic_scatter(const ca_bxdf *bxdf)
@@ -83,6 +83,6 @@ ca_rgb ca_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 {
     if (!(wi_local.z > 0.0f)) return ca_rgb_grey(0.0f);
     const float f_i = reflectance_at(bxdf, wi_local.z);
-    const float out = ca_sqr(bxdf->as.plastic.eta) * (1.0f - bxdf->as.plastic.internal_reflectance);
+    const float out = ca_sqr(bxdf->as.plastic.eta) * bxdf->as.plastic.internal_transmittance;
     return ca_rgb_madd(ca_rgb_scale(bxdf->as.plastic.specular, f_i), (1.0f - f_i) * out, base_reflectance(bxdf));
 }

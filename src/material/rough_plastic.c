@@ -26,11 +26,11 @@ static float facet_probability(const ca_bxdf *bxdf, float transmitted)
 static ca_rgb base_reflectance(const ca_bxdf *bxdf)
 {
     const ca_rgb d = bxdf->as.rough_plastic.diffuse;
-    const float rho = bxdf->as.rough_plastic.internal_reflectance;
+    const float out = bxdf->as.rough_plastic.internal_transmittance;
     const float inv_eta2 = 1.0f / ca_sqr(bxdf->as.rough_plastic.eta);
-    if (!bxdf->as.rough_plastic.nonlinear) return ca_rgb_scale(d, inv_eta2 / (1.0f - rho));
-    return (ca_rgb){d.r * inv_eta2 / (1.0f - rho * d.r), d.g * inv_eta2 / (1.0f - rho * d.g),
-                    d.b * inv_eta2 / (1.0f - rho * d.b)};
+    if (!bxdf->as.rough_plastic.nonlinear) return ca_rgb_scale(d, inv_eta2 / out);
+    return (ca_rgb){d.r * inv_eta2 / (1.0f - d.r + out * d.r), d.g * inv_eta2 / (1.0f - d.g + out * d.g),
+                    d.b * inv_eta2 / (1.0f - d.b + out * d.b)};
 }
 
 /* Adds the facets' part of value and densities, the latter times the probabilities of sampling them. */
@@ -98,6 +98,6 @@ ca_rgb ca_rough_plastic_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
 {
     if (!(wi_local.z > 0.0f)) return ca_rgb_grey(0.0f);
     const float t_i = transmittance_at(bxdf, wi_local.z);
-    const float out = ca_sqr(bxdf->as.rough_plastic.eta) * (1.0f - bxdf->as.rough_plastic.internal_reflectance);
+    const float out = ca_sqr(bxdf->as.rough_plastic.eta) * bxdf->as.rough_plastic.internal_transmittance;
     return ca_rgb_madd(ca_rgb_scale(bxdf->as.rough_plastic.specular, 1.0f - t_i), t_i * out, base_reflectance(bxdf));
 }

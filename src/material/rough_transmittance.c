@@ -8,9 +8,12 @@
 /* Entry i belongs to cos = (i / (TABLE_SIZE - 1))^2: the function bends most at grazing angles. */
 enum { TABLE_SIZE = 64, GRID_OUTSIDE = 32, GRID_INSIDE = 32, ANGLES_BELOW_CRITICAL = 16, ANGLES_ABOVE_CRITICAL = 24 };
 
+/* Of the index: beyond it reciprocity tells what gets out. */
+#define LARGE_INDEX 2.0f
+
 struct ca_rough_transmittance {
     float transmittance[TABLE_SIZE];
-    float internal_reflectance;
+    float from_inside;
 };
 
 /* Shares of light at an angle of cosine `cosine` that the boundary reflects and transmits in one event: the means of
@@ -60,6 +63,18 @@ static float diffuse_reflectance_inside(const ca_microfacet *facets, float eta)
     return (float)sum;
 }
 
+/* 2 * integral of T(c) c dc; the table's entries lie at squares of equal steps. */
+static float diffuse_from_outside(const ca_rough_transmittance *table)
+{
+    double sum = 0.0, weights = 0.0;
+    for (uint32_t i = 0; i < TABLE_SIZE; ++i) {
+        const double x = (double)i / (TABLE_SIZE - 1), weight = x * x * x * (i == TABLE_SIZE - 1 ? 0.5 : 1.0);
+        sum += weight * (double)table->transmittance[i];
+        weights += weight;
+    }
+    return (float)(sum / weights);
+}
+
 ca_rough_transmittance *ca_rough_transmittance_create(ca_microfacet_kind kind, float alpha, float eta)
 {
     ca_rough_transmittance *table = ca_alloc(1, sizeof *table);
@@ -70,7 +85,8 @@ ca_rough_transmittance *ca_rough_transmittance_create(ca_microfacet_kind kind, f
         float reflected;
         boundary_shares(&facets, cosine, eta, GRID_OUTSIDE, &reflected, &table->transmittance[i]);
     }
-    table->internal_reflectance = diffuse_reflectance_inside(&facets, eta);
+    table->from_inside =
+        eta > LARGE_INDEX ? diffuse_from_outside(table) / (eta * eta) : 1.0f - diffuse_reflectance_inside(&facets, eta);
     return table;
 }
 
@@ -83,7 +99,4 @@ float ca_rough_transmittance_eval(const ca_rough_transmittance *table, float cos
     return ca_lerp(table->transmittance[i], table->transmittance[i + 1], x - (float)i);
 }
 
-float ca_rough_transmittance_internal_reflectance(const ca_rough_transmittance *table)
-{
-    return table->internal_reflectance;
-}
+float ca_rough_transmittance_from_inside(const ca_rough_transmittance *table) { return table->from_inside; }

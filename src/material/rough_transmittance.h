@@ -19,8 +19,10 @@ void ca_rough_transmittance_destroy(ca_rough_transmittance *table); /* NULL is a
 /* cos_out in [0, 1], on the outside. */
 float ca_rough_transmittance_eval(const ca_rough_transmittance *table, float cos_out);
 
-/* Share of diffuse light from the inside that the boundary reflects: the rough plastic's `internal_reflectance`. With
- * that of the smooth boundary a rough plastic could give back more than it gets. */
-float ca_rough_transmittance_internal_reflectance(const ca_rough_transmittance *table);
+/* Share of diffuse light from the inside that the boundary lets pass: the rough plastic's `internal_transmittance`.
+ * With that of the smooth boundary a rough plastic could give back more than it gets. Of indices over 2, where what
+ * passes is less than what an integral of the reflected light resolves, it is that from the outside over the square of
+ * the index. */
+float ca_rough_transmittance_from_inside(const ca_rough_transmittance *table);
 
 #endif

@@ -142,7 +142,10 @@ static ca_status develop(const ca_auto_rays *a, const ca_joined_film *joined, ca
 ca_status ca_auto_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error)
 {
+    ca_render_statistics own_statistics;
+    CA_TRY(ca_render_check_snapshot(progress, image, error));
     const ca_auto_rays *a = progress->render;
+    if (!statistics) statistics = &own_statistics;
     ca_joined_film joined;
     const double share = share_at_work(a);
     CA_TRY(ca_joined_film_create(&joined, &a->frame, error));

@@ -130,7 +130,10 @@ static void count_what_is_done(block_render *r);
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
 {
+    ca_render_statistics own_statistics;
+    CA_TRY(ca_render_check_snapshot(progress, image, error));
     block_render *r = progress->render;
+    if (!statistics) statistics = &own_statistics;
     count_what_is_done(r);
     ca_part_fill_statistics(&r->part, statistics);
     return ca_part_develop(&r->part, image, error);

@@ -47,11 +47,21 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics);
 static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image,
                          ca_error *error);
 
+ca_status ca_render_check_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_error *error)
+{
+    if (image) *image = NULL;
+    if (progress && progress->render && image) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a snapshot needs the progress it belongs to and a place for it");
+}
+
 /* ca_render_progress.snapshot */
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
 {
+    ca_render_statistics own_statistics;
+    CA_TRY(ca_render_check_snapshot(progress, image, error));
     const render *r = progress->render;
+    if (!statistics) statistics = &own_statistics;
     fill_statistics(r, statistics);
     return develop(r, statistics, image, error);
 }
@@ -286,7 +296,9 @@ ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *setti
 ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                     ca_render_statistics *statistics, ca_error *error)
 {
-    *image = NULL;
+    if (image) *image = NULL;
+    if (!scene || !image)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a render needs a scene and a place for its image");
     ca_render_settings defaults;
     ca_render_settings_init(&defaults);
     ca_render_plan plan;

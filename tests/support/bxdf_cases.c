@@ -57,7 +57,8 @@ static void add_smooth(ca_bxdf_cases *list)
                                  .as.plastic = {.diffuse = nonlinear ? (ca_rgb){0.9f, 0.5f, 0.1f} : white,
                                                 .specular = white,
                                                 .eta = 1.49f,
-                                                .internal_reflectance = ca_fresnel_diffuse_reflectance(1.0f / 1.49f),
+                                                .internal_transmittance =
+                                                    ca_fresnel_diffuse_transmittance(1.0f / 1.49f),
                                                 .specular_weight = nonlinear ? 0.7f : 0.5f,
                                                 .nonlinear = nonlinear}};
         add(list, nonlinear ? "plastic, nonlinear" : "plastic, white", plastic)->lossless = !nonlinear;
@@ -94,7 +95,7 @@ static void add_rough_plastic(ca_bxdf_cases *list, ca_microfacet_kind kind, floa
                   .as.rough_plastic = {.diffuse = nonlinear ? (ca_rgb){0.9f, 0.5f, 0.1f} : white,
                                        .specular = white,
                                        .eta = 1.49f,
-                                       .internal_reflectance = ca_rough_transmittance_internal_reflectance(table),
+                                       .internal_transmittance = ca_rough_transmittance_from_inside(table),
                                        .specular_weight = 0.6f,
                                        .nonlinear = nonlinear,
                                        .facets = ca_microfacet_make(kind, alpha, alpha, !nonlinear),
