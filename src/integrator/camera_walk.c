@@ -287,8 +287,9 @@ static void scatter_all(walk_list *list)
 
 void ca_camera_walks_trace(ca_camera_walk *const *walks, uint32_t count)
 {
-    walk_list list = {.count = count};
-    for (uint32_t i = 0; i < count; i++) list.walks[i] = walks[i];
+    walk_list list = {.count = 0};
+    for (uint32_t i = 0; i < count; i++)
+        if (!ca_rgb_is_black(walks[i]->walk.throughput)) list.walks[list.count++] = walks[i]; /* the lens lets it in */
     while (list.count > 0) {
         intersect(&list);
         arrive_all(&list);
