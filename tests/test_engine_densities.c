@@ -293,7 +293,7 @@ static void test_what_was_checked(void **state)
     print_message("%.3f %% of them agree to %g\n", 100.0 - 100.0 * (double)loose / (double)checked, CHECK_TOLERANCE);
     assert_true((double)loose <= LOOSE * (double)checked);
     for (int k = 0; k <= CA_LIGHT_ENVMAP; k++) assert_true(tally.of_light[k] > 500);
-    for (int k = 0; k <= CA_CAMERA_ORTHOGRAPHIC; k++) assert_true(tally.of_camera[k] > 5000);
+    for (int k = 0; k < CA_CAMERA_KIND_COUNT; k++) assert_true(tally.of_camera[k] > 5000);
 }
 
 int main(void)

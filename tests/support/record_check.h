@@ -14,7 +14,7 @@ typedef struct record_tally {
     uint64_t loose[CA_TECHNIQUE_COUNT]; /* agreed only within their conditioning */
     uint64_t dirac[CA_TECHNIQUE_COUNT]; /* with a Dirac event, and more than one technique to tell apart */
     double loosest[CA_TECHNIQUE_COUNT];
-    uint64_t of_light[CA_LIGHT_ENVMAP + 1], of_camera[CA_CAMERA_ORTHOGRAPHIC + 1];
+    uint64_t of_light[CA_LIGHT_ENVMAP + 1], of_camera[CA_CAMERA_KIND_COUNT];
 } record_tally;
 
 typedef struct record_check {
