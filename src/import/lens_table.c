@@ -172,6 +172,16 @@ static ca_status read_index(const lens_reader *reader, double before, bool is_st
     return CA_OK;
 }
 
+/* Only the last surface, in front of the film, may have none; then it is -1 until the table ends. */
+static ca_status read_thickness(const lens_reader *reader, ca_lens_surface *surface)
+{
+    if (reader->table->lens.count > 0 && surface[-1].thickness < 0.0)
+        return fail_at(reader, &reader->first, "the one before it needs a thickness");
+    surface->thickness = -1.0;
+    if (reader->row[THICKNESS].length == 0) return CA_OK;
+    return read_number(reader, THICKNESS, 0.0, 1e5, "expected a thickness in mm", &surface->thickness);
+}
+
 static ca_status read_surface(lens_reader *reader)
 {
     ca_lens *lens = &reader->table->lens;
@@ -180,7 +190,7 @@ static ca_status read_surface(lens_reader *reader)
     bool is_stop;
     double diameter, abbe;
     CA_TRY(read_radius(reader, surface, &is_stop));
-    CA_TRY(read_number(reader, THICKNESS, 0.0, 1e5, "expected a thickness in mm", &surface->thickness));
+    CA_TRY(read_thickness(reader, surface));
     CA_TRY(read_number(reader, DIAMETER, 1e-6, 1e5, "expected the aperture's diameter in mm", &diameter));
     CA_TRY(read_index(reader, lens->count > 0 ? lens->surfaces[lens->count - 1].index : 1.0, is_stop, surface));
     if (reader->row[ABBE].length > 0) CA_TRY(read_number(reader, ABBE, 1.0, 200.0, "expected an Abbe number", &abbe));
@@ -220,7 +230,9 @@ ca_status ca_import_lens(const char *file, const char *text, size_t size, const 
     } while (next_row(&reader.scan));
     const ca_location end = where ? *where : ca_scan_place(&reader.scan, reader.scan.cursor);
     if (table->lens.count == 0) return ca_fail(error, CA_ERROR_FORMAT, &end, "the lens has no surfaces");
-    if (table->lens.surfaces[table->lens.count - 1].index != 1.0)
+    ca_lens_surface *last = &table->lens.surfaces[table->lens.count - 1];
+    last->thickness = fmax(last->thickness, 0.0);
+    if (last->index != 1.0)
         return ca_fail(error, CA_ERROR_FORMAT, &end, "behind the last surface of the lens there must be air");
     return CA_OK;
 }
