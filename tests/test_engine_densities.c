@@ -183,6 +183,7 @@ static const char *const bundled[] = {
     "mis/mis",                         "rough-glass/rough-glass",        "depth-of-field/depth-of-field",
     "glass-slab/glass-slab",           "paper-004/mirror-room",          "paper-004/interleaved",
     "paper-004/pointwise",             "paper-004/camera-is-light",      "speed/cornell-spheres",
+    "lens/lens",
 };
 
 static void test_bundled_scenes(void **state)
