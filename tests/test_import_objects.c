@@ -155,6 +155,15 @@ static void realistic_parameters(void **state)
     done();
 }
 
+/* A stop may lie in glass, where there is glass before it. */
+static void stop_in_glass(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"realistic\"><string name=\"lens\" value=\"50 2 1.5 20; 0 2 0 9; -50 0 1 20\"/></sensor>");
+    near(desc.camera.camera.as.realistic.lens.surfaces[1].index, 1.5);
+    done();
+}
+
 /* A published table: columns by name, air left out, glasses by their codes. */
 static void published_lens(void **state)
 {
@@ -530,6 +539,7 @@ int main(void)
         cmocka_unit_test(perspective_parameters),
         cmocka_unit_test(other_sensors),
         cmocka_unit_test(realistic_parameters),
+        cmocka_unit_test(stop_in_glass),
         cmocka_unit_test(published_lens),
         cmocka_unit_test(samplers),
         cmocka_unit_test(filters),

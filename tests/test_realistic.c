@@ -261,6 +261,37 @@ static void test_clip_planes(void **state)
     assert_true(ca_camera_sample_direct(&camera, reference, there, 0.6f, &direct));
 }
 
+/* The entrance disk is little wider than the entrance pupil, f / N, which all rays of the triplet pass, and lies near
+ * it; what it cuts off, and the boxes of the exit pupil, is next to nothing. */
+static void test_entrance_disk(void **state)
+{
+    (void)state;
+    const ca_camera camera = make_camera(ORACLE_TRIPLET);
+    const ca_realistic *r = &camera.as.realistic;
+    print_message("           radius %.3f mm at %.2f mm\n", r->disk_radius, r->disk_w);
+    assert_true(r->disk_radius > 7.81 && r->disk_radius < 1.2 * 7.81);
+    assert_true(fabs(r->disk_w - 13.7) < 3.0);
+    ca_test_random random = ca_test_random_seed(9);
+    uint32_t passed = 0, lost = 0;
+    for (int i = 0; i < 200000; i++) {
+        const double x = uniform(&random, -16.0, 16.0), y = uniform(&random, -10.0, 10.0);
+        const double_vec pupil = {uniform(&random, -9.0, 9.0), uniform(&random, -9.0, 9.0), -r->last_w};
+        const double_vec film = {x, y, -r->film_w};
+        oracle_ray ray = {film, dv_unit(dv_sub(pupil, film))};
+        if (!lens_oracle_trace(&r->lens, &ray)) continue;
+        const double_vec on_disk =
+            dv_madd(ray.position, (-r->disk_w - ray.position.z) / ray.direction.z, ray.direction);
+        const double radius = hypot(x, y), along = (x * pupil.x + y * pupil.y) / radius;
+        const double across = (x * pupil.y - y * pupil.x) / radius;
+        const ca_pupil_box *box = &r->rings[(int)fmin(radius / r->ring_width, CA_PUPIL_RINGS - 1)];
+        passed++;
+        lost += hypot(on_disk.x, on_disk.y) > r->disk_radius || along < box->low || along > box->high ||
+                fabs(across) > box->side;
+    }
+    print_message("           %u of %u rays lost\n", lost, passed);
+    assert_true(passed > 50000 && lost == 0);
+}
+
 /* ---- Where cameras look ---------------------------------------------------------------------------------------- */
 
 /* All rays of a film point that pass near the axis of a lens stopped down meet where the lens equation says: at the
@@ -477,6 +508,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_trace),      cmocka_unit_test(test_lens_equation), cmocka_unit_test(test_plate),
         cmocka_unit_test(test_round_trip), cmocka_unit_test(test_kind),          cmocka_unit_test(test_clip_planes),
+        cmocka_unit_test(test_entrance_disk),
         cmocka_unit_test(test_focus),      cmocka_unit_test(test_plate_camera),  cmocka_unit_test(test_cosine_law),
         cmocka_unit_test(test_vignetting), cmocka_unit_test(test_densities),
     };
