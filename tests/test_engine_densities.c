@@ -131,6 +131,7 @@ static uint32_t check_integrator(const ca_scene *scene, const char *name, const 
                          .scene = scene,
                          .camera = &plan.camera,
                          .by_differences = by_differences,
+                         .uniform = ca_integrator_value(plan.type, &plan.input, "paper", 0.0) != 0.0,
                          .tally = &tally}};
     const ca_path_observer observer = {.see = see, .user = &w};
     plan.input.observer = &observer;
@@ -197,6 +198,8 @@ static void test_bundled_scenes(void **state)
         snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, bundled[i]);
         if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
         failures += check_scene(scene, bundled[i]);
+        if (strncmp(bundled[i], "paper-003/", 10) == 0)
+            failures += check_integrator(scene, bundled[i], "bdpt:paper=true", false);
         ca_scene_release(scene);
     }
     assert_int_equal(failures, 0);

@@ -61,6 +61,19 @@ static void test_trace(void **state)
     }
 }
 
+/* Outside of where its surfaces cut each other a lens has no glass, and light ends there. */
+static void test_sharp_edge(void **state)
+{
+    (void)state;
+    const ca_lens lens = {.surfaces = {{30.0, 2.0, 1.5, 14.0}, {-30.0, 0.0, 1.0, 14.0}}, .count = 2};
+    for (double height = 0.5; height < 14.0; height += 1.0)
+        for (int side = -1; side <= 1; side += 2) {
+            ca_lens_ray ray = {.x = height, .w = 1.0 - side * 20.0, .dw = side};
+            const bool thick = 30.0 - sqrt(900.0 - height * height) < 1.0;
+            assert_int_equal(ca_lens_trace(&lens, &ray), thick);
+        }
+}
+
 /* Of a thick lens the lensmaker's equation with its principal planes, 1 / s' = 1 / f + 1 / s from these; of a doublet
  * the same with the two thin lenses' powers, as far as it is thin. */
 static void test_lens_equation(void **state)
@@ -506,7 +519,7 @@ static void test_densities(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_trace),      cmocka_unit_test(test_lens_equation), cmocka_unit_test(test_plate),
+        cmocka_unit_test(test_trace),      cmocka_unit_test(test_sharp_edge),    cmocka_unit_test(test_lens_equation), cmocka_unit_test(test_plate),
         cmocka_unit_test(test_round_trip), cmocka_unit_test(test_kind),          cmocka_unit_test(test_clip_planes),
         cmocka_unit_test(test_entrance_disk),
         cmocka_unit_test(test_focus),      cmocka_unit_test(test_plate_camera),  cmocka_unit_test(test_cosine_law),

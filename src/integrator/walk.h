@@ -14,6 +14,7 @@
 /* A path at its last vertex. The stages read and write it; who joins it with others looks at the last vertex. */
 typedef struct ca_walk {
     ca_from from;
+    bool uniform;              /* directions are uniform over the hemisphere, as paper.c has it */
     uint32_t vertex;           /* number of the last vertex, = segments so far */
     ca_stream stream;
     ca_vec3 origin, direction; /* of the next segment */

@@ -24,6 +24,7 @@ typedef struct record_check {
     float (*density)(const void *user, ca_vec3 position); /* photons per m^2, for rules that ask; NULL: 0 */
     const void *density_user;
     bool by_differences; /* traced_path.h */
+    bool uniform;        /* likewise */
     bool weight_alone;   /* records have no vertices */
     record_tally *tally;
     uint32_t failures;   /* so far; the first ones are told */

@@ -181,6 +181,7 @@ static double jacobian_of_event(const traced_path *path, uint32_t i)
 static double pdf_of_event(const traced_path *path, uint32_t i, double_vec from, double_vec to, ca_from walk)
 {
     if (path->dirac[i]) return find_event(path, i, from, to).probability;
+    if (path->uniform) return 0.5 / pi;
     ca_bsdf bsdf;
     bsdf_seen_from(path, i, from, &bsdf);
     return (double)ca_bsdf_eval(&bsdf, dv_round(from), dv_round(to), walk).pdf.v;
@@ -234,6 +235,7 @@ static double emission_pdf(const traced_path *path)
     const double_vec direction = to_camera(path, last);
     const ca_vec3 reference = dv_round(path->facing_light[last - 1]);
     ca_light_direct direct = {0};
+    if (path->uniform) return 0.5 / pi;
     switch (path->light->kind) {
     case CA_LIGHT_AREA: return fmax(dv_dot(path->ng[last], direction), 0.0) / pi;
     case CA_LIGHT_DIRECTIONAL: return 1.0;
@@ -266,6 +268,7 @@ static ca_light_receiver receiver_at(const traced_path *path, uint32_t i)
  * does; and a light by what it may contribute, emission by power. */
 static double next_event_ratio(const traced_path *path)
 {
+    if (path->uniform) return 1.0;
     const uint32_t last = path->n - 1;
     const ca_light_choice *choice = &path->scene->light_choice;
     const uint32_t light = (uint32_t)(path->light - path->scene->lights);
