@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long mutants check-metrics python bench bench-peers gallery paper-000 paper-002 paper-004 lint install package clean dependencies
+.PHONY: help build demo test test-sanitized test-long mutants check-metrics python bench bench-peers gallery paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -28,6 +28,7 @@ help:
 	@echo "make gallery    the pictures of docs/pictures/gallery/, and path beside them in equal time (QUICK=1: small, to out/)"
 	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only)"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
+	@echo "make paper-003  paper 003's figures: the tables and pictures of docs/papers/003.md (QUICK=1: small, to out/)"
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
 	@echo "make lint       source rules; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
@@ -92,6 +93,10 @@ paper-000: dependencies
 paper-002: dependencies
 	@$(call build_targets,release,all paper_002,build)
 	@scripts/paper-figures.sh 002 build $(if $(QUICK),--quick)
+
+paper-003: dependencies
+	@$(call build_targets,release,caustica long_paper_003,build)
+	@scripts/paper-003.sh build $(if $(QUICK),--quick)
 
 paper-004: dependencies
 	@$(call build_targets,release,all paper_004,build)

@@ -181,10 +181,39 @@ static void wrong_structure(void **state)
     import_expect_error(SCENE("<bsdf type=\"null\" id=\"a\"/>\n<shape type=\"cube\" id=\"a\"/>"), expected);
 }
 
+static void expect_lens_error(const char *name, const char *message)
+{
+    char text[256], path[128], expected[256];
+    ca_scene_desc desc;
+    ca_error error;
+    snprintf(text, sizeof text,
+             "<scene version=\"3.0.0\"><sensor type=\"realistic\"><string name=\"filename\" value=\"%s\"/></sensor></scene>",
+             name);
+    snprintf(path, sizeof path, "%s/test.xml", import_folder());
+    snprintf(expected, sizeof expected, "%s/%s", import_folder(), message);
+    assert_int_not_equal(ca_import_scene_text(text, strlen(text), path, NULL, 0, &desc, &error), CA_OK);
+    assert_string_equal(error.message, expected);
+}
+
+/* Lens files are blamed by line and column of their own. */
+static void wrong_lens_files(void **state)
+{
+    (void)state;
+    import_write_text("short.dat", "# a lens\n50 5 1.5 20\n\n-50  x 1 20\n");
+    expect_lens_error("short.dat", "short.dat:4:6: surface 2 of the lens: expected a thickness in mm, not \"x\"");
+    import_write_text("open.dat", "50 5 1.5 20\n");
+    expect_lens_error("open.dat", "open.dat:2:1: behind the last surface of the lens there must be air");
+    import_write("binary.dat", "50\0", 3);
+    char expected[256];
+    snprintf(expected, sizeof expected, "test.xml:1:24: %s/binary.dat is no text file", import_folder());
+    expect_lens_error("binary.dat", expected);
+}
+
 static void wrong_sensors(void **state)
 {
     (void)state;
 #define SENSOR(type, body) "<scene version=\"3.0.0\">\n<sensor type=\"" type "\">\n" body "</sensor></scene>"
+#define LENS(table) "<string name=\"lens\" value=\"" table "\"/>"
     static const mistake mistakes[] = {
         {SENSOR("perspective", "<float name=\"fov\" value=\"180\"/>"),
          "3:1: parameter \"fov\" of perspective is 180, and must lie in [0.0001, 179.9]"},
@@ -197,6 +226,45 @@ static void wrong_sensors(void **state)
         {SENSOR("perspective", "<transform name=\"to_world\"><scale value=\"2\"/></transform>"),
          "3:1: parameter \"to_world\" of perspective can only move and rotate"},
         {SENSOR("thinlens", ""), "2:1: parameter \"aperture_radius\" of thinlens is missing"},
+        {SENSOR("realistic", ""), "2:1: parameter \"lens\" of realistic or filename must be given, and not both"},
+        {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1")),
+         "3:1: surface 2 of the lens: expected the aperture's diameter in mm, not \"-50\""},
+        {SENSOR("realistic", LENS("50 5 1.5 20 1")), "3:1: surface 1 of the lens: expected the end of the row, not \"1\""},
+        {SENSOR("realistic", LENS("50 5 x 20")),
+         "3:1: surface 1 of the lens: expected an index of refraction, not \"x\""},
+        {SENSOR("realistic", LENS("50 5 0.5 20")),
+         "3:1: surface 1 of the lens: expected an index of refraction, not \"0.5\""},
+        {SENSOR("realistic", LENS("x 5 1.5 20")),
+         "3:1: surface 1 of the lens: a column is radius, thickness, index, diameter, glass, abbe or surface, not \"x\""},
+        {SENSOR("realistic", LENS("radius thickness index")),
+         "3:1: surface 1 of the lens: a header names radius, thickness and diameter, not \"radius\""},
+        {SENSOR("realistic", LENS("radius radius")),
+         "3:1: surface 1 of the lens: each column has a name of its own, not \"radius\""},
+        {SENSOR("realistic", LENS("radius thickness glass diameter; 50 5 BK7 20")),
+         "3:1: surface 1 of the lens: expected a glass such as 517642, not \"BK7\""},
+        {SENSOR("realistic", LENS("50 -5 1.5 20")),
+         "3:1: surface 1 of the lens: expected a thickness in mm, not \"-5\""},
+        {SENSOR("realistic", LENS("9 5 1.5 20")),
+         "3:1: surface 1 of the lens: expected a diameter of at most twice the radius, not \"20\""},
+        {SENSOR("realistic", LENS("0 5 1.5 20")),
+         "3:1: surface 1 of the lens: a stop does not refract (a plane's radius is \"inf\"), not \"0\""},
+        {SENSOR("realistic", LENS("50 - 1.5 20; -50 0 1 20")),
+         "3:1: surface 2 of the lens: the one before it needs a thickness, not \"-50\""},
+        {SENSOR("realistic", LENS("50 5 1.5 20")), "3:1: behind the last surface of the lens there must be air"},
+        {SENSOR("realistic", LENS("")), "3:1: the lens has no surfaces"},
+        {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1 20") "\n<float name=\"aperture_diameter\" value=\"2\"/>"),
+         "4:1: parameter \"aperture_diameter\" of realistic needs a lens with one stop"},
+        {SENSOR("realistic", LENS("50 5 1.5 20; -50 1 1 20; 0 0 1 9") "\n<float name=\"aperture_diameter\" value=\"10\"/>"),
+         "4:1: parameter \"aperture_diameter\" of realistic is more than the diameter of the lens's stop"},
+        {SENSOR("realistic", LENS("-50 5 1.5 20; 50 0 1 20")),
+         "2:1: parameter \"focus_distance\" of realistic is too close: the lens makes no image of it within 100 m behind "
+         "itself"},
+        {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1 20") "<float name=\"film_distance\" value=\"50\"/>"
+                             "<float name=\"focus_distance\" value=\"50\"/>"),
+         "3:54: parameter \"film_distance\" of realistic excludes focus_distance"},
+        {SENSOR("realistic", LENS("-20 5 1.5 38; 15 0 1 20") "<float name=\"film_distance\" value=\"50\"/>"
+                             "<float name=\"near_clip\" value=\"0.005\"/>"),
+         "3:94: parameter \"near_clip\" of realistic must be in front of the lens's rim"},
         {SENSOR("orthographic", "<float name=\"fov\" value=\"45\"/>"),
          "3:1: unused parameter \"fov\" of orthographic; the nearest known one is \"to_world\""},
         {SENSOR("perspective", "<film type=\"hdrfilm\"><integer name=\"width\" value=\"0\"/></film>"),
@@ -236,7 +304,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(wrong_names),   cmocka_unit_test(wrong_values), cmocka_unit_test(wrong_structure),
-        cmocka_unit_test(wrong_sensors), cmocka_unit_test(wrong_files),
+        cmocka_unit_test(wrong_sensors), cmocka_unit_test(wrong_lens_files), cmocka_unit_test(wrong_files),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

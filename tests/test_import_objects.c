@@ -121,6 +121,69 @@ static void other_sensors(void **state)
     done();
 }
 
+#define PLATE "<string name=\"lens\" value=\"inf 5 1.5 20; inf 0 1 20\"/>"
+#define SINGLET "<string name=\"lens\" value=\"50 0 1.5 20; -50 1 1 20; 0 0 1 12\"/>"
+
+static void realistic_parameters(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"realistic\">" SINGLET "</sensor>");
+    const ca_realistic *camera = &desc.camera.camera.as.realistic;
+    assert_int_equal(desc.camera.camera.kind, CA_CAMERA_REALISTIC);
+    assert_int_equal(camera->lens.count, 3);
+    near(camera->lens.surfaces[1].radius, -50.0);
+    near(camera->lens.surfaces[1].thickness, 1.0);
+    near(camera->lens.surfaces[0].index, 1.5);
+    near(camera->lens.surfaces[0].aperture, 10.0);
+    near(camera->lens.surfaces[2].radius, 0.0);
+    near(camera->lens.surfaces[2].aperture, 6.0);
+    near(camera->scale, 1e-3);
+    near(camera->film_diagonal, 35.0);
+    near(camera->film_distance, 1.0 / (1.0 / 50.0 - 1.0 / 1e7) - 1.0); /* focused on far_clip */
+    done();
+    import_with_sensor("<sensor type=\"realistic\">" SINGLET "<float name=\"focus_distance\" value=\"3\"/>"
+                       "<float name=\"lens_scale\" value=\"0.01\"/><float name=\"film_diagonal\" value=\"20\"/>"
+                       "<float name=\"aperture_diameter\" value=\"4\"/></sensor>");
+    near(camera->film_distance, 1.0 / (1.0 / 50.0 - 1.0 / 300.0) - 1.0);
+    near(camera->film_diagonal, 20.0);
+    near(camera->lens.surfaces[0].aperture, 10.0);
+    near(camera->lens.surfaces[2].aperture, 2.0);
+    done();
+    import_with_sensor("<sensor type=\"realistic\">" PLATE "<float name=\"film_distance\" value=\"30\"/></sensor>");
+    near(camera->film_distance, 30.0);
+    near(camera->lens.surfaces[0].radius, 0.0);
+    done();
+}
+
+/* A stop may lie in glass, where there is glass before it. */
+static void stop_in_glass(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"realistic\"><string name=\"lens\" value=\"50 2 1.5 20; 0 2 0 9; -50 0 1 20\"/></sensor>");
+    near(desc.camera.camera.as.realistic.lens.surfaces[1].index, 1.5);
+    done();
+}
+
+/* A published table: columns by name, air left out, glasses by their codes. */
+static void published_lens(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"realistic\"><string name=\"lens\" value=\"surface radius thickness diameter glass "
+                       "abbe; 1 60 4 20 517-642 64.2; 2 -60 2 20; 3* stop 1.5 8; 4 inf 3 18 620364; 5 40 - 18\"/>"
+                       "<float name=\"film_distance\" value=\"30\"/></sensor>");
+    const ca_lens *lens = &desc.camera.camera.as.realistic.lens;
+    static const double rows[5][4] = {
+        {60, 4, 1.517, 10}, {-60, 2, 1, 10}, {0, 1.5, 1, 4}, {0, 3, 1.62, 9}, {40, 0, 1, 9}};
+    assert_int_equal(lens->count, 5);
+    for (int i = 0; i < 5; i++) {
+        near(lens->surfaces[i].radius, rows[i][0]);
+        near(lens->surfaces[i].thickness, rows[i][1]);
+        near(lens->surfaces[i].index, rows[i][2]);
+        near(lens->surfaces[i].aperture, rows[i][3]);
+    }
+    done();
+}
+
 static void samplers(void **state)
 {
     (void)state;
@@ -475,6 +538,9 @@ int main(void)
         cmocka_unit_test(sensor_defaults),
         cmocka_unit_test(perspective_parameters),
         cmocka_unit_test(other_sensors),
+        cmocka_unit_test(realistic_parameters),
+        cmocka_unit_test(stop_in_glass),
+        cmocka_unit_test(published_lens),
         cmocka_unit_test(samplers),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),

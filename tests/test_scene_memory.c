@@ -307,6 +307,7 @@ static void test_wrong_views(void **state)
     assert_view_refused(scene, "<scene version='3.0.0'>" SENSOR("1") "<shape type='sphere'/></scene>", nothing_else);
     assert_view_refused(scene, "<scene version='3.0.0'>" SENSOR("1") "<bsdf type='diffuse'/></scene>", nothing_else);
     assert_view_refused(scene, "<scene version='3.0.0'/>", "no <sensor>");
+    assert_view_refused(scene, "<scene version='3.0.0'>" SENSOR("1e19") "</scene>", "the scene reaches 1e+19");
     assert_view_refused(scene, "<scene version='3.0.0'><sensor type='perspectiv'/></scene>", "\"perspective\"");
     ca_scene_release(scene);
 }

@@ -16,7 +16,7 @@ TAGS = {
     "scene": ["scene"],
     "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
                    "qmcppm"],
-    "sensor": ["perspective", "thinlens", "orthographic"],
+    "sensor": ["perspective", "thinlens", "orthographic", "realistic"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],
     "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
     "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice"],

@@ -32,6 +32,9 @@ static double half_width(const ca_camera *camera)
     switch (camera->kind) {
     case CA_CAMERA_PERSPECTIVE: return (double)camera->as.perspective.tan_half_x;
     case CA_CAMERA_THIN_LENS: return (double)camera->as.thin_lens.tan_half_x;
+    case CA_CAMERA_REALISTIC:
+        return 0.5 * camera->as.realistic.film_diagonal * camera->width /
+               hypot((double)camera->width, (double)camera->height);
     case CA_CAMERA_ORTHOGRAPHIC:
     case CA_CAMERA_KIND_COUNT: break;
     }
@@ -44,6 +47,7 @@ void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x)
     case CA_CAMERA_PERSPECTIVE: camera->as.perspective.tan_half_x = tan_half_x; break;
     case CA_CAMERA_THIN_LENS: camera->as.thin_lens.tan_half_x = tan_half_x; break;
     case CA_CAMERA_ORTHOGRAPHIC:
+    case CA_CAMERA_REALISTIC:
     case CA_CAMERA_KIND_COUNT: break;
     }
 }
@@ -58,6 +62,7 @@ void ca_camera_prepare(ca_camera *camera)
     camera->pixel_height = (float)(2.0 * half_y / camera->height);
     camera->left = (float)(half_x * (1.0 - 2.0 * (double)camera->principal_x));
     camera->top = (float)(half_y * (1.0 - 2.0 * (double)camera->principal_y));
+    if (camera->kind == CA_CAMERA_REALISTIC) ca_realistic_prepare(camera);
     if (camera->kind != CA_CAMERA_ORTHOGRAPHIC) return;
     const ca_vec3 axis = ca_normalize(column(camera, 2));
     camera->as.orthographic.area_scale = ca_abs_dot(ca_cross(column(camera, 0), column(camera, 1)), axis);
@@ -69,9 +74,20 @@ bool ca_camera_has_dirac_position(const ca_camera *camera)
     case CA_CAMERA_PERSPECTIVE: return true;
     case CA_CAMERA_THIN_LENS: return !(camera->as.thin_lens.lens_radius > 0.0f);
     case CA_CAMERA_ORTHOGRAPHIC:
+    case CA_CAMERA_REALISTIC:
     case CA_CAMERA_KIND_COUNT: break;
     }
     return false;
+}
+
+bool ca_camera_has_lens(const ca_camera *camera)
+{
+    return camera->kind == CA_CAMERA_THIN_LENS || camera->kind == CA_CAMERA_REALISTIC;
+}
+
+bool ca_camera_has_field_of_view(const ca_camera *camera)
+{
+    return camera->kind == CA_CAMERA_PERSPECTIVE || camera->kind == CA_CAMERA_THIN_LENS;
 }
 
 bool ca_camera_has_dirac_direction(const ca_camera *camera) { return camera->kind == CA_CAMERA_ORTHOGRAPHIC; }
@@ -130,6 +146,7 @@ static ca_vec3 lens_point(const ca_camera *camera, ca_vec2 u_lens)
 
 ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens)
 {
+    if (camera->kind == CA_CAMERA_REALISTIC) return ca_realistic_ray(camera, film_position, u_lens);
     const ca_vec2 plane = film_to_plane(camera, film_position);
     if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) return orthographic_ray(camera, plane);
 
@@ -195,6 +212,8 @@ bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2
 
     const ca_vec3 local = to_camera_space(camera, reference);
     if (!(local.z > 0.0f && local.z >= camera->near_clip && local.z <= camera->far_clip)) return false;
+    if (camera->kind == CA_CAMERA_REALISTIC)
+        return ca_realistic_direct(camera, local, u_lens, direct) && on_film(camera, direct->film_position, margin);
     const ca_vec3 lens = lens_point(camera, u_lens);
     const bool dirac = ca_camera_has_dirac_position(camera);
     const ca_vec3 ray = ca_sub(local, lens);

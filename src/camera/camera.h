@@ -5,15 +5,20 @@
  *
  * Importance We is normalised so that the pixel's value is the integral of We L cos over lens, directions (and film
  * area for the orthographic one) with the pixel's filter: for a perspective camera and a film position density of one
- * per pixel, We cos = pdf_lens pdf_direction, so a camera path starts with the weight 1. Densities: pdf_position   of
- * the ray's origin: thin lens per area of the lens; orthographic per area of one pixel's footprint; pinhole: 1, Dirac
+ * per pixel, We cos = pdf_lens pdf_direction, so a camera path starts with the weight 1; but for the realistic one
+ * (realistic.h), whose picture is darker where less light gets through the lens.
+ * Densities:
+ *     pdf_position   of the ray's origin: thin lens per area of the lens; orthographic per area of one pixel's
+ *                    footprint; pinhole: 1, Dirac; realistic: of the entrance disk, as splats choose it
  *     pdf_direction  per solid angle, for a film position uniform in *one* pixel (1 / solid angle of the pixel at
- * this direction); orthographic: 1, Dirac so that each pixel is a sensor of its own. A whole-image density is this
- * divided by the number of pixels. */
+ *                    this direction); orthographic: 1, Dirac; realistic: what makes the product the density of the
+ *                    ray
+ * so that each pixel is a sensor of its own. A whole-image density is this divided by the number of pixels. */
 #ifndef CA_CAMERA_CAMERA_H
 #define CA_CAMERA_CAMERA_H
 
 #include "base/status.h"
+#include "camera/realistic.h"
 #include "math/measure.h"
 #include "math/rgb.h"
 #include "math/transform.h"
@@ -22,6 +27,7 @@ typedef enum ca_camera_kind {
     CA_CAMERA_PERSPECTIVE,
     CA_CAMERA_THIN_LENS,
     CA_CAMERA_ORTHOGRAPHIC,
+    CA_CAMERA_REALISTIC,
     CA_CAMERA_KIND_COUNT
 } ca_camera_kind;
 
@@ -42,10 +48,11 @@ typedef struct ca_camera {
         struct {
             float area_scale; /* world area per camera-space area; made by ca_camera_prepare */
         } orthographic;
+        ca_realistic realistic;
     } as;
 
     /* Made by ca_camera_prepare. The film's image lies on the plane z = 1 of camera space, the orthographic one's on
-     * z = 0. */
+     * z = 0; the realistic one's film itself lies behind the lens, upside down, and lengths on it are in mm. */
     float pixel_width, pixel_height; /* of a pixel there */
     float left, top;                 /* x and y of film position (0, 0) there */
 } ca_camera;
@@ -60,7 +67,7 @@ void ca_camera_prepare(ca_camera *camera);
 typedef struct ca_camera_ray {
     ca_vec3 origin, direction;
     float t_min, t_max; /* where the ray passes the near and the far clip plane */
-    ca_rgb weight; /* 1 for all cameras here; kept for vignetting */
+    ca_rgb weight; /* 1, but for vignetting; 0: the lens lets nothing through, and there is no ray */
     ca_pdf_area pdf_position;
     ca_pdf_solid_angle pdf_direction;
     float cos_camera; /* between the direction and the camera's axis */
@@ -83,13 +90,18 @@ typedef struct ca_camera_direct {
     float cos_camera;
 } ca_camera_direct;
 
-/* false: outside of the film (of its full size, widened by `margin` pixels for the filter) or of the clip planes. */
+/* false: outside of the film (of its full size, widened by `margin` pixels for the filter) or of the clip planes, or
+ * the lens lets nothing through. */
 bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens, float margin,
                              ca_camera_direct *direct);
 
-/* Sets the horizontal field of view (and means nothing to an orthographic camera). */
+/* Sets the horizontal field of view (and means nothing to a camera without one). */
 void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x);
 
+/* Is u_lens used? */
+bool ca_camera_has_lens(const ca_camera *camera);
+/* Does the camera have a field of view in degrees? */
+bool ca_camera_has_field_of_view(const ca_camera *camera);
 bool ca_camera_has_dirac_position(const ca_camera *camera);  /* pinhole */
 bool ca_camera_has_dirac_direction(const ca_camera *camera); /* orthographic */
 

@@ -51,7 +51,8 @@ static const char *const texture_names[] = {[CA_TEXTURE_CONSTANT] = "constant",
                                             [CA_TEXTURE_MESH_ATTRIBUTE] = "mesh_attribute"};
 static const char *const camera_names[] = {[CA_CAMERA_PERSPECTIVE] = "perspective",
                                            [CA_CAMERA_THIN_LENS] = "thinlens",
-                                           [CA_CAMERA_ORTHOGRAPHIC] = "orthographic"};
+                                           [CA_CAMERA_ORTHOGRAPHIC] = "orthographic",
+                                           [CA_CAMERA_REALISTIC] = "realistic"};
 
 enum { MOST_KINDS = 32 };
 #define COUNT_OF(names) (sizeof(names) / sizeof(names)[0])
@@ -137,16 +138,23 @@ static void print_textures(const ca_scene *scene)
     }
 }
 
+static void print_lens(const ca_realistic *camera)
+{
+    printf(", %u lens surfaces, focal length %.6g mm, film %.6g mm across, %.6g mm behind", camera->lens.count,
+           ca_lens_focal_length(&camera->lens), camera->film_diagonal, camera->film_distance);
+}
+
 static void print_camera(const ca_scene *scene)
 {
     const ca_camera_desc *desc = &scene->desc.camera;
     const ca_camera *camera = &desc->camera;
     const ca_film_desc *film = &scene->desc.film;
     printf("%-12s%s", "camera", camera_names[camera->kind]);
-    if (camera->kind != CA_CAMERA_ORTHOGRAPHIC) printf(", field of view %.6g degrees", desc->fov_degrees);
+    if (ca_camera_has_field_of_view(camera)) printf(", field of view %.6g degrees", desc->fov_degrees);
     if (camera->kind == CA_CAMERA_THIN_LENS)
         printf(", lens radius %.6g, focus at %.6g", (double)camera->as.thin_lens.lens_radius,
                (double)camera->as.thin_lens.focus_distance);
+    if (camera->kind == CA_CAMERA_REALISTIC) print_lens(&camera->as.realistic);
     printf(", clips at %.6g and %.6g\n", (double)camera->near_clip, (double)camera->far_clip);
     const float (*m)[4] = camera->map.to;
     printf("%-12sat (%.6g, %.6g, %.6g), looks along (%.6g, %.6g, %.6g)\n", "", (double)m[0][3], (double)m[1][3],

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/hash.h"
+#include "import/lens_table.h"
 #include "import/number.h"
 
 /* ---- Field of view --------------------------------------------------------------------------------------------- */
@@ -92,10 +94,107 @@ static void import_orthographic(ca_props *props, void *result)
     import_distances(props, &sensor->camera);
 }
 
+/* ---- Realistic ------------------------------------------------------------------------------------------------- */
+
+static void read_lens(ca_props *props, const char *text, size_t size, const char *file, const ca_location *where,
+                      ca_lens_table *table)
+{
+    ca_importer *importer = props->importer;
+    if (!ca_import_good(importer)) return;
+    if (memchr(text, 0, size)) {
+        ca_import_fail(importer, &props->node->where, "%s is no text file", file);
+        return;
+    }
+    importer->status = ca_import_lens(file, text, size, where, table, importer->error);
+}
+
+static void read_lens_file(ca_props *props, ca_lens_table *table)
+{
+    ca_importer *importer = props->importer;
+    const char *path = ca_import_filename(props, "filename");
+    if (!path) return;
+    ca_bytes bytes;
+    ca_error reason;
+    const ca_status status = ca_file_read(path, "lens", 1 << 20, &bytes, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(importer, &props->node->where, status, &reason);
+        return;
+    }
+    uint64_t *const hash = &importer->document.content_hash;
+    *hash = ca_hash_bytes(ca_hash_add(*hash, bytes.size), bytes.data, bytes.size);
+    read_lens(props, (const char *)bytes.data, bytes.size, path, NULL, table);
+    ca_bytes_destroy(&bytes);
+}
+
+/* The table, from a file or the scene; false after failing. */
+static bool import_lens(ca_props *props, ca_lens_table *table)
+{
+    const ca_xml_node *text = ca_props_find(props, "lens");
+    *table = (ca_lens_table){0};
+    if ((text != NULL) == (ca_props_find(props, "filename") != NULL)) {
+        ca_props_fail(props, "lens", "or filename must be given, and not both");
+    } else if (text) {
+        const char *value = ca_props_string(props, "lens", "");
+        read_lens(props, value, strlen(value), text->where.file, &text->where, table);
+    } else {
+        read_lens_file(props, table);
+    }
+    return ca_import_good(props->importer);
+}
+
+/* Closes the stop of the lens to a diameter in mm. */
+static void import_aperture(ca_props *props, ca_lens_table *table)
+{
+    if (!ca_props_find(props, "aperture_diameter")) return;
+    const double radius = 0.5 * ca_props_positive(props, "aperture_diameter", 1.0);
+    ca_lens_surface *stop = &table->lens.surfaces[table->stop];
+    if (table->stop_count != 1)
+        ca_props_fail(props, "aperture_diameter", "needs a lens with one stop");
+    else if (radius > stop->aperture)
+        ca_props_fail(props, "aperture_diameter", "is more than the diameter of the lens's stop");
+    else
+        stop->aperture = radius;
+}
+
+/* Where the film is, in mm behind the last vertex: said, or where the image of what is in focus lies. */
+static void import_focus(ca_props *props, double focus_distance, ca_realistic *camera)
+{
+    const ca_lens_surface *last = &camera->lens.surfaces[camera->lens.count - 1];
+    const bool said = ca_props_find(props, "film_distance") != NULL;
+    camera->film_distance = said ? ca_props_positive(props, "film_distance", 1.0)
+                                 : ca_lens_image_of(&camera->lens, focus_distance / camera->scale).distance;
+    if (said && ca_props_find(props, "focus_distance")) ca_props_fail(props, "film_distance", "excludes focus_distance");
+    if (camera->film_distance > fmax(0.0, ca_lens_sag(last)) && camera->film_distance < 1e5) return;
+    ca_props_fail(props, said ? "film_distance" : "focus_distance",
+                  said ? "must be behind the last surface, within 100 m"
+                       : "is too close: the lens makes no image of it within 100 m behind itself");
+}
+
+static void import_realistic(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    ca_camera *camera = &sensor->camera;
+    ca_realistic *realistic = &camera->as.realistic;
+    camera->kind = CA_CAMERA_REALISTIC;
+    sensor->fov_degrees = 0.0;
+    set_map(props, sensor, true);
+    const double focus_distance = (double)import_distances(props, camera);
+    realistic->scale = ca_props_number_in(props, "lens_scale", 1e-3, 1e-9, 1e9);
+    realistic->film_diagonal = ca_props_number_in(props, "film_diagonal", 35.0, 1e-3, 1e5);
+    ca_lens_table table;
+    if (!import_lens(props, &table)) return;
+    import_aperture(props, &table);
+    realistic->lens = table.lens;
+    import_focus(props, focus_distance, realistic);
+    const double rim = -ca_lens_sag(&realistic->lens.surfaces[0]) * realistic->scale;
+    if ((double)camera->near_clip < rim) ca_props_fail(props, "near_clip", "must be in front of the lens's rim");
+}
+
 static const ca_plugin sensors[] = {
     {"perspective", import_perspective},
     {"thinlens", import_thin_lens},
     {"orthographic", import_orthographic},
+    {"realistic", import_realistic},
 };
 
 /* At most one nested object of a kind, any name. */
@@ -127,7 +226,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
     if (!ca_import_good(importer)) return;
     sensor->camera.width = importer->desc->film.width;
     sensor->camera.height = importer->desc->film.height;
-    if (sensor->camera.kind == CA_CAMERA_ORTHOGRAPHIC) return;
+    if (!ca_camera_has_field_of_view(&sensor->camera)) return;
     const ca_film_desc *film = &importer->desc->film;
     const float tan_half_x =
         (float)ca_camera_tan_half_x(sensor->fov_degrees, sensor->fov_axis, film->width, film->height);

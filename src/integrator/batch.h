@@ -78,7 +78,8 @@ void ca_batch_sample_2d(const ca_batch *batch, uint32_t dimension, ca_number_bat
 /* Number `dimension`, in numbers->x. */
 void ca_batch_sample_1d(const ca_batch *batch, uint32_t dimension, ca_number_batch *numbers);
 
-/* Camera paths [0, count): streams and first rays; samples get their filter's weights. */
+/* Camera paths [0, count): streams and first rays; samples get their filter's weights. Those that the lens lets
+ * nothing through for end at once. */
 void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca_camera_path *paths, uint32_t count);
 
 /* Follows the segments: `hits`. */

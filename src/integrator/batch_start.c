@@ -43,12 +43,17 @@ static void start_streams(ca_batch *batch, const ca_integrator_input *input)
     }
 }
 
-static void start_one(ca_batch *batch, const ca_camera *camera, ca_vec2 offset, uint32_t i)
+/* Starts the path of a slot at place i, which is not behind its slot; false where the lens lets nothing through. */
+static bool start_one(ca_batch *batch, const ca_camera *camera, ca_vec2 offset, uint32_t slot, uint32_t i)
 {
-    const ca_camera_path *path = &batch->paths[i];
-    const ca_camera_ray ray = ca_walk_camera_ray(camera, &batch->streams[i], path->x, path->y, offset);
-    batch->radiance[i] = (ca_rgb){0};
-    batch->work[i] = 0;
+    const ca_camera_path *path = &batch->paths[slot];
+    const ca_camera_ray ray = ca_walk_camera_ray(camera, &batch->streams[slot], path->x, path->y, offset);
+    batch->radiance[slot] = (ca_rgb){0};
+    batch->work[slot] = 0;
+    if (ca_rgb_is_black(ray.weight)) return false;
+    batch->slot[i] = slot;
+    batch->key_low[i] = batch->key_low[slot];
+    batch->key_high[i] = batch->key_high[slot];
     ca_column3_set(&batch->rays.origin, i, ray.origin);
     ca_column3_set(&batch->rays.direction, i, ray.direction);
     batch->rays.t_min[i] = ray.t_min;
@@ -60,6 +65,7 @@ static void start_one(ca_batch *batch, const ca_camera *camera, ca_vec2 offset, 
     batch->eta2[i] = 1.0f;
     batch->pdf[i] = 0.0f;
     batch->dirac[i] = UINT32_MAX; /* no next event could find what is seen directly */
+    return true;
 }
 
 void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca_camera_path *paths, uint32_t count)
@@ -72,10 +78,12 @@ void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca
     ca_batch_sample_2d(batch, CA_DIM_FILM, offset);
     ca_filter_sample_axis(input->filter, count, offset->x, weight->x);
     ca_filter_sample_axis(input->filter, count, offset->y, weight->y);
+    uint32_t started = 0;
     for (uint32_t i = 0; i < count; i++) {
         paths[i].sample->filter_weight = weight->x[i] * weight->y[i];
-        start_one(batch, input->camera, (ca_vec2){offset->x[i], offset->y[i]}, i);
+        started += start_one(batch, input->camera, (ca_vec2){offset->x[i], offset->y[i]}, i, started);
     }
+    batch->count = started;
 }
 
 void ca_batch_intersect(ca_batch *batch, const ca_scene *scene, ca_worker *worker)

@@ -39,6 +39,11 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
     const double max_depth = ca_integrator_value(type, input, "max_depth", -1.0);
     b->max_depth = max_depth < 0.0 ? UINT32_MAX : (uint32_t)max_depth;
     b->rr_depth = (uint32_t)ca_integrator_value(type, input, "rr_depth", CA_ROULETTE_DEPTH);
+    b->paper = ca_integrator_value(type, input, "paper", 0.0) != 0.0;
+    if (b->paper) {
+        b->rr_depth = LATEST_ROULETTE;
+        CA_TRY(ca_paper_check(input, error));
+    }
     b->hide_emitters = ca_integrator_value(type, input, "hide_emitters", 0.0) != 0.0;
     b->light_paths = ca_light_paths_of_pass(type, input);
     b->camera_paths = (uint32_t)ca_integrator_value(type, input, "camera_paths", 1.0);
@@ -109,8 +114,8 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     b->first_chunk = round * b->resident;
     const uint32_t first = b->first_chunk * (uint32_t)CA_CHUNK_PATHS, left = b->light_paths - first;
     const uint64_t most = (uint64_t)b->resident * CA_CHUNK_PATHS;
-    const uint64_t number = b->input.first_light_path + (uint64_t)pass * b->light_paths + first;
-    CA_TRY(ca_light_paths_prepare(b, number, left < most ? left : (uint32_t)most, parallel, workers, error));
+    b->first_number = b->input.first_light_path + (uint64_t)pass * b->light_paths;
+    CA_TRY(ca_light_paths_prepare(b, b->first_number + first, left < most ? left : (uint32_t)most, parallel, workers, error));
     return b->input.pairs && b->rules.splat ? ca_pair_splats_sort(&b->pair_splats, error) : CA_OK;
 }
 

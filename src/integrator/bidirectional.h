@@ -116,6 +116,7 @@ struct ca_bidirectional {
     ca_integrator_input input;
     uint32_t max_depth, rr_depth;
     bool hide_emitters;
+    bool paper;         /* the program of paper 003 (paper.c) */
     bool weighs_merges; /* else their weights are 1 and nobody looks at them */
     ca_mis_rules rules; /* of the pass */
     uint32_t light_paths, camera_paths; /* N_F, N_B */
@@ -124,6 +125,7 @@ struct ca_bidirectional {
 
     uint32_t chunk_count, resident; /* chunks of a pass, and how many are in memory at a time */
     uint32_t first_chunk, chunks_now; /* of this round */
+    uint64_t first_number;          /* of the pass' light paths in the whole render */
     uint32_t paths_now;             /* light paths in memory: those of these chunks, one chunk after the other */
     ca_light_store store;
     uint64_t photons_now;           /* how many photons they have */
@@ -168,6 +170,18 @@ static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_techni
     return ca_observed_weight(b->input.observer, &b->rules, technique, path, camera, light);
 }
 
+/* ---- Emission -------------------------------------------------------------------------------------------------- */
+
+/* How a light path begins. */
+typedef struct ca_light_start {
+    uint32_t light;
+    float choice; /* the light's probability */
+    ca_light_emission emission;
+} ca_light_start;
+
+/* Chooses a light and lets it emit; false: nothing is emitted. */
+bool ca_light_start_path(const ca_bidirectional *b, const ca_stream *stream, ca_light_start *start);
+
 /* ---- The walks and joins --------------------------------------------------------------------------------------- */
 
 /* Traces light paths [first, first + count) of those in memory, the `number`-th and those after it of the whole
@@ -190,6 +204,7 @@ struct ca_camera_walk {
     uint64_t *light_used;
     bool has_paired;       /* is the light path to connect to in memory? */
     uint32_t paired;       /* its number there */
+    uint64_t paired_number; /* and in the pass, wherever it is */
     uint32_t connect_slot; /* where what connections bring is added: the chunk's number, or one behind the last */
     uint32_t light_first;  /* of its vertices and records in scratch->light_ends */
     bool light_ready;      /* are they made? */
@@ -237,6 +252,24 @@ struct ca_next_event {
 /* At the last vertices of the walks that scatter smoothly; `weighted`: by all that the rules allow, else each counts
  * in full. */
 void ca_next_events(ca_camera_walk *const *walks, uint32_t count, bool weighted);
+
+/* ---- The program of paper 003 ---------------------------------------------------------------------------------- */
+
+/* What bdpt does with `paper` (paper.c). Fails where the scene has what the paper's program does not: other surfaces
+ * than Lambertian ones, other lights than areas, a camera with a lens. */
+ca_status ca_paper_check(const ca_integrator_input *input, ca_error *error);
+
+/* Uniform over the hemisphere: the densities of a pair of directions for which f is not zero ... */
+ca_bsdf_value ca_paper_value(ca_bsdf_value value);
+/* ... and a direction. false: no light goes there. */
+bool ca_paper_sample(const ca_vertex *vertex, ca_vec2 u, ca_from from, ca_bsdf_sample *sample);
+/* Turns the emission's direction likewise. */
+bool ca_paper_emission(ca_vec2 u, ca_light_emission *emission);
+/* The density of either. */
+#define CA_PAPER_PDF ((ca_pdf_solid_angle){CA_INV_TWO_PI})
+
+/* Next event from the last vertex to the first one of the paired light path; false: there is nothing to ask. */
+bool ca_paper_direct(const ca_camera_walk *walk, uint32_t *light, float *choice, ca_light_direct *direct);
 
 /* ---- Connect --------------------------------------------------------------------------------------------------- */
 

@@ -53,11 +53,13 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     const float distance = ca_camera_walk_vertex(walk)->distance;
     const float cos_light = surface ? ca_abs_dot(surface->ng, w->direction) : 1.0f;
     ca_path_vertex end;
-    const ca_flight flight = ca_light_end(light, choice, hit->pdf_position, hit->pdf_direction, cos_light,
+    const ca_pdf_solid_angle pdf_direction = walk->b->paper ? CA_PAPER_PDF : hit->pdf_direction;
+    const ca_flight flight = ca_light_end(light, choice, hit->pdf_position, pdf_direction, cos_light,
                                           &walk->b->rules.reuse, &end);
     end.light_class = ca_factor_light(light_index);
-    end.next_event_ratio =
-        hit->next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &w->receiver, light_index);
+    if (!walk->b->paper)
+        end.next_event_ratio =
+            hit->next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &w->receiver, light_index);
     const float to_light = surface ? distance : ca_light_disk_distance(light, ca_neg(w->direction), w->origin);
     const ca_pdf_area pdf_before = {ca_flight_density(&flight, to_light, w->flight.cos_out)};
     const ca_mis_path path = ca_join(ca_join_hit(w->densities, w->vertex + 1, &end, &flight, pdf_before),
@@ -112,6 +114,7 @@ static void pair(ca_camera_walk *walk)
     const uint64_t number =
         (pixel * b->camera_paths + path->index % b->camera_paths + b->pairing_shift) % b->light_paths;
     const uint64_t chunk = number / CA_CHUNK_PATHS;
+    walk->paired_number = number;
     if (chunk < b->first_chunk || chunk >= b->first_chunk + b->chunks_now) return;
     walk->connect_slot = (uint32_t)(chunk - b->first_chunk);
     walk->has_paired = true;
@@ -139,6 +142,7 @@ static void start_ray(ca_camera_walk *walk, ca_vec2 offset)
     const ca_vec2 film = {(float)path->x + 0.5f + offset.x, (float)path->y + 0.5f + offset.y};
     walk->factors = ca_bidirectional_factors(walk->b, film);
     w->from = CA_FROM_CAMERA;
+    w->uniform = walk->b->paper;
     w->vertex = 0;
     w->receiver = (ca_light_receiver){.position = ray.origin};
     w->origin = ray.origin;
@@ -289,8 +293,9 @@ static void scatter_all(walk_list *list)
 
 void ca_camera_walks_trace(ca_camera_walk *const *walks, uint32_t count)
 {
-    walk_list list = {.count = count};
-    for (uint32_t i = 0; i < count; i++) list.walks[i] = walks[i];
+    walk_list list = {.count = 0};
+    for (uint32_t i = 0; i < count; i++)
+        if (!ca_rgb_is_black(walks[i]->walk.throughput)) list.walks[list.count++] = walks[i]; /* the lens lets it in */
     const int *stop = walks[0]->b->input.stop;
     while (list.count > 0 && !ca_stop_asked(stop)) {
         intersect(&list);
@@ -319,6 +324,7 @@ static void start_rays(const ca_bidirectional *b, ca_camera_walk *const *walks, 
     ca_filter_sample_axis(b->input.filter, count, x, weight_x);
     ca_filter_sample_axis(b->input.filter, count, y, weight_y);
     for (uint32_t i = 0; i < count; i++) {
+        if (b->paper) x[i] = y[i] = 0.0f, weight_x[i] = weight_y[i] = 1.0f; /* the pixel's centre */
         walks[i]->path->sample->filter_weight = weight_x[i] * weight_y[i];
         start_ray(walks[i], (ca_vec2){x[i], y[i]});
     }

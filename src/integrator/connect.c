@@ -142,6 +142,7 @@ static bool make_edge(ca_camera_walk *walk, const ca_light_record *vertex, const
     if (ca_rgb_is_black(light.f)) return false;
     c->camera = (ca_pdf_pair){camera.pdf, camera.pdf_reverse};
     c->light = (ca_pdf_pair){light.pdf, light.pdf_reverse};
+    if (walk->b->paper) c->camera = c->light = (ca_pdf_pair){CA_PAPER_PDF, CA_PAPER_PDF};
     c->cos_camera = ca_abs_dot(last->ng, to_light);
     c->cos_light = ca_abs_dot(end->ng, to_light);
     c->cos_light_in = end->cos_in;
@@ -268,7 +269,7 @@ static void connect_walk(ca_camera_walk *walk, uint32_t *asked)
     if (path->records == 0) return;
     const uint32_t count = records_in_reach(walk, path);
     make_ready(walk, path);
-    if (!vertex->matte)
+    if (!vertex->matte || walk->b->paper)
         for (uint32_t rank = 0; rank < count; rank++) connect_other(walk, rank, asked);
     else if (ca_dot(vertex->ng, vertex->wi) * vertex->side > CA_GRAZING_COS)
         for (uint32_t rank = 0; rank < count; rank += CA_LANES)

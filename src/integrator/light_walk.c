@@ -6,20 +6,27 @@
 
 /* ---- Start ----------------------------------------------------------------------------------------------------- */
 
-/* Chooses a light and lets it emit. */
-static bool emit(const ca_bidirectional *b, ca_light_walk *walk)
+bool ca_light_start_path(const ca_bidirectional *b, const ca_stream *stream, ca_light_start *start)
 {
     const ca_scene *scene = b->input.scene;
+    const ca_vec2 u_direction = ca_sample_2d(stream, CA_DIM_LIGHT_DIRECTION);
+    start->light = ca_light_choice_sample(&scene->light_choice, ca_sample_1d(stream, CA_DIM_LIGHT_CHOICE),
+                                          &start->choice);
+    return start->light != CA_NONE &&
+           ca_light_sample_emission(&scene->lights[start->light], ca_sample_2d(stream, CA_DIM_LIGHT_POSITION),
+                                    u_direction, &start->emission) &&
+           (!b->paper || ca_paper_emission(u_direction, &start->emission));
+}
+
+static bool emit(const ca_bidirectional *b, ca_light_walk *walk)
+{
     ca_walk *w = &walk->walk;
-    float choice;
-    const uint32_t index =
-        ca_light_choice_sample(&scene->light_choice, ca_sample_1d(&w->stream, CA_DIM_LIGHT_CHOICE), &choice);
-    if (index == CA_NONE) return false;
-    walk->light = &scene->lights[index];
-    ca_light_emission e;
-    if (!ca_light_sample_emission(walk->light, ca_sample_2d(&w->stream, CA_DIM_LIGHT_POSITION),
-                                  ca_sample_2d(&w->stream, CA_DIM_LIGHT_DIRECTION), &e))
-        return false;
+    ca_light_start start;
+    if (!ca_light_start_path(b, &w->stream, &start)) return false;
+    const ca_light_emission e = start.emission;
+    const float choice = start.choice;
+    const uint32_t index = start.light;
+    walk->light = &b->input.scene->lights[index];
     const float pdf = choice * e.pdf_position.v * e.pdf_direction.v;
     w->throughput = ca_rgb_scale(e.radiance, e.cos_light / pdf);
     w->start = ca_rgb_max(w->throughput); /* the roulette looks at what is left, not at watts */
@@ -44,6 +51,7 @@ static bool start(const ca_bidirectional *b, ca_light_walk *walk, uint32_t slot,
     walk->vertices = scratch->vertices + (size_t)slot * scratch->row;
     walk->walk.densities = scratch->densities + (size_t)slot * scratch->row;
     walk->walk.from = CA_FROM_LIGHT;
+    walk->walk.uniform = b->paper;
     walk->walk.vertex = 0;
     walk->walk.eta2 = 1.0f;
     walk->walk.tail = 0.0;
@@ -103,7 +111,7 @@ static bool arrive(const ca_bidirectional *b, ca_light_walk *walk, const ca_hit 
     if (hit->shape == CA_NONE || !ca_walk_arrive(w, scene, hit)) return false;
     w->tail = ca_mis_light_tail(&b->rules, w->densities, w->vertex, w->tail);
     ca_vertex_prepare(&w->last, scene);
-    if (w->vertex == 1) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);
+    if (w->vertex == 1 && !b->paper) w->densities[0].next_event_ratio = next_event_ratio_of_start(b, walk);
     store_vertex(b, walk, block, worker);
     return true;
 }

@@ -32,8 +32,8 @@ static float weight_of(const ca_next_event *event)
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_NEXT_EVENT, &path, walk->points, &start);
 }
 
-/* false: there is nothing to ask. */
-static bool ask(ca_camera_walk *walk, ca_next_event *event)
+/* Chooses a light and a point of it; false: there is none. */
+static bool choose(const ca_camera_walk *walk, ca_next_event *event)
 {
     const ca_scene *scene = walk->b->input.scene;
     const ca_walk *w = &walk->walk;
@@ -43,13 +43,29 @@ static bool ask(ca_camera_walk *walk, ca_next_event *event)
         ca_light_choice_sample_direct(&scene->light_choice, &receiver,
                                       ca_sample_1d(&w->stream, dimension + CA_DIM_NEXT_LIGHT), &event->choice);
     if (index == CA_NONE) return false;
-    event->walk = walk;
     event->light = &scene->lights[index];
-    if (!ca_even_light_sample_direct(&scene->even_lights[index], event->light, w->last.position,
-                                     ca_sample_2d(&w->stream, dimension + CA_DIM_NEXT_EVENT), &event->direct))
-        return false;
+    return ca_even_light_sample_direct(&scene->even_lights[index], event->light, w->last.position,
+                                       ca_sample_2d(&w->stream, dimension + CA_DIM_NEXT_EVENT), &event->direct);
+}
+
+/* The same as paper 003 has it. */
+static bool choose_paired(const ca_camera_walk *walk, ca_next_event *event)
+{
+    uint32_t index;
+    if (!ca_paper_direct(walk, &index, &event->choice, &event->direct)) return false;
+    event->light = &walk->b->input.scene->lights[index];
+    return true;
+}
+
+/* false: there is nothing to ask. */
+static bool ask(ca_camera_walk *walk, ca_next_event *event)
+{
+    const ca_walk *w = &walk->walk;
+    event->walk = walk;
+    if (!(walk->b->paper ? choose_paired(walk, event) : choose(walk, event))) return false;
     const ca_light_direct *direct = &event->direct;
     event->value = ca_vertex_eval(&w->last, direct->to_light, CA_FROM_CAMERA);
+    if (walk->b->paper) event->value = ca_paper_value(event->value);
     event->cos_out = ca_abs_dot(w->last.ng, direct->to_light);
     const float factor = event->cos_out / (event->choice * direct->pdf_direct.v);
     event->unweighted =

@@ -54,6 +54,7 @@ float ca_median_pixel_footprint(const ca_integrator_input *input)
         const ca_vec2 film = {((float)(i % SIDE) + 0.5f) / SIDE * (float)camera->width,
                               ((float)(i / SIDE) + 0.5f) / SIDE * (float)camera->height};
         const ca_camera_ray ray = ca_camera_sample_ray(camera, film, (ca_vec2){0.5f, 0.5f});
+        if (ca_rgb_is_black(ray.weight)) continue;
         const float distance = distance_to_smooth(input, &ray, &stream);
         if (distance < 0.0f) continue;
         sides[count++] = parallel ? sqrtf(1.0f / ray.pdf_position.v) : distance * sqrtf(1.0f / ray.pdf_direction.v);

@@ -8,7 +8,8 @@
 void ca_rules_read(ca_mis_rules *rules, const ca_integrator_type *type, const ca_integrator_input *input)
 {
     rules->power = ca_integrator_value(type, input, "heuristic", 0.0) != 0.0;
-    if (ca_integrator_value(type, input, "strategies", 0.0) != 0.0) rules->splat = false;
+    const bool paper = ca_integrator_value(type, input, "paper", 0.0) != 0.0;
+    if (paper || ca_integrator_value(type, input, "strategies", 0.0) != 0.0) rules->splat = false;
     if (ca_integrator_value(type, input, "next_event", 1.0) == 0.0) rules->next_event = false;
     if (rules->hit == CA_HIT_UNMERGEABLE) {
         rules->merge_limit = (uint32_t)ca_integrator_value(type, input, "camera_diffuse_depth", 0.0) + 1;

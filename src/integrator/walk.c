@@ -1,4 +1,4 @@
-#include "integrator/walk.h"
+#include "integrator/bidirectional.h"
 
 #include "integrator/batch_lanes.h"
 
@@ -40,7 +40,9 @@ static void sample_one(const ca_walk *walk, walk_event *event)
     const ca_vec2 u_lobe = ca_sample_2d(&walk->stream, dimension_of(walk) + CA_DIM_BSDF_LOBE);
     const ca_vec2 u = ca_sample_2d(&walk->stream, dimension_of(walk) + CA_DIM_BSDF_DIRECTION);
     const ca_vertex *last = &walk->last;
-    event->goes_on = ca_bsdf_sample_direction(&last->bsdf, last->wi, u_lobe.x, u, walk->from, &event->sample);
+    event->goes_on = walk->uniform ? ca_paper_sample(last, u, walk->from, &event->sample)
+                                   : ca_bsdf_sample_direction(&last->bsdf, last->wi, u_lobe.x, u, walk->from,
+                                                              &event->sample);
     if (event->goes_on) event->origin = ca_vertex_leave(last, event->sample.wo_world);
 }
 
@@ -103,7 +105,7 @@ static void sample_group(ca_walk *const *walks, uint32_t count, walk_event *even
     walk_event *of_matte[CA_LANES];
     uint32_t matte_count = 0;
     for (uint32_t k = 0; k < count; k++) {
-        if (!walks[k]->last.matte) {
+        if (!walks[k]->last.matte || walks[k]->uniform) {
             sample_one(walks[k], &events[k]);
             continue;
         }

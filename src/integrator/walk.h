@@ -14,6 +14,7 @@
 /* A path at its last vertex. The stages read and write it; who joins it with others looks at the last vertex. */
 typedef struct ca_walk {
     ca_from from;
+    bool uniform;              /* directions are uniform over the hemisphere, as paper.c has it */
     uint32_t vertex;           /* number of the last vertex, = segments so far */
     ca_stream stream;
     ca_vec3 origin, direction; /* of the next segment */
@@ -69,8 +70,7 @@ static inline ca_camera_ray ca_walk_camera_ray(const ca_camera *camera, const ca
                                                uint32_t y, ca_vec2 offset)
 {
     const ca_vec2 film_position = {(float)x + 0.5f + offset.x, (float)y + 0.5f + offset.y};
-    const ca_vec2 lens =
-        camera->kind == CA_CAMERA_THIN_LENS ? ca_sample_2d(stream, CA_DIM_LENS) : (ca_vec2){0.5f, 0.5f};
+    const ca_vec2 lens = ca_camera_has_lens(camera) ? ca_sample_2d(stream, CA_DIM_LENS) : (ca_vec2){0.5f, 0.5f};
     return ca_camera_sample_ray(camera, film_position, lens);
 }
 

@@ -234,6 +234,14 @@ static void compute_bounds(ca_scene *scene, uint32_t world_count)
 
 static float farthest(ca_vec3 p, ca_vec3 other) { return ca_length(ca_max_vec3(ca_abs3(p), ca_abs3(other))); }
 
+/* Rays begin in the lens (realistic.h), or where they are produced to its planes. */
+static float realistic_extent(const ca_realistic *camera)
+{
+    double aperture = camera->film_diagonal;
+    for (uint32_t i = 0; i < camera->lens.count; i++) aperture = fmax(aperture, camera->lens.surfaces[i].aperture);
+    return (float)(camera->scale * (ca_lens_length(&camera->lens) + camera->film_distance + 2.0 * aperture));
+}
+
 /* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the camera,
  * lights at a point. */
 static float extent_of(const ca_scene *scene)
@@ -244,6 +252,7 @@ static float extent_of(const ca_scene *scene)
     float of_camera = 0.0f;
     for (int c = 0; c < 4; c++) of_camera += ca_length((ca_vec3){m[0][c], m[1][c], m[2][c]});
     if (camera->kind == CA_CAMERA_THIN_LENS) of_camera += camera->as.thin_lens.lens_radius;
+    if (camera->kind == CA_CAMERA_REALISTIC) of_camera += realistic_extent(&camera->as.realistic);
     extent = ca_max(extent, of_camera);
     for (size_t i = 0; i < scene->desc.lights.count; i++) {
         const ca_light_desc *light = &scene->desc.lights.items[i];
@@ -479,7 +488,7 @@ ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height
     ca_camera camera = desc->camera;
     camera.width = width;
     camera.height = height;
-    if (camera.kind != CA_CAMERA_ORTHOGRAPHIC)
+    if (ca_camera_has_field_of_view(&camera))
         ca_camera_set_tan_half_x(&camera,
                                  (float)ca_camera_tan_half_x(desc->fov_degrees, desc->fov_axis, width, height));
     ca_camera_prepare(&camera);
@@ -561,8 +570,12 @@ ca_status ca_scene_view_create(ca_scene *scene, ca_scene_desc *desc, ca_scene **
     created->own = *desc;
     *desc = (ca_scene_desc){0};
     atomic_fetch_add(&scene->references, 1);
-    *view = created;
-    return CA_OK;
+    const ca_status status = check_reach(created, error);
+    if (status == CA_OK)
+        *view = created;
+    else
+        ca_scene_destroy(created);
+    return status;
 }
 
 /* ---- The end --------------------------------------------------------------------------------------------------- */

@@ -32,6 +32,12 @@
 #define LENS_VIEW                                                                                                    \
     "<sensor type='thinlens'>" NUMBER("fov", "48") NUMBER("aperture_radius", "0.12") NUMBER("focus_distance", "4")   \
         LOOK("0.4,1.5,4.1", "0,0.7,0") FILM("gaussian") "</sensor>"
+/* A triplet of this project's own, whose rims cut off light towards the corners. */
+#define GLASS_VIEW                                                                                                   \
+    "<sensor type='realistic'><string name='lens' value='21.06 6 1.694 20; 283.8 4.22 1 16.8; -35.52 1.4 1.673 13; " \
+    "19.07 1 1 12.2; 0 4.89 0 11.7; 63.24 3 1.694 15.6; -26.56 0 1 16.8'/>" NUMBER("film_diagonal", "38")            \
+        NUMBER("lens_scale", "0.02") NUMBER("focus_distance", "4") LOOK("0.4,1.5,4.4", "0,0.7,0")                    \
+            FILM("gaussian") "</sensor>"
 #define PARALLEL_VIEW                                                                                                \
     "<sensor type='orthographic'>" TO_WORLD(                                                                         \
         SCALE("1.7") "<lookat origin='-1,2.2,3.5' target='0,0.7,0' up='0,1,0'/>") FILM("box") "</sensor>"
@@ -226,6 +232,13 @@ static const agreement_scene scenes[] = {
      .radius = 0.02f,
      .content = FLOOR(CHECKERS) BACK_WALL(DIFFUSE("0.5,0.3,0.3")) BALL("0.3,0.6,0.5", "0.6", ROUGH_GLASS("0.25"))
          CEILING_LIGHT("0.8", "2.6", GLOW("4,4,5"))},
+    {.name = "disk light, rough balls, triplet",
+     .sensor = GLASS_VIEW,
+     .max_depth = 5,
+     .radius = 0.02f,
+     .content = FLOOR(CHECKERS) BACK_WALL(DIFFUSE("0.5,0.5,0.6"))
+         BALL("-0.5,0.5,-0.2", "0.5", ROUGH_METAL("Cu", "0.3")) BALL("0.6,0.4,0.8", "0.4", DIFFUSE("0.3,0.6,0.4"))
+             SHAPE("disk", SCALE("0.6") TURN("x", "100") AT("-0.3,2.6,0.9"), BLACK GLOW("7,7,6"))},
     {.name = "cylinder and disk lights, brushed metal",
      .sensor = PARALLEL_VIEW,
      .max_depth = 6,

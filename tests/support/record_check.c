@@ -189,6 +189,7 @@ void check_record(record_check *c, const ca_observed_path *observed)
     const char *complaint = NULL;
     assert_true(traced_path_read(observed, c->scene, c->camera, c->density, c->density_user, &path));
     path.by_differences = c->by_differences;
+    path.uniform = c->uniform;
     if (!traced_path_find_events(&path, observed->technique, &complaint))
         complain(c, observed, &path, complaint);
     else if (!kinds_agree(observed, &path))

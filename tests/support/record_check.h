@@ -14,7 +14,7 @@ typedef struct record_tally {
     uint64_t loose[CA_TECHNIQUE_COUNT]; /* agreed only within their conditioning */
     uint64_t dirac[CA_TECHNIQUE_COUNT]; /* with a Dirac event, and more than one technique to tell apart */
     double loosest[CA_TECHNIQUE_COUNT];
-    uint64_t of_light[CA_LIGHT_ENVMAP + 1], of_camera[CA_CAMERA_ORTHOGRAPHIC + 1];
+    uint64_t of_light[CA_LIGHT_ENVMAP + 1], of_camera[CA_CAMERA_KIND_COUNT];
 } record_tally;
 
 typedef struct record_check {
@@ -24,6 +24,7 @@ typedef struct record_check {
     float (*density)(const void *user, ca_vec3 position); /* photons per m^2, for rules that ask; NULL: 0 */
     const void *density_user;
     bool by_differences; /* traced_path.h */
+    bool uniform;        /* likewise */
     bool weight_alone;   /* records have no vertices */
     record_tally *tally;
     uint32_t failures;   /* so far; the first ones are told */

@@ -1,5 +1,6 @@
 #include "support/traced_path.h"
 
+#include "support/lens_oracle.h"
 #include "support/specular_chain.h"
 
 static const double pi = 3.14159265358979323846;
@@ -180,6 +181,7 @@ static double jacobian_of_event(const traced_path *path, uint32_t i)
 static double pdf_of_event(const traced_path *path, uint32_t i, double_vec from, double_vec to, ca_from walk)
 {
     if (path->dirac[i]) return find_event(path, i, from, to).probability;
+    if (path->uniform) return 0.5 / pi;
     ca_bsdf bsdf;
     bsdf_seen_from(path, i, from, &bsdf);
     return (double)ca_bsdf_eval(&bsdf, dv_round(from), dv_round(to), walk).pdf.v;
@@ -187,22 +189,28 @@ static double pdf_of_event(const traced_path *path, uint32_t i, double_vec from,
 
 /* ---- Ends ------------------------------------------------------------------------------------------------------ */
 
-/* A pixel is seen under pixel_width pixel_height cos^3 steradians, on the plane z = 1 of the camera's space. (Where
- * the path's first vertex is no lens this is some number, and all techniques have it.) */
-static double pixel_pdf(const ca_camera *camera, double_vec direction)
-{
-    const ca_vec3 axis = {camera->map.to[0][2], camera->map.to[1][2], camera->map.to[2][2]};
-    const double cos_camera = fabs(dv_dot(dv_unit(dv_from(axis)), direction));
-    return 1.0 / ((double)camera->pixel_width * (double)camera->pixel_height * pow(cos_camera, 3.0));
-}
-
 static double lens_area(const ca_camera *camera)
 {
     if (ca_camera_has_dirac_direction(camera))
         return (double)camera->pixel_width * (double)camera->pixel_height *
                (double)camera->as.orthographic.area_scale;
     if (ca_camera_has_dirac_position(camera)) return 0.0;
+    if (camera->kind == CA_CAMERA_REALISTIC)
+        return pi * pow(camera->as.realistic.disk_radius * camera->as.realistic.scale, 2.0);
     return pi * (double)camera->as.thin_lens.lens_radius * (double)camera->as.thin_lens.lens_radius;
+}
+
+/* A pixel is seen under pixel_width pixel_height cos^3 steradians, on the plane z = 1 of the camera's space. (Where
+ * the path's first vertex is no lens this is some number, and all techniques have it.) */
+static double pixel_pdf(const ca_camera *camera, double_vec position, double_vec direction)
+{
+    if (camera->kind == CA_CAMERA_REALISTIC) {
+        const double density = lens_oracle_density(camera, position, direction) * lens_area(camera);
+        return density > 0.0 ? density : 1.0;
+    }
+    const ca_vec3 axis = {camera->map.to[0][2], camera->map.to[1][2], camera->map.to[2][2]};
+    const double cos_camera = fabs(dv_dot(dv_unit(dv_from(axis)), direction));
+    return 1.0 / ((double)camera->pixel_width * (double)camera->pixel_height * pow(cos_camera, 3.0));
 }
 
 static void recompute_camera_end(const traced_path *path, ca_full_path *full)
@@ -211,7 +219,8 @@ static void recompute_camera_end(const traced_path *path, ca_full_path *full)
     full->camera_parallel = ca_camera_has_dirac_direction(path->camera);
     full->camera_area = (float)area;
     full->pdf_camera[0] = area > 0.0 && !full->camera_parallel ? (float)(1.0 / area) : 1.0f;
-    full->pdf_to_light[0] = full->camera_parallel ? 1.0f : (float)pixel_pdf(path->camera, to_light(path, 0));
+    const double_vec position = dv_from(path->points[0].position);
+    full->pdf_to_light[0] = full->camera_parallel ? 1.0f : (float)pixel_pdf(path->camera, position, to_light(path, 0));
 }
 
 static double disk_area(const ca_light *light)
@@ -226,6 +235,7 @@ static double emission_pdf(const traced_path *path)
     const double_vec direction = to_camera(path, last);
     const ca_vec3 reference = dv_round(path->facing_light[last - 1]);
     ca_light_direct direct = {0};
+    if (path->uniform) return 0.5 / pi;
     switch (path->light->kind) {
     case CA_LIGHT_AREA: return fmax(dv_dot(path->ng[last], direction), 0.0) / pi;
     case CA_LIGHT_DIRECTIONAL: return 1.0;
@@ -258,6 +268,7 @@ static ca_light_receiver receiver_at(const traced_path *path, uint32_t i)
  * does; and a light by what it may contribute, emission by power. */
 static double next_event_ratio(const traced_path *path)
 {
+    if (path->uniform) return 1.0;
     const uint32_t last = path->n - 1;
     const ca_light_choice *choice = &path->scene->light_choice;
     const uint32_t light = (uint32_t)(path->light - path->scene->lights);

@@ -29,6 +29,8 @@ typedef struct traced_path {
      * vertex, instead of event by event. For spheres and flat surfaces, perspective cameras and lights that are not
      * at infinity. */
     bool by_differences;
+    /* Directions are uniform over the hemisphere, and next event chooses lights and points as emission does. */
+    bool uniform;
 } traced_path;
 
 /* Reads the points. false: more vertices than there is room for. `density` gives photons per m^2; NULL: 0. */
