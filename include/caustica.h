@@ -80,6 +80,10 @@ CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_
                                ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 
+/* What the file says and is read otherwise (a sampler of another name, a texture filter): one sentence each, starting
+ * with "file:line:column: ". NULL behind the last. The text lives as long as the scene. */
+CA_API const char *ca_scene_note(const ca_scene *scene, size_t index);
+
 /* ---- Rendering ------------------------------------------------------------------------------------------------- */
 
 struct ca_image_layers;
@@ -226,6 +230,8 @@ typedef struct ca_render_statistics {
     ca_rays_statistics numbers_of_rays;
     ca_method_statistics method;
     uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
+    const char *const *notes; /* as ca_scene_note, `note_count` of them; they live as long as the scene */
+    size_t note_count;
 } ca_render_statistics;
 
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */

@@ -209,6 +209,7 @@ static void nested_bsdfs(void **state)
                      "<bsdf type=\"diffuse\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_BUMP);
     near((double)m->as.bump.scale, 2.0);
+    assert_true(m->as.bump.rules.flips && m->as.bump.rules.shadows);
     assert_int_equal(desc.textures.items[m->as.bump.height].kind, CA_TEXTURE_CHECKERBOARD);
     assert_int_equal(desc.materials.items[m->as.bump.child].material.kind, CA_MATERIAL_DIFFUSE);
     done();

@@ -2,6 +2,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/say.h"
 #include "cli/values.h"
 
 #include <stdlib.h>
@@ -220,7 +221,14 @@ ca_status ca_options_load_scene(const char *path, const ca_text_list *define_wor
     if (status == CA_OK) status = ca_scene_load(path, defines, define_words->count, scene, error);
     ca_free(defines);
     ca_free(storage);
+    if (status == CA_OK) ca_options_say_notes(*scene);
     return status;
+}
+
+void ca_options_say_notes(const ca_scene *scene)
+{
+    const char *note;
+    for (size_t i = 0; (note = ca_scene_note(scene, i)) != NULL; i++) ca_say(stderr, "caustica: note: %s\n", note);
 }
 
 /* ---- Help ------------------------------------------------------------------------------------------------------ */

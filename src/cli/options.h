@@ -75,7 +75,10 @@ const char *ca_options_nearest(const char *name, const char *const names[], size
 /* The scene file, for commands that take just one. Errors: CA_ERROR_ARGUMENT. */
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
 
-/* Loads the scene with the "NAME=VALUE" words of --define. */
+/* Says on standard error what the scene's file says and is read otherwise. */
+void ca_options_say_notes(const ca_scene *scene);
+
+/* Loads the scene with the "NAME=VALUE" words of --define, and says its notes. */
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene,
                                 ca_error *error);
 

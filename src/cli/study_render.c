@@ -132,6 +132,7 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     ca_scene *scene;
     char settings[SETTINGS_SIZE];
     CA_TRY(ca_scene_load(scenario->path, scenario->defines, scenario->define_count, &scene, error));
+    if (!only_ask) ca_options_say_notes(scene);
     describe(work, scene, render, settings);
     *id = ca_hash_bytes(*id, settings, strlen(settings));
     ca_status status = CA_OK;

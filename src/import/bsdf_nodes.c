@@ -97,13 +97,32 @@ static ca_texture_id import_nested_texture(ca_props *props)
     return ca_import_texture(props->importer, texture);
 }
 
+static ca_material_perturbed import_rules(ca_props *props)
+{
+    return (ca_material_perturbed){.flips = ca_props_boolean(props, "flip_invalid_normals", true),
+                                   .shadows = ca_props_boolean(props, "use_shadowing_function", true)};
+}
+
+/* Of one map in another Mitsuba applies the rules twice. */
+static void note_nested(ca_props *props, ca_material_id child)
+{
+    if (!ca_import_good(props->importer)) return;
+    const ca_material *m = &props->importer->desc->materials.items[child].material;
+    if (m->kind == CA_MATERIAL_BUMP || m->kind == CA_MATERIAL_NORMAL_MAP)
+        ca_import_note(props->importer, &props->node->where,
+                       "of a bump or normal map in another one, flip_invalid_normals and use_shadowing_function "
+                       "judge the last normal, not each in turn");
+}
+
 void ca_import_bump(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_BUMP);
     m->as.bump.scale = (float)ca_props_number(props, "scale", 1.0);
+    m->as.bump.rules = import_rules(props);
     m->as.bump.height = import_nested_texture(props);
     import_children(props, &m->as.bump.child, 1, 1);
+    note_nested(props, m->as.bump.child);
 }
 
 void ca_import_normal_map(ca_props *props, void *result)
@@ -111,7 +130,9 @@ void ca_import_normal_map(ca_props *props, void *result)
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_NORMAL_MAP);
     m->as.normal_map.normals = import_nested_texture(props);
+    m->as.normal_map.rules = import_rules(props);
     import_children(props, &m->as.normal_map.child, 1, 1);
+    note_nested(props, m->as.normal_map.child);
 }
 
 /* ---- Any BSDF -------------------------------------------------------------------------------------------------- */

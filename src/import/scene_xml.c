@@ -32,6 +32,36 @@ void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_sta
             ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
 }
 
+/* Was the sentence said, wherever that was? */
+static bool is_noted(const ca_scene_desc *desc, const char *sentence)
+{
+    const size_t length = strlen(sentence);
+    for (size_t i = 0; i < desc->notes.count; i++) {
+        const size_t whole = strlen(desc->notes.items[i]);
+        if (whole >= length && strcmp(desc->notes.items[i] + whole - length, sentence) == 0) return true;
+    }
+    return false;
+}
+
+void ca_import_note(ca_importer *importer, const ca_location *where, const char *format, ...)
+{
+    if (importer->status != CA_OK) return;
+    ca_scene_desc *desc = importer->desc;
+    char sentence[sizeof((ca_error *)0)->message];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(sentence, sizeof sentence, format, arguments);
+    va_end(arguments);
+    if (is_noted(desc, sentence)) return;
+    ca_error placed;
+    (void)ca_fail(&placed, CA_ERROR_SCENE, where, "%s", sentence); /* it knows how a place is written */
+    const char *kept = ca_arena_strdup(&desc->strings, placed.message);
+    if (kept && CA_TABLE_ADD(&desc->notes))
+        desc->notes.items[desc->notes.count - 1] = kept;
+    else
+        ca_import_fail_memory(importer, "notes");
+}
+
 /* ---- Plugins and objects --------------------------------------------------------------------------------------- */
 
 const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,

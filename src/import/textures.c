@@ -77,15 +77,34 @@ static const ca_plugin plugins[] = {
     {"mesh_attribute", import_mesh_attribute},
 };
 
-static ca_texture_id build(ca_importer *importer, ca_xml_node *node)
+/* The nearest name of a wrong one may be a spectrum's. */
+static const ca_plugin *find_plugin(ca_importer *importer, const ca_xml_node *node)
 {
-    const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
-    if (!plugin) return CA_NONE;
+    ca_plugin all[CA_COUNT(plugins) + CA_IMPORT_SPECTRUM_COUNT];
+    memcpy(all, plugins, sizeof plugins);
+    for (size_t i = 0; i < CA_IMPORT_SPECTRUM_COUNT; i++)
+        all[CA_COUNT(plugins) + i] = (ca_plugin){ca_import_spectrum_names[i], NULL};
+    const ca_plugin *found = ca_import_find_plugin(importer, node, all, CA_COUNT(all));
+    return found ? &plugins[found - all] : NULL;
+}
+
+static ca_texture import_any(ca_importer *importer, ca_xml_node *node)
+{
     ca_texture texture = {0};
+    if (ca_import_is_spectrum(node))
+        return ca_texture_constant(ca_import_spectrum(importer, node, CA_COLOR_INDEX));
+    const ca_plugin *plugin = find_plugin(importer, node);
+    if (!plugin) return texture;
     ca_props props;
     ca_props_begin(&props, importer, node);
     plugin->import(&props, &texture);
     ca_props_end(&props);
+    return texture;
+}
+
+static ca_texture_id build(ca_importer *importer, ca_xml_node *node)
+{
+    const ca_texture texture = import_any(importer, node);
     if (!ca_import_good(importer)) return CA_NONE;
     if (!CA_TABLE_ADD(&importer->desc->textures)) {
         ca_import_fail_memory(importer, "textures");

@@ -40,8 +40,8 @@ typedef uint32_t ca_material_id;
     ROW(TWOSIDED, "twosided", .as.twosided = {CA_NONE, CA_NONE})                                                     \
     ROW(MASK, "mask", .as.mask = {CA_NONE, CA_NONE})                                                                 \
     ROW(BLEND, "blendbsdf", .as.blend = {CA_NONE, CA_NONE, CA_NONE})                                                 \
-    ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f})                                                        \
-    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE})
+    ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f, {true, true}})                                          \
+    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}})
 
 #define CA_MATERIAL_ENUMERATOR(KIND, ...) CA_MATERIAL_##KIND,
 typedef enum ca_material_kind {
@@ -62,6 +62,12 @@ typedef struct ca_material_plastic {
     bool nonlinear;
     float internal_reflectance, specular_weight; /* made by ca_material_prepare */
 } ca_material_plastic;
+
+/* What a bump or normal map does about normals that no real surface could have (bsdf.h). */
+typedef struct ca_material_perturbed {
+    bool flips;   /* a normal that faces away from the eye leans the other way */
+    bool shadows; /* light fades where the perturbed surface would shadow itself */
+} ca_material_perturbed;
 
 typedef struct ca_material {
     ca_material_kind kind;
@@ -114,10 +120,12 @@ typedef struct ca_material {
             ca_material_id child;
             ca_texture_id height;
             float scale; /* factor on the height */
+            ca_material_perturbed rules;
         } bump;
         struct {
             ca_material_id child;
             ca_texture_id normals; /* (n + 1) / 2, raw */
+            ca_material_perturbed rules;
         } normal_map;
     } as;
 } ca_material;

@@ -19,6 +19,11 @@ ca_status ca_scene_load(const char *path, const ca_define *defines, size_t defin
     return ca_scene_compile(&desc, scene, error);
 }
 
+const char *ca_scene_note(const ca_scene *scene, size_t index)
+{
+    return index < scene->desc.notes.count ? scene->desc.notes.items[index] : NULL;
+}
+
 void ca_scene_release(ca_scene *scene) { ca_scene_destroy(scene); }
 
 void ca_render_settings_init(ca_render_settings *settings) { *settings = (ca_render_settings){0}; }

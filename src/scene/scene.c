@@ -239,24 +239,34 @@ static void link_textures(ca_scene *scene)
     }
 }
 
-/* Shapes without a material get Mitsuba's default: a diffuse grey of 0.5. */
-static ca_status add_default_material(ca_scene_desc *desc, ca_error *error)
+/* Gives a diffuse material of that grey to the shapes without any, those that shine or those that do not. */
+static ca_status add_default_material(ca_scene_desc *desc, bool shining, float grey, ca_error *error)
 {
     bool needed = false;
-    for (size_t i = 0; i < desc->shapes.count; i++) needed |= desc->shapes.items[i].material == CA_NONE;
-    if (!needed) return CA_OK;
-    const ca_texture_id grey = ca_scene_desc_add_constant(desc, ca_rgb_grey(0.5f));
-    if (grey == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return ca_fail_memory(error, "materials");
-    const uint32_t id = (uint32_t)desc->materials.count - 1;
-    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .as.diffuse = {grey}};
     for (size_t i = 0; i < desc->shapes.count; i++)
-        if (desc->shapes.items[i].material == CA_NONE) desc->shapes.items[i].material = id;
+        needed |= desc->shapes.items[i].material == CA_NONE && (desc->shapes.items[i].light != CA_NONE) == shining;
+    if (!needed) return CA_OK;
+    const ca_texture_id constant = ca_scene_desc_add_constant(desc, ca_rgb_grey(grey));
+    if (constant == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return ca_fail_memory(error, "materials");
+    const uint32_t id = (uint32_t)desc->materials.count - 1;
+    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .as.diffuse = {constant}};
+    for (size_t i = 0; i < desc->shapes.count; i++) {
+        ca_shape_desc *shape = &desc->shapes.items[i];
+        if (shape->material == CA_NONE && (shape->light != CA_NONE) == shining) shape->material = id;
+    }
     return CA_OK;
+}
+
+/* Mitsuba's defaults. */
+static ca_status add_default_materials(ca_scene_desc *desc, ca_error *error)
+{
+    CA_TRY(add_default_material(desc, false, 0.5f, error));
+    return add_default_material(desc, true, 0.0f, error);
 }
 
 static ca_status compile_materials(ca_scene *scene, ca_error *error)
 {
-    CA_TRY(add_default_material(&scene->desc, error));
+    CA_TRY(add_default_materials(&scene->desc, error));
     const uint32_t count = (uint32_t)scene->desc.materials.count;
     scene->materials = ca_alloc_zeroed(count, sizeof *scene->materials);
     if (!scene->materials) return ca_fail_memory(error, "materials");

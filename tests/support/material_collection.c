@@ -93,6 +93,12 @@ static void set_nodes(void)
     set_twosided(TWOSIDED_BUMP, BUMPED_METAL, RED_DIFFUSE);
     set_bump(BUMPED_TWOSIDED, TWO_COLORS);
     set_blend(PATCHWORK, MASKED, GLASS_PAINT, HALF);
+    set_bump(BUMPED_PAINT, RED_DIFFUSE);
+    ca_material *mirror = set(MAPPED_MIRROR, CA_MATERIAL_NORMAL_MAP);
+    mirror->as.normal_map.child = MIRROR;
+    mirror->as.normal_map.normals = NORMALS;
+    set_bump(TEXTBOOK_BUMP, RED_DIFFUSE);
+    ca_test_all.materials[TEXTBOOK_BUMP].as.bump.rules = (ca_material_perturbed){false, false};
 }
 
 static ca_texture picture(const ca_image *image)
