@@ -90,6 +90,7 @@ def again():
 
 
 if __name__ == "__main__":
+    mitsuba.set_log_level(mitsuba.LogLevel.Error)
     if len(sys.argv) > 1 and sys.argv[1] == "record":
         sys.exit(record(sys.argv[2:]))
     if sys.argv[1:] == ["again"]:

@@ -200,6 +200,105 @@ static void integrator_parameters(void **state)
     done();
 }
 
+/* The note without its place; the scene has no other. */
+static void is_noted(const char *sentence)
+{
+    assert_int_equal(desc.notes.count, 1);
+    const char *found = strstr(desc.notes.items[0], sentence);
+    if (!found || strcmp(found, sentence) != 0) fail_msg("the note is \"%s\"", desc.notes.items[0]);
+}
+
+static void samplers_of_mitsuba(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name, *parameter;
+        ca_sampler_kind kind;
+        const char *note;
+    } known[] = {
+        {"ldsampler", "<integer name=\"dimension\" value=\"4\"/>", CA_SAMPLER_SOBOL,
+         "1:51: sampler \"ldsampler\" is read as \"sobol\""},
+        {"stratified", "<boolean name=\"jitter\" value=\"true\"/>", CA_SAMPLER_SOBOL,
+         "1:51: sampler \"stratified\" is read as \"sobol\""},
+        {"multijitter", "", CA_SAMPLER_SOBOL, "1:51: sampler \"multijitter\" is read as \"sobol\""},
+        {"orthogonal", "<integer name=\"strength\" value=\"3\"/>", CA_SAMPLER_SOBOL,
+         "1:51: sampler \"orthogonal\" is read as \"sobol\""},
+        {"hammersley", "", CA_SAMPLER_HALTON, "1:51: sampler \"hammersley\" is read as \"halton\""},
+    };
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        char text[512];
+        snprintf(text, sizeof text,
+                 "<sensor type=\"perspective\"><sampler type=\"%s\"><integer name=\"sample_count\" value=\"9\"/>%s"
+                 "</sampler></sensor>",
+                 known[i].name, known[i].parameter);
+        import_with_sensor(text);
+        assert_int_equal(desc.sampler.kind, known[i].kind);
+        assert_int_equal(desc.samples_per_pixel, 9);
+        is_noted(known[i].note);
+        done();
+    }
+}
+
+/* The number of the parameter, which must be there. */
+static double parameter(const char *name)
+{
+    for (size_t i = 0; i < desc.integrator.parameters.count; i++)
+        if (strcmp(desc.integrator.parameters.items[i].name, name) == 0)
+            return desc.integrator.parameters.items[i].number;
+    fail_msg("no parameter %s", name);
+    return 0.0;
+}
+
+static void integrators_of_mitsuba(void **state)
+{
+    (void)state;
+    import(SCENE("<integrator type=\"direct\"><integer name=\"shading_samples\" value=\"4\"/>"
+                 "<boolean name=\"hide_emitters\" value=\"true\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "path");
+    assert_int_equal(desc.integrator.parameters.count, 2);
+    near(parameter("max_depth"), 2.0);
+    near(parameter("hide_emitters"), 1.0);
+    assert_int_equal(desc.notes.count, 2);
+    assert_non_null(strstr(desc.notes.items[0], "2:1: integrator \"direct\" is read as \"path\": paths of at most"));
+    assert_non_null(strstr(desc.notes.items[1], "\"shading_samples\" of integrator \"direct\" has no effect"));
+    done();
+    import(SCENE("<integrator type=\"volpathmis\"><integer name=\"max_depth\" value=\"7\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "path");
+    near(parameter("max_depth"), 7.0);
+    is_noted("2:1: integrator \"volpathmis\" is read as \"path\": there are no media");
+    done();
+    import(SCENE("<integrator type=\"ptracer\"><integer name=\"samples_per_pass\" value=\"7\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "light");
+    assert_int_equal(desc.integrator.parameters.count, 0);
+    done();
+    import(SCENE("<integrator type=\"sppm\"><float name=\"initialRadius\" value=\"0.5\"/>"
+                 "<float name=\"alpha\" value=\"0.7\"/><integer name=\"photonCount\" value=\"1000\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "ppm");
+    near(parameter("radius"), 0.5);
+    near(parameter("alpha"), 0.3);
+    near(parameter("light_paths"), 1000.0);
+    done();
+    import(SCENE("<integrator type=\"path\"><boolean name=\"strictNormals\" value=\"true\"/></integrator>"));
+    assert_int_equal(desc.integrator.parameters.count, 0);
+    assert_int_equal(desc.notes.count, 0);
+    done();
+}
+
+static void integrators_in_integrators(void **state)
+{
+    (void)state;
+    import(SCENE("<integrator type=\"moment\"><integrator type=\"aov\" name=\"a\"><string name=\"aovs\" "
+                 "value=\"nn:sh_normal, dd.y:depth\"/><integrator type=\"path\" name=\"b\"><integer "
+                 "name=\"max_depth\" value=\"3\"/></integrator></integrator></integrator>"));
+    assert_string_equal(desc.integrator.name, "path");
+    near(parameter("max_depth"), 3.0);
+    assert_int_equal(desc.notes.count, 3);
+    assert_non_null(strstr(desc.notes.items[0], "the aov sh_normal is the layer N.*"));
+    assert_non_null(strstr(desc.notes.items[1], "the aov depth is not made"));
+    assert_non_null(strstr(desc.notes.items[2], "2:1: integrator \"moment\": instead of second moments"));
+    done();
+}
+
 /* ---- Shapes ---------------------------------------------------------------------------------------------------- */
 
 static void quadrics(void **state)
@@ -531,6 +630,9 @@ int main(void)
         cmocka_unit_test(samplers),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),
+        cmocka_unit_test(samplers_of_mitsuba),
+        cmocka_unit_test(integrators_of_mitsuba),
+        cmocka_unit_test(integrators_in_integrators),
         cmocka_unit_test(quadrics),
         cmocka_unit_test(meshes),
         cmocka_unit_test(groups_and_instances),
