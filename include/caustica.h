@@ -74,10 +74,13 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render. `scene` is set on
- * success. */
+/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
+ * `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
+/* The same with another of several sensors, counted from 0. */
+CA_API ca_status ca_scene_load_sensor(const char *path, const ca_define *defines, size_t define_count,
+                                      uint32_t sensor, ca_scene **scene, ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 
 /* What the file says and is read otherwise (a sampler of another name, a texture filter): one sentence each, starting

@@ -152,6 +152,33 @@ static ca_filter import_filter(const char *filter)
     return result;
 }
 
+/* Each sensor has its film and sampler; those of the chosen one stay. */
+static void several_sensors(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>"
+        "<film type=\"hdrfilm\"><integer name=\"width\" value=\"10\"/></film></sensor>"
+        "<sensor type=\"batch\"><sensor type=\"orthographic\"><film type=\"hdrfilm\"><integer name=\"width\" "
+        "value=\"20\"/></film><sampler type=\"sobol\"/></sensor><sensor type=\"perspective\"><float name=\"fov\" "
+        "value=\"50\"/></sensor></sensor></scene>";
+    static const uint32_t widths[3] = {10, 20, 768};
+    static const double fov[3] = {30.0, 0.0, 50.0};
+    const char *path = import_write_text("sensors.xml", text);
+    ca_error error;
+    for (uint32_t i = 0; i < 3; i++) {
+        assert_int_equal(ca_import_scene_sensor(path, NULL, 0, i, &desc, &error), CA_OK);
+        assert_int_equal(desc.film.width, widths[i]);
+        assert_int_equal(desc.camera.camera.width, widths[i]);
+        near(desc.camera.fov_degrees, fov[i]);
+        assert_int_equal(desc.sampler.kind, i == 1 ? CA_SAMPLER_SOBOL : CA_SAMPLER_INDEPENDENT);
+        assert_int_equal(desc.notes.count, i == 0);
+        done();
+    }
+    assert_int_equal(ca_import_scene_sensor(path, NULL, 0, 3, &desc, &error), CA_ERROR_ARGUMENT);
+    assert_string_equal(error.message, "there is no sensor 3: the scene has 3, counted from 0");
+}
+
 static void filters(void **state)
 {
     (void)state;
@@ -331,6 +358,55 @@ static void quadrics(void **state)
     near(s[3].as.cylinder.p1[2], 1.0);
     near((double)s[3].as.cylinder.radius, 1.0);
     near((double)s[4].as.sphere.radius, 1.0);
+    done();
+}
+
+/* A map that leaves a cylinder's ends circles leaves it exact; others make meshes. */
+static void stretched_quadrics(void **state)
+{
+    (void)state;
+#define STRETCHED(type, x, y, z)                                                                                     \
+    "<shape type=\"" type "\"><transform name=\"to_world\"><scale x=\"" x "\" y=\"" y "\" z=\"" z "\"/>"             \
+    "<rotate x=\"1\" angle=\"30\"/></transform></shape>"
+    import(SCENE(STRETCHED("cylinder", "2", "2", "5") STRETCHED("sphere", "3", "-3", "3")));
+    assert_int_equal(desc.shapes.items[0].kind, CA_SHAPE_CYLINDER);
+    assert_int_equal(desc.shapes.items[1].kind, CA_SHAPE_SPHERE);
+    assert_int_equal(desc.notes.count, 0);
+    done();
+    import(SCENE("<shape type=\"sphere\"><float name=\"radius\" value=\"2\"/><point name=\"center\" value=\"1 2 3\"/>"
+                 "<transform name=\"to_world\"><scale x=\"2\"/></transform></shape>"
+                 "<shape type=\"cylinder\"><point name=\"p1\" value=\"0 0 4\"/><float name=\"radius\" value=\"0.5\"/>"
+                 "<transform name=\"to_world\"><scale y=\"2\"/></transform></shape>"));
+    assert_int_equal(desc.notes.count, 2);
+    const double area[2] = {4.0 * 3.14159265 * 4.0, 2.0 * 3.14159265 * 0.5 * 4.0}; /* before to_world */
+    for (uint32_t i = 0; i < 2; i++) {
+        const ca_mesh *mesh = &desc.meshes.items[desc.shapes.items[i].as.mesh.index];
+        double sum = 0.0;
+        assert_int_equal(desc.shapes.items[i].kind, CA_SHAPE_MESH);
+        for (uint32_t t = 0; t < mesh->triangle_count; t++) sum += ca_mesh_triangle_area(mesh, t);
+        assert_true(sum < area[i] && sum > (1.0 - 2e-3) * area[i]);
+        for (uint32_t t = 0; t < mesh->triangle_count; t++) { /* outside is outside */
+            const uint32_t *c = &mesh->indices[3 * (size_t)t];
+            const float *p[3] = {&mesh->positions[3 * (size_t)c[0]], &mesh->positions[3 * (size_t)c[1]],
+                                 &mesh->positions[3 * (size_t)c[2]]};
+            const ca_vec3 e1 = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
+            const ca_vec3 e2 = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+            const float *n = &mesh->normals[3 * (size_t)c[1]];
+            assert_true(ca_dot(ca_cross(e1, e2), (ca_vec3){n[0], n[1], n[2]}) >= 0.0f);
+        }
+    }
+    done();
+}
+
+static void merges(void **state)
+{
+    (void)state;
+    import(SCENE("<shape type=\"merge\"><shape type=\"cube\"/><shape type=\"merge\"><shape type=\"disk\"/></shape>"
+                 "</shape>"
+                 "<shape type=\"shapegroup\" id=\"g\"><shape type=\"merge\"><shape type=\"cube\"/></shape></shape>"));
+    assert_int_equal(desc.shapes.count, 3);
+    assert_int_equal(desc.shapes.items[1].kind, CA_SHAPE_DISK);
+    assert_int_equal(desc.shapes.items[2].group, 0);
     done();
 }
 
@@ -534,6 +610,32 @@ static void textures(void **state)
     done();
 }
 
+/* 0.6: what is not known is read as the nearest, with a note. */
+static void old_textures(void **state)
+{
+    (void)state;
+    import_write_picture();
+#define OLD_BITMAP(parameters)                                                                                       \
+    "<texture type=\"bitmap\"><string name=\"filename\" value=\"picture.pfm\"/>" parameters "</texture>"
+    import(SCENE(OLD_BITMAP("<string name=\"filterType\" value=\"ewa\"/>"
+                            "<float name=\"maxAnisotropy\" value=\"10\"/>")));
+    is_noted("2:1: texture filter \"ewa\" is read as \"bilinear\"");
+    assert_int_equal(desc.textures.items[0].as.bitmap.filter, CA_FILTER_BILINEAR);
+    done();
+    import(SCENE(OLD_BITMAP("<string name=\"wrapModeU\" value=\"mirror\"/>"
+                            "<string name=\"wrapModeV\" value=\"mirror\"/>"
+                            "<float name=\"gamma\" value=\"1\"/>")));
+    assert_int_equal(desc.textures.items[0].as.bitmap.wrap, CA_WRAP_MIRROR);
+    assert_int_equal(desc.notes.count, 0);
+    done();
+    import(SCENE("<texture type=\"scale\" id=\"t\">" OLD_BITMAP("")
+                 "<float name=\"scale\" value=\"0.5\"/></texture>"));
+    assert_int_equal(desc.textures.items[1].kind, CA_TEXTURE_SCALE);
+    assert_int_equal(desc.textures.items[1].as.scale.child, 0);
+    is_rgb(desc.textures.items[1].as.scale.factor, 0.5, 0.5, 0.5);
+    done();
+}
+
 static void colors(void **state)
 {
     (void)state;
@@ -628,12 +730,15 @@ int main(void)
         cmocka_unit_test(perspective_parameters),
         cmocka_unit_test(other_sensors),
         cmocka_unit_test(samplers),
+        cmocka_unit_test(several_sensors),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),
         cmocka_unit_test(samplers_of_mitsuba),
         cmocka_unit_test(integrators_of_mitsuba),
         cmocka_unit_test(integrators_in_integrators),
         cmocka_unit_test(quadrics),
+        cmocka_unit_test(stretched_quadrics),
+        cmocka_unit_test(merges),
         cmocka_unit_test(meshes),
         cmocka_unit_test(groups_and_instances),
         cmocka_unit_test(area_lights),
@@ -641,6 +746,7 @@ int main(void)
         cmocka_unit_test(distant_lights),
         cmocka_unit_test(projectors),
         cmocka_unit_test(textures),
+        cmocka_unit_test(old_textures),
         cmocka_unit_test(colors),
         cmocka_unit_test(spectra),
     };

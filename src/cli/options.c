@@ -214,11 +214,17 @@ static ca_status parse_defines(const ca_text_list *words, ca_define **defines, c
 
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error)
 {
+    return ca_options_load_sensor(path, define_words, 0, scene, error);
+}
+
+ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
+                                 ca_scene **scene, ca_error *error)
+{
     ca_define *defines = NULL;
     char *storage = NULL;
     *scene = NULL;
     ca_status status = parse_defines(define_words, &defines, &storage, error);
-    if (status == CA_OK) status = ca_scene_load(path, defines, define_words->count, scene, error);
+    if (status == CA_OK) status = ca_scene_load_sensor(path, defines, define_words->count, sensor, scene, error);
     ca_free(defines);
     ca_free(storage);
     if (status == CA_OK) ca_options_say_notes(*scene);

@@ -8,6 +8,9 @@
  * error names file, line and column. Relative paths are seen from the scene file. */
 ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
                           ca_error *error);
+/* With another of several sensors, counted from 0; CA_ERROR_ARGUMENT where there are fewer. */
+ca_status ca_import_scene_sensor(const char *path, const ca_define *defines, size_t define_count, uint32_t sensor,
+                                 ca_scene_desc *desc, ca_error *error);
 /* The same for a scene that is in memory: `path` is what messages call it and where relative paths start. */
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
                                size_t define_count, ca_scene_desc *desc, ca_error *error);

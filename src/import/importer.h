@@ -29,6 +29,7 @@ typedef struct ca_importer {
     ca_error *error;
     ca_status status; /* the first failure */
     uint32_t nesting;
+    uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
     CA_TABLE(ca_import_image) images;
 } ca_importer;
 
@@ -70,6 +71,8 @@ ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);
 void ca_import_shape(ca_importer *importer, ca_xml_node *node);
 void ca_import_sensor(ca_importer *importer, ca_xml_node *node);
+/* The sensors in a batch, one by one. */
+void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *));
 void ca_import_film(ca_importer *importer, ca_xml_node *node);
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node);
 void ca_import_integrator(ca_importer *importer, ca_xml_node *node);

@@ -137,8 +137,8 @@ static void import_parameter(ca_importer *importer, const ca_xml_node *node, con
     if (strcmp(name, "strict_normals") == 0) {
         check_strict_normals(importer, &parameter);
     } else if (translated && translated->use == DROP) {
-        ca_import_note(importer, &node->where, "parameter \"%s\" of integrator \"%s\" has no effect", translated->name,
-                       t->name);
+        ca_import_note(importer, &node->where, "parameter \"%s\" of integrator \"%s\" has no effect",
+                       translated->name, t->name);
     } else if (is_without_effect(name)) {
         return;
     } else if (translated) {
@@ -171,7 +171,8 @@ static void import_plain(ca_importer *importer, ca_xml_node *node)
     integrator->where = node->where;
     integrator->name = ca_arena_strdup(&importer->desc->strings, t ? t->ours : type);
     if (!integrator->name) ca_import_fail_memory(importer, "the integrator");
-    if (t) ca_import_note(importer, &node->where, "integrator \"%s\" is read as \"%s\": %s", t->name, t->ours, t->note);
+    if (t)
+        ca_import_note(importer, &node->where, "integrator \"%s\" is read as \"%s\": %s", t->name, t->ours, t->note);
     for (const ca_xml_node *child = node->first_child; child && ca_import_good(importer); child = child->next)
         import_parameter(importer, child, t);
     if (t && t->max_depth > 0 && ca_import_good(importer)) limit_depth(importer, node, t->max_depth);
@@ -198,8 +199,8 @@ static void note_aov(ca_importer *importer, const ca_xml_node *node, const char 
     const char *colon = memchr(token, ':', length);
     const size_t skipped = colon ? (size_t)(colon + 1 - token) : 0;
     if (!colon || length - skipped >= sizeof kind) {
-        ca_import_fail(importer, &node->where, "\"%.*s\" is not of the form name:kind", (int)(length < 60 ? length : 60),
-                       token);
+        ca_import_fail(importer, &node->where, "\"%.*s\" is not of the form name:kind",
+                       (int)(length < 60 ? length : 60), token);
         return;
     }
     memcpy(kind, token + skipped, length - skipped);

@@ -163,8 +163,30 @@ static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)
     *first = node;
 }
 
+/* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
+static void import_view(ca_importer *importer, ca_xml_node *node)
+{
+    ca_scene_desc *desc = importer->desc;
+    if (strcmp(ca_xml_attribute_value(node, "type"), "batch") == 0) {
+        ca_import_batch(importer, node, import_view);
+        return;
+    }
+    const ca_camera_desc camera = desc->camera;
+    const ca_film_desc film = desc->film;
+    const ca_sampler sampler = desc->sampler;
+    const bool names_sampler = desc->names_sampler;
+    const uint32_t samples = desc->samples_per_pixel;
+    ca_import_sensor(importer, node);
+    if (importer->sensor_count++ == importer->sensor) return;
+    desc->camera = camera;
+    desc->film = film;
+    desc->sampler = sampler;
+    desc->names_sampler = names_sampler;
+    desc->samples_per_pixel = samples;
+}
+
 /* Objects that only wait to be referenced are imported too: a mistake in them is a mistake. */
-static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node **sensor, ca_xml_node **integrator)
+static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node **integrator)
 {
     const char *tag = node->tag;
     if (strcmp(tag, "shape") == 0) {
@@ -176,7 +198,7 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
     } else if (strcmp(tag, "emitter") == 0) {
         ca_import_light(importer, node);
     } else if (strcmp(tag, "sensor") == 0) {
-        import_once(importer, node, ca_import_sensor, sensor);
+        import_view(importer, node);
     } else if (strcmp(tag, "integrator") == 0) {
         import_once(importer, node, ca_import_integrator, integrator);
     } else {
@@ -186,10 +208,17 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
 
 static void import_scene(ca_importer *importer)
 {
-    ca_xml_node *scene = importer->document.root, *sensor = NULL, *integrator = NULL;
+    ca_xml_node *scene = importer->document.root, *integrator = NULL;
     for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
-        import_object(importer, node, &sensor, &integrator);
-    if (!sensor) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
+        import_object(importer, node, &integrator);
+    const uint32_t count = importer->sensor_count;
+    if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
+    if (count > 1 && importer->sensor == 0)
+        ca_import_note(importer, &scene->where, "of several sensors the first is used, or the one of --sensor");
+    if (ca_import_good(importer) && importer->sensor >= count)
+        importer->status = ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL,
+                                   "there is no sensor %u: the scene has %u, counted from 0", importer->sensor,
+                                   count);
 }
 
 /* Of all files: the texts, then images and meshes in the order in which the scene names them. */
@@ -213,11 +242,11 @@ static ca_status import_document(ca_importer *importer)
     return importer->status;
 }
 
-ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
-                               size_t define_count, ca_scene_desc *desc, ca_error *error)
+static ca_status import_text(const char *text, size_t size, const char *path, const ca_define *defines,
+                             size_t define_count, uint32_t sensor, ca_scene_desc *desc, ca_error *error)
 {
     ca_scene_desc_init(desc);
-    ca_importer importer = {.desc = desc, .error = error, .status = CA_OK};
+    ca_importer importer = {.desc = desc, .error = error, .status = CA_OK, .sensor = sensor};
     ca_status status =
         ca_document_load(&importer.document, path, text, size, defines, define_count, &desc->strings, error);
     if (status == CA_OK) status = import_document(&importer);
@@ -226,8 +255,20 @@ ca_status ca_import_scene_text(const char *text, size_t size, const char *path, 
     return status;
 }
 
+ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
+                               size_t define_count, ca_scene_desc *desc, ca_error *error)
+{
+    return import_text(text, size, path, defines, define_count, 0, desc, error);
+}
+
+ca_status ca_import_scene_sensor(const char *path, const ca_define *defines, size_t define_count, uint32_t sensor,
+                                 ca_scene_desc *desc, ca_error *error)
+{
+    return import_text(NULL, 0, path, defines, define_count, sensor, desc, error);
+}
+
 ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
                           ca_error *error)
 {
-    return ca_import_scene_text(NULL, 0, path, defines, define_count, desc, error);
+    return import_text(NULL, 0, path, defines, define_count, 0, desc, error);
 }

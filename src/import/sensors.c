@@ -136,6 +136,27 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
         ca_import_fail(importer, &node->where, "the horizontal field of view is not between 0 and 180 degrees");
 }
 
+void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *))
+{
+    ca_props props;
+    ca_xml_node *cursor = NULL, *sensor;
+    uint32_t count = 0;
+    if (!ca_import_enter(importer, node)) return;
+    ca_props_begin(&props, importer, node);
+    while (ca_import_good(importer) && (sensor = ca_props_next_object(&props, "sensor", true, &cursor)) != NULL) {
+        import(importer, sensor);
+        count++;
+    }
+    if (count == 0) ca_import_fail(importer, &node->where, "batch needs nested sensors");
+    if (ca_props_next_object(&props, "film", true, (cursor = NULL, &cursor)))
+        ca_import_note(importer, &node->where,
+                       "the film of a batch is not used: its sensors have their own, and are rendered one at a time");
+    cursor = NULL;
+    ca_props_next_object(&props, "sampler", true, &cursor);
+    ca_props_end(&props);
+    ca_import_leave(importer, node, 0);
+}
+
 /* ---- Sampler --------------------------------------------------------------------------------------------------- */
 
 /* Mitsuba's, and which of ours is used: those that spread the samples of a pixel evenly are our Sobol' sequence for

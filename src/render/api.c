@@ -10,13 +10,19 @@ const char *ca_version(void)
     return CA_TEXT(CA_VERSION_MAJOR) "." CA_TEXT(CA_VERSION_MINOR) "." CA_TEXT(CA_VERSION_PATCH);
 }
 
-ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
-                        ca_error *error)
+ca_status ca_scene_load_sensor(const char *path, const ca_define *defines, size_t define_count, uint32_t sensor,
+                               ca_scene **scene, ca_error *error)
 {
     *scene = NULL;
     ca_scene_desc desc;
-    CA_TRY(ca_import_scene(path, defines, define_count, &desc, error));
+    CA_TRY(ca_import_scene_sensor(path, defines, define_count, sensor, &desc, error));
     return ca_scene_compile(&desc, scene, error);
+}
+
+ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
+                        ca_error *error)
+{
+    return ca_scene_load_sensor(path, defines, define_count, 0, scene, error);
 }
 
 const char *ca_scene_note(const ca_scene *scene, size_t index)

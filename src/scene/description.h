@@ -170,6 +170,11 @@ typedef struct ca_scene_desc {
 void ca_scene_desc_init(ca_scene_desc *desc);
 void ca_scene_desc_destroy(ca_scene_desc *desc);
 
+/* The map whose z axis is p0 -> p1 and that takes the unit cylinder to one of that radius. */
+ca_matrix ca_cylinder_frame(const double p0[3], const double p1[3], double radius);
+/* Is the mapped unit cylinder one? Its ends must be circles across its axis. */
+bool ca_is_round_cylinder(const ca_matrix *map);
+
 /* Texture constants: the id of a new one, or CA_NONE when out of memory. */
 ca_texture_id ca_scene_desc_add_constant(ca_scene_desc *desc, ca_rgb value);
 

@@ -56,28 +56,15 @@ static ca_status compile_sphere(ca_shape *shape, const ca_shape_desc *desc, ca_e
     return CA_OK;
 }
 
-/* The frame whose z axis is p0 -> p1, scaled to the unit cylinder. */
-static bool cylinder_frame(const ca_shape_desc *desc, ca_matrix *frame)
-{
-    const double *p0 = desc->as.cylinder.p0, *p1 = desc->as.cylinder.p1, r = (double)desc->as.cylinder.radius;
-    const ca_vec3 axis = {(float)(p1[0] - p0[0]), (float)(p1[1] - p0[1]), (float)(p1[2] - p0[2])};
-    const float length = ca_length(axis);
-    if (!(length > 0.0f) || !isfinite(length)) return false;
-    const ca_frame f = ca_frame_from_normal(ca_mul(axis, 1.0f / length));
-    *frame = (ca_matrix){{{(double)f.s.x * r, (double)f.t.x * r, p1[0] - p0[0], p0[0]},
-                          {(double)f.s.y * r, (double)f.t.y * r, p1[1] - p0[1], p0[1]},
-                          {(double)f.s.z * r, (double)f.t.z * r, p1[2] - p0[2], p0[2]},
-                          {0, 0, 0, 1}}};
-    return true;
-}
-
 static ca_status compile_cylinder(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
 {
-    if (!is_similarity(&desc->to_world)) return fail_map(desc, "cylinder", error);
-    ca_matrix frame;
-    if (!cylinder_frame(desc, &frame))
-        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this cylinder's ends p0 and p1 are the same point");
+    const double *p0 = desc->as.cylinder.p0, *p1 = desc->as.cylinder.p1;
+    const ca_matrix frame = ca_cylinder_frame(p0, p1, (double)desc->as.cylinder.radius);
     const ca_matrix map = ca_matrix_multiply(&desc->to_world, &frame);
+    if (p0[0] == p1[0] && p0[1] == p1[1] && p0[2] == p1[2])
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this cylinder's ends p0 and p1 are the same point");
+    if (!ca_is_round_cylinder(&map))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a cylinder's to_world must leave its ends circles");
     CA_TRY(set_map(&shape->as.cylinder.map, desc, &map, error));
     shape->as.cylinder.radius = (float)column_length(&map, 0);
     shape->as.cylinder.length = (float)column_length(&map, 2);
