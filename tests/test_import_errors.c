@@ -89,6 +89,12 @@ static void wrong_values(void **state)
         {SCENE("<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\"><float name=\"gamma\" "
                "value=\"1.8\"/></texture></bsdf>"),
          "2:64: parameter \"gamma\" of bitmap must be 1, 2.2, or -1 for sRGB"},
+        {SCENE("<bsdf type=\"pplastic\"/>"), "2:1: bsdf \"pplastic\": polarised light is not supported"},
+        {SCENE("<emitter type=\"sunsky\"/>"),
+         "2:1: emitter \"sunsky\": the sky model is not supported; envmap takes a picture of a sky"},
+        {SCENE("<bsdf type=\"mixturebsdf\"><string name=\"weights\" value=\"1\"/><bsdf type=\"diffuse\"/>"
+               "<bsdf type=\"diffuse\"/></bsdf>"),
+         "2:26: weights has 1 number for 2 BSDFs"},
         {SCENE("<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"scale\"/></bsdf>"),
          "2:22: scale needs a nested <texture>"},
         {SCENE("<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"0\"/></transform></shape>"),

@@ -1,6 +1,8 @@
 /* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and any BSDF. */
 #include "base/text.h"
 #include "import/bsdf_plugins.h"
+#include "import/number.h"
+#include "material/bsdf.h"
 
 #include <string.h>
 
@@ -83,6 +85,87 @@ void ca_import_blend(ca_props *props, void *result)
     import_children(props, children, 2, 2);
     m->as.blend.first = children[0];
     m->as.blend.second = children[1];
+}
+
+/* ---- Mixtures -------------------------------------------------------------------------------------------------- */
+
+enum { MAX_MIXED = CA_BSDF_MAX_LOBES };
+
+/* The numbers of `weights`, one for each BSDF; their sum. */
+static double import_weights(ca_props *props, double *weights, size_t count)
+{
+    const ca_xml_node *node = ca_props_find(props, "weights");
+    const char *cursor = ca_props_string(props, "weights", NULL), *token;
+    size_t found = 0;
+    double sum = 0.0;
+    if (!cursor) ca_props_fail(props, "weights", "is missing");
+    for (size_t length; cursor && (length = ca_next_token(&cursor, &token)) > 0; found++) {
+        double weight = -1.0;
+        if (!ca_parse_number(token, length, &weight) || !(weight >= 0.0)) {
+            ca_props_fail(props, "weights", "must be numbers of at least 0");
+            return 0.0;
+        }
+        if (found < count) sum += weights[found] = weight;
+    }
+    if (cursor && found != count)
+        ca_import_fail(props->importer, &node->where, "weights has %zu %s for %zu BSDFs", found,
+                       ca_noun((double)found, "number", "numbers"), count);
+    if (cursor && !(sum > 0.0)) ca_props_fail(props, "weights", "must not all be 0");
+    return sum;
+}
+
+static ca_material_id add_material(ca_props *props, ca_material material)
+{
+    ca_scene_desc *desc = props->importer->desc;
+    if (!CA_TABLE_ADD(&desc->materials)) {
+        ca_import_fail_memory(props->importer, "materials");
+        return CA_NONE;
+    }
+    const ca_material_id id = (ca_material_id)(desc->materials.count - 1);
+    desc->materials.items[id] = (ca_material_desc){.material = material, .where = props->node->where};
+    return id;
+}
+
+static ca_texture_id grey(ca_props *props, double value)
+{
+    const ca_texture_id id = ca_scene_desc_add_constant(props->importer->desc, ca_rgb_grey((float)value));
+    if (id == CA_NONE) ca_import_fail_memory(props->importer, "textures");
+    return id;
+}
+
+static ca_material blend_of(ca_props *props, ca_material_id first, ca_material_id second, double share_of_second)
+{
+    ca_material m = ca_material_of_kind(CA_MATERIAL_BLEND);
+    m.as.blend.first = first;
+    m.as.blend.second = second;
+    m.as.blend.weight = grey(props, share_of_second);
+    return m;
+}
+
+/* 0.6: a sum of BSDFs by their weights, as a chain of blends from the last one on. What the weights lack to 1 is
+ * absorbed; more than 1 is scaled down. */
+void ca_import_mixture(ca_props *props, void *result)
+{
+    ca_material_id children[MAX_MIXED] = {0};
+    double weights[MAX_MIXED] = {0.0};
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_BLEND);
+    const size_t count = import_children(props, children, 1, MAX_MIXED - 1);
+    const double sum = import_weights(props, weights, count);
+    if (!ca_import_good(props->importer)) return;
+    if (sum > 1.0 + 1e-6)
+        ca_import_note(props->importer, &props->node->where,
+                       "weights of a mixturebsdf are scaled down to a sum of 1");
+    ca_material black = ca_material_of_kind(CA_MATERIAL_DIFFUSE);
+    black.as.diffuse.reflectance = grey(props, 0.0);
+    ca_material_id rest = add_material(props, black);
+    double rest_weight = sum < 1.0 ? 1.0 - sum : 0.0;
+    for (size_t i = count; i-- > 0 && ca_import_good(props->importer);) {
+        const double both = rest_weight + weights[i];
+        *m = blend_of(props, children[i], rest, both > 0.0 ? rest_weight / both : 0.0);
+        rest_weight = both;
+        if (i > 0) rest = add_material(props, *m);
+    }
 }
 
 /* The one nested texture, whatever its name. */

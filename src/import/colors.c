@@ -145,13 +145,14 @@ static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, s
 
 static float clip(float value, ca_color_role role)
 {
+    if (role == CA_COLOR_SIGNED) return value;
     if (!(value > 0.0f)) return 0.0f;
     return role == CA_COLOR_REFLECTANCE && value > 1.0f ? 1.0f : value;
 }
 
 static void check_value(ca_importer *importer, const ca_xml_node *node, double value, ca_color_role role)
 {
-    if (!(value >= 0.0) || value > (double)FLT_MAX)
+    if (!(value >= 0.0 || role == CA_COLOR_SIGNED) || fabs(value) > (double)FLT_MAX)
         ca_import_fail(importer, &node->where, "a colour cannot have the component %g", value);
     else if (role == CA_COLOR_REFLECTANCE && value > 1.0)
         ca_import_fail(importer, &node->where, "a reflectance lies in [0, 1], and %g does not", value);

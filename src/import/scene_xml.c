@@ -64,12 +64,64 @@ void ca_import_note(ca_importer *importer, const ca_location *where, const char 
 
 /* ---- Plugins and objects --------------------------------------------------------------------------------------- */
 
+/* Plugins of Mitsuba that are known, and not supported: told apart from typing errors. */
+typedef struct unsupported_plugin {
+    const char *tag, *name, *reason;
+} unsupported_plugin;
+
+static const unsupported_plugin unsupported[] = {
+    {"bsdf", "measured", "tables of measured reflectance are not supported"},
+    {"bsdf", "measured_polarized", "polarised light is not supported"},
+    {"bsdf", "pplastic", "polarised light is not supported"},
+    {"bsdf", "polarizer", "polarised light is not supported"},
+    {"bsdf", "retarder", "polarised light is not supported"},
+    {"bsdf", "circular", "polarised light is not supported"},
+    {"bsdf", "hair", "hair is not supported"},
+    {"bsdf", "principledthin", "thin principled surfaces are not supported"},
+    {"bsdf", "coating", "coats on any BSDF are not supported; plastic is a coated diffuse surface"},
+    {"bsdf", "roughcoating", "coats on any BSDF are not supported; roughplastic is a coated diffuse surface"},
+    {"bsdf", "hk", "scattering in layers is not supported"},
+    {"bsdf", "irawan", "woven cloth is not supported"},
+    {"shape", "bsplinecurve", "curves are not supported"},
+    {"shape", "linearcurve", "curves are not supported"},
+    {"shape", "hair", "curves are not supported"},
+    {"shape", "heightfield", "height fields are not supported; a mesh can be one"},
+    {"shape", "sdfgrid", "distance fields are not supported"},
+    {"shape", "ellipsoids", "sets of ellipsoids are not supported"},
+    {"shape", "ellipsoidsmesh", "sets of ellipsoids are not supported"},
+    {"emitter", "sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
+    {"emitter", "sun", "the sky model is not supported; directional is a sun without size"},
+    {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
+    {"emitter", "directionalarea", "areas that shine in one direction are not supported"},
+    {"emitter", "volumelight", "there are no media"},
+    {"sensor", "radiancemeter", "sensors without a picture are not supported"},
+    {"sensor", "irradiancemeter", "sensors without a picture are not supported"},
+    {"sensor", "distant", "sensors without a picture are not supported"},
+    {"sensor", "spherical", "spherical pictures are not supported"},
+    {"film", "specfilm", "spectral films are not supported"},
+    {"texture", "volume", "volumes are not supported"},
+    {"texture", "gridtexture", "grids of lines are not supported"},
+    {"texture", "wireframe", "wire frames are not supported"},
+    {"texture", "curvature", "curvatures are not supported"},
+};
+
+static bool fail_unsupported(ca_importer *importer, const ca_xml_node *node, const char *type)
+{
+    for (size_t i = 0; i < CA_COUNT(unsupported); i++) {
+        if (strcmp(unsupported[i].tag, node->tag) != 0 || strcmp(unsupported[i].name, type) != 0) continue;
+        ca_import_fail(importer, &node->where, "%s \"%s\": %s", node->tag, type, unsupported[i].reason);
+        return true;
+    }
+    return false;
+}
+
 const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,
                                        size_t count)
 {
     const char *type = ca_xml_attribute_value(node, "type");
     for (size_t i = 0; i < count; i++)
         if (strcmp(table[i].name, type) == 0) return &table[i];
+    if (fail_unsupported(importer, node, type)) return NULL;
     const char *nearest = NULL;
     for (size_t i = 0; i < count; i++)
         nearest = ca_nearer_name(type, nearest, table[i].name);
