@@ -218,6 +218,17 @@ static void nested_bsdfs(void **state)
     assert_int_equal(black->kind, CA_MATERIAL_DIFFUSE);
     near((double)desc.textures.items[black->as.diffuse.reflectance].as.constant.r, 0.0);
     done();
+    m = import(SCENE("<bsdf type=\"phong\"><float name=\"exponent\" value=\"12\"/></bsdf>"));
+    assert_int_equal(m->kind, CA_MATERIAL_PHONG);
+    near((double)desc.textures.items[m->as.phong.exponent].as.constant.r, 12.0);
+    near((double)desc.textures.items[m->as.phong.diffuse].as.constant.r, 0.5);
+    near((double)desc.textures.items[m->as.phong.specular].as.constant.r, 0.2);
+    done();
+    m = import(SCENE("<bsdf type=\"roughdiffuse\"><float name=\"alpha\" value=\"0.4\"/></bsdf>"));
+    assert_int_equal(m->kind, CA_MATERIAL_ROUGH_DIFFUSE);
+    near((double)desc.textures.items[m->as.rough_diffuse.alpha].as.constant.r, 0.4);
+    assert_int_equal(desc.notes.count, 1);
+    done();
     m = import(SCENE("<bsdf type=\"roughconductorGGX\"><rgb name=\"eta\" value=\"-0.1 0.2 0.3\"/></bsdf>"));
     assert_int_equal(m->as.rough_conductor.facets.distribution, CA_MICROFACET_GGX);
     near((double)desc.textures.items[m->as.rough_conductor.eta].as.constant.r, -0.1);

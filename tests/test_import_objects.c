@@ -622,6 +622,10 @@ static void old_textures(void **state)
     is_noted("2:1: texture filter \"ewa\" is read as \"bilinear\"");
     assert_int_equal(desc.textures.items[0].as.bitmap.filter, CA_FILTER_BILINEAR);
     done();
+    import(SCENE(OLD_BITMAP("<string name=\"filterType\" value=\"ewa\"/>")
+                     OLD_BITMAP("<string name=\"filterType\" value=\"ewa\"/>"))); /* said once */
+    is_noted("2:1: texture filter \"ewa\" is read as \"bilinear\"");
+    done();
     import(SCENE(OLD_BITMAP("<string name=\"wrapModeU\" value=\"mirror\"/>"
                             "<string name=\"wrapModeV\" value=\"mirror\"/>"
                             "<float name=\"gamma\" value=\"1\"/>")));

@@ -250,6 +250,28 @@ static void import_principled(ca_props *props, void *result)
     m->as.principled.eta = principled_index(props, ca_props_find(props, "spec_trans") != NULL);
 }
 
+static void import_rough_diffuse(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_ROUGH_DIFFUSE);
+    const bool old = ca_props_find(props, "diffuse_reflectance") != NULL;
+    m->as.rough_diffuse.reflectance =
+        ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->as.rough_diffuse.alpha = ca_props_texture(props, "alpha", 0.2f, CA_COLOR_INDEX);
+    if (!ca_props_boolean(props, "use_fast_approx", false))
+        ca_import_note(props->importer, &props->node->where,
+                       "roughdiffuse is the model's simplified form, without light between facets");
+}
+
+static void import_phong(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_PHONG);
+    m->as.phong.diffuse = ca_props_texture(props, "diffuse_reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->as.phong.specular = ca_props_texture(props, "specular_reflectance", 0.2f, CA_COLOR_REFLECTANCE);
+    m->as.phong.exponent = ca_props_texture(props, "exponent", 30.0f, CA_COLOR_INDEX);
+}
+
 static void import_null(ca_props *props, void *result)
 {
     ca_material *m = result;
@@ -269,6 +291,8 @@ static const ca_plugin plugins[] = {
     {"plastic", import_plastic},
     {"roughplastic", import_rough_plastic},
     {"principled", import_principled},
+    {"roughdiffuse", import_rough_diffuse},
+    {"phong", import_phong},
     {"null", import_null},
     {"twosided", ca_import_twosided},
     {"mask", ca_import_mask},

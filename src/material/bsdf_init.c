@@ -119,6 +119,26 @@ static void init_rough_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup 
     bxdf->as.rough_conductor.facets = facets_at(&leaf->as.rough_conductor.facets, at);
 }
 
+/* 0.6's slopes: a root mean square of alpha in the plane is one of alpha / sqrt(2) along a line. */
+static void init_rough_diffuse(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->as.rough_diffuse.reflectance = color_or(at, leaf->as.rough_diffuse.reflectance, 0.5f);
+    bxdf->as.rough_diffuse.sigma = ca_max(0.0f, scalar_or(at, leaf->as.rough_diffuse.alpha, 0.0f)) * 0.70710678f;
+}
+
+/* Diffuse and specular reflectance together are at most 1, as 0.6 sees to it. Samples go where the light is. */
+static void init_phong(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    const ca_rgb diffuse = color_or(at, leaf->as.phong.diffuse, 0.5f);
+    const ca_rgb specular = color_or(at, leaf->as.phong.specular, 0.0f);
+    const float most = ca_rgb_max(ca_rgb_add(diffuse, specular)), scale = most > 1.0f ? 1.0f / most : 1.0f;
+    const float s = ca_luminance(specular), sum = s + ca_luminance(diffuse);
+    bxdf->as.phong.diffuse = ca_rgb_scale(diffuse, scale);
+    bxdf->as.phong.specular = ca_rgb_scale(specular, scale);
+    bxdf->as.phong.exponent = ca_max(0.0f, scalar_or(at, leaf->as.phong.exponent, 0.0f));
+    bxdf->as.phong.specular_weight = sum > 0.0f ? s / sum : 0.0f;
+}
+
 /* A leaf's kind is that of its model (material.c asserts it). */
 static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
@@ -135,6 +155,8 @@ static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
     case CA_BXDF_PLASTIC: init_plastic(bxdf, &leaf->as.plastic, at); break;
     case CA_BXDF_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
     case CA_BXDF_PRINCIPLED: init_principled(bxdf, leaf, at); break;
+    case CA_BXDF_ROUGH_DIFFUSE: init_rough_diffuse(bxdf, leaf, at); break;
+    case CA_BXDF_PHONG: init_phong(bxdf, leaf, at); break;
     case CA_BXDF_KIND_COUNT: assert(false && "a material that is no leaf");
     }
 }

@@ -34,7 +34,9 @@ typedef uint32_t ca_material_id;
     ROW(ROUGH_CONDUCTOR, "roughconductor", .as.rough_conductor = {CA_NONE, CA_NONE, CA_NONE, CA_NO_FACETS})          \
     ROW(PLASTIC, "plastic", .as.plastic = CA_NO_PLASTIC)                                                             \
     ROW(ROUGH_PLASTIC, "roughplastic", .as.rough_plastic = {CA_NO_PLASTIC, CA_NO_FACETS, NULL})                      \
-    ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)
+    ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)                                                 \
+    ROW(ROUGH_DIFFUSE, "roughdiffuse", .as.rough_diffuse = {CA_NONE, CA_NONE})                                       \
+    ROW(PHONG, "phong", .as.phong = {CA_NONE, CA_NONE, CA_NONE})
 #define CA_MATERIAL_NODES(ROW)                                                                                       \
     ROW(NULL, "null", .as.diffuse = {CA_NONE}) /* has no parameters */                                               \
     ROW(TWOSIDED, "twosided", .as.twosided = {CA_NONE, CA_NONE})                                                     \
@@ -75,6 +77,12 @@ typedef struct ca_material {
         struct {
             ca_texture_id reflectance;
         } diffuse;
+        struct {
+            ca_texture_id reflectance, alpha; /* alpha: root mean square slope */
+        } rough_diffuse;
+        struct {
+            ca_texture_id diffuse, specular, exponent;
+        } phong;
         struct {
             float eta; /* interior over exterior index */
             ca_texture_id reflectance, transmittance;

@@ -41,6 +41,13 @@ static void set_leaves(void)
     ca_material *rough_plastic = set(ROUGH_PLASTIC, CA_MATERIAL_ROUGH_PLASTIC);
     rough_plastic->as.rough_plastic.layers = layers;
     rough_plastic->as.rough_plastic.facets = facets(ROUGH_04, ROUGH_04);
+    ca_material *clay = set(CLAY, CA_MATERIAL_ROUGH_DIFFUSE);
+    clay->as.rough_diffuse.reflectance = RED;
+    clay->as.rough_diffuse.alpha = HALF;
+    ca_material *phong = set(OLD_PLASTIC, CA_MATERIAL_PHONG);
+    phong->as.phong.diffuse = RED;
+    phong->as.phong.specular = HALF;
+    phong->as.phong.exponent = ONE;
     set(NOTHING, CA_MATERIAL_NULL);
 }
 
