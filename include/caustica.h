@@ -76,15 +76,15 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render. `scene` is set on
- * success. */
+/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
+ * `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
-/* The same; building what rays are traced with ends soon when `stop` is set (ca_render_settings.stop; may be NULL):
- * CA_ERROR_INTERRUPTED. */
-CA_API ca_status ca_scene_load_until(const char *path, const ca_define *defines, size_t define_count, const int *stop,
-                                     ca_scene **scene, ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
+
+/* What the scene's text says and is read otherwise (a sampler of another name, a texture filter): one sentence each,
+ * starting with "file:line:column: ". NULL behind the last. The text lives as long as the scene. */
+CA_API const char *ca_scene_note(const ca_scene *scene, size_t index);
 
 /* Scenes from memory: a text in the language of the scene files, and what is large as arrays that it names. All is
  * copied: the arrays are the caller's again when the call is over. */
@@ -116,10 +116,12 @@ typedef struct ca_scene_source {
     size_t mesh_count;
     const ca_bitmap_data *bitmaps;
     size_t bitmap_count;
-    const int *stop; /* as ca_scene_load_until has it; may be NULL */
+    uint32_t sensor;    /* of several sensors, counted from 0 */
+    const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
+                           CA_ERROR_INTERRUPTED. May be NULL */
 } ca_scene_source;
 
-/* As ca_scene_load_until. */
+/* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor. */
 CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);
 
 /* The same scene seen otherwise: the source's <sensor>, with its film and sampler, and its <integrator>, if it has
@@ -300,6 +302,8 @@ typedef struct ca_render_statistics {
     ca_rays_statistics numbers_of_rays;
     ca_method_statistics method;
     uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
+    const char *const *notes; /* as ca_scene_note, `note_count` of them; they live as long as the scene */
+    size_t note_count;
 } ca_render_statistics;
 
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */

@@ -244,6 +244,46 @@ static void normal_maps_hold_normals(void **state)
     assert_true(bsdf.lobes[0].frame.n.z == 1.0f);
 }
 
+static ca_vec3 polar(double angle, double azimuth)
+{
+    return (ca_vec3){(float)(sin(angle) * cos(azimuth)), (float)(sin(angle) * sin(azimuth)), (float)cos(angle)};
+}
+
+/* f times the cosine of a white diffuse surface whose map has the normal (0.8, -0.2, 0.5), as Mitsuba 3.9.1 evaluates
+ * it with the rules of the two flags; the second and third eye are behind the normal, so that it turns. */
+static void perturbed_normals_turn_and_shadow(void **state)
+{
+    (void)state;
+    static const struct {
+        double eye[2], light[2];
+        float textbook, turned, shadowed, both;
+    } known[] = {
+        {{0.3, 0.2}, {0.7, 1.0}, 0.18235f, 0.18235f, 0.17251f, 0.17251f},
+        {{1.2, 3.0}, {0.6, 0.5}, 0.0f, 0.02323f, 0.0f, 0.02238f},
+        {{1.2, 3.0}, {1.3, 2.5}, 0.0f, 0.28605f, 0.0f, 0.17200f},
+        {{0.7, 1.0}, {0.3, 0.2}, 0.23027f, 0.23027f, 0.22842f, 0.22842f},
+    };
+    const float length = sqrtf(0.93f);
+    const ca_rgb normal = {0.5f + 0.4f / length, 0.5f - 0.1f / length, 0.5f + 0.25f / length};
+    const ca_texture textures[2] = {ca_texture_constant(normal), ca_texture_constant(ca_rgb_grey(1.0f))};
+    ca_material table[2] = {ca_material_of_kind(CA_MATERIAL_NORMAL_MAP), ca_material_of_kind(CA_MATERIAL_DIFFUSE)};
+    table[0].as.normal_map.child = 1;
+    table[0].as.normal_map.normals = 0;
+    table[1].as.diffuse.reflectance = 1;
+    const ca_surface surface = ca_test_flat_surface(0);
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        for (unsigned flags = 0; flags < 4; flags++) {
+            table[0].as.normal_map.rules = (ca_material_perturbed){flags & 1, flags & 2};
+            const float values[4] = {known[i].textbook, known[i].turned, known[i].shadowed, known[i].both};
+            const ca_vec3 eye = polar(known[i].eye[0], known[i].eye[1]);
+            const ca_vec3 light = polar(known[i].light[0], known[i].light[1]);
+            ca_bsdf bsdf;
+            ca_bsdf_init(&bsdf, table, textures, &surface, eye);
+            const ca_bsdf_value value = ca_bsdf_eval(&bsdf, eye, light, CA_FROM_CAMERA);
+            assert_float_equal(value.f.g * light.z, values[flags], 2e-5f);
+        }
+}
+
 /* f̄ itself, where the elementary f is known: a diffuse leaf under a tilted shading normal. */
 static void the_cosine_is_the_lights(void **state)
 {
@@ -330,6 +370,7 @@ int main(void)
         cmocka_unit_test(the_back_is_the_front_mirrored),
         cmocka_unit_test(bumps_lean_the_normal),
         cmocka_unit_test(normal_maps_hold_normals),
+        cmocka_unit_test(perturbed_normals_turn_and_shadow),
         cmocka_unit_test(the_cosine_is_the_lights),
         cmocka_unit_test(mirrors_scale_flux_by_the_cosines),
     };

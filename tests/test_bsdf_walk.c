@@ -57,7 +57,8 @@ static void samples_and_values_agree(void **state)
             ca_test_assert_close_rgb("weight", material, s.weight, ca_rgb_scale(value.f, cos_ng / value.pdf.v),
                                      5e-3f);
             const ca_bsdf back = ca_test_bsdf_at(&surface, s.wo_world);
-            const ca_bsdf_value reverse = ca_bsdf_eval(&back, s.wo_world, wi, from);
+            const ca_from other = from == CA_FROM_CAMERA ? CA_FROM_LIGHT : CA_FROM_CAMERA;
+            const ca_bsdf_value reverse = ca_bsdf_eval(&back, s.wo_world, wi, other);
             ca_test_assert_close("reverse of pdf", material, reverse.pdf_reverse.v, value.pdf.v, 5e-3f);
             ca_test_assert_close("reverse of pdf_reverse", material, reverse.pdf.v, value.pdf_reverse.v, 5e-3f);
         }
@@ -151,7 +152,7 @@ static void mixtures_are_sampled_by_their_density(void **state)
 {
     (void)state;
     const uint32_t materials[] = {TWO_COLORS,   MASKED,       METAL_PAINT, GLASS_PAINT,
-                                  BUMPED_METAL, MAPPED_GLASS, PATCHWORK};
+                                  BUMPED_METAL, MAPPED_GLASS, PATCHWORK,   BUMPED_PAINT, TEXTBOOK_BUMP};
     const ca_vec3 incidences[] = {{0.1f, 0.2f, 0.9f}, {-0.7f, 0.3f, 0.5f}, {0.5f, -0.2f, -0.7f}};
     enum { MATERIALS = sizeof materials / sizeof *materials, INCIDENCES = sizeof incidences / sizeof *incidences };
     ca_test_random random = ca_test_random_seed(8);
@@ -191,6 +192,48 @@ static void both_ends_see_the_same(void **state)
         }
         const uint32_t can = ca_material_scatter(ca_test_all.materials, material);
         assert_true((lit > 1000) == ((can & CA_SCATTER_SMOOTH) != 0));
+    }
+}
+
+/* Light from a lopsided sky, seen by a lopsided eye, by walks from one end: mean and its squared error. */
+static void carried_light(uint32_t material, ca_from from, double *mean, double *error2)
+{
+    const ca_vec3 bright = ca_normalize((ca_vec3){0.6f, -0.5f, 0.4f});
+    const ca_vec3 seen = ca_normalize((ca_vec3){-0.3f, 0.8f, 0.2f});
+    ca_test_random random = ca_test_random_seed(300 + 2 * material + (from == CA_FROM_LIGHT));
+    const uint32_t count = 80000;
+    double sum = 0.0, squares = 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        ca_surface surface = ca_test_flat_surface(material);
+        surface.ns = ca_normalize((ca_vec3){0.2f, -0.1f, 1.0f});
+        surface.uv = (ca_vec2){ca_test_random_float(&random), ca_test_random_float(&random)};
+        const ca_vec3 wi = ca_test_random_direction(&random);
+        const ca_bsdf bsdf = ca_test_bsdf_at(&surface, wi);
+        ca_bsdf_sample s;
+        if (!ca_test_sample(&bsdf, wi, &random, from, &s)) continue;
+        const ca_vec3 eye = from == CA_FROM_CAMERA ? wi : s.wo_world;
+        const ca_vec3 light = from == CA_FROM_CAMERA ? s.wo_world : wi;
+        const float sky = 1.0f + ca_dot(light, bright), view = 1.0f + ca_dot(eye, seen);
+        const double value = (double)(ca_luminance(s.weight) * ca_abs_dot(wi, surface.ng) * sky * view);
+        sum += value;
+        squares += value * value;
+    }
+    *mean = sum / count;
+    *error2 = (squares / count - *mean * *mean) / count;
+}
+
+/* Dirac events too: the light that reaches the eye through one surface is the same by walks from either end. */
+static void both_walks_carry_the_same(void **state)
+{
+    (void)state;
+    for (uint32_t material = 0; material < MATERIAL_COUNT; ++material) {
+        double mean[2], error2[2];
+        carried_light(material, CA_FROM_CAMERA, &mean[0], &error2[0]);
+        carried_light(material, CA_FROM_LIGHT, &mean[1], &error2[1]);
+        const double error = sqrt(error2[0] + error2[1]);
+        if (!(fabs(mean[0] - mean[1]) <= 4.0 * error + 1e-5) || !(error <= 0.03 * mean[0]))
+            fail_msg("material %u: %.6g from the camera, %.6g from the light, standard error %.3g", material, mean[0],
+                     mean[1], error);
     }
 }
 
@@ -259,6 +302,7 @@ int main(void)
         cmocka_unit_test(energy_goes_through_blends_and_masks),
         cmocka_unit_test(mixtures_are_sampled_by_their_density),
         cmocka_unit_test(both_ends_see_the_same),
+        cmocka_unit_test(both_walks_carry_the_same),
         cmocka_unit_test(everything_is_finite),
     };
     return cmocka_run_group_tests(tests, ca_test_make_collection, ca_test_release_collection);

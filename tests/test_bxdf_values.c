@@ -46,6 +46,34 @@ static void test_plastic(void **state)
     assert_near(f.b, 0.8 * passes / 0.4);
 }
 
+/* The mirror direction of one is the other; the one upright is 60 degrees off it. */
+static void test_phong(void **state)
+{
+    (void)state;
+    const ca_bxdf bxdf = {.kind = CA_BXDF_PHONG,
+                          .as.phong = {.diffuse = {0.1f, 0.2f, 0.3f},
+                                       .specular = {0.5f, 0.4f, 0.3f},
+                                       .exponent = 4.0f,
+                                       .specular_weight = 0.5f}};
+    assert_near(value(&bxdf, left, right).r, (0.1 + 0.5 * 3.0) / CA_PI_D);
+    assert_near(value(&bxdf, left, up).g, (0.2 + 0.4 * 3.0 / 16.0) / CA_PI_D);
+    assert_near(value(&bxdf, left, left).b, 0.3 / CA_PI_D); /* more than 90 degrees off it */
+}
+
+/* A = 1 - 0.045 / 0.42 and B = 0.225; sin 60 tan 60 is 1.5, on one's own side only. */
+static void test_rough_diffuse(void **state)
+{
+    (void)state;
+    const ca_bxdf bxdf = {.kind = CA_BXDF_ROUGH_DIFFUSE,
+                          .as.rough_diffuse = {.reflectance = {0.8f, 0.4f, 0.2f}, .sigma = 0.3f}};
+    const double a = 1.0 - 0.045 / 0.42;
+    assert_near(value(&bxdf, left, right).r, 0.8 * a / CA_PI_D);
+    assert_near(value(&bxdf, left, left).g, 0.4 * (a + 0.225 * 1.5) / CA_PI_D);
+    assert_near(value(&bxdf, up, right).b, 0.2 * a / CA_PI_D);
+    const ca_vec3 steep = {-0.6f, 0.0f, 0.8f}; /* sin a of the greater angle, tan b of the smaller one */
+    assert_near(value(&bxdf, left, steep).g, 0.4 * (a + 0.225 * 0.8660254 * 0.75) / CA_PI_D);
+}
+
 static ca_bxdf principled(float roughness)
 {
     return (ca_bxdf){.kind = CA_BXDF_PRINCIPLED,
@@ -121,6 +149,8 @@ static void test_principled_clearcoat(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_phong),
+        cmocka_unit_test(test_rough_diffuse),
         cmocka_unit_test(test_plastic),
         cmocka_unit_test(test_principled_base),
         cmocka_unit_test(test_principled_specular),

@@ -28,7 +28,7 @@ static const char *const box_text =
     "  <shape type=\"sphere\"><point name=\"center\" value=\"0,0.6,0\"/><float name=\"radius\" value=\"0.6\"/>"
     "<bsdf type=\"dielectric\"/></shape>\n"
     "  <shape type=\"sphere\"><point name=\"center\" value=\"1,3,0\"/><float name=\"radius\" value=\"0.2\"/>"
-    "<emitter type=\"area\"><rgb name=\"radiance\" value=\"$light\"/></emitter></shape>\n"
+    "<bsdf type=\"diffuse\"/><emitter type=\"area\"><rgb name=\"radiance\" value=\"$light\"/></emitter></shape>\n"
     "</scene>\n";
 
 static uint64_t hash_of(void **state, const char *name)

@@ -66,6 +66,35 @@ static void test_how_it_was_made(void **state)
 }
 
 /* A seed comes back with all its digits. */
+/* What is read otherwise than written is said once on standard error, and in the statistics. */
+static void test_notes(void **state)
+{
+    ca_program_result r;
+    static const char scene[] =
+        "<scene version=\"3.0.0\">\n<integrator type=\"volpath\"/><sensor type=\"perspective\">\n"
+        "<sampler type=\"ldsampler\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"4\"/>"
+        "<integer name=\"height\" value=\"4\"/></film></sensor><shape type=\"sphere\"/></scene>";
+    static const char *const notes[] = {"noted.xml:3:1: sampler \"ldsampler\" is read as \"sobol\"",
+                                        "noted.xml:2:1: integrator \"volpath\" is read as \"path\": there are no "
+                                        "media"};
+    write_text(folder_of(state), "noted.xml", scene);
+    RUN(&r, "render", "noted.xml", "-o", "noted.exr", "--stats=noted.json", "--quiet");
+    assert_exit(&r, 0);
+    json_t *stats = load_json(folder_of(state), "noted.json");
+    assert_int_equal(json_array_size(json_object_get(stats, "notes")), 2);
+    for (size_t i = 0; i < 2; i++) {
+        bool found = false;
+        assert_says(r.errors, notes[i]);
+        for (size_t k = 0; k < 2; k++)
+            found |= strcmp(json_string_value(json_array_get(json_object_get(stats, "notes"), k)), notes[i]) == 0;
+        assert_true(found);
+    }
+    json_decref(stats);
+    RUN(&r, "info", "noted.xml");
+    assert_exit(&r, 0);
+    assert_says(r.errors, notes[0]);
+}
+
 static void test_large_seeds(void **state)
 {
     static const char *const seeds[] = {"9007199254740992", "9007199254740993", "18446744073709551615"};
@@ -152,7 +181,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_how_it_was_made), PROGRAM_TEST(test_large_seeds), PROGRAM_TEST(test_nothing_is_made_up),
-        PROGRAM_TEST(test_parts),           PROGRAM_TEST(test_noise),
+        PROGRAM_TEST(test_parts),           PROGRAM_TEST(test_noise),       PROGRAM_TEST(test_notes),
     };
     return run_program_tests("command line: statistics", tests, sizeof tests / sizeof tests[0]);
 }

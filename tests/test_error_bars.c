@@ -27,7 +27,7 @@ static const char *const scene_text =
     "<shape type='sphere'><point name='center' value='0,0.5,0'/><float name='radius' value='0.5'/>"
     "<bsdf type='diffuse'/></shape>"
     "<shape type='disk'><transform name='to_world'><rotate x='1' angle='90'/><translate y='3'/></transform>"
-    "<emitter type='area'><rgb name='radiance' value='5'/></emitter></shape></scene>";
+    "<bsdf type='diffuse'/><emitter type='area'><rgb name='radiance' value='5'/></emitter></shape></scene>";
 
 typedef struct render_case {
     const char *integrator, *sampler;

@@ -205,10 +205,39 @@ static void nested_bsdfs(void **state)
     assert_int_equal(desc.materials.items[m->as.blend.first].material.kind, CA_MATERIAL_DIFFUSE);
     assert_int_equal(desc.materials.items[m->as.blend.second].material.kind, CA_MATERIAL_CONDUCTOR);
     done();
+    /* A mixture is a chain of blends: 0.5 of the first, 0.3 of the second, 0.2 is absorbed. */
+    m = import(SCENE("<bsdf type=\"mixturebsdf\"><string name=\"weights\" value=\"0.5, 0.3\"/>"
+                     "<bsdf type=\"conductor\"/><bsdf type=\"plastic\"/></bsdf>"));
+    assert_int_equal(m->kind, CA_MATERIAL_BLEND);
+    near((double)desc.textures.items[m->as.blend.weight].as.constant.r, 0.5);
+    assert_int_equal(desc.materials.items[m->as.blend.first].material.kind, CA_MATERIAL_CONDUCTOR);
+    const ca_material *rest = &desc.materials.items[m->as.blend.second].material;
+    near((double)desc.textures.items[rest->as.blend.weight].as.constant.r, 0.4);
+    assert_int_equal(desc.materials.items[rest->as.blend.first].material.kind, CA_MATERIAL_PLASTIC);
+    const ca_material *black = &desc.materials.items[rest->as.blend.second].material;
+    assert_int_equal(black->kind, CA_MATERIAL_DIFFUSE);
+    near((double)desc.textures.items[black->as.diffuse.reflectance].as.constant.r, 0.0);
+    done();
+    m = import(SCENE("<bsdf type=\"phong\"><float name=\"exponent\" value=\"12\"/></bsdf>"));
+    assert_int_equal(m->kind, CA_MATERIAL_PHONG);
+    near((double)desc.textures.items[m->as.phong.exponent].as.constant.r, 12.0);
+    near((double)desc.textures.items[m->as.phong.diffuse].as.constant.r, 0.5);
+    near((double)desc.textures.items[m->as.phong.specular].as.constant.r, 0.2);
+    done();
+    m = import(SCENE("<bsdf type=\"roughdiffuse\"><float name=\"alpha\" value=\"0.4\"/></bsdf>"));
+    assert_int_equal(m->kind, CA_MATERIAL_ROUGH_DIFFUSE);
+    near((double)desc.textures.items[m->as.rough_diffuse.alpha].as.constant.r, 0.4);
+    assert_int_equal(desc.notes.count, 1);
+    done();
+    m = import(SCENE("<bsdf type=\"roughconductorGGX\"><rgb name=\"eta\" value=\"-0.1 0.2 0.3\"/></bsdf>"));
+    assert_int_equal(m->as.rough_conductor.facets.distribution, CA_MICROFACET_GGX);
+    near((double)desc.textures.items[m->as.rough_conductor.eta].as.constant.r, -0.1);
+    done();
     m = import(SCENE("<bsdf type=\"bumpmap\"><texture type=\"checkerboard\"/><float name=\"scale\" value=\"2\"/>"
                      "<bsdf type=\"diffuse\"/></bsdf>"));
     assert_int_equal(m->kind, CA_MATERIAL_BUMP);
     near((double)m->as.bump.scale, 2.0);
+    assert_true(m->as.bump.rules.flips && m->as.bump.rules.shadows);
     assert_int_equal(desc.textures.items[m->as.bump.height].kind, CA_TEXTURE_CHECKERBOARD);
     assert_int_equal(desc.materials.items[m->as.bump.child].material.kind, CA_MATERIAL_DIFFUSE);
     done();

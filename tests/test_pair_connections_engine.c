@@ -30,12 +30,14 @@
     "<shape type='sphere'><float name='radius' value='0.3'/><point name='center' x='0.4' y='-0.6' z='-0.3'/>"        \
     "<bsdf type='" ball "'/></shape>"                                                                                \
     "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='100'/>"             \
-    "<translate x='-0.3' y='0.5' z='-0.4'/></transform><emitter type='area'><rgb name='radiance' "                   \
+    "<translate x='-0.3' y='0.5' z='-0.4'/></transform><bsdf type='diffuse'/>"                                       \
+    "<emitter type='area'><rgb name='radiance' "                                                                     \
     "value='3,3,2'/></emitter>"                                                                                      \
     "</shape>" more "</scene>"
 
 #define HIDDEN_LAMP                                                                                                  \
     "<shape type='sphere'><float name='radius' value='0.17'/><point name='center' x='9' y='0' z='0'/>"               \
+    "<bsdf type='diffuse'/>"                                                                                         \
     "<emitter type='area'><rgb name='radiance' value='3,3,2'/></emitter></shape>"                                    \
     "<shape type='sphere'><float name='radius' value='0.5'/><point name='center' x='9' y='0' z='0'/>"                \
     "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf></bsdf></shape>"

@@ -79,6 +79,7 @@ static ca_scene *lit_floor(const char *square, const char *back)
                          "<shape type='obj'><string name='filename' value='%s'/>"
                          "<boolean name='face_normals' value='true'/><transform name='to_world'>"
                          "<scale value='0.15'/><translate x='%g' y='%g' z='-1'/></transform>"
+                         "<bsdf type='diffuse'/>"
                          "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>",
                          square, 0.4 * (i % 4) - 0.6, 0.4 * (double)(i / 4) - 0.6);
     snprintf(text + used, sizeof text - (size_t)used, "</scene>");

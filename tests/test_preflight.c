@@ -61,7 +61,8 @@ static void write_water(const char *path)
 /* A lamp above the water, facing down. */
 #define LAMP(radius, radiance)                                                                                       \
     "<shape type='disk'><transform name='to_world'><scale value='" radius "'/><rotate x='1' angle='90'/><translate " \
-    "x='0.6' y='2.5'/></transform><emitter type='area'><rgb name='radiance' value='" radiance                        \
+    "x='0.6' y='2.5'/></transform><bsdf type='diffuse'/>"                                                            \
+    "<emitter type='area'><rgb name='radiance' value='" radiance                                                     \
     "'/></emitter></shape>"
 
 /* A floor, under water or not, in some light; paths of at most `max_depth` segments. */

@@ -41,7 +41,8 @@ static const char *const room_text =
               "value='4'/></emitter>"
               "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' "
               "angle='90'/><translate x='-0.8' y='2.6'/>"
-              "</transform><emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
+              "</transform><bsdf type='diffuse'/>"
+              "<emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
 
 /* A floor of reflectance one under a point light of intensity pi at height 1. */
 static const char *const floor_text =
@@ -412,7 +413,7 @@ static void test_the_sampler_is_halton(void **state)
             text, sizeof text,
             "<scene version='3.0.0'><integrator type='qmcppm'/><sensor type='perspective'>%s"
             "<film type='hdrfilm'><integer name='width' value='2'/><integer name='height' value='2'/></film></sensor>"
-            "<shape type='sphere'><emitter type='area'/></shape></scene>",
+            "<shape type='sphere'><bsdf type='diffuse'/><emitter type='area'/></shape></scene>",
             cases[i].sampler_of_scene);
         ca_scene *scene = scene_from_text(text);
         ca_render_settings settings;

@@ -40,7 +40,8 @@ static const char *const room_text =
     "<emitter type='point'><point name='position' value='0.5,2.5,-0.5'/><rgb name='intensity' value='4'/></emitter>"
     "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='90'/><translate x='-0.8' "
     "y='2.6'/>"
-    "</transform><emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
+    "</transform><bsdf type='diffuse'/>"
+    "<emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
 
 typedef struct bar_job {
     const char *integrator, *sampler, *part;
@@ -357,7 +358,8 @@ static const char *const rough_text =
     "<bsdf type='dielectric'/></shape>"
     "<emitter type='point'><point name='position' value='0.5,2.5,-0.5'/><rgb name='intensity' value='4'/></emitter>"
     "<shape type='disk'><transform name='to_world'><scale value='0.4'/><rotate x='1' angle='90'/><translate x='-0.8' "
-    "y='2.6'/></transform><emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
+    "y='2.6'/></transform><bsdf type='diffuse'/>"
+    "<emitter type='area'><rgb name='radiance' value='8'/></emitter></shape></scene>";
 
 static double luminance(const ca_image_layers *image, int pixel)
 {

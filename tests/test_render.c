@@ -31,7 +31,8 @@ static const char *const scene_text =
     "<bsdf type='roughconductor'><float name='alpha' value='0.2'/></bsdf></shape>"
     "<emitter type='constant'><rgb name='radiance' value='0.4'/></emitter>"
     "<shape type='disk'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/><translate y='3'/>"
-    "</transform><emitter type='area'><rgb name='radiance' value='20'/></emitter></shape></scene>";
+    "</transform><bsdf type='diffuse'/>"
+    "<emitter type='area'><rgb name='radiance' value='20'/></emitter></shape></scene>";
 
 static ca_render_settings settings_with(uint32_t samples)
 {

@@ -36,7 +36,8 @@ static const char *const scene_text =
     "<emitter type='spot'><transform name='to_world'><lookat origin='-2,2,0' target='0,0,0' up='0,0,1'/></transform>"
     "<rgb name='intensity' value='9'/></emitter>"
     "<shape type='disk'><transform name='to_world'><scale value='0.3'/><rotate x='1' angle='90'/><translate y='3'/>"
-    "</transform><emitter type='area'><rgb name='radiance' value='20'/></emitter></shape></scene>";
+    "</transform><bsdf type='diffuse'/>"
+    "<emitter type='area'><rgb name='radiance' value='20'/></emitter></shape></scene>";
 
 /* All of the engine's, and one with parameters. */
 static const char *integrator_at(size_t i)

@@ -258,6 +258,35 @@ static ca_texture attribute_texture(const char *name)
     return (ca_texture){.kind = CA_TEXTURE_MESH_ATTRIBUTE, .as.mesh_attribute = {name}};
 }
 
+/* The child's value times the factor, at coordinates that the scale may move; its slope is that of its values. */
+static void scale_multiplies(void **state)
+{
+    (void)state;
+    float texels[16];
+    ca_image image = {.width = 4, .height = 4, .channels = 1, .data = texels};
+    fill_random(&image, 5);
+    ca_texture table[2] = {bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT),
+                           {.kind = CA_TEXTURE_SCALE,
+                            .to_uv = {{1.0f, 0.0f, 0.25f}, {0.5f, -1.0f, 1.0f}},
+                            .as.scale = {.child = 0, .factor = {2.0f, 2.0f, 2.0f}}}};
+    ca_test_random random = ca_test_random_seed(9);
+    int near_kinks = 0;
+    for (int i = 0; i < 200; i++) {
+        const float u = uniform(&random, -1.0f, 2.0f), v = uniform(&random, -1.0f, 2.0f), h = 1e-3f;
+        const ca_surface here = surface_at(u, v), child = surface_at(u + 0.25f, 0.5f * u - v + 1.0f);
+        const ca_surface right = surface_at(u + h, v), left = surface_at(u - h, v);
+        const float value = ca_texture_eval_scalar(table, 1, &here);
+        assert_near((double)value, 2.0 * (double)ca_texture_eval_scalar(table, 0, &child), 1e-5);
+        const float slope =
+            (ca_texture_eval_scalar(table, 1, &right) - ca_texture_eval_scalar(table, 1, &left)) / (2.0f * h);
+        const double known = (double)ca_texture_gradient(table, 1, &here).x;
+        near_kinks += fabs((double)slope - known) > 0.02;
+    }
+    assert_true(near_kinks <= 8); /* a difference over a kink of the patch is not its slope: 1.6 % of all */
+    assert_near((double)ca_texture_mean(table, 1).g, 2.0 * (double)ca_texture_mean(table, 0).g, 1e-6);
+    assert_near((double)ca_texture_max(table, 1), 2.0 * (double)ca_texture_max(table, 0), 1e-6);
+}
+
 static void mesh_attributes_are_interpolated(void **state)
 {
     (void)state;
@@ -310,6 +339,7 @@ int main(void)
         cmocka_unit_test(gradient_is_the_slope),
         cmocka_unit_test(wild_coordinates_stay_in_the_picture),
         cmocka_unit_test(checkerboard_alternates),
+        cmocka_unit_test(scale_multiplies),
         cmocka_unit_test(mesh_attributes_are_interpolated),
         cmocka_unit_test(mean_and_max_of_a_bitmap),
     };

@@ -9,6 +9,7 @@
 
 typedef struct info_options {
     ca_text_list define_words;
+    uint32_t sensor;
     bool help;
 } info_options;
 
@@ -19,6 +20,11 @@ static const ca_option options[] = {
      .kind = CA_OPTION_TEXT_LIST,
      .offset = offsetof(info_options, define_words),
      .help = "value for a <default> of the scene; several times"},
+    {.name = "sensor",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     .offset = offsetof(info_options, sensor),
+     .help = "which of the scene's sensors, counted from 0 (default: 0)"},
     {.name = "help",
      .letter = 'h',
      .kind = CA_OPTION_FLAG,
@@ -48,7 +54,8 @@ static const char *const light_names[] = {
 static const char *const texture_names[] = {[CA_TEXTURE_CONSTANT] = "constant",
                                             [CA_TEXTURE_BITMAP] = "bitmap",
                                             [CA_TEXTURE_CHECKERBOARD] = "checkerboard",
-                                            [CA_TEXTURE_MESH_ATTRIBUTE] = "mesh_attribute"};
+                                            [CA_TEXTURE_MESH_ATTRIBUTE] = "mesh_attribute",
+                                            [CA_TEXTURE_SCALE] = "scale"};
 static const char *const camera_names[] = {[CA_CAMERA_PERSPECTIVE] = "perspective",
                                            [CA_CAMERA_THIN_LENS] = "thinlens",
                                            [CA_CAMERA_ORTHOGRAPHIC] = "orthographic",
@@ -237,7 +244,7 @@ static ca_status load_and_print(const info_options *o, const ca_text_list *opera
     const char *path;
     ca_scene *scene;
     CA_TRY(ca_options_scene_operand(operands, &path, error));
-    CA_TRY(ca_options_load_scene(path, &o->define_words, &scene, error));
+    CA_TRY(ca_options_load_sensor(path, &o->define_words, o->sensor, &scene, error));
     const ca_status status = check(scene, error);
     if (status == CA_OK) print_scene(path, scene);
     ca_scene_release(scene);

@@ -19,7 +19,7 @@ typedef struct render_options {
     ca_text_list outputs, define_words;
     const char *scene, *stats;
     ca_render_settings settings; /* options are read right into it */
-    uint32_t resolution[2];
+    uint32_t resolution[2], sensor;
     ca_output_look look;
     const char *tone;
     ca_layer_choice layers;
@@ -78,6 +78,11 @@ static const ca_option options[] = {
      .kind = CA_OPTION_TEXT_LIST,
      AT(define_words),
      .help = "value for a <default> of the scene; several times"},
+    {.name = "sensor",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     AT(sensor),
+     .help = "which of the scene's sensors, counted from 0 (default: 0)"},
     {.name = "sampler",
      .argument = "NAME",
      .kind = CA_OPTION_TEXT,
@@ -463,7 +468,7 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
 static ca_status load_and_render(render_options *o, ca_error *error)
 {
     ca_scene *scene;
-    CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
+    CA_TRY(ca_options_load_sensor(o->scene, &o->define_words, o->sensor, &scene, error));
     ca_status status = ca_places_read_scene(&o->places, scene, error);
     if (status == CA_OK) status = render_scene(o, scene, error);
     ca_scene_release(scene);

@@ -2,6 +2,8 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/say.h"
+#include "cli/signals.h"
 #include "cli/values.h"
 
 #include <stdlib.h>
@@ -213,14 +215,32 @@ static ca_status parse_defines(const ca_text_list *words, ca_define **defines, c
 
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error)
 {
+    return ca_options_load_sensor(path, define_words, 0, scene, error);
+}
+
+ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
+                                 ca_scene **scene, ca_error *error)
+{
     ca_define *defines = NULL;
     char *storage = NULL;
     *scene = NULL;
     ca_status status = parse_defines(define_words, &defines, &storage, error);
-    if (status == CA_OK) status = ca_scene_load(path, defines, define_words->count, scene, error);
+    const ca_scene_source source = {.path = path,
+                                    .defines = defines,
+                                    .define_count = define_words->count,
+                                    .sensor = sensor,
+                                    .stop = ca_signals_stop()};
+    if (status == CA_OK) status = ca_scene_parse(&source, scene, error);
     ca_free(defines);
     ca_free(storage);
+    if (status == CA_OK) ca_options_say_notes(*scene);
     return status;
+}
+
+void ca_options_say_notes(const ca_scene *scene)
+{
+    const char *note;
+    for (size_t i = 0; (note = ca_scene_note(scene, i)) != NULL; i++) ca_say(stderr, "caustica: note: %s\n", note);
 }
 
 /* ---- Help ------------------------------------------------------------------------------------------------------ */

@@ -75,9 +75,14 @@ const char *ca_options_nearest(const char *name, const char *const names[], size
 /* The scene file, for commands that take just one. Errors: CA_ERROR_ARGUMENT. */
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
 
-/* Loads the scene with the "NAME=VALUE" words of --define. */
+/* Says on standard error what the scene's file says and is read otherwise. */
+void ca_options_say_notes(const ca_scene *scene);
+
+/* Loads the scene with the "NAME=VALUE" words of --define, and says its notes; its first sensor, or another. */
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene,
                                 ca_error *error);
+ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
+                                 ca_scene **scene, ca_error *error);
 
 /* The options, aligned; help that is longer than a line of 100 columns goes on below itself. */
 void ca_options_print(const ca_option_table *table, FILE *stream);

@@ -108,6 +108,18 @@ static json_t *deviation_json(const ca_render_statistics *s)
     return s->iterations < 2 ? json_null() : ca_json_number(s->mean_standard_deviation);
 }
 
+/* What the scene says and was read otherwise. */
+static json_t *notes_json(const ca_render_statistics *s)
+{
+    json_t *list = json_array();
+    bool complete = list != NULL;
+    for (size_t i = 0; i < s->note_count && complete; i++)
+        complete = json_array_append_new(list, ca_json_text(s->notes[i])) == 0;
+    if (complete) return list;
+    json_decref(list);
+    return NULL;
+}
+
 static bool set_render(json_t *root, const ca_image_layers *image, const ca_render_statistics *s)
 {
     return ca_settings_json_set(root, image, s->seed) && set(root, "seconds", ca_json_number(s->seconds)) &&
@@ -125,7 +137,7 @@ static bool set_render(json_t *root, const ca_image_layers *image, const ca_rend
            set(root, "non_finite", non_finite_json(s)) && set(root, "interrupted", json_boolean(s->interrupted)) &&
            set(root, "first_prediction", prediction_json(s)) &&
            set(root, "numbers_of_rays", rays_json(&s->numbers_of_rays)) &&
-           set(root, "method", method_json(&s->method));
+           set(root, "method", method_json(&s->method)) && set(root, "notes", notes_json(s));
 }
 
 ca_status ca_stats_write_render(const char *path, const ca_image_layers *image, const ca_render_statistics *s,

@@ -6,7 +6,7 @@
 #include "metrics/image_metrics.h"
 
 /* How the image was made, as its attributes say (settings_json.h), and the statistics; `non_finite` counts samples by
- * technique. null: not known, as are the settings where there is no image (NULL). */
+ * technique, `notes` are those of the scene. null: not known, as are the settings where there is no image (NULL). */
 ca_status ca_stats_write_render(const char *path, const ca_image_layers *image,
                                 const ca_render_statistics *statistics, ca_error *error);
 

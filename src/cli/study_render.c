@@ -132,8 +132,12 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     const ca_study_render *render = is_reference ? &work->config->reference : &work->config->image;
     ca_scene *scene;
     char settings[SETTINGS_SIZE];
-    CA_TRY(ca_scene_load_until(scenario->path, scenario->defines, scenario->define_count, ca_signals_stop(), &scene,
-                               error));
+    const ca_scene_source source = {.path = scenario->path,
+                                    .defines = scenario->defines,
+                                    .define_count = scenario->define_count,
+                                    .stop = ca_signals_stop()};
+    CA_TRY(ca_scene_parse(&source, &scene, error));
+    if (!only_ask) ca_options_say_notes(scene);
     describe(work, scene, render, settings);
     *id = ca_hash_bytes(*id, settings, strlen(settings));
     ca_status status = CA_OK;

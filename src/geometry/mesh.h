@@ -66,5 +66,10 @@ ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *erro
  * face normals and the same uv on each face. */
 ca_status ca_mesh_create_rectangle(ca_mesh *mesh, ca_error *error);
 ca_status ca_mesh_create_cube(ca_mesh *mesh, ca_error *error);
+/* Round shapes where an exact one will not do, with smooth normals and the uv of the exact ones; the mesh's corners
+ * lie on the surface. 128 segments around, and for a sphere 64 from pole to pole: radii are short by 3e-4 at most. */
+ca_status ca_mesh_create_sphere(ca_mesh *mesh, const double center[3], float radius, ca_error *error);
+/* The side of the unit cylinder, radius 1 around z from 0 to 1, mapped by the frame. */
+ca_status ca_mesh_create_cylinder(ca_mesh *mesh, const ca_matrix *frame, ca_error *error);
 
 #endif

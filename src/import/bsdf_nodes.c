@@ -1,6 +1,8 @@
 /* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and any BSDF. */
 #include "base/text.h"
 #include "import/bsdf_plugins.h"
+#include "import/number.h"
+#include "material/bsdf.h"
 
 #include <string.h>
 
@@ -85,6 +87,87 @@ void ca_import_blend(ca_props *props, void *result)
     m->as.blend.second = children[1];
 }
 
+/* ---- Mixtures -------------------------------------------------------------------------------------------------- */
+
+enum { MAX_MIXED = CA_BSDF_MAX_LOBES };
+
+/* The numbers of `weights`, one for each BSDF; their sum. */
+static double import_weights(ca_props *props, double *weights, size_t count)
+{
+    const ca_xml_node *node = ca_props_find(props, "weights");
+    const char *cursor = ca_props_string(props, "weights", NULL), *token;
+    size_t found = 0;
+    double sum = 0.0;
+    if (!cursor) ca_props_fail(props, "weights", "is missing");
+    for (size_t length; cursor && (length = ca_next_token(&cursor, &token)) > 0; found++) {
+        double weight = -1.0;
+        if (!ca_parse_number(token, length, &weight) || !(weight >= 0.0)) {
+            ca_props_fail(props, "weights", "must be numbers of at least 0");
+            return 0.0;
+        }
+        if (found < count) sum += weights[found] = weight;
+    }
+    if (cursor && found != count)
+        ca_import_fail(props->importer, &node->where, "weights has %zu %s for %zu BSDFs", found,
+                       ca_noun((double)found, "number", "numbers"), count);
+    if (cursor && !(sum > 0.0)) ca_props_fail(props, "weights", "must not all be 0");
+    return sum;
+}
+
+static ca_material_id add_material(ca_props *props, ca_material material)
+{
+    ca_scene_desc *desc = props->importer->desc;
+    if (!CA_TABLE_ADD(&desc->materials)) {
+        ca_import_fail_memory(props->importer, "materials");
+        return CA_NONE;
+    }
+    const ca_material_id id = (ca_material_id)(desc->materials.count - 1);
+    desc->materials.items[id] = (ca_material_desc){.material = material, .where = props->node->where};
+    return id;
+}
+
+static ca_texture_id grey(ca_props *props, double value)
+{
+    const ca_texture_id id = ca_scene_desc_add_constant(props->importer->desc, ca_rgb_grey((float)value));
+    if (id == CA_NONE) ca_import_fail_memory(props->importer, "textures");
+    return id;
+}
+
+static ca_material blend_of(ca_props *props, ca_material_id first, ca_material_id second, double share_of_second)
+{
+    ca_material m = ca_material_of_kind(CA_MATERIAL_BLEND);
+    m.as.blend.first = first;
+    m.as.blend.second = second;
+    m.as.blend.weight = grey(props, share_of_second);
+    return m;
+}
+
+/* 0.6: a sum of BSDFs by their weights, as a chain of blends from the last one on. What the weights lack to 1 is
+ * absorbed; more than 1 is scaled down. */
+void ca_import_mixture(ca_props *props, void *result)
+{
+    ca_material_id children[MAX_MIXED] = {0};
+    double weights[MAX_MIXED] = {0.0};
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_BLEND);
+    const size_t count = import_children(props, children, 1, MAX_MIXED - 1);
+    const double sum = import_weights(props, weights, count);
+    if (!ca_import_good(props->importer)) return;
+    if (sum > 1.0 + 1e-6)
+        ca_import_note(props->importer, &props->node->where,
+                       "weights of a mixturebsdf are scaled down to a sum of 1");
+    ca_material black = ca_material_of_kind(CA_MATERIAL_DIFFUSE);
+    black.as.diffuse.reflectance = grey(props, 0.0);
+    ca_material_id rest = add_material(props, black);
+    double rest_weight = sum < 1.0 ? 1.0 - sum : 0.0;
+    for (size_t i = count; i-- > 0 && ca_import_good(props->importer);) {
+        const double both = rest_weight + weights[i];
+        *m = blend_of(props, children[i], rest, both > 0.0 ? rest_weight / both : 0.0);
+        rest_weight = both;
+        if (i > 0) rest = add_material(props, *m);
+    }
+}
+
 /* The one nested texture, whatever its name. */
 static ca_texture_id import_nested_texture(ca_props *props)
 {
@@ -97,13 +180,32 @@ static ca_texture_id import_nested_texture(ca_props *props)
     return ca_import_texture(props->importer, texture);
 }
 
+static ca_material_perturbed import_rules(ca_props *props)
+{
+    return (ca_material_perturbed){.flips = ca_props_boolean(props, "flip_invalid_normals", true),
+                                   .shadows = ca_props_boolean(props, "use_shadowing_function", true)};
+}
+
+/* Of one map in another Mitsuba applies the rules twice. */
+static void note_nested(ca_props *props, ca_material_id child)
+{
+    if (!ca_import_good(props->importer)) return;
+    const ca_material *m = &props->importer->desc->materials.items[child].material;
+    if (m->kind == CA_MATERIAL_BUMP || m->kind == CA_MATERIAL_NORMAL_MAP)
+        ca_import_note(props->importer, &props->node->where,
+                       "of a bump or normal map in another one, flip_invalid_normals and use_shadowing_function "
+                       "judge the last normal, not each in turn");
+}
+
 void ca_import_bump(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_BUMP);
     m->as.bump.scale = (float)ca_props_number(props, "scale", 1.0);
+    m->as.bump.rules = import_rules(props);
     m->as.bump.height = import_nested_texture(props);
     import_children(props, &m->as.bump.child, 1, 1);
+    note_nested(props, m->as.bump.child);
 }
 
 void ca_import_normal_map(ca_props *props, void *result)
@@ -111,7 +213,9 @@ void ca_import_normal_map(ca_props *props, void *result)
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_NORMAL_MAP);
     m->as.normal_map.normals = import_nested_texture(props);
+    m->as.normal_map.rules = import_rules(props);
     import_children(props, &m->as.normal_map.child, 1, 1);
+    note_nested(props, m->as.normal_map.child);
 }
 
 /* ---- Any BSDF -------------------------------------------------------------------------------------------------- */

@@ -10,6 +10,7 @@ const ca_plugin *ca_import_bsdf_plugins(size_t *count);
 void ca_import_twosided(ca_props *props, void *result);
 void ca_import_mask(ca_props *props, void *result);
 void ca_import_blend(ca_props *props, void *result);
+void ca_import_mixture(ca_props *props, void *result);
 void ca_import_bump(ca_props *props, void *result);
 void ca_import_normal_map(ca_props *props, void *result);
 

@@ -47,12 +47,15 @@ static float relative_index(ca_props *props, double interior)
 
 /* ---- Microfacets ----------------------------------------------------------------------------------------------- */
 
+/* Plugins of some 0.6 versions have the distribution in their name. */
 static void import_facets(ca_props *props, ca_material_facets *facets)
 {
     static const char *const distributions[] = {"beckmann", "ggx"};
-    facets->distribution = ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), 0) == 1
-                          ? CA_MICROFACET_GGX
-                          : CA_MICROFACET_BECKMANN;
+    const size_t length = strlen(props->type), otherwise = length > 3 && strcmp(props->type + length - 3, "GGX") == 0;
+    facets->distribution =
+        ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), otherwise) == 1
+            ? CA_MICROFACET_GGX
+            : CA_MICROFACET_BECKMANN;
     facets->sample_visible = ca_props_boolean(props, "sample_visible", true);
 }
 
@@ -154,13 +157,13 @@ static void import_complex_index(ca_props *props, ca_texture_id *eta, ca_texture
     const bool numbers = ca_props_find(props, "eta") || ca_props_find(props, "k");
     if (numbers && ca_props_find(props, "material")) ca_props_fail(props, "material", "excludes eta and k");
     if (numbers && !ca_props_find(props, "ext_eta")) {
-        *eta = ca_props_texture(props, "eta", 0.0f, CA_COLOR_INDEX);
-        *k = ca_props_texture(props, "k", 1.0f, CA_COLOR_INDEX);
+        *eta = ca_props_texture(props, "eta", 0.0f, CA_COLOR_SIGNED);
+        *k = ca_props_texture(props, "k", 1.0f, CA_COLOR_SIGNED);
         return;
     }
     const float inverse = (float)(1.0 / ca_import_index_of_refraction(props, "ext_eta", 1.0));
-    *eta = constant(props, ca_rgb_scale(ca_props_color(props, "eta", named->eta, CA_COLOR_INDEX), inverse));
-    *k = constant(props, ca_rgb_scale(ca_props_color(props, "k", named->k, CA_COLOR_INDEX), inverse));
+    *eta = constant(props, ca_rgb_scale(ca_props_color(props, "eta", named->eta, CA_COLOR_SIGNED), inverse));
+    *k = constant(props, ca_rgb_scale(ca_props_color(props, "k", named->k, CA_COLOR_SIGNED), inverse));
 }
 
 static void import_conductor(ca_props *props, void *result)
@@ -247,6 +250,28 @@ static void import_principled(ca_props *props, void *result)
     m->as.principled.eta = principled_index(props, ca_props_find(props, "spec_trans") != NULL);
 }
 
+static void import_rough_diffuse(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_ROUGH_DIFFUSE);
+    const bool old = ca_props_find(props, "diffuse_reflectance") != NULL;
+    m->as.rough_diffuse.reflectance =
+        ca_props_texture(props, old ? "diffuse_reflectance" : "reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->as.rough_diffuse.alpha = ca_props_texture(props, "alpha", 0.2f, CA_COLOR_INDEX);
+    if (!ca_props_boolean(props, "use_fast_approx", false))
+        ca_import_note(props->importer, &props->node->where,
+                       "roughdiffuse is the model's simplified form, without light between facets");
+}
+
+static void import_phong(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_PHONG);
+    m->as.phong.diffuse = ca_props_texture(props, "diffuse_reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->as.phong.specular = ca_props_texture(props, "specular_reflectance", 0.2f, CA_COLOR_REFLECTANCE);
+    m->as.phong.exponent = ca_props_texture(props, "exponent", 30.0f, CA_COLOR_INDEX);
+}
+
 static void import_null(ca_props *props, void *result)
 {
     ca_material *m = result;
@@ -259,15 +284,20 @@ static const ca_plugin plugins[] = {
     {"dielectric", import_dielectric},
     {"thindielectric", import_thin_dielectric},
     {"roughdielectric", import_rough_dielectric},
+    {"roughdielectricGGX", import_rough_dielectric},
     {"conductor", import_conductor},
     {"roughconductor", import_rough_conductor},
+    {"roughconductorGGX", import_rough_conductor},
     {"plastic", import_plastic},
     {"roughplastic", import_rough_plastic},
     {"principled", import_principled},
+    {"roughdiffuse", import_rough_diffuse},
+    {"phong", import_phong},
     {"null", import_null},
     {"twosided", ca_import_twosided},
     {"mask", ca_import_mask},
     {"blendbsdf", ca_import_blend},
+    {"mixturebsdf", ca_import_mixture},
     {"bumpmap", ca_import_bump},
     {"normalmap", ca_import_normal_map},
 };

@@ -145,29 +145,30 @@ static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, s
 
 static float clip(float value, ca_color_role role)
 {
+    if (role == CA_COLOR_SIGNED) return value;
     if (!(value > 0.0f)) return 0.0f;
     return role == CA_COLOR_REFLECTANCE && value > 1.0f ? 1.0f : value;
 }
 
 static void check_value(ca_importer *importer, const ca_xml_node *node, double value, ca_color_role role)
 {
-    if (!(value >= 0.0) || value > (double)FLT_MAX)
+    if (!(value >= 0.0 || role == CA_COLOR_SIGNED) || fabs(value) > (double)FLT_MAX)
         ca_import_fail(importer, &node->where, "a colour cannot have the component %g", value);
     else if (role == CA_COLOR_REFLECTANCE && value > 1.0)
         ca_import_fail(importer, &node->where, "a reflectance lies in [0, 1], and %g does not", value);
 }
 
-/* A list of samples becomes the nearest colour inside of Rec. 709: negative components are cut off. */
-static ca_rgb color_from_samples(ca_importer *importer, const ca_xml_node *node, const sample_table *table,
-                                 ca_color_role role)
+/* Negative components are cut off. */
+ca_rgb ca_import_samples(ca_importer *importer, const ca_xml_node *node, const ca_spectrum_sample *samples,
+                         size_t count, ca_color_role role)
 {
-    if (table->count < 2) {
+    if (count < 2) {
         ca_import_fail(importer, &node->where, "a spectrum needs at least two wavelengths");
         return ca_rgb_grey(0.0f);
     }
-    for (size_t i = 0; i < table->count; i++) check_value(importer, node, table->items[i].value, role);
-    const ca_rgb rgb = role == CA_COLOR_EMISSION ? ca_spectrum_emission(table->items, table->count)
-                                                 : ca_spectrum_reflectance(table->items, table->count);
+    for (size_t i = 0; i < count; i++) check_value(importer, node, samples[i].value, role);
+    const ca_rgb rgb = role == CA_COLOR_EMISSION ? ca_spectrum_emission(samples, count)
+                                                 : ca_spectrum_reflectance(samples, count);
     return (ca_rgb){clip(rgb.r, role), clip(rgb.g, role), clip(rgb.b, role)};
 }
 
@@ -177,9 +178,23 @@ static ca_rgb import_samples(ca_importer *importer, const ca_xml_node *node, ca_
     ca_rgb result = ca_rgb_grey(0.0f);
     const bool good = ca_xml_attribute_value(node, "filename") ? read_spectrum_file(importer, node, &table)
                                                                : parse_pairs(importer, node, &table);
-    if (good) result = color_from_samples(importer, node, &table, role);
+    if (good) result = ca_import_samples(importer, node, table.items, table.count, role);
     ca_free(table.items);
     return result;
+}
+
+/* One number, a constant spectrum: grey, but of an emitter the colour of equal energy. Three numbers, as 0.6 has
+ * them, are linear Rec. 709. */
+static void parse_constant(ca_importer *importer, const ca_xml_node *node, ca_color_role role, double rgb[3])
+{
+    static const ca_spectrum_sample one[2] = {{360.0, 1.0}, {830.0, 1.0}};
+    if (!parse_rgb(importer, node, rgb) || role != CA_COLOR_EMISSION) return;
+    const char *cursor = ca_xml_attribute_value(node, "value"), *token;
+    if (ca_next_token(&cursor, &token) == 0 || token[0] == '#' || ca_next_token(&cursor, &token) > 0) return;
+    const ca_rgb white = ca_spectrum_emission(one, CA_COUNT(one));
+    rgb[0] *= (double)white.r;
+    rgb[1] *= (double)white.g;
+    rgb[2] *= (double)white.b;
 }
 
 /* ---- Any colour ------------------------------------------------------------------------------------------------ */
@@ -194,8 +209,11 @@ ca_rgb ca_import_color(ca_importer *importer, const ca_xml_node *node, ca_color_
     }
     if (spectrum && (!value || strchr(value, ':'))) return import_samples(importer, node, role);
     double rgb[3] = {0.0, 0.0, 0.0};
-    if (spectrum || strcmp(node->tag, "float") == 0 || strcmp(node->tag, "integer") == 0) {
+    const bool number = strcmp(node->tag, "float") == 0 || strcmp(node->tag, "integer") == 0;
+    if (number) {
         if (ca_import_numbers(importer, node, "value", rgb, 1)) rgb[1] = rgb[2] = rgb[0];
+    } else if (spectrum) {
+        parse_constant(importer, node, role, rgb);
     } else if (parse_rgb(importer, node, rgb) && strcmp(node->tag, "srgb") == 0) {
         decode_srgb(importer, node, rgb);
     }

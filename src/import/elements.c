@@ -76,6 +76,8 @@ static const char *snake_case(const char *name, ca_arena *arena)
 bool ca_element_upgrade(ca_xml_node *node, ca_arena *arena)
 {
     if (strcmp(node->tag, "lookAt") == 0) node->tag = "lookat";
+    /* A spectrum of a type is an object like a texture, and may stand where one can. */
+    if (strcmp(node->tag, "spectrum") == 0 && ca_xml_attribute_value(node, "type")) node->tag = "texture";
     if (strcmp(node->tag, "default") == 0) return true;
     for (uint32_t i = 0; i < node->attribute_count; i++) {
         ca_xml_attribute *attribute = &node->attributes[i];
@@ -149,8 +151,5 @@ ca_status ca_element_check(const ca_xml_node *node, const ca_xml_node *parent, c
         return ca_fail(error, CA_ERROR_SCENE, &node->where, "<%s> cannot stand inside <%s>", node->tag,
                        parent ? parent->tag : "nothing");
     *kind = known->kind;
-    if (strcmp(node->tag, "spectrum") == 0 && ca_xml_attribute_value(node, "type"))
-        return ca_fail(error, CA_ERROR_SCENE, &node->where,
-                       "spectrum plugins are not supported: write <spectrum name=\"...\" value=\"...\"/>");
     return check_attributes(node, known, error);
 }

@@ -138,6 +138,9 @@ static uint32_t build(ca_importer *importer, ca_xml_node *node)
     ca_light_desc light = {.where = node->where};
     ca_props props;
     ca_props_begin(&props, importer, node);
+    if (ca_props_number_in(&props, "sampling_weight", 1.0, 0.0, 1e30) != 1.0)
+        ca_import_note(importer, &node->where,
+                       "sampling_weight has no effect: emitters are chosen by what they bring");
     plugin->import(&props, &light);
     ca_props_end(&props);
     if (!ca_import_good(importer)) return CA_NONE;

@@ -9,6 +9,7 @@
 #ifndef CA_IMPORT_IMPORTER_H
 #define CA_IMPORT_IMPORTER_H
 
+#include "image/spectrum.h"
 #include "import/document.h"
 #include "import/properties.h"
 
@@ -30,6 +31,7 @@ typedef struct ca_importer {
     ca_error *error;
     ca_status status; /* the first failure */
     uint32_t nesting;
+    uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
     CA_TABLE(ca_import_image) images;
 } ca_importer;
 
@@ -45,6 +47,9 @@ static inline bool ca_import_good(const ca_importer *importer) { return importer
 /* A failure of the scene at a place in it. */
 void ca_import_fail(ca_importer *importer, const ca_location *where, const char *format, ...) CA_PRINTF(3, 4);
 void ca_import_fail_memory(ca_importer *importer, const char *what);
+/* What is read otherwise than it is written, as one sentence that may hold names of tables but no text of the scene:
+ * there are then few. Said once. */
+void ca_import_note(ca_importer *importer, const ca_location *where, const char *format, ...) CA_PRINTF(3, 4);
 /* A failure below (a file that cannot be read), told as one of the element that asked for it. */
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason);
 
@@ -71,6 +76,8 @@ ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);
 void ca_import_shape(ca_importer *importer, ca_xml_node *node);
 void ca_import_sensor(ca_importer *importer, ca_xml_node *node);
+/* The sensors in a batch, one by one. */
+void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *));
 void ca_import_film(ca_importer *importer, ca_xml_node *node);
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node);
 void ca_import_integrator(ca_importer *importer, ca_xml_node *node);
@@ -90,6 +97,16 @@ ca_field_of_view ca_import_field_of_view(ca_props *props);
 /* The values of elements. */
 ca_matrix ca_import_transform(ca_importer *importer, const ca_xml_node *node);
 ca_rgb ca_import_color(ca_importer *importer, const ca_xml_node *node, ca_color_role role);
+/* A <spectrum type="..."> (which is a <texture> by then) of one colour: d65, uniform, regular, blackbody, ... Is it
+ * one? And its colour. */
+bool ca_import_is_spectrum(const ca_xml_node *node);
+ca_rgb ca_import_spectrum(ca_importer *importer, ca_xml_node *node, ca_color_role role);
+/* Names of these plugins. */
+extern const char *const ca_import_spectrum_names[];
+enum { CA_IMPORT_SPECTRUM_COUNT = 7 };
+/* Linear samples at wavelengths in nm as a colour, the nearest inside of Rec. 709. */
+ca_rgb ca_import_samples(ca_importer *importer, const ca_xml_node *node, const ca_spectrum_sample *samples,
+                         size_t count, ca_color_role role);
 /* x, y and z of the element, or the three (or the one) in `value`. */
 void ca_import_xyz(ca_importer *importer, const ca_xml_node *node, double fallback, double xyz[3]);
 /* `count` numbers of an attribute, no more and no less. */

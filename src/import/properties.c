@@ -190,15 +190,6 @@ static bool is_color(const ca_xml_node *node)
            is_tag(node, "integer");
 }
 
-ca_rgb ca_props_color(ca_props *props, const char *name, ca_rgb fallback, ca_color_role role)
-{
-    const ca_xml_node *node = ca_props_find(props, name);
-    if (!node) return fallback;
-    if (is_color(node)) return ca_import_color(props->importer, node, role);
-    fail_type(props, node, "a colour (<rgb>, <spectrum> or <float>)");
-    return fallback;
-}
-
 /* What a <ref> stands for, or the object itself. */
 static ca_xml_node *follow(ca_props *props, ca_xml_node *node)
 {
@@ -211,6 +202,17 @@ static ca_xml_node *follow(ca_props *props, ca_xml_node *node)
     ca_import_fail(props->importer, &node->where, "there is no object with the id \"%s\"%s%s%s", id,
                    nearest ? "; the nearest id is \"" : "", nearest ? nearest : "", nearest ? "\"" : "");
     return NULL;
+}
+
+ca_rgb ca_props_color(ca_props *props, const char *name, ca_rgb fallback, ca_color_role role)
+{
+    ca_xml_node *node = ca_props_find(props, name);
+    if (!node) return fallback;
+    if (is_color(node)) return ca_import_color(props->importer, node, role);
+    ca_xml_node *target = follow(props, node);
+    if (target && ca_import_is_spectrum(target)) return ca_import_spectrum(props->importer, target, role);
+    if (target) fail_type(props, node, "a colour (<rgb>, <spectrum> or <float>)");
+    return fallback;
 }
 
 static ca_texture_id constant_texture(ca_props *props, ca_rgb value)
@@ -227,6 +229,8 @@ ca_texture_id ca_props_texture(ca_props *props, const char *name, float fallback
     if (!node) return constant_texture(props, ca_rgb_grey(fallback));
     if (is_color(node)) return constant_texture(props, ca_import_color(props->importer, node, role));
     ca_xml_node *target = follow(props, node);
+    if (target && ca_import_is_spectrum(target))
+        return constant_texture(props, ca_import_spectrum(props->importer, target, role));
     if (target && is_tag(target, "texture")) return ca_import_texture(props->importer, target);
     if (target) fail_type(props, node, "a colour or a <texture>");
     return CA_NONE;

@@ -20,8 +20,14 @@ typedef struct ca_props {
 } ca_props;
 
 /* How a colour is understood. Spectra become RGB by spectrum.h: reflectances and indices under D65, emission as it
- * is. Reflectances lie in [0, 1]; nothing may be negative. */
-typedef enum ca_color_role { CA_COLOR_REFLECTANCE, CA_COLOR_EMISSION, CA_COLOR_INDEX } ca_color_role;
+ * is. Reflectances lie in [0, 1]; nothing may be negative but optical constants, whose RGB values may lie outside of
+ * Rec. 709. */
+typedef enum ca_color_role {
+    CA_COLOR_REFLECTANCE,
+    CA_COLOR_EMISSION,
+    CA_COLOR_INDEX,
+    CA_COLOR_SIGNED
+} ca_color_role;
 
 void ca_props_begin(ca_props *props, struct ca_importer *importer, ca_xml_node *node);
 void ca_props_end(ca_props *props);

@@ -32,7 +32,88 @@ void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_sta
             ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
 }
 
+/* Was the sentence said, wherever that was? */
+static bool is_noted(const ca_scene_desc *desc, const char *sentence)
+{
+    const size_t length = strlen(sentence);
+    for (size_t i = 0; i < desc->notes.count; i++) {
+        const size_t whole = strlen(desc->notes.items[i]);
+        if (whole >= length && strcmp(desc->notes.items[i] + whole - length, sentence) == 0) return true;
+    }
+    return false;
+}
+
+void ca_import_note(ca_importer *importer, const ca_location *where, const char *format, ...)
+{
+    if (importer->status != CA_OK) return;
+    ca_scene_desc *desc = importer->desc;
+    char sentence[sizeof((ca_error *)0)->message];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(sentence, sizeof sentence, format, arguments);
+    va_end(arguments);
+    if (is_noted(desc, sentence)) return;
+    ca_error placed;
+    (void)ca_fail(&placed, CA_ERROR_SCENE, where, "%s", sentence); /* it knows how a place is written */
+    const char *kept = ca_arena_strdup(&desc->strings, placed.message);
+    if (kept && CA_TABLE_ADD(&desc->notes))
+        desc->notes.items[desc->notes.count - 1] = kept;
+    else
+        ca_import_fail_memory(importer, "notes");
+}
+
 /* ---- Plugins and objects --------------------------------------------------------------------------------------- */
+
+/* Plugins of Mitsuba that are known, and not supported: told apart from typing errors. */
+typedef struct unsupported_plugin {
+    const char *tag, *name, *reason;
+} unsupported_plugin;
+
+static const unsupported_plugin unsupported[] = {
+    {"bsdf", "measured", "tables of measured reflectance are not supported"},
+    {"bsdf", "measured_polarized", "polarised light is not supported"},
+    {"bsdf", "pplastic", "polarised light is not supported"},
+    {"bsdf", "polarizer", "polarised light is not supported"},
+    {"bsdf", "retarder", "polarised light is not supported"},
+    {"bsdf", "circular", "polarised light is not supported"},
+    {"bsdf", "hair", "hair is not supported"},
+    {"bsdf", "principledthin", "thin principled surfaces are not supported"},
+    {"bsdf", "coating", "coats on any BSDF are not supported; plastic is a coated diffuse surface"},
+    {"bsdf", "roughcoating", "coats on any BSDF are not supported; roughplastic is a coated diffuse surface"},
+    {"bsdf", "hk", "scattering in layers is not supported"},
+    {"bsdf", "irawan", "woven cloth is not supported"},
+    {"shape", "bsplinecurve", "curves are not supported"},
+    {"shape", "linearcurve", "curves are not supported"},
+    {"shape", "hair", "curves are not supported"},
+    {"shape", "heightfield", "height fields are not supported; a mesh can be one"},
+    {"shape", "sdfgrid", "distance fields are not supported"},
+    {"shape", "ellipsoids", "sets of ellipsoids are not supported"},
+    {"shape", "ellipsoidsmesh", "sets of ellipsoids are not supported"},
+    {"emitter", "sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
+    {"emitter", "sun", "the sky model is not supported; directional is a sun without size"},
+    {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
+    {"emitter", "directionalarea", "areas that shine in one direction are not supported"},
+    {"emitter", "volumelight", "there are no media"},
+    {"sensor", "radiancemeter", "sensors without a picture are not supported"},
+    {"sensor", "irradiancemeter", "sensors without a picture are not supported"},
+    {"sensor", "distant", "sensors without a picture are not supported"},
+    {"sensor", "spherical", "spherical pictures are not supported"},
+    {"film", "specfilm", "spectral films are not supported"},
+    {"texture", "volume", "volumes are not supported"},
+    {"texture", "gridtexture", "grids of lines are not supported"},
+    {"texture", "wireframe", "wire frames are not supported"},
+    {"texture", "curvature", "curvatures are not supported"},
+};
+
+static bool fail_unsupported(ca_importer *importer, const ca_xml_node *node, const char *type)
+{
+    for (size_t i = 0; i < CA_COUNT(unsupported); i++) {
+        if (strcmp(unsupported[i].tag, node->tag) != 0 || strcmp(unsupported[i].name, type) != 0) continue;
+        ca_import_fail(importer, &node->where, "%s \"%s\": %s", node->tag, type, unsupported[i].reason);
+        return true;
+    }
+    return false;
+}
 
 const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,
                                        size_t count)
@@ -40,6 +121,7 @@ const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node 
     const char *type = ca_xml_attribute_value(node, "type");
     for (size_t i = 0; i < count; i++)
         if (strcmp(table[i].name, type) == 0) return &table[i];
+    if (fail_unsupported(importer, node, type)) return NULL;
     const char *nearest = NULL;
     for (size_t i = 0; i < count; i++)
         nearest = ca_nearer_name(type, nearest, table[i].name);
@@ -147,8 +229,30 @@ static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)
     *first = node;
 }
 
+/* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
+static void import_view(ca_importer *importer, ca_xml_node *node)
+{
+    ca_scene_desc *desc = importer->desc;
+    if (strcmp(ca_xml_attribute_value(node, "type"), "batch") == 0) {
+        ca_import_batch(importer, node, import_view);
+        return;
+    }
+    const ca_camera_desc camera = desc->camera;
+    const ca_film_desc film = desc->film;
+    const ca_sampler sampler = desc->sampler;
+    const bool names_sampler = desc->names_sampler;
+    const uint32_t samples = desc->samples_per_pixel;
+    ca_import_sensor(importer, node);
+    if (importer->sensor_count++ == importer->sensor) return;
+    desc->camera = camera;
+    desc->film = film;
+    desc->sampler = sampler;
+    desc->names_sampler = names_sampler;
+    desc->samples_per_pixel = samples;
+}
+
 /* Objects that only wait to be referenced are imported too: a mistake in them is a mistake. */
-static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node **sensor, ca_xml_node **integrator)
+static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node **integrator)
 {
     const char *tag = node->tag;
     if (strcmp(tag, "shape") == 0) {
@@ -160,7 +264,7 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
     } else if (strcmp(tag, "emitter") == 0) {
         ca_import_light(importer, node);
     } else if (strcmp(tag, "sensor") == 0) {
-        import_once(importer, node, ca_import_sensor, sensor);
+        import_view(importer, node);
     } else if (strcmp(tag, "integrator") == 0) {
         import_once(importer, node, ca_import_integrator, integrator);
     } else {
@@ -170,10 +274,17 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
 
 static void import_scene(ca_importer *importer)
 {
-    ca_xml_node *scene = importer->document.root, *sensor = NULL, *integrator = NULL;
+    ca_xml_node *scene = importer->document.root, *integrator = NULL;
     for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
-        import_object(importer, node, &sensor, &integrator);
-    if (!sensor) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
+        import_object(importer, node, &integrator);
+    const uint32_t count = importer->sensor_count;
+    if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
+    if (count > 1 && importer->sensor == 0)
+        ca_import_note(importer, &scene->where, "of several sensors the first is used, or the one of --sensor");
+    if (ca_import_good(importer) && importer->sensor >= count)
+        importer->status = ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL,
+                                   "there is no sensor %u: the scene has %u, counted from 0", importer->sensor,
+                                   count);
 }
 
 /* Of all files: the texts, then images and meshes in the order in which the scene names them. */
@@ -200,7 +311,8 @@ static ca_status import_document(ca_importer *importer)
 ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
 {
     ca_scene_desc_init(desc);
-    ca_importer importer = {.source = source, .desc = desc, .error = error, .status = CA_OK};
+    ca_importer importer = {
+        .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
     ca_status status = ca_document_load(&importer.document, source->path, source->text, source->size,
                                         source->defines, source->define_count, &desc->strings, error);
     if (status == CA_OK) status = import_document(&importer);

@@ -235,19 +235,80 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
         ca_import_fail(importer, &node->where, "the horizontal field of view is not between 0 and 180 degrees");
 }
 
+void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *))
+{
+    ca_props props;
+    ca_xml_node *cursor = NULL, *sensor;
+    uint32_t count = 0;
+    if (!ca_import_enter(importer, node)) return;
+    ca_props_begin(&props, importer, node);
+    while (ca_import_good(importer) && (sensor = ca_props_next_object(&props, "sensor", true, &cursor)) != NULL) {
+        import(importer, sensor);
+        count++;
+    }
+    if (count == 0) ca_import_fail(importer, &node->where, "batch needs nested sensors");
+    if (ca_props_next_object(&props, "film", true, (cursor = NULL, &cursor)))
+        ca_import_note(importer, &node->where,
+                       "the film of a batch is not used: its sensors have their own, and are rendered one at a time");
+    cursor = NULL;
+    ca_props_next_object(&props, "sampler", true, &cursor);
+    ca_props_end(&props);
+    ca_import_leave(importer, node, 0);
+}
+
 /* ---- Sampler --------------------------------------------------------------------------------------------------- */
+
+/* Mitsuba's, and which of ours is used: those that spread the samples of a pixel evenly are our Sobol' sequence for
+ * each pixel, which does that in all dimensions. */
+typedef struct foreign_sampler {
+    const char *name;
+    ca_sampler_kind kind;
+} foreign_sampler;
+
+static const foreign_sampler foreign_samplers[] = {
+    {"ldsampler", CA_SAMPLER_SOBOL},   {"stratified", CA_SAMPLER_SOBOL},  {"multijitter", CA_SAMPLER_SOBOL},
+    {"orthogonal", CA_SAMPLER_SOBOL}, {"hammersley", CA_SAMPLER_HALTON},
+};
+
+static bool is_foreign(const ca_xml_node *node)
+{
+    for (size_t i = 0; i < CA_COUNT(foreign_samplers); i++)
+        if (strcmp(ca_xml_attribute_value(node, "type"), foreign_samplers[i].name) == 0) return true;
+    return false;
+}
+
+/* CA_SAMPLER_KIND_COUNT after failing. */
+static ca_sampler_kind sampler_kind(ca_importer *importer, const ca_xml_node *node)
+{
+    ca_plugin samplers[CA_SAMPLER_KIND_COUNT + CA_COUNT(foreign_samplers)];
+    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++)
+        samplers[kind] = (ca_plugin){.name = ca_sampler_name((ca_sampler_kind)kind)};
+    for (size_t i = 0; i < CA_COUNT(foreign_samplers); i++)
+        samplers[CA_SAMPLER_KIND_COUNT + i] = (ca_plugin){.name = foreign_samplers[i].name};
+    const ca_plugin *plugin = ca_import_find_plugin(importer, node, samplers, CA_COUNT(samplers));
+    if (!plugin) return CA_SAMPLER_KIND_COUNT;
+    const size_t index = (size_t)(plugin - samplers);
+    if (index < CA_SAMPLER_KIND_COUNT) return (ca_sampler_kind)index;
+    const foreign_sampler *foreign = &foreign_samplers[index - CA_SAMPLER_KIND_COUNT];
+    ca_import_note(importer, &node->where, "sampler \"%s\" is read as \"%s\"", foreign->name,
+                   ca_sampler_name(foreign->kind));
+    return foreign->kind;
+}
 
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node)
 {
-    ca_plugin samplers[CA_SAMPLER_KIND_COUNT];
-    for (int kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++)
-        samplers[kind] = (ca_plugin){.name = ca_sampler_name((ca_sampler_kind)kind)};
-    const ca_plugin *plugin = ca_import_find_plugin(importer, node, samplers, CA_COUNT(samplers));
-    if (!plugin) return;
+    const ca_sampler_kind kind = sampler_kind(importer, node);
+    if (kind == CA_SAMPLER_KIND_COUNT) return;
     ca_props props;
     ca_props_begin(&props, importer, node);
     importer->desc->names_sampler = true;
-    importer->desc->sampler.kind = (ca_sampler_kind)(plugin - samplers);
+    importer->desc->sampler.kind = kind;
+    if (is_foreign(node)) { /* what tunes their grids has no meaning for ours */
+        ca_props_boolean(&props, "jitter", true);
+        ca_props_integer_in(&props, "strength", 2, 0, 64);
+        ca_props_integer_in(&props, "dimension", 4, 1, 4096);
+        ca_props_integer_in(&props, "scramble", -1, -1, INT32_MAX);
+    }
     importer->desc->samples_per_pixel = (uint32_t)ca_props_integer_in(&props, "sample_count", 4, 1, INT32_MAX);
     importer->desc->sampler.seed = (uint64_t)ca_props_integer_in(&props, "seed", 0, 0, INT64_MAX);
     ca_props_end(&props);

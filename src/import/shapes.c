@@ -114,19 +114,37 @@ static void import_serialized(ca_props *props, void *result) { import_mesh_file(
 
 /* ---- Quadrics -------------------------------------------------------------------------------------------------- */
 
-static void require_similarity(ca_props *props, const ca_shape_desc *shape)
+/* What the exact shape cannot be: a mesh in its place. */
+static void add_round_mesh(ca_props *props, ca_shape_desc *shape, ca_status status, ca_mesh *mesh,
+                           const ca_error *reason)
 {
-    if (!ca_import_is_similarity(&shape->to_world))
-        ca_props_fail(props, "to_world", "can only move, rotate and scale uniformly");
+    shape->kind = CA_SHAPE_MESH;
+    if (status != CA_OK) {
+        ca_import_fail_file(props->importer, &props->node->where, status, reason);
+        return;
+    }
+    ca_import_note(props->importer, &props->node->where,
+                   "a %s whose to_world stretches it across is a mesh of %u triangles", props->type,
+                   mesh->triangle_count);
+    add_mesh(props, shape, mesh);
 }
 
 static void import_sphere(ca_props *props, void *result)
 {
     ca_shape_desc *shape = result;
+    double center[3] = {0.0, 0.0, 0.0};
+    ca_mesh mesh = {0};
+    ca_error reason;
+    const float radius = (float)ca_props_positive(props, "radius", 1.0);
+    ca_props_point(props, "center", center);
     shape->kind = CA_SHAPE_SPHERE;
-    shape->as.sphere.radius = (float)ca_props_positive(props, "radius", 1.0);
-    ca_props_point(props, "center", shape->as.sphere.center);
-    require_similarity(props, shape);
+    if (!ca_import_good(props->importer)) return;
+    if (!ca_import_is_similarity(&shape->to_world)) {
+        add_round_mesh(props, shape, ca_mesh_create_sphere(&mesh, center, radius, &reason), &mesh, &reason);
+        return;
+    }
+    shape->as.sphere.radius = radius;
+    memcpy(shape->as.sphere.center, center, sizeof center);
 }
 
 static void import_disk(ca_props *props, void *result)
@@ -139,16 +157,25 @@ static void import_disk(ca_props *props, void *result)
 static void import_cylinder(ca_props *props, void *result)
 {
     ca_shape_desc *shape = result;
-    shape->kind = CA_SHAPE_CYLINDER;
-    shape->as.cylinder.radius = (float)ca_props_positive(props, "radius", 1.0);
-    double *p0 = shape->as.cylinder.p0, *p1 = shape->as.cylinder.p1;
-    p1[2] = 1.0;
+    double p0[3] = {0.0, 0.0, 0.0}, p1[3] = {0.0, 0.0, 1.0}, length2 = 0.0;
+    ca_mesh mesh = {0};
+    ca_error reason;
+    const float radius = (float)ca_props_positive(props, "radius", 1.0);
     ca_props_point(props, "p0", p0);
     ca_props_point(props, "p1", p1);
-    double length2 = 0.0;
     for (int i = 0; i < 3; i++) length2 += (p1[i] - p0[i]) * (p1[i] - p0[i]);
     if (!(length2 > 0.0) || !isfinite(length2)) ca_props_fail(props, "p1", "must be another point than p0");
-    require_similarity(props, shape);
+    shape->kind = CA_SHAPE_CYLINDER;
+    if (!ca_import_good(props->importer)) return;
+    const ca_matrix frame = ca_cylinder_frame(p0, p1, (double)radius);
+    const ca_matrix map = ca_matrix_multiply(&shape->to_world, &frame);
+    if (!ca_is_round_cylinder(&map)) {
+        add_round_mesh(props, shape, ca_mesh_create_cylinder(&mesh, &frame, &reason), &mesh, &reason);
+        return;
+    }
+    shape->as.cylinder.radius = radius;
+    memcpy(shape->as.cylinder.p0, p0, sizeof p0);
+    memcpy(shape->as.cylinder.p1, p1, sizeof p1);
 }
 
 static const ca_plugin plugins[] = {
@@ -228,7 +255,7 @@ static bool is_type(const ca_xml_node *node, const char *type)
 
 static const ca_plugin *find_plain_plugin(ca_importer *importer, const ca_xml_node *node)
 {
-    static const ca_plugin named[] = {{"shapegroup", NULL}, {"instance", NULL}};
+    static const ca_plugin named[] = {{"shapegroup", NULL}, {"instance", NULL}, {"merge", NULL}};
     ca_plugin all[CA_COUNT(plugins) + CA_COUNT(named)];
     memcpy(all, plugins, sizeof plugins);
     memcpy(all + CA_COUNT(plugins), named, sizeof named);
@@ -236,6 +263,36 @@ static const ca_plugin *find_plain_plugin(ca_importer *importer, const ca_xml_no
      * `plugins`. */
     const ca_plugin *found = ca_import_find_plugin(importer, node, all, CA_COUNT(all));
     return found ? &plugins[found - all] : NULL;
+}
+
+static void import_merged(ca_importer *importer, ca_xml_node *node, uint32_t group);
+
+static void import_member(ca_importer *importer, ca_xml_node *node, uint32_t group)
+{
+    if (is_type(node, "merge")) {
+        import_merged(importer, node, group);
+        return;
+    }
+    const ca_plugin *plugin = find_plain_plugin(importer, node);
+    if (plugin) import_plain_shape(importer, node, plugin, group);
+}
+
+/* A merge is its shapes. */
+static void import_merged(ca_importer *importer, ca_xml_node *node, uint32_t group)
+{
+    ca_props props;
+    ca_xml_node *cursor = NULL, *member;
+    if (!ca_import_enter(importer, node)) return;
+    ca_props_begin(&props, importer, node);
+    while (ca_import_good(importer) && (member = ca_props_next_object(&props, "shape", true, &cursor)) != NULL) {
+        if (is_type(member, "shapegroup") || is_type(member, "instance"))
+            ca_import_fail(importer, &cursor->where, "a merge cannot hold %s",
+                           ca_xml_attribute_value(member, "type"));
+        else
+            import_member(importer, member, group);
+    }
+    ca_props_end(&props);
+    ca_import_leave(importer, node, 0);
 }
 
 static uint32_t add_group(ca_importer *importer, ca_xml_node *node)
@@ -254,8 +311,7 @@ static uint32_t add_group(ca_importer *importer, ca_xml_node *node)
                            ca_xml_attribute_value(member, "type"));
             break;
         }
-        const ca_plugin *plugin = find_plain_plugin(importer, member);
-        if (plugin) import_plain_shape(importer, member, plugin, group);
+        import_member(importer, member, group);
     }
     ca_props_end(&props);
     return group;
@@ -300,7 +356,6 @@ void ca_import_shape(ca_importer *importer, ca_xml_node *node)
     } else if (is_type(node, "instance")) {
         import_instance(importer, node);
     } else {
-        const ca_plugin *plugin = find_plain_plugin(importer, node);
-        if (plugin) import_plain_shape(importer, node, plugin, CA_NONE);
+        import_member(importer, node, CA_NONE);
     }
 }

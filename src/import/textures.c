@@ -25,19 +25,50 @@ static ca_matrix import_to_uv(ca_props *props)
     return ca_matrix_multiply(&to_uv, &old);
 }
 
+/* 0.6's filters over several texels are bilinear here: pixels average anyway. */
+static ca_texture_filter import_filter_type(ca_props *props)
+{
+    static const char *const filters[] = {"nearest", "bilinear", "trilinear", "ewa"};
+    const size_t filter = ca_props_choice(props, "filter_type", filters, CA_COUNT(filters), 1);
+    if (filter > 1)
+        ca_import_note(props->importer, &props->node->where, "texture filter \"%s\" is read as \"bilinear\"",
+                       filters[filter]);
+    ca_props_number(props, "max_anisotropy", 20.0); /* of ewa */
+    ca_props_boolean(props, "cache", true);
+    return filter == 0 ? CA_FILTER_NEAREST : CA_FILTER_BILINEAR;
+}
+
+/* wrap_mode, or 0.6's for each axis, which must be the same. */
+static ca_texture_wrap import_wrap_mode(ca_props *props)
+{
+    static const char *const wraps[] = {"repeat", "mirror", "clamp"};
+    const size_t wrap = ca_props_choice(props, "wrap_mode", wraps, CA_COUNT(wraps), 0);
+    const size_t u = ca_props_choice(props, "wrap_mode_u", wraps, CA_COUNT(wraps), wrap);
+    if (ca_props_choice(props, "wrap_mode_v", wraps, CA_COUNT(wraps), wrap) != u)
+        ca_props_fail(props, "wrap_mode_v", "must be that of the other axis");
+    return (ca_texture_wrap)u;
+}
+
+/* raw, or 0.6's gamma: 1 is raw, negative or 0 what the file is for. */
+static bool import_raw(ca_props *props)
+{
+    const bool raw = ca_props_boolean(props, "raw", false);
+    const double gamma = ca_props_number(props, "gamma", 0.0);
+    if (gamma > 0.0 && gamma != 1.0 && gamma != 2.2) ca_props_fail(props, "gamma", "must be 1, 2.2, or -1 for sRGB");
+    if (gamma == 2.2) ca_import_note(props->importer, &props->node->where, "texture gamma 2.2 is read as sRGB");
+    return raw || gamma == 1.0;
+}
+
 static void import_bitmap(ca_props *props, void *result)
 {
     ca_texture *texture = result;
-    static const char *const filters[] = {"nearest", "bilinear"};
-    static const char *const wraps[] = {"repeat", "mirror", "clamp"};
     static const char *const formats[] = {"auto", "variant", "fp16"};
     texture->kind = CA_TEXTURE_BITMAP;
-    texture->as.bitmap.filter =
-        (ca_texture_filter)ca_props_choice(props, "filter_type", filters, CA_COUNT(filters), 1);
-    texture->as.bitmap.wrap = (ca_texture_wrap)ca_props_choice(props, "wrap_mode", wraps, CA_COUNT(wraps), 0);
+    texture->as.bitmap.filter = import_filter_type(props);
+    texture->as.bitmap.wrap = import_wrap_mode(props);
     ca_props_choice(props, "format", formats, CA_COUNT(formats), 0);
     ca_props_boolean(props, "accel", true);
-    const bool raw = ca_props_boolean(props, "raw", false);
+    const bool raw = import_raw(props);
     /* Mitsuba's v runs downwards in a bitmap (row 0 at v = 0), ours upwards. */
     const ca_matrix to_uv = import_to_uv(props), flip = {{{1, 0, 0, 0}, {0, -1, 0, 1}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
     const ca_matrix flipped = ca_matrix_multiply(&flip, &to_uv);
@@ -68,21 +99,58 @@ static void import_mesh_attribute(ca_props *props, void *result)
     if (!texture->as.mesh_attribute.name) ca_import_fail_memory(props->importer, "textures");
 }
 
+/* 0.6: another texture times a number or colour. */
+static void import_scale(ca_props *props, void *result)
+{
+    ca_texture *texture = result;
+    ca_xml_node *cursor = NULL;
+    const ca_matrix identity = ca_matrix_identity();
+    texture->kind = CA_TEXTURE_SCALE;
+    set_to_uv(texture, &identity);
+    texture->as.scale.factor = ca_props_color(props, "scale", ca_rgb_grey(1.0f), CA_COLOR_INDEX);
+    ca_xml_node *child = ca_props_next_object(props, "texture", true, &cursor);
+    if (!child) {
+        ca_import_fail(props->importer, &props->node->where, "scale needs a nested <texture>");
+        return;
+    }
+    texture->as.scale.child = ca_import_texture(props->importer, child);
+}
+
 static const ca_plugin plugins[] = {
     {"bitmap", import_bitmap},
+    {"scale", import_scale},
     {"checkerboard", import_checkerboard},
     {"mesh_attribute", import_mesh_attribute},
 };
 
-static ca_texture_id build(ca_importer *importer, ca_xml_node *node)
+/* The nearest name of a wrong one may be a spectrum's. */
+static const ca_plugin *find_plugin(ca_importer *importer, const ca_xml_node *node)
 {
-    const ca_plugin *plugin = ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
-    if (!plugin) return CA_NONE;
+    ca_plugin all[CA_COUNT(plugins) + CA_IMPORT_SPECTRUM_COUNT];
+    memcpy(all, plugins, sizeof plugins);
+    for (size_t i = 0; i < CA_IMPORT_SPECTRUM_COUNT; i++)
+        all[CA_COUNT(plugins) + i] = (ca_plugin){ca_import_spectrum_names[i], NULL};
+    const ca_plugin *found = ca_import_find_plugin(importer, node, all, CA_COUNT(all));
+    return found ? &plugins[found - all] : NULL;
+}
+
+static ca_texture import_any(ca_importer *importer, ca_xml_node *node)
+{
     ca_texture texture = {0};
+    if (ca_import_is_spectrum(node))
+        return ca_texture_constant(ca_import_spectrum(importer, node, CA_COLOR_INDEX));
+    const ca_plugin *plugin = find_plugin(importer, node);
+    if (!plugin) return texture;
     ca_props props;
     ca_props_begin(&props, importer, node);
     plugin->import(&props, &texture);
     ca_props_end(&props);
+    return texture;
+}
+
+static ca_texture_id build(ca_importer *importer, ca_xml_node *node)
+{
+    const ca_texture texture = import_any(importer, node);
     if (!ca_import_good(importer)) return CA_NONE;
     if (!CA_TABLE_ADD(&importer->desc->textures)) {
         ca_import_fail_memory(importer, "textures");

@@ -50,6 +50,7 @@ static void table_size(const ca_light *light, uint32_t *width, uint32_t *height)
         *height = ca_min_u32(picture->as.bitmap.image->height, LARGEST);
         break;
     case CA_TEXTURE_CHECKERBOARD:
+    case CA_TEXTURE_SCALE:
     case CA_TEXTURE_MESH_ATTRIBUTE: *width = *height = GRID; break;
     case CA_TEXTURE_KIND_COUNT: break;
     }

@@ -9,6 +9,14 @@
  * 1997, section 5.3). Every leaf may have its own shading normal (bump and normal maps). Directions point away from
  * the surface, wi towards the path's previous vertex, wo towards the next; `from` as in bxdf.h.
  *
+ * A bump or normal map adds two rules (decision 024), both of the two ends, not of wi and wo:
+ *     - a perturbed normal n that faces away from the eye, (w_eye . n) (w_eye . ns) < 0, leans the other way:
+ *       2 (n . ns) ns - n. A path from the light does not know the eye before it has a direction, so it chooses one
+ *       of the two normals at random and is absorbed where the eye demands the other: the choice is in its density.
+ *     - f is multiplied by G(w_light), Smith's shadowing for GGX with a roughness made of the angle between n and ns
+ *       (Conty Estevez, Lecocq, Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
+ *       Problem", Ray Tracing Gems, chapter 12).
+ *
  * A leaf is chosen with the probability of its weight, whatever the direction, so that the reverse pdf is exactly
  * what a walk from the other end would use. Which side of a twosided material is seen follows from ng, not from a
  * shading normal: both ends of a path then agree on it.
@@ -30,6 +38,9 @@ typedef struct ca_bsdf_lobe {
     ca_frame frame;
     float weight; /* product of blend weights and mask opacities */
     bool flipped; /* seen from the back of a twosided material: local z is mirrored */
+    bool turns;   /* frame.n leans the other way where it faces away from the eye */
+    float shadow; /* squared roughness of G; 0: there is no shadowing */
+    ca_vec3 ns;   /* what frame.n was perturbed from; set if it turns or shadows */
     ca_bxdf bxdf;
 } ca_bsdf_lobe;
 

@@ -10,6 +10,7 @@ typedef struct tree_branch {
     ca_material_id id;
     float weight;
     bool flipped;
+    ca_material_perturbed rules; /* of the maps above it */
     ca_frame frame;
 } tree_branch;
 
@@ -118,6 +119,26 @@ static void init_rough_conductor(ca_bxdf *bxdf, const ca_material *leaf, lookup 
     bxdf->as.rough_conductor.facets = facets_at(&leaf->as.rough_conductor.facets, at);
 }
 
+/* 0.6's slopes: a root mean square of alpha in the plane is one of alpha / sqrt(2) along a line. */
+static void init_rough_diffuse(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->as.rough_diffuse.reflectance = color_or(at, leaf->as.rough_diffuse.reflectance, 0.5f);
+    bxdf->as.rough_diffuse.sigma = ca_max(0.0f, scalar_or(at, leaf->as.rough_diffuse.alpha, 0.0f)) * 0.70710678f;
+}
+
+/* Diffuse and specular reflectance together are at most 1, as 0.6 sees to it. Samples go where the light is. */
+static void init_phong(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    const ca_rgb diffuse = color_or(at, leaf->as.phong.diffuse, 0.5f);
+    const ca_rgb specular = color_or(at, leaf->as.phong.specular, 0.0f);
+    const float most = ca_rgb_max(ca_rgb_add(diffuse, specular)), scale = most > 1.0f ? 1.0f / most : 1.0f;
+    const float s = ca_luminance(specular), sum = s + ca_luminance(diffuse);
+    bxdf->as.phong.diffuse = ca_rgb_scale(diffuse, scale);
+    bxdf->as.phong.specular = ca_rgb_scale(specular, scale);
+    bxdf->as.phong.exponent = ca_max(0.0f, scalar_or(at, leaf->as.phong.exponent, 0.0f));
+    bxdf->as.phong.specular_weight = sum > 0.0f ? s / sum : 0.0f;
+}
+
 /* A leaf's kind is that of its model (material.c asserts it). */
 static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
@@ -134,6 +155,8 @@ static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
     case CA_BXDF_PLASTIC: init_plastic(bxdf, &leaf->as.plastic, at); break;
     case CA_BXDF_ROUGH_PLASTIC: init_rough_plastic(bxdf, leaf, at); break;
     case CA_BXDF_PRINCIPLED: init_principled(bxdf, leaf, at); break;
+    case CA_BXDF_ROUGH_DIFFUSE: init_rough_diffuse(bxdf, leaf, at); break;
+    case CA_BXDF_PHONG: init_phong(bxdf, leaf, at); break;
     case CA_BXDF_KIND_COUNT: assert(false && "a material that is no leaf");
     }
 }
@@ -145,6 +168,8 @@ static inline ca_bsdf_lobe *add_lobe(ca_bsdf *bsdf, const ca_material *leaf, loo
     ca_bsdf_lobe *lobe = &bsdf->lobes[bsdf->lobe_count++];
     lobe->weight = weight;
     lobe->flipped = flipped;
+    lobe->turns = false;
+    lobe->shadow = 0.0f;
     init_leaf(&lobe->bxdf, leaf, at);
     bsdf->scatter |= ca_bxdf_scatter(&lobe->bxdf);
     return lobe;
@@ -196,6 +221,33 @@ static ca_vec3 map_normal_local(const ca_material *node, lookup at)
     return (ca_vec3){2.0f * c.r - 1.0f, 2.0f * c.g - 1.0f, 2.0f * c.b - 1.0f};
 }
 
+/* Squared roughness of a microfacet surface on which normals lean as far as n does from ns: tan^2 / 8, at most 1. */
+static float shadowing_roughness2(ca_vec3 n, ca_vec3 ns)
+{
+    const float cosine = ca_dot(n, ns), cos2 = ca_clamp(cosine * cosine, 0.0f, 1.0f);
+    return 1.0f - cos2 < 8.0f * cos2 ? (1.0f - cos2) / (8.0f * cos2) : 1.0f;
+}
+
+/* The lobe of a leaf below bump or normal maps. Where one lies in another, what counts is how far the last normal
+ * leans from the surface's. */
+static void add_perturbed_lobe(ca_bsdf *bsdf, const ca_material *leaf, lookup at, const tree_branch *branch)
+{
+    ca_bsdf_lobe *lobe = add_lobe(bsdf, leaf, at, branch->weight, branch->flipped);
+    lobe->frame = branch->frame;
+    if (!branch->rules.flips && !branch->rules.shadows) return;
+    lobe->ns = at.surface->ns;
+    lobe->turns = branch->rules.flips;
+    if (branch->rules.shadows) lobe->shadow = shadowing_roughness2(lobe->frame.n, lobe->ns);
+}
+
+static void perturb(tree_branch *branch, ca_vec3 n_local, ca_material_perturbed rules, ca_material_id child)
+{
+    branch->frame = perturbed_frame(branch, n_local);
+    branch->rules.flips |= rules.flips;
+    branch->rules.shadows |= rules.shadows;
+    branch->id = child;
+}
+
 /* ---- Trees ----------------------------------------------------------------------------------------------------- */
 
 /* The child of a twosided material that faces wi. One that is seen from its back becomes a front by mirroring. */
@@ -245,7 +297,7 @@ static bool descend(tree_walk *walk, tree_branch *branch)
 {
     const ca_material *node = &walk->materials[branch->id];
     if (ca_material_is_leaf(node->kind)) {
-        add_lobe(walk->bsdf, node, walk->at, branch->weight, branch->flipped)->frame = branch->frame;
+        add_perturbed_lobe(walk->bsdf, node, walk->at, branch);
         return false;
     }
     switch (node->kind) {
@@ -253,12 +305,10 @@ static bool descend(tree_walk *walk, tree_branch *branch)
     case CA_MATERIAL_MASK: let_through(walk, node, branch); return true;
     case CA_MATERIAL_BLEND: divide(walk, node, branch); return true;
     case CA_MATERIAL_BUMP:
-        branch->frame = perturbed_frame(branch, bump_normal_local(branch, node, walk->at));
-        branch->id = node->as.bump.child;
+        perturb(branch, bump_normal_local(branch, node, walk->at), node->as.bump.rules, node->as.bump.child);
         return true;
     case CA_MATERIAL_NORMAL_MAP:
-        branch->frame = perturbed_frame(branch, map_normal_local(node, walk->at));
-        branch->id = node->as.normal_map.child;
+        perturb(branch, map_normal_local(node, walk->at), node->as.normal_map.rules, node->as.normal_map.child);
         return true;
     case CA_MATERIAL_NULL: add_null(walk->bsdf, branch->weight); return false;
     default: break;
@@ -303,5 +353,5 @@ void ca_bsdf_init(ca_bsdf *bsdf, const ca_material *materials, const ca_texture 
     walk.at = at;
     walk.wi_behind = wi_behind;
     walk.waiting_count = 0;
-    add_tree(&walk, (tree_branch){id, 1.0f, flipped, shading_frame(surface)});
+    add_tree(&walk, (tree_branch){id, 1.0f, flipped, {false, false}, shading_frame(surface)});
 }

@@ -33,7 +33,9 @@ typedef enum ca_from { CA_FROM_CAMERA, CA_FROM_LIGHT } ca_from;
     MODEL(ROUGH_CONDUCTOR, rough_conductor)                                                                          \
     MODEL(PLASTIC, plastic)                                                                                          \
     MODEL(ROUGH_PLASTIC, rough_plastic)                                                                              \
-    MODEL(PRINCIPLED, principled)
+    MODEL(PRINCIPLED, principled)                                                                                    \
+    MODEL(ROUGH_DIFFUSE, rough_diffuse)                                                                              \
+    MODEL(PHONG, phong)
 
 #define CA_BXDF_ENUMERATOR(KIND, name) CA_BXDF_##KIND,
 typedef enum ca_bxdf_kind { CA_BXDF_MODELS(CA_BXDF_ENUMERATOR) CA_BXDF_KIND_COUNT } ca_bxdf_kind;
@@ -64,6 +66,15 @@ typedef struct ca_bxdf {
         struct {
             ca_rgb reflectance;
         } diffuse;
+        struct {
+            ca_rgb reflectance;
+            float sigma; /* standard deviation of the facets' angles */
+        } rough_diffuse;
+        struct {
+            ca_rgb diffuse, specular;
+            float exponent;
+            float specular_weight; /* share of samples for the lobe */
+        } phong;
         struct {
             float eta; /* interior over exterior index of refraction (the interior is at z < 0) */
             ca_rgb reflectance, transmittance; /* factors on the Fresnel terms, 1 in nature */

@@ -34,14 +34,16 @@ typedef uint32_t ca_material_id;
     ROW(ROUGH_CONDUCTOR, "roughconductor", .as.rough_conductor = {CA_NONE, CA_NONE, CA_NONE, CA_NO_FACETS})          \
     ROW(PLASTIC, "plastic", .as.plastic = CA_NO_PLASTIC)                                                             \
     ROW(ROUGH_PLASTIC, "roughplastic", .as.rough_plastic = {CA_NO_PLASTIC, CA_NO_FACETS, NULL})                      \
-    ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)
+    ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)                                                 \
+    ROW(ROUGH_DIFFUSE, "roughdiffuse", .as.rough_diffuse = {CA_NONE, CA_NONE})                                       \
+    ROW(PHONG, "phong", .as.phong = {CA_NONE, CA_NONE, CA_NONE})
 #define CA_MATERIAL_NODES(ROW)                                                                                       \
     ROW(NULL, "null", .as.diffuse = {CA_NONE}) /* has no parameters */                                               \
     ROW(TWOSIDED, "twosided", .as.twosided = {CA_NONE, CA_NONE})                                                     \
     ROW(MASK, "mask", .as.mask = {CA_NONE, CA_NONE})                                                                 \
     ROW(BLEND, "blendbsdf", .as.blend = {CA_NONE, CA_NONE, CA_NONE})                                                 \
-    ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f})                                                        \
-    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE})
+    ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f, {true, true}})                                          \
+    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}})
 
 #define CA_MATERIAL_ENUMERATOR(KIND, ...) CA_MATERIAL_##KIND,
 typedef enum ca_material_kind {
@@ -63,12 +65,24 @@ typedef struct ca_material_plastic {
     float internal_transmittance, specular_weight; /* made by ca_material_prepare */
 } ca_material_plastic;
 
+/* What a bump or normal map does about normals that no real surface could have (bsdf.h). */
+typedef struct ca_material_perturbed {
+    bool flips;   /* a normal that faces away from the eye leans the other way */
+    bool shadows; /* light fades where the perturbed surface would shadow itself */
+} ca_material_perturbed;
+
 typedef struct ca_material {
     ca_material_kind kind;
     union { /* the member of the kind's name; NULL has none */
         struct {
             ca_texture_id reflectance;
         } diffuse;
+        struct {
+            ca_texture_id reflectance, alpha; /* alpha: root mean square slope */
+        } rough_diffuse;
+        struct {
+            ca_texture_id diffuse, specular, exponent;
+        } phong;
         struct {
             float eta; /* interior over exterior index */
             ca_texture_id reflectance, transmittance;
@@ -114,10 +128,12 @@ typedef struct ca_material {
             ca_material_id child;
             ca_texture_id height;
             float scale; /* factor on the height */
+            ca_material_perturbed rules;
         } bump;
         struct {
             ca_material_id child;
             ca_texture_id normals; /* (n + 1) / 2, raw */
+            ca_material_perturbed rules;
         } normal_map;
     } as;
 } ca_material;

@@ -153,6 +153,29 @@ static ca_rgb mesh_attribute_eval(const ca_texture *texture, const ca_surface *s
     return ca_rgb_madd(value, b2, attribute_value(attribute, corner[2]));
 }
 
+static ca_surface moved_surface(const ca_texture *texture, const ca_surface *surface)
+{
+    ca_surface moved = *surface;
+    moved.uv = texture_uv(texture, surface->uv);
+    return moved;
+}
+
+static ca_rgb scale_eval(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const ca_surface moved = moved_surface(texture, surface);
+    return ca_rgb_mul(texture->as.scale.factor, ca_texture_eval(table, texture->as.scale.child, &moved));
+}
+
+/* Exact where colour or factor is grey: the scalar of a product is the product of the scalars then. */
+static ca_vec2 scale_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const ca_surface moved = moved_surface(texture, surface);
+    const ca_vec2 g = ca_texture_gradient(table, texture->as.scale.child, &moved);
+    const float factor = ca_texture_scalar_of(texture->as.scale.factor);
+    const float(*m)[3] = texture->to_uv;
+    return (ca_vec2){factor * (m[0][0] * g.x + m[1][0] * g.y), factor * (m[0][1] * g.x + m[1][1] * g.y)};
+}
+
 /* ---- All kinds ------------------------------------------------------------------------------------------------- */
 
 ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
@@ -162,6 +185,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_BITMAP: return bitmap_eval(texture, surface->uv);
     case CA_TEXTURE_CHECKERBOARD: return ca_texture_eval(table, checkerboard_color(texture, surface->uv), surface);
     case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
+    case CA_TEXTURE_SCALE: return scale_eval(table, texture, surface);
     case CA_TEXTURE_KIND_COUNT: break;
     }
     assert(false && "a texture of no kind");
@@ -171,6 +195,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
 ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
 {
     const ca_texture *texture = &table[id];
+    if (texture->kind == CA_TEXTURE_SCALE) return scale_gradient(table, texture, surface);
     return texture->kind == CA_TEXTURE_BITMAP ? bitmap_gradient(texture, surface->uv) : (ca_vec2){0.0f, 0.0f};
 }
 
@@ -183,6 +208,8 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_CHECKERBOARD:
         return ca_rgb_lerp(ca_texture_mean(table, texture->as.checkerboard.color0),
                            ca_texture_mean(table, texture->as.checkerboard.color1), 0.5f);
+    case CA_TEXTURE_SCALE:
+        return ca_rgb_mul(texture->as.scale.factor, ca_texture_mean(table, texture->as.scale.child));
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }
@@ -198,6 +225,8 @@ float ca_texture_max(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_CHECKERBOARD:
         return fmaxf(ca_texture_max(table, texture->as.checkerboard.color0),
                      ca_texture_max(table, texture->as.checkerboard.color1));
+    case CA_TEXTURE_SCALE: /* an upper bound where the factor is no grey */
+        return ca_rgb_max(texture->as.scale.factor) * ca_texture_max(table, texture->as.scale.child);
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }

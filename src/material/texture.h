@@ -18,6 +18,7 @@ typedef enum ca_texture_kind {
     CA_TEXTURE_BITMAP,
     CA_TEXTURE_CHECKERBOARD,
     CA_TEXTURE_MESH_ATTRIBUTE,
+    CA_TEXTURE_SCALE,
     CA_TEXTURE_KIND_COUNT
 } ca_texture_kind;
 
@@ -40,6 +41,10 @@ typedef struct ca_texture {
              * the surface's own coordinates. No cycles. */
             ca_texture_id color0, color1;
         } checkerboard;
+        struct {
+            ca_texture_id child; /* looked up at (u', v'). No cycles */
+            ca_rgb factor;
+        } scale;
         struct {
             /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
              * none of that name. */

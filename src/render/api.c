@@ -15,21 +15,6 @@ const char *ca_version(void)
     return CA_TEXT(CA_VERSION_MAJOR) "." CA_TEXT(CA_VERSION_MINOR) "." CA_TEXT(CA_VERSION_PATCH);
 }
 
-ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
-                        ca_error *error)
-{
-    return ca_scene_load_until(path, defines, define_count, NULL, scene, error);
-}
-
-ca_status ca_scene_load_until(const char *path, const ca_define *defines, size_t define_count, const int *stop,
-                              ca_scene **scene, ca_error *error)
-{
-    *scene = NULL;
-    ca_scene_desc desc;
-    CA_TRY(ca_import_scene(path, defines, define_count, &desc, error));
-    return ca_scene_compile_until(&desc, stop, scene, error);
-}
-
 ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error)
 {
     *scene = NULL;
@@ -38,12 +23,24 @@ ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_err
     return ca_scene_compile_until(&desc, source->stop, scene, error);
 }
 
+ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
+                        ca_error *error)
+{
+    const ca_scene_source source = {.path = path, .defines = defines, .define_count = define_count};
+    return ca_scene_parse(&source, scene, error);
+}
+
 ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene **view, ca_error *error)
 {
     *view = NULL;
     ca_scene_desc desc;
     CA_TRY(ca_import_scene_source(source, &desc, error));
     return ca_scene_view_create(scene, &desc, view, error);
+}
+
+const char *ca_scene_note(const ca_scene *scene, size_t index)
+{
+    return index < scene->desc.notes.count ? scene->desc.notes.items[index] : NULL;
 }
 
 void ca_scene_release(ca_scene *scene) { ca_scene_destroy(scene); }

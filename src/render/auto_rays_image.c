@@ -86,6 +86,8 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     statistics->seconds = a->progress.seconds;
     statistics->iterations = a->iterations;
     statistics->seed = a->plan->seed;
+    statistics->notes = a->plan->scene->desc.notes.items;
+    statistics->note_count = a->plan->scene->desc.notes.count;
     statistics->samples_per_pixel = a->progress.camera_paths;
     statistics->interrupted = a->interrupted;
     statistics->first_predicted_seconds = a->progress.looks.first_predicted_seconds;

@@ -126,6 +126,12 @@ static ca_status render_block(block_render *r, ca_error *error)
 
 static void count_what_is_done(block_render *r);
 
+static void add_notes(const block_render *r, ca_render_statistics *statistics)
+{
+    statistics->notes = r->plan->scene->desc.notes.items;
+    statistics->note_count = r->plan->scene->desc.notes.count;
+}
+
 /* ca_render_progress.snapshot */
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
@@ -136,6 +142,7 @@ static ca_status take_snapshot(const ca_render_progress *progress, ca_image_laye
     if (!statistics) statistics = &own_statistics;
     count_what_is_done(r);
     ca_part_fill_statistics(&r->part, statistics);
+    add_notes(r, statistics);
     return ca_part_develop(&r->part, image, error);
 }
 
@@ -310,6 +317,7 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
     count_what_is_done(r);
     const ca_status written = settings->part_path ? ca_part_write(&r->part, settings->part_path, error) : CA_OK;
     ca_part_fill_statistics(&r->part, statistics);
+    add_notes(r, statistics);
     statistics->interrupted = r->interrupted;
     if (written != CA_OK && written != CA_ERROR_FILE) return written;
     const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);

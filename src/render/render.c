@@ -142,6 +142,8 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
         .seconds = r->seconds,
         .iterations = r->passes,
         .seed = r->plan->seed,
+        .notes = r->plan->scene->desc.notes.items,
+        .note_count = r->plan->scene->desc.notes.count,
         .samples_per_pixel = r->passes * r->plan->samples_per_pass,
         .interrupted = r->interrupted,
         .first_predicted_seconds = r->looks.first_predicted_seconds,

@@ -47,8 +47,32 @@ void ca_scene_desc_destroy(ca_scene_desc *desc)
     ca_free(desc->instances.items);
     ca_free(desc->lights.items);
     ca_free(desc->integrator.parameters.items);
+    ca_free(desc->notes.items);
     ca_arena_clear(&desc->strings);
     *desc = (ca_scene_desc){0};
+}
+
+ca_matrix ca_cylinder_frame(const double p0[3], const double p1[3], double r)
+{
+    const ca_vec3 axis = {(float)(p1[0] - p0[0]), (float)(p1[1] - p0[1]), (float)(p1[2] - p0[2])};
+    const float length = ca_length(axis);
+    const ca_vec3 up = {0.0f, 0.0f, 1.0f};
+    const ca_frame f = ca_frame_from_normal(length > 0.0f ? ca_mul(axis, 1.0f / length) : up);
+    return (ca_matrix){{{(double)f.s.x * r, (double)f.t.x * r, p1[0] - p0[0], p0[0]},
+                        {(double)f.s.y * r, (double)f.t.y * r, p1[1] - p0[1], p0[1]},
+                        {(double)f.s.z * r, (double)f.t.z * r, p1[2] - p0[2], p0[2]},
+                        {0, 0, 0, 1}}};
+}
+
+bool ca_is_round_cylinder(const ca_matrix *map)
+{
+    double dot[3][3] = {{0.0}};
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++)
+            for (int row = 0; row < 3; row++) dot[a][b] += map->m[row][a] * map->m[row][b];
+    const double across = dot[0][0], slant = 1e-4 * sqrt(across * dot[2][2]);
+    return fabs(dot[1][1] - across) <= 1e-4 * across && fabs(dot[0][1]) <= 1e-4 * across &&
+           fabs(dot[0][2]) <= slant && fabs(dot[1][2]) <= slant;
 }
 
 ca_texture_id ca_scene_desc_add_constant(ca_scene_desc *desc, ca_rgb value)

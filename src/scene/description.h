@@ -54,7 +54,7 @@ typedef struct ca_shape_desc {
     } as;
     ca_matrix to_world; /* affine; of a group's member: to the group's space */
     bool flip_normals;
-    uint32_t material; /* index in materials; CA_NONE: diffuse grey of 0.5 */
+    uint32_t material; /* index in materials; CA_NONE: diffuse, grey of 0.5 or, of a shape with a light, black */
     uint32_t light;    /* index in lights (an area light), or CA_NONE */
     uint32_t group;    /* index in groups, or CA_NONE: a shape of the world */
     ca_location where;
@@ -147,6 +147,7 @@ typedef struct ca_scene_desc {
     ca_arena strings;
     const char *path; /* of the scene file */
     ca_path_table files; /* all that it was read from: scene, includes, meshes, textures, spectra; may repeat */
+    CA_TABLE(const char *) notes; /* what is read otherwise than written; no sentence twice, wherever it was said */
     uint64_t content_hash; /* of all files it was read from and all definitions, wherever they lie */
     CA_TABLE(ca_texture) textures;
     CA_TABLE(ca_image) images;
@@ -168,6 +169,11 @@ typedef struct ca_scene_desc {
  * samples (see scenes.md). */
 void ca_scene_desc_init(ca_scene_desc *desc);
 void ca_scene_desc_destroy(ca_scene_desc *desc);
+
+/* The map whose z axis is p0 -> p1 and that takes the unit cylinder to one of that radius. */
+ca_matrix ca_cylinder_frame(const double p0[3], const double p1[3], double radius);
+/* Is the mapped unit cylinder one? Its ends must be circles across its axis. */
+bool ca_is_round_cylinder(const ca_matrix *map);
 
 /* Texture constants: the id of a new one, or CA_NONE when out of memory. */
 ca_texture_id ca_scene_desc_add_constant(ca_scene_desc *desc, ca_rgb value);

@@ -60,28 +60,15 @@ static ca_status compile_sphere(ca_shape *shape, const ca_shape_desc *desc, ca_e
     return CA_OK;
 }
 
-/* The frame whose z axis is p0 -> p1, scaled to the unit cylinder. */
-static bool cylinder_frame(const ca_shape_desc *desc, ca_matrix *frame)
-{
-    const double *p0 = desc->as.cylinder.p0, *p1 = desc->as.cylinder.p1, r = (double)desc->as.cylinder.radius;
-    const ca_vec3 axis = {(float)(p1[0] - p0[0]), (float)(p1[1] - p0[1]), (float)(p1[2] - p0[2])};
-    const float length = ca_length(axis);
-    if (!(length > 0.0f) || !isfinite(length)) return false;
-    const ca_frame f = ca_frame_from_normal(ca_mul(axis, 1.0f / length));
-    *frame = (ca_matrix){{{(double)f.s.x * r, (double)f.t.x * r, p1[0] - p0[0], p0[0]},
-                          {(double)f.s.y * r, (double)f.t.y * r, p1[1] - p0[1], p0[1]},
-                          {(double)f.s.z * r, (double)f.t.z * r, p1[2] - p0[2], p0[2]},
-                          {0, 0, 0, 1}}};
-    return true;
-}
-
 static ca_status compile_cylinder(ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
 {
-    if (!is_similarity(&desc->to_world)) return fail_map(desc, "cylinder", error);
-    ca_matrix frame;
-    if (!cylinder_frame(desc, &frame))
-        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this cylinder's ends p0 and p1 are the same point");
+    const double *p0 = desc->as.cylinder.p0, *p1 = desc->as.cylinder.p1;
+    const ca_matrix frame = ca_cylinder_frame(p0, p1, (double)desc->as.cylinder.radius);
     const ca_matrix map = ca_matrix_multiply(&desc->to_world, &frame);
+    if (p0[0] == p1[0] && p0[1] == p1[1] && p0[2] == p1[2])
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this cylinder's ends p0 and p1 are the same point");
+    if (!ca_is_round_cylinder(&map))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a cylinder's to_world must leave its ends circles");
     CA_TRY(set_map(&shape->as.cylinder.map, desc, &map, error));
     shape->as.cylinder.radius = (float)column_length(&map, 0);
     shape->as.cylinder.length = (float)column_length(&map, 2);
@@ -304,24 +291,34 @@ static void link_textures(ca_scene *scene)
     }
 }
 
-/* Shapes without a material get Mitsuba's default: a diffuse grey of 0.5. */
-static ca_status add_default_material(ca_scene_desc *desc, ca_error *error)
+/* Gives a diffuse material of that grey to the shapes without any, those that shine or those that do not. */
+static ca_status add_default_material(ca_scene_desc *desc, bool shining, float grey, ca_error *error)
 {
     bool needed = false;
-    for (size_t i = 0; i < desc->shapes.count; i++) needed |= desc->shapes.items[i].material == CA_NONE;
-    if (!needed) return CA_OK;
-    const ca_texture_id grey = ca_scene_desc_add_constant(desc, ca_rgb_grey(0.5f));
-    if (grey == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return ca_fail_memory(error, "materials");
-    const uint32_t id = (uint32_t)desc->materials.count - 1;
-    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .as.diffuse = {grey}};
     for (size_t i = 0; i < desc->shapes.count; i++)
-        if (desc->shapes.items[i].material == CA_NONE) desc->shapes.items[i].material = id;
+        needed |= desc->shapes.items[i].material == CA_NONE && (desc->shapes.items[i].light != CA_NONE) == shining;
+    if (!needed) return CA_OK;
+    const ca_texture_id constant = ca_scene_desc_add_constant(desc, ca_rgb_grey(grey));
+    if (constant == CA_NONE || !CA_TABLE_ADD(&desc->materials)) return ca_fail_memory(error, "materials");
+    const uint32_t id = (uint32_t)desc->materials.count - 1;
+    desc->materials.items[id].material = (ca_material){.kind = CA_MATERIAL_DIFFUSE, .as.diffuse = {constant}};
+    for (size_t i = 0; i < desc->shapes.count; i++) {
+        ca_shape_desc *shape = &desc->shapes.items[i];
+        if (shape->material == CA_NONE && (shape->light != CA_NONE) == shining) shape->material = id;
+    }
     return CA_OK;
+}
+
+/* Mitsuba's defaults. */
+static ca_status add_default_materials(ca_scene_desc *desc, ca_error *error)
+{
+    CA_TRY(add_default_material(desc, false, 0.5f, error));
+    return add_default_material(desc, true, 0.0f, error);
 }
 
 static ca_status compile_materials(ca_scene *scene, ca_error *error)
 {
-    CA_TRY(add_default_material(&scene->desc, error));
+    CA_TRY(add_default_materials(&scene->desc, error));
     const uint32_t count = (uint32_t)scene->desc.materials.count;
     scene->materials = ca_alloc_zeroed(count, sizeof *scene->materials);
     if (!scene->materials) return ca_fail_memory(error, "materials");
@@ -542,6 +539,7 @@ static ca_scene_desc seen_with(const ca_scene_desc *whole, const ca_scene_desc *
     ca_scene_desc desc = *whole;
     desc.strings = own->strings;
     desc.path = own->path;
+    desc.notes = own->notes;
     desc.content_hash = ca_hash_add(whole->content_hash, own->content_hash);
     desc.camera = own->camera;
     desc.film = own->film;

@@ -26,6 +26,7 @@ static ca_image_layers *render_batch(const ca_scene *scene, const batch_settings
     render.samples_per_pixel = settings->samples;
     render.has_seed = true;
     render.seed = settings->seed + batch;
+    render.threads = settings->threads;
     render.width = settings->width;
     render.height = settings->height;
     render.has_crop = settings->crop[2] > 0;

@@ -13,6 +13,7 @@ typedef struct batch_settings {
     uint32_t batches;       /* at least 2 */
     uint64_t seed;          /* batches have the seeds seed, seed + 1, ... */
     uint32_t block_side;    /* divides the picture's sides */
+    uint32_t threads;       /* 0: one per processor; small pictures are faster with one */
     uint32_t width, height; /* 0: the scene's */
     uint32_t crop[4];       /* x0, y0, x1, y1; all 0: the whole picture */
 } batch_settings;

@@ -146,6 +146,25 @@ static void add_principled(ca_bxdf_cases *list)
     add(list, "principled, glass of index 1", b);
 }
 
+static void add_old_models(ca_bxdf_cases *list)
+{
+    char name[80];
+    for (int i = 0; i < 3; ++i) {
+        static const float sigma[3] = {0.0f, 0.2f, 0.8f}, exponent[3] = {0.0f, 30.0f, 300.0f};
+        const ca_rgb paint = {0.9f, 0.5f, 0.1f};
+        snprintf(name, sizeof name, "rough diffuse %.1f", (double)sigma[i]);
+        add(list, name,
+            (ca_bxdf){.kind = CA_BXDF_ROUGH_DIFFUSE, .as.rough_diffuse = {.reflectance = paint, .sigma = sigma[i]}});
+        snprintf(name, sizeof name, "Phong %.0f", (double)exponent[i]);
+        add(list, name,
+            (ca_bxdf){.kind = CA_BXDF_PHONG,
+                      .as.phong = {.diffuse = {0.4f, 0.3f, 0.2f},
+                                   .specular = {0.5f, 0.6f, 0.3f},
+                                   .exponent = exponent[i],
+                                   .specular_weight = 0.6f}});
+    }
+}
+
 static void assert_all_models(const ca_bxdf_cases *list)
 {
     bool there[CA_BXDF_KIND_COUNT] = {false};
@@ -176,6 +195,7 @@ ca_bxdf_cases ca_bxdf_cases_create(void)
     add_rough_plastic(&list, CA_MICROFACET_GGX, 0.02f, false);
     add_rough_plastic(&list, CA_MICROFACET_GGX, 0.5f, true);
     add_principled(&list);
+    add_old_models(&list);
     assert_all_models(&list);
     return list;
 }

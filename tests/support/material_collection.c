@@ -41,6 +41,13 @@ static void set_leaves(void)
     ca_material *rough_plastic = set(ROUGH_PLASTIC, CA_MATERIAL_ROUGH_PLASTIC);
     rough_plastic->as.rough_plastic.layers = layers;
     rough_plastic->as.rough_plastic.facets = facets(ROUGH_04, ROUGH_04);
+    ca_material *clay = set(CLAY, CA_MATERIAL_ROUGH_DIFFUSE);
+    clay->as.rough_diffuse.reflectance = RED;
+    clay->as.rough_diffuse.alpha = HALF;
+    ca_material *phong = set(OLD_PLASTIC, CA_MATERIAL_PHONG);
+    phong->as.phong.diffuse = RED;
+    phong->as.phong.specular = HALF;
+    phong->as.phong.exponent = ONE;
     set(NOTHING, CA_MATERIAL_NULL);
 }
 
@@ -93,6 +100,12 @@ static void set_nodes(void)
     set_twosided(TWOSIDED_BUMP, BUMPED_METAL, RED_DIFFUSE);
     set_bump(BUMPED_TWOSIDED, TWO_COLORS);
     set_blend(PATCHWORK, MASKED, GLASS_PAINT, HALF);
+    set_bump(BUMPED_PAINT, RED_DIFFUSE);
+    ca_material *mirror = set(MAPPED_MIRROR, CA_MATERIAL_NORMAL_MAP);
+    mirror->as.normal_map.child = MIRROR;
+    mirror->as.normal_map.normals = NORMALS;
+    set_bump(TEXTBOOK_BUMP, RED_DIFFUSE);
+    ca_test_all.materials[TEXTBOOK_BUMP].as.bump.rules = (ca_material_perturbed){false, false};
 }
 
 static ca_texture picture(const ca_image *image)
