@@ -32,7 +32,8 @@ static void set_vertex(ca_mesh *mesh, uint32_t vertex, const double position[3],
 /* uv: azimuth over 2 pi, angle from +z over pi. */
 ca_status ca_mesh_create_sphere(ca_mesh *mesh, const double center[3], float radius, ca_error *error)
 {
-    CA_TRY(ca_mesh_create(mesh, (AROUND + 1) * (DOWN + 1), 2 * AROUND * DOWN, true, true, error));
+    const size_t cells = (size_t)AROUND * DOWN;
+    CA_TRY(ca_mesh_create(mesh, (size_t)(AROUND + 1) * (DOWN + 1), 2 * cells, true, true, error));
     for (uint32_t row = 0; row <= DOWN; row++)
         for (uint32_t column = 0; column <= AROUND; column++) {
             const double v = (double)row / DOWN, u = (double)column / AROUND;
@@ -50,7 +51,7 @@ ca_status ca_mesh_create_sphere(ca_mesh *mesh, const double center[3], float rad
 /* uv: azimuth over 2 pi, height. The upper end is the first row: rows run down. */
 ca_status ca_mesh_create_cylinder(ca_mesh *mesh, const ca_matrix *frame, ca_error *error)
 {
-    CA_TRY(ca_mesh_create(mesh, 2 * (AROUND + 1), 2 * AROUND, true, true, error));
+    CA_TRY(ca_mesh_create(mesh, 2 * (size_t)(AROUND + 1), 2 * (size_t)AROUND, true, true, error));
     const double (*m)[4] = frame->m;
     for (uint32_t row = 0; row <= 1; row++)
         for (uint32_t column = 0; column <= AROUND; column++) {

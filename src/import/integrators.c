@@ -136,7 +136,7 @@ static void import_parameter(ca_importer *importer, const ca_xml_node *node, con
     const translated_parameter *translated = find_translated(t, name);
     if (strcmp(name, "strict_normals") == 0) {
         check_strict_normals(importer, &parameter);
-    } else if (translated && translated->use == DROP) {
+    } else if (t && translated && translated->use == DROP) {
         ca_import_note(importer, &node->where, "parameter \"%s\" of integrator \"%s\" has no effect",
                        translated->name, t->name);
     } else if (is_without_effect(name)) {
