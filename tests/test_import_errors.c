@@ -202,7 +202,8 @@ static void expect_lens_error(const char *name, const char *message)
     ca_scene_desc desc;
     ca_error error;
     snprintf(text, sizeof text,
-             "<scene version=\"3.0.0\"><sensor type=\"realistic\"><string name=\"filename\" value=\"%s\"/></sensor></scene>",
+             "<scene version=\"3.0.0\"><sensor type=\"realistic\"><string name=\"filename\" "
+             "value=\"%s\"/></sensor></scene>",
              name);
     snprintf(path, sizeof path, "%s/test.xml", import_folder());
     snprintf(expected, sizeof expected, "%s/%s", import_folder(), message);
@@ -244,13 +245,14 @@ static void wrong_sensors(void **state)
         {SENSOR("realistic", ""), "2:1: parameter \"lens\" of realistic or filename must be given, and not both"},
         {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1")),
          "3:1: surface 2 of the lens: expected the aperture's diameter in mm, not \"-50\""},
-        {SENSOR("realistic", LENS("50 5 1.5 20 1")), "3:1: surface 1 of the lens: expected the end of the row, not \"1\""},
+        {SENSOR("realistic", LENS("50 5 1.5 20 1")),
+         "3:1: surface 1 of the lens: expected the end of the row, not \"1\""},
         {SENSOR("realistic", LENS("50 5 x 20")),
          "3:1: surface 1 of the lens: expected an index of refraction, not \"x\""},
         {SENSOR("realistic", LENS("50 5 0.5 20")),
          "3:1: surface 1 of the lens: expected an index of refraction, not \"0.5\""},
-        {SENSOR("realistic", LENS("x 5 1.5 20")),
-         "3:1: surface 1 of the lens: a column is radius, thickness, index, diameter, glass, abbe or surface, not \"x\""},
+        {SENSOR("realistic", LENS("x 5 1.5 20")), "3:1: surface 1 of the lens: a column is radius, thickness, index, "
+                                                  "diameter, glass, abbe or surface, not \"x\""},
         {SENSOR("realistic", LENS("radius thickness index")),
          "3:1: surface 1 of the lens: a header names radius, thickness and diameter, not \"radius\""},
         {SENSOR("realistic", LENS("radius radius")),
@@ -269,16 +271,18 @@ static void wrong_sensors(void **state)
         {SENSOR("realistic", LENS("")), "3:1: the lens has no surfaces"},
         {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1 20") "\n<float name=\"aperture_diameter\" value=\"2\"/>"),
          "4:1: parameter \"aperture_diameter\" of realistic needs a lens with one stop"},
-        {SENSOR("realistic", LENS("50 5 1.5 20; -50 1 1 20; 0 0 1 9") "\n<float name=\"aperture_diameter\" value=\"10\"/>"),
+        {SENSOR("realistic",
+                LENS("50 5 1.5 20; -50 1 1 20; 0 0 1 9") "\n<float name=\"aperture_diameter\" value=\"10\"/>"),
          "4:1: parameter \"aperture_diameter\" of realistic is more than the diameter of the lens's stop"},
         {SENSOR("realistic", LENS("-50 5 1.5 20; 50 0 1 20")),
-         "2:1: parameter \"focus_distance\" of realistic is too close: the lens makes no image of it within 100 m behind "
+         "2:1: parameter \"focus_distance\" of realistic is too close: the lens makes no image of it within 100 m "
+         "behind "
          "itself"},
         {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1 20") "<float name=\"film_distance\" value=\"50\"/>"
-                             "<float name=\"focus_distance\" value=\"50\"/>"),
+                                                             "<float name=\"focus_distance\" value=\"50\"/>"),
          "3:54: parameter \"film_distance\" of realistic excludes focus_distance"},
         {SENSOR("realistic", LENS("-20 5 1.5 38; 15 0 1 20") "<float name=\"film_distance\" value=\"50\"/>"
-                             "<float name=\"near_clip\" value=\"0.005\"/>"),
+                                                             "<float name=\"near_clip\" value=\"0.005\"/>"),
          "3:94: parameter \"near_clip\" of realistic must be in front of the lens's rim"},
         {SENSOR("orthographic", "<float name=\"fov\" value=\"45\"/>"),
          "3:1: unused parameter \"fov\" of orthographic; the nearest known one is \"to_world\""},
@@ -318,7 +322,7 @@ static void wrong_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(wrong_names),   cmocka_unit_test(wrong_values), cmocka_unit_test(wrong_structure),
+        cmocka_unit_test(wrong_names),   cmocka_unit_test(wrong_values),     cmocka_unit_test(wrong_structure),
         cmocka_unit_test(wrong_sensors), cmocka_unit_test(wrong_lens_files), cmocka_unit_test(wrong_files),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);

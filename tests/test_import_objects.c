@@ -162,7 +162,8 @@ static void realistic_parameters(void **state)
 static void stop_in_glass(void **state)
 {
     (void)state;
-    import_with_sensor("<sensor type=\"realistic\"><string name=\"lens\" value=\"50 2 1.5 20; 0 2 0 9; -50 0 1 20\"/></sensor>");
+    import_with_sensor(
+        "<sensor type=\"realistic\"><string name=\"lens\" value=\"50 2 1.5 20; 0 2 0 9; -50 0 1 20\"/></sensor>");
     near(desc.camera.camera.as.realistic.lens.surfaces[1].index, 1.5);
     done();
 }
@@ -171,9 +172,10 @@ static void stop_in_glass(void **state)
 static void published_lens(void **state)
 {
     (void)state;
-    import_with_sensor("<sensor type=\"realistic\"><string name=\"lens\" value=\"surface radius thickness diameter glass "
-                       "abbe; 1 60 4 20 517-642 64.2; 2 -60 2 20; 3* stop 1.5 8; 4 inf 3 18 620364; 5 40 - 18\"/>"
-                       "<float name=\"film_distance\" value=\"30\"/></sensor>");
+    import_with_sensor(
+        "<sensor type=\"realistic\"><string name=\"lens\" value=\"surface radius thickness diameter glass "
+        "abbe; 1 60 4 20 517-642 64.2; 2 -60 2 20; 3* stop 1.5 8; 4 inf 3 18 620364; 5 40 - 18\"/>"
+        "<float name=\"film_distance\" value=\"30\"/></sensor>");
     const ca_lens *lens = &desc.camera.camera.as.realistic.lens;
     static const double rows[5][4] = {
         {60, 4, 1.517, 10}, {-60, 2, 1, 10}, {0, 1.5, 1, 4}, {0, 3, 1.62, 9}, {40, 0, 1, 9}};

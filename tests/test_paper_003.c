@@ -32,9 +32,9 @@
 static void test_furnace(void **state)
 {
     (void)state;
-    ca_scene *scene = scene_from_text(SCENE(DEPTH("6") SENSOR("") "<shape type='sphere'><boolean name='flip_normals' "
-                                                                  "value='true'/><bsdf type='diffuse'/>" GLOW(
-                                                                      "0.5") "</shape>"));
+    ca_scene *scene =
+        scene_from_text(SCENE(DEPTH("6") SENSOR("") "<shape type='sphere'><boolean name='flip_normals' "
+                                                    "value='true'/><bsdf type='diffuse'/>" GLOW("0.5") "</shape>"));
     const batch_settings settings = {.integrator = "bdpt:paper=true", .samples = 8, .batches = 8, .seed = 3};
     const measured value = measure_mean(scene, &settings);
     const double expected = 1.0 - 1.0 / 64.0;
@@ -69,7 +69,8 @@ static void test_one_ray_a_pixel(void **state)
 {
     (void)state;
     static const char *const names[] = {"bdpt", "bdpt:paper=true"};
-    ca_scene *scene = scene_from_text(SCENE(DEPTH("1") SENSOR("") BALL("0,0,3", "1", "<bsdf type='diffuse'/>" GLOW("2"))));
+    ca_scene *scene =
+        scene_from_text(SCENE(DEPTH("1") SENSOR("") BALL("0,0,3", "1", "<bsdf type='diffuse'/>" GLOW("2"))));
     for (int i = 0; i < 2; i++) {
         ca_render_settings settings;
         ca_render_settings_init(&settings);
@@ -190,7 +191,7 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_furnace),      cmocka_unit_test(test_lamp_above_a_floor),
+        cmocka_unit_test(test_furnace),         cmocka_unit_test(test_lamp_above_a_floor),
         cmocka_unit_test(test_one_ray_a_pixel), cmocka_unit_test(test_first_vertex),
         cmocka_unit_test(test_refusals),
     };

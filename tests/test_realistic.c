@@ -1,9 +1,10 @@
 /* The realistic camera: its lens against a second ray tracer, the lens equation and what is known of plates of glass;
- * its rays and splats as inverses of each other with the densities that they have; its picture against brute force. */
+ * its rays and splats as inverses of each other with the densities that they have; its picture against brute
+ * force. */
 #include "camera/camera.h"
 
-#include "math/numeric.h"
 #include "geometry/shape.h"
+#include "math/numeric.h"
 #include "support/chi_square.h"
 #include "support/lens_oracle.h"
 #include "support/test_random.h"
@@ -127,15 +128,14 @@ static ca_camera make(const ca_lens *lens, double film_distance, double film_dia
 {
     const double origin[3] = {1.0, -2.0, 0.5}, target[3] = {1.3, -1.8, 2.5}, up[3] = {0.2, 1.0, 0.1};
     ca_matrix view;
-    ca_camera camera = {.kind = CA_CAMERA_REALISTIC,
-                        .width = WIDTH,
-                        .height = HEIGHT,
-                        .near_clip = 0.01f,
-                        .far_clip = 1000.0f,
-                        .as.realistic = {.lens = *lens,
-                                         .film_distance = film_distance,
-                                         .film_diagonal = film_diagonal,
-                                         .scale = scale}};
+    ca_camera camera = {
+        .kind = CA_CAMERA_REALISTIC,
+        .width = WIDTH,
+        .height = HEIGHT,
+        .near_clip = 0.01f,
+        .far_clip = 1000.0f,
+        .as.realistic = {
+            .lens = *lens, .film_distance = film_distance, .film_diagonal = film_diagonal, .scale = scale}};
     assert_true(ca_matrix_look_at(origin, target, up, &view));
     assert_true(ca_affine_from_matrix(&view, &camera.map));
     ca_camera_prepare(&camera);
@@ -340,7 +340,8 @@ static void test_plate_camera(void **state)
 {
     (void)state;
     const double n = 1.5, d = 8.0, far = 20.0;
-    const ca_lens plate = {.surfaces = {{0.0, d, n, 40.0}, {0.0, 1.0, 1.0, 40.0}, {0.0, 0.0, 1.0, 0.001}}, .count = 3};
+    const ca_lens plate = {.surfaces = {{0.0, d, n, 40.0}, {0.0, 1.0, 1.0, 40.0}, {0.0, 0.0, 1.0, 0.001}},
+                           .count = 3};
     const ca_camera camera = make(&plate, far, 20.0);
     for (float x = 0.5f; x < WIDTH; x += 1.0f) {
         const ca_vec2 film = {x, 2.5f};
@@ -500,8 +501,8 @@ static void check_densities(const ca_camera *camera, ca_vec2 pixel, const char *
     double statistic;
     uint32_t degrees;
     const double p = ca_chi_square_counts(observed, expected, BINS + 1, &statistic, &degrees);
-    print_message("           %s: p %.3g, %u degrees of freedom, blocked %.1f %%, by density %.1f %%\n", name, p, degrees,
-                  100.0 * observed[BINS] / RAYS, 100.0 * expected[BINS] / RAYS);
+    print_message("           %s: p %.3g, %u degrees of freedom, blocked %.1f %%, by density %.1f %%\n", name, p,
+                  degrees, 100.0 * observed[BINS] / RAYS, 100.0 * expected[BINS] / RAYS);
     assert_true(degrees > 20);
     assert_true(p > ca_sidak_level(0.01, 2 * ORACLE_LENSES));
 }
@@ -519,11 +520,13 @@ static void test_densities(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_trace),      cmocka_unit_test(test_sharp_edge),    cmocka_unit_test(test_lens_equation), cmocka_unit_test(test_plate),
-        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_kind),          cmocka_unit_test(test_clip_planes),
-        cmocka_unit_test(test_entrance_disk),
-        cmocka_unit_test(test_focus),      cmocka_unit_test(test_plate_camera),  cmocka_unit_test(test_cosine_law),
-        cmocka_unit_test(test_vignetting), cmocka_unit_test(test_densities),
+        cmocka_unit_test(test_trace),         cmocka_unit_test(test_sharp_edge),
+        cmocka_unit_test(test_lens_equation), cmocka_unit_test(test_plate),
+        cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_kind),
+        cmocka_unit_test(test_clip_planes),   cmocka_unit_test(test_entrance_disk),
+        cmocka_unit_test(test_focus),         cmocka_unit_test(test_plate_camera),
+        cmocka_unit_test(test_cosine_law),    cmocka_unit_test(test_vignetting),
+        cmocka_unit_test(test_densities),
     };
     return cmocka_run_group_tests_name("realistic camera", tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
-/* A scene seen through a lens of glass: all integrators make the same picture of it, with the same bits for any number
- * of threads. */
+/* A scene seen through a lens of glass: all integrators make the same picture of it, with the same bits for any
+ * number of threads. */
 #include "support/agreement.h"
 #include "support/scene_text.h"
 
@@ -31,8 +31,8 @@ static void test_integrators_agree(void **state)
 {
     (void)state;
     /* Of photons alone a wider kernel has less noise, and no bias to speak of here. */
-    static const char *const integrators[] = {
-        "light", "bdpt", "ovcm:radius=%g,alpha=0", "ppm:radius=0.08,alpha=0", NULL};
+    static const char *const integrators[] = {"light", "bdpt", "ovcm:radius=%g,alpha=0", "ppm:radius=0.08,alpha=0",
+                                              NULL};
     const agreement_settings settings = {
         .integrators = integrators, .wanted = is_through_a_lens, .target = target_bias, .max_samples = 100};
     agreement_result result = {0};

@@ -67,7 +67,7 @@ void ca_camera_prepare(ca_camera *camera);
 typedef struct ca_camera_ray {
     ca_vec3 origin, direction;
     float t_min, t_max; /* where the ray passes the near and the far clip plane */
-    ca_rgb weight; /* 1, but for vignetting; 0: the lens lets nothing through, and there is no ray */
+    ca_rgb weight;      /* 1, but for vignetting; 0: the lens lets nothing through, and there is no ray */
     ca_pdf_area pdf_position;
     ca_pdf_solid_angle pdf_direction;
     float cos_camera; /* between the direction and the camera's axis */

@@ -109,7 +109,8 @@ ca_lens_image ca_lens_image_of(const ca_lens *lens, double distance)
     const double before = isfinite(distance) ? 1.0 / distance : 0.0;
     double height = 1.0, slope = before;
     trace_paraxial(lens, &height, &slope);
-    return (ca_lens_image){.distance = slope != 0.0 ? -height / slope : (double)INFINITY, .magnification = before / slope};
+    return (ca_lens_image){.distance = slope != 0.0 ? -height / slope : (double)INFINITY,
+                           .magnification = before / slope};
 }
 
 double ca_lens_focal_length(const ca_lens *lens)

@@ -148,12 +148,13 @@ static double reach(const ca_realistic *r, double film_radius)
     return last->aperture + sag * (film_radius + last->aperture) / fmax(r->film_distance - sag, 1e-3 * sag);
 }
 
-/* The exit pupil as a film point sees it: found on ever finer grids, then bounded on one of its own. */
-static ca_pupil_box bound_pupil(const ca_realistic *r, double film_radius, ray_bundle *bundle)
+/* The exit pupil as a film point sees it: found on ever finer grids, the last one of `finest` points, then bounded on
+ * one of its own. */
+static ca_pupil_box bound_pupil(const ca_realistic *r, double film_radius, int finest, ray_bundle *bundle)
 {
     const double all = reach(r, film_radius);
     const ca_pupil_box region = {-all, all, all};
-    for (int grid = GRID; grid <= FINEST_GRID; grid = 4 * grid - 3) {
+    for (int grid = GRID; grid <= finest; grid = 4 * grid - 3) {
         const ca_pupil_box box = scan(r, film_radius, region, grid, NULL);
         if (box.high > box.low) return scan(r, film_radius, box, GRID, bundle);
     }
@@ -188,7 +189,7 @@ static double axial_solid_angle(const ca_realistic *r)
 
 void ca_realistic_prepare(ca_camera *camera)
 {
-    enum { MARGIN = 4 }; /* pixels beyond the film's corners, for filters */
+    enum { MARGIN = 4 }; /* in pixels, beyond the film's corners, for filters */
     ca_realistic *r = &camera->as.realistic;
     r->last_w = ca_lens_length(&r->lens);
     r->film_w = r->last_w + r->film_distance;
@@ -196,9 +197,11 @@ void ca_realistic_prepare(ca_camera *camera)
     const double pixel = hypot((double)camera->pixel_width, (double)camera->pixel_height);
     r->ring_width = (0.5 * r->film_diagonal + MARGIN * pixel) / CA_PUPIL_RINGS;
     ray_bundle bundle = {{0}};
-    ca_pupil_box inner = bound_pupil(r, 0.0, &bundle);
+    ca_pupil_box inner = bound_pupil(r, 0.0, FINEST_GRID, &bundle);
     for (int i = 0; i < CA_PUPIL_RINGS; i++) {
-        const ca_pupil_box outer = bound_pupil(r, (i + 1) * r->ring_width, &bundle);
+        /* Beyond the picture's rim nobody looks closely. */
+        const int finest = box_area(&inner) > 0.0 ? FINEST_GRID : GRID;
+        const ca_pupil_box outer = bound_pupil(r, (i + 1) * r->ring_width, finest, &bundle);
         r->rings[i] =
             (ca_pupil_box){fmin(inner.low, outer.low), fmax(inner.high, outer.high), fmax(inner.side, outer.side)};
         inner = outer;
@@ -210,8 +213,7 @@ void ca_realistic_prepare(ca_camera *camera)
 
 static ca_vec3 to_world_direction(const ca_camera *camera, const ca_lens_ray *ray)
 {
-    return ca_normalize(
-        ca_map_vector(camera->map.to, (ca_vec3){(float)ray->dx, (float)ray->dy, (float)-ray->dw}));
+    return ca_normalize(ca_map_vector(camera->map.to, (ca_vec3){(float)ray->dx, (float)ray->dy, (float)-ray->dw}));
 }
 
 static ca_vec3 to_world_point(const ca_camera *camera, const ca_lens_ray *ray)
@@ -299,16 +301,16 @@ bool ca_realistic_direct(const ca_camera *camera, ca_vec3 local, ca_vec2 u_lens,
     const ca_pdf_area pdf_position = position_pdf(r);
     const double depth = r->disk_w - from.w, cos_camera = -way.scene.dw;
     const float distance = (float)(r->scale * depth / cos_camera);
-    *direct = (ca_camera_direct){
-        .position = to_world_point(camera, &way.scene),
-        .to_camera = ca_neg(to_world_direction(camera, &way.scene)),
-        .distance = distance,
-        .t_near = distance * (float)((double)(local.z - camera->near_clip) / (r->scale * depth)),
-        .film_position = lens_to_film(camera, way.film_x, way.film_y),
-        .importance = (float)(1.0 / (pixel_area(camera) * r->solid_angle * r->scale * r->scale)),
-        .pdf_direct = ca_pdf_to_solid_angle(pdf_position, (float)cos_camera, ca_sqr(distance)),
-        .pdf_position = pdf_position,
-        .pdf_direction = direction_pdf(camera, &way),
-        .cos_camera = (float)cos_camera};
+    *direct =
+        (ca_camera_direct){.position = to_world_point(camera, &way.scene),
+                           .to_camera = ca_neg(to_world_direction(camera, &way.scene)),
+                           .distance = distance,
+                           .t_near = distance * (float)((double)(local.z - camera->near_clip) / (r->scale * depth)),
+                           .film_position = lens_to_film(camera, way.film_x, way.film_y),
+                           .importance = (float)(1.0 / (pixel_area(camera) * r->solid_angle * r->scale * r->scale)),
+                           .pdf_direct = ca_pdf_to_solid_angle(pdf_position, (float)cos_camera, ca_sqr(distance)),
+                           .pdf_position = pdf_position,
+                           .pdf_direction = direction_pdf(camera, &way),
+                           .cos_camera = (float)cos_camera};
     return true;
 }

@@ -7,8 +7,9 @@
  *     dA_film cos_film dw_film = dA cos dw
  * for any plane across the axis in the scene's space. So a pixel's value is the integral over that plane and all
  * directions of We L cos, where We = 1 / (area of the pixel * Omega) is the same for all rays that get to the film.
- * Omega is the projected solid angle of the exit pupil as the film's centre sees it: a scene of the radiance 1 has the
- * value 1 there, and less elsewhere, by the fourth power of the cosine and by rims that stand in the way (vignetting).
+ * Omega is the projected solid angle of the exit pupil as the film's centre sees it: a scene of the radiance 1 has
+ * the value 1 there, and less elsewhere, by the fourth power of the cosine and by rims that stand in the way
+ * (vignetting).
  *
  * Two ways to choose a ray:
  *     rays    a point of the film, then one of a box on the plane of the last surface's vertex. The box bounds the
@@ -19,8 +20,8 @@
  * A ray's origin is its point of the entrance disk, which lies inside the lens: nothing of the scene is looked for
  * before the near clip plane. Boxes and disk are found by tracing; a ray outside of either is absorbed, whichever way
  * it was chosen, so that all estimators see the same lens.
- * Source: Kolb, Mitchell and Hanrahan 1995, "A Realistic Camera Model for Computer Graphics"; boxes for the exit pupil
- * as in Pharr, Jakob and Humphreys 2016, "Physically Based Rendering", section 6.4.5. Entrance disk: ours. */
+ * A model of the kind of Kolb, Mitchell and Hanrahan 1995, "A Realistic Camera Model for Computer Graphics", with
+ * boxes for the exit pupil as pbrt has them (Pharr, Jakob and Humphreys 2016). The entrance disk is ours. */
 #ifndef CA_CAMERA_REALISTIC_H
 #define CA_CAMERA_REALISTIC_H
 
@@ -46,9 +47,9 @@ typedef struct ca_realistic {
     double scale;         /* the scene's length of a millimetre */
 
     /* Made by ca_realistic_prepare. */
-    double last_w, film_w;           /* of the last surface's vertex and of the film */
-    double disk_w, disk_radius;      /* the entrance disk */
-    double solid_angle;              /* Omega */
+    double last_w, film_w;      /* of the last surface's vertex and of the film */
+    double disk_w, disk_radius; /* the entrance disk */
+    double solid_angle;         /* Omega */
     double ring_width;
     ca_pupil_box rings[CA_PUPIL_RINGS]; /* by the film point's distance from the axis; the last one for all beyond */
 } ca_realistic;

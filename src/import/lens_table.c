@@ -8,8 +8,8 @@
 
 typedef enum column { RADIUS, THICKNESS, INDEX, DIAMETER, GLASS, ABBE, SURFACE, COLUMNS } column;
 
-static const char *const column_names[COLUMNS] = {"radius", "thickness", "index", "diameter", "glass", "abbe",
-                                                  "surface"};
+static const char *const column_names[COLUMNS] = {"radius", "thickness", "index",  "diameter",
+                                                  "glass",  "abbe",      "surface"};
 
 /* An entry of the table; length 0: there is none. */
 typedef struct entry {
@@ -23,8 +23,8 @@ typedef struct lens_reader {
     const ca_location *element; /* to blame; NULL: the entry */
     column columns[COLUMNS];    /* of the table, from left to right */
     uint32_t column_count;
-    entry row[COLUMNS];         /* by column */
-    entry first;                /* of the row */
+    entry row[COLUMNS]; /* by column */
+    entry first;        /* of the row */
     ca_lens_table *table;
     ca_error *error;
 } lens_reader;

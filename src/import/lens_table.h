@@ -22,8 +22,8 @@ typedef struct ca_lens_table {
 } ca_lens_table;
 
 /* `where`: of a text in an attribute, the element to blame; its file is not read then. NULL: lines and columns of
- * `file` are. The lens has at least one surface and all of it is possible: apertures within their spheres, indices from
- * 1 to 5, air behind the last surface. */
+ * `file` are. The lens has at least one surface and all of it is possible: apertures within their spheres, indices
+ * from 1 to 5, air behind the last surface. */
 ca_status ca_import_lens(const char *file, const char *text, size_t size, const ca_location *where,
                          ca_lens_table *table, ca_error *error);
 

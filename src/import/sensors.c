@@ -163,7 +163,8 @@ static void import_focus(ca_props *props, double focus_distance, ca_realistic *c
     const bool said = ca_props_find(props, "film_distance") != NULL;
     camera->film_distance = said ? ca_props_positive(props, "film_distance", 1.0)
                                  : ca_lens_image_of(&camera->lens, focus_distance / camera->scale).distance;
-    if (said && ca_props_find(props, "focus_distance")) ca_props_fail(props, "film_distance", "excludes focus_distance");
+    if (said && ca_props_find(props, "focus_distance"))
+        ca_props_fail(props, "film_distance", "excludes focus_distance");
     if (camera->film_distance > fmax(0.0, ca_lens_sag(last)) && camera->film_distance < 1e5) return;
     ca_props_fail(props, said ? "film_distance" : "focus_distance",
                   said ? "must be behind the last surface, within 100 m"

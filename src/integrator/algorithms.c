@@ -71,9 +71,12 @@ static ca_status create_bdpt(const ca_integrator_input *input, void **state, ca_
 /* Without splats these are the techniques of Sirak 2019, section 3.2: s >= 2 camera vertices, t >= 0 light
  * vertices. paper: as the report's program does it in all (paper.c). */
 static const ca_parameter_spec bdpt_parameters[] = {
-    PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
+    PATH_PARAMETERS,
+    HEURISTIC_PARAMETER,
+    COUNT_PARAMETERS,
     {"strategies", CA_SPEC_CHOICE, .choices = "all|no-splat", .number = 0},
-    {"paper", CA_SPEC_BOOLEAN, .number = 0}, END_OF_PARAMETERS};
+    {"paper", CA_SPEC_BOOLEAN, .number = 0},
+    END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_bdpt = {
     .name = "bdpt",
     .parameters = bdpt_parameters,

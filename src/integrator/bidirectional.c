@@ -115,7 +115,8 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     const uint32_t first = b->first_chunk * (uint32_t)CA_CHUNK_PATHS, left = b->light_paths - first;
     const uint64_t most = (uint64_t)b->resident * CA_CHUNK_PATHS;
     b->first_number = b->input.first_light_path + (uint64_t)pass * b->light_paths;
-    CA_TRY(ca_light_paths_prepare(b, b->first_number + first, left < most ? left : (uint32_t)most, parallel, workers, error));
+    CA_TRY(ca_light_paths_prepare(b, b->first_number + first, left < most ? left : (uint32_t)most, parallel, workers,
+                                  error));
     return b->input.pairs && b->rules.splat ? ca_pair_splats_sort(&b->pair_splats, error) : CA_OK;
 }
 

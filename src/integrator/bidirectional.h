@@ -125,7 +125,7 @@ struct ca_bidirectional {
 
     uint32_t chunk_count, resident; /* chunks of a pass, and how many are in memory at a time */
     uint32_t first_chunk, chunks_now; /* of this round */
-    uint64_t first_number;          /* of the pass' light paths in the whole render */
+    uint64_t first_number;            /* of the pass' light paths in the whole render */
     uint32_t paths_now;             /* light paths in memory: those of these chunks, one chunk after the other */
     ca_light_store store;
     uint64_t photons_now;           /* how many photons they have */

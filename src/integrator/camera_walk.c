@@ -54,8 +54,8 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     const float cos_light = surface ? ca_abs_dot(surface->ng, w->direction) : 1.0f;
     ca_path_vertex end;
     const ca_pdf_solid_angle pdf_direction = walk->b->paper ? CA_PAPER_PDF : hit->pdf_direction;
-    const ca_flight flight = ca_light_end(light, choice, hit->pdf_position, pdf_direction, cos_light,
-                                          &walk->b->rules.reuse, &end);
+    const ca_flight flight =
+        ca_light_end(light, choice, hit->pdf_position, pdf_direction, cos_light, &walk->b->rules.reuse, &end);
     end.light_class = ca_factor_light(light_index);
     if (!walk->b->paper)
         end.next_event_ratio =
@@ -295,7 +295,8 @@ void ca_camera_walks_trace(ca_camera_walk *const *walks, uint32_t count)
 {
     walk_list list = {.count = 0};
     for (uint32_t i = 0; i < count; i++)
-        if (!ca_rgb_is_black(walks[i]->walk.throughput)) list.walks[list.count++] = walks[i]; /* the lens lets it in */
+        if (!ca_rgb_is_black(walks[i]->walk.throughput))
+            list.walks[list.count++] = walks[i]; /* the lens lets it in */
     const int *stop = walks[0]->b->input.stop;
     while (list.count > 0 && !ca_stop_asked(stop)) {
         intersect(&list);

@@ -10,8 +10,8 @@ bool ca_light_start_path(const ca_bidirectional *b, const ca_stream *stream, ca_
 {
     const ca_scene *scene = b->input.scene;
     const ca_vec2 u_direction = ca_sample_2d(stream, CA_DIM_LIGHT_DIRECTION);
-    start->light = ca_light_choice_sample(&scene->light_choice, ca_sample_1d(stream, CA_DIM_LIGHT_CHOICE),
-                                          &start->choice);
+    start->light =
+        ca_light_choice_sample(&scene->light_choice, ca_sample_1d(stream, CA_DIM_LIGHT_CHOICE), &start->choice);
     return start->light != CA_NONE &&
            ca_light_sample_emission(&scene->lights[start->light], ca_sample_2d(stream, CA_DIM_LIGHT_POSITION),
                                     u_direction, &start->emission) &&

@@ -40,9 +40,9 @@ static void sample_one(const ca_walk *walk, walk_event *event)
     const ca_vec2 u_lobe = ca_sample_2d(&walk->stream, dimension_of(walk) + CA_DIM_BSDF_LOBE);
     const ca_vec2 u = ca_sample_2d(&walk->stream, dimension_of(walk) + CA_DIM_BSDF_DIRECTION);
     const ca_vertex *last = &walk->last;
-    event->goes_on = walk->uniform ? ca_paper_sample(last, u, walk->from, &event->sample)
-                                   : ca_bsdf_sample_direction(&last->bsdf, last->wi, u_lobe.x, u, walk->from,
-                                                              &event->sample);
+    event->goes_on = walk->uniform
+                         ? ca_paper_sample(last, u, walk->from, &event->sample)
+                         : ca_bsdf_sample_direction(&last->bsdf, last->wi, u_lobe.x, u, walk->from, &event->sample);
     if (event->goes_on) event->origin = ca_vertex_leave(last, event->sample.wo_world);
 }
 

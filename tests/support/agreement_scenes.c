@@ -245,17 +245,16 @@ static const agreement_scene scenes[] = {
      .radius = 0.02f,
      .content = ROOM(DIFFUSE(
          "0.5,0.6,0.5")) "<shape type='cylinder'><point name='p0' value='-1.5,2.2,0.5'/><point name='p1' "
-                         "value='0.5,2.4,0.9'/>" NUMBER("radius", "0.15")
-                             BLACK GLOW("6,5,4") "</shape>" SHAPE(
-                                 "disk", SCALE("0.3") TURN("x", "90") AT("1.2,2.6,-0.4"), BLACK GLOW("6,9,12"))
-                                 SHAPE("cube", SCALE("0.4") TURN("y", "40") AT("0.2,0.4,0.2"),
-                                       "<bsdf type='roughconductor'><string name='material' value='Au'/>" NUMBER(
-                                           "alpha_u", "0.15")
-                                           NUMBER("alpha_v",
-                                                  "0.45") "</bsdf>") "<shape type='cylinder'><point name='p0' "
-                                                                     "value='-1,0,0'/><point name='p1' "
-                                                                     "value='-1,1.2,0'/>" NUMBER("radius", "0.3")
-                                                                         TWOSIDED(DIFFUSE("0.3,0.4,0.7")) "</shape>"},
+                         "value='0.5,2.4,0.9'/>" NUMBER("radius", "0.15") BLACK GLOW("6,5,4") "</shape>" SHAPE(
+                             "disk", SCALE("0.3") TURN("x", "90") AT("1.2,2.6,-0.4"), BLACK GLOW("6,9,12"))
+                             SHAPE("cube", SCALE("0.4") TURN("y", "40") AT("0.2,0.4,0.2"),
+                                   "<bsdf type='roughconductor'><string name='material' value='Au'/>" NUMBER(
+                                       "alpha_u", "0.15")
+                                       NUMBER("alpha_v",
+                                              "0.45") "</bsdf>") "<shape type='cylinder'><point name='p0' "
+                                                                 "value='-1,0,0'/><point name='p1' "
+                                                                 "value='-1,1.2,0'/>" NUMBER("radius", "0.3")
+                                                                     TWOSIDED(DIFFUSE("0.3,0.4,0.7")) "</shape>"},
     {.name = "principled glass, sky picture and sun",
      .sensor = FRONT_VIEW,
      .max_depth = 6,

@@ -1,14 +1,20 @@
 #include "support/lens_oracle.h"
 
-#define STOP(thickness, index, diameter) {0.0, thickness, index, 0.5 * (diameter)}
-#define SURFACE(radius, thickness, index, diameter) {radius, thickness, index, 0.5 * (diameter)}
+#define STOP(thickness, index, diameter)                                                                             \
+    {                                                                                                                \
+        0.0, thickness, index, 0.5 * (diameter)                                                                      \
+    }
+#define SURFACE(radius, thickness, index, diameter)                                                                  \
+    {                                                                                                                \
+        radius, thickness, index, 0.5 * (diameter)                                                                   \
+    }
 
 ca_lens lens_oracle_make(int which)
 {
     static const ca_lens lenses[ORACLE_LENSES] = {
         {.surfaces = {SURFACE(103.0, 6.0, 1.52, 24.0), SURFACE(-103.0, 0.0, 1.0, 24.0)}, .count = 2},
-        {.surfaces = {SURFACE(61.0, 6.0, 1.517, 25.0), SURFACE(-45.0, 2.5, 1.62, 25.0), SURFACE(-131.0, 1.5, 1.0, 25.0),
-                      STOP(0.0, 1.0, 16.0)},
+        {.surfaces = {SURFACE(61.0, 6.0, 1.517, 25.0), SURFACE(-45.0, 2.5, 1.62, 25.0),
+                      SURFACE(-131.0, 1.5, 1.0, 25.0), STOP(0.0, 1.0, 16.0)},
          .count = 4},
         {.surfaces = {SURFACE(21.06, 6.0, 1.694, 20.0), SURFACE(283.8, 4.22, 1.0, 16.8),
                       SURFACE(-35.52, 1.4, 1.673, 13.0), SURFACE(19.07, 1.0, 1.0, 12.2), STOP(4.89, 1.0, 11.7),
@@ -83,7 +89,7 @@ static double length_of(const ca_lens *lens)
 
 static double_vec to_camera(const ca_camera *camera, double_vec v, bool is_point)
 {
-    const float (*m)[4] = camera->map.to; /* rigid: the inverse is the transpose */
+    const float(*m)[4] = camera->map.to; /* rigid: the inverse is the transpose */
     const double_vec origin = {(double)m[0][3], (double)m[1][3], (double)m[2][3]};
     const double_vec w = is_point ? dv_sub(v, origin) : v;
     double_vec columns[3];

@@ -1,5 +1,5 @@
-/* A second ray tracer for lenses, in the camera's space (the film at negative z, mm): spheres by their centres, Snell's
- * law by angles. Of the camera's code it uses none. */
+/* A second ray tracer for lenses, in the camera's space (the film at negative z, mm): spheres by their centres,
+ * Snell's law by angles. Of the camera's code it uses none. */
 #ifndef CA_TEST_LENS_ORACLE_H
 #define CA_TEST_LENS_ORACLE_H
 
@@ -10,8 +10,8 @@ typedef struct oracle_ray {
     double_vec position, direction;
 } oracle_ray;
 
-/* Three lenses of this project's own: a biconvex one of 100 mm without a stop, a cemented achromat of crown and flint,
- * and the triplet of scenes/lens. */
+/* Three lenses of this project's own: a biconvex one of 100 mm without a stop, a cemented doublet of crown and
+ * flint, and the triplet of scenes/lens. */
 enum { ORACLE_SINGLET, ORACLE_DOUBLET, ORACLE_TRIPLET, ORACLE_LENSES };
 ca_lens lens_oracle_make(int which);
 

@@ -220,7 +220,8 @@ static void recompute_camera_end(const traced_path *path, ca_full_path *full)
     full->camera_area = (float)area;
     full->pdf_camera[0] = area > 0.0 && !full->camera_parallel ? (float)(1.0 / area) : 1.0f;
     const double_vec position = dv_from(path->points[0].position);
-    full->pdf_to_light[0] = full->camera_parallel ? 1.0f : (float)pixel_pdf(path->camera, position, to_light(path, 0));
+    full->pdf_to_light[0] =
+        full->camera_parallel ? 1.0f : (float)pixel_pdf(path->camera, position, to_light(path, 0));
 }
 
 static double disk_area(const ca_light *light)
