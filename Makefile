@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long mutants check-metrics bench bench-peers gallery paper-000 paper-002 paper-004 lint install clean dependencies
+.PHONY: help build demo test test-sanitized test-long mutants check-metrics python bench bench-peers gallery paper-000 paper-002 paper-004 lint install package clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -22,6 +22,7 @@ help:
 	@echo "make check-metrics  compare's SSIM and FLIP against other programs, from the Python package index"
 	@echo "make test-long  the slow, statistical tests"
 	@echo "make mutants    deliberate bugs, and whether its test finds each (ONLY=pattern: those with such names)"
+	@echo "make python     the wheel of the Python package, to build/python/; then make test tests it, too"
 	@echo "make bench      measures speed, writes bench/results.json"
 	@echo "make bench-peers  path against Mitsuba 3's in equal time, writes bench/peers.json (QUICK=1, ONLY=scene: print only)"
 	@echo "make gallery    the pictures of docs/pictures/gallery/, and path beside them in equal time (QUICK=1: small, to out/)"
@@ -30,6 +31,7 @@ help:
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
 	@echo "make lint       source rules; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
+	@echo "make package    a Debian package of program and library, to build/package/"
 	@echo "make clean      removes build folders and out/"
 
 dependencies:
@@ -61,6 +63,10 @@ test-long: dependencies
 
 mutants: dependencies
 	@scripts/run-mutants.sh $(ONLY)
+
+python: build
+	@scripts/install-dependencies.sh python
+	@scripts/make-python.sh $(BUILD)
 
 check-metrics: build
 	@scripts/install-dependencies.sh check
@@ -104,6 +110,11 @@ lint:
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+package: build
+	@scripts/install-dependencies.sh package
+	@cd $(BUILD) && cpack --config CPackConfig.cmake -B package >package.log || { cat package.log; exit 1; }
+	@ls $(BUILD)/package/*.deb
 
 clean:
 	rm -rf build build-* out

@@ -86,6 +86,69 @@ CA_API ca_status ca_scene_load_until(const char *path, const ca_define *defines,
                                      ca_scene **scene, ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 
+/* Scenes from memory: a text in the language of the scene files, and what is large as arrays that it names. All is
+ * copied: the arrays are the caller's again when the call is over. */
+
+/* What <shape type="mesh"><string name="data" value="NAME"/></shape> stands for, in its own space. */
+typedef struct ca_mesh_data {
+    const char *name;
+    size_t vertex_count, triangle_count;
+    const float *positions;  /* 3 a vertex */
+    const float *normals;    /* 3 a vertex, of any length; NULL: smooth ones, unless face_normals is set */
+    const float *uvs;        /* 2 a vertex, v upwards; NULL: none */
+    const uint32_t *indices; /* 3 a triangle, each below vertex_count; counterclockwise seen from outside */
+} ca_mesh_data;
+
+/* What <string name="data" value="NAME"/> stands for in a bitmap texture or an envmap: linear values. */
+typedef struct ca_bitmap_data {
+    const char *name;
+    uint32_t width, height, channels; /* 1 grey, 2 grey and alpha, 3 RGB, 4 RGB and alpha */
+    const float *pixels;              /* width * height * channels, first row on top */
+} ca_bitmap_data;
+
+typedef struct ca_scene_source {
+    const char *text; /* NULL: that of the file `path` */
+    size_t size;
+    const char *path; /* what messages call the text, and where its relative file names start; not NULL */
+    const ca_define *defines;
+    size_t define_count;
+    const ca_mesh_data *meshes;
+    size_t mesh_count;
+    const ca_bitmap_data *bitmaps;
+    size_t bitmap_count;
+    const int *stop; /* as ca_scene_load_until has it; may be NULL */
+} ca_scene_source;
+
+/* As ca_scene_load_until. */
+CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);
+
+/* The same scene seen otherwise: the source's <sensor>, with its film and sampler, and its <integrator>, if it has
+ * one, replace the scene's; there can be nothing else in it. Shapes, lights and materials are shared, nothing is
+ * built again, and the two scenes may be released in any order. Threads: several may make views of one scene. */
+CA_API ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene **view, ca_error *error);
+
+/* Rays against the scene's shapes, for programs that build on the same geometry. Each call is one thread's; several
+ * may ask at once. */
+typedef struct ca_ray {
+    float origin[3], direction[3]; /* of any length but 0 */
+    float t_min, t_max;            /* hits lie between; in units of the direction's length */
+} ca_ray;
+
+typedef struct ca_ray_hit {
+    float t; /* INFINITY: nothing was met, or the ray has a value that is not finite */
+    float position[3];
+    float normal[3], shading_normal[3]; /* unit; the first is the surface's own, on the side of the second */
+    float uv[2]; /* 0 on spheres, disks and cylinders in scenes where no texture asks for it */
+    uint32_t shape, primitive, instance; /* UINT32_MAX: there is none */
+} ca_ray_hit;
+
+/* The nearest hit of each ray. */
+CA_API void ca_scene_intersect(const ca_scene *scene, const ca_ray *rays, size_t count, ca_ray_hit *hits);
+/* Does each ray meet anything? */
+CA_API void ca_scene_occluded(const ca_scene *scene, const ca_ray *rays, size_t count, bool *occluded);
+/* The id that the scene's text gives a shape, borrowed; NULL where it has none or there is no such shape. */
+CA_API const char *ca_scene_shape_id(const ca_scene *scene, uint32_t shape);
+
 /* ---- Rendering ------------------------------------------------------------------------------------------------- */
 
 struct ca_image_layers;
@@ -263,6 +326,8 @@ typedef struct ca_preflight {
      * merge. */
     double merged_light, merged_light_low, merged_light_high;
     double merged_photons, merged_photons_low, merged_photons_high;
+    double radius; /* of merges in the first pass: given, or the default, which a render with this setting need not
+                      look for again; 0: the method does not merge, or none is chosen yet */
     uint64_t camera_paths, light_paths, rays, shadow_rays; /* of the pilot that told */
     uint32_t warning_count;
     char warnings[CA_PREFLIGHT_WARNINGS][CA_PREFLIGHT_WARNING_SIZE]; /* one sentence each */
@@ -388,6 +453,36 @@ CA_API ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene
 CA_API void ca_image_size(const ca_image_layers *image, uint32_t *width, uint32_t *height);
 /* width * height values of one channel, first row on top, borrowed; NULL where there is no such channel. */
 CA_API const float *ca_image_channel(const ca_image_layers *image, const char *name);
+/* How many channels there are, and the name of each, borrowed; NULL past the last. */
+CA_API size_t ca_image_channel_count(const ca_image_layers *image);
+CA_API const char *ca_image_channel_name(const ca_image_layers *image, size_t index);
+/* What is said of the picture, such as "caustica.integrator": name and value, borrowed; `text` is NULL where the
+ * value is a number. False past the last. */
+CA_API bool ca_image_attribute(const ca_image_layers *image, size_t index, const char **name, const char **text,
+                               double *number);
+/* A picture of black without channels, and its channels one by one: width * height values, which are copied. */
+CA_API ca_status ca_image_make(uint32_t width, uint32_t height, ca_image_layers **image, ca_error *error);
+CA_API ca_status ca_image_add(ca_image_layers *image, const char *name, const float *values, ca_error *error);
+/* All channels of an EXR file; R G B of a PFM, HDR or PNG file (made linear). */
+CA_API ca_status ca_image_load(const char *path, ca_image_layers **image, ca_error *error);
+
+/* How much a picture differs from another one, over the pixels that are finite in both (docs/metrics.md). */
+typedef struct ca_image_difference {
+    double rmse, mae, relmse, smape; /* over R, G and B */
+    double ssim, flip_ldr, flip_hdr; /* NAN: the picture is too small; the reference is black */
+    double mean_luminance, reference_mean_luminance;
+    uint64_t pixels, non_finite;
+    /* Blocks of 16 x 16 pixels whose means are tested against each other where both pictures, or the one and an exact
+     * reference, carry their variance: 5 % is the chance of one rejected block or more where nothing but noise
+     * differs. */
+    uint32_t blocks, blocks_rejected;
+    double p_value, detectable_bias; /* NAN: no block could be tested */
+} ca_image_difference;
+
+/* Errors: CA_ERROR_ARGUMENT (sizes or places that differ, no R G B), CA_ERROR_MEMORY. */
+CA_API ca_status ca_image_compare(const ca_image_layers *image, const ca_image_layers *reference,
+                                  ca_image_difference *difference, ca_error *error);
+
 /* .exr (all channels), .png (sRGB, times 2^exposure), .pfm; complete or not at all. */
 CA_API ca_status ca_image_save(const ca_image_layers *image, const char *path, float exposure, ca_error *error);
 CA_API void ca_image_release(ca_image_layers *image); /* NULL is allowed */

@@ -17,7 +17,7 @@ if [ -n "$(cached CA_SANITIZE)" ]; then
     exit 0
 fi
 
-echo "1..7"
+echo "1..8"
 check "installs" cmake --install "$build" --prefix "$folder/prefix"
 PKG_CONFIG_PATH=$(dirname "$(find "$folder/prefix" -name caustica.pc)")
 export PKG_CONFIG_PATH
@@ -53,6 +53,16 @@ shared_program() {
         LD_LIBRARY_PATH=$library_folder "$folder/shared"
 }
 check "a C++ program runs with the shared library" shared_program
+
+found_by_cmake() {
+    mkdir -p "$folder/user"
+    cp "$folder/user.c" "$folder/user"
+    printf '%s\n' 'cmake_minimum_required(VERSION 3.22)' 'project(user C)' 'find_package(caustica 0.1 REQUIRED)' \
+        'add_executable(user user.c)' 'target_link_libraries(user caustica::caustica)' >"$folder/user/CMakeLists.txt"
+    cmake -S "$folder/user" -B "$folder/user/build" -DCMAKE_PREFIX_PATH="$folder/prefix" &&
+        cmake --build "$folder/user/build" && "$folder/user/build/user"
+}
+check "CMake finds it" found_by_cmake
 
 # With all of the library, whatever this program wants of it: every library behind it must be named.
 static_program() {

@@ -484,9 +484,42 @@ static void test_cost(void **state)
         const ca_preflight preflight = preflight_of(scene, &settings);
         assert_int_equal(preflight.camera_paths, CA_PILOT_CAMERA_PATHS);
         assert_int_equal(preflight.light_paths, CA_PILOT_LIGHT_PATHS);
-        assert_true(preflight.rays + preflight.shadow_rays < 6 * (CA_PILOT_CAMERA_PATHS + CA_PILOT_LIGHT_PATHS));
+        const uint64_t paths = CA_PILOT_CAMERA_PATHS + CA_PILOT_LIGHT_PATHS;
+        assert_true(preflight.rays + preflight.shadow_rays < 6 * paths);
         ca_scene_release(scene);
     }
+}
+
+static void assert_same_picture(const ca_scene *scene, ca_render_settings settings, double radius)
+{
+    ca_image_layers *images[2];
+    for (int given = 0; given < 2; given++) {
+        settings.radius = given ? radius : 0.0;
+        assert_int_equal(ca_render(scene, &settings, &images[given], NULL, NULL), CA_OK);
+    }
+    assert_string_equal(ca_layers_attribute(images[0], "caustica.integrator")->text,
+                        ca_layers_attribute(images[1], "caustica.integrator")->text);
+    uint32_t width, height;
+    ca_image_size(images[0], &width, &height);
+    assert_memory_equal(ca_image_channel(images[0], "G"), ca_image_channel(images[1], "G"),
+                        (size_t)width * height * sizeof(float));
+    for (int given = 0; given < 2; given++) ca_image_release(images[given]);
+}
+
+/* A render that is given it makes the picture of one that finds it. */
+static void test_radius(void **state)
+{
+    (void)state;
+    ca_scene *scene = pool(true, SUN, 4);
+    const ca_render_settings by_default = settings_of("ovcm", 2), given = settings_of("ovcm:radius=0.1", 2),
+                             unmerged = settings_of("path", 2);
+    const double radius = preflight_of(scene, &by_default).radius;
+    assert_true(radius > 0.0);
+    assert_same_picture(scene, by_default, radius);
+    assert_true(preflight_of(scene, &given).radius == 0.1);
+    assert_same_picture(scene, given, 0.1);
+    assert_true(preflight_of(scene, &unmerged).radius == 0.0);
+    ca_scene_release(scene);
 }
 
 /* Each allocation fails once: that is what is reported. */
@@ -575,7 +608,8 @@ int main(void)
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
         cmocka_unit_test(test_dark_light),
         cmocka_unit_test(test_rays),
-        cmocka_unit_test(test_cost),             cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_radius),             cmocka_unit_test(test_threads),
         cmocka_unit_test(test_all_integrators_tell),
         cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
         cmocka_unit_test(test_crowd),

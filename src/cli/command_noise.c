@@ -307,13 +307,13 @@ static void print_shared_words(const noise_options *o, const ca_noise_setup *set
 {
     const ca_render_settings *s = &o->settings;
     print_word("", o->scene);
-    const char *integrator = s->integrator ? s->integrator : setup->integrator, *parameters = strchr(integrator, ':');
+    const char *integrator = s->integrator ? s->integrator : setup->integrator;
     print_integrator(integrator);
     for (size_t i = 0; i < o->define_words.count; i++) print_word("-D", o->define_words.items[i]);
     if (s->has_max_depth) printf(" --max-depth %d", s->max_depth);
-    if (setup->radius > 0.0 && !ca_render_overrides_mention(parameters ? parameters + 1 : NULL, "radius"))
+    if (setup->radius > 0.0 && !ca_render_overrides_mention(integrator, "radius"))
         printf(" --radius %.9g", setup->radius); /* with other numbers of paths the default is another one */
-    if (!ca_render_overrides_mention(parameters ? parameters + 1 : NULL, "alpha"))
+    if (!ca_render_overrides_mention(integrator, "alpha"))
         printf(" --alpha %.9g", s->alpha); /* 0 unless given, whatever the scene says */
     if (o->resolution[0]) printf(" --resolution %ux%u", o->resolution[0], o->resolution[1]);
     if (s->has_crop) printf(" --crop %u,%u,%u,%u", s->crop[0], s->crop[1], s->crop[2], s->crop[3]);

@@ -416,13 +416,14 @@ static ca_status start_live_view(const render_options *o, ca_live_view *view, ca
     return ca_live_view_start(view, &settings, !o->quiet, error);
 }
 
-/* Says what the picture will lack. */
-static ca_status warn_before(const ca_scene *scene, const ca_render_settings *settings, ca_error *error)
+/* Says what the picture will lack. The merge radius that this takes is the render's. */
+static ca_status look_ahead(const ca_scene *scene, ca_render_settings *settings, ca_error *error)
 {
     ca_preflight preflight;
     CA_TRY(ca_preflight_make(scene, settings, &preflight, error));
     for (uint32_t i = 0; i < preflight.warning_count; i++)
         ca_say(stderr, "caustica: warning: %s\n", preflight.warnings[i]);
+    settings->radius = preflight.radius;
     return CA_OK;
 }
 
@@ -435,7 +436,7 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
     settings.stop = ca_signals_stop();
-    ca_status status = warn_before(scene, &settings, error);
+    ca_status status = look_ahead(scene, &settings, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
     return write_outputs(o, *image, statistics, status, error);

@@ -93,10 +93,7 @@ static void import_envmap(ca_props *props, void *result)
     light->as.envmap.to_world = ca_props_transform(props, "to_world");
     if (!ca_import_is_similarity(&light->as.envmap.to_world))
         ca_props_fail(props, "to_world", "cannot shear or stretch");
-    const char *path = ca_import_filename(props, "filename");
-    if (path)
-        light->as.envmap.image =
-            ca_import_image_file(props->importer, path, CA_ENCODING_SRGB, &props->node->where);
+    light->as.envmap.image = ca_import_picture(props, CA_ENCODING_SRGB);
 }
 
 /* Width over height of what is projected. */

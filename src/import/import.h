@@ -8,7 +8,9 @@
  * error names file, line and column. Relative paths are seen from the scene file. */
 ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
                           ca_error *error);
-/* The same for a scene that is in memory: `path` is what messages call it and where relative paths start. */
+/* The same for a scene that is in memory. */
+ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error);
+/* The same without arrays. */
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
                                size_t define_count, ca_scene_desc *desc, ca_error *error);
 

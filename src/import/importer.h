@@ -17,12 +17,14 @@ enum { CA_IMPORT_MAX_NESTING = 16 };
 
 /* A bitmap that was read already. */
 typedef struct ca_import_image {
-    const char *path; /* in the document's arena */
+    const char *path; /* in the document's arena; of an array its name */
+    bool array;
     ca_image_encoding encoding;
     uint32_t index; /* in the description's images */
 } ca_import_image;
 
 typedef struct ca_importer {
+    const ca_scene_source *source;
     ca_scene_desc *desc;
     ca_document document;
     ca_error *error;
@@ -56,9 +58,12 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
 
 /* Path of the file that a parameter names, in the description's strings; NULL after failing. */
 const char *ca_import_filename(ca_props *props, const char *name);
-/* Index of the image, read at the first call; CA_NONE after failing. */
-uint32_t ca_import_image_file(ca_importer *importer, const char *path, ca_image_encoding encoding,
-                              const ca_location *where);
+/* Index of the image that `filename` or `data` names, read at the first call; CA_NONE after failing. */
+uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding);
+/* From the source's arrays of that name. Errors: CA_ERROR_SCENE where there are none, with the nearest name;
+ * CA_ERROR_ARGUMENT, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
+ca_status ca_import_mesh_data(const ca_scene_source *source, const char *name, ca_mesh *mesh, ca_error *error);
+ca_status ca_import_bitmap_data(const ca_scene_source *source, const char *name, ca_image *image, ca_error *error);
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);

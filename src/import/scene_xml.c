@@ -83,12 +83,14 @@ const char *ca_import_filename(ca_props *props, const char *name)
     return ca_import_good(importer) ? path : NULL;
 }
 
-static uint32_t read_image(ca_importer *importer, const char *path, ca_image_encoding encoding,
-                           const ca_location *where)
+/* ---- Images ---------------------------------------------------------------------------------------------------- */
+
+static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
     ca_image image;
     ca_error reason;
-    const ca_status status = ca_image_read(path, encoding, &image, &reason);
+    const ca_status status = key->array ? ca_import_bitmap_data(importer->source, key->path, &image, &reason)
+                                        : ca_image_read(key->path, key->encoding, &image, &reason);
     if (status != CA_OK) {
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
@@ -103,21 +105,33 @@ static uint32_t read_image(ca_importer *importer, const char *path, ca_image_enc
     return index;
 }
 
-uint32_t ca_import_image_file(ca_importer *importer, const char *path, ca_image_encoding encoding,
-                              const ca_location *where)
+static uint32_t image_of(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
-    for (size_t i = 0; i < importer->images.count; i++)
-        if (importer->images.items[i].encoding == encoding && strcmp(importer->images.items[i].path, path) == 0)
-            return importer->images.items[i].index;
-    const uint32_t index = read_image(importer, path, encoding, where);
+    for (size_t i = 0; i < importer->images.count; i++) {
+        const ca_import_image *there = &importer->images.items[i];
+        if (there->encoding == key->encoding && there->array == key->array && strcmp(there->path, key->path) == 0)
+            return there->index;
+    }
+    const uint32_t index = read_image(importer, key, where);
     if (index == CA_NONE) return CA_NONE;
     if (!CA_TABLE_ADD(&importer->images)) {
         ca_import_fail_memory(importer, "images");
         return CA_NONE;
     }
-    importer->images.items[importer->images.count - 1] =
-        (ca_import_image){.path = path, .encoding = encoding, .index = index};
+    ca_import_image *image = &importer->images.items[importer->images.count - 1];
+    *image = *key;
+    image->index = index;
     return index;
+}
+
+uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding)
+{
+    const char *name = ca_props_string(props, "data", NULL);
+    if (name && ca_props_find(props, "filename")) ca_props_fail(props, "filename", "excludes data");
+    const ca_import_image key = {
+        .path = name ? name : ca_import_filename(props, "filename"), .array = name, .encoding = encoding};
+    if (!key.path || !ca_import_good(props->importer)) return CA_NONE;
+    return image_of(props->importer, &key, &props->node->where);
 }
 
 /* ---- The scene ------------------------------------------------------------------------------------------------- */
@@ -183,17 +197,24 @@ static ca_status import_document(ca_importer *importer)
     return importer->status;
 }
 
-ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
-                               size_t define_count, ca_scene_desc *desc, ca_error *error)
+ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
 {
     ca_scene_desc_init(desc);
-    ca_importer importer = {.desc = desc, .error = error, .status = CA_OK};
-    ca_status status =
-        ca_document_load(&importer.document, path, text, size, defines, define_count, &desc->strings, error);
+    ca_importer importer = {.source = source, .desc = desc, .error = error, .status = CA_OK};
+    ca_status status = ca_document_load(&importer.document, source->path, source->text, source->size,
+                                        source->defines, source->define_count, &desc->strings, error);
     if (status == CA_OK) status = import_document(&importer);
     ca_document_destroy(&importer.document);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
+}
+
+ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
+                               size_t define_count, ca_scene_desc *desc, ca_error *error)
+{
+    const ca_scene_source source = {
+        .text = text, .size = size, .path = path, .defines = defines, .define_count = define_count};
+    return ca_import_scene_source(&source, desc, error);
 }
 
 ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,

@@ -64,26 +64,48 @@ static ca_status read_mesh(mesh_format format, const char *path, uint32_t index,
     return CA_ERROR_ARGUMENT;
 }
 
+/* `status` tells whether there is a mesh, `reason` why not. Takes the mesh over. */
+static void add_read_mesh(ca_props *props, ca_shape_desc *shape, bool flip_tex_coords, ca_mesh *mesh,
+                          ca_status status, ca_error *reason)
+{
+    const bool face_normals = ca_props_boolean(props, "face_normals", false);
+    if (status == CA_OK) {
+        status = finish_mesh(mesh, face_normals, flip_tex_coords, reason);
+        if (status != CA_OK) ca_mesh_destroy(mesh);
+    }
+    if (status == CA_OK)
+        add_mesh(props, shape, mesh);
+    else
+        ca_import_fail_file(props->importer, &props->node->where, status, reason);
+}
+
 static void import_mesh_file(ca_props *props, ca_shape_desc *shape, mesh_format format)
 {
     shape->kind = CA_SHAPE_MESH;
     const char *path = ca_import_filename(props, "filename");
-    const bool face_normals = ca_props_boolean(props, "face_normals", false);
     const bool flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", format == FORMAT_OBJ);
     uint32_t index = 0;
     if (format == FORMAT_SERIALIZED) index = (uint32_t)ca_props_integer_in(props, "shape_index", 0, 0, INT32_MAX);
+    ca_props_boolean(props, "face_normals", false); /* a mistake there is found before a mesh is read */
     if (!path || !ca_import_good(props->importer)) return;
     ca_mesh mesh = {0};
     ca_error reason;
-    ca_status status = read_mesh(format, path, index, &mesh, &reason);
-    if (status == CA_OK) {
-        status = finish_mesh(&mesh, face_normals, flip_tex_coords, &reason);
-        if (status != CA_OK) ca_mesh_destroy(&mesh);
-    }
-    if (status == CA_OK)
-        add_mesh(props, shape, &mesh);
-    else
-        ca_import_fail_file(props->importer, &props->node->where, status, &reason);
+    const ca_status status = read_mesh(format, path, index, &mesh, &reason);
+    add_read_mesh(props, shape, flip_tex_coords, &mesh, status, &reason);
+}
+
+/* Arrays of the program that hands us the scene. */
+static void import_mesh_data(ca_props *props, void *result)
+{
+    ca_shape_desc *shape = result;
+    shape->kind = CA_SHAPE_MESH;
+    const char *name = ca_props_string(props, "data", NULL);
+    if (!name) ca_props_fail(props, "data", "must name a mesh that is given as arrays");
+    if (!name || !ca_import_good(props->importer)) return;
+    ca_mesh mesh = {0};
+    ca_error reason;
+    const ca_status status = ca_import_mesh_data(props->importer->source, name, &mesh, &reason);
+    add_read_mesh(props, shape, ca_props_boolean(props, "flip_tex_coords", false), &mesh, status, &reason);
 }
 
 static void import_obj(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_OBJ); }
@@ -138,6 +160,7 @@ static const ca_plugin plugins[] = {
     {"obj", import_obj},
     {"ply", import_ply},
     {"serialized", import_serialized},
+    {"mesh", import_mesh_data},
 };
 
 /* ---- What all of them have ------------------------------------------------------------------------------------- */

@@ -42,10 +42,7 @@ static void import_bitmap(ca_props *props, void *result)
     const ca_matrix to_uv = import_to_uv(props), flip = {{{1, 0, 0, 0}, {0, -1, 0, 1}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
     const ca_matrix flipped = ca_matrix_multiply(&flip, &to_uv);
     set_to_uv(texture, &flipped);
-    const char *path = ca_import_filename(props, "filename");
-    if (path)
-        texture->as.bitmap.image_index = ca_import_image_file(
-            props->importer, path, raw ? CA_ENCODING_RAW : CA_ENCODING_SRGB, &props->node->where);
+    texture->as.bitmap.image_index = ca_import_picture(props, raw ? CA_ENCODING_RAW : CA_ENCODING_SRGB);
 }
 
 static void import_checkerboard(ca_props *props, void *result)

@@ -75,10 +75,8 @@ static ca_status create_pilot(const ca_bidirectional *b, const ca_sampler *sampl
     input.first_light_path = 0;
     rules.factors = rules.splat = false;
     const uint32_t light_paths = ca_factor_pilot_paths(b->light_paths);
-    const ca_parameter light = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = (double)light_paths};
-    const ca_parameter camera = {.name = "camera_paths", .kind = CA_PARAMETER_NUMBER, .number = 1.0};
-    CA_TRY(ca_integrator_set(&ca_integrator_vavcm, &light, &input, error));
-    CA_TRY(ca_integrator_set(&ca_integrator_vavcm, &camera, &input, error));
+    CA_TRY(ca_integrator_set_number(&ca_integrator_vavcm, "light_paths", (double)light_paths, &input, error));
+    CA_TRY(ca_integrator_set_number(&ca_integrator_vavcm, "camera_paths", 1.0, &input, error));
     void *state;
     CA_TRY(ca_bidirectional_create(&ca_integrator_vavcm, &rules, &input, &state, error));
     *pilot = state;

@@ -85,6 +85,11 @@ static ca_status fail_unknown(const ca_integrator_type *type, const ca_parameter
                    nearest ? "; did you mean \"" : "", nearest ? nearest : "", nearest ? "\"?" : "");
 }
 
+bool ca_integrator_has_parameter(const ca_integrator_type *type, const char *name)
+{
+    return parameter_index(type, name) >= 0;
+}
+
 /* Index of `text` among "a|b|c", or -1. */
 static int choice_index(const char *choices, const char *text)
 {
@@ -142,6 +147,13 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
     }
     input->values[i] = value;
     return CA_OK;
+}
+
+ca_status ca_integrator_set_number(const ca_integrator_type *type, const char *name, double value,
+                                   ca_integrator_input *input, ca_error *error)
+{
+    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
+    return ca_integrator_set(type, &parameter, input, error);
 }
 
 /* "name=value" from the command line, as a number, a boolean or text. */

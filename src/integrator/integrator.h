@@ -183,9 +183,14 @@ ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_in
  * resolved (ca_integrator_resolve). */
 bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules);
 
+bool ca_integrator_has_parameter(const ca_integrator_type *type, const char *name);
+
 /* Sets one parameter by name. */
 ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,
                             ca_error *error);
+/* The same of one that is a number. */
+ca_status ca_integrator_set_number(const ca_integrator_type *type, const char *name, double value,
+                                   ca_integrator_input *input, ca_error *error);
 
 /* Writes "name:parameter=value,..." with all values, as recorded in images. */
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text,

@@ -177,8 +177,8 @@ static void gather_all(ca_camera_walk *const *walks, uint32_t count)
 static void place(const radius_pilot *p, uint32_t cell, uint32_t index, ca_camera_path *path)
 {
     const ca_camera *camera = p->engine->input.camera;
-    path->x = (uint32_t)((2 * (uint64_t)(cell % p->columns) + 1) * camera->width / (2 * (uint64_t)p->columns));
-    path->y = (uint32_t)((2 * (uint64_t)(cell / p->columns) + 1) * camera->height / (2 * (uint64_t)p->rows));
+    path->x = ca_middle_of_part(cell % p->columns, p->columns, camera->width);
+    path->y = ca_middle_of_part(cell / p->columns, p->rows, camera->height);
     path->index = index;
 }
 
@@ -408,13 +408,6 @@ static void destroy_pilot(radius_pilot *p)
     if (p->engine) ca_bidirectional_destroy(p->engine);
 }
 
-static ca_status set(const ca_integrator_type *type, const char *name, double value, ca_integrator_input *input,
-                     ca_error *error)
-{
-    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
-    return ca_integrator_set(type, &parameter, input, error);
-}
-
 /* The parameters of `type` that `pilot` has, too; others as their defaults, and what the pilot needs. */
 static ca_status configure(const ca_integrator_type *pilot, const ca_integrator_type *type,
                            const ca_integrator_input *from, float radius, ca_integrator_input *input,
@@ -424,16 +417,17 @@ static ca_status configure(const ca_integrator_type *pilot, const ca_integrator_
         const ca_parameter_spec *spec = &pilot->parameters[i];
         input->values[i] = ca_integrator_value(type, from, spec->name, spec->number);
     }
-    const double depth = ca_integrator_value(type, from, "max_depth", -1.0);
+    const double max_depth = ca_integrator_value(type, from, "max_depth", -1.0);
+    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
+    const double diffuse_depth = ca_integrator_value(type, from, "camera_diffuse_depth", 0.0);
     const double roulette = ca_integrator_value(type, from, "rr_depth", CA_ROULETTE_DEPTH);
-    CA_TRY(set(pilot, "max_depth", depth < 0.0 ? MAX_DEPTH : fmin(depth, MAX_DEPTH), input, error));
-    CA_TRY(set(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error));
-    CA_TRY(set(pilot, "light_paths", MOST_LIGHT_PATHS, input, error));
-    CA_TRY(set(pilot, "camera_paths", 1.0, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "light_paths", MOST_LIGHT_PATHS, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "camera_paths", 1.0, input, error));
     if (pilot == &ca_integrator_bdpm)
-        CA_TRY(set(pilot, "camera_diffuse_depth", ca_integrator_value(type, from, "camera_diffuse_depth", 0.0), input,
-                   error));
-    return set(pilot, "radius", (double)radius, input, error);
+        CA_TRY(ca_integrator_set_number(pilot, "camera_diffuse_depth", diffuse_depth, input, error));
+    return ca_integrator_set_number(pilot, "radius", (double)radius, input, error);
 }
 
 /* Weights are those of the render: of its numbers of paths. */

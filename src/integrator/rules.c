@@ -41,11 +41,11 @@ ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_in
 {
     const bool merges = ca_integrator_value(type, input, "join", 0.0) == 0.0; /* else `qmcppm` connects */
     if (!merges || ca_integrator_has(type, CA_ABILITY_CHOOSES)) return CA_OK;
-    if (isnan(ca_integrator_value(type, input, "radius", (double)NAN))) return CA_OK;
+    const bool is_open = ca_integrator_value(type, input, "radius", 1.0) == 0.0;
+    if (!is_open) return CA_OK;
     float radius;
     CA_TRY(ca_first_radius(type, input, &radius, error));
-    const ca_parameter parameter = {.name = "radius", .kind = CA_PARAMETER_NUMBER, .number = (double)radius};
-    return ca_integrator_set(type, &parameter, input, error);
+    return ca_integrator_set_number(type, "radius", (double)radius, input, error);
 }
 
 bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules)

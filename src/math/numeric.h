@@ -33,6 +33,12 @@ static inline float ca_sqrt0(float x) { return sqrtf(x > 0.0f ? x : 0.0f); }
 static inline uint32_t ca_min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static inline uint32_t ca_max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
+/* The place in the middle of a part, of `parts` equal ones of `size` places. */
+static inline uint32_t ca_middle_of_part(uint32_t part, uint32_t parts, uint32_t size)
+{
+    return (uint32_t)((2 * (uint64_t)part + 1) * size / (2 * (uint64_t)parts));
+}
+
 static inline uint32_t ca_float_bits(float x)
 {
     uint32_t bits;

@@ -55,11 +55,6 @@ typedef struct chooser {
 
 static double seconds_so_far(const chooser *c) { return ca_clock_seconds() - c->start; }
 
-static double pixels_of_crop(const ca_render_plan *plan)
-{
-    return (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
-}
-
 /* ---- What the pilot tells -------------------------------------------------------------------------------------- */
 
 static uint32_t pilot_method(const ca_method *method)
@@ -85,7 +80,7 @@ static ca_status run_light_pilot(chooser *c, ca_error *error)
         ca_integrator_counts(methods[m].type, &input, &counts[m]);
     }
     c->passes = fmax(ca_render_plan_expected_passes(plan),
-                     ceil(CAMERA_PATHS_TO_LOSE / (pixels_of_crop(plan) * plan->camera_paths)));
+                     ceil(CAMERA_PATHS_TO_LOSE / (ca_render_plan_pixels(plan) * plan->camera_paths)));
     CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, c->passes, error));
     for (int m = 0; m < WITHOUT_MERGES; m++) {
         const ca_batch_ratio lost = ca_lost_light(c->pilot.samples[m], c->pilot.count);
@@ -145,7 +140,7 @@ static double dots_of(const chooser *c, uint32_t i)
     if (m == WITHOUT_MERGES) return 0.0;
     const ca_dot_light light = {
         .camera_paths = CA_PILOT_CAMERA_PATHS,
-        .expected_scale = c->passes * plan->camera_paths * pixels_of_crop(plan) / CA_PILOT_CAMERA_PATHS,
+        .expected_scale = c->pilot.scale,
         .paths_of_pixel = plan->camera_paths,
         .weight = weight_at,
         .user = c,
@@ -460,9 +455,7 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
     if (!text || !type || ca_integrator_has(type, CA_ABILITY_CHOOSES) || type->begin_block)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
                        "%s: the picture does not say which method it was made with (caustica.integrator)", path);
-    const char *parameters = strchr(text, ':');
-    CA_TRY(
-        ca_integrator_configure(type, &nothing_set, false, parameters ? parameters + 1 : NULL, &plan->input, error));
+    CA_TRY(ca_integrator_configure(type, &nothing_set, false, ca_render_overrides(text), &plan->input, error));
     plan->type = type;
     plan->camera_paths = (uint32_t)ca_integrator_value(type, &plan->input, "camera_paths", plan->camera_paths);
     plan->samples_per_pass = plan->camera_paths;

@@ -140,7 +140,7 @@ _Static_assert((int)CA_AUTO_PIXEL_BYTES == (int)IN_PILOT, "auto_rays.h tells the
 /* The plan has counted one film, and what a pass takes. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    const double pixels = ca_render_plan_pixels(plan);
     const double bytes = (CA_AUTO_PIXEL_BYTES - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (bytes >= plan->input.memory_bytes)

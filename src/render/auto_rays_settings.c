@@ -8,9 +8,7 @@
 static bool camera_paths_are_given(const ca_render_plan *plan)
 {
     const ca_render_settings *settings = plan->settings;
-    const char *overrides = settings->integrator ? strchr(settings->integrator, ':') : NULL;
-    return settings->camera_paths > 0 ||
-           ca_render_overrides_mention(overrides ? overrides + 1 : NULL, "camera_paths");
+    return settings->camera_paths > 0 || ca_render_overrides_mention(settings->integrator, "camera_paths");
 }
 
 /* A pilot with one camera path is refused only where the user asked for one; else it has two. */

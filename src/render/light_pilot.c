@@ -17,7 +17,10 @@ enum { GROUP = 256, FIRST_GROUP = 4, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
  * or a mirror lets all of the picture see a place of that size, in the light. */
 enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
 
-enum { BATCH_CAMERA_PATHS = CA_PILOT_CAMERA_PATHS / CA_LIGHT_BATCHES };
+enum {
+    BATCH_CAMERA_PATHS = CA_PILOT_CAMERA_PATHS / CA_LIGHT_BATCHES,
+    BATCH_LIGHT_PATHS = CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES
+};
 _Static_assert((BATCH_CAMERA_PATHS & (BATCH_CAMERA_PATHS - 1)) == 0, "strips in the order of reversed bits");
 
 /* A photon that a camera path merged with. */
@@ -31,7 +34,6 @@ typedef struct photon {
 typedef struct pilot_run {
     ca_light_pilot *pilot;
     const ca_mis_rules *counts; /* of each method of the render, per camera path */
-    double scale;               /* camera paths of the render over those of the pilot */
     uint32_t batch;
     double weight, expected[CA_PILOT_METHODS]; /* of the path that was seen last */
     double own_share; /* how much of its light a render with the first method finds in the very same way */
@@ -53,7 +55,7 @@ static void see(void *user, const ca_observed_path *observed)
     for (uint32_t m = r->pilot->methods; m-- > 0;) {
         double own;
         const double all = ca_mis_total(&r->counts[m], path, observed->technique, &own);
-        r->expected[m] = r->scale * all / here;
+        r->expected[m] = r->pilot->scale * all / here;
         r->own_share = all > 0.0 ? own / all : 0.0;
     }
     r->seen = (photon){.path = observed->technique == CA_TECHNIQUE_MERGE ? observed->camera : NULL,
@@ -181,32 +183,28 @@ static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca
 
 /* ---- Settings -------------------------------------------------------------------------------------------------- */
 
-static ca_status set(ca_integrator_input *input, const char *name, double value, ca_error *error)
-{
-    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
-    return ca_integrator_set(&ca_integrator_pilot, &parameter, input, error);
-}
-
 /* The parameters that say which light there is are the plan's, the others the pilot's own. */
 static ca_status configure(ca_integrator_input *input, const ca_render_plan *plan, double radii_of_side,
                            ca_error *error)
 {
+    const ca_integrator_type *pilot = &ca_integrator_pilot;
     const ca_integrator_desc nothing_set = {.name = NULL};
     const double max_depth = ca_integrator_value(plan->type, &plan->input, "max_depth", -1.0);
+    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
+    const double side = sqrt(ca_render_plan_pixels(plan));
     const double rr_depth = ca_integrator_value(plan->type, &plan->input, "rr_depth", LATEST_ROULETTE);
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
     const ca_parameter hide = {
         .name = "hide_emitters",
         .kind = CA_PARAMETER_BOOLEAN,
         .number = ca_integrator_value(plan->type, &plan->input, "hide_emitters", 0.0),
     };
-    CA_TRY(ca_integrator_configure(&ca_integrator_pilot, &nothing_set, false, NULL, input, error));
-    CA_TRY(ca_integrator_set(&ca_integrator_pilot, &hide, input, error));
-    CA_TRY(set(input, "max_depth", max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH), error));
-    CA_TRY(set(input, "rr_depth", fmin(rr_depth, LATEST_ROULETTE), error));
-    CA_TRY(set(input, "alpha", 0.0, error));
-    CA_TRY(set(input, "light_paths", (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES, error));
-    return set(input, "radius_pixels", sqrt(pixels) / radii_of_side, error);
+    CA_TRY(ca_integrator_configure(pilot, &nothing_set, false, NULL, input, error));
+    CA_TRY(ca_integrator_set(pilot, &hide, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "rr_depth", fmin(rr_depth, LATEST_ROULETTE), input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "alpha", 0.0, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "light_paths", BATCH_LIGHT_PATHS, input, error));
+    return ca_integrator_set_number(pilot, "radius_pixels", side / radii_of_side, input, error);
 }
 
 /* One try with a radius. */
@@ -235,15 +233,16 @@ static ca_status run(pilot_run *r, const ca_render_plan *plan, double radii_of_s
 ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
                              uint32_t methods, double iterations, ca_error *error)
 {
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
-    const double scale = plan->camera_paths * iterations * pixels / CA_PILOT_CAMERA_PATHS;
+    const double paths = plan->camera_paths * iterations * ca_render_plan_pixels(plan);
+    const double scale = paths / CA_PILOT_CAMERA_PATHS;
     *pilot = (ca_light_pilot){.methods = methods};
     for (uint32_t radii = RADII_OF_SIDE;; radii *= SMALLER) {
         ca_light_pilot_destroy(pilot);
         *pilot = (ca_light_pilot){.methods = methods,
-                                  .light_paths = (double)CA_PILOT_LIGHT_PATHS / CA_LIGHT_BATCHES,
+                                  .light_paths = BATCH_LIGHT_PATHS,
+                                  .scale = scale,
                                   .merges_in_vain = pilot->merges_in_vain + pilot->counters.merges};
-        pilot_run r = {.pilot = pilot, .counts = counts, .scale = scale};
+        pilot_run r = {.pilot = pilot, .counts = counts};
         const ca_status status = run(&r, plan, radii, error);
         if (status == CA_OK && (!r.crowded || radii >= SMALLEST)) return CA_OK;
         if (status == CA_OK) continue;

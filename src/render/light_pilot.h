@@ -35,6 +35,7 @@ typedef struct ca_light_pilot {
      * photons that the pilot's same merge found: of each batch. */
     double light[CA_LIGHT_BATCHES], merged[CA_LIGHT_BATCHES], merged_photons[CA_LIGHT_BATCHES];
     uint64_t merges;                /* photons that contributed to these */
+    double scale;                   /* camera paths of the render over those of the pilot */
     double light_paths, merge_area; /* N_F of a batch, pi r^2 */
     ca_counters counters;           /* what it took */
     uint64_t merges_in_vain;        /* and before, with larger radii */

@@ -27,18 +27,6 @@ static double pixels_of_film(const ca_render_plan *plan)
     return (double)plan->camera.width * (double)plan->camera.height;
 }
 
-static double pixels_of_crop(const ca_render_plan *plan)
-{
-    return (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
-}
-
-static ca_status set_number(const ca_integrator_type *type, const char *name, double value,
-                            ca_integrator_input *input, ca_error *error)
-{
-    const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
-    return ca_integrator_set(type, &parameter, input, error);
-}
-
 double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan)
 {
     const double given = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0);
@@ -64,7 +52,7 @@ static ca_status set_radius(const ca_method *method, const ca_render_plan *plan,
 {
     if (!radii || !ca_method_merges(method) || ca_render_plan_is_set(plan, "radius")) return CA_OK;
     const double radius = is_photons_alone(method->type) ? radii->photons_alone : radii->with_connections;
-    return set_number(method->type, "radius", radius, chosen, error);
+    return ca_integrator_set_number(method->type, "radius", radius, chosen, error);
 }
 
 ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
@@ -78,7 +66,7 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     if (method->no_splats) CA_TRY(ca_integrator_set(method->type, &no_splats, chosen, error));
     CA_TRY(set_radius(method, plan, radii, chosen, error));
     if (method->light_paths_log4 == 0) return CA_OK;
-    return set_number(method->type, "light_paths", ca_method_light_paths(method, plan), chosen, error);
+    return ca_integrator_set_number(method->type, "light_paths", ca_method_light_paths(method, plan), chosen, error);
 }
 
 ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, ca_method_radii *radii,
@@ -99,7 +87,7 @@ static uint32_t scaled(uint32_t size, double factor) { return (uint32_t)fmax(1.0
 
 ca_trial_cells ca_trial_cells_of(const ca_render_plan *plan)
 {
-    const double factor = fmin(1.0, sqrt(CA_TRIAL_CELLS / pixels_of_crop(plan)));
+    const double factor = fmin(1.0, sqrt(CA_TRIAL_CELLS / ca_render_plan_pixels(plan)));
     return (ca_trial_cells){.width = scaled(plan->crop[2] - plan->crop[0], factor),
                             .height = scaled(plan->crop[3] - plan->crop[1], factor)};
 }
@@ -115,7 +103,7 @@ size_t ca_trial_cell_at(const ca_trial_cells *cells, const ca_render_plan *plan,
 /* Pixels of the render along the side of one of the trial. */
 static double pixel_side(const ca_method *method, const ca_render_plan *plan, double radius)
 {
-    const double most = fmax(1.0, sqrt(pixels_of_crop(plan) / CA_TRIAL_CELLS));
+    const double most = fmax(1.0, sqrt(ca_render_plan_pixels(plan) / CA_TRIAL_CELLS));
     if (!ca_method_has_light_paths(method)) return most;
     const double least = fmax(1.0, sqrt(ca_method_light_paths(method, plan) / MOST_LIGHT_PATHS));
     const double within = radius > 0.0 ? MOST_OF_SCENE * (double)plan->scene->radius / radius : (double)INFINITY;
@@ -150,19 +138,18 @@ static double mean_radius(const ca_method *method, const ca_render_plan *plan, c
     return ca_integrator_value(method->type, render, "radius", 0.0) * sqrt(shrunk);
 }
 
-/* Fewer light paths and a larger radius: into the render's parameters, and into the settings of the trial's plan. */
+/* Fewer light paths and a larger radius. The trial's plan is told the radius, too, or else it looks for one. */
 static ca_status set_merges(ca_method_trial *trial, const ca_render_plan *plan, double radius,
                             ca_integrator_input *render, ca_error *error)
 {
     const ca_integrator_type *type = trial->method.type;
-    ca_render_settings *settings = &trial->settings;
     if (!ca_method_has_light_paths(&trial->method)) return CA_OK;
-    settings->light_paths = (uint32_t)fmax(1.0, round(ca_method_light_paths(&trial->method, plan) / trial->area));
-    CA_TRY(set_number(type, "light_paths", settings->light_paths, render, error));
+    const double light_paths = fmax(1.0, round(ca_method_light_paths(&trial->method, plan) / trial->area));
+    CA_TRY(ca_integrator_set_number(type, "light_paths", light_paths, render, error));
     if (!(radius > 0.0)) return CA_OK;
-    settings->radius = radius * sqrt(trial->area);
-    CA_TRY(set_number(type, "radius", settings->radius, render, error));
-    return set_number(type, "alpha", 0.0, render, error);
+    trial->settings.radius = radius * sqrt(trial->area);
+    CA_TRY(ca_integrator_set_number(type, "radius", trial->settings.radius, render, error));
+    return ca_integrator_set_number(type, "alpha", 0.0, render, error);
 }
 
 static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, const ca_method_radii *radii,
@@ -196,7 +183,7 @@ ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *p
 {
     *trial = (ca_method_trial){.method = *method, .cells = ca_trial_cells_of(plan)};
     CA_TRY(make_plan(trial, plan, radii, error));
-    trial->crop_pixels = pixels_of_crop(plan);
+    trial->crop_pixels = ca_render_plan_pixels(plan);
     ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
     if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
     trial->workers.parallel.stop = plan->input.stop;
@@ -216,8 +203,8 @@ void ca_method_trial_destroy(ca_method_trial *trial)
 static void place(const ca_method_trial *trial, uint32_t cell, uint32_t *x, uint32_t *y)
 {
     const uint32_t *crop = trial->plan.crop, column = cell % trial->cells.width, row = cell / trial->cells.width;
-    *x = crop[0] + (uint32_t)((2ull * column + 1) * (crop[2] - crop[0]) / (2ull * trial->cells.width));
-    *y = crop[1] + (uint32_t)((2ull * row + 1) * (crop[3] - crop[1]) / (2ull * trial->cells.height));
+    *x = crop[0] + ca_middle_of_part(column, trial->cells.width, crop[2] - crop[0]);
+    *y = crop[1] + ca_middle_of_part(row, trial->cells.height, crop[3] - crop[1]);
 }
 
 /* A sample of a pixel: the mean of its camera paths, and splats. What is no radiance is left out, as by the film. */

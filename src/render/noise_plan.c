@@ -8,12 +8,6 @@
 
 enum { DEFAULT_LIGHT_PATHS = 30000, DEFAULT_CAMERA_PATHS = 4 };
 
-static const char *overrides_of(const char *text)
-{
-    const char *colon = text ? strchr(text, ':') : NULL;
-    return colon ? colon + 1 : NULL;
-}
-
 /* An unknown name is accepted here: the plan refuses it with a list of all names. */
 static ca_status check_integrator(const char *text, ca_error *error)
 {
@@ -56,20 +50,13 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
     return CA_OK;
 }
 
-static bool has_parameter(const ca_integrator_type *type, const char *name)
-{
-    for (int i = 0; type && type->parameters[i].name; i++)
-        if (strcmp(type->parameters[i].name, name) == 0) return true;
-    return false;
-}
-
 /* One radius, unless alpha is given, whatever the scene says: before the plan is made, whose radius depends on it. */
 static void keep_radius(ca_noise_plan *p, const ca_scene *scene)
 {
     ca_render_settings *s = &p->settings;
     const ca_integrator_type *type = ca_integrator_of(s->integrator ? s->integrator : scene->desc.integrator.name);
-    if (s->has_alpha || ca_render_overrides_mention(overrides_of(s->integrator), "alpha")) return;
-    s->has_alpha = has_parameter(type, "alpha");
+    if (s->has_alpha || ca_render_overrides_mention(s->integrator, "alpha")) return;
+    s->has_alpha = type && ca_integrator_has_parameter(type, "alpha");
     s->alpha = 0.0;
 }
 
@@ -125,7 +112,7 @@ static double pixel_bytes(const ca_integrator_type *type, double *choice)
 /* These bytes are subtracted from the memory allowed. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
+    const double pixels = ca_render_plan_pixels(plan);
     double choice;
     const double bytes = pixels * pixel_bytes(plan->type, &choice), most = bytes + pixels * choice;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;

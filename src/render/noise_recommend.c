@@ -114,9 +114,8 @@ static bool goes_on(void *user)
 
 static ca_status set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, ca_error *error)
 {
-    const ca_parameter parameter = {.name = "camera_paths", .kind = CA_PARAMETER_NUMBER, .number = camera_paths};
     plan->camera_paths = camera_paths;
-    return ca_integrator_set(plan->type, &parameter, &plan->input, error);
+    return ca_integrator_set_number(plan->type, "camera_paths", camera_paths, &plan->input, error);
 }
 
 /* Warm-up of memory and of a new integrator, not timed: all light paths, and one camera path of every pixel (all of

@@ -288,8 +288,7 @@ ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
 
 double ca_pass_buffer_bytes(const ca_render_plan *plan)
 {
-    return (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]) *
-           (double)plan->camera_paths * (double)sizeof(ca_film_sample);
+    return ca_render_plan_pixels(plan) * (double)plan->camera_paths * (double)sizeof(ca_film_sample);
 }
 
 static bool create_group(ca_pixel_group *group, uint32_t capacity, bool own_samples)

@@ -59,10 +59,16 @@ static ca_status plan_sampler(ca_render_plan *plan, ca_error *error)
 
 /* ---- The integrator and its parameters ------------------------------------------------------------------------- */
 
-bool ca_render_overrides_mention(const char *overrides, const char *name)
+const char *ca_render_overrides(const char *integrator)
+{
+    const char *colon = integrator ? strchr(integrator, ':') : NULL;
+    return colon ? colon + 1 : NULL;
+}
+
+bool ca_render_overrides_mention(const char *integrator, const char *name)
 {
     const size_t length = strlen(name);
-    for (const char *c = overrides; c; c = strchr(c, ',') ? strchr(c, ',') + 1 : NULL)
+    for (const char *c = ca_render_overrides(integrator); c; c = strchr(c, ',') ? strchr(c, ',') + 1 : NULL)
         if (strncmp(c, name, length) == 0 && c[length] == '=') return true;
     return false;
 }
@@ -75,20 +81,18 @@ typedef struct own_setting {
     double value;
 } own_setting;
 
-static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting, const char *overrides,
-                               ca_error *error)
+static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting, ca_error *error)
 {
     if (!setting->given) return CA_OK;
     const double before = ca_integrator_value(plan->type, &plan->input, setting->name, (double)NAN);
     if (isnan(before))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" has no %s", plan->type->name,
                        setting->what);
-    if (ca_render_overrides_mention(overrides, setting->name) && before != setting->value)
+    if (ca_render_overrides_mention(plan->settings->integrator, setting->name) && before != setting->value)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "\"%s\" is %.9g among the integrator's own parameters but %.9g as a setting", setting->name,
                        before, setting->value);
-    const ca_parameter parameter = {.name = setting->name, .kind = CA_PARAMETER_NUMBER, .number = setting->value};
-    return ca_integrator_set(plan->type, &parameter, &plan->input, error);
+    return ca_integrator_set_number(plan->type, setting->name, setting->value, &plan->input, error);
 }
 
 enum { OWN_SETTINGS = 5 };
@@ -103,21 +107,20 @@ static void list_own_settings(const ca_render_settings *s, own_setting own[OWN_S
                            s->camera_paths != 0, s->camera_paths};
 }
 
-static ca_status apply_own_settings(ca_render_plan *plan, const char *overrides, ca_error *error)
+static ca_status apply_own_settings(ca_render_plan *plan, ca_error *error)
 {
     own_setting own[OWN_SETTINGS];
     list_own_settings(plan->settings, own);
-    for (int i = 0; i < OWN_SETTINGS; i++) CA_TRY(apply_setting(plan, &own[i], overrides, error));
+    for (int i = 0; i < OWN_SETTINGS; i++) CA_TRY(apply_setting(plan, &own[i], error));
     return CA_OK;
 }
 
 bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char *parameter)
 {
     const ca_integrator_desc *desc = &scene->desc.integrator;
-    const char *overrides = integrator ? strchr(integrator, ':') : NULL;
     for (uint32_t i = 0; i < desc->parameters.count; i++)
         if (strcmp(desc->parameters.items[i].name, parameter) == 0) return true;
-    return ca_render_overrides_mention(overrides ? overrides + 1 : NULL, parameter);
+    return ca_render_overrides_mention(integrator, parameter);
 }
 
 bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter)
@@ -134,10 +137,10 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
 {
     const ca_integrator_desc *desc = &plan->scene->desc.integrator;
     const char *chosen = plan->settings->integrator;
-    const char *overrides = chosen ? strchr(chosen, ':') : NULL;
+    const char *overrides = ca_render_overrides(chosen);
     char name[64];
     if (chosen) {
-        const size_t length = overrides ? (size_t)(overrides - chosen) : strlen(chosen);
+        const size_t length = overrides ? (size_t)(overrides - 1 - chosen) : strlen(chosen);
         if (length >= sizeof name)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "no integrator is called \"%s\"", chosen);
         memcpy(name, chosen, length);
@@ -146,9 +149,8 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
     } else {
         CA_TRY(ca_integrator_find(desc->name ? desc->name : CA_DEFAULT_INTEGRATOR, &desc->where, &plan->type, error));
     }
-    if (overrides) overrides++;
     CA_TRY(ca_integrator_configure(plan->type, desc, chosen != NULL, overrides, &plan->input, error));
-    CA_TRY(apply_own_settings(plan, overrides, error));
+    CA_TRY(apply_own_settings(plan, error));
     plan->camera_paths = (uint32_t)ca_integrator_value(plan->type, &plan->input, "camera_paths", 1.0);
     return CA_OK;
 }
@@ -167,8 +169,7 @@ static ca_status plan_objective(ca_render_plan *plan, ca_error *error)
 /* Do the words behind the integrator's name, "bdpm:a=1,b=2", set a parameter? */
 static bool is_asked(const ca_render_plan *plan, const char *parameter)
 {
-    const char *integrator = plan->settings->integrator, *overrides = integrator ? strchr(integrator, ':') : NULL;
-    return ca_render_overrides_mention(overrides ? overrides + 1 : NULL, parameter);
+    return ca_render_overrides_mention(plan->settings->integrator, parameter);
 }
 
 /* The law that numbers are chosen by is one of independent paths and, as iterations are to be alike, of one
@@ -177,7 +178,6 @@ static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     const bool asked = settings->has_alpha || is_asked(plan, "alpha");
-    const ca_parameter one_radius = {.name = "alpha", .kind = CA_PARAMETER_NUMBER, .number = 0.0};
     if (asked && ca_integrator_value(plan->type, &plan->input, "alpha", 0.0) > 0.0)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
@@ -190,7 +190,7 @@ static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
             "\"independent\", not \"%.100s\"",
             settings->sampler);
     plan->sampler.kind = CA_SAMPLER_INDEPENDENT;
-    return ca_integrator_set(plan->type, &one_radius, &plan->input, error);
+    return ca_integrator_set_number(plan->type, "alpha", 0.0, &plan->input, error);
 }
 
 static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
@@ -359,15 +359,15 @@ double ca_render_plan_expected_passes(const ca_render_plan *plan)
 {
     const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : plan->pass_limit;
     const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
-    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / (pixels * plan->camera_paths))));
+    const double paths = ca_render_plan_pixels(plan) * plan->camera_paths;
+    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / paths)));
 }
 
 /* Light paths get the memory that the film leaves. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
-    const double pixels = (double)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
+    const double pixels = ca_render_plan_pixels(plan);
     const double film = ca_render_plan_by_blocks(plan)
                             ? ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample)
                             : pixels * (CA_PASS_PIXEL_BYTES + ca_film_pixel_bytes(ca_replicates_passes(plan)));
@@ -414,8 +414,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error)
 {
-    const ca_parameter parameter = {.name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = light_paths};
-    return ca_integrator_set(plan->type, &parameter, &plan->input, error);
+    return ca_integrator_set_number(plan->type, "light_paths", light_paths, &plan->input, error);
 }
 
 ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error)

@@ -109,6 +109,7 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
                                 .merged_photons_low = unknown,
                                 .merged_photons_high = unknown};
     CA_TRY(ca_render_plan_make(&plan, scene, settings ? settings : &defaults, error));
+    preflight->radius = ca_integrator_value(plan.type, &plan.input, "radius", 0.0);
     preflight->no_light = scene->light_count == 0;
     if (!preflight->no_light) return judge_light(preflight, &plan, error);
     warn(preflight, "the scene has no light: the picture will be black");

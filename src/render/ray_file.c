@@ -7,10 +7,7 @@
 
 #include <stdio.h>
 
-static size_t pixels_of(const ca_render_plan *plan)
-{
-    return (size_t)(plan->crop[2] - plan->crop[0]) * (plan->crop[3] - plan->crop[1]);
-}
+static size_t pixels_of(const ca_render_plan *plan) { return (size_t)ca_render_plan_pixels(plan); }
 
 static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_error *error)
 {
@@ -28,9 +25,7 @@ static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_erro
 /* Given counts replace the integrator's own number of camera paths. */
 static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
 {
-    const ca_parameter light_paths = {
-        .name = "light_paths", .kind = CA_PARAMETER_NUMBER, .number = file->light_paths};
-    CA_TRY(ca_integrator_set(plan->type, &light_paths, &plan->input, error));
+    CA_TRY(ca_render_plan_set_light_paths(plan, file->light_paths, error));
     plan->camera_paths = file->counts.most;
     plan->samples_per_pass = file->mean;
     return ca_render_plan_count_passes(plan, file->counts.most, error);

@@ -49,6 +49,12 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
+/* Of the rendered part. */
+static inline double ca_render_plan_pixels(const ca_render_plan *plan)
+{
+    return (double)(plan->crop[2] - plan->crop[0]) * (double)(plan->crop[3] - plan->crop[1]);
+}
+
 /* Sets pass_limit and open_ended: the passes that the requested samples take with plan->samples_per_pass in each.
  * `most`: the largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors:
  * CA_ERROR_ARGUMENT. */
@@ -67,8 +73,10 @@ bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char 
 /* By these or by a setting of its own? */
 bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter);
 
-/* Do the parameters behind an integrator's name, "a=1,b=2" or NULL, set `name`? */
-bool ca_render_overrides_mention(const char *overrides, const char *name);
+/* The parameters behind an integrator's name, "a=1,b=2" of "name:a=1,b=2"; NULL where there are none. */
+const char *ca_render_overrides(const char *integrator);
+/* Do they set `name`? */
+bool ca_render_overrides_mention(const char *integrator, const char *name);
 
 /* Noise and luminance of the image; and the memory of the process. */
 void ca_render_summarise(const ca_film_summary *summary, ca_render_statistics *statistics);

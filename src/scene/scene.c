@@ -1,6 +1,7 @@
 /* Compiling a description: shapes in world space, materials and lights prepared, the acceleration structure built. */
 #include "scene/scene.h"
 
+#include "base/hash.h"
 #include "base/memory.h"
 #include "base/processors.h"
 #include "geometry/ray_reach.h"
@@ -501,6 +502,7 @@ ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene 
         ca_scene_desc_destroy(desc);
         return ca_fail_memory(error, "the scene");
     }
+    atomic_init(&compiled->references, 1);
     compiled->desc = *desc;
     memset(desc, 0, sizeof *desc);
     const ca_status status = compile(compiled, group_first, stop, error);
@@ -513,9 +515,60 @@ ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene 
     return CA_OK;
 }
 
-void ca_scene_destroy(ca_scene *scene)
+/* ---- Views ----------------------------------------------------------------------------------------------------- */
+
+/* The first thing in a description that a view cannot have of its own; NULL: there is none. */
+static const ca_location *find_more(const ca_scene_desc *desc)
 {
-    if (!scene) return;
+    if (desc->shapes.count > 0) return &desc->shapes.items[0].where;
+    if (desc->lights.count > 0) return &desc->lights.items[0].where;
+    if (desc->materials.count > 0) return &desc->materials.items[0].where;
+    if (desc->groups.count > 0) return &desc->groups.items[0].where;
+    return desc->instances.count > 0 ? &desc->instances.items[0].where : NULL;
+}
+
+/* The tables of `whole`, with what a view may say. */
+static ca_scene_desc seen_with(const ca_scene_desc *whole, const ca_scene_desc *own)
+{
+    ca_scene_desc desc = *whole;
+    desc.strings = own->strings;
+    desc.path = own->path;
+    desc.content_hash = ca_hash_add(whole->content_hash, own->content_hash);
+    desc.camera = own->camera;
+    desc.film = own->film;
+    desc.sampler = own->sampler;
+    desc.names_sampler = own->names_sampler;
+    desc.samples_per_pixel = own->samples_per_pixel;
+    if (own->integrator.name) desc.integrator = own->integrator;
+    return desc;
+}
+
+ca_status ca_scene_view_create(ca_scene *scene, ca_scene_desc *desc, ca_scene **view, ca_error *error)
+{
+    const ca_location *more = find_more(desc);
+    ca_scene *created = more ? NULL : ca_alloc_zeroed(1, sizeof *created);
+    if (!created) {
+        const ca_status status = more ? ca_fail(error, CA_ERROR_SCENE, more,
+                                                "a view of a scene has a sensor and an integrator, and nothing else")
+                                      : ca_fail_memory(error, "the view");
+        ca_scene_desc_destroy(desc);
+        return status;
+    }
+    memcpy(created, scene, sizeof *created);
+    atomic_init(&created->references, 1);
+    created->base = scene;
+    created->desc = seen_with(&scene->desc, desc);
+    created->own = *desc;
+    *desc = (ca_scene_desc){0};
+    atomic_fetch_add(&scene->references, 1);
+    *view = created;
+    return CA_OK;
+}
+
+/* ---- The end --------------------------------------------------------------------------------------------------- */
+
+static void destroy_whole(ca_scene *scene)
+{
     ca_accel_destroy(scene->accel);
     ca_light_choice_destroy(&scene->light_choice);
     for (uint32_t i = 0; i < scene->light_count; i++) ca_light_release(&scene->lights[i]);
@@ -530,4 +583,18 @@ void ca_scene_destroy(ca_scene *scene)
     ca_free(scene->instances);
     ca_scene_desc_destroy(&scene->desc);
     ca_free(scene);
+}
+
+void ca_scene_destroy(ca_scene *scene)
+{
+    while (scene && atomic_fetch_sub(&scene->references, 1) == 1) {
+        ca_scene *base = scene->base;
+        if (!base) {
+            destroy_whole(scene);
+            return;
+        }
+        ca_scene_desc_destroy(&scene->own);
+        ca_free(scene);
+        scene = base;
+    }
 }

@@ -1,7 +1,8 @@
 /* The immutable scene that is rendered: compiled from a description, shared by all threads.
  *
  * Layout: tables with indices between them; the world's shapes come first, then those of each shape group together.
- * Ownership: the scene owns everything it points to. */
+ * Ownership: the scene owns everything it points to; a view owns its camera, film, sampler and integrator, and the
+ * last one that is destroyed takes the rest along. */
 #ifndef CA_SCENE_SCENE_H
 #define CA_SCENE_SCENE_H
 
@@ -11,7 +12,12 @@
 #include "scene/description.h"
 #include "scene/matte.h"
 
+#include <stdatomic.h>
+
 struct ca_scene {
+    ca_scene *base;         /* whose tables a view has; NULL: they are its own */
+    atomic_uint references; /* its owner's and its views' */
+    ca_scene_desc own;      /* of a view: what it owns of its desc */
     ca_scene_desc desc; /* film, sampler, integrator and strings; its images, meshes and textures are used in place */
     ca_material *materials;
     uint32_t material_count;
@@ -35,6 +41,10 @@ struct ca_scene {
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error);
 /* The same; gives up soon when asked to (base/stop.h). */
 ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error);
+/* The scene with the camera, film and sampler of `desc`, and its integrator if that has a name. Takes the description
+ * over. Errors: CA_ERROR_SCENE where there is more in it, CA_ERROR_MEMORY. Threads: views of one scene may be made
+ * and destroyed by several at once. */
+ca_status ca_scene_view_create(ca_scene *scene, ca_scene_desc *desc, ca_scene **view, ca_error *error);
 void ca_scene_destroy(ca_scene *scene);
 
 /* The scene's camera for a film of another size: the field of view stays along the axis it was given for. */

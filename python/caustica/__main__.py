@@ -1,0 +1,6 @@
+"""python -m caustica: the program, with its commands and options."""
+import os
+import sys
+
+program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "_program")
+os.execv(program, [program, *sys.argv[1:]])

@@ -1,0 +1,171 @@
+"""Scenes from dictionaries: load_dict's form becomes the text and the arrays that the library reads.
+
+An object is a dictionary with its plugin's name as "type"; the other entries are its parameters and the objects in it.
+Each opening tag of the text is on a line of its own, and the lines remember the keys that led there, so that an error
+names them."""
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from caustica._errors import SceneError
+from caustica._image import Bitmap, Image
+from caustica._transform import ScalarTransform4f
+
+#: Which element a plugin is written as.
+TAGS = {
+    "scene": ["scene"],
+    "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
+                   "qmcppm"],
+    "sensor": ["perspective", "thinlens", "orthographic"],
+    "film": ["hdrfilm", "ldrfilm", "mfilm"],
+    "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
+    "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice"],
+    "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance"],
+    "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
+             "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap"],
+    "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
+    "texture": ["bitmap", "checkerboard", "mesh_attribute"],
+}
+_TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
+
+
+class Mesh:
+    """Triangles from arrays, to be put into a scene's dictionary.
+
+    vertices (n, 3) in the mesh's own space; faces (m, 3), indices of vertices, counterclockwise seen from outside; normals
+    (n, 3) or None: smooth ones are made; uvs (n, 2) or None. Other arguments are the parameters and objects of a shape:
+    bsdf={...}, emitter={...}, to_world=..., face_normals=True."""
+
+    def __init__(self, vertices, faces, normals=None, uvs=None, **parameters):
+        self.vertices = _rows(vertices, np.float32, 3, "vertices")
+        self.faces = _rows(faces, np.uint32, 3, "faces")
+        self.normals = None if normals is None else _rows(normals, np.float32, 3, "normals")
+        self.uvs = None if uvs is None else _rows(uvs, np.float32, 2, "uvs")
+        for name, array in (("normals", self.normals), ("uvs", self.uvs)):
+            if array is not None and len(array) != len(self.vertices):
+                raise ValueError(f"{len(array)} {name} for {len(self.vertices)} vertices")
+        self.parameters = parameters
+
+
+def _rows(array, kind, columns, name):
+    given = np.asarray(array)
+    if kind == np.uint32 and given.size and (given.min() < 0 or given.dtype.kind not in "iu"):
+        raise ValueError(f"{name} are indices, which are integers and not negative")
+    array = np.ascontiguousarray(given, dtype=kind)
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise ValueError(f"{name} have the shape (n, {columns}), not {array.shape}")
+    return array
+
+
+class Document:
+    """The text of a dictionary, and the arrays that the text names."""
+
+    def __init__(self, description):
+        self.lines, self.paths = [], []
+        self.meshes, self.bitmaps = [], []
+        if not isinstance(description, dict) or description.get("type") != "scene":
+            raise SceneError("a scene's dictionary begins with \"type\": \"scene\"")
+        self._open('<scene version="3.0.0">', ())
+        for key, value in description.items():
+            if key != "type":
+                self._add(key, value, (key,), f"id={quoteattr(key)}")
+        self._open("</scene>", ())
+
+    @property
+    def text(self):
+        return "\n".join(self.lines)
+
+    def path_of(self, line):
+        """The keys that lead to what is on a line (from 1), with dots between them."""
+        return ".".join(map(str, self.paths[line - 1])) if 0 < line <= len(self.paths) else ""
+
+    def _open(self, line, path):
+        self.lines.append(line)
+        self.paths.append(path)
+
+    def _fail(self, path, message):
+        error = SceneError(f"{'.'.join(map(str, path))}: {message}")
+        error.path = ".".join(map(str, path))
+        raise error
+
+    def _array(self, arrays, array):
+        arrays.append(array)
+        return f"array-{len(arrays)}"
+
+    def _add(self, key, value, path, naming):
+        if isinstance(value, Mesh):
+            self._add_object({"type": "mesh", "data": value, **value.parameters}, path, naming)
+        elif isinstance(value, (Bitmap, Image)):
+            self._add_object({"type": "bitmap", "data": value}, path, naming)
+        elif isinstance(value, dict):
+            self._add_object(value, path, naming)
+        else:
+            self._add_value(key, value, path)
+
+    # ---- Objects -------------------------------------------------------------------------------------------------------
+
+    def _add_object(self, value, path, naming):
+        kind = value.get("type")
+        if kind in ("rgb", "spectrum"):
+            return self._add_color(kind, value, path)
+        if kind == "ref":
+            named = "" if naming.startswith("id=") else naming
+            return self._open(f"<ref {named} id={quoteattr(str(value['id']))}/>", path)
+        if kind not in _TAG_OF:
+            nearest = _nearest(str(kind), _TAG_OF)
+            self._fail(path, f"there is no plugin \"{kind}\"; the nearest known one is \"{nearest}\"")
+        tag = _TAG_OF[kind]
+        self._open(f'<{tag} type="{kind}" {naming}>', path)
+        for key, inner in value.items():
+            if key == "type":
+                continue
+            if kind in ("bitmap", "envmap") and key in ("bitmap", "data"):
+                self._add_bitmap(inner, (*path, key))
+            elif kind == "mesh" and key == "data":
+                name = self._array(self.meshes, inner)
+                self._open(f'<string name="data" value="{name}"/>', (*path, key))
+            else:
+                self._add(key, inner, (*path, key), f"name={quoteattr(key)}")
+        return self._open(f"</{tag}>", path)
+
+    def _add_bitmap(self, value, path):
+        array = np.ascontiguousarray(value, dtype=np.float32)
+        array = array[:, :, None] if array.ndim == 2 else array
+        if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
+            self._fail(path, f"pixels have the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
+        self._open(f'<string name="data" value="{self._array(self.bitmaps, array)}"/>', path)
+
+    def _add_color(self, kind, value, path):
+        given = value.get("value", 1.0)
+        if kind == "spectrum" and "filename" in value:
+            return self._open(f'<spectrum name="{path[-1]}" filename={quoteattr(str(value["filename"]))}/>', path)
+        if kind == "spectrum" and np.ndim(given) == 2:
+            text = ", ".join(f"{float(wavelength)!r}:{float(v)!r}" for wavelength, v in given)
+        else:
+            text = ", ".join(repr(float(v)) for v in np.atleast_1d(given))
+        return self._open(f'<{kind} name="{path[-1]}" value="{text}"/>', path)
+
+    # ---- Values --------------------------------------------------------------------------------------------------------
+
+    def _add_value(self, key, value, path):
+        name = f"name={quoteattr(key)}"
+        if isinstance(value, (bool, np.bool_)):
+            self._open(f'<boolean {name} value="{str(bool(value)).lower()}"/>', path)
+        elif isinstance(value, (int, np.integer)):
+            self._open(f'<integer {name} value="{int(value)}"/>', path)
+        elif isinstance(value, (float, np.floating)):
+            self._open(f'<float {name} value="{float(value)!r}"/>', path)
+        elif isinstance(value, str):
+            self._open(f"<string {name} value={quoteattr(value)}/>", path)
+        elif isinstance(value, ScalarTransform4f) or np.shape(value) == (4, 4):
+            numbers = " ".join(repr(float(v)) for v in ScalarTransform4f(value).matrix.flat)
+            self._open(f'<transform {name}><matrix value="{numbers}"/></transform>', path)
+        elif np.shape(value) == (3,):
+            self._open(f'<point {name} value="{", ".join(repr(float(v)) for v in value)}"/>', path)
+        else:
+            self._fail(path, f"a parameter is a number, a text, three numbers, a transform or a dictionary, not {value!r:.80}")
+
+
+def _nearest(word, names):
+    import difflib
+    return difflib.get_close_matches(word, names, 1, 0.0)[0]

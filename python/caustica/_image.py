@@ -1,0 +1,157 @@
+"""Pictures: named channels as NumPy arrays."""
+import os
+import tempfile
+
+import numpy as np
+
+from caustica._errors import check, new_error
+from caustica._library import ffi, lib
+
+
+class _Pixels:
+    """Lends a channel's memory to NumPy and keeps its picture alive."""
+
+    def __init__(self, image, pointer, shape):
+        self.image = image
+        self.__array_interface__ = {"shape": shape, "typestr": "<f4", "version": 3,
+                                    "data": (int(ffi.cast("uintptr_t", pointer)), True)}
+
+
+class Image:
+    """A picture: linear Rec. 709 radiance in the channels "R", "G" and "B", and whatever else was measured of each
+    pixel, such as "Variance.G" or "Albedo.R" (docs/images.md).
+
+    image["G"] is a float32 array (height, width), row 0 on top: a view of the picture's own memory, read-only, which keeps
+    the picture alive. np.asarray(image) and image.rgb are copies (height, width, 3)."""
+
+    def __init__(self, pointer, statistics=None):
+        self._pointer = ffi.gc(pointer, lib.ca_image_release)
+        #: What the render that made it tells: a dict, or None.
+        self.statistics = statistics
+
+    @staticmethod
+    def load(path):
+        """All channels of an EXR file; R, G and B of a PFM, HDR or PNG file."""
+        error, image = new_error(), ffi.new("ca_image_layers **")
+        check(lib.ca_image_load(os.fsencode(path), image, error), error)
+        return Image(image[0])
+
+    @staticmethod
+    def from_array(array):
+        """Of an array (height, width), (height, width, 1) or (height, width, 3) of linear values."""
+        array = np.asarray(array, dtype=np.float32)
+        array = array[:, :, None] if array.ndim == 2 else array
+        if array.ndim != 3 or array.shape[2] not in (1, 3):
+            raise ValueError(f"a picture has the shape (height, width), or 1 or 3 channels behind it, not {array.shape}")
+        error, image = new_error(), ffi.new("ca_image_layers **")
+        check(lib.ca_image_make(array.shape[1], array.shape[0], image, error), error)
+        made = Image(image[0])
+        for index, name in enumerate("RGB"):
+            channel = np.ascontiguousarray(array[:, :, index % array.shape[2]])
+            check(lib.ca_image_add(made._pointer, name.encode(), ffi.from_buffer("float[]", channel), error), error)
+        return made
+
+    @property
+    def shape(self):
+        """(height, width)"""
+        size = ffi.new("uint32_t[2]")
+        lib.ca_image_size(self._pointer, size, size + 1)
+        return size[1], size[0]
+
+    height = property(lambda self: self.shape[0])
+    width = property(lambda self: self.shape[1])
+
+    @property
+    def channels(self):
+        """The names of all channels, in the order of the file."""
+        count = lib.ca_image_channel_count(self._pointer)
+        return [ffi.string(lib.ca_image_channel_name(self._pointer, i)).decode() for i in range(count)]
+
+    @property
+    def attributes(self):
+        """What is said of the picture, such as "caustica.integrator": a dict of texts and numbers."""
+        found, index = {}, 0
+        name, text, number = ffi.new("char **"), ffi.new("char **"), ffi.new("double *")
+        while lib.ca_image_attribute(self._pointer, index, name, text, number):
+            found[ffi.string(name[0]).decode()] = ffi.string(text[0]).decode() if text[0] else number[0]
+            index += 1
+        return found
+
+    def __contains__(self, name):
+        return lib.ca_image_channel(self._pointer, name.encode()) != ffi.NULL
+
+    def __getitem__(self, name):
+        pointer = lib.ca_image_channel(self._pointer, name.encode())
+        if not pointer:
+            raise KeyError(f"no channel \"{name}\"; there are {', '.join(self.channels)}")
+        return np.asarray(_Pixels(self, pointer, self.shape))
+
+    def layer(self, name):
+        """The channels NAME.R, NAME.G and NAME.B: (height, width, 3)."""
+        return np.stack([self[f"{name}.{c}"] for c in "RGB"], axis=2)
+
+    @property
+    def rgb(self):
+        return np.stack([self[c] for c in "RGB"], axis=2)
+
+    def __array__(self, dtype=None, copy=None):
+        return self.rgb if dtype is None else self.rgb.astype(dtype)
+
+    def save(self, path, exposure=0.0):
+        """.exr (all channels), .png (sRGB, times 2^exposure) or .pfm; complete or not at all."""
+        error = new_error()
+        check(lib.ca_image_save(self._pointer, os.fsencode(path), exposure, error), error)
+
+    def _repr_png_(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "image.png")
+            self.save(path)
+            with open(path, "rb") as file:
+                return file.read()
+
+    def __repr__(self):
+        return f"<caustica.Image of {self.width} x {self.height} pixels, {len(self.channels)} channels>"
+
+
+class Bitmap:
+    """A picture from a file or an array (height, width[, 1 to 4]), as textures take it. np.asarray(bitmap) is its array."""
+
+    def __init__(self, source):
+        self.array = np.asarray(Image.load(source) if isinstance(source, (str, os.PathLike)) else source, dtype=np.float32)
+
+    def write(self, path):
+        write_bitmap(path, self.array)
+
+    def __array__(self, dtype=None, copy=None):
+        return self.array if dtype is None else self.array.astype(dtype)
+
+    def _repr_png_(self):
+        return Image.from_array(self.array)._repr_png_()
+
+
+def write_bitmap(path, image):
+    """Writes a picture, or an array of linear values, to .exr, .png or .pfm."""
+    (image if isinstance(image, Image) else Image.from_array(image)).save(path)
+
+
+def compare(image, reference):
+    """How much a picture differs from another one: a dict with rmse, mae, relmse, smape, ssim, flip_ldr, flip_hdr, and a test
+    block by block of what noise does not explain (blocks, blocks_rejected, p_value, detectable_bias); docs/metrics.md."""
+    image, reference = (i if isinstance(i, Image) else Image.from_array(i) for i in (image, reference))
+    error, difference = new_error(), ffi.new("ca_image_difference *")
+    check(lib.ca_image_compare(image._pointer, reference._pointer, difference, error), error)
+    return as_record(difference)
+
+
+def as_record(struct):
+    """A plain dict of a C struct: texts, numbers, lists and dicts."""
+    if isinstance(struct, (bool, int, float)):
+        return struct
+    kind = ffi.typeof(struct)
+    if kind.kind == "pointer" and kind.item.kind == "struct":
+        struct, kind = struct[0], kind.item
+    if kind.kind == "struct":
+        return {name: as_record(getattr(struct, name)) for name, _ in kind.fields}
+    if kind.kind == "array" and kind.item.cname == "char" or kind.cname in ("char *", "const char *"):
+        return ffi.string(struct).decode(errors="replace") if struct else None
+    return [as_record(item) for item in struct]

@@ -1,0 +1,200 @@
+"""Rendering, and measuring noise."""
+import dataclasses
+import os
+
+from caustica._errors import check, interruptible, new_error
+from caustica._image import Image, as_record
+from caustica._library import ffi, lib
+
+
+@dataclasses.dataclass
+class Settings:
+    """What to render with; None or 0 means "as the scene says". The names are those of render()'s arguments. Can be
+    pickled."""
+
+    spp: int = 0
+    seconds: float = 0.0
+    noise: float = 0.0
+    integrator: str | None = None
+    sampler: str | None = None
+    seed: int | None = None
+    size: tuple[int, int] | None = None
+    crop: tuple[int, int, int, int] | None = None
+    max_depth: int | None = None
+    radius: float = 0.0
+    alpha: float | None = None
+    light_paths: int = 0
+    camera_paths: int = 0
+    rays: str | os.PathLike | None = None
+    rays_objective: str | None = None
+    replicates: int = 0
+    memory: float = 0.0
+    threads: int = 0
+
+
+class _Call:
+    """A ca_render_settings with its texts and its progress callback."""
+
+    def __init__(self, settings, progress):
+        self.progress, self.exception, self.kept = progress, None, []
+        self.struct = s = ffi.new("ca_render_settings *")
+        lib.ca_render_settings_init(s)
+        s.samples_per_pixel, s.seconds, s.noise_percent = settings.spp, settings.seconds, settings.noise
+        s.integrator, s.sampler = self._text(settings.integrator), self._text(settings.sampler)
+        s.rays, s.rays_objective = self._text(settings.rays), self._text(settings.rays_objective)
+        s.has_seed, s.seed = settings.seed is not None, settings.seed or 0
+        if settings.size is not None:
+            s.width, s.height = settings.size
+        if settings.crop is not None:
+            s.has_crop, s.crop = True, list(settings.crop)
+        s.has_max_depth, s.max_depth = settings.max_depth is not None, settings.max_depth or 0
+        s.has_alpha, s.alpha = settings.alpha is not None, settings.alpha or 0.0
+        s.radius, s.light_paths, s.camera_paths = settings.radius, settings.light_paths, settings.camera_paths
+        s.replicates, s.memory_mib, s.threads = settings.replicates, settings.memory, settings.threads
+        self.handle = ffi.new_handle(self)
+        s.progress, s.progress_user = lib.caustica_progress, self.handle
+
+    def _text(self, text):
+        if text is None:
+            return ffi.NULL
+        self.kept.append(ffi.new("char[]", os.fsencode(text)))
+        return self.kept[-1]
+
+    def report(self, progress):
+        if self.progress is None:
+            return True
+        return self.progress({name: as_record(getattr(progress, name)) for name in _TOLD}) is not False
+
+    def check(self, status, error):
+        if self.exception is not None:
+            raise self.exception
+        check(status, error)
+
+
+_TOLD = ("passes_done", "passes_total", "seconds", "seconds_total", "seconds_predicted", "noise_percent", "noise_target",
+         "method")
+
+
+def _keep_exception(_kind, exception, traceback):
+    """It ends the render and is raised again by check(). Ctrl-C may arrive at any line."""
+    ffi.from_handle(traceback.tb_frame.f_locals["user"]).exception = exception
+
+
+@ffi.def_extern(error=False, onerror=_keep_exception)
+def caustica_progress(progress, user):
+    return ffi.from_handle(user).report(progress)
+
+
+class _Bar:
+    """A tqdm bar of the fraction done."""
+
+    def __init__(self):
+        from tqdm.auto import tqdm
+        self.bar = tqdm(total=1.0, bar_format="{l_bar}{bar}| {elapsed}{postfix}")
+
+    def __call__(self, told):
+        done = [told["passes_done"] / told["passes_total"] if told["passes_total"] else 0.0,
+                told["seconds"] / told["seconds_total"] if told["seconds_total"] else 0.0]
+        self.bar.update(min(1.0, max(done)) - self.bar.n)
+        if told["noise_percent"] >= 0.0:
+            self.bar.set_postfix_str(f"noise {told['noise_percent']:.3g} %")
+
+
+def _callback(progress):
+    """A function, or None. True means a bar, where tqdm is installed."""
+    if progress is not True:
+        return progress or None
+    try:
+        return _Bar()
+    except ImportError:
+        return None
+
+
+def _settings(settings, changes):
+    unknown = set(changes) - {field.name for field in dataclasses.fields(Settings)}
+    if unknown:
+        raise TypeError(f"no setting is called {', '.join(sorted(unknown))}; there are "
+                        f"{', '.join(field.name for field in dataclasses.fields(Settings))}")
+    return dataclasses.replace(settings or Settings(), **{k: v for k, v in changes.items() if v is not None})
+
+
+def _statistics(struct):
+    told = as_record(struct)
+    method = told["method"]
+    method["trials"] = method["trials"][:method.pop("trial_count")]
+    return told
+
+
+def render(scene, settings=None, *, sensor=None, progress=None, **changes):
+    """Renders a scene to an Image.
+
+    settings: a Settings, which the keyword arguments change:
+        spp          camera paths per pixel
+        seconds      stop after the pass in which this much time is reached
+        noise        stop when the relative standard error of the image is below this many percent
+        integrator   "auto", "path", "ovcm:max_depth=8,radius=0.01", ...
+        sampler      "independent", "halton", "sobol", ...
+        seed         another one makes an independent picture
+        size         (width, height) of the full film
+        crop         (x0, y0, x1, y1), half open, in pixels of the full film
+        max_depth, radius, alpha, light_paths, camera_paths, rays, rays_objective, replicates
+                     as the options of `caustica render`
+        memory       MiB for film and light paths
+        threads      0: one per processor; the picture does not depend on it, to the bit
+    sensor: a dictionary: the scene is seen by this sensor instead.
+    progress: True for a bar (where tqdm is installed), or a function that is called after each pass with a dict
+        (passes_done, passes_total, seconds, noise_percent, ...) and may return False to end the render.
+
+    The picture's `statistics` tell what the render was. Ctrl-C ends it at once and raises KeyboardInterrupt. Other
+    threads of Python go on meanwhile."""
+    if sensor is not None:
+        scene = scene.with_sensor(sensor)
+    call = _Call(_settings(settings, changes), _callback(progress))
+    error, image, statistics = new_error(), ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
+    with interruptible() as call.struct.stop:
+        status = lib.ca_render(scene._pointer, call.struct, image, statistics, error)
+    made = Image(image[0], _statistics(statistics)) if image[0] else None
+    call.check(status, error)
+    return made
+
+
+class Noise:
+    """Where the noise of a scene comes from: the result of measure_noise()."""
+
+    def __init__(self, scene, call, pointer, image, statistics):
+        self._scene, self._call = scene, call
+        self._pointer = ffi.gc(pointer, lib.ca_noise_release)
+        #: The picture, with the layers Noise.*.
+        self.image = Image(image, _statistics(statistics))
+
+    def average(self, light_paths, camera_paths, region=None):
+        """What is predicted for other numbers of paths: a dict of averages over the pixels of a region (x0, y0, x1, y1), half
+        open; None: of all."""
+        error, summary = new_error(), ffi.new("ca_noise_summary *")
+        where = ffi.NULL if region is None else ffi.new("uint32_t[4]", list(region))
+        check(lib.ca_noise_average(self._pointer, where, light_paths, camera_paths, summary, error), error)
+        return as_record(summary)
+
+    def recommend(self, objective=None):
+        """The numbers of paths with the least noise after a given time, as a dict; the picture gets a map of camera paths,
+        Rays.Numbers. objective: "mean", "relative" or "worst-decile"."""
+        error, found = new_error(), ffi.new("ca_noise_recommendation *")
+        text = ffi.NULL if objective is None else ffi.new("char[]", objective.encode())
+        with interruptible() as self._call.struct.stop:
+            status = lib.ca_noise_recommend(self._pointer, self._scene._pointer, self._call.struct, text, self.image._pointer,
+                                            found, error)
+        self._call.check(status, error)
+        return as_record(found)
+
+
+def measure_noise(scene, iterations, settings=None, *, progress=None, **changes):
+    """Measures the components of the noise in so many iterations (>= 2) of `bdpm` or `ppm`, with the settings of render() that
+    do not end one. Returns a Noise."""
+    call = _Call(_settings(settings, changes), _callback(progress))
+    error, noise = new_error(), ffi.new("ca_noise **")
+    image, statistics = ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
+    with interruptible() as call.struct.stop:
+        status = lib.ca_noise_measure(scene._pointer, call.struct, iterations, noise, image, statistics, error)
+    made = Noise(scene, call, noise[0], image[0], statistics) if noise[0] else None
+    call.check(status, error)
+    return made

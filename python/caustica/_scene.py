@@ -1,0 +1,152 @@
+"""Scenes: from files, texts and dictionaries."""
+import os
+
+import numpy as np
+
+from caustica._dict import Document
+from caustica._errors import SceneError, check, interruptible, new_error
+from caustica._library import ffi, lib
+
+
+class Scene:
+    """A scene that is ready to render. It never changes; any number of threads may render it at once."""
+
+    def __init__(self, pointer):
+        self._pointer = ffi.gc(pointer, lib.ca_scene_release)
+
+    def with_sensor(self, sensor, integrator=None):
+        """The same scene seen by another sensor, a dictionary as load_dict has it, with its film and sampler; and by another
+        integrator. Shapes, lights and materials are shared, nothing is built again."""
+        description = {"type": "scene", "sensor": sensor}
+        if integrator is not None:
+            description["integrator"] = integrator
+        return _from_document(Document(description), lambda *args: lib.ca_scene_view(self._pointer, *args))
+
+
+    def _rays(self, origins, directions, t_min, t_max):
+        shape = np.broadcast_shapes(np.shape(origins), np.shape(directions))
+        if len(shape) != 2 or shape[1] != 3:
+            raise ValueError(f"rays have the shape (n, 3), not {shape}")
+        rays = np.empty(shape[0], _RAY)
+        rays["origin"], rays["direction"], rays["t_min"], rays["t_max"] = origins, directions, t_min, t_max
+        return rays
+
+    def intersect(self, origins, directions, t_min=0.0, t_max=np.inf):
+        """The nearest hits of rays (n, 3), (n, 3): a NumPy array of n records with the fields t (inf: nothing was met; in units of
+        the direction's length), position, normal, shading_normal, uv, shape, primitive, instance (2^32 - 1: none)."""
+        rays = self._rays(origins, directions, t_min, t_max)
+        hits = np.empty(len(rays), _HIT)
+        lib.ca_scene_intersect(self._pointer, ffi.from_buffer("ca_ray[]", rays), len(rays),
+                               ffi.from_buffer("ca_ray_hit[]", hits, require_writable=True))
+        return hits
+
+    def occluded(self, origins, directions, t_min=0.0, t_max=np.inf):
+        """Does each of the rays (n, 3), (n, 3) meet anything? bool (n,)"""
+        rays = self._rays(origins, directions, t_min, t_max)
+        found = np.empty(len(rays), bool)
+        lib.ca_scene_occluded(self._pointer, ffi.from_buffer("ca_ray[]", rays), len(rays),
+                              ffi.from_buffer("bool[]", found, require_writable=True))
+        return found
+
+    def shape_id(self, shape):
+        """The key of a shape by its number in a hit; None where it has none."""
+        text = lib.ca_scene_shape_id(self._pointer, shape)
+        return ffi.string(text).decode() if text else None
+
+
+#: ca_ray and ca_ray_hit.
+_RAY = np.dtype([("origin", "f4", 3), ("direction", "f4", 3), ("t_min", "f4"), ("t_max", "f4")])
+_HIT = np.dtype([("t", "f4"), ("position", "f4", 3), ("normal", "f4", 3), ("shading_normal", "f4", 3), ("uv", "f4", 2),
+                 ("shape", "u4"), ("primitive", "u4"), ("instance", "u4")])
+assert _RAY.itemsize == ffi.sizeof("ca_ray") and _HIT.itemsize == ffi.sizeof("ca_ray_hit")
+
+
+class _Source:
+    """A ca_scene_source, with all that it points to."""
+
+    def __init__(self, text, path, defines=None, meshes=(), bitmaps=()):
+        self.kept = []
+        self.struct = ffi.new("ca_scene_source *")
+        self.struct.text, self.struct.size = (self._text(text), len(text.encode())) if text is not None else (ffi.NULL, 0)
+        self.struct.path = self._text(path)
+        self.struct.defines, self.struct.define_count = self._defines(defines or {})
+        self.struct.meshes, self.struct.mesh_count = self._meshes(meshes)
+        self.struct.bitmaps, self.struct.bitmap_count = self._bitmaps(bitmaps)
+
+    def _keep(self, cdata):
+        self.kept.append(cdata)
+        return cdata
+
+    def _text(self, text):
+        return self._keep(ffi.new("char[]", os.fsencode(text)))
+
+    def _numbers(self, kind, array):
+        return ffi.NULL if array is None else self._keep(ffi.from_buffer(f"{kind}[]", array))
+
+    def _defines(self, defines):
+        list_ = self._keep(ffi.new("ca_define[]", len(defines)))
+        for define, (name, value) in zip(list_, defines.items()):
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            define.name, define.value = self._text(name), self._text(text)
+        return list_, len(defines)
+
+    def _meshes(self, meshes):
+        list_ = self._keep(ffi.new("ca_mesh_data[]", len(meshes)))
+        for index, (data, mesh) in enumerate(zip(list_, meshes)):
+            data.name = self._text(f"array-{index + 1}")
+            data.vertex_count, data.triangle_count = len(mesh.vertices), len(mesh.faces)
+            data.positions, data.indices = self._numbers("float", mesh.vertices), self._numbers("uint32_t", mesh.faces)
+            data.normals, data.uvs = self._numbers("float", mesh.normals), self._numbers("float", mesh.uvs)
+        return list_, len(meshes)
+
+    def _bitmaps(self, bitmaps):
+        list_ = self._keep(ffi.new("ca_bitmap_data[]", len(bitmaps)))
+        for index, (data, pixels) in enumerate(zip(list_, bitmaps)):
+            data.name = self._text(f"array-{index + 1}")
+            data.height, data.width, data.channels = pixels.shape
+            data.pixels = self._numbers("float", pixels)
+        return list_, len(bitmaps)
+
+
+def _make(source, parse):
+    error, scene = new_error(), ffi.new("ca_scene **")
+    with interruptible() as source.struct.stop:
+        status = parse(source.struct, scene, error)
+    check(status, error)
+    return Scene(scene[0])
+
+
+#: What messages call the text of a dictionary; relative file names start in the current folder.
+_NAME = "load_dict"
+
+
+def _from_document(document, parse):
+    try:
+        return _make(_Source(document.text, _NAME, meshes=document.meshes, bitmaps=document.bitmaps), parse)
+    except SceneError as error:
+        if error.file != _NAME:
+            raise
+        path = document.path_of(error.line)
+        message = str(error).split(": ", 1)[1]
+        told = SceneError(f"{path}: {message}" if path else message)
+        told.path = path
+        raise told from None
+
+
+def load_file(path, **defines):
+    """Reads a Mitsuba XML scene with its meshes and textures. Keyword arguments replace the values of the scene's
+    <default name="..."> elements."""
+    return _make(_Source(None, os.fspath(path), defines), lib.ca_scene_parse)
+
+
+def load_string(text, **defines):
+    """The same for a text; relative file names start in the current folder."""
+    return _make(_Source(text, "load_string", defines), lib.ca_scene_parse)
+
+
+def load_dict(description):
+    """A scene from a dictionary, {"type": "scene", ...}: the form of Mitsuba 3's load_dict, with the plugins and parameters of
+    docs/scenes.md. Values are numbers, texts, booleans, three numbers, ScalarTransform4f, {"type": "rgb", "value": [r, g, b]},
+    {"type": "spectrum", ...}, {"type": "ref", "id": KEY}, dictionaries of objects, Mesh objects, and arrays of pixels as the
+    "data" of a bitmap. Errors name the keys that lead to what is wrong."""
+    return _from_document(Document(description), lib.ca_scene_parse)

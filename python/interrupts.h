@@ -1,0 +1,38 @@
+/* Ctrl-C while the library works: a handler of SIGINT that sets the number which work polls (ca_render_settings.stop), and
+ * then calls the handler that was there, Python's. Calls of several threads may overlap; all of them end. Begin and end are
+ * called with Python's lock held. */
+#include <signal.h>
+#include <string.h>
+
+static int caustica_stop;
+static int caustica_watchers;
+static struct sigaction caustica_before;
+
+static void caustica_on_interrupt(int signal, siginfo_t *info, void *context)
+{
+    __atomic_store_n(&caustica_stop, 1, __ATOMIC_RELAXED);
+    if (caustica_before.sa_flags & SA_SIGINFO)
+        caustica_before.sa_sigaction(signal, info, context);
+    else if (caustica_before.sa_handler != SIG_DFL && caustica_before.sa_handler != SIG_IGN)
+        caustica_before.sa_handler(signal);
+}
+
+/* What work polls; set once Ctrl-C was pressed, until the last call that watches has ended. */
+static const int *caustica_watch_begin(void)
+{
+    if (caustica_watchers++ == 0) {
+        struct sigaction ours;
+        memset(&ours, 0, sizeof ours);
+        ours.sa_sigaction = caustica_on_interrupt;
+        ours.sa_flags = SA_SIGINFO;
+        sigaction(SIGINT, &ours, &caustica_before);
+    }
+    return &caustica_stop;
+}
+
+static void caustica_watch_end(void)
+{
+    if (--caustica_watchers > 0) return;
+    sigaction(SIGINT, &caustica_before, NULL);
+    __atomic_store_n(&caustica_stop, 0, __ATOMIC_RELAXED);
+}

@@ -1,0 +1,179 @@
+"""Scenes from dictionaries, texts, arrays and files."""
+import pathlib
+import re
+
+import numpy as np
+import pytest
+
+import caustica
+from caustica._dict import TAGS, Document
+from conftest import description
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+T = caustica.ScalarTransform4f
+
+
+def pixels(scene, **settings):
+    return np.asarray(caustica.render(scene, spp=4, threads=1, **settings))
+
+
+def test_dictionary_is_the_text():
+    text = """<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="4"/></integrator>
+        <sensor type="perspective"><float name="fov" value="40"/>
+            <transform name="to_world"><lookat origin="0, 1, -4" target="0, 0, 0" up="0, 1, 0"/></transform>
+            <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="16"/></film></sensor>
+        <shape type="rectangle"><transform name="to_world"><scale value="4"/><rotate x="1" angle="-90"/>
+            <translate y="-1"/></transform><bsdf type="conductor"/></shape>
+        <emitter type="constant"><rgb name="radiance" value="0.2, 0.3, 0.4"/></emitter></scene>"""
+    made = description()
+    made["floor"]["bsdf"] = {"type": "conductor"}
+    made["light"] = {"type": "constant", "radiance": {"type": "rgb", "value": [0.2, 0.3, 0.4]}}
+    a, b = pixels(caustica.load_string(text)), pixels(caustica.load_dict(made))
+    assert np.allclose(a, b, rtol=1e-4) and a.mean() > 0.1
+
+
+def test_mesh_is_the_rectangle():
+    vertices, faces = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    made = description(light={"type": "constant"})
+    rectangle = pixels(caustica.load_dict(made))
+    place = made["floor"]["to_world"]
+    made["floor"] = caustica.Mesh(vertices, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]], face_normals=True, to_world=place,
+                                  bsdf={"type": "diffuse", "reflectance": 0.5})
+    assert np.array_equal(pixels(caustica.load_dict(made)), rectangle)
+
+
+def test_arrays_may_have_any_kind_of_numbers():
+    mesh = caustica.Mesh(np.zeros((3, 3), np.float64)[:, ::-1], np.array([[0, 1, 2]], np.int64))
+    assert mesh.vertices.dtype == np.float32 and mesh.faces.dtype == np.uint32
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (([[0, 0]], [[0, 0, 0]]), "vertices have the shape (n, 3)"),
+    (([[0, 0, 0]], [[0, -1, 0]]), "not negative"),
+    (([[0, 0, 0]], [[0.5, 0, 0]]), "integers"),
+    (([[0, 0, 0]], [[0, 0, 0]], [[0, 0, 1], [0, 0, 1]]), "2 normals for 1 vertices"),
+])
+def test_wrong_arrays(arguments, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        caustica.Mesh(*arguments)
+
+
+def test_index_out_of_range_names_the_keys():
+    mesh = caustica.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 3]])
+    with pytest.raises(caustica.Error, match="triangle 0 uses vertex 3"):
+        caustica.load_dict(description(wing=mesh))
+
+
+def test_bitmaps():
+    white = description(light={"type": "constant"})
+    white["floor"]["bsdf"] = {"type": "diffuse", "reflectance": {"type": "bitmap", "data": np.full((2, 3), 0.5)}}
+    plain = description(light={"type": "constant"})
+    plain["floor"]["bsdf"] = {"type": "diffuse", "reflectance": 0.5}
+    assert np.allclose(pixels(caustica.load_dict(white)), pixels(caustica.load_dict(plain)), rtol=1e-5)
+    red = np.zeros((4, 4, 3))
+    red[:, :, 0] = 1
+    sky = description(light={"type": "envmap", "bitmap": caustica.Bitmap(red)})
+    seen = pixels(caustica.load_dict(sky))
+    assert seen[:, :, 0].mean() > 0.3 and seen[:, :, 1].max() == 0
+    white["floor"]["bsdf"]["reflectance"]["data"] = np.zeros((2, 2, 5))
+    with pytest.raises(caustica.SceneError, match="floor.bsdf.reflectance.data: pixels"):
+        caustica.load_dict(white)
+
+
+@pytest.mark.parametrize("objects, path, words", [
+    ({"ball": {"type": "sphre"}}, "ball", "\"sphere\""),
+    ({"ball": {"type": "sphere", "radus": 2}}, "ball.radus", "\"radius\""),
+    ({"ball": {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": "red"}}}, "ball.bsdf.reflectance", "string"),
+    ({"ball": {"type": "sphere", "radius": object()}}, "ball.radius", "three numbers"),
+    ({"ball": {"type": "sphere", "bsdf": {"type": "ref", "id": "flor"}}}, "ball.bsdf", "\"floor\""),
+])
+def test_errors_name_the_keys(objects, path, words):
+    with pytest.raises(caustica.SceneError) as raised:
+        caustica.load_dict(description(**objects))
+    assert raised.value.path == path and str(raised.value).startswith(path) and words in str(raised.value)
+
+
+def test_no_scene():
+    for wrong in ({}, {"type": "sphere"}, 3):
+        with pytest.raises(caustica.SceneError, match="\"type\": \"scene\""):
+            caustica.load_dict(wrong)
+
+
+def test_references():
+    made = description(glass={"type": "dielectric"}, ball={"type": "sphere", "bsdf": {"type": "ref", "id": "glass"}})
+    nested = description(ball={"type": "sphere", "bsdf": {"type": "dielectric"}})
+    assert np.array_equal(pixels(caustica.load_dict(made)), pixels(caustica.load_dict(nested)))
+
+
+def test_files():
+    path = ROOT / "scenes" / "cornell-box" / "cornell-box.xml"
+    assert pixels(caustica.load_file(path), size=(16, 16)).mean() > 0.0
+    with pytest.raises(caustica.FileError, match="No such file"):
+        caustica.load_file("nowhere.xml")
+    with pytest.raises(caustica.SceneError) as raised:
+        caustica.load_string("<scene version='3.0.0'>\n <sensr/></scene>")
+    assert (raised.value.file, raised.value.line, raised.value.column) == ("load_string", 2, 2)
+    text = """<scene version="3.0.0"><default name="w" value="8"/><sensor type="perspective"><film type="hdrfilm">
+        <integer name="width" value="$w"/></film></sensor><emitter type="constant"/></scene>"""
+    assert caustica.render(caustica.load_string(text, w=12), spp=1).width == 12
+
+
+def test_views_share_the_scene(scene):
+    elsewhere = description()["sensor"]
+    elsewhere["to_world"] = T().look_at([2, 1, -3], [0, 0, 0], [0, 1, 0])
+    whole = description()
+    whole["sensor"] = elsewhere
+    view = scene.with_sensor(elsewhere)
+    assert np.array_equal(pixels(view), pixels(caustica.load_dict(whole)))
+    assert np.array_equal(pixels(scene, sensor=elsewhere), pixels(view))
+    assert not np.array_equal(pixels(scene), pixels(view))
+    with pytest.raises(caustica.SceneError, match="sensor.fov"):
+        scene.with_sensor({"type": "perspective", "fov": "wide"})
+
+
+def test_rays():
+    scene = caustica.load_dict(description(ball={"type": "sphere", "center": [0, 0, 5]}))
+    hits = scene.intersect([[0, 0, -3], [0, 3, 5], [9, 9, 9]], [[0, 0, 2], [0, -1, 0], [0, 0, 1]])
+    assert np.allclose(hits["t"], [3.5, 2, np.inf]) and np.allclose(hits["normal"][:2], [[0, 0, -1], [0, 1, 0]])
+    assert scene.shape_id(hits["shape"][0]) == "ball" and scene.shape_id(hits["shape"][2]) is None
+    assert scene.occluded([[0, 0, -3]], [[0, 0, 2], [0, 2, 0]]).tolist() == [True, False]
+    assert scene.occluded([[0, 0, -3]], [[0, 0, 2]], t_max=3.0).tolist() == [False]
+    with pytest.raises(ValueError, match="shape"):
+        scene.intersect([0, 0, 0], [0, 0, 1])
+
+
+def test_all_documented_plugins_have_a_tag():
+    """The tables of docs/scenes.md, by their headings."""
+    tags = {"shape": "shape", "bsdf": "bsdf", "emitter": "emitter", "texture": "texture"}
+    heading, seen = None, 0
+    for line in (ROOT / "docs" / "scenes.md").read_text().splitlines():
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if len(cells) > 1 and cells[0] in tags:
+            heading = tags[cells[0]]
+        elif len(cells) < 2:
+            heading = None
+        elif heading and not cells[0].startswith("-"):
+            for name in re.findall(r"`([^`]+)`", cells[0]):
+                assert name in TAGS[heading], f"{heading} {name}"
+                seen += 1
+    assert seen > 30
+
+
+def test_text_has_a_line_for_each_place():
+    document = Document(description())
+    lines = document.text.split("\n")
+    assert len(lines) == len(document.paths)
+    fov = next(i for i, line in enumerate(lines) if 'name="fov"' in line)
+    assert document.path_of(fov + 1) == "sensor.fov"
+
+
+def test_transforms():
+    t = T().translate([1, 2, 3]).rotate([0, 0, 2], 90).scale(2)
+    assert np.allclose(t @ [1, 0, 0], [1, 4, 3])
+    assert np.allclose((t.inverse() @ t).matrix, np.eye(4))
+    assert T.translate(1, 2, 3) == T().translate([1, 2, 3])
+    assert np.allclose(T.look_at([0, 0, -2], [0, 0, 0], [0, 1, 0]) @ np.array([[0, 0, 2], [1, 0, 0]]), [[0, 0, 0], [1, 0, -2]])
+    with pytest.raises(ValueError, match="4 x 4"):
+        T(np.eye(3))
+    with pytest.raises(TypeError):
+        T.scale(1, 2)
