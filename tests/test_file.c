@@ -122,7 +122,8 @@ static void count_left(const char *path, void *user)
     snprintf(last_left, sizeof last_left, "%s", path);
 }
 
-/* A writer that is killed leaves its file, which is found; one at work is not taken for that, nor is anything else. */
+/* A writer that is killed leaves its file, which is found; one at work is not taken for that, nor is anything else.
+ * */
 static void what_a_kill_leaves(void **unused)
 {
     (void)unused;

@@ -1,8 +1,9 @@
 /* Files: whole reads with a limit, and writes that never leave half a file.
  *
- * A write goes to a temporary file beside the target and is renamed over it when complete: a full disk or a
- * kill leaves the old file as it was (what a kill leaves: leftovers.h). A file that is replaced keeps its mode (others have what the umask leaves); a
- * symbolic link stays, and what it points to is replaced or made. Threads: none is shared. */
+ * A write goes to a temporary file beside the target and is renamed over it when complete: a full disk or a kill
+ * leaves the old file as it was (what a kill leaves: leftovers.h). A file that is replaced keeps its mode (others
+ * have what the umask leaves); a symbolic link stays, and what it points to is replaced or made. Threads: none is
+ * shared. */
 #ifndef CA_BASE_FILE_H
 #define CA_BASE_FILE_H
 

@@ -234,8 +234,8 @@ static void compute_bounds(ca_scene *scene, uint32_t world_count)
 
 static float farthest(ca_vec3 p, ca_vec3 other) { return ca_length(ca_max_vec3(ca_abs3(p), ca_abs3(other))); }
 
-/* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the camera,
- * lights at a point. */
+/* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the
+ * camera, lights at a point. */
 static float extent_of(const ca_scene *scene)
 {
     const ca_camera *camera = &scene->desc.camera.camera;
