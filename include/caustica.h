@@ -167,8 +167,8 @@ typedef struct ca_render_progress {
     double noise_seconds;               /* seconds then */
     const char *method;                 /* which method integrator `auto` has chosen, and why; NULL: none (yet) */
     /* Makes the picture so far, as the render would give it if it ended now. Only while the callback runs, and in its
-     * thread; NULL: there is no picture yet, or no whole one. Costs nothing where it is not called. `statistics` may be
-     * NULL. */
+     * thread; NULL: there is no picture yet, or no whole one. Costs nothing where it is not called. `statistics` may
+     * be NULL. */
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
                           struct ca_render_statistics *statistics, ca_error *error);
     void *render; /* for `snapshot` */

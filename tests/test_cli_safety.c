@@ -295,6 +295,34 @@ static void test_links_are_followed(void **state)
     assert_says(errors, "loop.exr: cannot write: Too many levels of symbolic links");
 }
 
+/* ---- A machine that has no more -------------------------------------------------------------------------------- */
+
+static void test_what_a_kill_left_is_named(void **state)
+{
+    char errors[4096];
+    write_text(folder_of(state), "even.xml", even_scene);
+    assert_int_equal(run_shell(state, "touch a.exr.~abc123 b.exr.~abc123 && $P render even.xml -o a.exr", errors,
+                               sizeof errors),
+                     0);
+    assert_says(errors, "a.exr.~abc123 was left by a program that was killed");
+    assert_null(strstr(errors, "b.exr"));
+}
+
+/* Each thread takes 8 MiB of addresses for its stack. */
+static void test_threads_that_cannot_be_made(void **state)
+{
+    char errors[4096];
+    write_text(folder_of(state), "even.xml", even_scene);
+    if (run_shell(state, "ulimit -s 8192; ulimit -v 3000000; $P --version", errors, sizeof errors) != 0) skip();
+    assert_int_equal(run_shell(state,
+                               "ulimit -s 8192; ulimit -v 3000000; $P render even.xml -i path --resolution 1024x1024 "
+                               "--threads 1000 -o a.pfm",
+                               errors, sizeof errors),
+                     1);
+    assert_says(errors, "the system gives no more threads, 1000 are wanted");
+    assert_false(exists(folder_of(state), "a.pfm"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -310,6 +338,8 @@ int main(void)
         PROGRAM_TEST(test_inputs_of_commands_are_kept),
         PROGRAM_TEST(test_rights_are_kept),
         PROGRAM_TEST(test_links_are_followed),
+        PROGRAM_TEST(test_what_a_kill_left_is_named),
+        PROGRAM_TEST(test_threads_that_cannot_be_made),
     };
     return run_program_tests("cli_safety", tests, sizeof tests / sizeof tests[0]);
 }

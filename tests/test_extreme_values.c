@@ -45,7 +45,8 @@ static void render(const ca_scene *scene, const char *integrator, const char *bo
     settings.samples_per_pixel = 8;
     if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) fail_msg("%s: %s", body, error.message);
     if (statistics.non_finite > 0)
-        fail_msg("%s of %s: %llu samples are not finite", integrator, body, (unsigned long long)statistics.non_finite);
+        fail_msg("%s of %s: %llu samples are not finite", integrator, body,
+                 (unsigned long long)statistics.non_finite);
     ca_image_release(image);
 }
 

@@ -1,6 +1,7 @@
 /* base/file.h: what is read, what is no file to read, and writes that are seen whole or not at all. */
 #define _DEFAULT_SOURCE
 #include "base/file.h"
+#include "base/leftovers.h"
 
 #include "base/memory.h"
 #include "support/sample_files.h"
@@ -12,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -110,6 +112,48 @@ static void a_commit_that_fails(void **unused)
     }
 }
 
+static int left;
+static char last_left[512];
+
+static void count_left(const char *path, void *user)
+{
+    assert_ptr_equal(user, &left);
+    left++;
+    snprintf(last_left, sizeof last_left, "%s", path);
+}
+
+/* A writer that is killed leaves its file, which is found; one at work is not taken for that, nor is anything else.
+ * */
+static void what_a_kill_leaves(void **unused)
+{
+    (void)unused;
+    char path[256], other[300];
+    ca_file_writer writer;
+    snprintf(path, sizeof path, "%s", path_to("out.exr"));
+    const pid_t child = fork();
+    if (child == 0) _exit(ca_file_create(&writer, path, NULL) == CA_OK ? 0 : 1);
+    int status = 1;
+    assert_true(waitpid(child, &status, 0) == child && status == 0);
+    assert_int_equal(ca_file_create(&writer, path, NULL), CA_OK);
+    static const char *const names[] = {"out.exr.~abc12", "out.exr.~abc1234", "out.exr.~abc-12", "out.exr.backup"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        FILE *file = fopen(path_to(names[i]), "w");
+        assert_non_null(file);
+        fclose(file);
+    }
+    left = 0;
+    ca_leftovers_find(path, count_left, &left);
+    assert_int_equal(left, 1);
+    assert_true(strncmp(last_left, path, strlen(path)) == 0 && strcmp(last_left, writer.temporary_path) != 0);
+    assert_int_equal(unlink(last_left), 0);
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) unlink(path_to(names[i]));
+    ca_leftovers_find(path, count_left, &left);
+    snprintf(other, sizeof other, "%s/none/out.exr", path);
+    ca_leftovers_find(other, count_left, &left); /* there is no such folder */
+    assert_int_equal(left, 1);
+    ca_file_abandon(&writer);
+}
+
 static void a_scratch_has_no_name(void **unused)
 {
     (void)unused;
@@ -156,6 +200,7 @@ int main(void)
         cmocka_unit_test(whole_files_up_to_the_limit), cmocka_unit_test(what_is_no_regular_file),
         cmocka_unit_test(a_write_is_seen_at_its_commit), cmocka_unit_test(a_commit_that_fails),
         cmocka_unit_test(a_scratch_has_no_name),       cmocka_unit_test(paths),
+        cmocka_unit_test(what_a_kill_leaves),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

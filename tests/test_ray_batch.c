@@ -249,7 +249,8 @@ static void check_scene(const world *w, uint32_t world_count, uint32_t instance_
     ca_accel *accel;
     ca_error error;
     /* where the world is empty or smaller, the group's shapes are still the last ones */
-    if (ca_accel_create(w->shapes, SHAPES, world_count, w->instances, instance_count, 1, NULL, &accel, &error) != CA_OK)
+    if (ca_accel_create(w->shapes, SHAPES, world_count, w->instances, instance_count, 1, NULL, &accel, &error) !=
+        CA_OK)
         fail_msg("%s", error.message);
     trace_alone(accel, w, instance_count);
     for (uint32_t i = 0; i < POOL; i++) order[i] = i;

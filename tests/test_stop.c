@@ -1,5 +1,5 @@
-/* Renders that are stopped at any moment: the image is that of whole passes, to the bit, whatever the method; and they
- * end soon. */
+/* Renders that are stopped at any moment: the image is that of whole passes, to the bit, whatever the method; and
+ * they end soon. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
 #include "base/memory.h"
@@ -113,8 +113,8 @@ static void expect_same_counts(const ca_render_statistics *a, const ca_render_st
 }
 
 /* As many passes as the stopped render has, made without stopping. */
-static void expect_whole_passes(const ca_scene *scene, const ca_render_settings *stopped, const ca_image_layers *image,
-                                const ca_render_statistics *statistics)
+static void expect_whole_passes(const ca_scene *scene, const ca_render_settings *stopped,
+                                const ca_image_layers *image, const ca_render_statistics *statistics)
 {
     ca_render_settings settings = *stopped;
     ca_render_statistics s;
@@ -222,7 +222,8 @@ static void test_noise(void **state)
     settings.height = 108;
     settings.light_paths = 2000;
     settings.camera_paths = 4;
-    assert_int_equal(finish(&s, ca_noise_measure(scene, &settings, 100000, &noise, &image, &statistics, NULL)), CA_OK);
+    assert_int_equal(finish(&s, ca_noise_measure(scene, &settings, 100000, &noise, &image, &statistics, NULL)),
+                     CA_OK);
     ca_noise_release(noise);
     settings.stop = NULL;
     settings.progress = NULL;
@@ -376,8 +377,10 @@ static void test_building(void **state)
     for (uint32_t v = 0; v < mesh.vertex_count; v++) {
         mesh.indices[v] = v;
         for (int c = 0; c < 3; c++) {
-            const float near = v % 3 ? mesh.positions[3 * (size_t)(v - v % 3) + (size_t)c] : 0.0f;
-            mesh.positions[3 * (size_t)v + (size_t)c] = near + ca_test_random_float(&random) * (v % 3 > 0 ? 0.01f : 1.0f);
+            const bool is_first = v % 3 == 0;
+            const float first = is_first ? 0.0f : mesh.positions[3 * (size_t)(v - v % 3) + (size_t)c];
+            mesh.positions[3 * (size_t)v + (size_t)c] =
+                first + ca_test_random_float(&random) * (is_first ? 1.0f : 0.01f);
         }
     }
     const ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = &mesh};

@@ -1,4 +1,4 @@
-#define _POSIX_C_SOURCE 200809L
+#define _DEFAULT_SOURCE /* flock */
 #include "base/file.h"
 
 #include "base/hash.h"
@@ -9,6 +9,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -78,7 +79,7 @@ static char *concatenate(const char *a, size_t a_length, const char *b)
     return text;
 }
 
-enum { SUFFIX_LENGTH = 6 };
+enum { SUFFIX_LENGTH = CA_FILE_TEMPORARY_LETTERS };
 
 /* Letters that no other writer of this file is likely to take at the same time; O_EXCL sees to it. */
 static void fill_suffix(char suffix[SUFFIX_LENGTH], unsigned attempt)
@@ -107,13 +108,14 @@ static int open_temporary(ca_file_writer *writer)
         fill_suffix(suffix, attempt);
         descriptor = open(writer->temporary_path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOCTTY, mode);
     }
+    if (descriptor >= 0) (void)flock(descriptor, LOCK_EX | LOCK_NB); /* for leftovers.h; not all file systems can */
     if (descriptor >= 0 && replaces) (void)fchmod(descriptor, mode);
     return descriptor;
 }
 
 static ca_status open_writer(ca_file_writer *writer, const char *path, ca_error *error)
 {
-    writer->temporary_path = concatenate(writer->path, strlen(writer->path), ".XXXXXX");
+    writer->temporary_path = concatenate(writer->path, strlen(writer->path), CA_FILE_TEMPORARY_MARK "XXXXXX");
     if (!writer->temporary_path) return ca_fail_memory(error, path);
     const int descriptor = open_temporary(writer);
     if (descriptor < 0) return fail_errno(error, path, "cannot write");

@@ -1,8 +1,9 @@
 /* Files: whole reads with a limit, and writes that never leave half a file.
  *
- * A write goes to a temporary file beside the target and is renamed over it when complete: a full disk or a
- * kill leaves the old file as it was. A file that is replaced keeps its mode (others have what the umask leaves); a
- * symbolic link stays, and what it points to is replaced or made. Threads: none is shared. */
+ * A write goes to a temporary file beside the target and is renamed over it when complete: a full disk or a kill
+ * leaves the old file as it was (what a kill leaves: leftovers.h). A file that is replaced keeps its mode (others
+ * have what the umask leaves); a symbolic link stays, and what it points to is replaced or made. Threads: none is
+ * shared. */
 #ifndef CA_BASE_FILE_H
 #define CA_BASE_FILE_H
 
@@ -18,6 +19,10 @@ typedef struct ca_bytes {
 /* Reads a whole regular file of at most `limit` bytes. `what` names the kind of file in errors ("mesh"). */
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error);
 void ca_bytes_destroy(ca_bytes *bytes);
+
+/* A temporary file is called as its target, with this mark and so many letters and digits behind it. */
+#define CA_FILE_TEMPORARY_MARK ".~"
+enum { CA_FILE_TEMPORARY_LETTERS = 6 };
 
 /* An output that becomes visible only at ca_file_commit. */
 typedef struct ca_file_writer {

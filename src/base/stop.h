@@ -1,6 +1,6 @@
 /* A wish that work ends soon: a number that whoever gave it may set to other than 0 at any time, from another thread
- * or a signal handler, by an atomic store; it then stays so. Those who work look at it between tasks and, where a task
- * may take long, within it. What was being made is then incomplete and no use; its memory is in order, and it is
+ * or a signal handler, by an atomic store; it then stays so. Those who work look at it between tasks and, where a
+ * task may take long, within it. What was being made is then incomplete and no use; its memory is in order, and it is
  * destroyed as usual. Cost: reading a number that nobody writes. */
 #ifndef CA_BASE_STOP_H
 #define CA_BASE_STOP_H

@@ -2,9 +2,11 @@
 #include "cli/outputs.h"
 
 #include "base/file.h"
+#include "base/leftovers.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "cli/say.h"
 #include "cli/stats_json.h"
 #include "film/part_file.h"
 #include "image/image.h"
@@ -19,6 +21,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+static void say_leftover(const char *path, void *user)
+{
+    (void)user;
+    ca_say(stderr, "caustica: warning: %s was left by a program that was killed while it wrote; nobody needs it\n",
+           path);
+}
+
 ca_status ca_output_check_place(const char *path, ca_error *error)
 {
     struct stat info;
@@ -27,6 +36,7 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
     ca_file_writer writer;
     CA_TRY(ca_file_create(&writer, path, error));
     ca_file_abandon(&writer);
+    ca_leftovers_find(path, say_leftover, NULL);
     return CA_OK;
 }
 

@@ -18,9 +18,8 @@
  * bounds the scene's coordinates; a sixteenth of what a float of that size resolves. They hold 2^31 camera paths a
  * pixel.
  *
- * State: 208 bytes per pixel, 120 more with gradients, 200 more with error bars; who makes blocks keeps a sample of each
- * pixel beside it. Threads: different pixels at
- * once. */
+ * State: 208 bytes per pixel, 120 more with gradients, 200 more with error bars; who makes blocks keeps a sample of
+ * each pixel beside it. Threads: different pixels at once. */
 #ifndef CA_FILM_BLOCK_FILM_H
 #define CA_FILM_BLOCK_FILM_H
 

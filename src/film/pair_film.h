@@ -62,8 +62,9 @@ void ca_pair_film_destroy(ca_pair_film *film);
 /* An iteration's moments of pixel (x, y) of the full film. */
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 
-/* The same in two steps: what is held counts from the commit on, which comes once the whole iteration is there. A film
- * of means adds at once: an iteration that is not complete is followed by no other there, and nothing is learned. */
+/* The same in two steps: what is held counts from the commit on, which comes once the whole iteration is there. A
+ * film of means adds at once: an iteration that is not complete is followed by no other there, and nothing is
+ * learned. */
 void ca_pair_film_hold(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 void ca_pair_film_commit(ca_pair_film *film, uint32_t x, uint32_t y);
 

@@ -30,8 +30,8 @@ struct ca_accel {
     const int *stop; /* while it is built */
 };
 
-/* Embree's asserts abort the process on rays that are not finite or too large, before or after an instance's map: such
- * a ray meets nothing. A comparison with NaN is false, and squares overflow to infinity early enough. */
+/* Embree's asserts abort the process on rays that are not finite or too large, before or after an instance's map:
+ * such a ray meets nothing. A comparison with NaN is false, and squares overflow to infinity early enough. */
 static inline bool ca_accel_ray_is_valid(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min,
                                          float t_max)
 {

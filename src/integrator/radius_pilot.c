@@ -86,6 +86,8 @@ typedef struct radius_pilot {
     bool out_of_memory;
 } radius_pilot;
 
+static ca_parallel alone(const ca_bidirectional *b) { return (ca_parallel){.workers = 1, .stop = b->input.stop}; }
+
 /* ---- Camera paths ---------------------------------------------------------------------------------------------- */
 
 /* A batch on its way. */
@@ -244,7 +246,8 @@ static ca_status build_level(const ca_bidirectional *b, uint32_t k, photon_level
     const ca_photon_bounds bounds = {b->input.scene->low, b->input.scene->high};
     const ca_photon_source source = {
         .user = level, .run_count = 1, .count = level->count, .read = read_photons};
-    return ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &(ca_parallel){.workers = 1, .stop = b->input.stop}, error);
+    const ca_parallel parallel = alone(b);
+    return ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &parallel, error);
 }
 
 static int compare(const void *a, const void *b)
@@ -270,6 +273,7 @@ static uint32_t look_around(const radius_pilot *p, float *distances, float *medi
 static ca_status find_scale(radius_pilot *p, float most, ca_error *error)
 {
     ca_bidirectional *b = p->engine;
+    const ca_parallel parallel = alone(b);
     p->scale = 0.0f;
     float *distances = ca_alloc(ca_max_u32(p->query_count, 1), sizeof *distances);
     if (!distances) return ca_fail_memory(error, "the pilot of the merge radius");
@@ -278,7 +282,7 @@ static ca_status find_scale(radius_pilot *p, float most, ca_error *error)
         const uint32_t lit = look_around(p, distances, &p->scale);
         if (2 * lit >= p->query_count || b->radius >= most) break;
         ca_bidirectional_set_radius(b, ca_min(most, 2.0f * b->radius));
-        status = ca_light_photons_sort(b, b->grid, b->radius, &(ca_parallel){.workers = 1, .stop = b->input.stop}, error);
+        status = ca_light_photons_sort(b, b->grid, b->radius, &parallel, error);
         if (status != CA_OK) break;
     }
     ca_free(distances);
@@ -287,10 +291,11 @@ static ca_status find_scale(radius_pilot *p, float most, ca_error *error)
 
 static ca_status trace_light_paths(radius_pilot *p, uint64_t number, ca_error *error)
 {
+    const ca_parallel parallel = alone(p->engine);
     ca_mis_rules *rules = &p->engine->rules;
     const bool splat = rules->splat; /* it counts in weights; no picture is made */
     rules->splat = false;
-    const ca_status status = ca_light_paths_prepare(p->engine, number, p->light_paths, &(ca_parallel){.workers = 1, .stop = p->engine->input.stop}, &p->worker, error);
+    const ca_status status = ca_light_paths_prepare(p->engine, number, p->light_paths, &parallel, &p->worker, error);
     rules->splat = splat;
     return status;
 }

@@ -45,8 +45,8 @@ float ca_fresnel_conductor(float cos_near, float eta, float k);
 ca_rgb ca_fresnel_conductor_rgb(float cos_near, ca_rgb eta, ca_rgb k);
 
 /* Share of diffuse light that passes: 2 * integral of (1 - F(c, eta)) c dc over [0, 1]. By quadrature, to about 1e-6
- * of it, however small it is; for preparing materials, not for hot paths. A plastic's `internal_transmittance` is that
- * of 1/eta. */
+ * of it, however small it is; for preparing materials, not for hot paths. A plastic's `internal_transmittance` is
+ * that of 1/eta. */
 float ca_fresnel_diffuse_transmittance(float eta);
 
 /* Mirror direction of a local direction about the normal (0, 0, 1). */

@@ -3,8 +3,9 @@
  *
  *     f = specular Dirac mirror F(cos_i)  +  (1 - F_i) (1 - F_o) diffuse / (pi eta^2 (1 - rho diffuse))
  *
- * rho is the diffuse reflectance of the boundary from inside, kept as 1 - rho, which falls with the square of the index;
- * with nonlinear = false the denominator has rho alone, which keeps the base's colour. Black from below. (Mitsuba 3, src/bsdfs/plastic.cpp.) */
+ * rho is the diffuse reflectance of the boundary from inside, kept as 1 - rho, which falls with the square of the
+ * index; with nonlinear = false the denominator has rho alone, which keeps the base's colour. Black from below.
+ * (Mitsuba 3, src/bsdfs/plastic.cpp.) */
 #include "material/bxdf_models.h"
 #include "material/fresnel.h"
 #include "sampling/warp.h"

@@ -85,8 +85,8 @@ ca_rough_transmittance *ca_rough_transmittance_create(ca_microfacet_kind kind, f
         float reflected;
         boundary_shares(&facets, cosine, eta, GRID_OUTSIDE, &reflected, &table->transmittance[i]);
     }
-    table->from_inside =
-        eta > LARGE_INDEX ? diffuse_from_outside(table) / (eta * eta) : 1.0f - diffuse_reflectance_inside(&facets, eta);
+    table->from_inside = eta > LARGE_INDEX ? diffuse_from_outside(table) / (eta * eta)
+                                           : 1.0f - diffuse_reflectance_inside(&facets, eta);
     return table;
 }
 

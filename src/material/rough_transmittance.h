@@ -21,8 +21,8 @@ float ca_rough_transmittance_eval(const ca_rough_transmittance *table, float cos
 
 /* Share of diffuse light from the inside that the boundary lets pass: the rough plastic's `internal_transmittance`.
  * With that of the smooth boundary a rough plastic could give back more than it gets. Of indices over 2, where what
- * passes is less than what an integral of the reflected light resolves, it is that from the outside over the square of
- * the index. */
+ * passes is less than what an integral of the reflected light resolves, it is that from the outside over the square
+ * of the index. */
 float ca_rough_transmittance_from_inside(const ca_rough_transmittance *table);
 
 #endif

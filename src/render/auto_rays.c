@@ -131,7 +131,8 @@ enum {
                CA_PILOT_HALVES * (sizeof(ca_film_pixel) + sizeof(ca_pair_means) + CA_RAY_TIMES_PIXEL_BYTES),
     AT_ITS_END = TWO_MAPS + LEARNING + CA_RAY_TIMES_PIXEL_BYTES + CA_PILOT_HALVES * sizeof(ca_pair_means) + CHOOSING,
     BETWEEN_RUNS = TWO_MAPS + LEARNING + sizeof(ca_joined_pixel) + CHOOSING,
-    IN_A_RUN = TWO_MAPS + CA_PASS_PIXEL_BYTES + LEARNING + sizeof(ca_joined_pixel) + sizeof(ca_film_pixel) + sizeof(ca_pair_means),
+    IN_A_RUN = TWO_MAPS + CA_PASS_PIXEL_BYTES + LEARNING + sizeof(ca_joined_pixel) + sizeof(ca_film_pixel) +
+               sizeof(ca_pair_means),
 };
 _Static_assert(IN_PILOT == 628 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN_A_RUN == 620,
                "auto_rays.h tells the bytes of a pixel");

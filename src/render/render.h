@@ -89,7 +89,8 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
  * *start, when the render began, is moved on by it. */
 bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start);
 
-/* What snapshots have in common: CA_ERROR_ARGUMENT where there is nothing to make a picture of, or no place for it. */
+/* What snapshots have in common: CA_ERROR_ARGUMENT where there is nothing to make a picture of, or no place for it.
+ * */
 ca_status ca_render_check_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_error *error);
 
 /* Refuses what ca_render refuses before its first pass, with the same error: a plan is made, and its integrator.

@@ -229,8 +229,8 @@ static float realistic_extent(const ca_realistic *camera)
     return (float)(camera->scale * (ca_lens_length(&camera->lens) + camera->film_distance + 2.0 * aperture));
 }
 
-/* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the camera,
- * lights at a point. */
+/* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the
+ * camera, lights at a point. */
 static float extent_of(const ca_scene *scene)
 {
     const ca_camera *camera = &scene->desc.camera.camera;

@@ -11,7 +11,8 @@ typedef struct extreme_rays {
     uint64_t rays, hits;
 } extreme_rays;
 
-/* Worlds of a few instances and shapes, each with so many rays, one by one and in batches. Hits must lie on the ray. */
+/* Worlds of a few instances and shapes, each with so many rays, one by one and in batches. Hits must lie on the ray.
+ * */
 extreme_rays trace_extreme_rays(uint64_t seed, uint32_t worlds, uint32_t rays_of_world);
 
 #endif

@@ -169,7 +169,8 @@ void ca_light_fixture_create(ca_light_fixture *fixture)
     fixture->shapes[LIGHT_CYLINDER] = cylinder();
     create_meshes(fixture);
     for (int i = 0; i < LIGHT_SHAPES; i++)
-        assert_int_equal(ca_accel_create(&fixture->shapes[i], 1, 1, NULL, 0, 1, NULL, &fixture->accels[i], NULL), CA_OK);
+        assert_int_equal(ca_accel_create(&fixture->shapes[i], 1, 1, NULL, 0, 1, NULL, &fixture->accels[i], NULL),
+                         CA_OK);
     create_lights(fixture);
 }
 
