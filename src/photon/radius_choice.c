@@ -1,6 +1,7 @@
 #include "photon/radius_choice.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 /* Powers that are tried, and radii a factor of two. */
 enum { POWERS = 13, STEPS = 8 };
@@ -8,17 +9,23 @@ enum { POWERS = 13, STEPS = 8 };
 #define LEAST_POWER 1.0
 #define MOST_POWER 4.0
 
-/* Where measurements are too noisy to tell, the power is about that of pictures with soft edges. */
+/* Where measurements are too noisy to tell, the power is about that of pictures with soft edges, and blur has no end:
+ * what an end must make better in the sum of squared errors. Ends are looked for from this level on. */
 #define LIKELY_POWER 2.0
+#define UNLIKELY_END 3.0
+enum { FIRST_END = 3 };
 
-/* A power law is a model: measured differences that are nearly without noise are no better than this. */
+/* The curve is a model: measured differences that are nearly without noise are no closer to it than this part. */
 #define MODEL_ERROR 0.3
 
 /* The mean square of what changes between r / 2 and r over that of all that r changes: of a step edge
  * under a disk, where what the smaller radius blurs lies within what the larger one does, and (1 - 1/4)^2 where blur
- * grows as the square of the radius. Between them by the power. */
+ * grows as the square of the radius. Between them by the power; near an end as much less as blur grows less. */
 #define EDGE_SHARE 0.2311
 #define SMOOTH_SHARE 0.5625
+
+/* Errors of the model are a part of the curve that is looked for: it is found in some steps. */
+enum { FIT_STEPS = 4 };
 
 static double share_of_change(double power)
 {
@@ -26,41 +33,63 @@ static double share_of_change(double power)
     return EDGE_SHARE * pow(SMOOTH_SHARE / EDGE_SHARE, t);
 }
 
-/* The factor that fits the differences best, and how badly: its sum of squared errors, and an unlikely power. */
-static double fit(const ca_radius_curve *curve, double power, double *factor)
+double ca_radius_blur_at(const ca_radius_blur *blur, double radius)
 {
-    double products = 0.0, squares = 0.0, misfit = (power - LIKELY_POWER) * (power - LIKELY_POWER);
-    const double share = share_of_change(power), unit = curve->radius[curve->count - 1];
-    double shape[CA_RADIUS_LEVELS], weight[CA_RADIUS_LEVELS];
-    for (uint32_t k = 0; k < curve->count; k++) {
-        const double model = MODEL_ERROR * curve->change[k];
-        const double variance = curve->change_error[k] * curve->change_error[k] + model * model;
-        shape[k] = share * pow(curve->radius[k] / unit, power);
-        weight[k] = variance > 0.0 ? 1.0 / variance : 0.0;
-        products += weight[k] * shape[k] * curve->change[k];
-        squares += weight[k] * shape[k] * shape[k];
+    return blur->factor * pow(radius, blur->power) / (1.0 + pow(radius / blur->end, blur->power));
+}
+
+static double change_at(const ca_radius_blur *blur, double radius)
+{
+    const double growth = ca_radius_blur_at(blur, radius) - ca_radius_blur_at(blur, 0.5 * radius);
+    return share_of_change(blur->power) * growth / (1.0 - exp2(-blur->power));
+}
+
+/* One over the variance of a measured change around `expected`. */
+static double weight_of(const ca_radius_curve *curve, uint32_t k, double expected)
+{
+    const double model = MODEL_ERROR * expected;
+    const double variance = curve->change_error[k] * curve->change_error[k] + model * model;
+    return variance > 0.0 ? 1.0 / variance : 0.0;
+}
+
+/* The factor that fits the changes best for the blur's power and end, and how badly: the sum of squared errors. */
+static double fit(const ca_radius_curve *curve, ca_radius_blur *blur)
+{
+    double shape[CA_RADIUS_LEVELS], scale = 0.0, misfit = 0.0;
+    blur->factor = pow(curve->radius[curve->count - 1], -blur->power);
+    for (uint32_t k = 0; k < curve->count; k++) shape[k] = change_at(blur, curve->radius[k]);
+    for (int step = 0; step < FIT_STEPS; step++) {
+        double products = 0.0, squares = 0.0;
+        for (uint32_t k = 0; k < curve->count; k++) {
+            const double weight = weight_of(curve, k, scale * shape[k]);
+            products += weight * shape[k] * curve->change[k];
+            squares += weight * shape[k] * shape[k];
+        }
+        scale = squares > 0.0 ? fmax(products / squares, 0.0) : 0.0;
     }
-    const double scale = squares > 0.0 ? fmax(products / squares, 0.0) : 0.0;
     for (uint32_t k = 0; k < curve->count; k++) {
         const double error = curve->change[k] - scale * shape[k];
-        misfit += weight[k] * error * error;
+        misfit += weight_of(curve, k, scale * shape[k]) * error * error;
     }
-    *factor = scale * pow(unit, -power);
+    blur->factor *= scale;
     return misfit;
 }
 
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve)
 {
-    ca_radius_blur best = {.factor = 0.0, .power = MOST_POWER};
+    ca_radius_blur best = {.factor = 0.0, .power = MOST_POWER, .end = (double)INFINITY};
     double least = (double)INFINITY;
-    for (int i = 0; i < POWERS; i++) {
-        const double power = MOST_POWER - (MOST_POWER - LEAST_POWER) * i / (POWERS - 1);
-        double factor;
-        const double misfit = fit(curve, power, &factor);
-        if (!(misfit < least)) continue;
-        least = misfit;
-        best = (ca_radius_blur){factor, power};
-    }
+    for (uint32_t last = curve->count; last == curve->count || last >= FIRST_END; last--)
+        for (int i = 0; i < POWERS; i++) {
+            const bool ends = last < curve->count;
+            ca_radius_blur blur = {.power = MOST_POWER - (MOST_POWER - LEAST_POWER) * i / (POWERS - 1),
+                                   .end = ends ? curve->radius[last] : (double)INFINITY};
+            const double unlikely = blur.power - LIKELY_POWER;
+            const double misfit = fit(curve, &blur) + unlikely * unlikely + (ends ? UNLIKELY_END : 0.0);
+            if (!(misfit < least)) continue;
+            least = misfit;
+            best = blur;
+        }
     return best;
 }
 
@@ -84,7 +113,7 @@ static double error_at(const ca_radius_curve *curve, const ca_radius_blur *blur,
     double root = 0.0, variance = 0.0;
     for (int i = 1; i <= CA_RADIUS_PASSES; i++) {
         const double r = radius * pow(i, -0.5 * alpha);
-        root += sqrt(blur->factor * pow(r, blur->power));
+        root += sqrt(ca_radius_blur_at(blur, r));
         variance += variance_at(curve, r);
     }
     root /= CA_RADIUS_PASSES;

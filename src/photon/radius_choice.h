@@ -5,10 +5,11 @@
  *
  *     (mean of sqrt(blur(r_i)))^2 + mean of variance(r_i) / (n N)
  *
- * blur: the square of what a merge of radius r changes, a power law a r^p, which is fitted to the differences that
- * were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
- * Jarosz, Jensen 2010) and 1 at edges. variance: of an estimate by a single light path; 1 / r^2 where all light is
- * found by merging. */
+ * blur: the square of what a merge of radius r changes, a r^p / (1 + (r / e)^p), which is fitted to the differences
+ * that were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
+ * Jarosz, Jensen 2010) and 1 at edges. Where light lies in thin lines, a radius wider than these cannot blur them
+ * further: beyond e a larger radius changes little, though all is blurred. variance: of an estimate by a single light
+ * path; 1 / r^2 where all light is found by merging. */
 #ifndef CA_PHOTON_RADIUS_CHOICE_H
 #define CA_PHOTON_RADIUS_CHOICE_H
 
@@ -25,11 +26,12 @@ typedef struct ca_radius_curve {
     double change_error[CA_RADIUS_LEVELS]; /* its standard error */
 } ca_radius_curve;
 
-/* What the curve says of blur: a r^p. */
+/* What the curve says of blur. */
 typedef struct ca_radius_blur {
-    double factor, power; /* a >= 0; p in [1, 4] */
+    double factor, power, end; /* a >= 0; p in [1, 4]; e, INFINITY: none was seen */
 } ca_radius_blur;
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
+double ca_radius_blur_at(const ca_radius_blur *blur, double radius);
 
 /* The radius of the first pass, in [least, most]: the smallest one whose error is within CA_RADIUS_TOLERANCE of the
  * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends
