@@ -5,12 +5,12 @@
  *                      [--reference-iterations N] [--table FILE]
  *
  * The error is that of squared_error.h, once as it is and once without the worst thousandth of a picture's pixels;
- * means over as many seeds as there are batches. References are of `ovcm` from half of the default radius on, which
- * shrinks fast: their blur is a few per cent of that of the compared pictures. With --references they are kept in that
- * folder. A method that does not merge is compared where it is right: in blocks whose mean agrees with the reference
- * (deviation.h) within 2 %. All have the same random numbers, seed by seed, and those that merge one radius, so that a
- * ratio has the error of a difference; intervals are of 95 %. Prints Markdown; exit status 1 where the error of
- * `vavcm` is above the limit times that of the best of the others, with the interval. */
+ * means over as many seeds as there are batches. References are of `ovcm` from half of the default radius on,
+ * which shrinks fast: their blur is a few per cent of that of the compared pictures. With --references they are
+ * kept in that folder. A method that does not merge is compared where it is right: in blocks whose mean agrees
+ * with the reference (deviation.h) within 2 %. All have the same random numbers, seed by seed, and those that
+ * merge one radius, so that a ratio has the error of a difference; intervals are of 95 %. Prints Markdown; exit
+ * status 1 where the error of `vavcm` is above the limit times that of the best of the others, with the interval. */
 #include "bench_support.h"
 #include "deviation.h"
 #include "squared_error.h"

@@ -13,8 +13,8 @@
 /* Memory that is zero; ends the program where there is none. */
 void *bench_need(size_t count, size_t size);
 
-/* A square picture, values[pixel][channel], by one thread; `qmcppm` by blocks of pairs: its iterations are blocks, the
- * square of its camera paths. *radius: of the first pass, NAN where there is none; NULL: not wanted. */
+/* A square picture, values[pixel][channel], by one thread; `qmcppm` by blocks of pairs: its iterations are blocks,
+ * the square of its camera paths. *radius: of the first pass, NAN where there is none; NULL: not wanted. */
 void bench_render(const ca_scene *scene, const char *integrator, uint32_t side, uint32_t iterations, uint64_t seed,
                   float *values, double *radius);
 

@@ -325,7 +325,8 @@ static void test_families(void **state)
     ca_scene *scene = floor_scene(1.0, true);
     const ca_render_settings ppm = settings_of("ppm:alpha=0.5"), none = settings_of("qmcppm:alpha=0.5"),
                              ovcm = settings_of("ovcm"), vcm = settings_of("vcm"),
-                             given = settings_of("vcm:radius=0.25"), open = settings_of("vcm:radius=0"), pixels = settings_of("vcm:radius_pixels=2");
+                             given = settings_of("vcm:radius=0.25"), open = settings_of("vcm:radius=0"),
+                             pixels = settings_of("vcm:radius_pixels=2");
     assert_true(radius_of(scene, &ovcm) == radius_of(scene, &vcm));
     assert_true(radius_of(scene, &ppm) == radius_of(scene, &none));
     assert_true(radius_of(scene, &given) == 0.25);

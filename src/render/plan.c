@@ -89,7 +89,8 @@ static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting,
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" has no %s", plan->type->name,
                        setting->what);
     const bool is_open = setting->may_be_open && before == 0.0;
-    if (ca_render_overrides_mention(plan->settings->integrator, setting->name) && before != setting->value && !is_open)
+    const bool is_own = !is_open && ca_render_overrides_mention(plan->settings->integrator, setting->name);
+    if (is_own && before != setting->value)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "\"%s\" is %.9g among the integrator's own parameters but %.9g as a setting", setting->name,
                        before, setting->value);
