@@ -95,6 +95,40 @@ static void test_one_small_change(void **state)
     assert_true(ratio > 0.8 && ratio < 1.2);
 }
 
+/* Blur that cannot be told from none is not none: the smaller the error with which it is told, the larger a radius may
+ * be. */
+static void test_unseen_blur(void **state)
+{
+    (void)state;
+    double last = 0.0;
+    for (int i = 0; i < 3; i++) {
+        ca_radius_curve curve = curve_of(1.0, 2.0);
+        for (uint32_t k = 0; k < curve.count; k++) {
+            curve.change_error[k] = pow(0.01, i) * curve.change[k];
+            curve.change[k] = 0.0;
+        }
+        const double radius = ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0);
+        assert_true(radius > 1.5 * last && radius < 5.0);
+        last = radius;
+    }
+}
+
+/* A few bright paths that one radius happens to find do not decide. */
+static void test_bright_paths(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        ca_radius_curve curve = curve_of(3.0, 1.0);
+        curve.merging_alone = i == 1;
+        const double radius = ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0);
+        curve.variance[2] *= 1000.0;
+        assert_true(ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0) == radius);
+        for (uint32_t k = 0; k < curve.count; k++) curve.variance[k] = curve.variance[0];
+        const double noisy = ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0);
+        assert_true(curve.merging_alone ? noisy > 0.1 * radius : noisy == 1e-4);
+    }
+}
+
 /* Noise around no change at all is no blur. */
 static void test_no_blur(void **state)
 {
@@ -416,6 +450,7 @@ int main(void)
         cmocka_unit_test(test_no_light),      cmocka_unit_test(test_most_photons),
         cmocka_unit_test(test_end_of_blur),   cmocka_unit_test(test_one_small_change),
         cmocka_unit_test(test_dark_pixels),   cmocka_unit_test(test_few_photons),
+        cmocka_unit_test(test_unseen_blur),   cmocka_unit_test(test_bright_paths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

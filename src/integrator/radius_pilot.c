@@ -91,6 +91,7 @@ typedef struct radius_pilot {
     photon_level lens[LENS_LEVELS]; /* photons of light that met Dirac events only */
     uint32_t level_count;
     float scale; /* distance of the NEAREST-th photon at the median lit query; 0: there is no light */
+    bool merging_alone;  /* finds light */
     uint32_t merging, lighting; /* camera paths of a pixel for a set, that merge and that tell the pixel's light */
     path_sums *sums[2];  /* owned; of pixels, for either set */
     light_sums *lights;  /* owned; of pixels */
@@ -457,7 +458,7 @@ static void add_block(const radius_pilot *p, uint32_t left, uint32_t top, ca_rad
 /* false: there is no light. */
 static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
 {
-    *curve = (ca_radius_curve){.count = p->level_count};
+    *curve = (ca_radius_curve){.count = p->level_count, .merging_alone = p->merging_alone};
     for (uint32_t y = 0; y < p->rows; y += BLOCK)
         for (uint32_t x = 0; x < p->columns; x += BLOCK) add_block(p, x, y, curve);
     for (uint32_t k = 0; k < p->level_count; k++) {
@@ -573,6 +574,7 @@ static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, 
     void *state;
     CA_TRY(pilot->create(&input, &state, error));
     p->engine = state;
+    p->merging_alone = photons_alone;
     ca_bidirectional_set_radius(p->engine, radius);
     set_counts(&p->engine->rules, ca_light_paths_of_pass(type, from),
                ca_integrator_value(type, from, "camera_paths", 1.0));

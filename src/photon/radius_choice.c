@@ -1,7 +1,8 @@
 #include "photon/radius_choice.h"
 
+#include "math/numeric.h"
+
 #include <math.h>
-#include <stdbool.h>
 
 /* Powers that are tried, and radii a factor of two. */
 enum { POWERS = 13, STEPS = 8 };
@@ -23,6 +24,9 @@ enum { FIRST_END = 3 };
  * grows as the square of the radius. Between them by the power; near an end as much less as blur grows less. */
 #define EDGE_SHARE 0.2311
 #define SMOOTH_SHARE 0.5625
+
+/* Standard errors that no number is away from what it was measured as. */
+#define FAR 8.0
 
 /* Errors of the model are a part of the curve that is looked for: it is found in some steps. */
 enum { FIT_STEPS = 4 };
@@ -52,10 +56,20 @@ static double weight_of(const ca_radius_curve *curve, uint32_t k, double expecte
     return variance > 0.0 ? 1.0 / variance : 0.0;
 }
 
-/* The factor that fits the changes best for the blur's power and end, and how badly: the sum of squared errors. */
+/* The mean of a number that is not negative, whose measured value has this standard error. */
+static double mean_of_positive(double value, double error)
+{
+    const double z = value / error;
+    if (fabs(z) > FAR) return fmax(value, 0.0);
+    return value + error * exp(-0.5 * z * z) * sqrt(2.0 / CA_PI_D) / erfc(-z * sqrt(0.5));
+}
+
+/* The factor for the blur's power and end, and how badly the best one fits the changes: the sum of squared errors.
+ * The error of a picture is in proportion to the factor, so what it may be counts by its mean: blur that the pilot
+ * does not see, but cannot deny, is not none. */
 static double fit(const ca_radius_curve *curve, ca_radius_blur *blur)
 {
-    double shape[CA_RADIUS_LEVELS], scale = 0.0, misfit = 0.0;
+    double shape[CA_RADIUS_LEVELS], scale = 0.0, mean = 0.0, misfit = 0.0;
     blur->factor = pow(curve->radius[curve->count - 1], -blur->power);
     for (uint32_t k = 0; k < curve->count; k++) shape[k] = change_at(blur, curve->radius[k]);
     for (int step = 0; step < FIT_STEPS; step++) {
@@ -66,12 +80,13 @@ static double fit(const ca_radius_curve *curve, ca_radius_blur *blur)
             squares += weight * shape[k] * shape[k];
         }
         scale = squares > 0.0 ? fmax(products / squares, 0.0) : 0.0;
+        mean = squares > 0.0 ? mean_of_positive(products / squares, 1.0 / sqrt(squares)) : 0.0;
     }
     for (uint32_t k = 0; k < curve->count; k++) {
         const double error = curve->change[k] - scale * shape[k];
         misfit += weight_of(curve, k, scale * shape[k]) * error * error;
     }
-    blur->factor *= scale;
+    blur->factor *= mean;
     return misfit;
 }
 
@@ -93,8 +108,24 @@ ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve)
     return best;
 }
 
-/* A power law between two measured radii, and beyond the ends that of the nearest two; it never grows with the radius
- * and never falls faster than 1 / r^2. */
+/* How fast variance falls with the radius, at least: where merging alone finds light, all of it would fall as 1 / r^2,
+ * but dark pixels get the more of it from bright ones. */
+static double least_fall(const ca_radius_curve *curve) { return curve->merging_alone ? 1.0 : 0.0; }
+
+/* The largest variances of which none is above what was measured, that fall so fast, and no faster than as 1 / r^2.
+ * Levels where no photon was found say nothing. */
+static void take_envelope(ca_radius_curve *curve)
+{
+    const ca_radius_curve measured = *curve;
+    for (uint32_t k = 0; k < curve->count; k++)
+        for (uint32_t i = 0; i < curve->count; i++) {
+            const double fall = pow(curve->radius[i] / curve->radius[k], i > k ? 2.0 : least_fall(curve));
+            if (measured.variance[i] > 0.0)
+                curve->variance[k] = fmin(curve->variance[k], measured.variance[i] * fall);
+        }
+}
+
+/* A power law between two measured radii, and beyond the ends that of the nearest two. */
 static double variance_at(const ca_radius_curve *curve, double radius)
 {
     if (curve->count == 1) return curve->variance[0] * pow(radius / curve->radius[0], -2.0);
@@ -103,7 +134,7 @@ static double variance_at(const ca_radius_curve *curve, double radius)
     const uint32_t k = (uint32_t)fmin(fmax(floor(place), 0.0), last);
     const double low = curve->variance[k], high = curve->variance[k + 1];
     if (!(low > 0.0 && high > 0.0)) return low * pow(radius / curve->radius[k], -2.0);
-    const double slope = fmin(fmax(log2(high / low), -2.0), 0.0);
+    const double slope = fmin(fmax(log2(high / low), -2.0), -least_fall(curve));
     return low * pow(radius / curve->radius[k], slope);
 }
 
@@ -120,16 +151,18 @@ static double error_at(const ca_radius_curve *curve, const ca_radius_blur *blur,
     return root * root + variance / CA_RADIUS_PASSES / (CA_RADIUS_PASSES * light_paths);
 }
 
-double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most)
+double ca_radius_choose(const ca_radius_curve *measured, double alpha, double light_paths, double least, double most)
 {
-    const ca_radius_blur blur = ca_radius_blur_of(curve);
+    const ca_radius_blur blur = ca_radius_blur_of(measured);
+    ca_radius_curve curve = *measured;
+    take_envelope(&curve);
     const int steps = (int)ceil(STEPS * log2(most / least));
     double smallest = (double)INFINITY;
     for (int i = 0; i <= steps; i++)
-        smallest = fmin(smallest, error_at(curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
+        smallest = fmin(smallest, error_at(&curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
     for (int i = 0; i < steps; i++) {
         const double radius = least * exp2((double)i / STEPS);
-        if (error_at(curve, &blur, alpha, light_paths, radius) <= CA_RADIUS_TOLERANCE * smallest) return radius;
+        if (error_at(&curve, &blur, alpha, light_paths, radius) <= CA_RADIUS_TOLERANCE * smallest) return radius;
     }
     return most;
 }

@@ -9,10 +9,12 @@
  * that were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
  * Jarosz, Jensen 2010) and 1 at edges. Where light lies in thin lines, a radius wider than these cannot blur them
  * further: beyond e a larger radius changes little, though all is blurred. variance: of an estimate by a single light
- * path; 1 / r^2 where all light is found by merging. */
+ * path; it falls no faster than as 1 / r^2, and at least as 1 / r where merging alone finds light. What was measured is
+ * brought to that: a few bright paths which some radii happen to find must not decide. */
 #ifndef CA_PHOTON_RADIUS_CHOICE_H
 #define CA_PHOTON_RADIUS_CHOICE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 enum { CA_RADIUS_LEVELS = 7, CA_RADIUS_PASSES = 64 /* the n that a default is made for */ };
@@ -20,6 +22,7 @@ enum { CA_RADIUS_LEVELS = 7, CA_RADIUS_PASSES = 64 /* the n that a default is ma
 /* Means over the picture, each relative to the square of a pixel's own light. */
 typedef struct ca_radius_curve {
     uint32_t count;                      /* of radii; each is twice the one before; at least 1 */
+    bool merging_alone;                  /* finds light */
     double radius[CA_RADIUS_LEVELS];     /* m */
     double variance[CA_RADIUS_LEVELS];   /* by one light path */
     double change[CA_RADIUS_LEVELS];     /* mean square of what changes from half the radius */
@@ -37,6 +40,6 @@ double ca_radius_blur_at(const ca_radius_blur *blur, double radius);
  * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends
  * on the radius until blur shows. `light_paths`: N. */
 #define CA_RADIUS_TOLERANCE 1.01
-double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most);
+double ca_radius_choose(const ca_radius_curve *measured, double alpha, double light_paths, double least, double most);
 
 #endif
