@@ -95,8 +95,8 @@ static void test_one_small_change(void **state)
     assert_true(ratio > 0.8 && ratio < 1.2);
 }
 
-/* Blur that cannot be told from none is not none: the smaller the error with which it is told, the larger a radius may
- * be. */
+/* Blur that cannot be told from none is not none: the smaller the error with which it is told, the larger a radius
+ * may be. */
 static void test_unseen_blur(void **state)
 {
     (void)state;

@@ -3,9 +3,13 @@
 #include "math/numeric.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* Powers that are tried, and radii a factor of two. */
 enum { POWERS = 13, STEPS = 8 };
+
+/* Steps between 1 / r and 1 / r^2. */
+enum { FALLS = 4 };
 
 #define LEAST_POWER 1.0
 #define MOST_POWER 4.0
@@ -108,20 +112,53 @@ ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve)
     return best;
 }
 
-/* How fast variance falls with the radius, at least: where merging alone finds light, all of it would fall as 1 / r^2,
- * but dark pixels get the more of it from bright ones. */
-static double least_fall(const ca_radius_curve *curve) { return curve->merging_alone ? 1.0 : 0.0; }
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
 
-/* The largest variances of which none is above what was measured, that fall so fast, and no faster than as 1 / r^2.
- * Levels where no photon was found say nothing. */
+/* Of what was measured over 1 / r^fall: the median of the logarithms, and the sum of their distances from it. Levels
+ * where no photon was found say nothing. */
+static double distance_from_law(const ca_radius_curve *curve, double fall, double *level)
+{
+    double logarithms[CA_RADIUS_LEVELS], sum = 0.0;
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < curve->count; k++)
+        if (curve->variance[k] > 0.0) logarithms[count++] = log(curve->variance[k]) + fall * log(curve->radius[k]);
+    qsort(logarithms, count, sizeof *logarithms, compare);
+    *level = 0.5 * (logarithms[(count - 1) / 2] + logarithms[count / 2]);
+    for (uint32_t k = 0; k < count; k++) sum += fabs(logarithms[k] - *level);
+    return sum;
+}
+
+/* Where merging alone finds light, variance falls as 1 / r^2, but that dark pixels get the more light from bright
+ * ones the larger the radius is: as 1 / r at least. */
+static void take_law(ca_radius_curve *curve)
+{
+    double least = (double)INFINITY, best = 0.0, best_level = 0.0;
+    for (int i = 0; i <= FALLS; i++) {
+        const double fall = 1.0 + (double)i / FALLS;
+        double level;
+        const double distance = distance_from_law(curve, fall, &level);
+        if (!(distance < least)) continue;
+        least = distance;
+        best = fall;
+        best_level = level;
+    }
+    for (uint32_t k = 0; k < curve->count; k++) curve->variance[k] = exp(best_level - best * log(curve->radius[k]));
+}
+
+/* Where others find it, too: the largest variances of which none is above what was measured, that never grow with the
+ * radius and fall no faster than as 1 / r^2. */
 static void take_envelope(ca_radius_curve *curve)
 {
     const ca_radius_curve measured = *curve;
     for (uint32_t k = 0; k < curve->count; k++)
         for (uint32_t i = 0; i < curve->count; i++) {
-            const double fall = pow(curve->radius[i] / curve->radius[k], i > k ? 2.0 : least_fall(curve));
+            const double ratio = fmax(curve->radius[i] / curve->radius[k], 1.0);
             if (measured.variance[i] > 0.0)
-                curve->variance[k] = fmin(curve->variance[k], measured.variance[i] * fall);
+                curve->variance[k] = fmin(curve->variance[k], measured.variance[i] * ratio * ratio);
         }
 }
 
@@ -134,7 +171,7 @@ static double variance_at(const ca_radius_curve *curve, double radius)
     const uint32_t k = (uint32_t)fmin(fmax(floor(place), 0.0), last);
     const double low = curve->variance[k], high = curve->variance[k + 1];
     if (!(low > 0.0 && high > 0.0)) return low * pow(radius / curve->radius[k], -2.0);
-    const double slope = fmin(fmax(log2(high / low), -2.0), -least_fall(curve));
+    const double slope = fmin(fmax(log2(high / low), -2.0), 0.0);
     return low * pow(radius / curve->radius[k], slope);
 }
 
@@ -155,7 +192,7 @@ double ca_radius_choose(const ca_radius_curve *measured, double alpha, double li
 {
     const ca_radius_blur blur = ca_radius_blur_of(measured);
     ca_radius_curve curve = *measured;
-    take_envelope(&curve);
+    (curve.merging_alone ? take_law : take_envelope)(&curve);
     const int steps = (int)ceil(STEPS * log2(most / least));
     double smallest = (double)INFINITY;
     for (int i = 0; i <= steps; i++)

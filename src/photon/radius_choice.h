@@ -9,8 +9,8 @@
  * that were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
  * Jarosz, Jensen 2010) and 1 at edges. Where light lies in thin lines, a radius wider than these cannot blur them
  * further: beyond e a larger radius changes little, though all is blurred. variance: of an estimate by a single light
- * path; it falls no faster than as 1 / r^2, and at least as 1 / r where merging alone finds light. What was measured is
- * brought to that: a few bright paths which some radii happen to find must not decide. */
+ * path; it falls no faster than as 1 / r^2, and at least as 1 / r where merging alone finds light. What was measured
+ * is brought to that: a few bright paths which some radii happen to find must not decide. */
 #ifndef CA_PHOTON_RADIUS_CHOICE_H
 #define CA_PHOTON_RADIUS_CHOICE_H
 
@@ -24,7 +24,7 @@ typedef struct ca_radius_curve {
     uint32_t count;                      /* of radii; each is twice the one before; at least 1 */
     bool merging_alone;                  /* finds light */
     double radius[CA_RADIUS_LEVELS];     /* m */
-    double variance[CA_RADIUS_LEVELS];   /* by one light path */
+    double variance[CA_RADIUS_LEVELS];   /* by one light path; > 0 at the first radius */
     double change[CA_RADIUS_LEVELS];     /* mean square of what changes from half the radius */
     double change_error[CA_RADIUS_LEVELS]; /* its standard error */
 } ca_radius_curve;
