@@ -9,57 +9,16 @@
  * the limit, with the interval. */
 #include "bench_support.h"
 #include "deviation.h"
+#include "weights_scenes.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { SIDE = 128, THREADS = 2, BATCH_SEED = 31000, ITERATIONS = 80 };
 
 /* Of the best. */
 #define LIMIT 1.02
-
-enum { PATH, BDPT, NO_SPLAT, FIRST_MERGING, VAVCM = 8, METHODS };
-
-static const struct {
-    const char *name, *integrator;
-} methods[METHODS] = {
-    {"path", "path"},
-    {"bdpt", "bdpt"},
-    {"bdpt, no splats", "bdpt:strategies=no-splat"},
-    {"vcm", "vcm:alpha=0"},
-    {"vcm-plus", "vcm-plus:alpha=0"},
-    {"vcm-star", "vcm-star:alpha=0"},
-    {"ovcm", "ovcm:alpha=0"},
-    {"cavcm", "cavcm:alpha=0"},
-    {"vavcm", "vavcm:alpha=0"},
-};
-
-typedef struct weights_scene {
-    const char *name, *file;
-    bool shared; /* file: within the folder of shared scenes, else within the project's scenes */
-} weights_scene;
-
-static const weights_scene scenes[] = {
-    {"bare wall", "weights/bare-wall.xml", false},
-    {"Cornell box", "cornell-box/cornell-box.xml", false},
-    {"mirror and glass", "speed/cornell-spheres.xml", false},
-    {"caustics", "caustics/caustics.xml", false},
-    {"lens", "weights/lens.xml", false},
-    {"glass slab", "glass-slab/glass-slab.xml", false},
-    {"pool", "paper-000/water-caustic.xml", false},
-    {"mirror room", "paper-004/mirror-room.xml", false},
-    {"rough metal", "weights/rough-metal.xml", false},
-    {"rough glass", "rough-glass/rough-glass.xml", false},
-    {"light through a gap", "weights/door.xml", false},
-    {"long diffuse", "long-diffuse/long-diffuse.xml", false},
-    {"small light, far", "small-light-far/small-light-far.xml", false},
-    {"wide lens", "depth-of-field/depth-of-field.xml", false},
-    {"Veach's room", "veach-bidir/scene.xml", true},
-    {"water caustic", "water-caustic/scene.xml", true},
-};
-enum { SCENES = sizeof scenes / sizeof scenes[0] };
 
 typedef struct options {
     uint32_t iterations;
@@ -99,7 +58,10 @@ static void render_batch(const ca_scene *scene, int method, uint32_t batch, batc
 {
     ca_render_settings settings;
     ca_render_settings_init(&settings);
-    settings.integrator = methods[method].integrator;
+    char integrator[64];
+    snprintf(integrator, sizeof integrator, "%s%s", weights_methods[method].integrator,
+             method < WEIGHTS_FIRST_MERGING ? "" : ":alpha=0");
+    settings.integrator = integrator;
     settings.sampler = "independent";
     settings.samples_per_pixel = b->iterations;
     settings.seed = BATCH_SEED + batch;
@@ -118,11 +80,11 @@ static void render_all(const char *path, uint32_t iterations, batches *runs)
     ca_error error;
     ca_scene *scene;
     if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) bench_die(path, &error);
-    for (int method = 0; method < METHODS; method++)
+    for (int method = 0; method < WEIGHTS_METHODS; method++)
         if (!batches_create(&runs[method], SIDE, SIDE, iterations / BATCHES))
             fputs("compare_weights: out of memory\n", stderr), exit(1);
     for (uint32_t batch = 0; batch < BATCHES; batch++)
-        for (int method = 0; method < METHODS; method++) render_batch(scene, method, batch, &runs[method]);
+        for (int method = 0; method < WEIGHTS_METHODS; method++) render_batch(scene, method, batch, &runs[method]);
     ca_scene_release(scene);
 }
 
@@ -139,8 +101,9 @@ static double *reference_of(const batches *runs)
 {
     const size_t values = (size_t)SIDE * SIDE * BATCHES;
     double *reference = need(values, sizeof *reference);
-    for (int method = FIRST_MERGING; method < METHODS; method++)
-        for (size_t i = 0; i < values; i++) reference[i] += runs[method].mean[i] / (METHODS - FIRST_MERGING);
+    for (int method = WEIGHTS_FIRST_MERGING; method < WEIGHTS_METHODS; method++)
+        for (size_t i = 0; i < values; i++)
+            reference[i] += runs[method].mean[i] / (WEIGHTS_METHODS - WEIGHTS_FIRST_MERGING);
     return reference;
 }
 
@@ -150,13 +113,13 @@ static comparison compare(const batches *runs, int method, const double *referen
     double own[1 + BOOTSTRAP], aware[1 + BOOTSTRAP];
     for (size_t p = 0; p < SIDE * SIDE; p++) counts[p] = true;
     /* What a method never finds but for a lucky path or two must not pass for noise. */
-    const double known = method < FIRST_MERGING ? 0.05 : (double)INFINITY;
+    const double known = method < WEIGHTS_FIRST_MERGING ? 0.05 : (double)INFINITY;
     find_consistent_pixels(&runs[method], reference, left_out, 0.01, known, counts);
     comparison result = {.counts = 0.0};
     for (size_t p = 0; p < SIDE * SIDE; p++) result.counts += counts[p] / (double)(SIDE * SIDE);
     if (!(result.counts > 0.0)) return result;
     mean_deviation(&runs[method], counts, table, own);
-    mean_deviation(&runs[VAVCM], counts, table, aware);
+    mean_deviation(&runs[WEIGHTS_VAVCM], counts, table, aware);
     if (own[0] > 0.0) result.ratio = figure_of_ratio(aware, own);
     return result;
 }
@@ -169,7 +132,7 @@ static bool report_scene(FILE *out, const char *name, const batches *runs)
     bootstrap_draw(&table, 2);
     figure worst = {0};
     fprintf(out, "| %s |", name);
-    for (int method = 0; method < VAVCM; method++) {
+    for (int method = 0; method < WEIGHTS_VAVCM; method++) {
         const comparison c = compare(runs, method, reference, &table);
         if (c.counts < 0.1 || !(c.ratio.value > 0.0)) {
             fputs(" |", out);
@@ -187,27 +150,15 @@ static bool report_scene(FILE *out, const char *name, const batches *runs)
 
 /* ---- The program ----------------------------------------------------------------------------------------------- */
 
-/* false: it is not there. */
-static bool find_scene(const weights_scene *scene, char path[1024])
-{
-    const char *shared = getenv("CAUSTICA_SCENES");
-    if (!shared) shared = CA_SOURCE_DIR "/../shared/scenes";
-    snprintf(path, 1024, "%s/%s", scene->shared ? shared : CA_SOURCE_DIR "/scenes", scene->file);
-    if (access(path, R_OK) == 0) return true;
-    fprintf(stderr, "SKIPPED: %s is not there%s\n", path,
-            scene->shared ? " (CAUSTICA_SCENES names the folder of shared scenes)" : "");
-    return false;
-}
-
 static bool run_scene(FILE *out, const weights_scene *scene, uint32_t iterations)
 {
-    static batches runs[METHODS];
+    static batches runs[WEIGHTS_METHODS];
     char path[1024];
-    if (!find_scene(scene, path)) return true;
-    fprintf(stderr, "%s: %u iterations of %d methods\n", scene->name, iterations, METHODS);
+    if (!weights_scene_find(scene, path)) return true;
+    fprintf(stderr, "%s: %u iterations of %d methods\n", scene->name, iterations, WEIGHTS_METHODS);
     render_all(path, iterations, runs);
     const bool good = report_scene(out, scene->name, runs);
-    for (int method = 0; method < METHODS; method++) batches_destroy(&runs[method]);
+    for (int method = 0; method < WEIGHTS_METHODS; method++) batches_destroy(&runs[method]);
     return good;
 }
 
@@ -230,9 +181,9 @@ static bool parse_options(int argc, char **argv, options *chosen)
 static void print_heading(FILE *out)
 {
     fputs("| scene |", out);
-    for (int method = 0; method < VAVCM; method++) fprintf(out, " %s |", methods[method].name);
+    for (int method = 0; method < WEIGHTS_VAVCM; method++) fprintf(out, " %s |", weights_methods[method].name);
     fputs(" largest |\n|---", out);
-    for (int column = 0; column <= VAVCM; column++) fputs("|---", out);
+    for (int column = 0; column <= WEIGHTS_VAVCM; column++) fputs("|---", out);
     fputs("|\n", out);
 }
 
@@ -248,9 +199,9 @@ int main(int argc, char **argv)
     if (!out) return perror(chosen.table), 1;
     print_heading(out);
     int failed = 0, chosen_scenes = 0;
-    for (int i = 0; i < SCENES; i++)
-        if (!chosen.only || strcmp(chosen.only, scenes[i].name) == 0) {
-            failed += !run_scene(out, &scenes[i], chosen.iterations);
+    for (int i = 0; i < WEIGHTS_SCENES; i++)
+        if (!chosen.only || strcmp(chosen.only, weights_scenes[i].name) == 0) {
+            failed += !run_scene(out, &weights_scenes[i], chosen.iterations);
             chosen_scenes++;
         }
     if (chosen_scenes == 0) return fprintf(stderr, "compare_weights: no scene is named %s\n", chosen.only), 2;

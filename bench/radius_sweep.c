@@ -1,27 +1,30 @@
 /* The default merge radius against the best of a sweep, and the default alpha against others: the relative mean
  * square error after a number of iterations, on scenes of every kind.
  *
- *     radius_sweep radii  [--only SCENE] [--integrator NAME] [--side N] [--iterations N] [--references FOLDER]
- *                         [--reference-iterations N]
+ *     radius_sweep radii  [--only SCENE] [--integrator NAME] [--side N] [--iterations N] [--seeds N]
+ *                         [--references FOLDER] [--reference-iterations N]
  *     radius_sweep alphas [the same]
  *
  * `radii`: each integrator with its default radius and with eight around it, in factors of two from 1/32 to 8, all
- * with the same random numbers. Prints the radius, the errors relative to the least of the nine, and which that is.
+ * with the same random numbers: errors are means over some seeds, each with its own default radius, and the others
+ * lie around the mean of these. Those beyond one with TOO_FAR times the least error are left out. Prints the mean
+ * radius and the errors relative to the least of the nine.
  * `alphas`: the default radius of each alpha, and the errors relative to that of the least.
  *
- * The error is the mean of (x - a)(x - b) / (m^2 + 0.01) over pixels and channels, for the picture x, two long
- * renders a and b that are independent of each other, and their mean m: noise of a and b is not counted as error.
- * They are those of `ovcm` from a radius of two pixels on; with --references they are kept in that folder. `qmcppm`
- * renders by blocks of pairs: its iterations are blocks, the square of its camera paths. Prints Markdown. */
+ * The error is that of squared_error.h. Its references are of `ovcm` from a radius of two pixels on; with
+ * --references they are kept in that folder. The last scenes took no part in the choice of the pilot's constants.
+ * Prints Markdown. */
 #include "bench_support.h"
-#include "image/layers.h"
+#include "squared_error.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { SIDE = 64, ITERATIONS = 64, RADII = 9, DEFAULT = 5 };
-enum { REFERENCE_ITERATIONS = 1024, SEED = 71, REFERENCE_SEED = 9100 };
+enum { REFERENCE_ITERATIONS = 1024, SEED = 71 };
+
+#define TOO_FAR 3.0
 
 static const char *const reference_integrator = "ovcm:radius=0,radius_pixels=2,alpha=0.5";
 
@@ -41,11 +44,17 @@ static const sweep_scene scenes[] = {
     {"rough metal", "weights/rough-metal.xml"},
     {"light through a gap", "weights/door.xml"},
     {"pool", "gallery/pool.xml"},
+    {"textured", "textured/textured.xml"},
+    {"jewels", "gallery/jewels.xml"},
+    {"glass of water", "gallery/glass-of-water.xml"},
+    {"wide lens", "depth-of-field/depth-of-field.xml"},
+    {"long diffuse", "long-diffuse/long-diffuse.xml"},
+    {"small light, far", "small-light-far/small-light-far.xml"},
 };
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
 
-static const char *const radius_integrators[] = {"ppm", "bdpm", "ovcm"};
-static const char *const alpha_integrators[] = {"ppm", "bdpm", "qmcppm", "ovcm", "vcm"};
+static const char *const radius_integrators[] = {"ppm", "bdpm", "ovcm", "vavcm"};
+static const char *const alpha_integrators[] = {"ppm", "bdpm", "qmcppm", "ovcm", "vcm", "vavcm"};
 static const char *const alpha_scenes[] = {"caustics", "glass slab", "water caustic", "mirror and glass",
                                            "Cornell box"};
 static const double alphas[] = {0.0, 0.25, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75};
@@ -59,112 +68,26 @@ enum {
 typedef struct options {
     bool alphas;
     const char *only, *integrator, *references;
-    uint32_t side, iterations, reference_iterations;
+    uint32_t side, iterations, reference_iterations, seeds;
 } options;
-
-/* Two halves of a reference, [pixel][channel]. */
-typedef struct reference {
-    size_t values;
-    float *half[2];
-} reference;
-
-static void *need(size_t count, size_t size)
-{
-    void *memory = calloc(count, size);
-    if (!memory) fputs("radius_sweep: out of memory\n", stderr), exit(1);
-    return memory;
-}
-
-/* ---- Rendering ------------------------------------------------------------------------------------------------- */
-
-static ca_image_layers *render(const ca_scene *scene, const char *integrator, uint32_t side, uint32_t iterations,
-                               uint64_t seed)
-{
-    ca_render_settings settings;
-    ca_render_settings_init(&settings);
-    settings.integrator = integrator;
-    const bool by_blocks = strncmp(integrator, "qmcppm", 6) == 0;
-    settings.samples_per_pixel = by_blocks ? (uint32_t)lround(sqrt(iterations)) : iterations;
-    settings.sampler = by_blocks ? "halton" : "independent";
-    settings.seed = seed;
-    settings.has_seed = true;
-    settings.threads = 1;
-    settings.width = settings.height = side;
-    ca_image_layers *image;
-    ca_error error;
-    if (ca_render(scene, &settings, &image, NULL, &error) != CA_OK) bench_die(integrator, &error);
-    return image;
-}
-
-static void copy_channels(const ca_image_layers *image, size_t pixels, float *values)
-{
-    static const char *const names[3] = {"R", "G", "B"};
-    for (size_t c = 0; c < 3; c++) {
-        const float *channel = ca_image_channel(image, names[c]);
-        for (size_t p = 0; p < pixels; p++) values[3 * p + c] = channel[p];
-    }
-}
-
-static bool read_half(const char *path, float *values, size_t count)
-{
-    FILE *file = fopen(path, "rb");
-    if (!file) return false;
-    const bool read = fread(values, sizeof *values, count, file) == count;
-    fclose(file);
-    return read;
-}
-
-static void write_half(const char *path, const float *values, size_t count)
-{
-    FILE *file = fopen(path, "wb");
-    if (!file || fwrite(values, sizeof *values, count, file) != count || fclose(file) != 0) perror(path), exit(1);
-}
-
-static reference reference_of(const ca_scene *scene, const char *name, const options *chosen)
-{
-    const size_t pixels = (size_t)chosen->side * chosen->side;
-    reference r = {.values = 3 * pixels};
-    for (uint32_t i = 0; i < 2; i++) {
-        char path[1024];
-        r.half[i] = need(r.values, sizeof *r.half[i]);
-        snprintf(path, sizeof path, "%s/%s-%u-%u-%u.raw", chosen->references ? chosen->references : "", name,
-                 chosen->side, chosen->reference_iterations, i);
-        if (chosen->references && read_half(path, r.half[i], r.values)) continue;
-        ca_image_layers *image =
-            render(scene, reference_integrator, chosen->side, chosen->reference_iterations, REFERENCE_SEED + i);
-        copy_channels(image, pixels, r.half[i]);
-        ca_image_release(image);
-        if (chosen->references) write_half(path, r.half[i], r.values);
-    }
-    return r;
-}
 
 /* ---- Errors ---------------------------------------------------------------------------------------------------- */
 
-/* The value behind "radius=" in the picture's own record of its integrator. */
-static double radius_of(const ca_image_layers *image)
-{
-    const ca_attribute *attribute = ca_layers_attribute(image, "caustica.integrator");
-    const char *found = attribute && attribute->text ? strstr(attribute->text, "radius=") : NULL;
-    return found ? strtod(found + strlen("radius="), NULL) : (double)NAN;
-}
-
-/* *radius: of the first pass; NULL: not wanted. */
-static double error_of(const ca_scene *scene, const reference *r, const char *integrator, const options *chosen,
+/* The mean over the seeds. *radius: of the first pass, likewise; NULL: not wanted. */
+static double error_of(const ca_scene *scene, const bench_halves *r, const char *integrator, const options *chosen,
                        double *radius)
 {
-    ca_image_layers *image = render(scene, integrator, chosen->side, chosen->iterations, SEED);
-    float *values = need(r->values, sizeof *values);
-    copy_channels(image, r->values / 3, values);
-    if (radius) *radius = radius_of(image);
-    ca_image_release(image);
-    double sum = 0.0;
-    for (size_t i = 0; i < r->values; i++) {
-        const double x = (double)values[i], a = (double)r->half[0][i], b = (double)r->half[1][i];
-        sum += (x - a) * (x - b) / (0.25 * (a + b) * (a + b) + 0.01);
+    float *values = bench_need(3 * (size_t)chosen->side * chosen->side, sizeof *values);
+    double sum = 0.0, radii = 0.0;
+    for (uint32_t i = 0; i < chosen->seeds; i++) {
+        double first;
+        bench_render(scene, integrator, chosen->side, chosen->iterations, SEED + i, values, &first);
+        sum += bench_squared_error(r, values, NULL, 0.0) / chosen->seeds;
+        radii += first / chosen->seeds;
     }
     free(values);
-    return sum / (double)r->values;
+    if (radius) *radius = radii;
+    return sum;
 }
 
 /* ---- Tables ---------------------------------------------------------------------------------------------------- */
@@ -176,26 +99,42 @@ static double least_of(const double *values, int count)
     return least;
 }
 
-static void sweep_radii(const ca_scene *scene, const reference *r, const char *name, const char *integrator,
+/* From the default on, `step` by step, as long as the error is no more than TOO_FAR times the least so far. */
+static void sweep_side(const ca_scene *scene, const bench_halves *r, const char *integrator, const options *chosen,
+                       double radius, int step, double errors[RADII])
+{
+    double least = errors[DEFAULT];
+    char text[128];
+    for (int i = DEFAULT + step; i >= 0 && i < RADII; i += step) {
+        if (errors[i - step] > TOO_FAR * least) return;
+        snprintf(text, sizeof text, "%s:radius=%.9g", integrator, radius * exp2(i - DEFAULT));
+        errors[i] = error_of(scene, r, text, chosen, NULL);
+        least = fmin(least, errors[i]);
+    }
+}
+
+static void sweep_radii(const ca_scene *scene, const bench_halves *r, const char *name, const char *integrator,
                         const options *chosen)
 {
     double errors[RADII], radius = 0.0;
     char text[128];
+    for (int i = 0; i < RADII; i++) errors[i] = (double)INFINITY;
     snprintf(text, sizeof text, "%s:radius=0", integrator);
     errors[DEFAULT] = error_of(scene, r, text, chosen, &radius);
-    for (int i = 0; i < RADII; i++) {
-        if (i == DEFAULT) continue;
-        snprintf(text, sizeof text, "%s:radius=%.9g", integrator, radius * exp2(i - DEFAULT));
-        errors[i] = error_of(scene, r, text, chosen, NULL);
-    }
+    sweep_side(scene, r, integrator, chosen, radius, -1, errors);
+    sweep_side(scene, r, integrator, chosen, radius, 1, errors);
     const double least = least_of(errors, RADII);
     printf("| %s | %s | %.4g |", name, integrator, radius);
-    for (int i = 0; i < RADII; i++) printf(i == DEFAULT ? " **%.2f** |" : " %.2f |", errors[i] / least);
+    for (int i = 0; i < RADII; i++)
+        if (isinf(errors[i]))
+            printf(" |");
+        else
+            printf(i == DEFAULT ? " **%.2f** |" : " %.2f |", errors[i] / least);
     printf(" %.4g |\n", least);
     fflush(stdout);
 }
 
-static void sweep_alphas(const ca_scene *scene, const reference *r, const char *name, const char *integrator,
+static void sweep_alphas(const ca_scene *scene, const bench_halves *r, const char *name, const char *integrator,
                          const options *chosen)
 {
     double errors[ALPHAS];
@@ -241,19 +180,21 @@ static void run_scene(const sweep_scene *s, const options *chosen)
     ca_scene *scene;
     snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s", s->file);
     if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) bench_die(path, &error);
-    const reference r = reference_of(scene, s->name, chosen);
+    bench_halves r = bench_halves_make(scene, s->name, reference_integrator, chosen->side,
+                                       chosen->reference_iterations, chosen->references);
     const char *const *integrators = chosen->alphas ? alpha_integrators : radius_integrators;
     for (int i = 0; i < (chosen->alphas ? ALPHA_INTEGRATORS : RADIUS_INTEGRATORS); i++) {
         if (chosen->integrator && strcmp(chosen->integrator, integrators[i]) != 0) continue;
         (chosen->alphas ? sweep_alphas : sweep_radii)(scene, &r, s->name, integrators[i], chosen);
     }
-    for (int i = 0; i < 2; i++) free(r.half[i]);
+    bench_halves_free(&r);
     ca_scene_release(scene);
 }
 
 static bool parse_options(int argc, char **argv, options *chosen)
 {
-    *chosen = (options){.side = SIDE, .iterations = ITERATIONS, .reference_iterations = REFERENCE_ITERATIONS};
+    *chosen = (options){.side = SIDE, .iterations = ITERATIONS, .seeds = 1};
+    chosen->reference_iterations = REFERENCE_ITERATIONS;
     if (argc < 2 || argc % 2 != 0) return false;
     chosen->alphas = strcmp(argv[1], "alphas") == 0;
     if (!chosen->alphas && strcmp(argv[1], "radii") != 0) return false;
@@ -269,12 +210,14 @@ static bool parse_options(int argc, char **argv, options *chosen)
             chosen->side = (uint32_t)strtoul(value, NULL, 10);
         else if (strcmp(argv[i], "--iterations") == 0)
             chosen->iterations = (uint32_t)strtoul(value, NULL, 10);
+        else if (strcmp(argv[i], "--seeds") == 0)
+            chosen->seeds = (uint32_t)strtoul(value, NULL, 10);
         else if (strcmp(argv[i], "--reference-iterations") == 0)
             chosen->reference_iterations = (uint32_t)strtoul(value, NULL, 10);
         else
             return false;
     }
-    return chosen->reference_iterations > 0 && chosen->side > 0 && chosen->iterations > 0;
+    return chosen->reference_iterations > 0 && chosen->side > 0 && chosen->iterations > 0 && chosen->seeds > 0;
 }
 
 int main(int argc, char **argv)
@@ -283,7 +226,7 @@ int main(int argc, char **argv)
     if (!parse_options(argc, argv, &chosen)) {
         fprintf(stderr,
                 "usage: %s radii|alphas [--only SCENE] [--integrator NAME] [--side N] [--iterations N] "
-                "[--references FOLDER] [--reference-iterations N]\n",
+                "[--seeds N] [--references FOLDER] [--reference-iterations N]\n",
                 argv[0]);
         return 2;
     }

@@ -63,6 +63,72 @@ static void test_blur(void **state)
     }
 }
 
+/* Lines of light that are thinner than the largest radii: what these change tells where blur ends, and is not taken
+ * for how fast it grows. */
+static void test_end_of_blur(void **state)
+{
+    (void)state;
+    ca_radius_curve curve = curve_of(1.0, 1.0);
+    const ca_radius_blur lines = {.factor = 3.0, .power = 1.0, .end = curve.radius[3]};
+    for (uint32_t k = 0; k < curve.count; k++) {
+        const double r = curve.radius[k];
+        curve.change[k] = 2.0 * EDGE_SHARE * (ca_radius_blur_at(&lines, r) - ca_radius_blur_at(&lines, 0.5 * r));
+        curve.change_error[k] = 0.05 * curve.change[k];
+    }
+    const ca_radius_blur blur = ca_radius_blur_of(&curve);
+    assert_true(blur.power == 1.0 && blur.end == lines.end);
+    assert_true(fabs(blur.factor / lines.factor - 1.0) < 1e-3);
+    assert_true(fabs(ca_radius_blur_at(&blur, 1e6) / (3.0 * lines.end) - 1.0) < 1e-2);
+}
+
+/* A large radius whose change is told too small by chance does not draw down what all others say. */
+static void test_one_small_change(void **state)
+{
+    (void)state;
+    ca_radius_curve curve = curve_of(3.0, 1.0);
+    for (uint32_t k = 0; k < curve.count; k++) curve.change_error[k] = 0.1 * curve.change[k];
+    curve.change[6] *= 0.1;
+    curve.change_error[6] *= 0.1;
+    const ca_radius_blur blur = ca_radius_blur_of(&curve);
+    const double ratio = ca_radius_blur_at(&blur, 0.02) / (3.0 * 0.02);
+    print_message("one change a tenth: blur of small radii %.3g times\n", ratio);
+    assert_true(ratio > 0.8 && ratio < 1.2);
+}
+
+/* Blur that cannot be told from none is not none: the smaller the error with which it is told, the larger a radius
+ * may be. */
+static void test_unseen_blur(void **state)
+{
+    (void)state;
+    double last = 0.0;
+    for (int i = 0; i < 3; i++) {
+        ca_radius_curve curve = curve_of(1.0, 2.0);
+        for (uint32_t k = 0; k < curve.count; k++) {
+            curve.change_error[k] = pow(0.01, i) * curve.change[k];
+            curve.change[k] = 0.0;
+        }
+        const double radius = ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0);
+        assert_true(radius > 1.5 * last && radius < 5.0);
+        last = radius;
+    }
+}
+
+/* A few bright paths that one radius happens to find do not decide. */
+static void test_bright_paths(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        ca_radius_curve curve = curve_of(3.0, 1.0);
+        curve.merging_alone = i == 1;
+        const double radius = ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0);
+        curve.variance[2] *= 1000.0;
+        assert_true(ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0) == radius);
+        for (uint32_t k = 0; k < curve.count; k++) curve.variance[k] = curve.variance[0];
+        const double noisy = ca_radius_choose(&curve, 0.0, 1e4, 1e-4, 10.0);
+        assert_true(curve.merging_alone ? noisy > 0.1 * radius : noisy == 1e-4);
+    }
+}
+
 /* Noise around no change at all is no blur. */
 static void test_no_blur(void **state)
 {
@@ -135,6 +201,31 @@ static ca_scene *floor_scene(double scale, bool edge)
     return scene_from_text(xml);
 }
 
+/* The floor, of which half is in the shade, in a sun of this strength from above, or from the side by a mirror that
+ * stands over one half: nothing else is lit. */
+static ca_scene *bright_scene(double irradiance, bool mirror)
+{
+    static const char *const plate =
+        "<shape type='rectangle'><transform name='to_world'><scale value='4'/><rotate x='1' angle='-90'/>"
+        "<translate x='4' y='3'/></transform><bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf></shape>";
+    static const char *const slanting =
+        "<shape type='rectangle'><transform name='to_world'><scale value='4'/><lookat origin='-2.83,6,0' "
+        "target='-3.83,5,0' up='0,0,1'/></transform><bsdf type='conductor'><string name='material' value='Ag'/>"
+        "</bsdf></shape>";
+    char xml[4096];
+    snprintf(xml, sizeof xml,
+             "<scene version='3.0.0'><integrator type='ppm'><integer name='max_depth' value='3'/></integrator>"
+             "<sensor type='perspective'><float name='fov' value='40'/>"
+             "<transform name='to_world'><lookat origin='0,2.5,0' target='0,0,0' up='0,0,1'/></transform>"
+             "<film type='hdrfilm'><integer name='width' value='48'/><integer name='height' value='48'/>"
+             "<rfilter type='box'/></film></sensor><emitter type='directional'><vector name='direction' value='%s'/>"
+             "<rgb name='irradiance' value='%g'/></emitter><shape type='rectangle'><transform name='to_world'>"
+             "<scale value='10'/><rotate x='1' angle='-90'/></transform><bsdf type='diffuse'>"
+             "<rgb name='reflectance' value='0.5'/></bsdf></shape>%s</scene>",
+             mirror ? "1,0,0" : "0,-1,0", irradiance, mirror ? slanting : plate);
+    return scene_from_text(xml);
+}
+
 /* That a render with these settings begins with. */
 static double radius_of(const ca_scene *scene, const ca_render_settings *settings)
 {
@@ -165,6 +256,43 @@ static void test_light_decides(void **state)
     assert_true(narrow > 0.01);
     ca_scene_release(even);
     ca_scene_release(edge);
+}
+
+/* Light that a merge brings into the dark beside something bright is the larger an error the brighter that is, and
+ * the noise of what is bright is not: errors are told in parts of a pixel's own light, whether next event tells that
+ * light or photons by way of a mirror do. */
+static void test_dark_pixels(void **state)
+{
+    (void)state;
+    const ca_render_settings settings = settings_of("ppm");
+    for (int i = 0; i < 2; i++) {
+        ca_scene *dim = bright_scene(1.0, i == 1), *bright = bright_scene(100.0, i == 1);
+        const double wide = radius_of(dim, &settings), narrow = radius_of(bright, &settings);
+        print_message("%s: %g m, a hundred times as bright: %g m\n", i ? "by a mirror" : "in the sun", wide, narrow);
+        assert_true(narrow < 0.5 * wide);
+        ca_scene_release(dim);
+        ca_scene_release(bright);
+    }
+}
+
+/* Of light through a slab of glass some 80 photons arrive, which many camera paths find: their noise is no blur. */
+static void test_few_photons(void **state)
+{
+    (void)state;
+    ca_error error;
+    ca_scene *scene;
+    const char *const path = CA_SOURCE_DIR "/scenes/glass-slab/glass-slab.xml";
+    assert_int_equal(ca_scene_load(path, NULL, 0, &scene, &error), CA_OK);
+    for (uint64_t seed = 0; seed < 4; seed++) {
+        ca_render_settings settings = settings_of("ppm");
+        settings.width = settings.height = 64;
+        settings.seed = seed;
+        settings.has_seed = true;
+        const double radius = radius_of(scene, &settings);
+        print_message("glass slab: %.4g m\n", radius);
+        assert_true(radius > 0.15);
+    }
+    ca_scene_release(scene);
 }
 
 static void test_scale(void **state)
@@ -231,10 +359,15 @@ static void test_families(void **state)
     ca_scene *scene = floor_scene(1.0, true);
     const ca_render_settings ppm = settings_of("ppm:alpha=0.5"), none = settings_of("qmcppm:alpha=0.5"),
                              ovcm = settings_of("ovcm"), vcm = settings_of("vcm"),
-                             given = settings_of("vcm:radius=0.25"), pixels = settings_of("vcm:radius_pixels=2");
+                             given = settings_of("vcm:radius=0.25"), open = settings_of("vcm:radius=0"),
+                             pixels = settings_of("vcm:radius_pixels=2");
     assert_true(radius_of(scene, &ovcm) == radius_of(scene, &vcm));
     assert_true(radius_of(scene, &ppm) == radius_of(scene, &none));
     assert_true(radius_of(scene, &given) == 0.25);
+    assert_true(radius_of(scene, &open) == radius_of(scene, &vcm));
+    ca_render_settings found = open;
+    found.radius = 0.25; /* by whoever has looked for it */
+    assert_true(radius_of(scene, &found) == 0.25);
     assert_true(fabs(radius_of(scene, &pixels) / (2.0 * 2.0 * 2.5 * tan((double)CA_PI / 9.0) / 48.0) - 1.0) < 0.2);
     ca_scene_release(scene);
 }
@@ -315,6 +448,9 @@ int main(void)
         cmocka_unit_test(test_scale),         cmocka_unit_test(test_light_paths), cmocka_unit_test(test_same_radius),
         cmocka_unit_test(test_families),      cmocka_unit_test(test_record),      cmocka_unit_test(test_no_dots),
         cmocka_unit_test(test_no_light),      cmocka_unit_test(test_most_photons),
+        cmocka_unit_test(test_end_of_blur),   cmocka_unit_test(test_one_small_change),
+        cmocka_unit_test(test_dark_pixels),   cmocka_unit_test(test_few_photons),
+        cmocka_unit_test(test_unseen_blur),   cmocka_unit_test(test_bright_paths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -118,7 +118,7 @@ static const ca_option options[] = {
      .kind = CA_OPTION_REAL,
      AT(settings.alpha),
      GIVEN(settings.has_alpha),
-     .help = "its shrinking, 0 to 1: R^2 / passes^A (default: the scene's, else 0.5)"},
+     .help = "its shrinking, 0 to 1: R^2 / passes^A (default: the scene's, else 1/3; -i qmcppm: 1/2)"},
     {.name = "light-paths",
      .argument = "N",
      .kind = CA_OPTION_COUNT,

@@ -1,13 +1,17 @@
 /* The default merge radius: a pilot measures how variance and blur of merges depend on the radius, and
  * photon/radius_choice.h makes of it the radius of least error.
  *
- * Two sets of light paths, and two camera paths of each of many pixels all over the film. The first camera path
- * looks for photons of the first set, the second one for those of the second, by radii that double from level to
- * level. What a radius changes against half of it, as the one path sees it, times what the other sees, is on average
- * the square of what it changes in the pixel, without noise; blur within a pixel is not seen and does not count.
+ * Two sets of light paths, and for either camera paths of each of many pixels all over the film, which look for
+ * photons of their set by radii that double from level to level. What a radius changes against half of it, as the one
+ * set sees it, times what the other sees, is on average the square of what it changes in the pixel, without noise;
+ * blur within a pixel is not seen and does not count.
  * Photons count by the weights that they would have in the render with that radius, those within half of it, too:
  * weights alone change nothing. The sum of weights times the squares of what photons bring tells the
  * variance: of merges, and by the balance heuristic also of all that takes their place where their weights are small.
+ *
+ * Both are told in parts of the pixel's own light, and most of the error lies in dark pixels beside bright ones. So
+ * a pixel's light must not be blurred itself: other camera paths find it by next event, and photons stand only for
+ * what came through mirrors and lenses alone, which next event cannot find.
  *
  * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger
  * ones are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
@@ -27,6 +31,10 @@
 
 enum {
     SIDE = 52,              /* of the lattice of pixels */
+    BLOCK = 4,              /* of its cells, whose camera paths may find the same photons */
+    MERGING = 3 * SIDE * SIDE,     /* camera paths for either set; where merges have weights, which cost: */
+    MERGING_WEIGHED = SIDE * SIDE,
+    LIGHTING = 4 * SIDE * SIDE,    /* likewise, that tell the light of pixels */
     FEW_LIGHT_PATHS = 1024, /* tell how many make so many photons as are wanted, in each set: */
     PHOTONS = 49152,
     MOST_LIGHT_PATHS = 1 << 17,
@@ -35,6 +43,7 @@ enum {
     NEAREST = 12,   /* photons within the middle level's radius */
     BELOW = 2,      /* levels below that */
     FULL = 4,       /* levels up to this one have all photons */
+    LENS_LEVELS = BELOW + 1, /* at which photons are looked for that tell a pixel's light */
     MOST_MERGES = 64, /* of a query */
     MOST_WEIGHED = 24, /* where each has a weight to be computed */
 };
@@ -54,14 +63,18 @@ enum {
  * blurred. */
 #define MOST_PHOTONS 48.0
 
-/* What a camera path finds, by levels, as densities per light path. */
+/* What the camera paths of a pixel find, by levels, as densities per light path. */
 typedef struct path_sums {
-    float change[CA_RADIUS_LEVELS];   /* weighted light, minus what half the radius makes of the same weights */
-    float square[CA_RADIUS_LEVELS];   /* weights times squares of light */
-    float full[CA_RADIUS_LEVELS];     /* at the first vertex, where each photon counts in full */
-    uint32_t found[CA_RADIUS_LEVELS]; /* photons of these */
-    float seen;                       /* light that the path hits */
+    float change[CA_RADIUS_LEVELS]; /* weighted light, minus what half the radius makes of the same weights */
+    float square[CA_RADIUS_LEVELS]; /* weights times squares of light */
 } path_sums;
+
+/* What other camera paths tell of a pixel's light. */
+typedef struct light_sums {
+    float asked;             /* lights that they see or ask */
+    float lens[LENS_LEVELS]; /* photons of light that met Dirac events only, as densities */
+    uint32_t found[LENS_LEVELS]; /* how many */
+} light_sums;
 
 typedef struct photon_level {
     ca_photon_grid *grid; /* owned */
@@ -76,9 +89,13 @@ typedef struct radius_pilot {
     uint32_t light_paths; /* of a set */
     uint32_t columns, rows;
     photon_level levels[CA_RADIUS_LEVELS];
+    photon_level lens[LENS_LEVELS]; /* photons of light that met Dirac events only */
     uint32_t level_count;
     float scale; /* distance of the NEAREST-th photon at the median lit query; 0: there is no light */
-    path_sums *sums[2];  /* owned; of all first, and all second paths */
+    bool merging_alone;  /* finds light */
+    uint32_t merging, lighting; /* camera paths of a pixel for a set, that merge and that tell the pixel's light */
+    path_sums *sums[2];  /* owned; of pixels, for either set */
+    light_sums *lights;  /* owned; of pixels */
     ca_vec3 *queries;    /* owned; where first paths look for photons first */
     uint32_t query_count;
     uint32_t *found;     /* owned; photons of a query */
@@ -90,12 +107,25 @@ static ca_parallel alone(const ca_bidirectional *b) { return (ca_parallel){.work
 
 /* ---- Camera paths ---------------------------------------------------------------------------------------------- */
 
+/* A camera path of each pixel: the index-th, with photons of a set. */
+typedef struct pilot_round {
+    uint32_t set, index;
+    const ca_walk_hooks *hooks;
+    bool lighting; /* what the paths bring is a pixel's light */
+} pilot_round;
+
 /* A batch on its way. */
 typedef struct pilot_batch {
     radius_pilot *pilot;
-    path_sums *sums;
+    uint32_t set, first; /* cell of the first path */
     const ca_camera_path *paths;
 } pilot_batch;
+
+static uint32_t cell_of(const ca_camera_walk *walk)
+{
+    const pilot_batch *batch = walk->user;
+    return batch->first + (uint32_t)(walk->path - batch->paths);
+}
 
 static bool is_first_query(const ca_camera_walk *walk)
 {
@@ -130,26 +160,30 @@ static uint32_t find(radius_pilot *p, const photon_level *level, ca_vec3 positio
     return count;
 }
 
+/* What a merge with the photon brings, without the disk's area; 0: nothing. */
+static float photon_light(const ca_camera_walk *walk, const ca_light_record *photon, ca_bsdf_value *value)
+{
+    if (walk->walk.vertex + photon->index > walk->b->max_depth ||
+        ca_dot(photon->ng, walk->walk.last.ng) < CA_MERGE_MIN_COS)
+        return 0.0f;
+    *value = ca_vertex_eval(&walk->walk.last, photon->wi, CA_FROM_CAMERA);
+    const float light = ca_luminance(ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, value->f), photon->throughput));
+    return light > 0.0f && light < INFINITY ? light : 0.0f;
+}
+
 /* One photon; it stands for `scale` of them, as a density per light path. */
 static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon, float scale, float density,
                        path_sums *sums, uint32_t k)
 {
     const ca_bidirectional *b = walk->b;
-    if (walk->walk.vertex + photon->index > b->max_depth ||
-        ca_dot(photon->ng, walk->walk.last.ng) < CA_MERGE_MIN_COS)
-        return;
-    const ca_bsdf_value value = ca_vertex_eval(&walk->walk.last, photon->wi, CA_FROM_CAMERA);
-    const float light =
-        density * ca_luminance(ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, value.f), photon->throughput));
-    if (!(light > 0.0f && light < INFINITY)) return;
+    ca_bsdf_value value;
+    const float light = density * photon_light(walk, photon, &value);
+    if (!(light > 0.0f)) return;
     const float weight = ca_merge_weight(walk, &b->store, photon, &value);
     const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
     const bool inner = 4.0f * ca_length2(offset) <= ca_sqr(b->radius);
     sums->change[k] += scale * light * weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
     sums->square[k] += scale * light * light * weight;
-    if (!is_first_query(walk)) return;
-    sums->full[k] += scale * light;
-    sums->found[k]++;
 }
 
 static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path_sums *sums)
@@ -171,8 +205,33 @@ static void gather_all(ca_camera_walk *const *walks, uint32_t count)
         ca_bidirectional_set_radius(p->engine, p->levels[k].radius);
         for (uint32_t i = 0; i < count; i++)
             if (ca_vertex_is_smooth(&walks[i]->walk.last))
-                gather(p, k, walks[i], &batch->sums[walks[i]->path - batch->paths]);
+                gather(p, k, walks[i], &p->sums[batch->set][cell_of(walks[i])]);
     }
+}
+
+static void gather_lens(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, light_sums *sums)
+{
+    const photon_level *level = &p->lens[k];
+    const uint32_t count = find(p, level, walk->walk.last.position);
+    const float scale = 1.0f / (CA_PI * ca_sqr(level->radius) * (float)level->paths);
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_light_record *photon = ca_light_record_at(&p->engine->store, p->found[i]);
+        ca_bsdf_value value;
+        const float light = scale * photon_light(walk, photon, &value);
+        if (!(light > 0.0f)) continue;
+        sums->lens[k] += light;
+        sums->found[k]++;
+    }
+}
+
+static void light_all(ca_camera_walk *const *walks, uint32_t count)
+{
+    radius_pilot *p = ((const pilot_batch *)walks[0]->user)->pilot;
+    ca_next_events(walks, count, false);
+    for (uint32_t k = 0; k < LENS_LEVELS && p->lens[k].count > 0; k++)
+        for (uint32_t i = 0; i < count; i++)
+            if (ca_vertex_is_smooth(&walks[i]->walk.last))
+                gather_lens(p, k, walks[i], &p->lights[cell_of(walks[i])]);
 }
 
 /* Pixels lie in the middles of the lattice's cells. */
@@ -184,31 +243,53 @@ static void place(const radius_pilot *p, uint32_t cell, uint32_t index, ca_camer
     path->index = index;
 }
 
-static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, uint32_t index, const ca_walk_hooks *hooks)
+static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const pilot_round *round)
 {
     ca_camera_path paths[CA_WALKS];
     ca_film_sample samples[CA_WALKS];
     ca_camera_walk *walks[CA_WALKS] = {NULL};
-    pilot_batch batch = {.pilot = p, .sums = &p->sums[index][first], .paths = paths};
+    pilot_batch batch = {.pilot = p, .set = round->set, .first = first, .paths = paths};
     for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
         paths[i] = (ca_camera_path){.sample = &samples[i]};
-        place(p, first + i, index, &paths[i]);
+        place(p, first + i, round->index, &paths[i]);
         walks[i] = &p->engine->scratch[0].camera_walks[i];
         ca_camera_walk_start(walks[i], p->engine, &paths[i], i, &p->worker);
-        walks[i]->hooks = hooks;
+        walks[i]->hooks = round->hooks;
         walks[i]->user = &batch;
     }
     ca_camera_walks_trace(walks, count);
-    for (uint32_t i = 0; i < count; i++) batch.sums[i].seen = ca_luminance(walks[i]->light[0]);
+    for (uint32_t i = 0; i < count && round->lighting; i++)
+        p->lights[first + i].asked += ca_luminance(walks[i]->light[0]);
 }
 
-static void trace_camera_paths(radius_pilot *p, uint32_t index, const ca_walk_hooks *hooks)
+static void trace_camera_paths(radius_pilot *p, pilot_round round)
 {
     const uint32_t cells = p->columns * p->rows;
     if (p->engine->max_depth == 0) return;
     for (uint32_t first = 0; first < cells && !ca_stop_asked(p->engine->input.stop); first += CA_WALKS)
-        trace_batch(p, first, ca_min_u32(CA_WALKS, cells - first), index, hooks);
+        trace_batch(p, first, ca_min_u32(CA_WALKS, cells - first), &round);
+}
+
+/* A set's camera paths have numbers of their own; those that noted queries had the first. */
+static void merge_set(radius_pilot *p, uint32_t set)
+{
+    static const ca_walk_hooks hooks = {.at_vertices = gather_all};
+    const uint32_t first = set * (p->merging + p->lighting);
+    for (uint32_t i = 0; i < p->merging; i++)
+        trace_camera_paths(p, (pilot_round){.set = set, .index = first + i, .hooks = &hooks});
+}
+
+/* Lights count where nothing but next event could have found them: seen by the camera, through mirrors and lenses at
+ * most. Whatever the method does, paths go on. */
+static void light_set(radius_pilot *p, uint32_t set)
+{
+    static const ca_walk_hooks hooks = {.at_vertices = light_all, .shows_light = is_first_query};
+    const uint32_t first = set * (p->merging + p->lighting) + p->merging, limit = p->engine->rules.merge_limit;
+    p->engine->rules.merge_limit = UINT32_MAX;
+    for (uint32_t i = 0; i < p->lighting; i++)
+        trace_camera_paths(p, (pilot_round){.set = set, .index = first + i, .hooks = &hooks, .lighting = true});
+    p->engine->rules.merge_limit = limit;
 }
 
 /* ---- Photons --------------------------------------------------------------------------------------------------- */
@@ -223,25 +304,44 @@ static uint32_t read_photons(const void *user, uint32_t run, uint64_t *at, ca_ph
     return count;
 }
 
-/* The photons of every step-th light path. */
-static void collect(const ca_bidirectional *b, uint32_t step, photon_level *level)
+static void collect(const ca_bidirectional *b, uint32_t path, uint32_t rank, photon_level *level)
 {
-    level->count = 0;
-    level->paths = (b->paths_now + step - 1) / step;
-    for (uint32_t path = 0; path < b->paths_now; path += step)
-        for (uint32_t rank = 0; rank < b->store.paths[path].records; rank++) {
-            const uint32_t number = ca_light_record_number(&b->store, &b->store.paths[path], rank);
-            level->photons[level->count++] =
-                (ca_photon){.position = ca_light_record_at(&b->store, number)->position, .vertex = number};
-        }
+    const uint32_t number = ca_light_record_number(&b->store, &b->store.paths[path], rank);
+    level->photons[level->count++] =
+        (ca_photon){.position = ca_light_record_at(&b->store, number)->position, .vertex = number};
 }
 
-static ca_status build_level(const ca_bidirectional *b, uint32_t k, photon_level *level, ca_error *error)
+/* The photons of every step-th light path. */
+static void collect_all(const ca_bidirectional *b, uint32_t step, photon_level *level)
+{
+    level->paths = (b->paths_now + step - 1) / step;
+    for (uint32_t path = 0; path < b->paths_now; path += step)
+        for (uint32_t rank = 0; rank < b->store.paths[path].records; rank++) collect(b, path, rank, level);
+}
+
+/* Those that came through mirrors and lenses alone: the first records of their paths, though not of the first
+ * vertices. */
+static void collect_lens(const ca_bidirectional *b, photon_level *level)
+{
+    level->paths = b->paths_now;
+    for (uint32_t path = 0; path < b->paths_now; path++) {
+        const ca_light_path *own = &b->store.paths[path];
+        if (own->records > 0 && ca_light_record_at(&b->store, ca_light_record_number(&b->store, own, 0))->index > 1)
+            collect(b, path, 0, level);
+    }
+}
+
+/* step 0: photons of light that met Dirac events only. */
+static ca_status build_level(const ca_bidirectional *b, uint32_t step, photon_level *level, ca_error *error)
 {
     ca_free(level->photons);
     level->photons = ca_alloc(ca_max_u32((uint32_t)b->photons_now, 1), sizeof *level->photons);
     if (!level->photons) return ca_fail_memory(error, "the pilot of the merge radius");
-    collect(b, k > FULL ? 1u << 2 * (k - FULL) : 1, level);
+    level->count = 0;
+    if (step > 0)
+        collect_all(b, step, level);
+    else
+        collect_lens(b, level);
     if (!level->grid) CA_TRY(ca_photon_grid_create(&level->grid, error));
     const ca_photon_bounds bounds = {b->input.scene->low, b->input.scene->high};
     const ca_photon_source source = {
@@ -313,51 +413,61 @@ static ca_status choose_light_paths(radius_pilot *p, ca_error *error)
 
 static ca_status build_levels(radius_pilot *p, ca_error *error)
 {
-    for (uint32_t k = 0; k < p->level_count; k++) CA_TRY(build_level(p->engine, k, &p->levels[k], error));
+    for (uint32_t k = 0; k < p->level_count; k++)
+        CA_TRY(build_level(p->engine, k > FULL ? 1u << 2 * (k - FULL) : 1, &p->levels[k], error));
+    for (uint32_t k = 0; k < LENS_LEVELS; k++) {
+        p->lens[k].radius = p->levels[k].radius;
+        if (k < p->level_count) CA_TRY(build_level(p->engine, 0, &p->lens[k], error));
+    }
     return CA_OK;
 }
 
 /* ---- The curve ------------------------------------------------------------------------------------------------- */
 
-/* The least of what the levels say, with one photon more than they found: what lies near something bright must not
- * pass for bright. */
-static double light_of(const radius_pilot *p, const path_sums *sums)
-{
-    double least = (double)INFINITY;
-    for (uint32_t k = 0; k < p->level_count; k++)
-        if (sums->found[k] > 0) least = fmin(least, (double)sums->full[k] * (1.0 + 1.0 / sums->found[k]));
-    return (isfinite(least) ? least : 0.0) + (double)sums->seen;
-}
-
+/* Of photons the least of what the levels say, with one photon more than they found: what lies near something bright
+ * must not pass for bright. */
 static double pixel_light(const radius_pilot *p, uint32_t cell)
 {
-    return 0.5 * (light_of(p, &p->sums[0][cell]) + light_of(p, &p->sums[1][cell]));
+    const light_sums *sums = &p->lights[cell];
+    double least = (double)INFINITY;
+    for (uint32_t k = 0; k < LENS_LEVELS; k++)
+        if (sums->found[k] > 0) least = fmin(least, (double)sums->lens[k] * (1.0 + 1.0 / sums->found[k]));
+    return ((isfinite(least) ? least : 0.0) + (double)sums->asked) / (2.0 * p->lighting);
 }
 
-static void add_to_curve(const radius_pilot *p, uint32_t cell, ca_radius_curve *curve)
+static void add_cell(const radius_pilot *p, uint32_t cell, ca_radius_curve *curve, double *changes)
 {
     const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
-    const double light = pixel_light(p, cell), relative = 1.0 / (light * light + LEAST_SQUARE);
+    const double light = pixel_light(p, cell), cells = (double)p->columns * p->rows;
+    const double relative = 1.0 / ((light * light + LEAST_SQUARE) * cells * p->merging);
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->variance[k] += 0.5 * ((double)a->square[k] + (double)b->square[k]) * relative;
-        const double product = (double)a->change[k] * (double)b->change[k] * relative;
-        curve->change[k] += product;
-        curve->change_error[k] += product * product;
+        changes[k] += (double)a->change[k] * (double)b->change[k] * relative / p->merging;
+    }
+}
+
+/* A photon may be found from many cells, so that the noise of these is common: blocks of them tell the error. */
+static void add_block(const radius_pilot *p, uint32_t left, uint32_t top, ca_radius_curve *curve)
+{
+    double changes[CA_RADIUS_LEVELS] = {0.0};
+    for (uint32_t y = top; y < ca_min_u32(top + BLOCK, p->rows); y++)
+        for (uint32_t x = left; x < ca_min_u32(left + BLOCK, p->columns); x++)
+            add_cell(p, y * p->columns + x, curve, changes);
+    for (uint32_t k = 0; k < p->level_count; k++) {
+        curve->change[k] += changes[k];
+        curve->change_error[k] += changes[k] * changes[k];
     }
 }
 
 /* false: there is no light. */
 static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
 {
-    const uint32_t cells = p->columns * p->rows;
-    *curve = (ca_radius_curve){.count = p->level_count};
-    for (uint32_t i = 0; i < cells; i++) add_to_curve(p, i, curve);
+    *curve = (ca_radius_curve){.count = p->level_count, .merging_alone = p->merging_alone};
+    for (uint32_t y = 0; y < p->rows; y += BLOCK)
+        for (uint32_t x = 0; x < p->columns; x += BLOCK) add_block(p, x, y, curve);
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->radius[k] = (double)p->levels[k].radius;
-        curve->variance[k] /= cells;
-        curve->change[k] /= cells;
-        const double square = curve->change_error[k] / cells - curve->change[k] * curve->change[k];
-        curve->change_error[k] = sqrt(fmax(square, 0.0) / cells);
+        curve->change_error[k] = sqrt(curve->change_error[k]);
     }
     return curve->variance[0] > 0.0;
 }
@@ -377,18 +487,19 @@ static void set_levels(radius_pilot *p, float scale, float most)
 /* *lit: is there a curve? */
 static ca_status measure(radius_pilot *p, float most, ca_radius_curve *curve, bool *lit, ca_error *error)
 {
-    static const ca_walk_hooks note = {.at_vertices = note_queries}, look = {.at_vertices = gather_all};
+    static const ca_walk_hooks note = {.at_vertices = note_queries};
     *lit = false;
     CA_TRY(choose_light_paths(p, error));
     CA_TRY(trace_light_paths(p, 0, error));
-    trace_camera_paths(p, 0, &note);
+    trace_camera_paths(p, (pilot_round){.hooks = &note});
     CA_TRY(find_scale(p, most, error));
     if (!(p->scale > 0.0f)) return CA_OK;
     set_levels(p, p->scale, most);
     for (uint32_t set = 0; set < 2; set++) {
         if (set > 0) CA_TRY(trace_light_paths(p, p->light_paths, error));
         CA_TRY(build_levels(p, error));
-        trace_camera_paths(p, set, &look);
+        merge_set(p, set);
+        light_set(p, set);
         if (p->out_of_memory) return ca_fail_memory(error, "the pilot of the merge radius");
     }
     *lit = make_curve(p, curve);
@@ -401,13 +512,18 @@ static double most_merged(const radius_pilot *p, double light_paths)
     return (double)p->scale * sqrt(MOST_PHOTONS / NEAREST * p->light_paths / light_paths);
 }
 
+static void destroy_level(photon_level *level)
+{
+    ca_photon_grid_destroy(level->grid);
+    ca_free(level->photons);
+}
+
 static void destroy_pilot(radius_pilot *p)
 {
-    for (uint32_t k = 0; k < CA_RADIUS_LEVELS; k++) {
-        ca_photon_grid_destroy(p->levels[k].grid);
-        ca_free(p->levels[k].photons);
-    }
+    for (uint32_t k = 0; k < CA_RADIUS_LEVELS; k++) destroy_level(&p->levels[k]);
+    for (uint32_t k = 0; k < LENS_LEVELS; k++) destroy_level(&p->lens[k]);
     for (int i = 0; i < 2; i++) ca_free(p->sums[i]);
+    ca_free(p->lights);
     ca_free(p->queries);
     ca_free(p->found);
     if (p->engine) ca_bidirectional_destroy(p->engine);
@@ -462,6 +578,7 @@ static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, 
     void *state;
     CA_TRY(pilot->create(&input, &state, error));
     p->engine = state;
+    p->merging_alone = photons_alone;
     ca_bidirectional_set_radius(p->engine, radius);
     set_counts(&p->engine->rules, ca_light_paths_of_pass(type, from),
                ca_integrator_value(type, from, "camera_paths", 1.0));
@@ -470,10 +587,14 @@ static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, 
 
 static ca_status create_arrays(radius_pilot *p, ca_error *error)
 {
-    const size_t cells = (size_t)p->columns * p->rows;
+    const uint32_t cells = p->columns * p->rows;
+    p->merging = (p->engine->weighs_merges ? MERGING_WEIGHED : MERGING) / cells;
+    p->lighting = LIGHTING / cells;
     for (int i = 0; i < 2; i++) p->sums[i] = ca_alloc_zeroed(cells, sizeof *p->sums[i]);
+    p->lights = ca_alloc_zeroed(cells, sizeof *p->lights);
     p->queries = ca_alloc(cells, sizeof *p->queries);
-    return p->sums[0] && p->sums[1] && p->queries ? CA_OK : ca_fail_memory(error, "the pilot of the merge radius");
+    const bool all = p->sums[0] && p->sums[1] && p->lights && p->queries;
+    return all ? CA_OK : ca_fail_memory(error, "the pilot of the merge radius");
 }
 
 ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,

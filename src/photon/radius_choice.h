@@ -5,13 +5,16 @@
  *
  *     (mean of sqrt(blur(r_i)))^2 + mean of variance(r_i) / (n N)
  *
- * blur: the square of what a merge of radius r changes, a power law a r^p, which is fitted to the differences that
- * were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
- * Jarosz, Jensen 2010) and 1 at edges. variance: of an estimate by a single light path; 1 / r^2 where all light is
- * found by merging. */
+ * blur: the square of what a merge of radius r changes, a r^p / (1 + (r / e)^p), which is fitted to the differences
+ * that were measured between radii; p is 4 where light changes smoothly (blur r^2 / 8 times the Laplacian; Hachisuka,
+ * Jarosz, Jensen 2010) and 1 at edges. Where light lies in thin lines, a radius wider than these cannot blur them
+ * further: beyond e a larger radius changes little, though all is blurred. variance: of an estimate by a single light
+ * path; it falls no faster than as 1 / r^2, and at least as 1 / r where merging alone finds light. What was measured
+ * is brought to that: a few bright paths which some radii happen to find must not decide. */
 #ifndef CA_PHOTON_RADIUS_CHOICE_H
 #define CA_PHOTON_RADIUS_CHOICE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 enum { CA_RADIUS_LEVELS = 7, CA_RADIUS_PASSES = 64 /* the n that a default is made for */ };
@@ -19,22 +22,24 @@ enum { CA_RADIUS_LEVELS = 7, CA_RADIUS_PASSES = 64 /* the n that a default is ma
 /* Means over the picture, each relative to the square of a pixel's own light. */
 typedef struct ca_radius_curve {
     uint32_t count;                      /* of radii; each is twice the one before; at least 1 */
+    bool merging_alone;                  /* finds light */
     double radius[CA_RADIUS_LEVELS];     /* m */
-    double variance[CA_RADIUS_LEVELS];   /* by one light path */
+    double variance[CA_RADIUS_LEVELS];   /* by one light path; > 0 at the first radius */
     double change[CA_RADIUS_LEVELS];     /* mean square of what changes from half the radius */
     double change_error[CA_RADIUS_LEVELS]; /* its standard error */
 } ca_radius_curve;
 
-/* What the curve says of blur: a r^p. */
+/* What the curve says of blur. */
 typedef struct ca_radius_blur {
-    double factor, power; /* a >= 0; p in [1, 4] */
+    double factor, power, end; /* a >= 0; p in [1, 4]; e, INFINITY: none was seen */
 } ca_radius_blur;
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
+double ca_radius_blur_at(const ca_radius_blur *blur, double radius);
 
 /* The radius of the first pass, in [least, most]: the smallest one whose error is within CA_RADIUS_TOLERANCE of the
  * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends
  * on the radius until blur shows. `light_paths`: N. */
 #define CA_RADIUS_TOLERANCE 1.01
-double ca_radius_choose(const ca_radius_curve *curve, double alpha, double light_paths, double least, double most);
+double ca_radius_choose(const ca_radius_curve *measured, double alpha, double light_paths, double least, double most);
 
 #endif

@@ -79,6 +79,7 @@ typedef struct own_setting {
     const char *name, *what; /* "integrator "path" has no <what>" */
     bool given;
     double value;
+    bool may_be_open; /* 0 among the integrator's own parameters leaves it open */
 } own_setting;
 
 static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting, ca_error *error)
@@ -88,7 +89,9 @@ static ca_status apply_setting(ca_render_plan *plan, const own_setting *setting,
     if (isnan(before))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "integrator \"%s\" has no %s", plan->type->name,
                        setting->what);
-    if (ca_render_overrides_mention(plan->settings->integrator, setting->name) && before != setting->value)
+    const bool is_open = setting->may_be_open && before == 0.0;
+    const bool is_own = !is_open && ca_render_overrides_mention(plan->settings->integrator, setting->name);
+    if (is_own && before != setting->value)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "\"%s\" is %.9g among the integrator's own parameters but %.9g as a setting", setting->name,
                        before, setting->value);
@@ -99,12 +102,12 @@ enum { OWN_SETTINGS = 5 };
 
 static void list_own_settings(const ca_render_settings *s, own_setting own[OWN_SETTINGS])
 {
-    own[0] = (own_setting){"max_depth", "limit on the length of paths", s->has_max_depth, s->max_depth};
-    own[1] = (own_setting){"radius", "merge radius", s->radius != 0.0, s->radius};
-    own[2] = (own_setting){"alpha", "merge radius to shrink", s->has_alpha, s->alpha};
-    own[3] = (own_setting){"light_paths", "light paths", s->light_paths != 0, s->light_paths};
+    own[0] = (own_setting){"max_depth", "limit on the length of paths", s->has_max_depth, s->max_depth, false};
+    own[1] = (own_setting){"radius", "merge radius", s->radius != 0.0, s->radius, true};
+    own[2] = (own_setting){"alpha", "merge radius to shrink", s->has_alpha, s->alpha, false};
+    own[3] = (own_setting){"light_paths", "light paths", s->light_paths != 0, s->light_paths, false};
     own[4] = (own_setting){"camera_paths", "number of camera paths to choose: each pass makes one per pixel",
-                           s->camera_paths != 0, s->camera_paths};
+                           s->camera_paths != 0, s->camera_paths, false};
 }
 
 static ca_status apply_own_settings(ca_render_plan *plan, ca_error *error)
