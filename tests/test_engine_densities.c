@@ -190,11 +190,7 @@ static void test_bundled_scenes(void **state)
     (void)state;
     uint32_t failures = 0;
     for (size_t i = 0; i < sizeof bundled / sizeof bundled[0]; i++) {
-        char path[512];
-        ca_scene *scene;
-        ca_error error;
-        snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, bundled[i]);
-        if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
+        ca_scene *scene = bundled_scene(bundled[i]);
         failures += check_scene(scene, bundled[i]);
         ca_scene_release(scene);
     }
