@@ -1,5 +1,5 @@
-/* Integrator `auto`: that the pilot's variance of rare light and a trial's are those of a render, and that a render has
- * the bits of one with the chosen method named. Decisions: test_method_choice.c. */
+/* Integrator `auto`: the variance that the pilot tells of rare light, and that of a trial, are those of a render; a
+ * render has the bits of one with the chosen method named. Decisions: test_method_choice.c. */
 #define _DEFAULT_SOURCE /* mkstemps */
 #include "base/memory.h"
 #include "image/layers.h"
