@@ -123,14 +123,14 @@ static void test_configure(void **state)
     assert_int_equal(ca_method_configure(&four, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(four.type, &input, text, sizeof text);
     assert_string_equal(text, "vavcm:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=2304,"
-                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0");
+                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0,guide=false");
     assert_int_equal(ca_method_configure(&path, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(path.type, &input, text, sizeof text);
     assert_string_equal(text, "path:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=power,next_event=true");
     assert_int_equal(ca_method_configure(&no_splats, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(no_splats.type, &input, text, sizeof text);
     assert_string_equal(text, "bdpt:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,"
-                              "camera_paths=1,strategies=no-splat");
+                              "camera_paths=1,strategies=no-splat,guide=false");
 
     settings.radius = 0.0; /* the usual one, whatever the number of light paths */
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
@@ -192,7 +192,7 @@ static double trial_variance(const ca_scene *scene, const ca_method *method, uin
     ca_error error;
     for (int p = 0; p <= CA_TRIAL_CELLS; p++) weights[p] = 1.0;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &radii, &error), CA_OK);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &radii, NULL, &error), CA_OK);
     assert_true(ca_trial_cell_count(&trial.cells) <= CA_TRIAL_CELLS && trial.cells.width > 20);
     for (int i = 0; i < 3 * TRIAL_ITERATIONS; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
     const double variance = ca_method_trial_variance(&trial, weights, (double)INFINITY);

@@ -72,6 +72,7 @@ static void trace_light_paths(watch *w, const ca_render_plan *plan, double radiu
     ca_error error;
     w->check.weight_alone = !plan->type->begin_round;
     if (w->check.weight_alone) return;
+    w->check.guide = ((const ca_bidirectional *)state)->guide;
     w->check.density = photon_density;
     w->check.density_user = state;
     assert_int_equal(plan->type->begin_round(state, 0, 0, &workers->parallel, workers->list, &error), CA_OK);
@@ -150,6 +151,7 @@ static const char *const more_integrators[] = {
     "bdpm:camera_diffuse_depth=2,merges=last",
     "vcm:heuristic=power,rr_depth=2",
     "ovcm:footprint=projected,heuristic=power,c=1,epsilon=0.1",
+    "ovcm:guide=true,rr_depth=2",
 };
 enum { MORE_INTEGRATORS = sizeof more_integrators / sizeof more_integrators[0] };
 

@@ -11,12 +11,12 @@ static bool emit(const ca_bidirectional *b, ca_light_walk *walk)
     ca_walk *w = &walk->walk;
     float choice;
     const uint32_t index =
-        ca_light_choice_sample(&scene->light_choice, ca_sample_1d(&w->stream, CA_DIM_LIGHT_CHOICE), &choice);
+        ca_emission_choose(b->guide, &scene->light_choice, ca_sample_1d(&w->stream, CA_DIM_LIGHT_CHOICE), &choice);
     if (index == CA_NONE) return false;
     walk->light = &scene->lights[index];
     ca_light_emission e;
-    if (!ca_light_sample_emission(walk->light, ca_sample_2d(&w->stream, CA_DIM_LIGHT_POSITION),
-                                  ca_sample_2d(&w->stream, CA_DIM_LIGHT_DIRECTION), &e))
+    if (!ca_emission_sample(b->guide, scene->lights, index, ca_sample_2d(&w->stream, CA_DIM_LIGHT_POSITION),
+                            ca_sample_2d(&w->stream, CA_DIM_LIGHT_DIRECTION), &e))
         return false;
     const float pdf = choice * e.pdf_position.v * e.pdf_direction.v;
     w->throughput = ca_rgb_scale(e.radiance, e.cos_light / pdf);
@@ -75,7 +75,7 @@ static float next_event_ratio_of_start(const ca_bidirectional *b, const ca_light
     const ca_surface_point *point = &walk->vertices[0].point;
     const ca_light_receiver receiver = ca_vertex_receiver(&w->last);
     return ca_light_next_event_ratio(walk->light, w->last.position, point->position, point->ng) *
-           ca_light_choice_ratio(&b->input.scene->light_choice, &receiver, point->shape);
+           ca_emission_ratio(b->guide, &b->input.scene->light_choice, &receiver, point->shape);
 }
 
 static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_light_block *block, ca_worker *worker)
