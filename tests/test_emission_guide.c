@@ -157,7 +157,7 @@ static void test_few_samples(void **state)
     ca_emission_guide *guide = NULL;
     make_samples(samples);
     assert_int_equal(ca_emission_guide_create(&guide, scene->lights, scene->light_count, &scene->light_choice,
-                                              samples, 12, NULL),
+                                              samples, 9, NULL),
                      CA_OK);
     assert_int_equal(guide->aims[0].count, 0);
     assert_true((double)ca_emission_probability(guide, &scene->light_choice, 3) > 0.85 * usual(scene, 3));
@@ -167,6 +167,39 @@ static void test_few_samples(void **state)
                      CA_OK);
     for (uint32_t i = 0; i < scene->light_count; i++)
         assert_true(fabs((double)ca_emission_probability(guide, &scene->light_choice, i) - usual(scene, i)) < 1e-6);
+    ca_emission_guide_destroy(guide);
+    ca_scene_release(scene);
+}
+
+/* ---- A guide from the pilot ------------------------------------------------------------------------------------ */
+
+/* A mirror 10 m aside throws the light of a zenithal sun onto the wall that the picture shows, which has none
+ * otherwise; something far away makes the scene wide. */
+#define ASIDE                                                                                                        \
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'>"    \
+    "<lookat origin='3,1,3' target='0,1,0' up='0,1,0'/></transform>" FILM "</sensor>"                                \
+    "<shape type='rectangle'><transform name='to_world'><rotate y='1' angle='90'/><translate y='1'/></transform>"    \
+    "</shape><shape type='rectangle'><transform name='to_world'><rotate y='1' angle='-90'/>"                         \
+    "<rotate z='1' angle='-45'/><translate x='10' y='1'/></transform><bsdf type='twosided'><bsdf type='conductor'/>" \
+    "</bsdf></shape><shape type='sphere'><point name='center' value='-50,0,0'/></shape>"                             \
+    "<emitter type='directional'><vector name='direction' value='0,-1,0'/><rgb name='irradiance' value='4'/>"        \
+    "</emitter></scene>"
+
+/* Rays aim at the mirror, which the light meets first, not at the wall, where it is seen. */
+static void test_first_hit(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(ASIDE);
+    const ca_render_settings settings = settings_of("bdpm:guide=true,radius=0.1", 1, 3);
+    ca_render_plan plan;
+    ca_emission_guide *guide;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_integrator_make_guide(plan.type, &plan.input, &guide, NULL), CA_OK);
+    assert_non_null(guide);
+    const ca_vec3 down = {0.0f, -1.0f, 0.0f}, mirror = {10.0f, 1.0f, 0.0f}, wall = {0.0f, 1.0f, 0.0f};
+    const ca_pdf_area disk = {1e-4f};
+    assert_true(ca_emission_pdf_position(guide, 0, mirror, down, disk).v > 100.0f * disk.v);
+    assert_true(ca_emission_pdf_position(guide, 0, wall, down, disk).v < disk.v);
     ca_emission_guide_destroy(guide);
     ca_scene_release(scene);
 }
@@ -371,6 +404,7 @@ int main(void)
         cmocka_unit_test(test_choice),
         cmocka_unit_test(test_balls),
         cmocka_unit_test(test_few_samples),
+        cmocka_unit_test(test_first_hit),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_mean),
         cmocka_unit_test(test_variance),

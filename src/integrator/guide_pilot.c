@@ -25,7 +25,7 @@ enum {
     MOST_MERGES = 1 << 16, /* where there are more: again, with a smaller radius */
     RADII = 6,             /* tried at most; each a part of the one before: */
     SMALLER = 4,
-    RADII_OF_SIDE = 64, /* the first one, of the picture's side */
+    RADII_OF_SIDE = 32, /* the first one, of the picture's side */
     PARTS = 8,          /* of the picture, across and down */
     MAX_DEPTH = 64,
     LATEST_ROULETTE = 16,

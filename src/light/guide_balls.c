@@ -1,7 +1,7 @@
 #include "light/guide_balls.h"
 
-/* A cluster has so many points at least: fewer say too little of where its end is. */
-enum { LEAST_POINTS = 24 };
+/* All points, and those of a cluster, are so many at least: fewer say too little of where they end. */
+enum { LEAST_OF_ALL = 8, LEAST_POINTS = 24 };
 
 typedef struct cluster {
     ca_guide_sample *points;
@@ -90,7 +90,7 @@ uint32_t ca_guide_balls(ca_guide_sample *points, size_t count, float least_radiu
 {
     cluster clusters[CA_GUIDE_MOST_BALLS - 1], *next;
     uint32_t cluster_count = 1;
-    if (count < LEAST_POINTS) return 0;
+    if (count < LEAST_OF_ALL) return 0;
     clusters[0] = make_cluster(points, count);
     const double all = clusters[0].weight;
     balls[0] = ball_around(&clusters[0], all, least_radius);
