@@ -304,6 +304,38 @@ static void test_choices(void **state)
     ca_scene_release(dark);
 }
 
+static uint32_t guided_trials(const ca_scene *scene, const char *integrator)
+{
+    const ca_render_settings settings = auto_settings(integrator, 4);
+    const auto_render r = render_auto(scene, &settings);
+    uint32_t guided = 0;
+    for (uint32_t i = 0; i < r.statistics.method.trial_count; i++) guided += r.statistics.method.trials[i].guided;
+    return guided;
+}
+
+/* Light paths from a sun are guided, unless the user says otherwise; those from a single lamp are not. */
+static void test_guide(void **state)
+{
+    (void)state;
+    ca_scene *water = water_scene(), *wall = wall_scene();
+    assert_true(guided_trials(water, "auto:max_depth=4") >= 4); /* those that merge */
+    assert_true(guided_trials(water, "auto:max_depth=4,guide=true") >= 4);
+    assert_int_equal(guided_trials(water, "auto:max_depth=4,guide=false"), 0);
+    assert_int_equal(guided_trials(wall, "auto:max_depth=4"), 0);
+
+    const ca_render_settings settings = auto_settings("auto:max_depth=4", 4);
+    const ca_method method = {.type = &ca_integrator_ovcm}, unguided = {.type = method.type, .unguided = true};
+    ca_render_plan plan;
+    ca_integrator_input input;
+    assert_int_equal(ca_render_plan_make(&plan, water, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&method, &plan, NULL, &input, NULL), CA_OK);
+    assert_true(ca_integrator_value(method.type, &input, "guide", 0.0) == 1.0);
+    assert_int_equal(ca_method_configure(&unguided, &plan, NULL, &input, NULL), CA_OK);
+    assert_true(ca_integrator_value(method.type, &input, "guide", 1.0) == 0.0);
+    ca_scene_release(water);
+    ca_scene_release(wall);
+}
+
 /* Without a name it is `auto`. */
 static void test_default(void **state)
 {
@@ -452,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_trial_is_as_noisy),
         cmocka_unit_test(test_bits_are_those_of_the_method),
         cmocka_unit_test(test_choices),
+        cmocka_unit_test(test_guide),
         cmocka_unit_test(test_default),
         cmocka_unit_test(test_choice_of_a_file),
         cmocka_unit_test(test_rays),

@@ -83,6 +83,22 @@ static void test_neighbours(void **state)
     assert_false(ca_method_neighbour(&few, -1, 8, &few, 1, &next));
 }
 
+/* Guided light paths or usual ones: each is tried once. */
+static void test_other_emission(void **state)
+{
+    (void)state;
+    const ca_method path = {.type = &ca_integrator_path};
+    const ca_method guided = {.type = &ca_integrator_ovcm, .light_paths_log4 = 1};
+    ca_method other, back;
+    assert_false(ca_method_other_emission(&path, &path, 1, &other));
+    assert_true(ca_method_other_emission(&guided, &guided, 1, &other));
+    assert_true(other.unguided && other.type == guided.type && other.light_paths_log4 == 1);
+    const ca_method tried[] = {guided, other};
+    assert_false(ca_method_other_emission(&guided, tried, 2, &back));
+    assert_false(ca_method_other_emission(&other, tried, 2, &back));
+    assert_true(ca_method_neighbour(&other, 1, 8, tried, 2, &back) && back.unguided);
+}
+
 /* ---- Light that is lost, or rare ------------------------------------------------------------------------------- */
 
 enum { SIDE = 16, PER_PIXEL = 4 };
@@ -173,6 +189,7 @@ int main(void)
         cmocka_unit_test(test_goes_on),
         cmocka_unit_test(test_first_methods),
         cmocka_unit_test(test_neighbours),
+        cmocka_unit_test(test_other_emission),
         cmocka_unit_test(test_loses_light),
         cmocka_unit_test(test_dots),
         cmocka_unit_test(test_variance_without_dots),

@@ -22,7 +22,8 @@ enum {
     LIGHT_PATHS = 8192, /* of a round; likewise: */
     CAMERA_PATHS = 2048,
     GROUP = 128,
-    MOST_MERGES = 1 << 16, /* where there are more: again, with a smaller radius */
+    MOST_MERGES = 1 << 15, /* with so many a round ends; and if that is before this camera path: */
+    LEAST_PATHS = 512,     /* again, with a smaller radius */
     RADII = 6,             /* tried at most; each a part of the one before: */
     SMALLER = 4,
     RADII_OF_SIDE = 32, /* the first one, of the picture's side */
@@ -151,18 +152,18 @@ static void trace_group(guide_pilot *p, const void *state, uint32_t round, uint3
     ca_integrator_pilot.camera_paths(state, paths, GROUP, 0, worker);
 }
 
-/* *crowded: it was left, for there were too many merges. */
+/* *crowded: there were too many merges. */
 static ca_status trace(guide_pilot *p, void *state, uint32_t round, bool *crowded, ca_error *error)
 {
     const ca_parallel parallel = {.workers = 1};
     ca_worker worker = {.index = 0};
-    *crowded = false;
     CA_TRY(ca_integrator_pilot.begin_round(state, round, 0, &parallel, &worker, error));
-    for (uint32_t first = 0; first < CAMERA_PATHS && !*crowded; first += GROUP) {
-        trace_group(p, state, round, first, &worker);
-        *crowded = worker.counters.merges > MOST_MERGES;
+    uint32_t traced = 0;
+    for (; traced < CAMERA_PATHS && worker.counters.merges <= MOST_MERGES; traced += GROUP) {
+        trace_group(p, state, round, traced, &worker);
         if (p->out_of_memory) return ca_fail_memory(error, "the pilot of emission");
     }
+    *crowded = traced < LEAST_PATHS;
     return CA_OK;
 }
 
