@@ -260,6 +260,7 @@ enum { CA_METHOD_TRIALS = 24, CA_METHOD_REASON_SIZE = 320 };
 typedef struct ca_tried_method {
     const char *name; /* of the integrator, static */
     bool no_splats;   /* of bdpt */
+    bool guided;      /* its light paths start where light reaches the picture */
     double light_paths; /* in a pass of the render; 0: it has none */
     uint32_t iterations; /* of the trial */
     /* Of an iteration, mean over pixels, over squared luminance: by the trial; of dots, by a pilot that knows them

@@ -53,16 +53,6 @@ static void *need(size_t count, size_t size)
     return memory;
 }
 
-static ca_scene *load(const char *name, const ca_define *define)
-{
-    char path[512];
-    ca_error error;
-    ca_scene *scene = NULL;
-    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s.xml", name);
-    if (ca_scene_load(path, define, define ? 1 : 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    return scene;
-}
-
 /* max_depth 0: the scene's. */
 static ca_image_layers *render(const ca_scene *scene, const char *integrator, int max_depth, uint32_t width,
                                uint32_t height, uint32_t samples, uint64_t seed)
@@ -279,7 +269,7 @@ static ca_scene *load_light(int light)
 {
     char name[64];
     snprintf(name, sizeof name, "paper-003/%s", lights[light]);
-    return load(name, NULL);
+    return bundled_scene(name);
 }
 
 static void measure_light(const ca_scene *scene, const char *name, const view *v, figures f[INTEGRATORS])
@@ -445,7 +435,7 @@ static void test_occluded_lamps_are_noisier(void **state)
     for (int s = 0; s < 4; s++) {
         char name[64];
         snprintf(name, sizeof name, "perceptual-study/%s", scenarios[s]);
-        ca_scene *scene = load(name, NULL);
+        ca_scene *scene = bundled_scene(name);
         view v = view_of(scene, side / 4, side / 4);
         for (int i = 0; i < 3; i++) {
             f[s][i] = measure(scene, methods[i], &v);
@@ -464,7 +454,7 @@ static void test_splats_find_caustics(void **state)
     (void)state;
     static const char *const methods[4] = {"bdpt:strategies=no-splat", "path", "bdpt", "vcm"};
     const ca_define lamp = {"lamp", "0.3"};
-    ca_scene *scene = load("caustics/caustics", &lamp);
+    ca_scene *scene = bundled_scene_with("caustics/caustics", &lamp);
     view v = view_of(scene, side * 12 / 25, side * 8 / 25);
     figures f[4];
     print_message("%s", table_head);

@@ -2,7 +2,7 @@
  * held against bounds: all pairs converge where passes do not, alpha trades noise for bias as section 3.1 says,
  * low-discrepancy sequences converge faster than random numbers. bench/paper_004.c measures the same in more detail,
  * for docs/papers/004.md. */
-#include "caustica.h"
+#include "support/scene_text.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -14,16 +14,6 @@
 #include <cmocka.h>
 
 enum { MAX_STEPS = 8, SEEDS = 8 };
-
-static ca_scene *load(const char *name)
-{
-    char path[512];
-    ca_scene *scene = NULL;
-    ca_error error;
-    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s.xml", name);
-    if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    return scene;
-}
 
 static ca_image_layers *render(const ca_scene *scene, const char *integrator, const char *sampler, uint32_t samples,
                                uint64_t seed, const uint32_t *crop, uint32_t side)
@@ -76,7 +66,7 @@ static void test_interleaved_over_three_decades(void **state)
 {
     (void)state;
     static const char *const samplers[] = {"halton-plain", "sobol-plain"};
-    ca_scene *scene = load("paper-004/interleaved");
+    ca_scene *scene = bundled_scene("paper-004/interleaved");
     for (int s = 0; s < 2; s++) {
         double n[6], errors[6];
         for (int i = 0; i < 6; i++) {
@@ -99,7 +89,7 @@ static void test_camera_is_light(void **state)
 {
     (void)state;
     static const uint32_t crop[4] = {48, 24, 80, 56};
-    ca_scene *scene = load("paper-004/camera-is-light");
+    ca_scene *scene = bundled_scene("paper-004/camera-is-light");
     double n[4], passes[4], pairs[4];
     for (int i = 0; i < 4; i++) {
         const uint32_t blocks = 4u << (2 * i);
@@ -162,7 +152,7 @@ static void test_alpha(void **state)
     (void)state;
     enum { STEPS = 5 };
     static const double alphas[3] = {0.0, 0.5, 1.0};
-    ca_scene *scene = load("paper-004/pointwise");
+    ca_scene *scene = bundled_scene("paper-004/pointwise");
     for (int a = 0; a < 3; a++) {
         double n[STEPS], noise[STEPS], bias[STEPS], unused;
         for (int i = 0; i < STEPS; i++) {
@@ -191,7 +181,7 @@ static void test_sequences_beat_random_numbers(void **state)
     (void)state;
     enum { STEPS = 4 };
     static const char *const samplers[] = {"independent", "halton", "sobol", "lattice"};
-    ca_scene *scene = load("cornell-box/cornell-box");
+    ca_scene *scene = bundled_scene("cornell-box/cornell-box");
     double n[STEPS], deviations[4][STEPS], unused;
     for (int s = 0; s < 4; s++) {
         for (int i = 0; i < STEPS; i++) {

@@ -1,5 +1,5 @@
-/* Integrator `auto`: what is decided, by tables; what the pilot tells of light that is lost or too rare, against
- * closed forms and a measured variance; and that a render has the bits of one with the chosen method named. */
+/* Integrator `auto`: the variance that the pilot tells of rare light, and that of a trial, are those of a render; a
+ * render has the bits of one with the chosen method named. Decisions: test_method_choice.c. */
 #define _DEFAULT_SOURCE /* mkstemps */
 #include "base/memory.h"
 #include "image/layers.h"
@@ -18,169 +18,6 @@
 #include <unistd.h>
 
 #include <cmocka.h>
-
-/* ---- Decisions ------------------------------------------------------------------------------------------------- */
-
-static void test_cost(void **state)
-{
-    (void)state;
-    const ca_method_score seen = {.variance = 2.0, .blur = 1.0, .seconds = 3.0};
-    const ca_method_score rare = {.variance = 1.0, .dots = 4.0, .blur = 1.0, .seconds = 3.0};
-    const ca_method_score lost = {.variance = 0.0, .blur = 1.0, .seconds = 1.0, .loses_light = true};
-    assert_true(fabs(ca_method_cost(&seen) - 6.0) < 1e-9);
-    assert_true(fabs(ca_method_cost(&rare) - 15.0) < 1e-9);
-    assert_true(isinf(ca_method_cost(&lost)));
-    const ca_method_score scores[] = {lost, rare, seen, seen};
-    assert_int_equal(ca_method_best(scores, 4), 2);
-    assert_int_equal(ca_method_best(scores, 2), 1);
-    const ca_method_score quiet[] = {
-        {.blur = 1.0, .seconds = 3.0}, {.blur = 1.0, .seconds = 1.0}, {.blur = 1.0, .seconds = 2.0}};
-    assert_int_equal(ca_method_best(quiet, 3), 1);
-}
-
-/* Twice the cost may be chance after a few iterations, not after many. */
-static void test_goes_on(void **state)
-{
-    (void)state;
-    const ca_method_score best = {.variance = 1.0, .blur = 1.0, .seconds = 1.0};
-    const ca_method_score twice = {.variance = 1.0, .blur = 2.0, .seconds = 1.0};
-    const ca_method_score lost = {.variance = 0.1, .blur = 1.0, .seconds = 1.0, .loses_light = true};
-    assert_true(ca_method_goes_on(&twice, &best, 4));
-    assert_false(ca_method_goes_on(&twice, &best, 16));
-    assert_true(ca_method_goes_on(&best, &best, 1000000));
-    assert_false(ca_method_goes_on(&lost, &best, 1));
-}
-
-static void test_first_methods(void **state)
-{
-    (void)state;
-    ca_method methods[CA_MOST_METHODS];
-    const uint32_t count = ca_methods_first(methods);
-    uint32_t merging = 0, alone = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        assert_int_equal(methods[i].light_paths_log4, 0);
-        merging += ca_method_merges(&methods[i]);
-        alone += !ca_method_has_light_paths(&methods[i]);
-        for (uint32_t j = 0; j < i; j++)
-            assert_true(methods[i].type != methods[j].type || methods[i].no_splats != methods[j].no_splats);
-    }
-    assert_int_equal(merging, 4);
-    const ca_method path = {.type = &ca_integrator_path}, vcm = {.type = &ca_integrator_vcm};
-    const ca_method ppm = {.type = &ca_integrator_ppm};
-    assert_true(ca_method_blur(&path) == 1.0 && ca_method_blur(&vcm) > 1.0);
-    assert_true(ca_method_blur(&ppm) > ca_method_blur(&vcm));
-    assert_int_equal(alone, 1);
-}
-
-static void test_neighbours(void **state)
-{
-    (void)state;
-    const ca_method path = {.type = &ca_integrator_path}, bdpm = {.type = &ca_integrator_bdpm};
-    const ca_method more = {.type = &ca_integrator_bdpm, .light_paths_log4 = 1};
-    ca_method next;
-    assert_false(ca_method_neighbour(&path, 1, 8, &path, 1, &next)); /* it has no light paths */
-    assert_true(ca_method_neighbour(&bdpm, 1, 8, &bdpm, 1, &next));
-    assert_true(next.type == bdpm.type && next.light_paths_log4 == 1);
-    assert_false(ca_method_neighbour(&bdpm, 1, 0, &bdpm, 1, &next));
-    const ca_method tried[] = {bdpm, more};
-    assert_false(ca_method_neighbour(&bdpm, 1, 8, tried, 2, &next));
-    assert_true(ca_method_neighbour(&bdpm, -1, 8, tried, 2, &next) && next.light_paths_log4 == -1);
-    assert_true(ca_method_neighbour(&more, 1, 8, tried, 2, &next) && next.light_paths_log4 == 2);
-    const ca_method few = {.type = &ca_integrator_bdpm, .light_paths_log4 = -2};
-    assert_false(ca_method_neighbour(&few, -1, 8, &few, 1, &next));
-}
-
-/* ---- Light that is lost, or rare ------------------------------------------------------------------------------- */
-
-enum { SIDE = 16, PER_PIXEL = 4 };
-
-/* An evenly lit picture of SIDE x SIDE pixels at (100, 50), of which the method expects 10 samples of each piece;
- * `lost` of the first pixels are not found in so many batches. */
-static size_t even_light(ca_light_sample *samples, uint32_t lost, uint32_t batches)
-{
-    size_t count = 0;
-    for (uint32_t p = 0; p < SIDE * SIDE; p++)
-        for (uint32_t b = 0; b < PER_PIXEL; b++) {
-            const uint32_t batch = (p + b) % (p < lost ? batches : CA_LIGHT_BATCHES);
-            samples[count++] = (ca_light_sample){.light = 1.0,
-                                                 .expected = p < lost ? 0.0 : 10.0,
-                                                 .batch = batch,
-                                                 .x = 100 + p % SIDE,
-                                                 .y = 50 + p / SIDE};
-        }
-    ca_lost_light(samples, count); /* sorts */
-    return count;
-}
-
-static bool loses(uint32_t lost, uint32_t batches)
-{
-    static ca_light_sample samples[SIDE * SIDE * PER_PIXEL];
-    const size_t count = even_light(samples, lost, batches);
-    const ca_light_region region = {100, 50, 100 + SIDE, 50 + SIDE};
-    return ca_method_loses_light(samples, count, &region);
-}
-
-static void test_loses_light(void **state)
-{
-    (void)state;
-    assert_false(loses(0, 1));
-    assert_true(loses(1, CA_LIGHT_BATCHES));    /* a quarter of one of 8 x 8 parts, 0.4 % of the picture */
-    assert_false(loses(1, 3));                  /* which chance may do */
-    assert_true(loses(SIDE, CA_LIGHT_BATCHES)); /* a row */
-    assert_true(loses(SIDE * SIDE, CA_LIGHT_BATCHES));
-}
-
-/* With it all samples are dots. */
-#define MUCH 1e6
-
-static double much(const void *user, uint32_t x, uint32_t y)
-{
-    (void)user, (void)x, (void)y;
-    return MUCH;
-}
-
-static double one(const void *user, uint32_t x, uint32_t y)
-{
-    (void)user, (void)x, (void)y;
-    return 1.0;
-}
-
-static double only_left(const void *user, uint32_t x, uint32_t y)
-{
-    (void)user, (void)y;
-    return x < 100 + SIDE / 2 ? 1.0 : 0.0;
-}
-
-/* Two pieces of light y = 3 of which an iteration makes Q / T = 0.01 samples each bring 9 / 0.01 to the sum. */
-static void test_dots(void **state)
-{
-    (void)state;
-    const double scale = 50.0, per_path = 0.01;
-    const ca_light_sample samples[] = {
-        {.light = 7.0, .expected = 0.0, .x = 101, .y = 51}, /* lost: no variance comes of it */
-        {.light = 3.0, .expected = scale * per_path, .x = 101, .y = 51},
-        {.light = 3.0, .expected = scale * per_path, .x = 115, .y = 51},
-        {.light = 3.0, .expected = scale * 10.0, .x = 101, .y = 51}, /* no dot */
-    };
-    ca_dot_light light = {.camera_paths = 1000.0, .expected_scale = scale, .paths_of_pixel = 2.0, .weight = one};
-    const double each = 9.0 / per_path / 2000.0;
-    assert_true(fabs(ca_method_dots(samples, 4, &light) - 2.0 * each) < 1e-9);
-    light.weight = only_left;
-    assert_true(fabs(ca_method_dots(samples, 4, &light) - each) < 1e-9);
-}
-
-/* Values 1, 3 and 50 in one cell, 2, 2, 2 in the other. */
-static void test_variance_without_dots(void **state)
-{
-    (void)state;
-    float values[] = {1.0f, 2.0f, 3.0f, 2.0f, 50.0f, 2.0f};
-    const ca_method_trial trial = {.cells = {2, 1}, .samples = values, .iterations = 3};
-    const double weights[] = {0.25, 7.0};
-    assert_true(fabs(ca_method_trial_sum(&trial, 0) - 54.0) < 1e-12);
-    const double all = 0.25 * (1.0 + 9.0 + 2500.0 - 54.0 * 54.0 / 3.0) / 2.0 / 2.0;
-    assert_true(fabs(ca_method_trial_variance(&trial, weights, (double)INFINITY) - all) < 1e-9);
-    assert_true(fabs(ca_method_trial_variance(&trial, weights, 30.0) - 0.25 * 2.0 / 2.0) < 1e-9);
-}
 
 #define FILM(side)                                                                                                   \
     "<film type='hdrfilm'><integer name='width' value='" side "'/><integer name='height' value='" side               \
@@ -209,6 +46,15 @@ static ca_scene *wall_scene(void)
 static ca_scene *water_scene(void)
 {
     return scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("24") FLOOR WATER SUN "</scene>");
+}
+
+/* With it all samples are dots. */
+#define MUCH 1e6
+
+static double much(const void *user, uint32_t x, uint32_t y)
+{
+    (void)user, (void)x, (void)y;
+    return MUCH;
 }
 
 /* A camera path of `path` brings one contribution there, by next event. Where all of them pass for dots, what the
@@ -277,14 +123,14 @@ static void test_configure(void **state)
     assert_int_equal(ca_method_configure(&four, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(four.type, &input, text, sizeof text);
     assert_string_equal(text, "vavcm:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=2304,"
-                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0");
+                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0,guide=false");
     assert_int_equal(ca_method_configure(&path, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(path.type, &input, text, sizeof text);
     assert_string_equal(text, "path:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=power,next_event=true");
     assert_int_equal(ca_method_configure(&no_splats, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(no_splats.type, &input, text, sizeof text);
     assert_string_equal(text, "bdpt:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,"
-                              "camera_paths=1,strategies=no-splat");
+                              "camera_paths=1,strategies=no-splat,guide=false");
 
     settings.radius = 0.0; /* the usual one, whatever the number of light paths */
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
@@ -314,16 +160,6 @@ static void test_radii(void **state)
     assert_int_equal(ca_render_plan_make(&plan, scene, &kin, NULL), CA_OK);
     assert_true(ca_integrator_value(plan.type, &plan.input, "radius", 0.0) == radii.with_connections);
     ca_scene_release(scene);
-}
-
-static ca_scene *bundled(const char *name)
-{
-    char path[512];
-    ca_scene *scene;
-    ca_error error;
-    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s.xml", name);
-    if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    return scene;
 }
 
 /* ---- Trials ---------------------------------------------------------------------------------------------------- */
@@ -356,7 +192,7 @@ static double trial_variance(const ca_scene *scene, const ca_method *method, uin
     ca_error error;
     for (int p = 0; p <= CA_TRIAL_CELLS; p++) weights[p] = 1.0;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &radii, &error), CA_OK);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, method, &radii, NULL, &error), CA_OK);
     assert_true(ca_trial_cell_count(&trial.cells) <= CA_TRIAL_CELLS && trial.cells.width > 20);
     for (int i = 0; i < 3 * TRIAL_ITERATIONS; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
     const double variance = ca_method_trial_variance(&trial, weights, (double)INFINITY);
@@ -394,7 +230,7 @@ static void test_trial_is_as_noisy(void **state)
          "bdpm:max_depth=5,alpha=0,hide_emitters=true,radius=20,light_paths=5184"},
         {{.type = &ca_integrator_ovcm}, "ovcm:max_depth=5,alpha=0,hide_emitters=true,radius=20"},
     };
-    ca_scene *scene = bundled("cornell-box/cornell-box");
+    ca_scene *scene = bundled_scene("cornell-box/cornell-box");
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
         assert_as_noisy(scene, cases[i].name, &cases[i].method);
     ca_scene_release(scene);
@@ -466,6 +302,38 @@ static void test_choices(void **state)
     ca_scene_release(water);
     ca_scene_release(wall);
     ca_scene_release(dark);
+}
+
+static uint32_t guided_trials(const ca_scene *scene, const char *integrator)
+{
+    const ca_render_settings settings = auto_settings(integrator, 4);
+    const auto_render r = render_auto(scene, &settings);
+    uint32_t guided = 0;
+    for (uint32_t i = 0; i < r.statistics.method.trial_count; i++) guided += r.statistics.method.trials[i].guided;
+    return guided;
+}
+
+/* Light paths from a sun are guided, unless the user says otherwise; those from a single lamp are not. */
+static void test_guide(void **state)
+{
+    (void)state;
+    ca_scene *water = water_scene(), *wall = wall_scene();
+    assert_true(guided_trials(water, "auto:max_depth=4") >= 4); /* those that merge */
+    assert_true(guided_trials(water, "auto:max_depth=4,guide=true") >= 4);
+    assert_int_equal(guided_trials(water, "auto:max_depth=4,guide=false"), 0);
+    assert_int_equal(guided_trials(wall, "auto:max_depth=4"), 0);
+
+    const ca_render_settings settings = auto_settings("auto:max_depth=4", 4);
+    const ca_method method = {.type = &ca_integrator_ovcm}, unguided = {.type = method.type, .unguided = true};
+    ca_render_plan plan;
+    ca_integrator_input input;
+    assert_int_equal(ca_render_plan_make(&plan, water, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&method, &plan, NULL, &input, NULL), CA_OK);
+    assert_true(ca_integrator_value(method.type, &input, "guide", 0.0) == 1.0);
+    assert_int_equal(ca_method_configure(&unguided, &plan, NULL, &input, NULL), CA_OK);
+    assert_true(ca_integrator_value(method.type, &input, "guide", 1.0) == 0.0);
+    ca_scene_release(water);
+    ca_scene_release(wall);
 }
 
 /* Without a name it is `auto`. */
@@ -610,19 +478,13 @@ static void test_out_of_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cost),
-        cmocka_unit_test(test_goes_on),
-        cmocka_unit_test(test_first_methods),
-        cmocka_unit_test(test_neighbours),
-        cmocka_unit_test(test_loses_light),
-        cmocka_unit_test(test_dots),
-        cmocka_unit_test(test_variance_without_dots),
         cmocka_unit_test(test_dots_are_the_second_moment),
         cmocka_unit_test(test_configure),
         cmocka_unit_test(test_radii),
         cmocka_unit_test(test_trial_is_as_noisy),
         cmocka_unit_test(test_bits_are_those_of_the_method),
         cmocka_unit_test(test_choices),
+        cmocka_unit_test(test_guide),
         cmocka_unit_test(test_default),
         cmocka_unit_test(test_choice_of_a_file),
         cmocka_unit_test(test_rays),

@@ -411,10 +411,7 @@ static double noise_of(const ca_scene *scene, const char *integrator)
 static void test_no_dots(void **state)
 {
     (void)state;
-    ca_error error;
-    ca_scene *scene;
-    const char *const path = CA_SOURCE_DIR "/scenes/glass-slab/glass-slab.xml";
-    assert_int_equal(ca_scene_load(path, NULL, 0, &scene, &error), CA_OK);
+    ca_scene *scene = bundled_scene("glass-slab/glass-slab");
     const double dots = noise_of(scene, "ovcm:radius_pixels=1"), smooth = noise_of(scene, "ovcm");
     print_message("noise with a radius of a pixel: %.0f %%, by default: %.1f %%\n", dots, smooth);
     assert_true(smooth < 0.2 * dots);

@@ -72,6 +72,7 @@ static void trace_light_paths(watch *w, const ca_render_plan *plan, double radiu
     ca_error error;
     w->check.weight_alone = !plan->type->begin_round;
     if (w->check.weight_alone) return;
+    w->check.guide = ((const ca_bidirectional *)state)->guide;
     w->check.density = photon_density;
     w->check.density_user = state;
     assert_int_equal(plan->type->begin_round(state, 0, 0, &workers->parallel, workers->list, &error), CA_OK);
@@ -151,6 +152,7 @@ static const char *const more_integrators[] = {
     "bdpm:camera_diffuse_depth=2,merges=last",
     "vcm:heuristic=power,rr_depth=2",
     "ovcm:footprint=projected,heuristic=power,c=1,epsilon=0.1",
+    "ovcm:guide=true,rr_depth=2",
 };
 enum { MORE_INTEGRATORS = sizeof more_integrators / sizeof more_integrators[0] };
 
@@ -208,11 +210,7 @@ static void test_bundled_scenes(void **state)
     (void)state;
     uint32_t failures = 0;
     for (size_t i = 0; i < sizeof bundled / sizeof bundled[0]; i++) {
-        char path[512];
-        ca_scene *scene;
-        ca_error error;
-        snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, bundled[i]);
-        if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
+        ca_scene *scene = bundled_scene(bundled[i]);
         failures += check_scene(scene, bundled[i]);
         if (strncmp(bundled[i], "paper-003/", 10) == 0)
             failures += check_integrator(scene, bundled[i], "bdpt:paper=true", false);

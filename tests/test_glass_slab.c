@@ -124,11 +124,7 @@ static double block_irradiance(int block_x, int block_y)
 static ca_scene *load(const char *light)
 {
     const ca_define define = {.name = "light", .value = light};
-    ca_scene *scene = NULL;
-    ca_error error;
-    if (ca_scene_load(CA_SOURCE_DIR "/scenes/glass-slab/glass-slab.xml", &define, 1, &scene, &error) != CA_OK)
-        fail_msg("%s", error.message);
-    return scene;
+    return bundled_scene_with("glass-slab/glass-slab", &define);
 }
 
 typedef struct finding {

@@ -12,12 +12,9 @@
 
 static ca_scene *load_from(const char *folder, const char *name)
 {
-    char path[512];
-    ca_scene *scene = NULL;
-    ca_error error;
-    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s/%s.xml", folder, name);
-    if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    return scene;
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return bundled_scene(path);
 }
 
 static ca_scene *load(const char *name) { return load_from("paper-004", name); }

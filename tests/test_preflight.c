@@ -87,16 +87,6 @@ static ca_scene *pool(bool water, const char *lights, int max_depth)
     return scene;
 }
 
-static ca_scene *bundled(const char *name)
-{
-    char path[256];
-    ca_scene *scene = NULL;
-    ca_error error;
-    snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, name);
-    if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    return scene;
-}
-
 static ca_render_settings settings_of(const char *integrator, uint32_t samples)
 {
     ca_render_settings settings;
@@ -227,7 +217,7 @@ static void test_no_false_alarm(void **state)
     static const char *const names[] = {"cornell-box/cornell-box", "speed/cornell-spheres", "mis/mis",
                                         "paper-000/cornell-point", "rough-glass/rough-glass"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        ca_scene *scene = bundled(names[i]);
+        ca_scene *scene = bundled_scene(names[i]);
         const ca_render_settings settings = settings_of("path", 16);
         const ca_preflight preflight = preflight_of(scene, &settings);
         assert_no_warning(&preflight, names[i]);

@@ -64,6 +64,7 @@ static json_t *trial_json(const ca_tried_method *t)
     json_t *object = json_object();
     const bool complete = set(object, "integrator", json_string(t->name)) &&
                           set(object, "splats", t->no_splats ? json_false() : json_null()) &&
+                          set(object, "guided", json_boolean(t->guided)) &&
                           set(object, "light_paths", ca_json_number(t->light_paths)) &&
                           set(object, "iterations", count(t->iterations)) &&
                           set(object, "variance", ca_json_number(t->variance)) &&

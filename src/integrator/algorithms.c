@@ -6,6 +6,7 @@
  *     heuristic      balance | power
  *     light_paths    N_F, light paths of a pass; 0: one per pixel of the full film
  *     camera_paths   N_B, camera paths per pixel of a pass
+ *     guide          light paths start where light reaches the picture (guide_pilot.c)
  *     radius         merge radius of the first pass, m; 0: as radius_pixels says
  *     radius_pixels  the same in sides of a pixel's median footprint; 0: the one of least error (radius_pilot.c)
  *     alpha          how fast the radius shrinks (photon/radius.h)
@@ -23,6 +24,7 @@
     {                                                                                                                \
         "camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1                                                   \
     }
+#define GUIDE_PARAMETER {"guide", CA_SPEC_BOOLEAN, .number = 0}
 #define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
 /* Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019). Sequences have another
  * one: qmcppm.c. */
@@ -49,7 +51,8 @@ static ca_status create_light(const ca_integrator_input *input, void **state, ca
     return ca_bidirectional_create(&ca_integrator_light, &light_rules, input, state, error);
 }
 
-static const ca_parameter_spec light_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, END_OF_PARAMETERS};
+static const ca_parameter_spec light_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, GUIDE_PARAMETER,
+                                                     END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_light = {
     .name = "light",
     .parameters = light_parameters,
@@ -76,6 +79,7 @@ static const ca_parameter_spec bdpt_parameters[] = {
     COUNT_PARAMETERS,
     {"strategies", CA_SPEC_CHOICE, .choices = "all|no-splat", .number = 0},
     {"paper", CA_SPEC_BOOLEAN, .number = 0},
+    GUIDE_PARAMETER,
     END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_bdpt = {
     .name = "bdpt",
@@ -101,7 +105,7 @@ static ca_status create_bdpm(const ca_integrator_input *input, void **state, ca_
 }
 
 static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS(RANDOM_ALPHA),
-                                                   END_OF_PARAMETERS};
+                                                   GUIDE_PARAMETER, END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_ppm = {
     .name = "ppm",
     .parameters = ppm_parameters,
@@ -120,6 +124,7 @@ static const ca_parameter_spec bdpm_parameters[] = {
     RADIUS_PARAMETERS(RANDOM_ALPHA),
     {"camera_diffuse_depth", CA_SPEC_INTEGER, .minimum = 0, .number = 1},
     {"merges", CA_SPEC_CHOICE, .choices = "all|last", .number = 0},
+    GUIDE_PARAMETER,
     END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_bdpm = {
     .name = "bdpm",
@@ -183,7 +188,8 @@ static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca
 }
 
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
-                                                   RADIUS_PARAMETERS(RANDOM_ALPHA), END_OF_PARAMETERS};
+                                                   RADIUS_PARAMETERS(RANDOM_ALPHA), GUIDE_PARAMETER,
+                                                   END_OF_PARAMETERS};
 /* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt
  * (section 2.2). */
 static const ca_parameter_spec ovcm_parameters[] = {
@@ -194,6 +200,7 @@ static const ca_parameter_spec ovcm_parameters[] = {
     {"epsilon", CA_SPEC_REAL, .minimum = 1e-6, .number = 0.01},
     {"c", CA_SPEC_REAL, .minimum = 0, .number = 0.5},
     {"footprint", CA_SPEC_CHOICE, .choices = "plain|projected", .number = 0},
+    GUIDE_PARAMETER,
     END_OF_PARAMETERS};
 
 const ca_integrator_type ca_integrator_vcm = {

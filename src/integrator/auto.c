@@ -19,6 +19,7 @@ static const ca_parameter_spec parameters[] = {
     {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1},
     {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},
     {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5},
+    {"guide", CA_SPEC_BOOLEAN, .number = 1},
     {NULL, CA_SPEC_INTEGER, 0, 0, 0, NULL},
 };
 

@@ -53,6 +53,13 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
     return check_depths(b, type->name, error);
 }
 
+static ca_status make_guide(ca_bidirectional *b, const ca_integrator_type *type, ca_error *error)
+{
+    if (!b->input.guide) CA_TRY(ca_integrator_make_guide(type, &b->input, &b->own_guide, error));
+    b->guide = b->input.guide ? b->input.guide : b->own_guide;
+    return CA_OK;
+}
+
 void ca_bidirectional_set_radius(ca_bidirectional *b, float radius)
 {
     b->radius = radius;
@@ -237,6 +244,7 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
     b->input = *input;
     b->rules = *rules;
     ca_status status = read_settings(b, type, input, error);
+    if (status == CA_OK) status = make_guide(b, type, error);
     if (status == CA_OK) status = create_scratch(b, error);
     if (status == CA_OK) status = create_light_paths(b, type, error);
     if (status == CA_OK) status = ca_pairs_check(b, type, error);
@@ -260,6 +268,7 @@ void ca_bidirectional_destroy(void *state)
     ca_photon_grid_destroy(b->grid);
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_bidirectional_scratch_destroy(&b->scratch[i]);
     ca_photon_density_destroy(b->pilot);
+    ca_emission_guide_destroy(b->own_guide);
     ca_factor_map_destroy(b->factors);
     ca_splat_buffer_destroy(&b->splats);
     ca_pair_splats_destroy(&b->pair_splats);

@@ -137,6 +137,8 @@ struct ca_bidirectional {
     ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
     ca_photon_density *pilot;       /* owned; of photons, where the reuse rule asks for it; NULL: not made yet, too */
     float pilot_scale;              /* N_F over the number of its light paths */
+    const ca_emission_guide *guide; /* of light paths; NULL: none */
+    ca_emission_guide *own_guide;   /* owned; that, where the input has none */
     ca_factor_map *factors;         /* owned; NULL where the rules have none, or not made yet */
     ca_technique_tally *tally;      /* NULL: nobody wants it */
     ca_bidirectional_scratch *scratch; /* owned; [input.workers] */

@@ -48,18 +48,21 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
 {
     const ca_scene *scene = walk->b->input.scene;
     const ca_light *light = &scene->lights[light_index];
-    const float choice = ca_light_choice_probability(&scene->light_choice, light_index);
+    const ca_emission_guide *guide = walk->b->guide;
+    const float choice = ca_emission_probability(guide, &scene->light_choice, light_index);
     const ca_walk *w = &walk->walk;
+    const ca_pdf_area pdf_position =
+        ca_emission_pdf_position(guide, light_index, w->origin, ca_neg(w->direction), hit->pdf_position);
     const float distance = ca_camera_walk_vertex(walk)->distance;
     const float cos_light = surface ? ca_abs_dot(surface->ng, w->direction) : 1.0f;
     ca_path_vertex end;
     const ca_pdf_solid_angle pdf_direction = walk->b->paper ? CA_PAPER_PDF : hit->pdf_direction;
     const ca_flight flight =
-        ca_light_end(light, choice, hit->pdf_position, pdf_direction, cos_light, &walk->b->rules.reuse, &end);
+        ca_light_end(light, choice, pdf_position, pdf_direction, cos_light, &walk->b->rules.reuse, &end);
     end.light_class = ca_factor_light(light_index);
     if (!walk->b->paper)
         end.next_event_ratio =
-            hit->next_event_ratio * ca_light_choice_ratio(&scene->light_choice, &w->receiver, light_index);
+            hit->next_event_ratio * ca_emission_ratio(guide, &scene->light_choice, &w->receiver, light_index);
     const float to_light = surface ? distance : ca_light_disk_distance(light, ca_neg(w->direction), w->origin);
     const ca_pdf_area pdf_before = {ca_flight_density(&flight, to_light, w->flight.cos_out)};
     const ca_mis_path path = ca_join(ca_join_hit(w->densities, w->vertex + 1, &end, &flight, pdf_before),

@@ -16,6 +16,7 @@
 #include "film/film.h"
 #include "film/pair_film.h"
 #include "film/technique_images.h"
+#include "light/emission_guide.h"
 #include "path/path_observer.h"
 #include "path/technique.h"
 #include "scene/scene.h"
@@ -76,6 +77,7 @@ typedef struct ca_integrator_input {
      * by integrators with begin_pixel. */
     ca_pair_film *pairs;
     const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
+    const ca_emission_guide *guide; /* of light paths; NULL: as the integrator's parameters say */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
@@ -177,6 +179,13 @@ double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_i
  * the whole film, never of the crop, of threads or of memory. Cost: a few thousand rays for radius_pixels; for the
  * default a pilot (radius_pilot.c), which takes about a tenth of a second. Errors: CA_ERROR_MEMORY. */
 ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_input *input, ca_error *error);
+
+/* The guide of light paths that the integrator makes for itself where its parameter `guide` is set (guide_pilot.c);
+ * *guide: owned by the caller; NULL: none is wanted, or there is nothing to guide. A function of scene, settings,
+ * seed and crop, never of threads, memory or the method's numbers of paths. Cost: some 10,000 paths of one thread.
+ * Errors: CA_ERROR_MEMORY. */
+ca_status ca_integrator_make_guide(const ca_integrator_type *type, const ca_integrator_input *input,
+                                   ca_emission_guide **guide, ca_error *error);
 
 /* Rules with which ca_mis_total counts the samples that the integrator makes of a path in its first pass, per camera
  * path; of a merge it counts photons, whatever the integrator's own reuse rule. false: it does not tell. The input is

@@ -10,11 +10,11 @@ bool ca_light_start_path(const ca_bidirectional *b, const ca_stream *stream, ca_
 {
     const ca_scene *scene = b->input.scene;
     const ca_vec2 u_direction = ca_sample_2d(stream, CA_DIM_LIGHT_DIRECTION);
-    start->light =
-        ca_light_choice_sample(&scene->light_choice, ca_sample_1d(stream, CA_DIM_LIGHT_CHOICE), &start->choice);
+    start->light = ca_emission_choose(b->guide, &scene->light_choice, ca_sample_1d(stream, CA_DIM_LIGHT_CHOICE),
+                                      &start->choice);
     return start->light != CA_NONE &&
-           ca_light_sample_emission(&scene->lights[start->light], ca_sample_2d(stream, CA_DIM_LIGHT_POSITION),
-                                    u_direction, &start->emission) &&
+           ca_emission_sample(b->guide, scene->lights, start->light, ca_sample_2d(stream, CA_DIM_LIGHT_POSITION),
+                              u_direction, &start->emission) &&
            (!b->paper || ca_paper_emission(u_direction, &start->emission));
 }
 
@@ -85,7 +85,7 @@ static float next_event_ratio_of_start(const ca_bidirectional *b, const ca_light
     const ca_surface_point *point = &walk->vertices[0].point;
     const ca_light_receiver receiver = ca_vertex_receiver(&w->last);
     return ca_light_next_event_ratio(walk->light, w->last.position, point->position, point->ng) *
-           ca_light_choice_ratio(&b->input.scene->light_choice, &receiver, point->shape);
+           ca_emission_ratio(b->guide, &b->input.scene->light_choice, &receiver, point->shape);
 }
 
 static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_light_block *block, ca_worker *worker)

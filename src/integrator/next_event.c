@@ -10,9 +10,12 @@ static float weight_of(const ca_next_event *event)
     ca_path_vertex end;
     /* Emission chooses the light with another probability. */
     const uint32_t number = (uint32_t)(light - walk->b->input.scene->lights);
-    const float choice = ca_light_choice_probability(&walk->b->input.scene->light_choice, number);
+    const ca_emission_guide *guide = walk->b->guide;
+    const float choice = ca_emission_probability(guide, &walk->b->input.scene->light_choice, number);
+    const ca_pdf_area pdf_position = ca_emission_pdf_position(guide, number, walk->walk.last.position,
+                                                              ca_neg(direct->to_light), direct->pdf_position);
     const ca_flight flight =
-        ca_light_end(light, choice, direct->pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
+        ca_light_end(light, choice, pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
     end.light_class = ca_factor_light(number);
     end.next_event_ratio = direct->next_event_ratio * (event->choice / choice);
     const bool infinite = ca_light_is_infinite(light);

@@ -28,6 +28,9 @@ ca_status ca_paper_check(const ca_integrator_input *input, ca_error *error)
     if (input->pairs)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                        "with \"paper\" the noise of pairs is not measured: lights are not asked on their own");
+    if (ca_integrator_value(&ca_integrator_bdpt, input, "guide", 0.0) != 0.0)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "with \"paper\" light paths start as usual: \"guide\" must be false");
     if (input->camera->kind != CA_CAMERA_PERSPECTIVE)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, &scene->desc.camera.where,
                        "with \"paper\" the sensor must be perspective");

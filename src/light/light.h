@@ -7,9 +7,11 @@
  * Densities, all without the probability of choosing this light among others:
  *     pdf_direct     of the direction to the light as seen from a reference point, per solid angle *there*
  *     pdf_position   of the emitted ray's origin: area lights per area of the light; directional and environment per
- * area of the disk across the direction that covers the scene's bounding sphere pdf_direction  of the emitted
- * direction given the origin, per solid angle A Dirac part has the number 1 (its discrete probability), flagged by
- * dirac_position (point, spot, projector) or dirac_direction (directional).
+ *                    area of the disk across the direction that covers the scene's bounding sphere
+ *                    (emission_guide.h has others)
+ *     pdf_direction  of the emitted direction given the origin, per solid angle
+ * A Dirac part has the number 1 (its discrete probability), flagged by dirac_position (point, spot, projector) or
+ * dirac_direction (directional).
  *
  * For infinite lights `distance` is CA_INFINITE_DISTANCE and position lies outside of the scene. Lights are immutable
  * and shared by all threads. */

@@ -1,5 +1,5 @@
-/* Choosing one light among all: for emission in proportion to its power, for next event by what it may contribute at
- * the point that asks.
+/* Choosing one light among all: for emission in proportion to its power (emission_guide.h knows better), for next
+ * event by what it may contribute at the point that asks.
  *
  * For next event the lights at infinity are chosen by power among themselves and against all others together; among
  * those the tree chooses (light_tree.h). */

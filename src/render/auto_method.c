@@ -35,10 +35,14 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 /* More light paths come in rounds, and take more time than a trial of few tells. */
 #define MOST_LIGHT_PATHS 0x1p22
 
+/* Methods of which one guide of emission serves all: those that find the same light by light paths. */
+enum { GUIDE_ALONE, GUIDE_CONNECTIONS, GUIDE_ALL, GUIDES };
+
 typedef struct chooser {
     ca_render_plan *plan;
     double start, seconds_allowed; /* by the clock; for all trials, once it is known what the render takes */
     ca_method_radii radii;
+    ca_emission_guide *guides[GUIDES]; /* owned; NULL where there is nothing to guide */
     double passes; /* that the pilot is asked about */
     ca_light_pilot pilot;
     bool loses[WITHOUT_MERGES];
@@ -90,8 +94,26 @@ static ca_status run_light_pilot(chooser *c, ca_error *error)
     return CA_OK;
 }
 
-/* They know nothing of each other. */
-enum { RADIUS_ALONE, RADIUS_WITH_CONNECTIONS, LIGHT, PILOTS };
+static ca_status run_guide_pilot(chooser *c, uint32_t which, ca_error *error)
+{
+    const ca_method methods[GUIDES] = {
+        [GUIDE_ALONE] = {.type = &ca_integrator_bdpm},
+        [GUIDE_CONNECTIONS] = {.type = &ca_integrator_bdpt},
+        [GUIDE_ALL] = {.type = &ca_integrator_ovcm},
+    };
+    ca_integrator_input input;
+    CA_TRY(ca_method_configure(&methods[which], c->plan, NULL, &input, error));
+    return ca_integrator_make_guide(methods[which].type, &input, &c->guides[which], error);
+}
+
+static const ca_emission_guide *guide_of(const chooser *c, const ca_method *method)
+{
+    if (!ca_method_merges(method)) return c->guides[GUIDE_CONNECTIONS];
+    return c->guides[method->type->rules->connect ? GUIDE_ALL : GUIDE_ALONE];
+}
+
+/* They know nothing of each other. Guides are the last ones. */
+enum { RADIUS_ALONE, RADIUS_WITH_CONNECTIONS, LIGHT, FIRST_GUIDE, PILOTS = FIRST_GUIDE + (int)GUIDES };
 
 typedef struct pilots_task {
     chooser *c;
@@ -104,9 +126,13 @@ static void run_pilot(void *user, uint32_t index, uint32_t worker)
     (void)worker;
     pilots_task *task = user;
     chooser *c = task->c;
-    task->status[index] =
-        index == LIGHT ? run_light_pilot(c, &task->errors[index])
-                       : ca_method_find_radius(c->plan, index == RADIUS_ALONE, &c->radii, &task->errors[index]);
+    ca_error *error = &task->errors[index];
+    if (index >= FIRST_GUIDE)
+        task->status[index] = run_guide_pilot(c, index - FIRST_GUIDE, error);
+    else if (index == LIGHT)
+        task->status[index] = run_light_pilot(c, error);
+    else
+        task->status[index] = ca_method_find_radius(c->plan, index == RADIUS_ALONE, &c->radii, error);
 }
 
 static ca_status first_failure(const ca_status *status, const ca_error *errors, uint32_t count, ca_error *error)
@@ -155,7 +181,8 @@ static ca_status add_method(chooser *c, const ca_method *method, ca_error *error
 {
     const uint32_t m = pilot_method(method);
     if (m != WITHOUT_MERGES && c->loses[m]) return CA_OK;
-    const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, &c->radii, error);
+    const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, &c->radii,
+                                                    guide_of(c, method), error);
     if (status != CA_OK) return status == CA_ERROR_UNSUPPORTED ? CA_OK : status;
     c->methods[c->count] = *method;
     c->goes_on[c->count++] = true;
@@ -179,21 +206,31 @@ static int most_log4(const ca_render_plan *plan)
     return pixels >= MOST_LIGHT_PATHS ? 0 : (int)floor(log2(MOST_LIGHT_PATHS / pixels) / 2.0);
 }
 
-/* More and fewer light paths for those near the best; *added: how many methods that makes. */
+/* More and fewer light paths. */
+static ca_status add_numbers(chooser *c, const ca_method *method, ca_error *error)
+{
+    if (ca_integrator_value(c->plan->type, &c->plan->input, "light_paths", 0.0) > 0.0) return CA_OK;
+    for (int step = -1; step <= 1; step += 2) {
+        ca_method neighbour;
+        if (c->count < CA_MOST_METHODS &&
+            ca_method_neighbour(method, step, most_log4(c->plan), c->methods, c->count, &neighbour))
+            CA_TRY(add_method(c, &neighbour, error));
+    }
+    return CA_OK;
+}
+
+/* For those near the best other numbers of light paths, and for the best one the other emission; *added: how many
+ * methods that makes. */
 static ca_status add_neighbours(chooser *c, uint32_t *added, ca_error *error)
 {
-    const uint32_t before = c->count;
-    const ca_method_score best = c->scores[ca_method_best(c->scores, before)];
-    const bool given = ca_integrator_value(c->plan->type, &c->plan->input, "light_paths", 0.0) > 0.0;
-    for (uint32_t i = 0; i < before && !given; i++) {
-        if (!(ca_method_cost(&c->scores[i]) <= NEAR_THE_BEST * ca_method_cost(&best))) continue;
-        for (int step = -1; step <= 1; step += 2) {
-            ca_method neighbour;
-            if (c->count < CA_MOST_METHODS &&
-                ca_method_neighbour(&c->methods[i], step, most_log4(c->plan), c->methods, c->count, &neighbour))
-                CA_TRY(add_method(c, &neighbour, error));
-        }
-    }
+    const uint32_t before = c->count, best = ca_method_best(c->scores, before);
+    const double near = NEAR_THE_BEST * ca_method_cost(&c->scores[best]);
+    ca_method other;
+    if (ca_method_may_be_guided(c->plan) && c->count < CA_MOST_METHODS &&
+        ca_method_other_emission(&c->methods[best], c->methods, c->count, &other))
+        CA_TRY(add_method(c, &other, error));
+    for (uint32_t i = 0; i < before; i++)
+        if (ca_method_cost(&c->scores[i]) <= near) CA_TRY(add_numbers(c, &c->methods[i], error));
     *added = c->count - before;
     return CA_OK;
 }
@@ -350,8 +387,8 @@ static void write_method(const ca_tried_method *method, char *text, size_t size)
 {
     const int used = snprintf(text, size, "%s%s", method->name, method->no_splats ? " without splats" : "");
     if (method->light_paths == 0.0) return;
-    snprintf(text + used, size - (size_t)used, " with %.0f %s a pass", method->light_paths,
-             ca_noun(method->light_paths, "light path", "light paths"));
+    snprintf(text + used, size - (size_t)used, " with %.0f %s%s a pass", method->light_paths,
+             method->guided ? "guided " : "", ca_noun(method->light_paths, "light path", "light paths"));
 }
 
 static void note_trials(chooser *c)
@@ -364,6 +401,7 @@ static void note_trials(chooser *c)
         m->trials[i] = (ca_tried_method){
             .name = method->type->name,
             .no_splats = method->no_splats,
+            .guided = c->trials[i].plan.input.guide != NULL,
             .light_paths = has_light_paths ? ca_method_light_paths(method, c->plan) : 0.0,
             .iterations = c->trials[i].iterations,
             .variance = c->scores[i].variance,
@@ -439,6 +477,7 @@ static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
     const ca_status status = choose(&c, error);
     for (uint32_t i = 0; i < CA_MOST_METHODS; i++) ca_method_trial_destroy(&c.trials[i]);
     ca_light_pilot_destroy(&c.pilot);
+    for (uint32_t i = 0; i < GUIDES; i++) ca_emission_guide_destroy(c.guides[i]);
     ca_free(c.weights);
     ca_free(c.trials);
     return status;

@@ -63,7 +63,22 @@ bool ca_method_goes_on(const ca_method_score *score, const ca_method_score *best
 
 static bool is_same(const ca_method *a, const ca_method *b)
 {
-    return a->type == b->type && a->no_splats == b->no_splats && a->light_paths_log4 == b->light_paths_log4;
+    return a->type == b->type && a->no_splats == b->no_splats && a->unguided == b->unguided &&
+           a->light_paths_log4 == b->light_paths_log4;
+}
+
+static bool is_among(const ca_method *method, const ca_method *tried, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (is_same(&tried[i], method)) return true;
+    return false;
+}
+
+bool ca_method_other_emission(const ca_method *method, const ca_method *tried, uint32_t count, ca_method *other)
+{
+    *other = *method;
+    other->unguided = !method->unguided;
+    return ca_method_has_light_paths(method) && !is_among(other, tried, count);
 }
 
 bool ca_method_neighbour(const ca_method *method, int step, int most_log4, const ca_method *tried, uint32_t count,
@@ -73,7 +88,5 @@ bool ca_method_neighbour(const ca_method *method, int step, int most_log4, const
     neighbour->light_paths_log4 += step;
     const int power = neighbour->light_paths_log4;
     if (!ca_method_has_light_paths(method) || power < LEAST_LOG4 || power > most_log4) return false;
-    for (uint32_t i = 0; i < count; i++)
-        if (is_same(&tried[i], neighbour)) return false;
-    return true;
+    return !is_among(neighbour, tried, count);
 }

@@ -13,6 +13,7 @@
 typedef struct ca_method {
     const ca_integrator_type *type;
     bool no_splats;       /* of bdpt */
+    bool unguided;        /* emission is as usual even where it can be guided (light/emission_guide.h) */
     int light_paths_log4; /* N_F in a pass is the usual number times 4 to this power */
 } ca_method;
 
@@ -44,6 +45,10 @@ uint32_t ca_method_best(const ca_method_score *scores, uint32_t count);
 /* May it still turn out to be the best, after so many iterations of both? Costs are known the better the more
  * iterations there are. */
 bool ca_method_goes_on(const ca_method_score *score, const ca_method_score *best, uint32_t iterations);
+
+/* The same with emission that is as usual instead of guided, or the other way round; false where it has no light
+ * paths, or has been tried. */
+bool ca_method_other_emission(const ca_method *method, const ca_method *tried, uint32_t count, ca_method *other);
 
 /* Four times as many light paths (`step` 1) or a quarter (-1): sets *neighbour; false where that goes too far, or has
  * been tried: is among `tried`. `most_log4`: the largest power allowed. */

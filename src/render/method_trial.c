@@ -55,6 +55,21 @@ static ca_status set_radius(const ca_method *method, const ca_render_plan *plan,
     return ca_integrator_set_number(method->type, "radius", radius, chosen, error);
 }
 
+bool ca_method_may_be_guided(const ca_render_plan *plan)
+{
+    return !ca_render_plan_is_set(plan, "guide") &&
+           ca_emission_can_be_guided(plan->scene->lights, plan->scene->light_count);
+}
+
+static ca_status set_guide(const ca_method *method, const ca_render_plan *plan, ca_integrator_input *chosen,
+                           ca_error *error)
+{
+    const ca_parameter guided = {.name = "guide", .kind = CA_PARAMETER_BOOLEAN, .number = 1.0};
+    const bool has_guide = ca_integrator_has_parameter(method->type, guided.name);
+    if (!has_guide || method->unguided || !ca_method_may_be_guided(plan)) return CA_OK;
+    return ca_integrator_set(method->type, &guided, chosen, error);
+}
+
 ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
                               ca_integrator_input *chosen, ca_error *error)
 {
@@ -64,6 +79,7 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     CA_TRY(ca_integrator_configure(method->type, &nothing_set, false, NULL, chosen, error));
     copy_shared(method, plan, chosen);
     if (method->no_splats) CA_TRY(ca_integrator_set(method->type, &no_splats, chosen, error));
+    CA_TRY(set_guide(method, plan, chosen, error));
     CA_TRY(set_radius(method, plan, radii, chosen, error));
     if (method->light_paths_log4 == 0) return CA_OK;
     return ca_integrator_set_number(method->type, "light_paths", ca_method_light_paths(method, plan), chosen, error);
@@ -179,11 +195,13 @@ static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, c
 /* ---- Its iterations -------------------------------------------------------------------------------------------- */
 
 ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
-                                 const ca_method_radii *radii, ca_error *error)
+                                 const ca_method_radii *radii, const ca_emission_guide *guide, ca_error *error)
 {
     *trial = (ca_method_trial){.method = *method, .cells = ca_trial_cells_of(plan)};
     CA_TRY(make_plan(trial, plan, radii, error));
     trial->crop_pixels = ca_render_plan_pixels(plan);
+    const bool guided = ca_integrator_value(method->type, &trial->plan.input, "guide", 0.0) != 0.0;
+    trial->plan.input.guide = guided ? guide : NULL;
     ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
     if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
     trial->workers.parallel.stop = plan->input.stop;

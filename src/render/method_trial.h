@@ -48,19 +48,24 @@ typedef struct ca_method_radii {
     double photons_alone, with_connections;
 } ca_method_radii;
 
+/* May light paths start where a guide says? Not where the settings say anything of it. */
+bool ca_method_may_be_guided(const ca_render_plan *plan);
+
 /* One of the two. */
 ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, ca_method_radii *radii,
                                 ca_error *error);
 
 /* Puts the method to use, with the parameters that the settings of `auto`, plan->type, name, as far as it has them.
  * `*chosen`: where plan->input.values would go; plan itself stays as it is. A radius that is not set is the same for
- * all numbers of light paths: methods that are compared blur alike. `radii` may be NULL: it is then left open. */
+ * all numbers of light paths: methods that are compared blur alike. `radii` may be NULL: it is then left open.
+ * Emission is guided where it may be, unless the method is unguided. */
 ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
                               ca_integrator_input *chosen, ca_error *error);
 
-/* A trial has one thread, and is not copied. After an error nothing is left to destroy. */
+/* A trial has one thread, and is not copied. `guide` outlives it, and serves where the method is guided; NULL: the
+ * trial makes its own. After an error nothing is left to destroy. */
 ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
-                                 const ca_method_radii *radii, ca_error *error);
+                                 const ca_method_radii *radii, const ca_emission_guide *guide, ca_error *error);
 void ca_method_trial_destroy(ca_method_trial *trial);
 /* One more iteration. */
 ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error);

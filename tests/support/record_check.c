@@ -187,7 +187,7 @@ void check_record(record_check *c, const ca_observed_path *observed)
 {
     traced_path path;
     const char *complaint = NULL;
-    assert_true(traced_path_read(observed, c->scene, c->camera, c->density, c->density_user, &path));
+    assert_true(traced_path_read(observed, c->scene, c->camera, c->guide, c->density, c->density_user, &path));
     path.by_differences = c->by_differences;
     path.uniform = c->uniform;
     if (!traced_path_find_events(&path, observed->technique, &complaint))

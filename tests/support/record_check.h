@@ -23,6 +23,7 @@ typedef struct record_check {
     const ca_camera *camera;
     float (*density)(const void *user, ca_vec3 position); /* photons per m^2, for rules that ask; NULL: 0 */
     const void *density_user;
+    const ca_emission_guide *guide; /* NULL: none */
     bool by_differences; /* traced_path.h */
     bool uniform;        /* likewise */
     bool weight_alone;   /* records have no vertices */

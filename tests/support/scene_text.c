@@ -30,6 +30,18 @@ ca_scene *scene_from_text(const char *xml)
     return scene;
 }
 
+ca_scene *bundled_scene_with(const char *name, const ca_define *define)
+{
+    char path[512];
+    ca_scene *scene = NULL;
+    ca_error error;
+    snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s.xml", name);
+    if (ca_scene_load(path, define, define ? 1 : 0, &scene, &error) != CA_OK) fail_msg("%s", error.message);
+    return scene;
+}
+
+ca_scene *bundled_scene(const char *name) { return bundled_scene_with(name, NULL); }
+
 ca_image_layers *render_scene(const ca_scene *scene, const ca_render_settings *settings)
 {
     ca_image_layers *image = NULL;

@@ -7,6 +7,10 @@
 /* Loads a scene from XML text (through a temporary file); fails the test on error. */
 ca_scene *scene_from_text(const char *xml);
 
+/* Loads scenes/NAME.xml, with the definition if it is not NULL; fails the test on error. */
+ca_scene *bundled_scene_with(const char *name, const ca_define *define);
+ca_scene *bundled_scene(const char *name);
+
 /* Renders with the settings; fails the test on error or on a sample that is not finite. */
 ca_image_layers *render_scene(const ca_scene *scene, const ca_render_settings *settings);
 

@@ -53,8 +53,45 @@ static void start_rays(traced_path *path, ca_technique technique)
         path->facing_camera[i] = ray_origin(&path->points[i], path->facing_light[i - 1]);
 }
 
+static double disk_area(const ca_light *light)
+{
+    return pi * (double)light->scene_radius * (double)light->scene_radius;
+}
+
+/* Of the line through a point along `way`: of the disk around the scene, and of the guide's balls. */
+static double disk_density(const ca_emission_guide *guide, uint32_t light, const ca_scene *scene, double_vec point,
+                           double_vec way)
+{
+    const double usual = 1.0 / disk_area(&scene->lights[light]);
+    if (!guide || guide->aims[light].count == 0) return usual;
+    const ca_guide_aim *aim = &guide->aims[light];
+    double density = (double)ca_distribution_1d_probability(&aim->parts, 0) * usual;
+    for (uint32_t i = 0; i < aim->count; i++) {
+        const double radius = (double)aim->balls[i].radius;
+        const double_vec offset = dv_sub(point, dv_from(aim->balls[i].center));
+        const double_vec across = dv_sub(offset, dv_mul(way, dv_dot(offset, way)));
+        if (dv_length(across) <= radius)
+            density += (double)ca_distribution_1d_probability(&aim->parts, i + 1) / (pi * radius * radius);
+    }
+    return density;
+}
+
+/* The probability of the light, and the density of the ray's origin. */
+static void read_emission(const ca_emission_guide *guide, uint32_t light, traced_path *path)
+{
+    const uint32_t last = path->n - 1;
+    const ca_light_choice *choice = &path->scene->light_choice;
+    path->light_choice = (double)(guide ? ca_distribution_1d_probability(&guide->choice, light)
+                                        : ca_light_choice_probability(choice, light));
+    if (!ca_light_is_infinite(path->light) || path->n < 2) return;
+    const double_vec point = path->facing_light[last - 1];
+    const double_vec way = dv_unit(dv_sub(path->facing_camera[last], point));
+    path->disk_density = disk_density(guide, light, path->scene, point, way);
+}
+
 bool traced_path_read(const ca_observed_path *observed, const ca_scene *scene, const ca_camera *camera,
-                      float (*density)(const void *user, ca_vec3 position), const void *user, traced_path *path)
+                      const ca_emission_guide *guide, float (*density)(const void *user, ca_vec3 position),
+                      const void *user, traced_path *path)
 {
     const uint32_t n = observed->path->camera.count + observed->path->light.count;
     if (n > CA_FULL_PATH_MAX) return false;
@@ -62,12 +99,12 @@ bool traced_path_read(const ca_observed_path *observed, const ca_scene *scene, c
     *path = (traced_path){.scene = scene,
                           .camera = camera,
                           .light = &scene->lights[light],
-                          .light_choice = (double)ca_light_choice_probability(&scene->light_choice, light),
                           .factors = observed->path->factors,
                           .n = n,
                           .split = observed->path->camera.count};
     read_points(observed, path);
     start_rays(path, observed->technique);
+    read_emission(guide, light, path);
     for (uint32_t i = 1; i + 1 < n && density; i++)
         path->photon_density[i] = (double)density(user, path->points[i].position);
     return true;
@@ -224,11 +261,6 @@ static void recompute_camera_end(const traced_path *path, ca_full_path *full)
         full->camera_parallel ? 1.0f : (float)pixel_pdf(path->camera, position, to_light(path, 0));
 }
 
-static double disk_area(const ca_light *light)
-{
-    return pi * (double)light->scene_radius * (double)light->scene_radius;
-}
-
 /* Of leaving the light towards x[n-2], per solid angle. */
 static double emission_pdf(const traced_path *path)
 {
@@ -291,7 +323,7 @@ static void recompute_light_end(const traced_path *path, ca_full_path *full)
     const uint32_t last = path->n - 1;
     const bool infinite = ca_light_is_infinite(light);
     const double area = light->kind == CA_LIGHT_AREA ? (double)light->as.area.shape->area
-                        : infinite                   ? disk_area(light)
+                        : infinite                   ? 1.0 / path->disk_density
                                                      : 0.0;
     const double pdf = emission_pdf(path);
     full->light_area = (float)area;
@@ -337,7 +369,7 @@ static double thinning_to_camera(const traced_path *path, const ca_full_path *fu
 {
     const double_vec way = segment(path, i);
     const double cos_there = fabs(dv_dot(path->ng[i], dv_unit(way)));
-    return i + 2 == path->n && full->light_infinite ? cos_there / disk_area(path->light)
+    return i + 2 == path->n && full->light_infinite ? cos_there * path->disk_density
                                                     : cos_there / dv_dot(way, way);
 }
 

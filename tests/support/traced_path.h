@@ -5,6 +5,7 @@
 #define CA_TEST_TRACED_PATH_H
 
 #include "path/path_observer.h"
+#include "light/emission_guide.h"
 #include "scene/scene.h"
 #include "support/double_vec.h"
 #include "support/random_paths.h"
@@ -16,6 +17,7 @@ typedef struct traced_path {
     const ca_camera *camera;
     const ca_light *light;
     double light_choice;
+    double disk_density; /* of the ray's origin, where the light is at infinity */
     const ca_technique_factors *factors; /* as the record has them; NULL: none */
     uint32_t n;
     uint32_t split;  /* vertices of the camera's side; of a merge with the merged one */
@@ -33,9 +35,11 @@ typedef struct traced_path {
     bool uniform;
 } traced_path;
 
-/* Reads the points. false: more vertices than there is room for. `density` gives photons per m^2; NULL: 0. */
+/* Reads the points. false: more vertices than there is room for. `guide`: of emission; NULL: none. `density` gives
+ * photons per m^2; NULL: 0. */
 bool traced_path_read(const ca_observed_path *observed, const ca_scene *scene, const ca_camera *camera,
-                      float (*density)(const void *user, ca_vec3 position), const void *user, traced_path *path);
+                      const ca_emission_guide *guide, float (*density)(const void *user, ca_vec3 position),
+                      const void *user, traced_path *path);
 
 /* Which events are Dirac, by comparing directions with those in which the material has one; vertices that `technique`
  * joins are not. false, with what is wrong in *complaint, where a vertex can do neither. */

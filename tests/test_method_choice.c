@@ -1,0 +1,198 @@
+/* What integrator `auto` decides with: pure decisions by tables; what samples of the pilot tell of light that is lost
+ * or too rare, against closed forms; and the variance of a trial without its dots. */
+#include "render/lost_light.h"
+#include "render/method_choice.h"
+#include "render/method_light.h"
+#include "render/method_trial.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+/* ---- Decisions ------------------------------------------------------------------------------------------------- */
+
+static void test_cost(void **state)
+{
+    (void)state;
+    const ca_method_score seen = {.variance = 2.0, .blur = 1.0, .seconds = 3.0};
+    const ca_method_score rare = {.variance = 1.0, .dots = 4.0, .blur = 1.0, .seconds = 3.0};
+    const ca_method_score lost = {.variance = 0.0, .blur = 1.0, .seconds = 1.0, .loses_light = true};
+    assert_true(fabs(ca_method_cost(&seen) - 6.0) < 1e-9);
+    assert_true(fabs(ca_method_cost(&rare) - 15.0) < 1e-9);
+    assert_true(isinf(ca_method_cost(&lost)));
+    const ca_method_score scores[] = {lost, rare, seen, seen};
+    assert_int_equal(ca_method_best(scores, 4), 2);
+    assert_int_equal(ca_method_best(scores, 2), 1);
+    const ca_method_score quiet[] = {
+        {.blur = 1.0, .seconds = 3.0}, {.blur = 1.0, .seconds = 1.0}, {.blur = 1.0, .seconds = 2.0}};
+    assert_int_equal(ca_method_best(quiet, 3), 1);
+}
+
+/* Twice the cost may be chance after a few iterations, not after many. */
+static void test_goes_on(void **state)
+{
+    (void)state;
+    const ca_method_score best = {.variance = 1.0, .blur = 1.0, .seconds = 1.0};
+    const ca_method_score twice = {.variance = 1.0, .blur = 2.0, .seconds = 1.0};
+    const ca_method_score lost = {.variance = 0.1, .blur = 1.0, .seconds = 1.0, .loses_light = true};
+    assert_true(ca_method_goes_on(&twice, &best, 4));
+    assert_false(ca_method_goes_on(&twice, &best, 16));
+    assert_true(ca_method_goes_on(&best, &best, 1000000));
+    assert_false(ca_method_goes_on(&lost, &best, 1));
+}
+
+static void test_first_methods(void **state)
+{
+    (void)state;
+    ca_method methods[CA_MOST_METHODS];
+    const uint32_t count = ca_methods_first(methods);
+    uint32_t merging = 0, alone = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        assert_int_equal(methods[i].light_paths_log4, 0);
+        merging += ca_method_merges(&methods[i]);
+        alone += !ca_method_has_light_paths(&methods[i]);
+        for (uint32_t j = 0; j < i; j++)
+            assert_true(methods[i].type != methods[j].type || methods[i].no_splats != methods[j].no_splats);
+    }
+    assert_int_equal(merging, 4);
+    const ca_method path = {.type = &ca_integrator_path}, vcm = {.type = &ca_integrator_vcm};
+    const ca_method ppm = {.type = &ca_integrator_ppm};
+    assert_true(ca_method_blur(&path) == 1.0 && ca_method_blur(&vcm) > 1.0);
+    assert_true(ca_method_blur(&ppm) > ca_method_blur(&vcm));
+    assert_int_equal(alone, 1);
+}
+
+static void test_neighbours(void **state)
+{
+    (void)state;
+    const ca_method path = {.type = &ca_integrator_path}, bdpm = {.type = &ca_integrator_bdpm};
+    const ca_method more = {.type = &ca_integrator_bdpm, .light_paths_log4 = 1};
+    ca_method next;
+    assert_false(ca_method_neighbour(&path, 1, 8, &path, 1, &next)); /* it has no light paths */
+    assert_true(ca_method_neighbour(&bdpm, 1, 8, &bdpm, 1, &next));
+    assert_true(next.type == bdpm.type && next.light_paths_log4 == 1);
+    assert_false(ca_method_neighbour(&bdpm, 1, 0, &bdpm, 1, &next));
+    const ca_method tried[] = {bdpm, more};
+    assert_false(ca_method_neighbour(&bdpm, 1, 8, tried, 2, &next));
+    assert_true(ca_method_neighbour(&bdpm, -1, 8, tried, 2, &next) && next.light_paths_log4 == -1);
+    assert_true(ca_method_neighbour(&more, 1, 8, tried, 2, &next) && next.light_paths_log4 == 2);
+    const ca_method few = {.type = &ca_integrator_bdpm, .light_paths_log4 = -2};
+    assert_false(ca_method_neighbour(&few, -1, 8, &few, 1, &next));
+}
+
+/* Guided light paths or usual ones: each is tried once. */
+static void test_other_emission(void **state)
+{
+    (void)state;
+    const ca_method path = {.type = &ca_integrator_path};
+    const ca_method guided = {.type = &ca_integrator_ovcm, .light_paths_log4 = 1};
+    ca_method other, back;
+    assert_false(ca_method_other_emission(&path, &path, 1, &other));
+    assert_true(ca_method_other_emission(&guided, &guided, 1, &other));
+    assert_true(other.unguided && other.type == guided.type && other.light_paths_log4 == 1);
+    const ca_method tried[] = {guided, other};
+    assert_false(ca_method_other_emission(&guided, tried, 2, &back));
+    assert_false(ca_method_other_emission(&other, tried, 2, &back));
+    assert_true(ca_method_neighbour(&other, 1, 8, tried, 2, &back) && back.unguided);
+}
+
+/* ---- Light that is lost, or rare ------------------------------------------------------------------------------- */
+
+enum { SIDE = 16, PER_PIXEL = 4 };
+
+/* An evenly lit picture of SIDE x SIDE pixels at (100, 50), of which the method expects 10 samples of each piece;
+ * `lost` of the first pixels are not found in so many batches. */
+static size_t even_light(ca_light_sample *samples, uint32_t lost, uint32_t batches)
+{
+    size_t count = 0;
+    for (uint32_t p = 0; p < SIDE * SIDE; p++)
+        for (uint32_t b = 0; b < PER_PIXEL; b++) {
+            const uint32_t batch = (p + b) % (p < lost ? batches : CA_LIGHT_BATCHES);
+            samples[count++] = (ca_light_sample){.light = 1.0,
+                                                 .expected = p < lost ? 0.0 : 10.0,
+                                                 .batch = batch,
+                                                 .x = 100 + p % SIDE,
+                                                 .y = 50 + p / SIDE};
+        }
+    ca_lost_light(samples, count); /* sorts */
+    return count;
+}
+
+static bool loses(uint32_t lost, uint32_t batches)
+{
+    static ca_light_sample samples[SIDE * SIDE * PER_PIXEL];
+    const size_t count = even_light(samples, lost, batches);
+    const ca_light_region region = {100, 50, 100 + SIDE, 50 + SIDE};
+    return ca_method_loses_light(samples, count, &region);
+}
+
+static void test_loses_light(void **state)
+{
+    (void)state;
+    assert_false(loses(0, 1));
+    assert_true(loses(1, CA_LIGHT_BATCHES));    /* a quarter of one of 8 x 8 parts, 0.4 % of the picture */
+    assert_false(loses(1, 3));                  /* which chance may do */
+    assert_true(loses(SIDE, CA_LIGHT_BATCHES)); /* a row */
+    assert_true(loses(SIDE * SIDE, CA_LIGHT_BATCHES));
+}
+
+static double one(const void *user, uint32_t x, uint32_t y)
+{
+    (void)user, (void)x, (void)y;
+    return 1.0;
+}
+
+static double only_left(const void *user, uint32_t x, uint32_t y)
+{
+    (void)user, (void)y;
+    return x < 100 + SIDE / 2 ? 1.0 : 0.0;
+}
+
+/* Two pieces of light y = 3 of which an iteration makes Q / T = 0.01 samples each bring 9 / 0.01 to the sum. */
+static void test_dots(void **state)
+{
+    (void)state;
+    const double scale = 50.0, per_path = 0.01;
+    const ca_light_sample samples[] = {
+        {.light = 7.0, .expected = 0.0, .x = 101, .y = 51}, /* lost: no variance comes of it */
+        {.light = 3.0, .expected = scale * per_path, .x = 101, .y = 51},
+        {.light = 3.0, .expected = scale * per_path, .x = 115, .y = 51},
+        {.light = 3.0, .expected = scale * 10.0, .x = 101, .y = 51}, /* no dot */
+    };
+    ca_dot_light light = {.camera_paths = 1000.0, .expected_scale = scale, .paths_of_pixel = 2.0, .weight = one};
+    const double each = 9.0 / per_path / 2000.0;
+    assert_true(fabs(ca_method_dots(samples, 4, &light) - 2.0 * each) < 1e-9);
+    light.weight = only_left;
+    assert_true(fabs(ca_method_dots(samples, 4, &light) - each) < 1e-9);
+}
+
+/* Values 1, 3 and 50 in one cell, 2, 2, 2 in the other. */
+static void test_variance_without_dots(void **state)
+{
+    (void)state;
+    float values[] = {1.0f, 2.0f, 3.0f, 2.0f, 50.0f, 2.0f};
+    const ca_method_trial trial = {.cells = {2, 1}, .samples = values, .iterations = 3};
+    const double weights[] = {0.25, 7.0};
+    assert_true(fabs(ca_method_trial_sum(&trial, 0) - 54.0) < 1e-12);
+    const double all = 0.25 * (1.0 + 9.0 + 2500.0 - 54.0 * 54.0 / 3.0) / 2.0 / 2.0;
+    assert_true(fabs(ca_method_trial_variance(&trial, weights, (double)INFINITY) - all) < 1e-9);
+    assert_true(fabs(ca_method_trial_variance(&trial, weights, 30.0) - 0.25 * 2.0 / 2.0) < 1e-9);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_goes_on),
+        cmocka_unit_test(test_first_methods),
+        cmocka_unit_test(test_neighbours),
+        cmocka_unit_test(test_other_emission),
+        cmocka_unit_test(test_loses_light),
+        cmocka_unit_test(test_dots),
+        cmocka_unit_test(test_variance_without_dots),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
