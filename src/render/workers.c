@@ -45,7 +45,7 @@ void ca_kept_counts_destroy(ca_kept_counts *kept)
 {
     ca_free(kept->counters);
     ca_free(kept->film_rejects);
-    *kept = (ca_kept_counts){NULL};
+    *kept = (ca_kept_counts){0};
 }
 
 void ca_workers_keep_counts(const ca_workers *workers, ca_kept_counts *kept)
