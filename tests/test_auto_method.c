@@ -283,7 +283,16 @@ static void test_bits_are_those_of_the_method(void **state)
     }
 }
 
-/* All light under water comes from merges; a lamp on a floor is found by next event with one sample's noise. */
+static uint32_t guided_trials(const auto_render *render)
+{
+    uint32_t guided = 0;
+    for (uint32_t i = 0; i < render->statistics.method.trial_count; i++)
+        guided += render->statistics.method.trials[i].guided;
+    return guided;
+}
+
+/* All light under water comes from merges; a lamp on a floor is found by next event with one sample's noise. Light
+ * paths of the sun are guided, not those of a single lamp. */
 static void test_choices(void **state)
 {
     (void)state;
@@ -298,30 +307,21 @@ static void test_choices(void **state)
     for (uint32_t i = 0; i < of_water.statistics.method.trial_count; i++) /* what loses light is not even tried */
         assert_true(ca_integrator_of(of_water.statistics.method.trials[i].name)->rules->merge != CA_MERGE_NONE);
     assert_true(ca_integrator_of(of_wall.method)->rules->merge == CA_MERGE_NONE);
+    assert_true(guided_trials(&of_water) >= 4 && guided_trials(&of_wall) == 0);
     assert_true(ca_integrator_of(of_dark.method) == &ca_integrator_path && of_dark.reason[0] == '\0');
     ca_scene_release(water);
     ca_scene_release(wall);
     ca_scene_release(dark);
 }
 
-static uint32_t guided_trials(const ca_scene *scene, const char *integrator)
-{
-    const ca_render_settings settings = auto_settings(integrator, 4);
-    const auto_render r = render_auto(scene, &settings);
-    uint32_t guided = 0;
-    for (uint32_t i = 0; i < r.statistics.method.trial_count; i++) guided += r.statistics.method.trials[i].guided;
-    return guided;
-}
-
-/* Light paths from a sun are guided, unless the user says otherwise; those from a single lamp are not. */
+/* The user may say that light paths are not guided. */
 static void test_guide(void **state)
 {
     (void)state;
-    ca_scene *water = water_scene(), *wall = wall_scene();
-    assert_true(guided_trials(water, "auto:max_depth=4") >= 4); /* those that merge */
-    assert_true(guided_trials(water, "auto:max_depth=4,guide=true") >= 4);
-    assert_int_equal(guided_trials(water, "auto:max_depth=4,guide=false"), 0);
-    assert_int_equal(guided_trials(wall, "auto:max_depth=4"), 0);
+    ca_scene *water = water_scene();
+    const ca_render_settings without = auto_settings("auto:max_depth=4,guide=false", 1);
+    const auto_render r = render_auto(water, &without);
+    assert_int_equal(guided_trials(&r), 0);
 
     const ca_render_settings settings = auto_settings("auto:max_depth=4", 4);
     const ca_method method = {.type = &ca_integrator_ovcm}, unguided = {.type = method.type, .unguided = true};
@@ -333,7 +333,6 @@ static void test_guide(void **state)
     assert_int_equal(ca_method_configure(&unguided, &plan, NULL, &input, NULL), CA_OK);
     assert_true(ca_integrator_value(method.type, &input, "guide", 1.0) == 0.0);
     ca_scene_release(water);
-    ca_scene_release(wall);
 }
 
 /* Without a name it is `auto`. */

@@ -15,7 +15,7 @@ static cluster make_cluster(ca_guide_sample *points, size_t count)
 {
     cluster c = {
         .points = points, .count = count, .low = points[0].position, .high = points[0].position,
-        .is_final = count < 2 * LEAST_POINTS};
+        .is_final = count < (size_t)2 * LEAST_POINTS};
     for (size_t i = 0; i < count; i++) {
         c.weight += (double)points[i].weight;
         c.low = ca_min_vec3(c.low, points[i].position);
