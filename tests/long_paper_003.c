@@ -393,8 +393,8 @@ static void test_hits_alone_are_darker_and_noisier(void **state)
     assert_true(of_light[SMALL][HITS_ONLY].median < of_light[LARGE][HITS_ONLY].median);
 }
 
-/* The report's own program: brighter than `bdpt` only by what its fixed rays leave out, noisier because its
- * directions are uniform, and with fireflies near the large light, which a light path may leave from its far side. */
+/* The report's own program: as bright as `bdpt` but for what its fixed rays leave out at edges, noisier because its
+ * directions are uniform, and with more fireflies from the large light than from the small one. */
 static void test_the_papers_program(void **state)
 {
     (void)state;
@@ -407,6 +407,7 @@ static void test_the_papers_program(void **state)
         assert_true(paper->noise > ours->noise);
     }
     assert_true(of_light[LARGE][PAPER].noise > of_light[SMALL][PAPER].noise);
+    assert_true(of_light[LARGE][PAPER].fireflies > of_light[SMALL][PAPER].fireflies);
 }
 
 static void test_fireflies(void **state)
