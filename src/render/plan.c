@@ -3,6 +3,7 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "math/numeric.h"
 #include "render/replicates.h"
 
 #include <float.h>
@@ -296,8 +297,9 @@ static void plan_blocks(ca_render_plan *plan)
             settings->samples_per_pixel ? settings->samples_per_pixel : plan->scene->desc.samples_per_pixel;
 }
 
-static float largest_coordinate(const ca_scene *scene)
+float ca_render_plan_extent(const ca_render_plan *plan)
 {
+    const ca_scene *scene = plan->scene;
     const float coordinates[6] = {scene->low.x,  scene->low.y,  scene->low.z,
                                   scene->high.x, scene->high.y, scene->high.z};
     float largest = FLT_MIN;
@@ -313,7 +315,7 @@ static void plan_block_film(ca_render_plan *plan, uint32_t width, uint32_t heigh
         .full_height = height,
         .gradients = ca_integrator_value(plan->type, &plan->input, "gradients", 0.0) != 0.0,
         .error_bars = ca_integrator_value(plan->type, &plan->input, "error_bars", 0.0) != 0.0,
-        .extent = largest_coordinate(plan->scene),
+        .extent = ca_render_plan_extent(plan),
     };
     memcpy(plan->block_film.crop, plan->crop, sizeof plan->crop);
 }
@@ -335,7 +337,7 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
-    plan->pass_limit = UINT32_MAX / most;
+    plan->pass_limit = ca_min_u32(UINT32_MAX / most, CA_BINNED_SUM_MOST_VALUES);
     plan->open_ended = settings->samples_per_pixel == 0 && (settings->seconds > 0.0 || settings->noise_percent > 0.0);
     if (plan->open_ended) return CA_OK;
     const uint32_t samples =

@@ -226,6 +226,7 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
     if (plan->rays == CA_RAYS_AUTO) return ca_auto_rays_render(plan, NULL, image, statistics, error);
     if (plan->rays == CA_RAYS_OF_FILE) CA_TRY(ca_ray_file_read(&r.rays, plan, error));
     ca_status status = ca_film_create(&r.film, plan->camera.width, plan->camera.height, plan->crop, error);
+    if (status == CA_OK) status = ca_film_add_up_in_parts(&r.film, ca_render_plan_extent(plan), error);
     if (status == CA_OK) status = ca_film_set_replicates(&r.film, ca_replicates_passes(plan), error);
     if (status == CA_OK && plan->settings->strategies_directory)
         status = ca_technique_images_create(&plan->input.technique_images, plan->crop, error);

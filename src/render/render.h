@@ -49,6 +49,9 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 
+/* No coordinate of the scene is larger; > 0. */
+float ca_render_plan_extent(const ca_render_plan *plan);
+
 /* Of the rendered part. */
 static inline double ca_render_plan_pixels(const ca_render_plan *plan)
 {
