@@ -3,7 +3,11 @@
 #include <assert.h>
 #include <math.h>
 
-static double unit(uint8_t bin, int exponent) { return ca_bits_double(CA_BINNED_SUM_EXPONENT(exponent, bin)); }
+/* 2^exponent of bin 0, in another one. */
+static double unit(uint8_t bin, int exponent)
+{
+    return ca_bits_double(CA_BINNED_EXPONENT(exponent) + bin * CA_BINNED_STEP);
+}
 
 static void move_down(const ca_binned_sums *sums, int i, uint8_t bin)
 {
@@ -20,7 +24,7 @@ void ca_binned_sums_raise(const ca_binned_sums *sums, const double *value)
     for (int i = 0; i < sums->count; i++) {
         uint8_t bin = sums->bin[i];
         assert(isfinite(value[i]));
-        while (fabs(value[i]) > ca_binned_sum_limit(bin)) bin++;
+        while (fabs(value[i]) > unit(bin, -401)) bin++;
         move_down(sums, i, bin);
     }
 }
@@ -45,9 +49,7 @@ void ca_binned_sums_add_sums(const ca_binned_sums *sums, const ca_binned_sums *o
     }
 }
 
-double ca_binned_sums_value(const ca_binned_sums *sums, int i)
+double ca_binned_value(uint8_t bin, int64_t high, int64_t middle, int64_t low)
 {
-    const uint8_t bin = sums->bin[i];
-    const double low = i < sums->with_low ? (double)sums->low[i] * unit(bin, -520) : 0.0;
-    return (double)sums->high[i] * unit(bin, -440) + ((double)sums->middle[i] * unit(bin, -480) + low);
+    return (double)high * unit(bin, -440) + ((double)middle * unit(bin, -480) + (double)low * unit(bin, -520));
 }

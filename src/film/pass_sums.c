@@ -2,6 +2,7 @@
 
 #include "base/little_endian.h"
 
+#include <math.h>
 #include <string.h>
 
 _Static_assert(sizeof(ca_pass_sums) == 296 && sizeof(ca_group_sums) == 128,
@@ -19,45 +20,81 @@ static inline ca_binned_sums binned_group(ca_group_sums *s)
     return (ca_binned_sums){s->high, s->middle, s->low, s->bin, 4, 4};
 }
 
-void ca_pass_sums_add(ca_pass_sums *sums, const double value[4], bool cubes)
+/* What is added to the sums. */
+typedef struct terms {
+    ca_binned_d4 squares, values, cubes; /* values: R, G, B, and 0 for the first of the cubes */
+} terms;
+
+static void raise_for(ca_pass_sums *sums, const terms *t)
 {
     const ca_binned_sums to = binned(sums);
-    double terms[CA_PASS_SUMS];
-    for (int c = 0; c < 4; c++) terms[CA_PASS_SQUARES + c] = value[c] * value[c];
-    for (int c = 0; c < 3; c++) terms[CA_PASS_VALUES + c] = value[c];
-    for (int c = 0; c < 4; c++) terms[CA_PASS_CUBES + c] = cubes ? value[c] * value[c] * value[c] : 0.0;
-    ca_binned_sums_add(&to, terms);
+    const double all[CA_PASS_SUMS] = {t->squares[0], t->squares[1], t->squares[2], t->squares[3],
+                                      t->values[0],  t->values[1],  t->values[2],  t->cubes[0],
+                                      t->cubes[1],   t->cubes[2],   t->cubes[3]};
+    ca_binned_sums_raise(&to, all);
 }
 
-/* A double next to 1.5 * 2^52 has whole numbers as its last places. */
-static inline int64_t nearest(double value)
+/* Eleven sums are three times four: one is met twice, the first time with a 0. */
+static inline void add_terms(ca_pass_sums *sums, const terms *t)
 {
-    return (int64_t)(ca_double_bits(value + 0x1.8p52) - ca_double_bits(0x1.8p52));
+    const uint8_t *bin = sums->bin;
+    ca_binned_u4 squares = ca_binned_raised(bin), values = ca_binned_raised(bin + 4),
+                 cubes = ca_binned_raised(bin + 7);
+    const ca_binned_u4 over = ca_binned_over(t->squares, squares) | ca_binned_over(t->values, values) |
+                              ca_binned_over(t->cubes, cubes);
+    if (ca_binned_is_any(over)) {
+        raise_for(sums, t);
+        squares = ca_binned_raised(bin);
+        values = ca_binned_raised(bin + 4);
+        cubes = ca_binned_raised(bin + 7);
+    }
+    ca_binned_add4(sums->high, sums->middle, sums->low, t->squares, squares);
+    ca_binned_add4(sums->high + 4, sums->middle + 4, NULL, t->values, values);
+    ca_binned_add4(sums->high + 7, sums->middle + 7, NULL, t->cubes, cubes);
+}
+
+void ca_pass_sums_add(ca_pass_sums *sums, const double value[4], bool cubes)
+{
+    const ca_binned_d4 v = {value[0], value[1], value[2], value[3]}, rgb = {value[0], value[1], value[2], 0.0};
+    const terms t = {.squares = v * v, .values = rgb, .cubes = v * v * v * (cubes ? 1.0 : 0.0)};
+    add_terms(sums, &t);
+}
+
+/* Units in a double next to 1.5 * 2^52 are its last places. */
+static inline ca_binned_u4 whole_numbers(ca_binned_d4 units)
+{
+    const ca_binned_u4 size = (ca_binned_u4)units & ~(UINT64_C(1) << 63);
+    const ca_binned_u4 within = (ca_binned_u4)((ca_binned_d4)size <= 0x1p32);
+    const ca_binned_d4 kept = (ca_binned_d4)((ca_binned_u4)units & within);
+    return (ca_binned_u4)(kept + 0x1.8p52) - CA_BINNED_EXPONENT(52) - (UINT64_C(1) << 51);
 }
 
 void ca_pass_sums_add_features(ca_pass_sums *sums, const float value[CA_PASS_FEATURES], const double scale[3])
 {
-    for (int i = 0; i < CA_PASS_FEATURES; i++) {
-        const double units = (double)value[i] * scale[i / 3];
-        sums->features[i] += nearest(fabs(units) <= 0x1p32 ? units : 0.0);
-    }
+    double units[CA_PASS_FEATURES];
+    for (int i = 0; i < CA_PASS_FEATURES; i++) units[i] = (double)value[i] * scale[i / 3];
+    const ca_binned_d4 first = {units[0], units[1], units[2], units[3]},
+                       second = {units[4], units[5], units[6], units[7]}, last = {units[8]};
+    int64_t *to = sums->features;
+    ca_binned_store(to, ca_binned_load(to) + whole_numbers(first));
+    ca_binned_store(to + 4, ca_binned_load(to + 4) + whole_numbers(second));
+    to[8] += (int64_t)whole_numbers(last)[0];
 }
 
 void ca_pass_sums_close_group(ca_pass_sums *sums, ca_group_sums *group, uint32_t samples)
 {
-    double value[4], squares[4], cubes[CA_PASS_SUMS] = {0.0};
+    ca_binned_d4 value;
     for (int c = 0; c < 3; c++) {
         value[c] = group->open[c] / samples;
         group->open[c] = 0.0;
     }
     value[3] = 0.2126 * value[0] + 0.7152 * value[1] + 0.0722 * value[2];
-    for (int c = 0; c < 4; c++) {
-        squares[c] = value[c] * value[c];
-        cubes[CA_PASS_CUBES + c] = squares[c] * value[c];
-    }
-    const ca_binned_sums of_group = binned_group(group), of_pixel = binned(sums);
-    ca_binned_sums_add(&of_group, squares);
-    ca_binned_sums_add(&of_pixel, cubes);
+    const terms t = {.cubes = value * value * value};
+    const double squares[4] = {value[0] * value[0], value[1] * value[1], value[2] * value[2], value[3] * value[3]};
+    const ca_binned_sums of_group = binned_group(group);
+    add_terms(sums, &t);
+    ca_binned_sums_raise(&of_group, squares);
+    ca_binned_add4(group->high, group->middle, group->low, value * value, ca_binned_raised(group->bin));
 }
 
 void ca_pass_sums_add_sums(ca_pass_sums *sums, const ca_pass_sums *other)
@@ -78,16 +115,12 @@ void ca_group_sums_add_sums(ca_group_sums *sums, const ca_group_sums *other)
 
 double ca_pass_sums_value(const ca_pass_sums *sums, int i)
 {
-    ca_pass_sums copy = *sums;
-    const ca_binned_sums from = binned(&copy);
-    return ca_binned_sums_value(&from, i);
+    return ca_binned_value(sums->bin[i], sums->high[i], sums->middle[i], i < CA_PASS_VALUES ? sums->low[i] : 0);
 }
 
 double ca_group_sums_value(const ca_group_sums *sums, int i)
 {
-    ca_group_sums copy = *sums;
-    const ca_binned_sums from = binned_group(&copy);
-    return ca_binned_sums_value(&from, i);
+    return ca_binned_value(sums->bin[i], sums->high[i], sums->middle[i], sums->low[i]);
 }
 
 /* ---- Bytes ----------------------------------------------------------------------------------------------------- */
@@ -105,10 +138,11 @@ static const unsigned char *get_all(const unsigned char *bytes, int64_t *values,
 }
 
 /* No sum of so many terms, each of `most` units at most, is larger. */
-static bool are_sums(const int64_t *values, int count, uint32_t terms, int64_t most)
+static bool are_sums(const int64_t *values, int count, uint32_t samples, int64_t most)
 {
+    const int64_t limit = samples * most;
     bool good = true;
-    for (int i = 0; i < count; i++) good = good && values[i] <= terms * most && values[i] >= -(terms * most);
+    for (int i = 0; i < count; i++) good = good && values[i] <= limit && values[i] >= -limit;
     return good;
 }
 
