@@ -160,3 +160,14 @@ bool ca_part_settings_equal(const char **a, const char **b)
     }
     return true;
 }
+
+ca_status ca_part_settings_fail(const char *first_path, const char *a, const char *path, const char *b, ca_error *error)
+{
+    const int name = (int)strcspn(a, " \n"), a_length = (int)strcspn(a, "\n"), b_length = (int)strcspn(b, "\n");
+    if (strncmp(a, "scene ", 6) == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.300s and %.300s show different scenes: their files or definitions differ", first_path,
+                       path);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.200s and %.200s differ in their %.*s: \"%.*s\" and \"%.*s\"",
+                   first_path, path, name, a, a_length < 250 ? a_length : 250, a, b_length < 250 ? b_length : 250, b);
+}

@@ -21,4 +21,8 @@ bool ca_part_settings_find(const char *text, const char *name, char *value, size
 /* Are the texts equal? If not, *a and *b are moved to their first lines that differ. */
 bool ca_part_settings_equal(const char **a, const char **b);
 
+/* Refuses two files whose texts differ from these lines on: names what differs. CA_ERROR_ARGUMENT. */
+ca_status ca_part_settings_fail(const char *first_path, const char *a, const char *path, const char *b,
+                                ca_error *error);
+
 #endif
