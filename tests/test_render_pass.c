@@ -269,7 +269,7 @@ static void test_a_stopped_pass_is_finished(void **state)
 static void test_memory_for_light_paths(void **state)
 {
     (void)state;
-    const double film = WIDTH * HEIGHT * (double)sizeof(ca_film_pixel);
+    const double film = WIDTH * HEIGHT * ca_film_pixel_bytes(1);
     const double buffer = WIDTH * HEIGHT * 2.0 * (double)sizeof(ca_film_sample);
     ca_render_settings settings;
     ca_render_settings_init(&settings);

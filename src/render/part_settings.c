@@ -77,7 +77,6 @@ static size_t add_film(char *text, size_t used, const ca_render_plan *plan, uint
     used = add_line(text, used, "crop", value);
     used = add_line(text, used, "filter", ca_filter_name(plan->filter.kind));
     used = add_number(text, used, "passes_per_replicate", ca_replicates_passes(plan));
-    used = add_number(text, used, "samples_per_pass", plan->samples_per_pass);
     snprintf(value, sizeof value, "%016" PRIx64, rays);
     return add_line(text, used, "rays", rays ? value : "none");
 }
@@ -91,9 +90,11 @@ ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char 
     size_t used = add_line(*text, 0, "version", ca_version());
     used = add_line(*text, used, "scene", hash);
     used = add_line(*text, used, "integrator", plan->type->name);
+    used = add_film(*text, used, plan, rays);
+    /* Last, since some of them follow from the others where they are not given. */
     for (int i = 0; plan->type->parameters[i].name; i++)
         used = add_number(*text, used, plan->type->parameters[i].name, plan->input.values[i]);
-    add_film(*text, used, plan, rays);
+    add_number(*text, used, "samples_per_pass", plan->samples_per_pass);
     return CA_OK;
 }
 

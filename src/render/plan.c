@@ -429,13 +429,20 @@ double ca_render_plan_expected_passes(const ca_render_plan *plan)
     return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / paths)));
 }
 
+/* Films whose numbers of rays are chosen are joined with weights: they need not add up in parts. */
+static double film_bytes(const ca_render_plan *plan)
+{
+    if (ca_render_plan_by_blocks(plan)) return ca_block_film_bytes(&plan->block_film);
+    const bool chosen = plan->rays == CA_RAYS_AUTO;
+    const double pixel = chosen ? (double)sizeof(ca_film_pixel) : ca_film_pixel_bytes(ca_replicates_passes(plan));
+    return ca_render_plan_pixels(plan) * pixel;
+}
+
 /* Light paths get the memory that the film leaves. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
-    const double film = ca_render_plan_by_blocks(plan)
-                            ? ca_block_film_bytes(&plan->block_film)
-                            : ca_render_plan_pixels(plan) * ca_film_pixel_bytes(ca_replicates_passes(plan));
+    const double film = film_bytes(plan);
     if (allowed <= 0.0) return CA_OK;
     if (film > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
