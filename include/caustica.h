@@ -159,13 +159,13 @@ typedef struct ca_render_settings {
     bool has_passes;
     uint64_t passes[2];
     const char *part_path; /* also write the sums of the passes or blocks to this file, for ca_merge_parts */
-    /* File in which a render is kept while it goes on (NULL: none), so that little is lost with it: after each so many
-     * seconds (0: every 300 s, or 100 times what the last one took to write, if that is more), and at its end. With
-     * `resume` the render goes on from the file where there is one, to the bits of a render without a break; its
-     * samples, time, noise target, threads and memory may be others, all else must be the same. Without `resume` the
-     * file must not exist. The file is locked against other renders (PATH.lock). One that cannot be written is told by
-     * the progress callback; the render goes on, and CA_ERROR_FILE is returned if the last one failed. Refused with
-     * numbers of rays that are chosen, and with strategies_directory. */
+    /* File in which a render is kept while it goes on (NULL: none), so that little is lost with it: after each so
+     * many seconds (0: every 300 s, or 100 times what the last one took to write, if that is more), and at its end.
+     * With `resume` the render goes on from the file where there is one, to the bits of a render without a break;
+     * its samples, time, noise target, threads and memory may be others, all else must be the same. Without
+     * `resume` the file must not exist. The file is locked against other renders (PATH.lock). One that cannot be
+     * written is told by the progress callback; the render goes on, and CA_ERROR_FILE is returned if the last one
+     * failed. Refused with numbers of rays that are chosen, and with strategies_directory. */
     const char *checkpoint_path;
     double checkpoint_seconds;
     bool checkpoint_if_long; /* only where the whole render is expected to take more than ten minutes */

@@ -57,7 +57,8 @@ static ca_render_settings settings_of(const char *integrator, uint32_t samples, 
     s.has_max_depth = true;
     s.max_depth = 4;
     /* So that it need not be looked for. */
-    if (ca_integrator_of(integrator) && ca_integrator_has_parameter(ca_integrator_of(integrator), "radius")) s.radius = 0.1;
+    if (ca_integrator_of(integrator) && ca_integrator_has_parameter(ca_integrator_of(integrator), "radius"))
+        s.radius = 0.1;
     return s;
 }
 
@@ -237,7 +238,8 @@ static void test_auto_goes_on(void **state)
     ca_image_layers *image;
     const char *path = file("c.part");
     assert_int_equal(ca_merge_parts(&path, 1, NULL, &image, NULL, NULL), CA_OK);
-    const ca_render_settings all = {.integrator = attribute_text(image, "caustica.integrator"), .samples_per_pixel = 5};
+    const ca_render_settings all = {.integrator = attribute_text(image, "caustica.integrator"),
+                                    .samples_per_pixel = 5};
     assert_true(image_hash(image) == hash && render(&all, NULL) == hash);
     ca_image_release(image);
 }
@@ -282,8 +284,8 @@ static void test_other_settings_are_refused(void **state)
             other.crop[3] = 5);
     REFUSED("\"passes_per_replicate 1\", but this render has \"passes_per_replicate 2\"", other.replicates = 2);
     REFUSED("has 2 passes already, more than the 1 of this render", other.samples_per_pixel = 1);
-    REFUSED("has the passes 0:2, but this render begins at pass 1", other.samples_per_pixel = 0, other.has_passes = true,
-            other.passes[0] = 1, other.passes[1] = 4);
+    REFUSED("has the passes 0:2, but this render begins at pass 1", other.samples_per_pixel = 0,
+            other.has_passes = true, other.passes[0] = 1, other.passes[1] = 4);
     REFUSED("there is a checkpoint already", other.resume = false);
     REFUSED("rays \"auto\"", other.integrator = "bdpm", other.rays = "auto");
     REFUSED("images of the strategies", other.strategies_directory = "x");
@@ -422,7 +424,8 @@ static void test_a_checkpoint_that_cannot_be_written(void **state)
 
 /* ---- Parts ----------------------------------------------------------------------------------------------------- */
 
-static const char *render_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t threads, const char *name)
+static const char *render_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t threads,
+                               const char *name)
 {
     ca_render_settings s = settings_of(integrator, 0, threads);
     s.has_passes = true;

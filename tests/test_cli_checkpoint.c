@@ -1,5 +1,5 @@
-/* Checkpoints from outside: kills at random times (200 of them are in long_kills), a second job, a full disk, a texture
- * that changes behind its name, names that are chosen, and parts that are merged. */
+/* Checkpoints from outside: kills at random times (200 of them are in long_kills), a second job, a full disk, a
+ * texture that changes behind its name, names that are chosen, and parts that are merged. */
 #define _POSIX_C_SOURCE 200809L
 #include "support/program_test.h"
 #include "support/random_kills.h"
@@ -38,9 +38,17 @@ static void wait_for(void **state, const char *name)
 /* Ctrl-C leaves picture and checkpoint; the same line goes on. A second job is refused meanwhile. */
 static void test_signals_and_second_jobs(void **state)
 {
-    static const char *const words[] = {"render",         "ball.xml",   "--spp=100000", "--quiet",
-                                        "--checkpoint=c.part", "--resume", "--checkpoint-every=0.001", "-o",
-                                        "a.exr",          "--stats=a.json", NULL};
+    static const char *const words[] = {"render",
+                                        "ball.xml",
+                                        "--spp=100000",
+                                        "--quiet",
+                                        "--checkpoint=c.part",
+                                        "--resume",
+                                        "--checkpoint-every=0.001",
+                                        "-o",
+                                        "a.exr",
+                                        "--stats=a.json",
+                                        NULL};
     ca_program_result r, second;
     const pid_t process = ca_program_start(*state, words, -1);
     wait_for(state, "c.part");
@@ -159,12 +167,8 @@ static void test_parts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        PROGRAM_TEST(test_kills),
-        PROGRAM_TEST(test_signals_and_second_jobs),
-        PROGRAM_TEST(test_names_by_itself),
-        PROGRAM_TEST(test_full_disk),
-        PROGRAM_TEST(test_changed_texture),
-        PROGRAM_TEST(test_parts),
+        PROGRAM_TEST(test_kills),     PROGRAM_TEST(test_signals_and_second_jobs), PROGRAM_TEST(test_names_by_itself),
+        PROGRAM_TEST(test_full_disk), PROGRAM_TEST(test_changed_texture),         PROGRAM_TEST(test_parts),
     };
     return run_program_tests("checkpoints", tests, sizeof tests / sizeof tests[0]);
 }

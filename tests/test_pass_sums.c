@@ -26,7 +26,8 @@ static uint32_t below(uint32_t count) { return (uint32_t)between(0.0f, (float)co
 static double any_value(int spread)
 {
     const float sign = between(-1.0f, 1.0f);
-    return ldexp((double)between(1.0f, 2.0f), (int)between((float)-spread, (float)spread)) * (sign < 0.0f ? -1.0 : 1.0);
+    return ldexp((double)between(1.0f, 2.0f), (int)between((float)-spread, (float)spread)) *
+           (sign < 0.0f ? -1.0 : 1.0);
 }
 
 /* ---- One pixel ------------------------------------------------------------------------------------------------- */
@@ -255,8 +256,7 @@ static void test_same_as_doubles(void **state)
     assert_int_equal(ca_film_develop(&doubles, &y, NULL), CA_OK);
     for (uint32_t l = 0; l < x->channel_count; l++)
         for (int p = 0; p < PIXELS; p++) {
-            const double u = (double)x->channels[l].data[p],
-                         v = (double)ca_layers_find(y, x->channels[l].name)[p];
+            const double u = (double)x->channels[l].data[p], v = (double)ca_layers_find(y, x->channels[l].name)[p];
             if (!(fabs(u - v) <= 4e-6 * fabs(v) + 1e-6)) fail_msg("%s: %.9g and %.9g", x->channels[l].name, u, v);
         }
     ca_layers_destroy(x);

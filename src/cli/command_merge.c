@@ -43,8 +43,10 @@ static int print_help(void)
     ca_options_print_prose(
         "The parts come from `caustica render SCENE --passes A:B -o FILE.part` (of qmcppm: --blocks A:B), on any "
         "machines, and are given in any order; a checkpoint is one, too.\n"
-        "They must be of the same scene and settings, and may not overlap; an image needs all passes from 0. It is the "
-        "same, to the bit, as that of one render of all of them. Passes may have gaps in a part file that is written, "
+        "They must be of the same scene and settings, and may not overlap; an image needs all passes from 0. It is "
+        "the "
+        "same, to the bit, as that of one render of all of them. Passes may have gaps in a part file that is "
+        "written, "
         "blocks may not.\n"
         "Example: caustica merge a.part b.part -o image.exr -o image.png\n",
         stdout);

@@ -84,8 +84,9 @@ static const ca_option options[] = {
      .argument = "FILE.part",
      .kind = CA_OPTION_TEXT,
      AT(keep.wanted),
-     .help = "keep the render in this file while it goes on (default: OUTPUT.checkpoint.part, if it takes more than ten "
-             "minutes, until it has ended)"},
+     .help =
+         "keep the render in this file while it goes on (default: OUTPUT.checkpoint.part, if it takes more than ten "
+         "minutes, until it has ended)"},
     {.name = "checkpoint-every",
      .argument = "SECONDS",
      .kind = CA_OPTION_POSITIVE,
@@ -263,9 +264,11 @@ static int print_help(void)
         "alpha are not used. The numbers of paths depend on measured times, so two such images are not the same to "
         "the bit. Images with --rays FILE.exr are: FILE.exr is an image of --rays auto or of `caustica noise`, and "
         "its numbers are used.\n"
-        "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of them, "
+        "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of "
+        "them, "
         "made by --passes (--blocks) anywhere, to the bits of one render.\n"
-        "--checkpoint, --resume: the same line can be given again and again, and goes on where the last run was when it "
+        "--checkpoint, --resume: the same line can be given again and again, and goes on where the last run was when "
+        "it "
         "ended or was killed, to the bits of a render without a break. Not with --rays auto and --dump-strategies.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block and write the image, exit status 0; a "
         "second SIGINT or SIGTERM ends at once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
@@ -352,9 +355,10 @@ static ca_status check_outputs(render_options *o, ca_error *error)
         CA_TRY(ca_places_read(&o->places, settings->rays, "from which --rays reads", error));
     CA_TRY(ca_outputs_check(&o->outputs, o->stats, &o->settings.part_path, &o->places, error));
     if (range_begin(o) > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "--%s: an image needs all %s from 0; without them only a part file (-o FILE.part) can be written",
-                       o->settings.has_blocks ? "blocks" : "passes", o->settings.has_blocks ? "blocks" : "passes");
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "--%s: an image needs all %s from 0; without them only a part file (-o FILE.part) can be written",
+            o->settings.has_blocks ? "blocks" : "passes", o->settings.has_blocks ? "blocks" : "passes");
     CA_TRY(choose_checkpoint(o, error));
     CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
     if (!folder) return CA_OK;
@@ -442,7 +446,8 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
     if (o->settings.has_passes)
         printf(", passes %llu:%llu", (unsigned long long)s->passes[0], (unsigned long long)s->passes[1]);
     if (s->passes_resumed > 0)
-        printf(", resumed after %llu %s", (unsigned long long)s->passes_resumed, s->blocks[1] > 0 ? "blocks" : "passes");
+        printf(", resumed after %llu %s", (unsigned long long)s->passes_resumed,
+               s->blocks[1] > 0 ? "blocks" : "passes");
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     if (s->has_confidence)
         printf(", no error bars for %.3g %% of the pixels, widened ones for %.3g %%", 100.0 * s->confidence_marked,

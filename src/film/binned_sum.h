@@ -1,18 +1,18 @@
 /* Binned sums: sums of doubles whose bits do not depend on the order or the grouping in which values are added.
  *
- * Bins lie at fixed exponents: bin b counts multiples of the unit 2^(40 b - 440). A sum has two or three of them, one
- * after the other: `high` of bin b, `middle` of bin b - 1, and `low` of bin b - 2 where there is one. A value is split:
- * rounded to a multiple of the highest unit, what is left to one of the next, and so on; what the last one leaves is
- * dropped. Which bins a sum has follows from its largest value alone: b is the smallest bin with |value| <= 2^39
- * units, so that values of lower bins round to 0 there. Where a larger value comes the bins move down by one: what
- * was `high` is what all values so far would have had as `middle`. So the state is a function of the set of values,
- * and sums of sums are, too. (The idea is that of reproducible summation, with integers.)
+ * Bins lie at fixed exponents: bin b counts multiples of the unit 2^(40 b - 440). A sum has two or three of them,
+ * one after the other: `high` of bin b, `middle` of bin b - 1, and `low` of bin b - 2 where there is one. A value
+ * is split: rounded to a multiple of the highest unit, what is left to one of the next, and so on; what the last
+ * one leaves is dropped. Which bins a sum has follows from its largest value alone: b is the smallest bin with
+ * |value| <= 2^39 units, so that values of lower bins round to 0 there. Where a larger value comes the bins move
+ * down by one: what was `high` is what all values so far would have had as `middle`. So the state is a function of
+ * the set of values, and sums of sums are, too. (The idea is that of reproducible summation, with integers.)
  *
- * Each value is kept to 2^-40 of the largest one with two bins, to 2^-80 with three. The largest value is 2^399; all
- * bins hold CA_BINNED_SUM_MOST_VALUES values. Values must be finite.
+ * Each value is kept to 2^-40 of the largest one with two bins, to 2^-80 with three. The largest value is 2^399;
+ * all bins hold CA_BINNED_SUM_MOST_VALUES values. Values must be finite.
  *
- * A set of sums lies in arrays, so that four of them are added to at a time: the first `with_low` of `count` sums have
- * three bins. All zero is the sum of nothing. */
+ * A set of sums lies in arrays, so that four of them are added to at a time: the first `with_low` of `count` sums
+ * have three bins. All zero is the sum of nothing. */
 #ifndef CA_FILM_BINNED_SUM_H
 #define CA_FILM_BINNED_SUM_H
 

@@ -252,10 +252,7 @@ static double variance(double sum, double sum_squares, double n)
 
 static double luminance_sum(const ca_film_pixel *pixel) { return ca_film_luminance(pixel->sum); }
 
-static ca_film_pixel pixel_of_film(const void *user, size_t i)
-{
-    return ca_film_pixel_at(user, i);
-}
+static ca_film_pixel pixel_of_film(const void *user, size_t i) { return ca_film_pixel_at(user, i); }
 
 ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source)
 {

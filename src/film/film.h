@@ -9,11 +9,11 @@
  * that must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers;
  * ConfidenceWidened.*: which of them are widened (interval_layers.h).
  *
- * A film keeps its sums in one of two ways. As it is created: in double precision, 128 bytes per pixel, 56 more where
- * replicates are groups of samples; for sums that stay in this process. After ca_film_add_up_in_parts: such that films
- * of parts add up to the whole to the bit (pass_sums.h), 296 bytes per pixel and 128 more. A pixel is written by one
- * thread at a time, in the order of its samples, so the sums do not depend on the number of threads. The film sees no
- * scene. */
+ * A film keeps its sums in one of two ways. As it is created: in double precision, 128 bytes per pixel, 56 more
+ * where replicates are groups of samples; for sums that stay in this process. After ca_film_add_up_in_parts: such
+ * that films of parts add up to the whole to the bit (pass_sums.h), 296 bytes per pixel and 128 more. A pixel is
+ * written by one thread at a time, in the order of its samples, so the sums do not depend on the number of threads.
+ * The film sees no scene. */
 #ifndef CA_FILM_FILM_H
 #define CA_FILM_FILM_H
 

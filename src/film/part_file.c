@@ -32,7 +32,8 @@ enum {
 };
 
 enum { EXTRA_GRADIENTS = 1, EXTRA_ERROR_BARS = 2, ALL_EXTRAS = 3 };
-enum { FORMAT = 1, HEADER_BYTES = 8 + 8 * FIELD_COUNT, HASH_BYTES = CA_PART_HASH_BYTES, MAX_TEXT_BYTES = CA_PART_TEXT_BYTES };
+enum { FORMAT = 1, HEADER_BYTES = 8 + 8 * FIELD_COUNT };
+enum { HASH_BYTES = CA_PART_HASH_BYTES, MAX_TEXT_BYTES = CA_PART_TEXT_BYTES };
 
 static const size_t max_file_bytes = (size_t)1 << 40;
 

@@ -20,7 +20,7 @@ enum {
     FIELD_FULL_HEIGHT,
     FIELD_CROP,
     FIELD_REPLICATE_SAMPLES = FIELD_CROP + 4,
-    FIELD_EXTENT,  /* bits of a double; likewise: */
+    FIELD_EXTENT, /* bits of a double; likewise: */
     FIELD_SECONDS,
     FIELD_LOOK_TARGET,
     FIELD_LOOK_NEXT,
@@ -204,7 +204,8 @@ static ca_status read_ranges(ca_pass_reader *reader, size_t count, ca_error *err
     if (!part->ranges) return ca_fail_memory(error, reader->path);
     for (size_t i = 0; i < count; i++) {
         ca_pass_range *range = &part->ranges[i];
-        const bool read = ca_part_get_u64(reader->stream, &range->begin) && ca_part_get_u64(reader->stream, &range->end);
+        const bool read =
+            ca_part_get_u64(reader->stream, &range->begin) && ca_part_get_u64(reader->stream, &range->end);
         const bool in_order = i == 0 || range->begin > before;
         if (!read || !in_order || range->begin >= range->end || range->end > CA_BINNED_SUM_MOST_VALUES)
             return fail_damaged(reader, error);

@@ -1,11 +1,12 @@
-/* Files of passes: the sums of a render's passes, with all that tells whether two of them belong together. Parts of a
- * render, which add up to the whole to the bit, and checkpoints, from which a render goes on, are the same.
+/* Files of passes: the sums of a render's passes, with all that tells whether two of them belong together. Parts of
+ * a render, which add up to the whole to the bit, and checkpoints, from which a render goes on, are the same.
  *
- * Layout: pieces as in part_stream.h. The magic; the format's number, CA_PASS_PART_FORMAT (blocks of pairs have another
- * one, part_file.h); the fields of pass_part.c; the ranges of passes, two numbers each; three texts (settings, record,
- * scene path); the film row by row (film.h); a hash of all before it. Size: that of the film in memory, and some
- * hundred bytes. Reading trusts nothing: a file that is too short or too long, damaged or of another version is
- * refused (CA_ERROR_FORMAT) before memory is taken for what it claims to hold. Only a row of a file is in memory. */
+ * Layout: pieces as in part_stream.h. The magic; the format's number, CA_PASS_PART_FORMAT (blocks of pairs have
+ * another one, part_file.h); the fields of pass_part.c; the ranges of passes, two numbers each; three texts
+ * (settings, record, scene path); the film row by row (film.h); a hash of all before it. Size: that of the film in
+ * memory, and some hundred bytes. Reading trusts nothing: a file that is too short or too long, damaged or of
+ * another version is refused (CA_ERROR_FORMAT) before memory is taken for what it claims to hold. Only a row of a
+ * file is in memory. */
 #ifndef CA_FILM_PASS_PART_H
 #define CA_FILM_PASS_PART_H
 
@@ -25,9 +26,9 @@ typedef struct ca_pass_looks {
 } ca_pass_looks;
 
 typedef struct ca_pass_part {
-    char *settings;   /* owned; lines "name value\n": what the image depends on, to be equal among parts */
-    char *record;     /* owned; likewise: what was decided while rendering, and from what */
-    char *scene_path; /* owned; as it was given; may differ */
+    char *settings;        /* owned; lines "name value\n": what the image depends on, to be equal among parts */
+    char *record;          /* owned; likewise: what was decided while rendering, and from what */
+    char *scene_path;      /* owned; as it was given; may differ */
     ca_pass_range *ranges; /* owned; in order, apart from each other */
     size_t range_count;
     uint64_t counts[CA_PART_COUNTS]; /* totals over all passes, of whatever the writer counts */

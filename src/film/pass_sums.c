@@ -40,8 +40,8 @@ static inline void add_terms(ca_pass_sums *sums, const terms *t)
     const uint8_t *bin = sums->bin;
     ca_binned_u4 squares = ca_binned_raised(bin), values = ca_binned_raised(bin + 4),
                  cubes = ca_binned_raised(bin + 7);
-    const ca_binned_u4 over = ca_binned_over(t->squares, squares) | ca_binned_over(t->values, values) |
-                              ca_binned_over(t->cubes, cubes);
+    const ca_binned_u4 over =
+        ca_binned_over(t->squares, squares) | ca_binned_over(t->values, values) | ca_binned_over(t->cubes, cubes);
     if (ca_binned_is_any(over)) {
         raise_for(sums, t);
         squares = ca_binned_raised(bin);

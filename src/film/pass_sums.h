@@ -1,10 +1,10 @@
-/* What passes add to a pixel, as sums whose bits do not depend on the order or the grouping of the passes: parts of a
- * render add up to the whole (docs/decisions/021).
+/* What passes add to a pixel, as sums whose bits do not depend on the order or the grouping of the passes: parts of
+ * a render add up to the whole (docs/decisions/021).
  *
- * Values, their squares and cubes are binned sums (binned_sum.h): squares in three bins, since the variance is a small
- * difference of large sums; the others in two. Albedos and normals are summed in multiples of 2^-28, positions in
- * those of 2^-28 times the power of two that bounds the scene's coordinates: a sixteenth of what a float of that size
- * resolves. Values over 16 times these bounds, or that are no numbers, add nothing there.
+ * Values, their squares and cubes are binned sums (binned_sum.h): squares in three bins, since the variance is a
+ * small difference of large sums; the others in two. Albedos and normals are summed in multiples of 2^-28,
+ * positions in those of 2^-28 times the power of two that bounds the scene's coordinates: a sixteenth of what a
+ * float of that size resolves. Values over 16 times these bounds, or that are no numbers, add nothing there.
  *
  * State: 296 bytes a pixel, 128 more where replicates are groups of passes. CA_BINNED_SUM_MOST_VALUES passes at
  * most. */
@@ -27,9 +27,9 @@ typedef struct ca_pass_sums {
 
 /* Where replicates are groups of passes that follow each other. */
 typedef struct ca_group_sums {
-    double open[3];                    /* of R, G, B, over the samples of the group that is not complete yet */
+    double open[3];                     /* of R, G, B, over the samples of the group that is not complete yet */
     int64_t high[4], middle[4], low[4]; /* binned sums of squares of R, G, B, Y of one group's mean */
-    uint8_t bin[8];                    /* the last four are not used */
+    uint8_t bin[8];                     /* the last four are not used */
 } ca_group_sums;
 
 enum { CA_PASS_SUMS_BYTES = sizeof(ca_pass_sums), CA_GROUP_SUMS_BYTES = sizeof(ca_group_sums) };

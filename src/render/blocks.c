@@ -143,7 +143,8 @@ static void keep(block_render *r, uint64_t limit)
     const ca_render_settings *settings = r->plan->settings;
     const double done = (double)(r->part.blocks[1] - r->part.blocks[0]), all = (double)(limit - r->part.blocks[0]);
     const double given = settings->seconds > 0.0 ? settings->seconds : (double)INFINITY;
-    const double whole = r->plan->open_ended || limit == UINT64_MAX ? given : fmin(given, r->part.seconds / done * all);
+    const double whole =
+        r->plan->open_ended || limit == UINT64_MAX ? given : fmin(given, r->part.seconds / done * all);
     if (ca_checkpoint_is_due(&r->checkpoint, settings, whole)) ca_checkpoint_write(&r->checkpoint, write_part, r);
 }
 

@@ -20,7 +20,8 @@ static ca_status lock(ca_checkpoint *checkpoint, ca_error *error)
     bool taken;
     CA_TRY(ca_file_lock_take(&checkpoint->lock, checkpoint->path, &taken, error));
     if (taken) return CA_OK;
-    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: another render is at work with this checkpoint", checkpoint->path);
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: another render is at work with this checkpoint",
+                   checkpoint->path);
 }
 
 static ca_status fail_existing(const char *path, ca_error *error)

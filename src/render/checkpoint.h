@@ -17,8 +17,9 @@ typedef struct ca_checkpoint {
     ca_error failure;
 } ca_checkpoint;
 
-/* Locks the file, now or when it is first written, and says whether there is one to go on from. Errors: CA_ERROR_ARGUMENT where there is one that is
- * not to be gone on from, CA_ERROR_FILE where another job has it or it cannot be locked. */
+/* Locks the file, now or when it is first written, and says whether there is one to go on from. Errors:
+ * CA_ERROR_ARGUMENT where there is one that is not to be gone on from, CA_ERROR_FILE where another job has it or it
+ * cannot be locked. */
 ca_status ca_checkpoint_start(ca_checkpoint *checkpoint, const ca_render_settings *settings, ca_error *error);
 /* Also of one that was not started, or is all zero. */
 void ca_checkpoint_end(ca_checkpoint *checkpoint);

@@ -75,8 +75,9 @@ static ca_status check_ranges(const ca_pass_part *part, const ca_render_plan *pl
                        "%.400s has the passes %llu:%llu%s, but this render begins at pass %u", path, begin, end,
                        part->range_count > 1 ? " and others" : "", plan->first_pass);
     if (end > plan->pass_limit)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s has %llu passes already, more than the %u of this render",
-                       path, end - begin, plan->pass_limit - plan->first_pass);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.400s has %llu passes already, more than the %u of this render", path, end - begin,
+                       plan->pass_limit - plan->first_pass);
     return CA_OK;
 }
 

@@ -1,5 +1,5 @@
-/* Adding up part files (ca_merge_parts), those of blocks of pairs. They are read one after the other: in memory are the sums
- * so far, those of one part, and its file. */
+/* Adding up part files (ca_merge_parts), those of blocks of pairs. They are read one after the other: in memory are
+ * the sums so far, those of one part, and its file. */
 #include "base/memory.h"
 #include "film/interval_layers.h"
 #include "film/part_stream.h"

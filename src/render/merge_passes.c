@@ -110,10 +110,11 @@ static ca_status check_complete(const merge *m, ca_error *error)
         const merged_range *a = &m->ranges[i - 1], *b = &m->ranges[i];
         const ca_pass_range gap = {a->range.end, b->range.begin};
         if (gap.begin < gap.end)
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "the passes %llu:%llu between %.300s and %.300s are missing: without them only a part file "
-                           "can be made",
-                           RANGE(gap), a->path, b->path);
+            return ca_fail(
+                error, CA_ERROR_ARGUMENT, NULL,
+                "the passes %llu:%llu between %.300s and %.300s are missing: without them only a part file "
+                "can be made",
+                RANGE(gap), a->path, b->path);
     }
     return CA_OK;
 }
@@ -185,7 +186,8 @@ static double number_of(const merge *m, const char *name)
 {
     char text[64];
     double value = 0.0;
-    if (!ca_part_settings_find(m->sum.settings, name, text, sizeof text) || !ca_parse_double(text, &value)) return 0.0;
+    if (!ca_part_settings_find(m->sum.settings, name, text, sizeof text) || !ca_parse_double(text, &value))
+        return 0.0;
     return value;
 }
 
@@ -256,8 +258,8 @@ static ca_status develop(const merge *m, ca_render_statistics *statistics, ca_im
     CA_TRY(ca_film_develop(&m->film, image, error));
     const ca_status status = attach_record(m, statistics, *image, error);
     if (status == CA_OK) {
-        statistics->has_confidence = ca_interval_layers_shares(*image, &statistics->confidence_marked,
-                                                               &statistics->confidence_widened);
+        statistics->has_confidence =
+            ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);
         return CA_OK;
     }
     ca_layers_destroy(*image);

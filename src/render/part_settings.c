@@ -162,7 +162,8 @@ bool ca_part_settings_equal(const char **a, const char **b)
     return true;
 }
 
-ca_status ca_part_settings_fail(const char *first_path, const char *a, const char *path, const char *b, ca_error *error)
+ca_status ca_part_settings_fail(const char *first_path, const char *a, const char *path, const char *b,
+                                ca_error *error)
 {
     const int name = (int)strcspn(a, " \n"), a_length = (int)strcspn(a, "\n"), b_length = (int)strcspn(b, "\n");
     if (strncmp(a, "scene ", 6) == 0)

@@ -295,8 +295,7 @@ static ca_status check_passes(const ca_render_plan *plan, ca_error *error)
     if (settings->samples_per_pixel > 0 && settings->replicates == 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "either samples per pixel or a range of passes can be given, not both");
-    if (begin >= end)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%llu:%llu is no range of passes", begin, end);
+    if (begin >= end) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%llu:%llu is no range of passes", begin, end);
     return CA_OK;
 }
 
@@ -306,9 +305,9 @@ static ca_status check_block_settings(const ca_render_plan *plan, ca_error *erro
     const char *name = plan->type->name;
     if (!ca_render_plan_by_blocks(plan)) {
         if (!settings->has_blocks) return CA_OK;
-        return ca_fail(
-            error, CA_ERROR_ARGUMENT, NULL,
-            "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose", name);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose",
+                       name);
     }
     if (settings->noise_percent > 0.0)
         return ca_fail(

@@ -131,8 +131,8 @@ static void keep_last(render *r)
         ca_checkpoint_write(&r->kept.checkpoint, write_state, r);
 }
 
-/* The time that was taken before counts. With the target that it had, the noise is looked at where it would have been;
- * with another one now. */
+/* The time that was taken before counts. With the target that it had, the noise is looked at where it would have
+ * been; with another one now. */
 static void resume(render *r)
 {
     const ca_pass_looks *before = &r->kept.looks;

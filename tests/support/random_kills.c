@@ -46,9 +46,20 @@ static const char size[] = "--resolution=24x16";
 static bool run_and_kill(const ca_program *program, const ca_kill_job *job, ca_test_random *random)
 {
     static const char *const threads[] = {"--threads=1", "--threads=2", "--threads=3"};
-    const char *const words[] = {"render", "ball.xml", "-i", job->integrator, job->samples, size, "--quiet",
-                                 threads[ca_test_random_u32(random) % 3], "--checkpoint=kept.part", "--resume",
-                                 "--checkpoint-every=1e-6", "-o", "kept.exr", NULL};
+    const char *const words[] = {"render",
+                                 "ball.xml",
+                                 "-i",
+                                 job->integrator,
+                                 job->samples,
+                                 size,
+                                 "--quiet",
+                                 threads[ca_test_random_u32(random) % 3],
+                                 "--checkpoint=kept.part",
+                                 "--resume",
+                                 "--checkpoint-every=1e-6",
+                                 "-o",
+                                 "kept.exr",
+                                 NULL};
     ca_program_result r;
     const pid_t process = ca_program_start(program, words, -1);
     pause_for(job->seconds * (double)ca_test_random_float(random));
@@ -60,8 +71,9 @@ static bool run_and_kill(const ca_program *program, const ca_kill_job *job, ca_t
 
 static void run_to_the_end(const ca_program *program, const ca_kill_job *job)
 {
-    const char *const words[] = {"render", "ball.xml", "-i", job->integrator, job->samples, size, "--quiet",
-                                 "--checkpoint=kept.part", "--resume", "-o", "kept.exr", NULL};
+    const char *const words[] = {"render",     "ball.xml", "-i",       job->integrator,
+                                 job->samples, size,       "--quiet",  "--checkpoint=kept.part",
+                                 "--resume",   "-o",       "kept.exr", NULL};
     ca_program_result r;
     ca_program_run(program, words, &r);
     expect_done(&r);
@@ -69,8 +81,8 @@ static void run_to_the_end(const ca_program *program, const ca_kill_job *job)
 
 void expect_kills_lose_nothing(const ca_program *program, const ca_kill_job *job, ca_test_random *random)
 {
-    const char *const words[] = {"render", "ball.xml", "-i", job->integrator, job->samples, size, "--quiet", "-o", "one.exr",
-                                 NULL};
+    const char *const words[] = {"render", "ball.xml", "-i", job->integrator, job->samples,
+                                 size,     "--quiet",  "-o", "one.exr",       NULL};
     char path[256];
     ca_program_result r;
     snprintf(path, sizeof path, "%s/kept.part", program->folder);
