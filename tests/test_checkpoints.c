@@ -497,7 +497,23 @@ static void test_parts_that_do_not_fit(void **state)
     expect_no_merge(a, render_part("bdpt", 2, 3, 1, "c.part"), false, "differ in their integrator");
     expect_no_merge(a, render_part("path:rr_depth=9", 2, 3, 1, "c.part"), false,
                     "differ in their rr_depth: \"rr_depth 3\" and \"rr_depth 9\"");
-    ca_render_settings s = settings_of("path", 2, 1);
+    /* One that was ended inside of a replicate of four passes is whole in itself, but adds up with none. */
+    ending e = {5};
+    ca_render_settings s = settings_of("path", 12, 1);
+    s.replicates = 3;
+    s.part_path = file("open.part");
+    s.progress = end_at;
+    s.progress_user = &e;
+    const uint64_t open = render(&s, NULL);
+    assert_true(merge(&s.part_path, 1, NULL, NULL) == open);
+    s.progress = NULL;
+    s.has_passes = true;
+    s.passes[0] = 8;
+    s.passes[1] = 12;
+    s.part_path = file("closed.part");
+    render(&s, NULL);
+    expect_no_merge(file("open.part"), s.part_path, false, "ends in the middle of a replicate of 4 passes");
+    s = settings_of("path", 2, 1);
     s.part_path = file("q.part");
     s.integrator = "qmcppm";
     render(&s, NULL);

@@ -43,9 +43,8 @@ static char *stem_of(const ca_keep *keep, const char *first_output)
     const char *base = keep->wanted ? keep->wanted : first_output;
     const size_t ending = keep->wanted ? strlen(".part") : 0, length = strlen(base) - ending;
     char *stem = ca_alloc(length + ROOM_FOR_ENDING, 1);
-    if (!stem) return NULL;
-    memcpy(stem, base, length);
-    strcpy(stem + length, keep->wanted ? "" : ".checkpoint");
+    const char *end = keep->wanted ? "" : ".checkpoint";
+    if (stem) snprintf(stem, length + ROOM_FOR_ENDING, "%.*s%s", (int)length, base, end);
     return stem;
 }
 

@@ -151,8 +151,10 @@ bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sa
     const size_t i = (size_t)y * film->width + x;
     double value[4];
     const bool good = value_of(sample, value);
-    if (good && film->parts) add_to_part(film, i, sample, value);
-    if (good && film->pixels) add_value(film, &film->pixels[i], sample, value);
+    if (good && film->parts)
+        add_to_part(film, i, sample, value);
+    else if (good)
+        add_value(film, &film->pixels[i], sample, value);
     end_sample(film, i);
     return good;
 }

@@ -9,6 +9,7 @@
 #include "render/record.h"
 #include "render/replicates.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -82,6 +83,7 @@ static int by_begin(const void *a, const void *b)
 static ca_status join_ranges(merge *m, ca_error *error)
 {
     ca_pass_part *sum = &m->sum;
+    assert(m->ranges && m->range_count > 0); /* a file has one at least */
     qsort(m->ranges, m->range_count, sizeof *m->ranges, by_begin);
     ca_free(sum->ranges);
     sum->range_count = 0;
