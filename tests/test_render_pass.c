@@ -289,7 +289,7 @@ static void test_memory_for_light_paths(void **state)
     play = (script){.rounds = 2, .camera_paths = 2};
     ca_error error = {""};
     assert_int_equal(run(&settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "the film and the samples of a pass need 0.2 MiB, more than the 0.2 MiB"));
+    assert_non_null(strstr(error.message, "the film and the samples of a pass need 0.3 MiB, more than the 0.3 MiB"));
     settings.memory_mib = 0.0;
     play = (script){.rounds = 2, .camera_paths = 2};
     assert_int_equal(run(&settings, &image, NULL, NULL), CA_OK);
