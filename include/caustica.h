@@ -171,6 +171,7 @@ typedef struct ca_render_progress {
      * be NULL. */
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
                           struct ca_render_statistics *statistics, ca_error *error);
+    const char *checkpoint_failure; /* why the last checkpoint could not be written; NULL: it could */
     void *render; /* for `snapshot` */
 } ca_render_progress;
 
@@ -224,7 +225,23 @@ typedef struct ca_render_settings {
      * share their paths: such an image does not know its noise, and noise_percent is refused. */
     bool has_blocks;
     uint64_t blocks[2];    /* render these only, half open, counted from 0; instead of samples_per_pixel */
-    const char *part_path; /* also write the exact sums of the blocks to this file, for ca_merge_parts */
+    /* Render these passes only, half open, counted from 0, instead of samples_per_pixel (with replicates, which that
+     * number is divided by, whole groups of them). A pass is a function of scene, settings and its number. Refused
+     * with noise_percent, with the integrator `auto` and with rays. */
+    bool has_passes;
+    uint64_t passes[2];
+    const char *part_path; /* also write the sums of the passes or blocks to this file, for ca_merge_parts */
+    /* File in which a render is kept while it goes on (NULL: none), so that little is lost with it: after each so
+     * many seconds (0: every 300 s, or 100 times what the last one took to write, if that is more), and at its end.
+     * With `resume` the render goes on from the file where there is one, to the bits of a render without a break;
+     * its samples, time, noise target, threads and memory may be others, all else must be the same. Without
+     * `resume` the file must not exist. The file is locked against other renders (PATH.lock). One that cannot be
+     * written is told by the progress callback; the render goes on, and CA_ERROR_FILE is returned if the last one
+     * failed. Refused with numbers of rays that are chosen, and with strategies_directory. */
+    const char *checkpoint_path;
+    double checkpoint_seconds;
+    bool checkpoint_if_long; /* only where the whole render is expected to take more than ten minutes */
+    bool resume;
     /* Called after each pass or block; false ends the render, the image made so far is returned. The time it takes is
      * no rendering time. */
     bool (*progress)(const ca_render_progress *progress, void *user);
@@ -305,6 +322,8 @@ typedef struct ca_render_statistics {
     uint64_t blocks[2];             /* those rendered, half open; 0, 0: not by blocks */
     const char *const *notes; /* as ca_scene_note, `note_count` of them; they live as long as the scene */
     size_t note_count;
+    uint64_t passes[2];             /* those rendered, half open; 0, 0: not by passes of one kind */
+    uint64_t passes_resumed;        /* so many of these passes, or of the blocks, were in the checkpoint */
 } ca_render_statistics;
 
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */

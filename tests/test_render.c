@@ -448,7 +448,9 @@ static void test_samples_to_passes(void **state)
         {"bdpt", 6, 0, 100, 6},
         {"bdpt", 6, 3, 100, 2},
         {"bdpt", 7, 3, 100, 3},
-        {"bdpt", 4294967295u, 1, 0, 4294967295u},
+        {"bdpt", 16777215, 1, 0, 16777215},
+        {"bdpt", 16777216, 1, 0, 0}, /* more than the sums hold */
+        {"bdpt", 33554430, 2, 0, 16777215},
         {"bdpt", 4294967295u, 4, 0, 0}, /* camera paths would be too many to be numbered */
         {"light", 6, 0, 0, 6},
         {"light", 6, 0, 67 * 45, 6},

@@ -188,7 +188,7 @@ static void test_settings_that_are_refused(void **state)
     ca_scene *scene = scene_from_text(any_scene);
     const refusal refusals[] = {
         {{.integrator = "path", .has_blocks = true, .blocks = {0, 1}}, "\"path\" does not render by blocks"},
-        {{.integrator = "vcm", .part_path = "a.part"}, "\"vcm\" does not render by blocks"},
+        {{.integrator = "qmcppm", .has_passes = true, .passes = {0, 4}}, "a range of blocks, not of passes"},
         {{.integrator = "qmcppm", .noise_percent = 1.0}, "does not know its noise"},
         {{.integrator = "qmcppm", .strategies_directory = "x", .has_max_depth = true, .max_depth = 5},
          "no images of the strategies"},

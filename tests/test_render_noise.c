@@ -186,7 +186,7 @@ static void test_refusals(void **state)
     REFUSE(sampler, "sobol", "the sampler must be \"independent\", not \"sobol\"");
     REFUSE(integrator, "path", "must be bdpt, ppm, bdpm, vcm or ovcm, not path");
     REFUSE(light_paths, 1, "at least 2 are needed, not 1");
-    REFUSE(memory_mib, 0.0042, "the film, the sums of pairs and what chooses numbers need");
+    REFUSE(memory_mib, 0.0076, "the film, the sums of pairs and what chooses numbers need");
 
     ca_noise *noise = NULL;
     ca_noise_summary summary;

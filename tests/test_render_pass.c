@@ -274,7 +274,7 @@ static void test_a_stopped_pass_is_finished(void **state)
 static void test_memory_for_light_paths(void **state)
 {
     (void)state;
-    const double film = WIDTH * HEIGHT * (double)(sizeof(ca_film_pixel) + CA_PASS_PIXEL_BYTES);
+    const double film = WIDTH * HEIGHT * (ca_film_pixel_bytes(1) + CA_PASS_PIXEL_BYTES);
     const double buffer = WIDTH * HEIGHT * 2.0 * (double)sizeof(ca_film_sample);
     ca_render_settings settings;
     ca_render_settings_init(&settings);
@@ -294,7 +294,7 @@ static void test_memory_for_light_paths(void **state)
     play = (script){.rounds = 2, .camera_paths = 2};
     ca_error error = {""};
     assert_int_equal(run(&settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "the film and the samples of a pass need 0.2 MiB, more than the 0.2 MiB"));
+    assert_non_null(strstr(error.message, "the film and the samples of a pass need 0.4 MiB, more than the 0.4 MiB"));
     settings.memory_mib = 0.0;
     play = (script){.rounds = 2, .camera_paths = 2};
     assert_int_equal(run(&settings, &image, NULL, NULL), CA_OK);

@@ -159,6 +159,83 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
     return status;
 }
 
+/* A file system that does not sync folders says so. */
+static ca_status sync_folder(const char *path, ca_error *error)
+{
+    const char *slash = strrchr(path, '/');
+    char *folder = slash ? concatenate(path, (size_t)(slash - path) + 1, "") : concatenate(".", 1, "");
+    if (!folder) return ca_fail_memory(error, path);
+    const int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    ca_free(folder);
+    if (descriptor < 0) return CA_OK; /* one that may not be read: it is as it always was there */
+    const int reason = fsync(descriptor) == 0 ? 0 : errno;
+    close(descriptor);
+    if (reason == 0 || reason == EINVAL || reason == ENOTSUP) return CA_OK;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot sync its folder: %s", path, strerror(reason));
+}
+
+ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error)
+{
+    char *path = writer->path;
+    writer->path = concatenate(path, strlen(path), "");
+    ca_status status = CA_ERROR_MEMORY;
+    if (writer->path)
+        status = ca_file_commit(writer, error);
+    else
+        ca_fail_memory(error, path), ca_file_abandon(writer);
+    if (status == CA_OK) status = sync_folder(path, error);
+    ca_free(path);
+    return status;
+}
+
+/* ---- Locks ----------------------------------------------------------------------------------------------------- */
+
+/* The file may have been removed, and another one made, between opening and locking it. */
+static bool is_still_there(int descriptor, const char *path)
+{
+    struct stat opened, named;
+    return fstat(descriptor, &opened) == 0 && stat(path, &named) == 0 && opened.st_ino == named.st_ino &&
+           opened.st_dev == named.st_dev;
+}
+
+static bool has_no_locks(int reason) { return reason == ENOLCK || reason == ENOTSUP || reason == ENOSYS; }
+
+/* 0: it is held; EWOULDBLOCK: another process holds it; EINTR: to be tried again; or why not. */
+static int try_lock(ca_file_lock *lock)
+{
+    lock->descriptor = open(lock->path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (lock->descriptor < 0) return errno;
+    int reason = flock(lock->descriptor, LOCK_EX | LOCK_NB) == 0 || has_no_locks(errno) ? 0 : errno;
+    if (reason == 0 && !is_still_there(lock->descriptor, lock->path)) reason = EINTR;
+    if (reason != 0) close(lock->descriptor);
+    return reason;
+}
+
+ca_status ca_file_lock_take(ca_file_lock *lock, const char *path, bool *taken, ca_error *error)
+{
+    *lock = (ca_file_lock){.path = concatenate(path, strlen(path), ".lock")};
+    *taken = false;
+    if (!lock->path) return ca_fail_memory(error, path);
+    int reason = EINTR;
+    for (int attempt = 0; attempt < 100 && reason == EINTR; attempt++) reason = try_lock(lock);
+    *taken = reason == 0;
+    if (*taken) return CA_OK;
+    errno = reason;
+    const ca_status status = reason == EWOULDBLOCK ? CA_OK : fail_errno(error, lock->path, "cannot lock");
+    ca_free(lock->path);
+    *lock = (ca_file_lock){0};
+    return status;
+}
+
+void ca_file_lock_release(ca_file_lock *lock)
+{
+    if (!lock->path) return;
+    unlink(lock->path); /* while it is held: who waits for it notices */
+    close(lock->descriptor);
+    ca_free(lock->path);
+    *lock = (ca_file_lock){0};
+}
+
 void ca_file_abandon(ca_file_writer *writer)
 {
     if (!writer->stream) return;

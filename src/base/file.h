@@ -9,6 +9,7 @@
 
 #include "base/status.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 typedef struct ca_bytes {
@@ -34,8 +35,22 @@ typedef struct ca_file_writer {
 ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *error);
 /* Flushes, syncs, renames; on any failure the temporary file is removed. The writer is finished either way. */
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error);
+/* The same, and when it returns the file's name is on the disk, too: its folder is synced where the file system can
+ * (EINVAL and ENOTSUP say that it cannot). */
+ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error);
 /* Removes the temporary file; the writer is finished. */
 void ca_file_abandon(ca_file_writer *writer);
+
+/* A lock that one process holds, in a file of its own that goes with it. If the process is killed the lock is free. */
+typedef struct ca_file_lock {
+    char *path; /* owned; NULL: nothing is held */
+    int descriptor;
+} ca_file_lock;
+
+/* Takes the lock PATH.lock. *taken: it is held now; else another process holds it. Where the file system has no locks
+ * it counts as held: nothing keeps others away there. */
+ca_status ca_file_lock_take(ca_file_lock *lock, const char *path, bool *taken, ca_error *error);
+void ca_file_lock_release(ca_file_lock *lock);
 
 /* A file without a name on the disk of `beside`, for writing and reading; gone when it is closed, also by a kill. The
  * caller's to close; NULL on failure. */

@@ -41,11 +41,13 @@ static int print_help(void)
     ca_options_print(&table, stdout);
     printf("\n");
     ca_options_print_prose(
-        "The parts come from `caustica render SCENE --blocks A:B -o FILE.part`, on any machines, and are "
-        "given in any order.\n"
-        "They must be of the same scene and settings, and their blocks must follow each other without gap or "
-        "overlap; an image needs all blocks from 0. It is the same, to the bit, as that of one render of all "
-        "the blocks.\n"
+        "The parts come from `caustica render SCENE --passes A:B -o FILE.part` (of qmcppm: --blocks A:B), on any "
+        "machines, and are given in any order; a checkpoint is one, too.\n"
+        "They must be of the same scene and settings, and may not overlap; an image needs all passes from 0. It is "
+        "the "
+        "same, to the bit, as that of one render of all of them. Passes may have gaps in a part file that is "
+        "written, "
+        "blocks may not.\n"
         "Example: caustica merge a.part b.part -o image.exr -o image.png\n",
         stdout);
     return CA_EXIT_DONE;
@@ -75,9 +77,11 @@ static void print_summary(const merge_options *o, const ca_render_statistics *s,
 {
     char time[32];
     ca_format_seconds(s->seconds, time, sizeof time);
-    printf("%zu %s, blocks %llu:%llu, %.4g %s per pixel, rendered in %s\n", part_count,
-           ca_noun((double)part_count, "part", "parts"), (unsigned long long)s->blocks[0],
-           (unsigned long long)s->blocks[1], s->samples_per_pixel, ca_noun(s->samples_per_pixel, "sample", "samples"),
+    const bool blocks = s->blocks[1] > 0;
+    const uint64_t *range = blocks ? s->blocks : s->passes;
+    printf("%zu %s, %s %llu:%llu, %.4g %s per pixel, rendered in %s\n", part_count,
+           ca_noun((double)part_count, "part", "parts"), blocks ? "blocks" : "passes", (unsigned long long)range[0],
+           (unsigned long long)range[1], s->samples_per_pixel, ca_noun(s->samples_per_pixel, "sample", "samples"),
            time);
     for (size_t i = 0; i < o->outputs.count; i++) ca_say(stdout, "wrote %s\n", o->outputs.items[i]);
     if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);

@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "cli/keep.h"
 #include "cli/live_view.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
@@ -29,6 +30,7 @@ typedef struct render_options {
     bool has_spp, has_seconds, has_noise;
     bool quiet, help;
     ca_places places;
+    ca_keep keep;
 } render_options;
 
 #define AT(field) .offset = offsetof(render_options, field)
@@ -72,6 +74,28 @@ static const ca_option options[] = {
      AT(settings.blocks),
      GIVEN(settings.has_blocks),
      .help = "instead, of qmcppm: these blocks of pairs only, A to B - 1, counted from 0"},
+    {.name = "passes",
+     .argument = "A:B",
+     .kind = CA_OPTION_RANGE,
+     AT(settings.passes),
+     GIVEN(settings.has_passes),
+     .help = "instead, of all others: these passes only, A to B - 1, counted from 0"},
+    {.name = "checkpoint",
+     .argument = "FILE.part",
+     .kind = CA_OPTION_TEXT,
+     AT(keep.wanted),
+     .help =
+         "keep the render in this file while it goes on (default: OUTPUT.checkpoint.part, if it takes more than ten "
+         "minutes, until it has ended)"},
+    {.name = "checkpoint-every",
+     .argument = "SECONDS",
+     .kind = CA_OPTION_POSITIVE,
+     AT(keep.seconds),
+     .help = "so often (default: 300, or 100 times what writing it takes)"},
+    {.name = "resume",
+     .kind = CA_OPTION_FLAG,
+     AT(keep.resume),
+     .help = "go on from the checkpoint, if there is one; samples, time, noise, threads and outputs may be others"},
     {.name = "define",
      .letter = 'D',
      .argument = "NAME=VALUE",
@@ -245,7 +269,11 @@ static int print_help(void)
         "alpha are not used. The numbers of paths depend on measured times, so two such images are not the same to "
         "the bit. Images with --rays FILE.exr are: FILE.exr is an image of --rays auto or of `caustica noise`, and "
         "its numbers are used.\n"
-        "-o FILE.part (qmcppm) keeps the exact sums of the blocks; `caustica merge` adds up several of them.\n"
+        "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of "
+        "them, made by --passes (--blocks) anywhere, to the bits of one render.\n"
+        "--checkpoint, --resume: the same line can be given again and again, and goes on where the last run was when "
+        "it ended or was killed, to the bits of a render without a break. Not with --rays auto and "
+        "--dump-strategies.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block, if that takes less than a second, "
         "and write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
         "once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
@@ -262,21 +290,35 @@ static int print_help(void)
 
 static ca_status check_ends(const render_options *o, ca_error *error)
 {
+    if (o->settings.has_passes && (o->settings.has_blocks || o->has_noise))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--passes cannot be combined with --blocks or --noise");
+    if (o->settings.has_passes && o->has_spp && o->settings.replicates == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "--passes cannot be combined with --spp, but with --replicates, which share these samples");
     if (o->settings.has_blocks && (o->has_spp || o->has_noise))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--blocks cannot be combined with --spp or --noise");
     if (o->has_spp + o->has_seconds + o->has_noise <= 1) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "only one of --spp, --time and --noise can be given");
 }
 
+/* Where a range begins that has no image of its own; 0: there is one. */
+static unsigned long long range_begin(const render_options *o)
+{
+    if (o->settings.has_blocks) return o->settings.blocks[0];
+    return o->settings.has_passes ? o->settings.passes[0] : 0;
+}
+
 static ca_status check_live(const render_options *o, ca_error *error)
 {
+    const bool blocks = o->settings.has_blocks;
+    const uint64_t *range = blocks ? o->settings.blocks : o->settings.passes;
     if (o->serve_address && !o->serves)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--serve-address needs --serve");
-    if ((o->serves || o->tev) && o->settings.has_blocks && o->settings.blocks[0] > 0)
+    if ((o->serves || o->tev) && range_begin(o) > 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "%s: an image needs all blocks from 0; with --blocks %llu:%llu there is none to show",
-                       o->serves ? "--serve" : "--tev", (unsigned long long)o->settings.blocks[0],
-                       (unsigned long long)o->settings.blocks[1]);
+                       "%s: an image needs all %s from 0; with --%s %llu:%llu there is none to show",
+                       o->serves ? "--serve" : "--tev", blocks ? "blocks" : "passes", blocks ? "blocks" : "passes",
+                       (unsigned long long)range[0], (unsigned long long)range[1]);
     return CA_OK;
 }
 
@@ -299,6 +341,16 @@ static ca_status check_sampler(const char *name, ca_error *error)
                    ca_sampler_names());
 }
 
+/* By itself one is kept of renders that can be kept. */
+static ca_status choose_checkpoint(render_options *o, ca_error *error)
+{
+    const ca_render_settings *settings = &o->settings;
+    const bool chooses_rays = settings->rays && strcmp(settings->rays, "auto") == 0;
+    const bool asked = o->keep.wanted || o->keep.resume || o->keep.seconds > 0.0;
+    if (!asked && (chooses_rays || settings->strategies_directory)) return CA_OK;
+    return ca_keep_choose(&o->keep, o->outputs.items[0], &o->places, error);
+}
+
 static ca_status check_outputs(render_options *o, ca_error *error)
 {
     const ca_render_settings *settings = &o->settings;
@@ -307,10 +359,12 @@ static ca_status check_outputs(render_options *o, ca_error *error)
     if (settings->rays && strcmp(settings->rays, "auto") != 0)
         CA_TRY(ca_places_read(&o->places, settings->rays, "from which --rays reads", error));
     CA_TRY(ca_outputs_check(&o->outputs, o->stats, &o->settings.part_path, &o->places, error));
-    if (o->settings.has_blocks && o->settings.blocks[0] > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "--blocks: an image needs all blocks from 0; without them only a part file (-o FILE.part) can "
-                       "be written");
+    if (range_begin(o) > 0 && o->outputs.count > (o->settings.part_path ? 1 : 0))
+        return ca_fail(
+            error, CA_ERROR_ARGUMENT, NULL,
+            "--%s: an image needs all %s from 0; without them only a part file (-o FILE.part) can be written",
+            o->settings.has_blocks ? "blocks" : "passes", o->settings.has_blocks ? "blocks" : "passes");
+    CA_TRY(choose_checkpoint(o, error));
     CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
     if (!folder) return CA_OK;
     CA_TRY(ca_places_write_in(&o->places, folder, "index.html", "--dump-strategies", error));
@@ -394,6 +448,11 @@ static void print_summary(const render_options *o, const ca_image_layers *image,
            ca_noun(s->samples_per_pixel, "sample", "samples"), time);
     if (s->blocks[1] > 0)
         printf(", blocks %llu:%llu", (unsigned long long)s->blocks[0], (unsigned long long)s->blocks[1]);
+    if (o->settings.has_passes)
+        printf(", passes %llu:%llu", (unsigned long long)s->passes[0], (unsigned long long)s->passes[1]);
+    if (s->passes_resumed > 0)
+        printf(", resumed after %llu %s", (unsigned long long)s->passes_resumed,
+               s->blocks[1] > 0 ? "blocks" : "passes");
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     if (s->has_confidence)
         printf(", no error bars for %.3g %% of the pixels, widened ones for %.3g %%", 100.0 * s->confidence_marked,
@@ -441,6 +500,7 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
     settings.stop = ca_signals_stop();
+    ca_keep_fill(&o->keep, &settings);
     ca_status status = look_ahead(scene, &settings, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
@@ -452,6 +512,7 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     ca_live_view view;
     ca_render_statistics statistics = {0};
     ca_image_layers *image = NULL;
+    ca_keep_tell(&o->keep);
     CA_TRY(start_live_view(o, &view, error));
     ca_signals_catch(o->quiet);
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
@@ -460,6 +521,7 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
         if (image) ca_layer_choice_warn(&o->layers, image);
         if (!o->quiet) print_summary(o, image, &statistics);
     }
+    if (status == CA_OK) ca_keep_end(&o->keep, statistics.interrupted);
     ca_live_view_end(&view, image, &statistics);
     ca_signals_release();
     return status;
@@ -489,6 +551,7 @@ int ca_command_render(int word_count, char *const words[])
     if (status == CA_OK) status = load_and_render(&o, &error);
     ca_signals_release_save();
     ca_places_destroy(&o.places);
+    ca_keep_destroy(&o.keep);
     ca_text_list_destroy(&o.outputs);
     ca_text_list_destroy(&o.define_words);
     ca_text_list_destroy(&operands);

@@ -79,6 +79,16 @@ static void tell_method(ca_live_view *view, const char *method)
     view->tells_method = false;
 }
 
+/* Once for each time that checkpoints begin to fail. */
+static void tell_failure(ca_live_view *view, const char *failure)
+{
+    if (failure && !view->told_failure) {
+        ca_progress_clear(&view->line);
+        ca_say(stderr, "caustica: warning: the checkpoint was not written: %s\n", failure);
+    }
+    view->told_failure = failure != NULL;
+}
+
 /* What "save" of the page does, for SIGUSR1. Waits for a picture where there is none yet. */
 static void save_for_signal(ca_live_view *view, const ca_render_progress *progress)
 {
@@ -101,6 +111,7 @@ bool ca_live_view_report(const ca_render_progress *progress, void *user)
 {
     ca_live_view *view = user;
     tell_method(view, progress->method);
+    tell_failure(view, progress->checkpoint_failure);
     save_for_signal(view, progress);
     ca_progress_draw(&view->line, progress);
     const bool goes_on = !view->live || ca_live_report(view->live, progress);

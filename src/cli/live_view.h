@@ -23,6 +23,7 @@ typedef struct ca_live_view {
     ca_live *live; /* NULL: no live view */
     bool tells;        /* does it say on standard error what it does? */
     bool tells_method; /* is what integrator `auto` has chosen still to be told? */
+    bool told_failure; /* of the checkpoint, since it was last written */
     char title[256];
 } ca_live_view;
 

@@ -27,13 +27,13 @@ static json_t *non_finite_json(const ca_render_statistics *s)
     return NULL;
 }
 
-/* Those rendered, half open; null of renders by passes. */
-static json_t *blocks_json(const ca_render_statistics *s)
+/* Those rendered, passes or blocks, half open; null: there are none of the kind. */
+static json_t *range_json(const uint64_t numbers[2])
 {
-    if (s->blocks[1] == 0) return json_null();
+    if (numbers[1] == 0) return json_null();
     json_t *range = json_array();
     bool complete = range != NULL;
-    for (int i = 0; i < 2 && complete; i++) complete = json_array_append_new(range, count(s->blocks[i])) == 0;
+    for (int i = 0; i < 2 && complete; i++) complete = json_array_append_new(range, count(numbers[i])) == 0;
     if (complete) return range;
     json_decref(range);
     return NULL;
@@ -124,7 +124,8 @@ static json_t *notes_json(const ca_render_statistics *s)
 static bool set_render(json_t *root, const ca_image_layers *image, const ca_render_statistics *s)
 {
     return ca_settings_json_set(root, image, s->seed) && set(root, "seconds", ca_json_number(s->seconds)) &&
-           set(root, "iterations", count(s->iterations)) && set(root, "blocks", blocks_json(s)) &&
+           set(root, "iterations", count(s->iterations)) && set(root, "blocks", range_json(s->blocks)) &&
+           set(root, "passes", range_json(s->passes)) && set(root, "resumed", count(s->passes_resumed)) &&
            set(root, "samples_per_pixel", ca_json_number(s->samples_per_pixel)) &&
            set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
            set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&

@@ -22,7 +22,8 @@ ca_moments ca_moments_of(double sum, double sum_squares, double sum_cubes, uint3
     /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. */
     const double rounding = n * 0x1p-50, size = fabs(m.mean);
     if (squares > rounding * size * size) m.variance = squares * n / (n - 1.0);
-    if (m.variance > 0.0 && fabs(cubes) > rounding * size * size * size)
+    /* Cubes in two bins are kept to 2^-40 (binned_sum.h). */
+    if (m.variance > 0.0 && fabs(cubes) > fmax(rounding, 0x1p-38) * size * size * size)
         m.third = cubes * n * n / ((n - 1.0) * (n - 2.0));
     return m;
 }

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "film/interval_layers.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -27,28 +28,49 @@ void ca_film_destroy(ca_film *film)
 {
     ca_free(film->pixels);
     ca_free(film->groups);
+    ca_free(film->parts);
+    ca_free(film->group_parts);
     *film = (ca_film){0};
 }
 
 void ca_film_clear(ca_film *film)
 {
+    assert(film->pixels);
     memset(film->pixels, 0, (size_t)film->width * film->height * sizeof *film->pixels);
+}
+
+ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error)
+{
+    assert(film->replicate_samples == 1 && extent > 0.0f);
+    ca_free(film->pixels);
+    film->pixels = NULL;
+    film->extent = fminf(exp2f(ceilf(log2f(extent))), 0x1p127f);
+    film->parts = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->parts);
+    return film->parts ? CA_OK : ca_fail_memory(error, "the film");
 }
 
 ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error)
 {
+    const size_t count = (size_t)film->width * film->height;
     ca_free(film->groups);
+    ca_free(film->group_parts);
     film->groups = NULL;
+    film->group_parts = NULL;
     film->replicate_samples = samples;
     if (samples <= 1) return CA_OK;
-    film->groups = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->groups);
-    return film->groups ? CA_OK : ca_fail_memory(error, "the film");
+    if (film->parts)
+        film->group_parts = ca_alloc_zeroed(count, sizeof *film->group_parts);
+    else
+        film->groups = ca_alloc_zeroed(count, sizeof *film->groups);
+    return film->groups || film->group_parts ? CA_OK : ca_fail_memory(error, "the film");
 }
 
 double ca_film_pixel_bytes(uint32_t replicate_samples)
 {
-    return (double)(sizeof(ca_film_pixel) + (replicate_samples > 1 ? sizeof(ca_film_groups) : 0));
+    return CA_PASS_SUMS_BYTES + (replicate_samples > 1 ? CA_GROUP_SUMS_BYTES : 0);
 }
+
+/* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
 static void add3(float sum[3], float a, float b, float c)
 {
@@ -72,39 +94,157 @@ static void close_group(ca_film_pixel *pixel, ca_film_groups *groups, uint32_t s
     }
 }
 
-static bool add_sample(ca_film *film, ca_film_pixel *pixel, const ca_film_sample *sample)
+static void add_value(const ca_film *film, ca_film_pixel *pixel, const ca_film_sample *sample, const double value[4])
+{
+    for (int c = 0; c < 3; c++) {
+        pixel->sum[c] += value[c];
+        pixel->sum_squares[c] += value[c] * value[c];
+    }
+    pixel->sum_squares_luminance += value[3] * value[3];
+    if (film->replicate_samples == 1)
+        for (int c = 0; c < 4; c++) pixel->sum_cubes[c] += value[c] * value[c] * value[c];
+    add3(pixel->albedo, sample->albedo.r, sample->albedo.g, sample->albedo.b);
+    add3(pixel->normal, sample->normal.x, sample->normal.y, sample->normal.z);
+    add3(pixel->position, sample->position.x, sample->position.y, sample->position.z);
+}
+
+/* Units of the first-hit sums. */
+static const double feature_unit = 0x1p-28;
+
+static void add_to_part(const ca_film *film, size_t i, const ca_film_sample *s, const double value[4])
+{
+    const float features[CA_PASS_FEATURES] = {s->albedo.r, s->albedo.g,   s->albedo.b,   s->normal.x,  s->normal.y,
+                                              s->normal.z, s->position.x, s->position.y, s->position.z};
+    const double unit = 1.0 / feature_unit, scale[3] = {unit, unit, unit / (double)film->extent};
+    ca_pass_sums_add(&film->parts[i], value, film->replicate_samples == 1);
+    ca_pass_sums_add_features(&film->parts[i], features, scale);
+    for (int c = 0; film->group_parts && c < 3; c++) film->group_parts[i].open[c] += value[c];
+}
+
+/* The gate; what passes it is in value[]: R, G, B and luminance. */
+static bool value_of(const ca_film_sample *sample, double value[4])
 {
     const ca_rgb r = sample->radiance;
     if (!(ca_rgb_is_finite(r) && r.r >= 0.0f && r.g >= 0.0f && r.b >= 0.0f && ca_rgb_is_finite(sample->splat)))
         return false;
-    const ca_rgb value = ca_rgb_add(ca_rgb_scale(r, sample->filter_weight), sample->splat);
-    const double rgb[3] = {(double)value.r, (double)value.g, (double)value.b};
-    const double luminance = ca_film_luminance(rgb);
-    for (int c = 0; c < 3; c++) {
-        pixel->sum[c] += rgb[c];
-        pixel->sum_squares[c] += rgb[c] * rgb[c];
-    }
-    pixel->sum_squares_luminance += luminance * luminance;
-    if (film->replicate_samples == 1) {
-        for (int c = 0; c < 3; c++) pixel->sum_cubes[c] += rgb[c] * rgb[c] * rgb[c];
-        pixel->sum_cubes[3] += luminance * luminance * luminance;
-    }
-    add3(pixel->albedo, sample->albedo.r, sample->albedo.g, sample->albedo.b);
-    add3(pixel->normal, sample->normal.x, sample->normal.y, sample->normal.z);
-    add3(pixel->position, sample->position.x, sample->position.y, sample->position.z);
-    return true;
+    const ca_rgb sum = ca_rgb_add(ca_rgb_scale(r, sample->filter_weight), sample->splat);
+    value[0] = (double)sum.r;
+    value[1] = (double)sum.g;
+    value[2] = (double)sum.b;
+    value[3] = ca_film_luminance(value);
+    return ca_rgb_is_finite(sum);
+}
+
+static void end_sample(const ca_film *film, size_t i)
+{
+    const uint32_t each = film->replicate_samples;
+    const uint32_t samples = film->parts ? ++film->parts[i].samples : ++film->pixels[i].samples;
+    if (each <= 1 || samples % each != 0) return;
+    if (film->parts)
+        ca_pass_sums_close_group(&film->parts[i], &film->group_parts[i], each);
+    else
+        close_group(&film->pixels[i], &film->groups[i], each);
 }
 
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
 {
     const size_t i = (size_t)y * film->width + x;
-    ca_film_pixel *pixel = &film->pixels[i];
-    pixel->samples++;
-    const bool good = add_sample(film, pixel, sample);
-    if (film->groups && pixel->samples % film->replicate_samples == 0)
-        close_group(pixel, &film->groups[i], film->replicate_samples);
+    double value[4];
+    const bool good = value_of(sample, value);
+    if (good && film->parts)
+        add_to_part(film, i, sample, value);
+    else if (good)
+        add_value(film, &film->pixels[i], sample, value);
+    end_sample(film, i);
     return good;
 }
+
+/* ---- Sums of parts --------------------------------------------------------------------------------------------- */
+
+static ca_film_pixel pixel_of_parts(const ca_film *film, size_t i)
+{
+    const ca_pass_sums *from = &film->parts[i];
+    ca_film_pixel to = {.samples = from->samples};
+    for (int c = 0; c < 3; c++) {
+        to.sum[c] = ca_pass_sums_value(from, CA_PASS_VALUES + c);
+        to.sum_squares[c] = ca_pass_sums_value(from, CA_PASS_SQUARES + c);
+        to.albedo[c] = (float)((double)from->features[c] * feature_unit);
+        to.normal[c] = (float)((double)from->features[3 + c] * feature_unit);
+        to.position[c] = (float)((double)from->features[6 + c] * feature_unit * (double)film->extent);
+    }
+    to.sum_squares_luminance = ca_pass_sums_value(from, CA_PASS_SQUARES + 3);
+    for (int c = 0; c < 4; c++) to.sum_cubes[c] = ca_pass_sums_value(from, CA_PASS_CUBES + c);
+    return to;
+}
+
+ca_film_pixel ca_film_pixel_at(const ca_film *film, size_t i)
+{
+    return film->parts ? pixel_of_parts(film, i) : film->pixels[i];
+}
+
+static ca_film_groups groups_at(const ca_film *film, size_t i)
+{
+    if (!film->group_parts) return film->groups[i];
+    const ca_group_sums *from = &film->group_parts[i];
+    ca_film_groups to;
+    for (int c = 0; c < 3; c++) to.sum[c] = ca_pass_sums_value(&film->parts[i], CA_PASS_VALUES + c) - from->open[c];
+    for (int c = 0; c < 4; c++) to.sum_squares[c] = ca_group_sums_value(from, c);
+    return to;
+}
+
+size_t ca_film_row_bytes(const ca_film *film)
+{
+    return film->width * (size_t)(CA_PASS_SUMS_BYTES + (film->group_parts ? CA_GROUP_SUMS_BYTES : 0));
+}
+
+void ca_film_write_row(const ca_film *film, uint32_t row, unsigned char *bytes)
+{
+    const size_t first = (size_t)row * film->width;
+    for (size_t i = first; i < first + film->width; i++) {
+        ca_pass_sums_write(&film->parts[i], bytes);
+        bytes += CA_PASS_SUMS_BYTES;
+        if (!film->group_parts) continue;
+        ca_group_sums_write(&film->group_parts[i], bytes);
+        bytes += CA_GROUP_SUMS_BYTES;
+    }
+}
+
+static bool is_open(const ca_group_sums *group)
+{
+    return group->open[0] != 0.0 || group->open[1] != 0.0 || group->open[2] != 0.0;
+}
+
+static bool add_groups(ca_film *film, size_t i, uint32_t samples, const unsigned char *bytes, bool first)
+{
+    ca_group_sums group;
+    if (!ca_group_sums_read(&group, samples, bytes)) return false;
+    if (is_open(&group) && (!first || samples % film->replicate_samples == 0)) return false;
+    if (first)
+        film->group_parts[i] = group;
+    else
+        ca_group_sums_add_sums(&film->group_parts[i], &group);
+    return true;
+}
+
+bool ca_film_add_row(ca_film *film, uint32_t row, const unsigned char *bytes, uint32_t samples, bool first)
+{
+    const size_t begin = (size_t)row * film->width;
+    for (size_t i = begin; i < begin + film->width; i++) {
+        ca_pass_sums sums;
+        if (!ca_pass_sums_read(&sums, bytes) || sums.samples != samples) return false;
+        bytes += CA_PASS_SUMS_BYTES;
+        if (first)
+            film->parts[i] = sums;
+        else
+            ca_pass_sums_add_sums(&film->parts[i], &sums);
+        if (!film->group_parts) continue;
+        if (!add_groups(film, i, samples, bytes, first)) return false;
+        bytes += CA_GROUP_SUMS_BYTES;
+    }
+    return true;
+}
+
+/* ---- What is known of the image -------------------------------------------------------------------------------- */
 
 /* Unbiased sample variance from sums; 0 under two samples. */
 static double variance(double sum, double sum_squares, double n)
@@ -114,11 +254,7 @@ static double variance(double sum, double sum_squares, double n)
 
 static double luminance_sum(const ca_film_pixel *pixel) { return ca_film_luminance(pixel->sum); }
 
-static ca_film_pixel pixel_of_film(const void *user, size_t i)
-{
-    const ca_film *film = user;
-    return film->pixels[i];
-}
+static ca_film_pixel pixel_of_film(const void *user, size_t i) { return ca_film_pixel_at(user, i); }
 
 ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source)
 {
@@ -205,15 +341,18 @@ static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity,
     return 0.0;
 }
 
-static ca_status develop_layer(const ca_film *film, const ca_film_source *source, const struct film_layer *layer,
-                               ca_image_layers *layers, ca_error *error)
+enum { LAYERS = sizeof film_layers / sizeof film_layers[0] };
+
+static ca_status develop_layers(const ca_film *film, const ca_film_source *source, ca_image_layers *layers,
+                                ca_error *error)
 {
-    float *data;
-    CA_TRY(ca_layers_add(layers, layer->name, &data, error));
+    float *data[LAYERS];
+    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &data[l], error));
     const size_t count = (size_t)film->width * film->height;
     for (size_t i = 0; i < count; i++) {
         const ca_film_pixel pixel = source->pixel(source->user, i);
-        data[i] = (float)pixel_quantity(&pixel, layer->quantity, layer->component);
+        for (int l = 0; l < LAYERS; l++)
+            data[l][i] = (float)pixel_quantity(&pixel, film_layers[l].quantity, film_layers[l].component);
     }
     return CA_OK;
 }
@@ -223,16 +362,16 @@ static ca_status develop_layer(const ca_film *film, const ca_film_source *source
 /* Of channel c: R, G, B, Y. */
 static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
 {
-    const ca_film_pixel *pixel = &film->pixels[i];
-    const uint32_t samples = film->replicate_samples, replicates = pixel->samples / samples;
-    const double cubes = pixel->sum_cubes[c];
-    if (!film->groups) {
-        const double squares = c < 3 ? pixel->sum_squares[c] : pixel->sum_squares_luminance;
-        return ca_moments_of(c < 3 ? pixel->sum[c] : luminance_sum(pixel), squares, cubes, replicates);
+    const ca_film_pixel pixel = ca_film_pixel_at(film, i);
+    const uint32_t samples = film->replicate_samples, replicates = pixel.samples / samples;
+    const double cubes = pixel.sum_cubes[c];
+    if (samples == 1) {
+        const double squares = c < 3 ? pixel.sum_squares[c] : pixel.sum_squares_luminance;
+        return ca_moments_of(c < 3 ? pixel.sum[c] : luminance_sum(&pixel), squares, cubes, replicates);
     }
-    const ca_film_groups *groups = &film->groups[i];
-    const double sum = c < 3 ? groups->sum[c] : ca_film_luminance(groups->sum);
-    return ca_moments_of(sum / samples, groups->sum_squares[c], cubes, replicates);
+    const ca_film_groups groups = groups_at(film, i);
+    const double sum = c < 3 ? groups.sum[c] : ca_film_luminance(groups.sum);
+    return ca_moments_of(sum / samples, groups.sum_squares[c], cubes, replicates);
 }
 
 static void fill_intervals(const ca_moments *moments, const ca_verdict *verdicts, size_t count,
@@ -287,9 +426,7 @@ ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *sour
     (*layers)->full_height = film->full_height;
     (*layers)->x0 = (int32_t)film->x0;
     (*layers)->y0 = (int32_t)film->y0;
-    ca_status status = CA_OK;
-    for (size_t i = 0; i < sizeof film_layers / sizeof film_layers[0] && status == CA_OK; i++)
-        status = develop_layer(film, source, &film_layers[i], *layers, error);
+    const ca_status status = develop_layers(film, source, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;

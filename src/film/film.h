@@ -9,12 +9,16 @@
  * that must be independent of each other (confidence.h): single samples, groups of them, or there are no such layers;
  * ConfidenceWidened.*: which of them are widened (interval_layers.h).
  *
- * State: 128 bytes per pixel, 56 more where replicates are groups of samples. A pixel is written by one thread at a
- * time, in the order of its samples, so the sums do not depend on the number of threads. The film sees no scene. */
+ * A film keeps its sums in one of two ways. As it is created: in double precision, 128 bytes per pixel, 56 more
+ * where replicates are groups of samples; for sums that stay in this process. After ca_film_add_up_in_parts: such
+ * that films of parts add up to the whole to the bit (pass_sums.h), 296 bytes per pixel and 128 more. A pixel is
+ * written by one thread at a time, in the order of its samples, so the sums do not depend on the number of threads.
+ * The film sees no scene. */
 #ifndef CA_FILM_FILM_H
 #define CA_FILM_FILM_H
 
 #include "base/status.h"
+#include "film/pass_sums.h"
 #include "image/layers.h"
 #include "math/rgb.h"
 #include "math/vec.h"
@@ -29,6 +33,7 @@ typedef struct ca_film_sample {
     ca_vec3 position;
 } ca_film_sample;
 
+/* Sums of a pixel. */
 typedef struct ca_film_pixel {
     double sum[3], sum_squares[3]; /* of R, G, B */
     double sum_squares_luminance;
@@ -46,9 +51,13 @@ typedef struct ca_film_groups {
 typedef struct ca_film {
     uint32_t x0, y0, width, height;   /* the part that is rendered ... */
     uint32_t full_width, full_height; /* ... of this */
-    ca_film_pixel *pixels;            /* owned, width * height, row by row */
+    ca_film_pixel *pixels;            /* owned, width * height, row by row; NULL: there are `parts` */
     uint32_t replicate_samples;       /* that are an independent replicate together; 0: they are not independent */
     ca_film_groups *groups;           /* owned, likewise; NULL: replicate_samples <= 1 */
+    /* Of a film that adds up in parts, owned, likewise. */
+    ca_pass_sums *parts;
+    ca_group_sums *group_parts;
+    float extent; /* no coordinate of the scene is larger; a power of two */
 } ca_film;
 
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
@@ -59,7 +68,23 @@ void ca_film_clear(ca_film *film);
 /* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so
  * many that follow each other (the last ones may be left over), or 0: there are none. */
 ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *error);
+/* Of a film that adds up in parts. */
 double ca_film_pixel_bytes(uint32_t replicate_samples);
+
+/* Before the first sample, and before replicates are set: from now on the sums do not depend on the order or the
+ * grouping of passes. Their number is limited by CA_BINNED_SUM_MOST_VALUES. No coordinate of the scene is larger than
+ * `extent` > 0. */
+ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error);
+
+/* The sums of the i-th pixel, however they are kept. */
+ca_film_pixel ca_film_pixel_at(const ca_film *film, size_t i);
+
+/* Of a film that adds up in parts, as bytes, row by row, the same on every machine: a multiple of 8. */
+size_t ca_film_row_bytes(const ca_film *film);
+void ca_film_write_row(const ca_film *film, uint32_t row, unsigned char *bytes);
+/* Adds a row of other passes; where there are groups, none of them is open. `first`: replaces it instead, and a group
+ * may be open. false: no row looks like that, or its pixels have not got `samples` samples each. */
+bool ca_film_add_row(ca_film *film, uint32_t row, const unsigned char *bytes, uint32_t samples, bool first);
 
 /* Adds a sample to pixel (x, y) of the rendered part. The gate: a radiance that is not finite or is negative is a
  * defect, and so is a splat that is not finite (filters with negative lobes make negative ones); the sample is

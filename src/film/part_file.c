@@ -2,15 +2,13 @@
 
 #include "base/hash.h"
 #include "base/memory.h"
+#include "film/part_stream.h"
 #include "image/image.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
-
-/* The first byte and the line ends notice a transfer as text. */
-static const unsigned char magic[8] = {0x89, 'C', 'A', 'P', '\r', '\n', 0x1a, '\n'};
 
 /* What follows the magic, 8 bytes each. */
 enum {
@@ -34,16 +32,15 @@ enum {
 };
 
 enum { EXTRA_GRADIENTS = 1, EXTRA_ERROR_BARS = 2, ALL_EXTRAS = 3 };
-enum { FORMAT = 1, HEADER_BYTES = 8 + 8 * FIELD_COUNT, HASH_BYTES = 8, MAX_TEXT_BYTES = 1 << 16 };
+enum { FORMAT = 1, HEADER_BYTES = 8 + 8 * FIELD_COUNT };
+enum { HASH_BYTES = CA_PART_HASH_BYTES, MAX_TEXT_BYTES = CA_PART_TEXT_BYTES };
 
 static const size_t max_file_bytes = (size_t)1 << 40;
-
-static uint64_t padded(uint64_t size) { return (size + 7) / 8 * 8; }
 
 /* Every number that goes in is checked to be small before: no overflow. */
 static uint64_t file_bytes(const ca_block_film_desc *film, uint64_t settings_bytes, uint64_t scene_path_bytes)
 {
-    return HEADER_BYTES + padded(settings_bytes) + padded(scene_path_bytes) +
+    return HEADER_BYTES + ca_part_padded(settings_bytes) + ca_part_padded(scene_path_bytes) +
            (uint64_t)(film->crop[3] - film->crop[1]) * ca_block_film_row_bytes(film) + HASH_BYTES;
 }
 
@@ -58,28 +55,6 @@ void ca_part_destroy(ca_part *part)
 }
 
 /* ---- Writing --------------------------------------------------------------------------------------------------- */
-
-typedef struct part_writer {
-    FILE *stream;
-    uint64_t hash;
-    bool good;
-} part_writer;
-
-static void put(part_writer *writer, const unsigned char *bytes, size_t size)
-{
-    writer->hash = ca_hash_bytes(writer->hash, bytes, size);
-    writer->good = writer->good && fwrite(bytes, 1, size, writer->stream) == size;
-}
-
-static void put_text(part_writer *writer, const char *text)
-{
-    static const unsigned char zeros[8] = {0};
-    const size_t size = strlen(text), rest = size % 8;
-    unsigned char last[8] = {0};
-    memcpy(last, text + size - rest, rest);
-    put(writer, (const unsigned char *)text, size - rest);
-    put(writer, rest ? last : zeros, rest ? 8 : 0);
-}
 
 static void fill_header(const ca_part *part, unsigned char header[HEADER_BYTES])
 {
@@ -104,25 +79,24 @@ static void fill_header(const ca_part *part, unsigned char header[HEADER_BYTES])
     };
     for (int i = 0; i < 4; i++) fields[FIELD_CROP + i] = film->crop[i];
     for (int i = 0; i < CA_PART_COUNTS; i++) fields[FIELD_COUNTS + i] = part->counts[i];
-    memcpy(header, magic, sizeof magic);
+    memcpy(header, ca_part_magic, sizeof ca_part_magic);
     for (size_t i = 0; i < FIELD_COUNT; i++) ca_put_u64(header + 8 + 8 * i, fields[i]);
 }
 
-static void put_part(part_writer *writer, const ca_part *part, unsigned char *row)
+static void put_part(ca_part_writer *writer, const ca_part *part, unsigned char *row)
 {
-    unsigned char header[HEADER_BYTES], hash[HASH_BYTES];
+    unsigned char header[HEADER_BYTES];
     const ca_block_film_desc *film = ca_block_film_described(part->film);
     fill_header(part, header);
-    put(writer, header, sizeof header);
-    put_text(writer, part->settings);
-    put_text(writer, part->scene_path);
+    ca_part_put(writer, header, sizeof header);
+    ca_part_put_text(writer, part->settings);
+    ca_part_put_text(writer, part->scene_path);
     const size_t row_bytes = ca_block_film_row_bytes(film);
     for (uint32_t y = 0; y < film->crop[3] - film->crop[1] && writer->good; y++) {
         ca_block_film_write_row(part->film, y, row);
-        put(writer, row, row_bytes);
+        ca_part_put(writer, row, row_bytes);
     }
-    ca_put_u64(hash, writer->hash);
-    put(writer, hash, sizeof hash);
+    ca_part_put_hash(writer);
 }
 
 ca_status ca_part_write(const ca_part *part, const char *path, ca_error *error)
@@ -135,9 +109,9 @@ ca_status ca_part_write(const ca_part *part, const char *path, ca_error *error)
     ca_file_writer file;
     ca_status status = ca_file_create(&file, path, error);
     if (status == CA_OK) {
-        part_writer writer = {.stream = file.stream, .hash = CA_HASH_START, .good = true};
+        ca_part_writer writer = ca_part_writer_start(file.stream);
         put_part(&writer, part, row);
-        status = ca_file_commit(&file, error); /* a write that failed fails there */
+        status = ca_file_commit_durably(&file, error); /* a write that failed fails there */
     }
     ca_free(row);
     return status;
@@ -160,8 +134,8 @@ static ca_status fail_damaged(const part_reader *reader, ca_error *error)
 static ca_status read_fields(part_reader *reader, ca_error *error)
 {
     const ca_bytes *bytes = reader->bytes;
-    const size_t start = bytes->size < sizeof magic ? bytes->size : sizeof magic;
-    if (start == 0 || memcmp(bytes->data, magic, start) != 0)
+    const size_t start = bytes->size < sizeof ca_part_magic ? bytes->size : sizeof ca_part_magic;
+    if (start == 0 || memcmp(bytes->data, ca_part_magic, start) != 0)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: not a part file", reader->path);
     if (bytes->size < HEADER_BYTES + HASH_BYTES)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off after %zu bytes", reader->path,
@@ -227,7 +201,7 @@ static ca_status read_text(const part_reader *reader, size_t size, size_t *offse
     if (!*text) return ca_fail_memory(error, reader->path);
     memcpy(*text, data, size);
     (*text)[size] = '\0';
-    *offset += (size_t)padded(size);
+    *offset += (size_t)ca_part_padded(size);
     return CA_OK;
 }
 

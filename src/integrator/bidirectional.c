@@ -98,6 +98,20 @@ static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca
     return status;
 }
 
+/* Pilots are made once, in the first pass that there is. They are the same whichever that is: a part of a render may
+ * begin anywhere. */
+static ca_status make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+{
+    const ca_sampler *sampler = b->input.sampler;
+    ca_status status = CA_OK;
+    b->input.sampler = &b->pilot_sampler;
+    if (wants_pilot(b) && !b->pilot) status = make_pilot(b, parallel, workers, error);
+    if (status == CA_OK && b->rules.factors && !b->factors)
+        status = ca_factor_pilot(b, parallel, workers, &b->factors, error);
+    b->input.sampler = sampler;
+    return status;
+}
+
 /* ---- Rounds ---------------------------------------------------------------------------------------------------- */
 
 uint32_t ca_bidirectional_rounds(const void *state)
@@ -113,9 +127,9 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     if (round == 0) {
         ca_splat_buffer_clear(&b->splats);
         ca_pair_splats_clear(&b->pair_splats);
+        set_radius(b, 0);
+        CA_TRY(make_pilots(b, parallel, workers, error));
         set_radius(b, pass);
-        if (wants_pilot(b) && !b->pilot) CA_TRY(make_pilot(b, parallel, workers, error));
-        if (b->rules.factors && !b->factors) CA_TRY(ca_factor_pilot(b, parallel, workers, &b->factors, error));
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
     }
     b->first_chunk = round * b->resident;
@@ -242,6 +256,7 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
     ca_bidirectional *b = ca_alloc_zeroed(1, sizeof *b);
     if (!b) return ca_fail_memory(error, "the integrator");
     b->input = *input;
+    b->pilot_sampler = *input->sampler;
     b->rules = *rules;
     ca_status status = read_settings(b, type, input, error);
     if (status == CA_OK) status = make_guide(b, type, error);

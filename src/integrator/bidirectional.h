@@ -135,6 +135,7 @@ struct ca_bidirectional {
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
     ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
+    ca_sampler pilot_sampler;       /* the render's as it was first, whichever pass or replicate asks for a pilot */
     ca_photon_density *pilot;       /* owned; of photons, where the reuse rule asks for it; NULL: not made yet, too */
     float pilot_scale;              /* N_F over the number of its light paths */
     const ca_emission_guide *guide; /* of light paths; NULL: none */

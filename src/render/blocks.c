@@ -4,6 +4,8 @@
 #include "base/memory.h"
 #include "base/stop.h"
 #include "base/text.h"
+#include "render/checkpoint.h"
+#include "render/part_counts.h"
 #include "render/part_settings.h"
 #include "render/record.h"
 #include "render/workers.h"
@@ -17,6 +19,9 @@ typedef struct block_render {
     void *integrator;
     ca_workers workers;
     ca_part part; /* part.blocks: those done */
+    ca_checkpoint checkpoint;
+    uint64_t resumed;                       /* blocks that were in the checkpoint; likewise: */
+    uint64_t counts_before[CA_PART_COUNTS]; /* what they counted */
     double start;
     ca_block_sample *made; /* owned; of each pixel, until the block is complete */
     ca_kept_counts kept;   /* of the workers, from before the block */
@@ -160,54 +165,66 @@ static bool report_progress(block_render *r, uint64_t limit)
         .noise_percent = -1.0,
         /* An image needs all blocks from 0. */
         .snapshot = r->part.blocks[0] == 0 ? take_snapshot : NULL,
+        .checkpoint_failure = ca_checkpoint_failure(&r->checkpoint),
         .render = r,
     };
     return ca_render_tell(r->plan, &progress, &r->start);
 }
 
-/* The blocks before one that was not made whole are the result. */
-static ca_status end_early(block_render *r, ca_status status)
+/* ca_checkpoint_writer */
+static ca_status write_part(void *user, const char *path, ca_error *error)
 {
-    r->interrupted = status == CA_ERROR_INTERRUPTED;
-    return r->interrupted && r->part.blocks[1] > r->part.blocks[0] ? CA_OK : status;
+    block_render *r = user;
+    count_what_is_done(r);
+    return ca_part_write(&r->part, path, error);
 }
 
-static ca_status run_blocks(block_render *r, ca_error *error)
+static void keep(block_render *r, uint64_t limit)
 {
     const ca_render_settings *settings = r->plan->settings;
-    r->part.blocks[0] = r->part.blocks[1] = r->plan->blocks[0];
-    r->start = ca_clock_seconds();
-    for (;;) {
-        const ca_status status = render_block(r, error);
-        if (status != CA_OK) return end_early(r, status);
+    const double done = (double)(r->part.blocks[1] - r->part.blocks[0]), all = (double)(limit - r->part.blocks[0]);
+    const double given = settings->seconds > 0.0 ? settings->seconds : (double)INFINITY;
+    const double whole =
+        r->plan->open_ended || limit == UINT64_MAX ? given : fmin(given, r->part.seconds / done * all);
+    if (ca_checkpoint_is_due(&r->checkpoint, settings, whole)) ca_checkpoint_write(&r->checkpoint, write_part, r);
+}
+
+static bool is_done(const block_render *r)
+{
+    const double seconds = r->plan->settings->seconds;
+    return r->part.blocks[1] >= block_limit(r) || (seconds > 0.0 && r->part.seconds >= seconds);
+}
+
+static bool has_blocks(const block_render *r) { return r->part.blocks[1] > r->part.blocks[0]; }
+
+static ca_status make_blocks(block_render *r, ca_error *error)
+{
+    while (!has_blocks(r) || !(r->interrupted || is_done(r))) {
+        CA_TRY(render_block(r, error));
         r->part.seconds = ca_clock_seconds() - r->start;
         const uint64_t limit = block_limit(r);
+        keep(r, limit);
         r->interrupted = !report_progress(r, limit);
-        if (r->interrupted || r->part.blocks[1] >= limit) return CA_OK;
-        if (settings->seconds > 0.0 && r->part.seconds >= settings->seconds) return CA_OK;
     }
+    return CA_OK;
+}
+
+/* The blocks before one that was not made whole are the result, and kept. */
+static ca_status run_blocks(block_render *r, ca_error *error)
+{
+    r->start = ca_clock_seconds() - r->part.seconds;
+    if (r->resumed > 0 && !r->plan->open_ended && block_limit(r) < r->part.blocks[1])
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s has %llu blocks already, more than this render makes",
+                       r->checkpoint.path, (unsigned long long)r->resumed);
+    const ca_status status = make_blocks(r, error);
+    r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
+    const bool early = r->interrupted || status != CA_OK;
+    if (has_blocks(r) && ca_checkpoint_is_wanted(&r->checkpoint, r->plan->settings, early))
+        ca_checkpoint_write(&r->checkpoint, write_part, r);
+    return status == CA_ERROR_INTERRUPTED && has_blocks(r) ? CA_OK : status;
 }
 
 /* ---- What is left ---------------------------------------------------------------------------------------------- */
-
-/* The place of each count in a part file. */
-enum { LIGHT_PATHS, CAMERA_PATHS, RAYS, SHADOW_RAYS, PHOTONS, PHOTONS_TESTED, MERGES, NON_FINITE };
-_Static_assert((int)NON_FINITE + (int)CA_NON_FINITE_SOURCES <= (int)CA_PART_COUNTS,
-               "a part file has room for all counts");
-
-static void keep_counts(const ca_workers *workers, uint64_t counts[CA_PART_COUNTS])
-{
-    ca_render_statistics s = {0};
-    ca_workers_count(workers, &s);
-    counts[LIGHT_PATHS] = s.light_paths;
-    counts[CAMERA_PATHS] = s.camera_paths;
-    counts[RAYS] = s.rays;
-    counts[SHADOW_RAYS] = s.shadow_rays;
-    counts[PHOTONS] = s.photons;
-    counts[PHOTONS_TESTED] = s.photons_tested;
-    counts[MERGES] = s.merges;
-    memcpy(counts + NON_FINITE, s.non_finite_from, sizeof s.non_finite_from);
-}
 
 static uint64_t seed_of(const ca_part *part)
 {
@@ -220,7 +237,6 @@ static uint64_t seed_of(const ca_part *part)
 
 void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statistics)
 {
-    const uint64_t *counts = part->counts;
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     *statistics = (ca_render_statistics){
@@ -228,23 +244,13 @@ void ca_part_fill_statistics(const ca_part *part, ca_render_statistics *statisti
         .samples_per_pixel = part->samples_per_pixel,
         .iterations = part->blocks[1] - part->blocks[0],
         .seed = seed_of(part),
-        .light_paths = counts[LIGHT_PATHS],
-        .camera_paths = counts[CAMERA_PATHS],
-        .rays = counts[RAYS],
-        .shadow_rays = counts[SHADOW_RAYS],
-        .photons = counts[PHOTONS],
-        .photons_tested = counts[PHOTONS_TESTED],
-        .merges = counts[MERGES],
         .peak_memory_bytes = (uint64_t)usage.ru_maxrss * 1024,
         .mean_luminance = ca_block_film_mean_luminance(part->film),
         .mean_standard_deviation = (double)NAN,
         .noise_percent = -1.0,
         .blocks = {part->blocks[0], part->blocks[1]},
     };
-    for (int s = 0; s < CA_NON_FINITE_SOURCES; s++) {
-        statistics->non_finite_from[s] = counts[NON_FINITE + s];
-        statistics->non_finite += counts[NON_FINITE + s];
-    }
+    ca_part_counts_fill(part->counts, statistics);
 }
 
 /* Of the error bars; NULL where none were asked for. */
@@ -308,17 +314,22 @@ static void keep_samples(block_render *r)
 static void count_what_is_done(block_render *r)
 {
     keep_samples(r);
-    keep_counts(&r->workers, r->part.counts);
+    ca_part_counts_keep(&r->workers, r->part.counts);
+    for (int i = 0; i < CA_PART_COUNTS; i++) r->part.counts[i] += r->counts_before[i];
 }
 
 static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     const ca_render_settings *settings = r->plan->settings;
     count_what_is_done(r);
-    const ca_status written = settings->part_path ? ca_part_write(&r->part, settings->part_path, error) : CA_OK;
+    ca_status written = r->checkpoint.status;
+    if (written != CA_OK && error) *error = r->checkpoint.failure;
+    const ca_status part = settings->part_path ? ca_part_write(&r->part, settings->part_path, error) : CA_OK;
+    if (part != CA_OK) written = part;
     ca_part_fill_statistics(&r->part, statistics);
     add_notes(r, statistics);
     statistics->interrupted = r->interrupted;
+    statistics->passes_resumed = r->resumed;
     if (written != CA_OK && written != CA_ERROR_FILE) return written;
     const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);
     return written == CA_OK ? developed : written;
@@ -333,6 +344,7 @@ static ca_status prepare_part(const ca_render_plan *plan, ca_part *part, ca_erro
     part->scene_path = ca_alloc(size, 1);
     if (!part->scene_path) return ca_fail_memory(error, "the render");
     memcpy(part->scene_path, path, size);
+    part->blocks[0] = part->blocks[1] = plan->blocks[0];
     CA_TRY(ca_part_settings_make(plan, &part->settings, error));
     return ca_block_film_create(&part->film, &plan->block_film, error);
 }
@@ -347,12 +359,55 @@ static ca_status create_buffers(block_render *r, ca_error *error)
     return r->made ? CA_OK : ca_fail_memory(error, "the film");
 }
 
+/* Can this render go on from the part of a checkpoint? */
+static ca_status check_resumed(const block_render *r, const ca_part *part, ca_error *error)
+{
+    const char *path = r->checkpoint.path;
+    const unsigned long long begin = part->blocks[0], end = part->blocks[1];
+    CA_TRY(ca_checkpoint_compare(path, part->settings, r->part.settings, error));
+    if (!ca_block_film_desc_equal(ca_block_film_described(part->film), ca_block_film_described(r->part.film)))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s has another film", path);
+    if (begin != r->plan->blocks[0])
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.400s has the blocks %llu:%llu, but this render begins at block %llu", path, begin, end,
+                       (unsigned long long)r->plan->blocks[0]);
+    if (end > r->plan->blocks[1])
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.400s has %llu blocks already, more than the %llu of this render", path, end - begin,
+                       (unsigned long long)(r->plan->blocks[1] - begin));
+    return CA_OK;
+}
+
+static void take_over(block_render *r, ca_part *part)
+{
+    ca_block_film *const film = r->part.film;
+    r->part.film = part->film;
+    part->film = film;
+    r->part.blocks[1] = part->blocks[1];
+    r->part.seconds = part->seconds;
+    r->resumed = part->blocks[1] - part->blocks[0];
+    memcpy(r->counts_before, part->counts, sizeof r->counts_before);
+}
+
+static ca_status resume(block_render *r, ca_error *error)
+{
+    ca_part part;
+    if (!r->checkpoint.resumes) return CA_OK;
+    CA_TRY(ca_part_read(r->checkpoint.path, &part, error));
+    const ca_status status = check_resumed(r, &part, error);
+    if (status == CA_OK) take_over(r, &part);
+    ca_part_destroy(&part);
+    return status;
+}
+
 ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error)
 {
     block_render r = {.plan = plan};
     *image = NULL;
     ca_status status = prepare_part(plan, &r.part, error);
+    if (status == CA_OK) status = ca_checkpoint_start(&r.checkpoint, plan->settings, error);
+    if (status == CA_OK) status = resume(&r, error);
     if (status == CA_OK) status = create_buffers(&r, error);
     if (status == CA_OK) status = plan->type->create(&plan->input, &r.integrator, error);
     if (status == CA_OK) {
@@ -367,5 +422,6 @@ ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_ren
     ca_kept_counts_destroy(&r.kept);
     ca_free(r.made);
     ca_part_destroy(&r.part);
+    ca_checkpoint_end(&r.checkpoint);
     return status;
 }

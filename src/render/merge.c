@@ -1,8 +1,11 @@
-/* Adding up part files (ca_merge_parts). They are read one after the other: in memory are the sums
- * so far, those of one part, and its file. */
+/* Adding up part files (ca_merge_parts), those of blocks of pairs. They are read one after the other: in memory are
+ * the sums so far, those of one part, and its file. */
 #include "base/memory.h"
 #include "film/interval_layers.h"
+#include "film/part_stream.h"
+#include "film/pass_part.h"
 #include "render/blocks.h"
+#include "render/merge_passes.h"
 #include "render/part_settings.h"
 
 #include <stdlib.h>
@@ -26,22 +29,10 @@ typedef struct merge {
 
 /* ---- Do they belong together? ---------------------------------------------------------------------------------- */
 
-static ca_status fail_settings(const char *first_path, const char *a, const char *path, const char *b,
-                               ca_error *error)
-{
-    const int name = (int)strcspn(a, " \n"), a_length = (int)strcspn(a, "\n"), b_length = (int)strcspn(b, "\n");
-    if (strncmp(a, "scene ", 6) == 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "%.300s and %.300s show different scenes: their files or definitions differ", first_path,
-                       path);
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.200s and %.200s differ in their %.*s: \"%.*s\" and \"%.*s\"",
-                   first_path, path, name, a, a_length < 250 ? a_length : 250, a, b_length < 250 ? b_length : 250, b);
-}
-
 static ca_status check_same(const merge *m, const ca_part *part, const char *path, ca_error *error)
 {
     const char *a = m->sum.settings, *b = part->settings, *first = m->parts[0].path;
-    if (!ca_part_settings_equal(&a, &b)) return fail_settings(first, a, path, b, error);
+    if (!ca_part_settings_equal(&a, &b)) return ca_part_settings_fail(first, a, path, b, error);
     if (ca_block_film_desc_equal(ca_block_film_described(m->sum.film), ca_block_film_described(part->film)))
         return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s and %.400s have different films", first, path);
@@ -168,11 +159,25 @@ static ca_status use_sum(const ca_part *sum, const char *part_path, ca_image_lay
     return written == CA_OK ? developed : written;
 }
 
+/* Parts are of passes or of blocks of pairs: the first one says which. */
+static ca_status has_passes(const char *path, bool *passes, ca_error *error)
+{
+    FILE *stream;
+    uint64_t size, format;
+    CA_TRY(ca_part_open(path, &stream, &size, &format, error));
+    *passes = format == CA_PASS_PART_FORMAT;
+    fclose(stream);
+    return CA_OK;
+}
+
 ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
                          ca_render_statistics *statistics, ca_error *error)
 {
     if (image) *image = NULL;
     if (count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there are no part files to merge");
+    bool passes;
+    CA_TRY(has_passes(paths[0], &passes, error));
+    if (passes) return ca_merge_passes(paths, count, part_path, image, statistics, error);
     merge m = {0};
     ca_status status = merge_files(&m, paths, count, image != NULL, error);
     if (status == CA_OK) status = use_sum(&m.sum, part_path, image, statistics, error);

@@ -39,9 +39,9 @@ static ca_status check_settings(const ca_render_settings *s, uint32_t iterations
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
             "noise is measured in single iterations, which are independent already: replicates are for renders");
-    if (s->strategies_directory || s->has_blocks || s->part_path)
+    if (s->strategies_directory || s->has_blocks || s->has_passes || s->part_path || s->checkpoint_path)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "noise is measured without blocks, part files and images of the strategies");
+                       "noise is measured without blocks, part files, checkpoints and images of the strategies");
     if (s->sampler && strcmp(s->sampler, "independent") != 0)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,

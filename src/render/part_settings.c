@@ -1,6 +1,11 @@
 #include "render/part_settings.h"
 
+#include "base/memory.h"
+#include "base/text.h"
+#include "render/replicates.h"
+
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -44,6 +49,89 @@ ca_status ca_part_settings_make(const ca_render_plan *plan, char **text, ca_erro
     return CA_OK;
 }
 
+static size_t add_line(char *text, size_t used, const char *name, const char *value)
+{
+    const int added = snprintf(text + used, TEXT_SIZE - used, "%s %s\n", name, value);
+    const size_t end = used + (size_t)(added > 0 ? added : 0);
+    return end < TEXT_SIZE ? end : TEXT_SIZE - 1;
+}
+
+static size_t add_number(char *text, size_t used, const char *name, double value)
+{
+    char number[64];
+    snprintf(number, sizeof number, "%.17g", value);
+    return add_line(text, used, name, number);
+}
+
+/* What the image depends on beside the integrator. */
+static size_t add_film(char *text, size_t used, const ca_render_plan *plan, uint64_t rays)
+{
+    char value[128];
+    const uint32_t *crop = plan->crop;
+    used = add_line(text, used, "sampler", ca_sampler_name(plan->sampler.kind));
+    snprintf(value, sizeof value, "%" PRIu64, plan->seed);
+    used = add_line(text, used, "seed", value);
+    snprintf(value, sizeof value, "%ux%u", plan->camera.width, plan->camera.height);
+    used = add_line(text, used, "resolution", value);
+    snprintf(value, sizeof value, "%u,%u,%u,%u", crop[0], crop[1], crop[2], crop[3]);
+    used = add_line(text, used, "crop", value);
+    used = add_line(text, used, "filter", ca_filter_name(plan->filter.kind));
+    used = add_number(text, used, "passes_per_replicate", ca_replicates_passes(plan));
+    snprintf(value, sizeof value, "%016" PRIx64, rays);
+    return add_line(text, used, "rays", rays ? value : "none");
+}
+
+ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char **text, ca_error *error)
+{
+    char hash[32];
+    *text = ca_alloc(TEXT_SIZE, 1);
+    if (!*text) return ca_fail_memory(error, "the part file");
+    snprintf(hash, sizeof hash, "%016" PRIx64, plan->scene->desc.content_hash);
+    size_t used = add_line(*text, 0, "version", ca_version());
+    used = add_line(*text, used, "scene", hash);
+    used = add_line(*text, used, "integrator", plan->type->name);
+    used = add_film(*text, used, plan, rays);
+    /* Last, since some of them follow from the others where they are not given. */
+    for (int i = 0; plan->type->parameters[i].name; i++)
+        used = add_number(*text, used, plan->type->parameters[i].name, plan->input.values[i]);
+    add_number(*text, used, "samples_per_pass", plan->samples_per_pass);
+    return CA_OK;
+}
+
+static double count_of(const char *text, char wanted)
+{
+    double count = 0.0;
+    for (; *text; text++) count += *text == wanted;
+    return count;
+}
+
+/* Can the parameter have this value? */
+static bool is_value(const ca_parameter_spec *spec, double value)
+{
+    double most = spec->kind == CA_SPEC_INTEGER ? 1e9 : spec->maximum > 0.0 ? spec->maximum : (double)INFINITY;
+    if (spec->kind == CA_SPEC_BOOLEAN) most = 1.0;
+    if (spec->kind == CA_SPEC_CHOICE) most = count_of(spec->choices, '|');
+    const bool counts = spec->kind == CA_SPEC_BOOLEAN || spec->kind == CA_SPEC_CHOICE;
+    return isfinite(value) && value >= (counts ? 0.0 : spec->minimum) && value <= most &&
+           (spec->kind == CA_SPEC_REAL || value == floor(value));
+}
+
+ca_status ca_pass_settings_use(const char *text, ca_render_plan *plan, ca_error *error)
+{
+    char name[64], word[64];
+    const ca_integrator_type *type = NULL;
+    bool good = ca_part_settings_find(text, "integrator", name, sizeof name);
+    if (good) type = ca_integrator_of(name);
+    good = type && !ca_integrator_has(type, CA_ABILITY_CHOOSES) && !type->begin_block;
+    for (int i = 0; good && type->parameters[i].name; i++) {
+        good = ca_part_settings_find(text, type->parameters[i].name, word, sizeof word) &&
+               ca_parse_double(word, &plan->input.values[i]) && is_value(&type->parameters[i], plan->input.values[i]);
+    }
+    if (!good) return ca_fail(error, CA_ERROR_FORMAT, NULL, "the settings of this part file make no sense");
+    plan->type = type;
+    return CA_OK;
+}
+
 static const char *next_line(const char *line)
 {
     line += strcspn(line, "\n");
@@ -72,4 +160,16 @@ bool ca_part_settings_equal(const char **a, const char **b)
         if (length != strcspn(*b, "\n") || strncmp(*a, *b, length) != 0) return false;
     }
     return true;
+}
+
+ca_status ca_part_settings_fail(const char *first_path, const char *a, const char *path, const char *b,
+                                ca_error *error)
+{
+    const int name = (int)strcspn(a, " \n"), a_length = (int)strcspn(a, "\n"), b_length = (int)strcspn(b, "\n");
+    if (strncmp(a, "scene ", 6) == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.300s and %.300s show different scenes: their files or definitions differ", first_path,
+                       path);
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.200s and %.200s differ in their %.*s: \"%.*s\" and \"%.*s\"",
+                   first_path, path, name, a, a_length < 250 ? a_length : 250, a, b_length < 250 ? b_length : 250, b);
 }

@@ -8,10 +8,21 @@
 /* The caller frees the text with ca_free. */
 ca_status ca_part_settings_make(const ca_render_plan *plan, char **text, ca_error *error);
 
+/* The same of a render by passes, each parameter on a line of its own. `rays`: a hash of the numbers of rays that
+ * come from a file; 0: none do. */
+ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char **text, ca_error *error);
+
+/* Gives the plan the integrator and the parameters of such a text, as they are. Errors: CA_ERROR_FORMAT. */
+ca_status ca_pass_settings_use(const char *text, ca_render_plan *plan, ca_error *error);
+
 /* Copies the value of a line. false, and an empty text: there is no such line, or it is longer than `size` allows. */
 bool ca_part_settings_find(const char *text, const char *name, char *value, size_t size);
 
 /* Are the texts equal? If not, *a and *b are moved to their first lines that differ. */
 bool ca_part_settings_equal(const char **a, const char **b);
+
+/* Refuses two files whose texts differ from these lines on: names what differs. CA_ERROR_ARGUMENT. */
+ca_status ca_part_settings_fail(const char *first_path, const char *a, const char *path, const char *b,
+                                ca_error *error);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "base/processors.h"
 #include "base/text.h"
+#include "math/numeric.h"
 #include "render/pass.h"
 #include "render/replicates.h"
 
@@ -259,17 +260,58 @@ static double samples_per_pass(const ca_render_plan *plan, uint32_t width, uint3
     return light_paths > 0.0 ? light_paths / ((double)width * (double)height) : 1.0; /* 0: one per pixel */
 }
 
+/* Parts of a render, and checkpoints: what has the sums of passes or blocks, of one kind. */
+static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    const char *what = settings->checkpoint_path ? "a checkpoint" : "a part of a render";
+    if (!settings->checkpoint_path && !settings->has_passes && !settings->part_path) return CA_OK;
+    if (plan->rays == CA_RAYS_AUTO)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "with rays \"auto\" passes have other numbers of rays from phase to phase: there is no %s; an "
+                       "image of such a render, as file of rays, repeats its choice",
+                       settings->checkpoint_path ? "checkpoint" : "part of such a render");
+    if (settings->strategies_directory)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are not kept in %s", what);
+    if (settings->checkpoint_path && !settings->part_path && !settings->has_passes) return CA_OK;
+    if (plan->rays == CA_RAYS_OF_FILE)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "a part of a render does not keep the numbers of rays of a file");
+    if (ca_integrator_has(plan->type, CA_ABILITY_CHOOSES))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" may choose another method for each part: name the integrator, as --stats "
+                       "or the image of one render tells it",
+                       plan->type->name);
+    return CA_OK;
+}
+
+static ca_status check_passes(const ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    const unsigned long long begin = settings->passes[0], end = settings->passes[1];
+    if (!settings->has_passes) return CA_OK;
+    if (ca_render_plan_by_blocks(plan))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" renders by blocks of pairs: it has a range of blocks, not of passes",
+                       plan->type->name);
+    if (settings->noise_percent > 0.0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the noise of a range of passes is not that of the image");
+    if (settings->samples_per_pixel > 0 && settings->replicates == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "either samples per pixel or a range of passes can be given, not both");
+    if (begin >= end) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%llu:%llu is no range of passes", begin, end);
+    return CA_OK;
+}
+
 static ca_status check_block_settings(const ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     const char *name = plan->type->name;
     if (!ca_render_plan_by_blocks(plan)) {
-        if (!settings->has_blocks && !settings->part_path) return CA_OK;
-        return ca_fail(
-            error, CA_ERROR_ARGUMENT, NULL,
-            "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose and no "
-            "part file to write",
-            name);
+        if (!settings->has_blocks) return CA_OK;
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "integrator \"%s\" does not render by blocks of pairs: there is no range of blocks to choose",
+                       name);
     }
     if (settings->noise_percent > 0.0)
         return ca_fail(
@@ -300,8 +342,9 @@ static void plan_blocks(ca_render_plan *plan)
             settings->samples_per_pixel ? settings->samples_per_pixel : plan->scene->desc.samples_per_pixel;
 }
 
-static float largest_coordinate(const ca_scene *scene)
+float ca_render_plan_extent(const ca_render_plan *plan)
 {
+    const ca_scene *scene = plan->scene;
     const float coordinates[6] = {scene->low.x,  scene->low.y,  scene->low.z,
                                   scene->high.x, scene->high.y, scene->high.z};
     float largest = FLT_MIN;
@@ -317,7 +360,7 @@ static void plan_block_film(ca_render_plan *plan, uint32_t width, uint32_t heigh
         .full_height = height,
         .gradients = ca_integrator_value(plan->type, &plan->input, "gradients", 0.0) != 0.0,
         .error_bars = ca_integrator_value(plan->type, &plan->input, "error_bars", 0.0) != 0.0,
-        .extent = largest_coordinate(plan->scene),
+        .extent = ca_render_plan_extent(plan),
     };
     memcpy(plan->block_film.crop, plan->crop, sizeof plan->crop);
 }
@@ -326,6 +369,8 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
 {
     const ca_render_settings *settings = plan->settings;
     CA_TRY(check_targets(settings, error));
+    CA_TRY(check_parts(plan, error));
+    CA_TRY(check_passes(plan, error));
     CA_TRY(check_block_settings(plan, error));
     plan_block_film(plan, width, height);
     if (ca_render_plan_by_blocks(plan)) {
@@ -336,12 +381,32 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
     return ca_render_plan_count_passes(plan, plan->camera_paths, error);
 }
 
+/* The passes that were asked for by their numbers, once it is known how replicates are made. */
+static ca_status plan_passes(ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    const uint32_t each = plan->passes_per_replicate > 0 ? plan->passes_per_replicate : 1;
+    const unsigned long long begin = settings->passes[0], end = settings->passes[1];
+    if (!settings->has_passes) return CA_OK;
+    if (end > plan->pass_limit)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there are no passes %llu:%llu: the last one would be %u",
+                       begin, end, plan->pass_limit - 1);
+    if (begin % each != 0 || end % each != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "a part has whole replicates, which are %u passes each: %llu:%llu does not", each, begin, end);
+    plan->first_pass = (uint32_t)begin;
+    plan->pass_limit = (uint32_t)end;
+    return CA_OK;
+}
+
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
-    plan->pass_limit = UINT32_MAX / most;
+    plan->pass_limit = ca_min_u32(UINT32_MAX / most, CA_BINNED_SUM_MOST_VALUES);
     plan->open_ended = settings->samples_per_pixel == 0 && (settings->seconds > 0.0 || settings->noise_percent > 0.0);
-    if (plan->open_ended) return CA_OK;
+    const bool ranged = settings->has_passes && settings->replicates == 0;
+    if (ranged) plan->open_ended = false;
+    if (plan->open_ended || ranged) return CA_OK;
     const uint32_t samples =
         settings->samples_per_pixel ? settings->samples_per_pixel : plan->scene->desc.samples_per_pixel;
     const double passes = ceil(samples / plan->samples_per_pass);
@@ -360,20 +425,29 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
 /* A number of samples and a time may both be set: the first to be reached ends the render. */
 double ca_render_plan_expected_passes(const ca_render_plan *plan)
 {
-    const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : plan->pass_limit;
+    const double passes = plan->pass_limit - plan->first_pass;
+    const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : passes;
     const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
     const double paths = ca_render_plan_pixels(plan) * plan->camera_paths;
     return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / paths)));
+}
+
+/* Films whose numbers of rays are chosen are joined with weights: they need not add up in parts. */
+static double film_bytes(const ca_render_plan *plan)
+{
+    const double pixels = ca_render_plan_pixels(plan);
+    if (ca_render_plan_by_blocks(plan))
+        return ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample);
+    const bool chosen = plan->rays == CA_RAYS_AUTO;
+    const double pixel = chosen ? (double)sizeof(ca_film_pixel) : ca_film_pixel_bytes(ca_replicates_passes(plan));
+    return pixels * (pixel + CA_PASS_PIXEL_BYTES);
 }
 
 /* Light paths get the memory that the film leaves. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
-    const double pixels = ca_render_plan_pixels(plan);
-    const double film = ca_render_plan_by_blocks(plan)
-                            ? ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample)
-                            : pixels * (CA_PASS_PIXEL_BYTES + ca_film_pixel_bytes(ca_replicates_passes(plan)));
+    const double film = film_bytes(plan);
     if (allowed <= 0.0) return CA_OK;
     if (film > allowed)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -395,6 +469,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     CA_TRY(check_strategies(plan, error));
     CA_TRY(plan_stopping(plan, width, height, error));
     CA_TRY(ca_replicates_plan(plan, error));
+    CA_TRY(plan_passes(plan, error));
     CA_TRY(plan_memory(plan, error));
     plan->threads = settings->threads ? settings->threads : ca_processors();
     if (plan->threads > 1024)

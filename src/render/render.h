@@ -29,7 +29,8 @@ typedef struct ca_render_plan {
     ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
     bool ended; /* the caller has ended the render while that was chosen: one pass is made */
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
-    uint32_t pass_limit;
+    uint32_t first_pass; /* > 0: of a part that begins there */
+    uint32_t pass_limit; /* the number of the pass to end before */
     bool open_ended; /* ends by time or noise; pass_limit is then the largest number that can be counted */
     uint32_t passes_per_replicate; /* 0: no number of replicates was asked for */
     uint64_t seed;                 /* as given; the sampler's changes from replicate to replicate */
@@ -48,6 +49,9 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
                               ca_error *error);
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
+
+/* No coordinate of the scene is larger; > 0. */
+float ca_render_plan_extent(const ca_render_plan *plan);
 
 /* Of the rendered part. */
 static inline double ca_render_plan_pixels(const ca_render_plan *plan)

@@ -1,0 +1,28 @@
+/* Which checkpoint a render of the command line keeps (ca_render_settings.checkpoint_path): the one that was asked
+ * for, or by itself OUTPUT.checkpoint.part beside the first output. One that is there already is kept, unless the
+ * render goes on from it: the new one gets a number, OUTPUT.checkpoint-2.part. */
+#ifndef CA_CLI_KEEP_H
+#define CA_CLI_KEEP_H
+
+#include "cli/outputs.h"
+
+typedef struct ca_keep {
+    const char *wanted; /* --checkpoint; NULL: by itself */
+    double seconds;     /* --checkpoint-every; 0: by itself */
+    bool resume;
+    char *path;     /* owned; that is used; NULL: none */
+    char *existing; /* owned; one that is there and stays; NULL: none */
+} ca_keep;
+
+/* Chooses the path, and notes it as written. `first_output`: what it is named after. */
+ca_status ca_keep_choose(ca_keep *keep, const char *first_output, ca_places *places, ca_error *error);
+void ca_keep_destroy(ca_keep *keep);
+
+void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings);
+/* Offers to go on from one that is there. */
+void ca_keep_tell(const ca_keep *keep);
+/* What was rendered is written: one that was kept by itself is not needed any longer, unless the render ended
+ * early. */
+void ca_keep_end(const ca_keep *keep, bool interrupted);
+
+#endif

@@ -1,0 +1,100 @@
+#define _POSIX_C_SOURCE 200809L
+#include "render/checkpoint.h"
+
+#include "base/clock.h"
+#include "render/part_settings.h"
+
+#include <math.h>
+#include <string.h>
+#include <unistd.h>
+
+/* By default so many seconds lie between two writes, and writing takes no more than a hundredth of the time. */
+#define USUAL_SECONDS 300.0
+#define TIMES_THE_COST 100.0
+
+/* Renders that take longer are kept without being asked. */
+#define LONG_SECONDS 600.0
+
+static ca_status lock(ca_checkpoint *checkpoint, ca_error *error)
+{
+    bool taken;
+    CA_TRY(ca_file_lock_take(&checkpoint->lock, checkpoint->path, &taken, error));
+    if (taken) return CA_OK;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: another render is at work with this checkpoint",
+                   checkpoint->path);
+}
+
+static ca_status fail_existing(const char *path, ca_error *error)
+{
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "%s: there is a checkpoint already: resume from it, remove it or take another name", path);
+}
+
+/* A file that will perhaps never be made is locked when it is. */
+ca_status ca_checkpoint_start(ca_checkpoint *checkpoint, const ca_render_settings *settings, ca_error *error)
+{
+    *checkpoint = (ca_checkpoint){.path = settings->checkpoint_path, .last = ca_clock_seconds()};
+    if (!checkpoint->path) return CA_OK;
+    if (settings->checkpoint_if_long && access(checkpoint->path, F_OK) != 0) return CA_OK;
+    CA_TRY(lock(checkpoint, error));
+    const bool exists = access(checkpoint->path, F_OK) == 0;
+    if (exists && !settings->resume) {
+        ca_checkpoint_end(checkpoint);
+        return fail_existing(settings->checkpoint_path, error);
+    }
+    checkpoint->resumes = checkpoint->is_kept = exists;
+    return CA_OK;
+}
+
+void ca_checkpoint_end(ca_checkpoint *checkpoint)
+{
+    ca_file_lock_release(&checkpoint->lock);
+    checkpoint->path = NULL;
+}
+
+bool ca_checkpoint_is_due(const ca_checkpoint *checkpoint, const ca_render_settings *settings, double whole_seconds)
+{
+    if (!checkpoint->path) return false;
+    const double usual = fmax(USUAL_SECONDS, TIMES_THE_COST * checkpoint->cost);
+    const double between = settings->checkpoint_seconds > 0.0 ? settings->checkpoint_seconds : usual;
+    const bool is_long = !settings->checkpoint_if_long || checkpoint->is_kept || whole_seconds > LONG_SECONDS;
+    return is_long && ca_clock_seconds() - checkpoint->last >= between;
+}
+
+bool ca_checkpoint_is_wanted(const ca_checkpoint *checkpoint, const ca_render_settings *settings, bool interrupted)
+{
+    if (!checkpoint->path) return false;
+    return !settings->checkpoint_if_long || (checkpoint->is_kept && interrupted);
+}
+
+/* The first time there must be none that others have made. */
+static ca_status write_locked(ca_checkpoint *checkpoint, ca_checkpoint_writer write, void *render)
+{
+    ca_error *error = &checkpoint->failure;
+    if (!checkpoint->lock.path) CA_TRY(lock(checkpoint, error));
+    if (!checkpoint->is_kept && access(checkpoint->path, F_OK) == 0) return fail_existing(checkpoint->path, error);
+    return write(render, checkpoint->path, error);
+}
+
+void ca_checkpoint_write(ca_checkpoint *checkpoint, ca_checkpoint_writer write, void *render)
+{
+    const double start = ca_clock_seconds();
+    const bool good = write_locked(checkpoint, write, render) == CA_OK;
+    checkpoint->status = good ? CA_OK : CA_ERROR_FILE;
+    checkpoint->last = ca_clock_seconds();
+    checkpoint->cost = checkpoint->last - start;
+    if (good) checkpoint->is_kept = true;
+}
+
+ca_status ca_checkpoint_compare(const char *path, const char *theirs, const char *ours, ca_error *error)
+{
+    if (ca_part_settings_equal(&theirs, &ours)) return CA_OK;
+    if (strncmp(theirs, "scene ", 6) == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.400s was made with another scene: its files or definitions have changed", path);
+    const int a = (int)strcspn(theirs, "\n"), b = (int)strcspn(ours, "\n");
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "%.400s was made with \"%.*s\", but this render has \"%.*s\": only samples, time, noise, threads, "
+                   "memory and outputs may be others",
+                   path, a < 200 ? a : 200, theirs, b < 200 ? b : 200, ours);
+}

@@ -1,0 +1,19 @@
+/* Renders that are killed at random times and go on from their checkpoint. */
+#ifndef CA_TEST_RANDOM_KILLS_H
+#define CA_TEST_RANDOM_KILLS_H
+
+#include "support/run_program.h"
+#include "support/test_random.h"
+
+/* What is rendered: ball.xml of the program's folder. */
+typedef struct ca_kill_job {
+    const char *integrator, *samples; /* "--spp=16" */
+    double seconds;                   /* kills come within so many, of one run */
+    int kills;
+} ca_kill_job;
+
+/* Renders it at once, and again with the kills, each run with another number of threads; fails the test where the two
+ * images differ. */
+void expect_kills_lose_nothing(const ca_program *program, const ca_kill_job *job, ca_test_random *random);
+
+#endif

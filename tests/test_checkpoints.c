@@ -1,0 +1,561 @@
+/* Renders that are kept in files and go on from them, and parts of renders, of every integrator: the bits of one
+ * render; every setting that may not change refused by name; files that are damaged, foreign or in use. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/file.h"
+#include "film/pass_part.h"
+#include "integrator/integrator.h"
+#include "support/named_layer.h"
+#include "support/scene_text.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+/* A ball of glass above a floor, a small light. */
+static const char *const scene_xml =
+    "<scene version='3.0.0'><default name='grey' value='0.5'/>"
+    "<sensor type='perspective'><float name='fov' value='40'/>"
+    "<transform name='to_world'><lookat origin='0,3,6' target='0,0.5,0' up='0,1,0'/></transform>"
+    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/></film></sensor>"
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
+    "<bsdf type='diffuse'><rgb name='reflectance' value='$grey'/></bsdf></shape>"
+    "<shape type='sphere'><point name='center' value='0,0.6,0'/><float name='radius' value='0.6'/>"
+    "<bsdf type='dielectric'/></shape>"
+    "<shape type='sphere'><point name='center' value='1,3,0'/><float name='radius' value='0.2'/>"
+    "<emitter type='area'><rgb name='radiance' value='30'/></emitter></shape></scene>";
+
+static char folder[] = "/tmp/caustica-checkpoints-XXXXXX";
+static ca_scene *scene;
+
+static const char *file(const char *name)
+{
+    static char paths[64][256];
+    char path[256];
+    int i = 0;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    while (paths[i][0] && strcmp(paths[i], path) != 0) assert_true(++i < 64);
+    return memcpy(paths[i], path, sizeof path);
+}
+
+static bool is_there(const char *name) { return access(file(name), F_OK) == 0; }
+
+static ca_render_settings settings_of(const char *integrator, uint32_t samples, uint32_t threads)
+{
+    ca_render_settings s;
+    ca_render_settings_init(&s);
+    s.integrator = integrator;
+    s.samples_per_pixel = samples;
+    s.threads = threads;
+    s.has_max_depth = true;
+    s.max_depth = 4;
+    /* So that it need not be looked for. */
+    if (ca_integrator_of(integrator) && ca_integrator_has_parameter(ca_integrator_of(integrator), "radius"))
+        s.radius = 0.1;
+    return s;
+}
+
+static ca_render_settings kept(const char *integrator, uint32_t samples, uint32_t threads)
+{
+    ca_render_settings s = settings_of(integrator, samples, threads);
+    s.checkpoint_path = file("c.part");
+    s.resume = true;
+    return s;
+}
+
+static uint64_t render(const ca_render_settings *settings, ca_render_statistics *statistics)
+{
+    ca_image_layers *image = NULL;
+    ca_error error = {""};
+    if (ca_render(scene, settings, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
+    const uint64_t hash = image_hash(image);
+    ca_image_release(image);
+    return hash;
+}
+
+static const char *integrator_at(size_t i)
+{
+    const ca_integrator_type *type = ca_integrator_at(i);
+    return type ? type->name : NULL;
+}
+
+static bool chooses(size_t i) { return ca_integrator_has(ca_integrator_at(i), CA_ABILITY_CHOOSES); }
+
+/* ---- Going on -------------------------------------------------------------------------------------------------- */
+
+/* Pilots trace their light paths again where a render goes on or is made in parts. */
+static void expect_same_totals(const ca_render_statistics *a, const ca_render_statistics *b)
+{
+    assert_true(a->iterations == b->iterations && a->samples_per_pixel == b->samples_per_pixel);
+    assert_true(a->camera_paths == b->camera_paths && a->light_paths <= b->light_paths);
+    assert_true(a->noise_percent == b->noise_percent || isnan(a->noise_percent));
+}
+
+/* Three runs of one line, each to more samples, with other threads: the bits of one run. */
+static void test_every_integrator_goes_on(void **state)
+{
+    (void)state;
+    for (size_t i = 0; integrator_at(i); i++) {
+        if (chooses(i)) continue;
+        ca_render_statistics one, statistics;
+        const ca_render_settings all = settings_of(integrator_at(i), 4, 1);
+        const uint64_t hash = render(&all, &one);
+        unlink(file("c.part"));
+        static const uint32_t samples[] = {1, 4, 4}, threads[] = {2, 1, 3};
+        uint64_t last = 0;
+        for (int run = 0; run < 3; run++) {
+            const ca_render_settings s = kept(integrator_at(i), samples[run], threads[run]);
+            const uint64_t before = run > 0 ? statistics.iterations : 0;
+            last = render(&s, &statistics);
+            assert_true(statistics.passes_resumed == before);
+            assert_false(is_there("c.part.lock"));
+        }
+        if (last != hash) fail_msg("%s: another image", integrator_at(i));
+        if (!ca_integrator_at(i)->begin_block) expect_same_totals(&one, &statistics);
+    }
+}
+
+/* In the middle of replicates of three passes. */
+static void test_replicates_go_on(void **state)
+{
+    (void)state;
+    static const char *const samplers[] = {"independent", "sobol"};
+    for (int s = 0; s < 2; s++) {
+        ca_render_settings all = settings_of("vavcm", 12, 1);
+        all.sampler = samplers[s];
+        all.replicates = 4;
+        const uint64_t hash = render(&all, NULL);
+        unlink(file("c.part"));
+        ca_render_settings first = all;
+        first.checkpoint_path = file("c.part");
+        first.has_passes = true;
+        first.passes[1] = 9;
+        render(&first, NULL);
+        ca_render_settings rest = all;
+        rest.checkpoint_path = first.checkpoint_path;
+        rest.resume = true;
+        ca_render_statistics statistics;
+        assert_true(render(&rest, &statistics) == hash && statistics.passes_resumed == 9);
+    }
+}
+
+typedef struct ending {
+    uint32_t at;
+} ending;
+
+static bool end_at(const ca_render_progress *progress, void *user)
+{
+    return progress->passes_done < ((const ending *)user)->at;
+}
+
+/* Interrupted at any pass, inside of replicates, too; then on to the end. */
+static void test_interrupted_anywhere(void **state)
+{
+    (void)state;
+    ca_render_settings all = settings_of("vcm", 12, 1);
+    all.replicates = 3;
+    const uint64_t hash = render(&all, NULL);
+    for (uint32_t at = 1; at < 12; at += 2) {
+        ending e = {at};
+        unlink(file("c.part"));
+        ca_render_settings s = all;
+        s.checkpoint_path = file("c.part");
+        s.resume = true;
+        s.progress = end_at;
+        s.progress_user = &e;
+        ca_render_statistics statistics;
+        render(&s, &statistics);
+        assert_true(statistics.interrupted && statistics.iterations == at);
+        s.progress = NULL;
+        assert_true(render(&s, &statistics) == hash && statistics.passes_resumed == at);
+    }
+}
+
+/* A noise target: where it ends is told, and its bits are those of so many passes; less noise goes on. */
+static void test_noise_targets(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("path", 0, 2);
+    s.noise_percent = 30.0;
+    ca_render_statistics statistics;
+    const uint64_t first = render(&s, &statistics);
+    const uint32_t passes = (uint32_t)statistics.passes[1];
+    ca_render_settings all = settings_of("path", passes, 1);
+    assert_true(statistics.noise_percent < 30.0 && render(&all, NULL) == first);
+    ending e = {3};
+    unlink(file("c.part"));
+    s.progress = end_at;
+    s.progress_user = &e;
+    render(&s, &statistics);
+    s.progress = NULL;
+    assert_true(render(&s, &statistics) == first && statistics.passes_resumed == 3);
+    s.noise_percent = 15.0;
+    const uint64_t second = render(&s, &statistics);
+    assert_true(statistics.noise_percent < 15.0 && statistics.passes_resumed == passes);
+    all.samples_per_pixel = (uint32_t)statistics.passes[1];
+    assert_true(all.samples_per_pixel > passes && render(&all, NULL) == second);
+    const uint64_t before = statistics.iterations;
+    assert_true(render(&s, &statistics) == second && statistics.iterations == before); /* there is nothing to do */
+}
+
+/* Time that was taken counts. */
+static void test_time(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("path", 0, 1);
+    s.seconds = 0.02;
+    ca_render_statistics first, second;
+    render(&s, &first);
+    const uint64_t hash = render(&s, &second);
+    assert_true(second.iterations == first.iterations && second.seconds >= first.seconds);
+    ca_render_settings all = settings_of("path", (uint32_t)first.iterations, 2);
+    assert_true(render(&all, NULL) == hash);
+}
+
+/* The method that `auto` chose is in the file, and is not chosen again. */
+static void test_auto_goes_on(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("auto", 2, 2);
+    ca_render_statistics first, second;
+    render(&s, &first);
+    assert_true(first.method.reason[0] && first.method.trial_count > 0);
+    s.samples_per_pixel = 5;
+    const uint64_t hash = render(&s, &second);
+    assert_string_equal(second.method.reason, first.method.reason);
+    assert_true(second.method.trial_count == 0 && second.passes_resumed == 2);
+    /* The same from the start, by what the file tells. */
+    ca_image_layers *image;
+    const char *path = file("c.part");
+    assert_int_equal(ca_merge_parts(&path, 1, NULL, &image, NULL, NULL), CA_OK);
+    const ca_render_settings all = {.integrator = attribute_text(image, "caustica.integrator"),
+                                    .samples_per_pixel = 5};
+    assert_true(image_hash(image) == hash && render(&all, NULL) == hash);
+    ca_image_release(image);
+}
+
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
+
+static void refuse_on(const ca_scene *of, const ca_render_settings *settings, ca_status expected, const char *words)
+{
+    ca_image_layers *image;
+    ca_error error = {""};
+    const ca_status status = ca_render(of, settings, &image, NULL, &error);
+    if (status != expected) fail_msg("%s: status %d: %s", words, (int)status, error.message);
+    assert_null(image);
+    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
+    assert_false(is_there("c.part.lock"));
+}
+
+#define REFUSED(words, ...)                                                                                          \
+    do {                                                                                                             \
+        ca_render_settings other = kept("vcm", 4, 1);                                                                \
+        __VA_ARGS__;                                                                                                 \
+        refuse_on(scene, &other, CA_ERROR_ARGUMENT, words);                                                          \
+    } while (0)
+
+static void test_other_settings_are_refused(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    const ca_render_settings s = kept("vcm", 2, 1);
+    const uint64_t hash = render(&s, NULL);
+    REFUSED("\"integrator vcm\", but this render has \"integrator ovcm\"", other.integrator = "ovcm");
+    REFUSED("\"integrator auto\"", other.integrator = "auto");
+    REFUSED("\"max_depth 4\", but this render has \"max_depth 6\"", other.max_depth = 6);
+    REFUSED("\"radius ", other.radius = 0.125);
+    REFUSED("\"alpha 0.75\"", other.alpha = 0.75, other.has_alpha = true);
+    REFUSED("\"light_paths 77\"", other.light_paths = 77);
+    REFUSED("\"camera_paths 2\"", other.camera_paths = 2);
+    REFUSED("\"sampler halton\"", other.sampler = "halton");
+    REFUSED("\"seed 0\", but this render has \"seed 3\"", other.seed = 3, other.has_seed = true);
+    REFUSED("\"resolution 8x6\", but this render has \"resolution 16x12\"", other.width = 16, other.height = 12);
+    REFUSED("\"crop 0,0,8,6\", but this render has \"crop 0,0,8,5\"", other.has_crop = true, other.crop[2] = 8,
+            other.crop[3] = 5);
+    REFUSED("\"passes_per_replicate 1\", but this render has \"passes_per_replicate 2\"", other.replicates = 2);
+    REFUSED("has 2 passes already, more than the 1 of this render", other.samples_per_pixel = 1);
+    REFUSED("has the passes 0:2, but this render begins at pass 1", other.samples_per_pixel = 0,
+            other.has_passes = true, other.passes[0] = 1, other.passes[1] = 4);
+    REFUSED("there is a checkpoint already", other.resume = false);
+    REFUSED("rays \"auto\"", other.integrator = "bdpm", other.rays = "auto");
+    REFUSED("images of the strategies", other.strategies_directory = "x");
+    const ca_define define = {"grey", "0.25"};
+    ca_scene *other_scene;
+    assert_int_equal(ca_scene_load(file("scene.xml"), &define, 1, &other_scene, NULL), CA_OK);
+    refuse_on(other_scene, &s, CA_ERROR_ARGUMENT, "another scene");
+    ca_scene_release(other_scene);
+    assert_true(render(&s, NULL) == hash); /* it is still there */
+}
+
+static void test_other_blocks_are_refused(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    const ca_render_settings s = kept("qmcppm", 2, 1);
+    render(&s, NULL);
+    REFUSED("gradients=true", other.integrator = "qmcppm:gradients=true");
+    REFUSED("\"seed 3\"", other.integrator = "qmcppm", other.seed = 3, other.has_seed = true);
+    REFUSED("has 4 blocks already", other.integrator = "qmcppm", other.samples_per_pixel = 1);
+    REFUSED("begins at block 1", other.integrator = "qmcppm", other.samples_per_pixel = 0, other.has_blocks = true,
+            other.blocks[0] = 1, other.blocks[1] = 9);
+}
+
+/* A second job at the same time. */
+static bool start_another(const ca_render_progress *progress, void *user)
+{
+    (void)progress;
+    const ca_render_settings other = kept("path", 2, 1);
+    ca_image_layers *image;
+    ca_error error = {""};
+    assert_int_equal(ca_render(scene, &other, &image, NULL, &error), CA_ERROR_FILE);
+    if (!strstr(error.message, "another render is at work")) fail_msg("%s", error.message);
+    ++*(int *)user;
+    return true;
+}
+
+static void test_one_job_at_a_time(void **state)
+{
+    (void)state;
+    int calls = 0;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("path", 2, 1);
+    s.progress = start_another;
+    s.progress_user = &calls;
+    render(&s, NULL);
+    assert_int_equal(calls, 2);
+    s.progress = NULL;
+    render(&s, NULL);
+}
+
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
+
+static ca_bytes read_all(const char *name)
+{
+    ca_bytes bytes;
+    assert_int_equal(ca_file_read(file(name), "file", 1 << 24, &bytes, NULL), CA_OK);
+    return bytes;
+}
+
+static void write_all(const char *name, const unsigned char *data, size_t size)
+{
+    FILE *stream = fopen(file(name), "wb");
+    assert_non_null(stream);
+    assert_int_equal(fwrite(data, 1, size, stream), size);
+    assert_int_equal(fclose(stream), 0);
+}
+
+static void expect_format_error(const char *words)
+{
+    const ca_render_settings s = kept("path", 4, 1);
+    ca_image_layers *image;
+    ca_error error = {""};
+    const char *path = file("c.part");
+    refuse_on(scene, &s, CA_ERROR_FORMAT, words);
+    assert_int_equal(ca_merge_parts(&path, 1, NULL, &image, NULL, &error), CA_ERROR_FORMAT);
+    assert_null(image);
+}
+
+static void test_damaged_files(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    const ca_render_settings s = kept("path", 2, 1);
+    const uint64_t hash = render(&s, NULL);
+    ca_bytes bytes = read_all("c.part");
+    for (size_t size = 0; size < bytes.size; size += size < 16 ? 1 : size < 600 ? 13 : 9001) {
+        write_all("c.part", bytes.data, size);
+        expect_format_error(size == 0 ? "not a part file" : size < 8 ? "" : "cut off");
+    }
+    for (size_t at = 0; at < bytes.size; at += at < 700 ? 7 : 2977) {
+        bytes.data[at] ^= 0x10;
+        write_all("c.part", bytes.data, bytes.size);
+        expect_format_error("");
+        bytes.data[at] ^= 0x10;
+    }
+    bytes.data[8] = 9; /* the number of the format */
+    write_all("c.part", bytes.data, bytes.size);
+    expect_format_error("of format 9");
+    bytes.data[8] = CA_PASS_PART_FORMAT;
+    write_all("c.part", bytes.data, bytes.size);
+    assert_true(render(&s, NULL) == hash);
+    ca_bytes_destroy(&bytes);
+    write_all("c.part", (const unsigned char *)"<scene/>", 8);
+    expect_format_error("not a part file");
+}
+
+/* One that cannot be written is told, and does not keep the image from being made. */
+static bool note_failure(const ca_render_progress *progress, void *user)
+{
+    assert_non_null(progress->checkpoint_failure);
+    return ++*(int *)user < 3;
+}
+
+static void test_a_checkpoint_that_cannot_be_written(void **state)
+{
+    (void)state;
+    int failures = 0;
+    assert_int_equal(mkdir(file("gone"), 0700), 0);
+    ca_render_settings s = kept("path", 0, 1);
+    s.checkpoint_path = file("gone/c.part");
+    s.checkpoint_seconds = 1e-9;
+    s.checkpoint_if_long = true; /* nothing is made before it is due */
+    s.seconds = 1e9;
+    s.progress = note_failure;
+    s.progress_user = &failures;
+    assert_int_equal(rmdir(file("gone")), 0);
+    ca_image_layers *image;
+    ca_error error = {""};
+    assert_int_equal(ca_render(scene, &s, &image, NULL, &error), CA_ERROR_FILE);
+    assert_non_null(image);
+    if (!strstr(error.message, "gone/c.part")) fail_msg("%s", error.message);
+    assert_int_equal(failures, 3);
+    ca_image_release(image);
+}
+
+/* ---- Parts ----------------------------------------------------------------------------------------------------- */
+
+static const char *render_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t threads,
+                               const char *name)
+{
+    ca_render_settings s = settings_of(integrator, 0, threads);
+    s.has_passes = true;
+    s.passes[0] = begin;
+    s.passes[1] = end;
+    s.part_path = file(name);
+    render(&s, NULL);
+    return file(name);
+}
+
+static uint64_t merge(const char *const *paths, size_t count, const char *part, ca_render_statistics *statistics)
+{
+    ca_image_layers *image;
+    ca_error error = {""};
+    if (ca_merge_parts(paths, count, part, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
+    const uint64_t hash = image_hash(image);
+    ca_image_release(image);
+    return hash;
+}
+
+/* In any order, with any threads, in one step or in two that leave a gap. */
+static void test_parts_of_every_integrator(void **state)
+{
+    (void)state;
+    for (size_t i = 0; integrator_at(i); i++) {
+        const char *name = integrator_at(i), *part[3];
+        if (chooses(i) || ca_integrator_at(i)->begin_block) continue;
+        ca_render_statistics one, merged;
+        const ca_render_settings all = settings_of(name, 5, 2);
+        const uint64_t hash = render(&all, &one);
+        part[0] = render_part(name, 0, 2, 1, "0.part");
+        part[1] = render_part(name, 2, 3, 3, "1.part");
+        part[2] = render_part(name, 3, 5, 2, "2.part");
+        static const int orders[3][3] = {{0, 1, 2}, {2, 1, 0}, {1, 2, 0}};
+        for (int o = 0; o < 3; o++) {
+            const char *paths[3] = {part[orders[o][0]], part[orders[o][1]], part[orders[o][2]]};
+            if (merge(paths, 3, NULL, &merged) != hash) fail_msg("%s: another image", name);
+            expect_same_totals(&one, &merged);
+        }
+        const char *const outer[2] = {part[2], part[0]}, *const both = file("both.part");
+        assert_int_equal(ca_merge_parts(outer, 2, both, NULL, NULL, NULL), CA_OK);
+        const char *const all_parts[2] = {both, part[1]};
+        assert_true(merge(all_parts, 2, file("all.part"), &merged) == hash);
+        assert_true(merged.passes[0] == 0 && merged.passes[1] == 5);
+    }
+}
+
+static void expect_no_merge(const char *a, const char *b, bool wants_image, const char *words)
+{
+    const char *const paths[2] = {a, b};
+    ca_image_layers *image = NULL;
+    ca_error error = {""};
+    const char *out = file("out.part");
+    assert_int_equal(ca_merge_parts(paths, 2, out, wants_image ? &image : NULL, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_null(image);
+    assert_false(is_there("out.part"));
+    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
+}
+
+static void test_parts_that_do_not_fit(void **state)
+{
+    (void)state;
+    const char *const a = render_part("path", 0, 2, 1, "a.part");
+    const char *const b = render_part("path", 1, 3, 1, "b.part");
+    expect_no_merge(a, b, false, "a.part with the passes 0:2 and");
+    expect_no_merge(a, a, false, "overlap");
+    expect_no_merge(a, render_part("path", 4, 5, 1, "d.part"), true, "the passes 2:4 between");
+    expect_no_merge(b, render_part("path", 3, 4, 1, "d.part"), true, "begins at pass 1");
+    expect_no_merge(a, render_part("bdpt", 2, 3, 1, "c.part"), false, "differ in their integrator");
+    expect_no_merge(a, render_part("path:rr_depth=9", 2, 3, 1, "c.part"), false,
+                    "differ in their rr_depth: \"rr_depth 3\" and \"rr_depth 9\"");
+    /* One that was ended inside of a replicate of four passes is whole in itself, but adds up with none. */
+    ending e = {5};
+    ca_render_settings s = settings_of("path", 12, 1);
+    s.replicates = 3;
+    s.part_path = file("open.part");
+    s.progress = end_at;
+    s.progress_user = &e;
+    const uint64_t open = render(&s, NULL);
+    assert_true(merge(&s.part_path, 1, NULL, NULL) == open);
+    s.progress = NULL;
+    s.has_passes = true;
+    s.passes[0] = 8;
+    s.passes[1] = 12;
+    s.part_path = file("closed.part");
+    render(&s, NULL);
+    expect_no_merge(file("open.part"), s.part_path, false, "ends in the middle of a replicate of 4 passes");
+    s = settings_of("path", 2, 1);
+    s.part_path = file("q.part");
+    s.integrator = "qmcppm";
+    render(&s, NULL);
+    const char *const paths[2] = {a, s.part_path};
+    ca_error error = {""};
+    assert_int_equal(ca_merge_parts(paths, 2, NULL, NULL, NULL, &error), CA_ERROR_FORMAT);
+    assert_non_null(strstr(error.message, "format 1"));
+}
+
+static int begin(void **state)
+{
+    (void)state;
+    if (!mkdtemp(folder)) return -1;
+    write_all("scene.xml", (const unsigned char *)scene_xml, strlen(scene_xml));
+    return ca_scene_load(file("scene.xml"), NULL, 0, &scene, NULL) == CA_OK ? 0 : -1;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    char command[64];
+    ca_scene_release(scene);
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    return system(command);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_integrator_goes_on),
+        cmocka_unit_test(test_replicates_go_on),
+        cmocka_unit_test(test_interrupted_anywhere),
+        cmocka_unit_test(test_noise_targets),
+        cmocka_unit_test(test_time),
+        cmocka_unit_test(test_auto_goes_on),
+        cmocka_unit_test(test_other_settings_are_refused),
+        cmocka_unit_test(test_other_blocks_are_refused),
+        cmocka_unit_test(test_one_job_at_a_time),
+        cmocka_unit_test(test_damaged_files),
+        cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
+        cmocka_unit_test(test_parts_of_every_integrator),
+        cmocka_unit_test(test_parts_that_do_not_fit),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}

@@ -1,0 +1,174 @@
+/* Checkpoints from outside: kills at random times (200 of them are in long_kills), a second job, a full disk, a
+ * texture that changes behind its name, names that are chosen, and parts that are merged. */
+#define _POSIX_C_SOURCE 200809L
+#include "support/program_test.h"
+#include "support/random_kills.h"
+#include "support/scene_text.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <time.h>
+
+static uint64_t hash_of(void **state, const char *name)
+{
+    ca_image_layers *image = read_image(state, name);
+    const uint64_t hash = image_hash(image);
+    ca_image_release(image);
+    return hash;
+}
+
+static void test_kills(void **state)
+{
+    ca_test_random random = ca_test_random_seed(16);
+    static const ca_kill_job jobs[] = {{"path", "--spp=64", 0.06, 3},
+                                       {"bdpt", "--spp=32", 0.06, 2},
+                                       {"qmcppm:radius=0.1,max_depth=3", "--spp=9", 0.1, 2}};
+    for (int i = 0; i < 3; i++) expect_kills_lose_nothing(*state, &jobs[i], &random);
+}
+
+static void wait_for(void **state, const char *name)
+{
+    const struct timespec pause = {.tv_nsec = 5000000};
+    for (int i = 0; i < 4000 && !exists(folder_of(state), name); i++) nanosleep(&pause, NULL);
+    assert_true(exists(folder_of(state), name));
+}
+
+/* Ctrl-C leaves picture and checkpoint; the same line goes on. A second job is refused meanwhile. */
+static void test_signals_and_second_jobs(void **state)
+{
+    static const char *const words[] = {"render",
+                                        "ball.xml",
+                                        "--spp=100000",
+                                        "--quiet",
+                                        "--checkpoint=c.part",
+                                        "--resume",
+                                        "--checkpoint-every=0.001",
+                                        "-o",
+                                        "a.exr",
+                                        "--stats=a.json",
+                                        NULL};
+    ca_program_result r, second;
+    const pid_t process = ca_program_start(*state, words, -1);
+    wait_for(state, "c.part");
+    RUN(&second, "render", "ball.xml", "--spp=5", "--checkpoint=c.part", "--resume", "-o", "b.exr");
+    assert_exit(&second, 1);
+    assert_says(second.errors, "c.part: another render is at work with this checkpoint");
+    assert_false(exists(folder_of(state), "b.exr"));
+    kill(process, SIGTERM);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 0);
+    assert_true(exists(folder_of(state), "a.exr") && !exists(folder_of(state), "c.part.lock"));
+    json_t *stats = load_json(folder_of(state), "a.json");
+    const double passes = json_number(stats, "iterations");
+    json_decref(stats);
+    char spp[64];
+    snprintf(spp, sizeof spp, "--spp=%.0f", passes + 2.0);
+    RUN(&r, "render", "ball.xml", spp, "--checkpoint=c.part", "--resume", "-o", "b.exr", "--stats=b.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "resumed after");
+    stats = load_json(folder_of(state), "b.json");
+    assert_true(json_number(stats, "resumed") == passes);
+    assert_true(json_integer_value(json_array_get(json_object_get(stats, "passes"), 1)) == (json_int_t)passes + 2);
+    json_decref(stats);
+    RUN(&r, "render", "ball.xml", spp, "--quiet", "-o", "c.exr");
+    assert_exit(&r, 0);
+    assert_true(hash_of(state, "b.exr") == hash_of(state, "c.exr"));
+}
+
+/* By itself nothing is kept of a short render; asked for often it is, and goes when the render has ended. One that is
+ * there stays, and going on from it is offered. */
+static void test_names_by_itself(void **state)
+{
+    ca_program_result r;
+    const char *folder = folder_of(state);
+    RUN(&r, "render", "ball.xml", "-o", "a.exr");
+    assert_exit(&r, 0);
+    assert_false(exists(folder, "a.exr.checkpoint.part") || exists(folder, "a.exr.checkpoint.part.lock"));
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--checkpoint-every=1e-6");
+    assert_exit(&r, 0);
+    assert_false(exists(folder, "a.exr.checkpoint.part"));
+    RUN(&r, "render", "ball.xml", "--spp=3", "-o", "b.exr", "--checkpoint=a.exr.checkpoint.part");
+    assert_exit(&r, 0);
+    const uint64_t three = hash_of(state, "b.exr");
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--checkpoint-every=1e-6");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "a.exr.checkpoint.part is the checkpoint of a render that did not end: --resume goes on");
+    assert_true(exists(folder, "a.exr.checkpoint.part") && !exists(folder, "a.exr.checkpoint-2.part"));
+    RUN(&r, "render", "ball.xml", "--spp=3", "-o", "a.exr", "--resume");
+    assert_exit(&r, 0);
+    assert_says(r.output, "resumed after 3 passes");
+    assert_true(hash_of(state, "a.exr") == three && !exists(folder, "a.exr.checkpoint.part"));
+    RUN(&r, "render", "ball.xml", "--spp=3", "-o", "a.exr", "--resume"); /* there is none: it starts anew */
+    assert_exit(&r, 0);
+    assert_true(hash_of(state, "a.exr") == three);
+}
+
+/* Every file is limited to fewer bytes than a checkpoint has, but not than the picture. */
+static void test_full_disk(void **state)
+{
+    ca_program_result r;
+    struct rlimit before, limited;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    limited = before;
+    limited.rlim_cur = 60000;
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limited), 0);
+    RUN(&r, "render", "ball.xml", "--checkpoint=c.part", "--checkpoint-every=1e-6", "-o", "a.png");
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_exit(&r, 1);
+    assert_says(r.errors, "c.part");
+    assert_true(exists(folder_of(state), "a.png") && !exists(folder_of(state), "c.part"));
+}
+
+static const char *const textured =
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='20'/>"
+    "<transform name='to_world'><lookat origin='0,0,9' target='0,0,0' up='0,1,0'/></transform>"
+    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/></film></sensor>"
+    "<shape type='sphere'><bsdf type='diffuse'><texture name='reflectance' type='bitmap'>"
+    "<string name='filename' value='skin.pfm'/><boolean name='raw' value='true'/></texture></bsdf></shape>"
+    "<emitter type='constant'/></scene>";
+
+static void test_changed_texture(void **state)
+{
+    ca_program_result r;
+    write_text(folder_of(state), "skin.xml", textured);
+    write_text(folder_of(state), "skin.pfm", "PF\n1 1\n-1.0\nAAA>AAA>AAA>");
+    RUN(&r, "render", "skin.xml", "-i", "path", "--spp=2", "--checkpoint=c.part", "-o", "a.exr");
+    assert_exit(&r, 0);
+    RUN(&r, "render", "skin.xml", "-i", "path", "--spp=3", "--checkpoint=c.part", "--resume", "-o", "a.exr");
+    assert_exit(&r, 0);
+    write_text(folder_of(state), "skin.pfm", "PF\n1 1\n-1.0\nAAA>AAB>AAA>");
+    RUN(&r, "render", "skin.xml", "-i", "path", "--spp=4", "--checkpoint=c.part", "--resume", "-o", "a.exr");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "c.part was made with another scene");
+}
+
+static void test_parts(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "render", "ball.xml", "--spp=6", "-o", "one.exr");
+    assert_exit(&r, 0);
+    RUN(&r, "render", "ball.xml", "--passes=4:6", "-o", "b.part");
+    assert_exit(&r, 0);
+    assert_says(r.output, "passes 4:6");
+    RUN(&r, "render", "ball.xml", "--passes=0:4", "-o", "a.part", "-o", "a.exr");
+    assert_exit(&r, 0);
+    RUN(&r, "merge", "b.part", "a.part", "-o", "two.exr", "--stats=two.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "2 parts, passes 0:6, 6 samples per pixel");
+    assert_true(hash_of(state, "one.exr") == hash_of(state, "two.exr"));
+    RUN(&r, "merge", "b.part", "-o", "two.exr");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "an image needs all passes from 0, but b.part begins at pass 4");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        PROGRAM_TEST(test_kills),     PROGRAM_TEST(test_signals_and_second_jobs), PROGRAM_TEST(test_names_by_itself),
+        PROGRAM_TEST(test_full_disk), PROGRAM_TEST(test_changed_texture),         PROGRAM_TEST(test_parts),
+    };
+    return run_program_tests("checkpoints", tests, sizeof tests / sizeof tests[0]);
+}
