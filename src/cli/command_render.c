@@ -169,7 +169,7 @@ static const ca_option options[] = {
      .kind = CA_OPTION_RECT,
      AT(settings.crop),
      GIVEN(settings.has_crop),
-     .help = "render this part only: pixels of the full film, half open (default: the scene's)"},
+     .help = "render this part only: pixels of the full film, half open"},
     CA_OUTPUT_OPTIONS(render_options),
     {.name = "threads",
      .argument = "N",
