@@ -180,7 +180,8 @@ typedef struct ca_render_settings {
     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay. "auto": what leaves the least noise
      * in the time, found by trials; it depends on how fast the machine is, the image only on what was chosen. */
     const char *integrator;
-    uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes */
+    uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes, of
+                                   which there are 16,777,215 at most */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
     double noise_percent; /* > 0: stop when the relative standard error of the image is below this many percent */
     /* How many light paths, and camera paths of each pixel, of bdpm and ppm; NULL: light_paths and camera_paths.

@@ -1,9 +1,11 @@
 /* Renders that are kept in files and go on from them, and parts of renders, of every integrator: the bits of one
  * render; every setting that may not change refused by name; files that are damaged, foreign or in use. */
 #define _POSIX_C_SOURCE 200809L
+#include "base/clock.h"
 #include "base/file.h"
 #include "film/pass_part.h"
 #include "integrator/integrator.h"
+#include "render/checkpoint.h"
 #include "support/named_layer.h"
 #include "support/scene_text.h"
 
@@ -337,6 +339,34 @@ static void test_one_job_at_a_time(void **state)
     render(&s, NULL);
 }
 
+/* Every 300 s, or 100 times what the last one took; by itself only of renders of more than ten minutes, but on and on
+ * once there is one; as often as was asked for. */
+static void test_when_it_is_due(void **state)
+{
+    (void)state;
+    const double now = ca_clock_seconds();
+    ca_render_settings s = kept("path", 1, 1);
+    ca_checkpoint c = {.path = "c.part", .last = now - 301.0};
+    assert_true(ca_checkpoint_is_due(&c, &s, 1.0));
+    c.cost = 3.02;
+    assert_false(ca_checkpoint_is_due(&c, &s, 1.0));
+    c.last = now - 299.0;
+    c.cost = 0.0;
+    assert_false(ca_checkpoint_is_due(&c, &s, 1e9));
+    s.checkpoint_seconds = 298.0;
+    assert_true(ca_checkpoint_is_due(&c, &s, 1.0));
+    s.checkpoint_seconds = 0.0;
+    s.checkpoint_if_long = true;
+    c.last = now - 301.0;
+    assert_false(ca_checkpoint_is_due(&c, &s, 599.0) || ca_checkpoint_is_wanted(&c, &s, true));
+    assert_true(ca_checkpoint_is_due(&c, &s, 601.0) && ca_checkpoint_is_due(&c, &s, (double)INFINITY));
+    c.is_kept = true;
+    assert_true(ca_checkpoint_is_due(&c, &s, 599.0) && ca_checkpoint_is_wanted(&c, &s, true));
+    assert_false(ca_checkpoint_is_wanted(&c, &s, false));
+    c.path = NULL;
+    assert_false(ca_checkpoint_is_due(&c, &s, 601.0) || ca_checkpoint_is_wanted(&c, &s, true));
+}
+
 /* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 static ca_bytes read_all(const char *name)
@@ -552,6 +582,7 @@ int main(void)
         cmocka_unit_test(test_other_settings_are_refused),
         cmocka_unit_test(test_other_blocks_are_refused),
         cmocka_unit_test(test_one_job_at_a_time),
+        cmocka_unit_test(test_when_it_is_due),
         cmocka_unit_test(test_damaged_files),
         cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
         cmocka_unit_test(test_parts_of_every_integrator),

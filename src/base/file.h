@@ -41,7 +41,8 @@ ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error);
 /* Removes the temporary file; the writer is finished. */
 void ca_file_abandon(ca_file_writer *writer);
 
-/* A lock that one process holds, in a file of its own that goes with it. If the process is killed the lock is free. */
+/* A lock that one process holds, in a file of its own that goes with it. If the process is killed the lock is free;
+ * the file then stays until the next one releases it. */
 typedef struct ca_file_lock {
     char *path; /* owned; NULL: nothing is held */
     int descriptor;

@@ -55,13 +55,13 @@ static const ca_option options[] = {
      .minimum = 1,
      AT(settings.samples_per_pixel),
      GIVEN(has_spp),
-     .help = "camera paths per pixel, of `light` light paths (default: the scene's, else 4)"},
+     .help = "camera paths per pixel; of `light`, light paths (default: scene's or 4)"},
     {.name = "time",
      .argument = "SECONDS",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.seconds),
      GIVEN(has_seconds),
-     .help = "instead: stop after the pass in which so much rendering time has passed"},
+     .help = "instead: stop after the pass that ends past so much rendering time"},
     {.name = "noise",
      .argument = "PERCENT",
      .kind = CA_OPTION_POSITIVE,
@@ -73,7 +73,7 @@ static const ca_option options[] = {
      .kind = CA_OPTION_RANGE,
      AT(settings.blocks),
      GIVEN(settings.has_blocks),
-     .help = "instead, of qmcppm: these blocks of pairs only, A to B - 1, counted from 0"},
+     .help = "instead, of qmcppm: these blocks only, A to B - 1, counted from 0"},
     {.name = "passes",
      .argument = "A:B",
      .kind = CA_OPTION_RANGE,
@@ -84,9 +84,7 @@ static const ca_option options[] = {
      .argument = "FILE.part",
      .kind = CA_OPTION_TEXT,
      AT(keep.wanted),
-     .help =
-         "keep the render in this file while it goes on (default: OUTPUT.checkpoint.part, if it takes more than ten "
-         "minutes, until it has ended)"},
+     .help = "keep the render in this file, from which it can go on"},
     {.name = "checkpoint-every",
      .argument = "SECONDS",
      .kind = CA_OPTION_POSITIVE,
@@ -95,7 +93,7 @@ static const ca_option options[] = {
     {.name = "resume",
      .kind = CA_OPTION_FLAG,
      AT(keep.resume),
-     .help = "go on from the checkpoint, if there is one; samples, time, noise, threads and outputs may be others"},
+     .help = "go on from the checkpoint, if there is one, else begin anew"},
     {.name = "define",
      .letter = 'D',
      .argument = "NAME=VALUE",
@@ -131,12 +129,12 @@ static const ca_option options[] = {
      .minimum = -1,
      AT(settings.max_depth),
      GIVEN(settings.has_max_depth),
-     .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)"},
+     .help = "longest path in segments, 1: lights only, -1: no limit"},
     {.name = "radius",
      .argument = "R",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.radius),
-     .help = "merge radius of the first pass (default: the scene's, else the one of least error)"},
+     .help = "merge radius of the first pass (default: scene's or of least error)"},
     {.name = "alpha",
      .argument = "A",
      .kind = CA_OPTION_REAL,
@@ -170,13 +168,13 @@ static const ca_option options[] = {
      .argument = "WxH",
      .kind = CA_OPTION_SIZE,
      AT(resolution),
-     .help = "size of the film; the scene's crop is scaled along (default: the scene's)"},
+     .help = "size of the film (default: the scene's); its crop is scaled along"},
     {.name = "crop",
      .argument = "x0,y0,x1,y1",
      .kind = CA_OPTION_RECT,
      AT(settings.crop),
      GIVEN(settings.has_crop),
-     .help = "render this part only: pixels of the full film, half open (default: the scene's)"},
+     .help = "render this part only: pixels of the full film, half open"},
     CA_OUTPUT_OPTIONS(render_options),
     {.name = "threads",
      .argument = "N",
@@ -211,7 +209,7 @@ static const ca_option options[] = {
      .argument = "HOST:PORT",
      .kind = CA_OPTION_TEXT,
      AT(tev),
-     .help = "show the picture as it converges in the viewer tev, which listens on port 14158"},
+     .help = "show the picture in the viewer tev, which listens on port 14158"},
     {.name = "stats",
      .argument = "FILE.json",
      .kind = CA_OPTION_TEXT,
@@ -261,19 +259,18 @@ static int print_help(void)
     ca_options_print_prose(
         "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
         "they win over the scene and must not contradict -i NAME:param=value.\n"
-        "-i auto tries the methods on a small picture, leaves out those that lose light, takes the most efficient "
-        "one and says which. Parameters that are set hold for whichever that is. The choice depends on measured "
-        "times; a picture says what it was made with, and --rays FILE.exr makes that choice again.\n"
-        "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. "
-        "The law of noise needs independent random numbers and one radius (alpha 0), so the scene's sampler and "
-        "alpha are not used. The numbers of paths depend on measured times, so two such images are not the same to "
-        "the bit. Images with --rays FILE.exr are: FILE.exr is an image of --rays auto or of `caustica noise`, and "
-        "its numbers are used.\n"
+        "-i auto tries the methods on a small picture and takes the most efficient one that loses no light. "
+        "Parameters that are set hold for whichever that is. The choice depends on measured times; --rays FILE.exr makes that of a "
+        "picture again.\n"
+        "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The "
+        "law of noise needs independent random numbers and one radius: the scene's sampler and alpha are not used. The "
+        "numbers depend on measured times, those of --rays FILE.exr (an image of --rays auto or of `caustica noise`) do "
+        "not.\n"
         "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of "
         "them, made by --passes (--blocks) anywhere, to the bits of one render.\n"
-        "--checkpoint, --resume: the same line can be given again and again, and goes on where the last run was when "
-        "it ended or was killed, to the bits of a render without a break. Not with --rays auto and "
-        "--dump-strategies.\n"
+        "--checkpoint with --resume: the same line again goes on where the last run ended, to the same bits; "
+        "samples, time, threads and outputs may be others. Renders of more than ten minutes keep "
+        "OUTPUT.checkpoint.part until they end. Not with --rays auto, --dump-strategies.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the pass or block, if that takes less than a second, "
         "and write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
         "once. SIGUSR1 writes the image so far (and --stats) at the end of the pass "
