@@ -245,6 +245,9 @@ static void checkerboard_alternates(void **state)
         /* The coloured texture is looked up at the surface's own coordinates. */
         const float other = (double)u - floor((double)u) < 0.5 ? 3.0f : 4.0f;
         assert_true(value == (modulo(column + row, 2) == 0 ? 1.0f : other));
+        /* As a number the two are exchanged. */
+        const float number = modulo(column + row, 2) == 0 ? other : ca_luminance(table[0].as.constant);
+        assert_near((double)ca_texture_eval_scalar(table, 2, &surface), (double)number, 1e-6);
     }
     assert_near((double)ca_texture_mean(table, 2).r, 0.5 * (1.0 + 3.5), 1e-6);
     assert_near((double)ca_texture_mean(table, 2).b, 0.5 * (3.0 + 3.5), 1e-6);

@@ -192,6 +192,15 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     return (ca_rgb){0.0f, 0.0f, 0.0f};
 }
 
+float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    if (texture->kind != CA_TEXTURE_CHECKERBOARD)
+        return ca_texture_scalar_of(ca_texture_eval_varying(table, texture, surface));
+    const bool first = checkerboard_color(texture, surface->uv) == texture->as.checkerboard.color0;
+    return ca_texture_eval_scalar(table, first ? texture->as.checkerboard.color1 : texture->as.checkerboard.color0,
+                                  surface);
+}
+
 ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
 {
     const ca_texture *texture = &table[id];

@@ -77,10 +77,15 @@ static inline ca_rgb ca_texture_eval(const ca_texture *table, ca_texture_id id, 
                                                 : ca_texture_eval_varying(table, texture, surface);
 }
 
-/* Luminance of the colour; of a grey texture the value itself. */
+/* Luminance of the colour; of a grey texture the value itself. As a number a checkerboard has its two colours
+ * exchanged, which is Mitsuba 3's way (3.9.1, by its pictures and its textures' answers). */
+float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface);
+
 static inline float ca_texture_eval_scalar(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
 {
-    return ca_texture_scalar_of(ca_texture_eval(table, id, surface));
+    const ca_texture *texture = &table[id];
+    return texture->kind == CA_TEXTURE_CONSTANT ? ca_texture_scalar_of(texture->as.constant)
+                                                : ca_texture_scalar_varying(table, texture, surface);
 }
 
 /* Derivatives of the scalar by the surface's u and v: exact for constants and bilinear bitmaps, 0 for the others. */

@@ -105,7 +105,7 @@ static void compare(const ca_scene *scene, const reference *r, const char *integ
     const tally t = compare_blocks(r, image);
     print_message("    %-36s %-18s mean %+6.2f %%, %2u of %u beyond 3.3, farthest %.2f%s\n", r->name,
                   integrator ? integrator : "", 100.0 * relative_deviation(r, image), t.far, t.values, t.farthest,
-                  t.farthest > 6.0 || t.far > 2 ? "  DIFFERS" : "");
+                  t.farthest > 6.0 || t.far > 6 ? "  DIFFERS" : "");
     ca_image_release(image);
     sum->values += t.values;
     sum->far += t.far;
