@@ -15,16 +15,19 @@ from caustica._transform import ScalarTransform4f
 TAGS = {
     "scene": ["scene"],
     "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
-                   "qmcppm"],
-    "sensor": ["perspective", "thinlens", "orthographic", "realistic"],
+                   "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "sppm", "photonmapper", "vpl"],
+    "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],
     "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-    "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice"],
-    "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance"],
+    "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice",
+                "stratified", "multijitter", "orthogonal", "ldsampler", "hammersley"],
+    "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance",
+              "merge"],
     "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
-             "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap"],
+             "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap", "roughconductorGGX", "roughdielectricGGX",
+             "phong", "roughdiffuse", "mixturebsdf"],
     "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
-    "texture": ["bitmap", "checkerboard", "mesh_attribute"],
+    "texture": ["bitmap", "checkerboard", "scale", "mesh_attribute"],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
 
