@@ -81,7 +81,8 @@ bench_halves bench_halves_make(const ca_scene *scene, const char *program, const
     for (uint32_t i = 0; i < 2; i++) {
         char path[1024];
         halves.half[i] = bench_need(count, sizeof *halves.half[i]);
-        snprintf(path, sizeof path, "%s/%s-%s-%u-%u-%u.raw", folder ? folder : "", program, name, side, iterations, i);
+        snprintf(path, sizeof path, "%s/%s-%s-%u-%u-%u.raw", folder ? folder : "", program, name, side, iterations,
+                 i);
         if (folder && read_half(path, halves.half[i], count)) continue;
         bench_render(scene, integrator, side, iterations, REFERENCE_SEED + i, halves.half[i], NULL);
         if (folder) write_half(path, halves.half[i], count);
