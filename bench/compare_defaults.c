@@ -64,7 +64,7 @@ static bench_halves reference_of(const ca_scene *scene, const char *name, const 
     bench_render(scene, "ovcm:radius=0", chosen->side, 1, SEED, values, &radius);
     free(values);
     snprintf(integrator, sizeof integrator, "ovcm:alpha=0.5,radius=%.9g", 0.5 * radius);
-    return bench_halves_make(scene, name, integrator, chosen->side, chosen->reference_iterations,
+    return bench_halves_make(scene, "compare_defaults", name, integrator, chosen->side, chosen->reference_iterations,
                              chosen->references);
 }
 

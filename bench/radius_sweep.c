@@ -180,7 +180,7 @@ static void run_scene(const sweep_scene *s, const options *chosen)
     ca_scene *scene;
     snprintf(path, sizeof path, CA_SOURCE_DIR "/scenes/%s", s->file);
     if (ca_scene_load(path, NULL, 0, &scene, &error) != CA_OK) bench_die(path, &error);
-    bench_halves r = bench_halves_make(scene, s->name, reference_integrator, chosen->side,
+    bench_halves r = bench_halves_make(scene, "radius_sweep", s->name, reference_integrator, chosen->side,
                                        chosen->reference_iterations, chosen->references);
     const char *const *integrators = chosen->alphas ? alpha_integrators : radius_integrators;
     for (int i = 0; i < (chosen->alphas ? ALPHA_INTEGRATORS : RADIUS_INTEGRATORS); i++) {

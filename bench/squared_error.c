@@ -73,15 +73,16 @@ static void write_half(const char *path, const float *values, size_t count)
     if (!file || fwrite(values, sizeof *values, count, file) != count || fclose(file) != 0) perror(path), exit(1);
 }
 
-bench_halves bench_halves_make(const ca_scene *scene, const char *name, const char *integrator, uint32_t side,
-                               uint32_t iterations, const char *folder)
+bench_halves bench_halves_make(const ca_scene *scene, const char *program, const char *name, const char *integrator,
+                               uint32_t side, uint32_t iterations, const char *folder)
 {
     const size_t count = 3 * (size_t)side * side;
     bench_halves halves = {.side = side};
     for (uint32_t i = 0; i < 2; i++) {
         char path[1024];
         halves.half[i] = bench_need(count, sizeof *halves.half[i]);
-        snprintf(path, sizeof path, "%s/%s-%u-%u-%u.raw", folder ? folder : "", name, side, iterations, i);
+        snprintf(path, sizeof path, "%s/%s-%s-%u-%u-%u.raw", folder ? folder : "", program, name, side, iterations,
+                 i);
         if (folder && read_half(path, halves.half[i], count)) continue;
         bench_render(scene, integrator, side, iterations, REFERENCE_SEED + i, halves.half[i], NULL);
         if (folder) write_half(path, halves.half[i], count);

@@ -23,9 +23,10 @@ typedef struct bench_halves {
     float *half[2]; /* owned */
 } bench_halves;
 
-/* Renders the two halves; `folder`: they are kept there as `name`, and taken from there; NULL: nowhere. */
-bench_halves bench_halves_make(const ca_scene *scene, const char *name, const char *integrator, uint32_t side,
-                               uint32_t iterations, const char *folder);
+/* Renders the two halves; `folder`: they are kept there as `name` of `program`, whose scenes and references are its
+ * own, and taken from there; NULL: nowhere. */
+bench_halves bench_halves_make(const ca_scene *scene, const char *program, const char *name, const char *integrator,
+                               uint32_t side, uint32_t iterations, const char *folder);
 void bench_halves_free(bench_halves *halves);
 
 /* The error over the pixels that count; NULL: all do. `worst`: so much of them, those with the largest errors, is
