@@ -130,7 +130,7 @@ static void test_configure(void **state)
     assert_int_equal(ca_method_configure(&no_splats, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(no_splats.type, &input, text, sizeof text);
     assert_string_equal(text, "bdpt:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,"
-                              "camera_paths=1,strategies=no-splat,guide=false");
+                              "camera_paths=1,strategies=no-splat,paper=false,guide=false");
 
     settings.radius = 0.0; /* the usual one, whatever the number of light paths */
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);

@@ -213,9 +213,6 @@ static ca_status make_blocks(block_render *r, ca_error *error)
 static ca_status run_blocks(block_render *r, ca_error *error)
 {
     r->start = ca_clock_seconds() - r->part.seconds;
-    if (r->resumed > 0 && !r->plan->open_ended && block_limit(r) < r->part.blocks[1])
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s has %llu blocks already, more than this render makes",
-                       r->checkpoint.path, (unsigned long long)r->resumed);
     const ca_status status = make_blocks(r, error);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     const bool early = r->interrupted || status != CA_OK;
@@ -400,6 +397,23 @@ static ca_status resume(block_render *r, ca_error *error)
     return status;
 }
 
+static ca_status check_limit(const block_render *r, ca_error *error)
+{
+    if (r->resumed == 0 || r->plan->open_ended || block_limit(r) >= r->part.blocks[1]) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s has %llu blocks already, more than this render makes",
+                   r->checkpoint.path, (unsigned long long)r->resumed);
+}
+
+static ca_status run_and_finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics,
+                                ca_error *error)
+{
+    CA_TRY(check_limit(r, error));
+    const ca_status status = run_blocks(r, error);
+    if (!has_blocks(r)) return status;
+    const ca_status finished = finish(r, image, statistics, status == CA_OK ? error : NULL);
+    return status == CA_OK ? finished : status;
+}
+
 ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error)
 {
@@ -411,11 +425,7 @@ ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_ren
     if (status == CA_OK) status = create_buffers(&r, error);
     if (status == CA_OK) status = plan->type->create(&plan->input, &r.integrator, error);
     if (status == CA_OK) {
-        status = run_blocks(&r, error);
-        if (r.part.blocks[1] > r.part.blocks[0]) {
-            const ca_status finished = finish(&r, image, statistics, status == CA_OK ? error : NULL);
-            if (status == CA_OK) status = finished;
-        }
+        status = run_and_finish(&r, image, statistics, error);
         plan->type->destroy(r.integrator);
     }
     ca_workers_destroy(&r.workers);
