@@ -95,12 +95,13 @@ static void test_one_ray_a_pixel(void **state)
 /* Of one pixel's path: where next event asked and where the connected light path began. */
 typedef struct first_vertices {
     ca_vec3 asked[64], began[64];
-    uint32_t asked_count, began_count;
+    uint32_t asked_count, began_count, splats;
 } first_vertices;
 
 static void see(void *user, const ca_observed_path *observed)
 {
     first_vertices *f = user;
+    f->splats += observed->technique == CA_TECHNIQUE_SPLAT;
     const ca_vec3 position = observed->light ? observed->light[0].point.position : (ca_vec3){0};
     if (observed->technique == CA_TECHNIQUE_NEXT_EVENT && f->asked_count < 64) f->asked[f->asked_count++] = position;
     if (observed->technique == CA_TECHNIQUE_CONNECT && f->began_count < 64) f->began[f->began_count++] = position;
@@ -152,6 +153,7 @@ static void test_first_vertex(void **state)
         for (uint32_t i = 0; i < paper.asked_count; i++) assert_true(is_same(paper.asked[i], paper.asked[0]));
         for (uint32_t i = 0; i < paper.began_count; i++) assert_true(is_same(paper.began[i], paper.began[0]));
         asked += paper.asked_count;
+        assert_int_equal(paper.splats, 0);
         same += paper.asked_count > 0 && paper.began_count > 0 && is_same(paper.asked[0], paper.began[0]);
         const first_vertices ours = trace_pixel(scene, "bdpt:strategies=no-splat", x);
         for (uint32_t i = 1; i < ours.asked_count; i++) assert_false(is_same(ours.asked[i], ours.asked[0]));
