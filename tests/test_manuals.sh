@@ -118,7 +118,8 @@ bash_completes() {
     completes "render" re && completes "render" render && completes "--sampler" render --sam &&
         completes "--sampler" render a.xml --quiet --sam && completes "bdpt bdpm" render -i bd &&
         completes "bdpt bdpm" render --integrator bd && completes "halton halton-plain" render --sampler = ha &&
-        completes "" render --spp 1 && completes "--sensor" info --s && completes "" converge --zz && completes "" nothing --s &&
+        completes "" render --spp 1 && completes "--sensor" info --s && completes "" converge --zz &&
+        completes "" nothing --s &&
         completes "-o default" render sc && completes "-o default" render --stats "" &&
         completes "-o default" render -o "" &&
         completes "-o dirnames" render --dump-strategies ""

@@ -24,8 +24,8 @@ TAGS = {
     "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance",
               "merge"],
     "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
-             "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap", "roughconductorGGX", "roughdielectricGGX",
-             "phong", "roughdiffuse", "mixturebsdf"],
+             "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap",
+             "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf"],
     "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
     "texture": ["bitmap", "checkerboard", "scale", "mesh_attribute"],
 }

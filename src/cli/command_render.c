@@ -271,8 +271,8 @@ static int print_help(void)
         "samples, time, threads and outputs may differ. Renders over ten minutes keep OUTPUT.checkpoint.part until "
         "they end. Not with --rays auto, --dump-strategies.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU end the render after the pass, or after a second, and write "
-        "the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at once. SIGUSR1 "
-        "writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at once. "
+        "SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
         "--serve: who knows the address can pause, stop and save the render. Looking costs 3 % of the time.\n"
         "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
         "          caustica render scene.xml --time 600 --serve 8080\n",
