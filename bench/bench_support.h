@@ -17,7 +17,7 @@ double bench_median(double *values, int count);
 void bench_write_results(const char *path, const char *key, json_t *value);
 
 /* Peak resident memory, in bytes, of a process that does nothing but load the scene and render it. To be called
- * before this process has started any thread (Embree and OpenMP do when they are first used): it forks. */
+ * before this process has started any thread (Embree and loops do when they are first used): it forks. */
 double bench_peak_memory(const char *scene_path, const ca_render_settings *settings);
 
 #endif

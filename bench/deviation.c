@@ -1,5 +1,7 @@
 #include "deviation.h"
 
+#include "base/parallel.h"
+#include "base/processors.h"
 #include "bench_support.h"
 #include "sampling/sampler.h"
 
@@ -64,19 +66,33 @@ void bootstrap_draw(bootstrap_table *table, uint64_t seed)
         }
 }
 
+typedef struct deviation_job {
+    const batches *b;
+    const bool *mask;
+    const bootstrap_table *table;
+    double *values;
+} deviation_job;
+
+static void deviate(void *user, uint32_t sample, uint32_t worker)
+{
+    (void)worker;
+    const deviation_job *job = user;
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t p = 0; p < pixels_of(job->b); p++) {
+        if (!job->mask[p]) continue;
+        sum += pixel_deviation(job->b, p, job->table->count[sample]);
+        count++;
+    }
+    job->values[sample] = count > 0 ? sum / (double)count : 0.0;
+}
+
 void mean_deviation(const batches *b, const bool *mask, const bootstrap_table *table, double values[1 + BOOTSTRAP])
 {
-#pragma omp parallel for schedule(dynamic, 8)
-    for (int sample = 0; sample <= BOOTSTRAP; sample++) {
-        double sum = 0.0;
-        size_t count = 0;
-        for (size_t p = 0; p < pixels_of(b); p++) {
-            if (!mask[p]) continue;
-            sum += pixel_deviation(b, p, table->count[sample]);
-            count++;
-        }
-        values[sample] = count > 0 ? sum / (double)count : 0.0;
-    }
+    const ca_parallel parallel = {.workers = ca_processors()};
+    deviation_job job = {b, mask, table, values};
+    ca_error error;
+    if (ca_parallel_for(&parallel, 1 + BOOTSTRAP, deviate, &job, &error) != CA_OK) bench_die("deviations", &error);
 }
 
 /* Percentiles of bootstrap samples would lie too low, for a resampled variance misses some of the rare bright

@@ -1,6 +1,8 @@
 #include "ray_recorder.h"
 
 #include "base/clock.h"
+#include "base/parallel.h"
+#include "bench_support.h"
 
 #include <embree3/rtcore.h>
 #include <stdint.h>
@@ -164,22 +166,37 @@ static ray_counts replay_run(const struct RTCRay *rays, size_t count)
     return done;
 }
 
+static uint32_t runs_of(const ray_tape *tape) { return (uint32_t)((tape->count + RUN - 1) / RUN); }
+
+static void add_counts(ray_counts *counts, const ray_counts *more)
+{
+    counts->rays += more->rays;
+    counts->shadow_rays += more->shadow_rays;
+    counts->hits += more->hits;
+}
+
+/* Runs are numbered through all tapes. `user`: the counts of each worker. */
+static void replay(void *user, uint32_t run, uint32_t worker)
+{
+    ray_counts *counts = user;
+    const ray_tape *tape = recorder.tapes;
+    for (; run >= runs_of(tape); tape++) run -= runs_of(tape);
+    const size_t first = (size_t)run * RUN, left = tape->count - first;
+    const ray_counts done = replay_run(tape->rays + first, left < RUN ? left : RUN);
+    add_counts(&counts[worker], &done);
+}
+
 double ray_recorder_replay(int threads, ray_counts *replayed)
 {
     const double start = ca_clock_seconds();
-    size_t rays = 0, shadow_rays = 0, hits = 0;
-#pragma omp parallel num_threads(threads) reduction(+ : rays, shadow_rays, hits)
-    for (int i = 0; i < tape_count(); i++) {
-        const ray_tape *tape = &recorder.tapes[i];
-        const size_t runs = (tape->count + RUN - 1) / RUN;
-#pragma omp for schedule(dynamic, 1) nowait
-        for (size_t run = 0; run < runs; run++) {
-            const size_t first = run * RUN, left = tape->count - first;
-            const ray_counts done = replay_run(tape->rays + first, left < RUN ? left : RUN);
-            rays += done.rays, shadow_rays += done.shadow_rays, hits += done.hits;
-        }
-    }
-    *replayed = (ray_counts){.rays = rays, .shadow_rays = shadow_rays, .hits = hits};
+    const ca_parallel parallel = {.workers = (uint32_t)threads};
+    ray_counts counts[MAX_THREADS] = {{0}};
+    uint32_t runs = 0;
+    ca_error error;
+    for (int i = 0; i < tape_count(); i++) runs += runs_of(&recorder.tapes[i]);
+    if (ca_parallel_for(&parallel, runs, replay, counts, &error) != CA_OK) bench_die("replaying rays", &error);
+    *replayed = (ray_counts){0};
+    for (int i = 0; i < threads; i++) add_counts(replayed, &counts[i]);
     return ca_clock_seconds() - start;
 }
 

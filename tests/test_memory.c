@@ -72,6 +72,25 @@ static void test_table_without_memory(void **state)
     ca_free(table.items);
 }
 
+/* Of all sizes: below a huge page, with a rest, and more than there is. */
+static void test_large_zeros(void **state)
+{
+    (void)state;
+    static const size_t counts[] = {1, 1000, (2 << 20) - 1, (4 << 20) + 12345};
+    for (int i = 0; i < 4; i++) {
+        unsigned char *bytes = ca_alloc_large_zeroed(counts[i], 1);
+        assert_non_null(bytes);
+        for (size_t k = 0; k < counts[i]; k++)
+            if (bytes[k] != 0) fail_msg("byte %zu of %zu is %d", k, counts[i], bytes[k]);
+        memset(bytes, 255, counts[i]);
+        ca_free(bytes);
+    }
+    assert_null(ca_alloc_large_zeroed(SIZE_MAX / 2, 8));
+    ca_memory_fail_after(0);
+    assert_null(ca_alloc_large_zeroed(8, 8));
+    ca_memory_fail_after(-1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -79,6 +98,7 @@ int main(void)
         cmocka_unit_test(test_room_for_nothing),
         cmocka_unit_test(test_array_without_memory),
         cmocka_unit_test(test_table_without_memory),
+        cmocka_unit_test(test_large_zeros),
     };
     return cmocka_run_group_tests_name("memory", tests, NULL, NULL);
 }

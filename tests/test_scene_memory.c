@@ -408,6 +408,7 @@ static void test_pictures(void **state)
     assert_int_equal(ca_image_save(image, path, 0.0f, NULL), CA_OK);
     assert_int_equal(ca_image_load(path, &loaded, NULL), CA_OK);
     assert_true(image_hash(image) == image_hash(loaded));
+    ca_image_release(loaded);
     unlink(path);
     assert_int_equal(ca_image_load(path, &loaded, &error), CA_ERROR_FILE);
     assert_null(loaded);

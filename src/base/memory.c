@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 
 #define HUGE_PAGE ((size_t)2 << 20)
+#define PAGE ((size_t)4096)
 #define CACHE_LINE ((size_t)64)
 
 static atomic_long fail_countdown = -1;
@@ -47,6 +48,17 @@ void *ca_alloc_large(size_t count, size_t size)
     bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
     void *memory = aligned_alloc(HUGE_PAGE, bytes);
     if (memory) madvise(memory, bytes, MADV_HUGEPAGE); /* a wish; refusing it is no failure */
+    return memory;
+}
+
+/* calloc's memory comes from the system as zeros, which a memset would touch twice. */
+void *ca_alloc_large_zeroed(size_t count, size_t size)
+{
+    char *memory = ca_alloc_zeroed(count, size);
+    const size_t bytes = count * size;
+    if (!memory || bytes < HUGE_PAGE) return memory;
+    const size_t before = (PAGE - (uintptr_t)memory % PAGE) % PAGE;
+    madvise(memory + before, (bytes - before) / PAGE * PAGE, MADV_HUGEPAGE); /* likewise */
     return memory;
 }
 

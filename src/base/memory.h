@@ -20,6 +20,9 @@ void *ca_alloc_zeroed(size_t count, size_t size);
  * of 2 MiB, where the system has them, which saves most reads a walk through the page tables. Freed by ca_free like
  * all. */
 void *ca_alloc_large(size_t count, size_t size);
+/* Zeros, for tables that are filled as a whole: in huge pages likewise, which take the system less time at their
+ * first touch. */
+void *ca_alloc_large_zeroed(size_t count, size_t size);
 void ca_free(void *memory);
 
 /* The same for libraries that take functions to call, with a pointer of their user, which is not used: zlib's zalloc

@@ -45,7 +45,7 @@ ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error)
     ca_free(film->pixels);
     film->pixels = NULL;
     film->extent = fminf(exp2f(ceilf(log2f(extent))), 0x1p127f);
-    film->parts = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->parts);
+    film->parts = ca_alloc_large_zeroed((size_t)film->width * film->height, sizeof *film->parts);
     return film->parts ? CA_OK : ca_fail_memory(error, "the film");
 }
 

@@ -305,7 +305,7 @@ static ca_status create_buffers(ca_pass_runner *runner, ca_error *error)
     const size_t pixels = (size_t)runner->film->width * runner->film->height;
     bool fits = true;
     runner->clocks = ca_alloc_zeroed(threads, sizeof *runner->clocks);
-    runner->made = ca_alloc_zeroed(pixels, sizeof *runner->made);
+    runner->made = ca_alloc_large_zeroed(pixels, sizeof *runner->made);
     runner->groups = ca_alloc_zeroed(threads, sizeof *runner->groups);
     if (runner->rounds > 1) {
         runner->samples = ca_alloc_zeroed(pixels, most_camera_paths(runner) * sizeof *runner->samples);
