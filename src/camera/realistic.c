@@ -119,7 +119,7 @@ static bool trace_from_film(const ca_realistic *r, double film_x, double film_y,
     return ca_lens_trace(&r->lens, ray);
 }
 
-static const ca_pupil_box no_box = {INFINITY, -INFINITY, 0.0};
+static const ca_pupil_box no_box = {(double)INFINITY, -(double)INFINITY, 0.0};
 
 /* Bounds what gets through of the grid on `region`, with a cell to each side; bundle: NULL is allowed. */
 static ca_pupil_box scan(const ca_realistic *r, double film_radius, ca_pupil_box region, int grid, ray_bundle *bundle)
