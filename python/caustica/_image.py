@@ -152,6 +152,8 @@ def as_record(struct):
         struct, kind = struct[0], kind.item
     if kind.kind == "struct":
         return {name: as_record(getattr(struct, name)) for name, _ in kind.fields}
+    if kind.cname == "char * *":
+        return None  # a list, whose length is told elsewhere
     if kind.kind == "array" and kind.item.cname == "char" or kind.cname in ("char *", "const char *"):
         return ffi.string(struct).decode(errors="replace") if struct else None
     return [as_record(item) for item in struct]

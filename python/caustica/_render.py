@@ -120,6 +120,7 @@ def _settings(settings, changes):
 
 def _statistics(struct):
     told = as_record(struct)
+    told["notes"] = [ffi.string(struct.notes[i]).decode() for i in range(told.pop("note_count"))]
     method = told["method"]
     method["trials"] = method["trials"][:method.pop("trial_count")]
     return told

@@ -127,7 +127,7 @@ def test_other_threads_go_on(scene):
             counted[0] += 1
             time.sleep(0.001)
 
-    thread = threading.Thread(target=count)
+    thread = threading.Thread(target=count, daemon=True)
     thread.start()
     caustica.render(scene, spp=1000000, threads=1, seconds=0.3)
     stop.set()
