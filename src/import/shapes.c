@@ -40,12 +40,23 @@ static void flip_v(ca_mesh *mesh)
     for (size_t i = 0; i < mesh->vertex_count; i++) mesh->uvs[2 * i + 1] = 1.0f - mesh->uvs[2 * i + 1];
 }
 
+/* What parameters say of all meshes. */
+typedef struct mesh_reading {
+    bool face_normals, flip_tex_coords;
+} mesh_reading;
+
+static mesh_reading import_reading(ca_props *props, bool flips)
+{
+    return (mesh_reading){.face_normals = ca_props_boolean(props, "face_normals", false),
+                          .flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", flips)};
+}
+
 /* As Mitsuba does: face_normals drops the file's vertex normals, and without it a file that has none gets smooth
  * ones. */
-static ca_status finish_mesh(ca_mesh *mesh, bool face_normals, bool flip_tex_coords, ca_error *error)
+static ca_status finish_mesh(ca_mesh *mesh, const mesh_reading *reading, ca_error *error)
 {
-    if (flip_tex_coords) flip_v(mesh);
-    if (face_normals) {
+    if (reading->flip_tex_coords) flip_v(mesh);
+    if (reading->face_normals) {
         ca_mesh_drop_normals(mesh);
         return CA_OK;
     }
@@ -65,12 +76,11 @@ static ca_status read_mesh(mesh_format format, const char *path, uint32_t index,
 }
 
 /* `status` tells whether there is a mesh, `reason` why not. Takes the mesh over. */
-static void add_read_mesh(ca_props *props, ca_shape_desc *shape, bool flip_tex_coords, ca_mesh *mesh,
+static void add_read_mesh(ca_props *props, ca_shape_desc *shape, const mesh_reading *reading, ca_mesh *mesh,
                           ca_status status, ca_error *reason)
 {
-    const bool face_normals = ca_props_boolean(props, "face_normals", false);
     if (status == CA_OK) {
-        status = finish_mesh(mesh, face_normals, flip_tex_coords, reason);
+        status = finish_mesh(mesh, reading, reason);
         if (status != CA_OK) ca_mesh_destroy(mesh);
     }
     if (status == CA_OK)
@@ -83,15 +93,14 @@ static void import_mesh_file(ca_props *props, ca_shape_desc *shape, mesh_format 
 {
     shape->kind = CA_SHAPE_MESH;
     const char *path = ca_import_filename(props, "filename");
-    const bool flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", format == FORMAT_OBJ);
+    const mesh_reading reading = import_reading(props, format == FORMAT_OBJ);
     uint32_t index = 0;
     if (format == FORMAT_SERIALIZED) index = (uint32_t)ca_props_integer_in(props, "shape_index", 0, 0, INT32_MAX);
-    ca_props_boolean(props, "face_normals", false); /* a mistake there is found before a mesh is read */
     if (!path || !ca_import_good(props->importer)) return;
     ca_mesh mesh = {0};
     ca_error reason;
     const ca_status status = read_mesh(format, path, index, &mesh, &reason);
-    add_read_mesh(props, shape, flip_tex_coords, &mesh, status, &reason);
+    add_read_mesh(props, shape, &reading, &mesh, status, &reason);
 }
 
 /* Arrays of the program that hands us the scene. */
@@ -100,12 +109,13 @@ static void import_mesh_data(ca_props *props, void *result)
     ca_shape_desc *shape = result;
     shape->kind = CA_SHAPE_MESH;
     const char *name = ca_props_string(props, "data", NULL);
+    const mesh_reading reading = import_reading(props, false);
     if (!name) ca_props_fail(props, "data", "must name a mesh that is given as arrays");
     if (!name || !ca_import_good(props->importer)) return;
     ca_mesh mesh = {0};
     ca_error reason;
     const ca_status status = ca_import_mesh_data(props->importer->source, name, &mesh, &reason);
-    add_read_mesh(props, shape, ca_props_boolean(props, "flip_tex_coords", false), &mesh, status, &reason);
+    add_read_mesh(props, shape, &reading, &mesh, status, &reason);
 }
 
 static void import_obj(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_OBJ); }

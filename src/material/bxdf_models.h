@@ -47,4 +47,18 @@ static inline bool ca_half_vector(ca_vec3 wi, ca_vec3 wo, ca_vec3 *m)
     return m->z > 0.0f;
 }
 
+/* A reflection whose direction was chosen among several lobes: weight and densities are those of all of them. false:
+ * absorbed. */
+static inline bool ca_bxdf_reflect(const ca_bxdf_value *value, ca_vec3 wo_local, ca_bxdf_sample *sample)
+{
+    if (!(value->pdf.v > 0.0f)) return false;
+    *sample = (ca_bxdf_sample){.wo_local = wo_local,
+                               .weight = ca_rgb_scale(value->f, wo_local.z / value->pdf.v),
+                               .pdf = value->pdf,
+                               .pdf_reverse = value->pdf_reverse,
+                               .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH,
+                               .eta = 1.0f};
+    return true;
+}
+
 #endif

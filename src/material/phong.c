@@ -47,14 +47,7 @@ bool ca_phong_sample(CA_BXDF_SAMPLE_ARGUMENTS)
     const bool specular = u_lobe < bxdf->as.phong.specular_weight;
     const ca_vec3 wo = specular ? sample_mirror_lobe(bxdf, wi_local, u) : ca_warp_cosine_hemisphere(u);
     const ca_bxdf_value value = ca_phong_eval(bxdf, wi_local, wo, from);
-    if (!(value.pdf.v > 0.0f)) return false;
-    *sample = (ca_bxdf_sample){.wo_local = wo,
-                               .weight = ca_rgb_scale(value.f, wo.z / value.pdf.v),
-                               .pdf = value.pdf,
-                               .pdf_reverse = value.pdf_reverse,
-                               .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH,
-                               .eta = 1.0f};
-    return true;
+    return ca_bxdf_reflect(&value, wo, sample);
 }
 
 /* At normal incidence; elsewhere less of the lobe lies above. */

@@ -83,14 +83,7 @@ bool ca_rough_plastic_sample(CA_BXDF_SAMPLE_ARGUMENTS)
         wo = ca_warp_cosine_hemisphere(u);
     }
     const ca_bxdf_value value = ca_rough_plastic_eval(bxdf, wi_local, wo, from);
-    if (!(value.pdf.v > 0.0f)) return false;
-    *sample = (ca_bxdf_sample){.wo_local = wo,
-                               .weight = ca_rgb_scale(value.f, wo.z / value.pdf.v),
-                               .pdf = value.pdf,
-                               .pdf_reverse = value.pdf_reverse,
-                               .scatter = CA_SCATTER_REFLECTION | CA_SCATTER_SMOOTH,
-                               .eta = 1.0f};
-    return true;
+    return ca_bxdf_reflect(&value, wo, sample);
 }
 
 /* What is not transmitted counts as reflected by the facets. */
