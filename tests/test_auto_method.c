@@ -459,18 +459,7 @@ static void test_out_of_memory(void **state)
     ca_scene *scene = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("4") FLOOR LAMP "</scene>");
     ca_render_settings settings = auto_settings("auto:max_depth=3,light_paths=9", 1);
     settings.threads = 1;
-    bool done = false;
-    long count = 0;
-    for (; !done; count += 1 + count / 6) {
-        ca_image_layers *image = NULL;
-        ca_memory_fail_after(count);
-        const ca_status status = ca_render(scene, &settings, &image, NULL, NULL);
-        done = status == CA_OK;
-        if (!done) assert_int_equal(status, CA_ERROR_MEMORY);
-        ca_memory_fail_after(-1);
-        ca_image_release(image);
-    }
-    assert_true(count > 100);
+    assert_true(render_without_memory(scene, &settings) > 100);
     ca_scene_release(scene);
 }
 

@@ -1,6 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "support/scene_text.h"
 
+#include "base/memory.h"
+
 #include "image/layers.h"
 
 #include <math.h>
@@ -106,4 +108,20 @@ const char *attribute_text(const ca_image_layers *image, const char *name)
     const ca_attribute *attribute = ca_layers_attribute(image, name);
     if (!attribute || !attribute->text) fail_msg("no attribute %s", name);
     return attribute->text;
+}
+
+long render_without_memory(const ca_scene *scene, const ca_render_settings *settings)
+{
+    bool done = false;
+    long count = 0;
+    for (; !done; count += 1 + count / 6) {
+        ca_image_layers *image = NULL;
+        ca_memory_fail_after(count);
+        const ca_status status = ca_render(scene, settings, &image, NULL, NULL);
+        done = status == CA_OK;
+        if (!done) assert_int_equal(status, CA_ERROR_MEMORY);
+        ca_memory_fail_after(-1);
+        ca_image_release(image);
+    }
+    return count;
 }

@@ -14,6 +14,10 @@ ca_scene *bundled_scene(const char *name);
 /* Renders with the settings; fails the test on error or on a sample that is not finite. */
 ca_image_layers *render_scene(const ca_scene *scene, const ca_render_settings *settings);
 
+/* Renders again and again, with memory for some more allocations each time, until it succeeds; before that the only
+ * failure may be that of memory. How many allocations sufficed. */
+long render_without_memory(const ca_scene *scene, const ca_render_settings *settings);
+
 /* Mean over pixels and the standard error of that mean, of one channel, from Variance.* and Samples.Y. */
 void channel_mean(const ca_image_layers *image, const char *channel, double *mean, double *standard_error);
 
