@@ -25,9 +25,10 @@ BEGIN {
     owner["turbojpeg"] = "^src/image/[a-z0-9_]*jpe?g[a-z0-9_]*\\.[ch]$|^tests/"
     owner["stb"]       = "^src/image/[a-z0-9_]*stb[a-z0-9_]*\\.[ch]$|^tests/"
     owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$|^tests/"
-    owner["jansson"]   = "^src/[a-z]+/[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
+    owner["jansson"]   = "^src/[a-z]+/([a-z]+/)?[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
     owner["microhttpd"] = "^src/live/server\\.c$"
-    owner["zlib"]      = "^src/import/[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$|^src/report/plane\\.c$|^tests/"
+    owner["zlib"]      = "^src/import/([a-z]+/)?[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$" \
+                         "|^src/report/plane\\.c$|^tests/"
 }
 
 function complain(text) { printf "%s:%d: %s\n", FILENAME, FNR, text; breaches++ }
