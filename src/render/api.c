@@ -20,7 +20,7 @@ ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_err
     *scene = NULL;
     ca_scene_desc desc;
     CA_TRY(ca_import_scene_source(source, &desc, error));
-    return ca_scene_compile_until(&desc, source->stop, scene, error);
+    return ca_scene_compile_after(&desc, source->previous, source->stop, scene, error);
 }
 
 ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
@@ -42,6 +42,8 @@ const char *ca_scene_note(const ca_scene *scene, size_t index)
 {
     return index < scene->desc.notes.count ? scene->desc.notes.items[index] : NULL;
 }
+
+uint32_t ca_scene_builds(const ca_scene *scene) { return ca_accel_builds(scene->accel); }
 
 void ca_scene_release(ca_scene *scene) { ca_scene_destroy(scene); }
 
