@@ -197,6 +197,8 @@ typedef struct ca_render_progress {
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
 typedef struct ca_render_settings {
+    size_t size; /* of this structure, as the program knows it, so that later versions may have more fields; 0: what
+                    it was in version 0.1 */
     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay. "auto": what leaves the least noise
      * in the time, found by trials; it depends on how fast the machine is, the image only on what was chosen. */
     const char *integrator;
@@ -273,7 +275,8 @@ typedef struct ca_render_settings {
     const int *stop;
 } ca_render_settings;
 
-CA_API void ca_render_settings_init(ca_render_settings *settings);
+#define ca_render_settings_init(settings) ca_render_settings_init_sized(settings, sizeof(ca_render_settings))
+CA_API void ca_render_settings_init_sized(ca_render_settings *settings, size_t size);
 
 /* Where samples that are not finite come from: the techniques hit, next event, connect, splat, merge; and those that
  * only the film noticed. */
@@ -315,8 +318,9 @@ typedef struct ca_method_statistics {
     ca_tried_method trials[CA_METHOD_TRIALS];
 } ca_method_statistics;
 
-/* Totals over a render. */
+/* Totals over a render. Make one with ca_render_statistics_init, or of zeros. */
 typedef struct ca_render_statistics {
+    size_t size;              /* set by the program, as that of ca_render_settings */
     double seconds;           /* of rendering, without loading */
     double samples_per_pixel; /* as the setting of that name counts them */
     uint64_t iterations; /* passes or blocks */
@@ -346,6 +350,10 @@ typedef struct ca_render_statistics {
     uint64_t passes[2];             /* those rendered, half open; 0, 0: not by passes of one kind */
     uint64_t passes_resumed;        /* so many of these passes, or of the blocks, were in the checkpoint */
 } ca_render_statistics;
+
+#define ca_render_statistics_init(statistics) \
+    ca_render_statistics_init_sized(statistics, sizeof(ca_render_statistics))
+CA_API void ca_render_statistics_init_sized(ca_render_statistics *statistics, size_t size);
 
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */
 typedef struct ca_image_layers ca_image_layers;

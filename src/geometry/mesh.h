@@ -48,11 +48,11 @@ typedef struct ca_mesh {
     uint64_t content_hash; /* of the file it was read from; 0: none */
     ca_mesh_owners *owners; /* of all arrays */
     /* Of a mesh that lies where its scene has it: what it was made of, that is file or arrays, parameters and place
-     * (0: not told), its area, and the largest absolute value of a coordinate. */
+     * (0: not told), its area and its bounds. */
     bool placed;
     uint64_t made_of;
     double area;
-    float extent;
+    ca_vec3 low, high;
 } ca_mesh;
 
 /* Allocates zeroed positions and indices, and normals and uvs where asked. Limits: 2^31 - 1 vertices, 2^30

@@ -47,7 +47,18 @@ uint32_t ca_scene_builds(const ca_scene *scene) { return ca_accel_builds(scene->
 
 void ca_scene_release(ca_scene *scene) { ca_scene_destroy(scene); }
 
-void ca_render_settings_init(ca_render_settings *settings) { *settings = (ca_render_settings){0}; }
+/* `size` is what the program knows of the structure, which may be less. */
+void ca_render_settings_init_sized(ca_render_settings *settings, size_t size)
+{
+    memset(settings, 0, size);
+    settings->size = size;
+}
+
+void ca_render_statistics_init_sized(ca_render_statistics *statistics, size_t size)
+{
+    memset(statistics, 0, size);
+    statistics->size = size;
+}
 
 void ca_image_size(const ca_image_layers *image, uint32_t *width, uint32_t *height)
 {

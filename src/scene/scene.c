@@ -108,10 +108,10 @@ static ca_status place_mesh(ca_mesh *mesh, const ca_shape_desc *desc, ca_error *
     if (desc->flip_normals) ca_mesh_flip_normals(mesh);
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
     if (ca_mesh_normals_are_flat(mesh)) ca_mesh_drop_normals(mesh); /* those of the faces serve as well */
-    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
-        mesh->extent = ca_max(mesh->extent, fabsf(mesh->positions[i]));
+    const ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = mesh};
+    ca_shape_bounds(&shape, &mesh->low, &mesh->high);
     for (uint32_t i = 0; i < mesh->triangle_count; i++) mesh->area += ca_mesh_triangle_area(mesh, i);
-    mesh->placed = true;
+    mesh->placed = true; /* the bounds are read from now on */
     return CA_OK;
 }
 
@@ -119,7 +119,8 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
 {
     if (!mesh->placed) CA_TRY(place_mesh(mesh, desc, error));
     shape->as.mesh.mesh = mesh;
-    shape->as.mesh.extent = mesh->extent;
+    const ca_vec3 farthest_corner = ca_max_vec3(ca_abs3(mesh->low), ca_abs3(mesh->high));
+    shape->as.mesh.extent = ca_max(farthest_corner.x, ca_max(farthest_corner.y, farthest_corner.z));
     shape->area = (float)mesh->area;
     if (desc->light == CA_NONE) return CA_OK;
     shape->as.mesh.rectangle = ca_rectangle_from_mesh(mesh);
