@@ -19,7 +19,7 @@ enter_debian_root "$root"
 
 cp "$package" "$root/root/caustica.deb"
 inside apt-get -q update
-inside apt-get -qy install --no-install-recommends /root/caustica.deb
+inside apt-get -qy install --reinstall --no-install-recommends /root/caustica.deb
 inside caustica --version
 inside apt-get -qy install --no-install-recommends gcc libc6-dev pkg-config cmake make
 
@@ -50,5 +50,5 @@ inside sh -ec '
     man_page=$(dpkg -L caustica | grep man1/caustica.1)
     test -n "$man_page"
     dpkg -r caustica
-    ! command -v caustica'
+    test ! -e /usr/bin/caustica'
 echo "the package installs, works and goes"
