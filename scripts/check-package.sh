@@ -1,14 +1,15 @@
 #!/bin/bash
 # Checks that the Debian package installs and works on a bare Debian 12: makes an empty root folder with debootstrap,
-# installs there the package of `make package` with apt, then a compiler, and renders: by the program, and by the first
-# program of docs/library.md, built with pkg-config and with CMake's find_package. The pictures must be the same.
+# installs there the package of `make package` with apt, then a compiler, and renders: by the program, and by the
+# first program of docs/library.md, built with pkg-config and with CMake's find_package. The pictures must be the
+# same.
 #
 #   scripts/check-package.sh ROOT_FOLDER [PACKAGE.deb]         (needs root and debootstrap)
 #
 # A ROOT_FOLDER that exists already is used again. Default PACKAGE.deb: that in build/package. Mirror and proxy as in
 # scripts/check-fresh-machine.sh.
 set -euo pipefail
-[ $# -ge 1 ] || { sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,12s/^# \{0,1\}//p' "$0"; exit 2; }
 root=$1
 project=$(cd "$(dirname "$0")/.." && pwd)
 package=${2:-$(ls "$project"/build/package/*.deb 2>/dev/null | tail -n 1)}

@@ -15,6 +15,9 @@ scene = mi.load_dict({
     "sky": {"type": "constant", "radiance": 0.5},
     "lamp": {"type": "point", "position": [2, 3, 3], "intensity": {"type": "rgb", "value": [12, 11, 10]}},
     "floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([0, -1, 0]).rotate([1, 0, 0], -90).scale(4)},
-    "ball": {"type": "sphere", "material": {"type": "twosided", "nested": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.4}}}},
+    "ball": {"type": "sphere", "material": {
+        "type": "twosided",
+        "nested": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.4}},
+    }},
 })
 image = mi.render(scene)
