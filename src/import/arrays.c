@@ -18,23 +18,32 @@ static void fail_unknown(const char *what, const char *name, const char *nearest
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\": none is given as arrays", what, name);
 }
 
-static const ca_mesh_data *find_mesh(const ca_scene_source *source, const char *name, ca_error *error)
+static const ca_mesh_data *find_mesh(ca_importer *importer, const char *name, ca_error *error)
 {
-    const char *nearest = NULL;
-    for (size_t i = 0; i < source->mesh_count; i++) {
-        if (strcmp(source->meshes[i].name, name) == 0) return &source->meshes[i];
-        nearest = ca_nearer_name(name, nearest, source->meshes[i].name);
+    const bool made = importer->arrays.meshes.count > 0;
+    const ca_mesh_data *meshes = made ? importer->arrays.meshes.items : importer->source->meshes;
+    const size_t count = made ? importer->arrays.meshes.count : importer->source->mesh_count;
+    for (size_t i = 0; i < count; i++) {
+        const size_t k = (importer->next_mesh + i) % count;
+        if (strcmp(meshes[k].name, name) != 0) continue;
+        importer->next_mesh = k + 1;
+        return &meshes[k];
     }
+    const char *nearest = NULL;
+    for (size_t i = 0; i < count; i++) nearest = ca_nearer_name(name, nearest, meshes[i].name);
     fail_unknown("mesh", name, nearest, error);
     return NULL;
 }
 
-static const ca_bitmap_data *find_bitmap(const ca_scene_source *source, const char *name, ca_error *error)
+static const ca_bitmap_data *find_bitmap(const ca_importer *importer, const char *name, ca_error *error)
 {
+    const bool made = importer->arrays.bitmaps.count > 0;
+    const ca_bitmap_data *bitmaps = made ? importer->arrays.bitmaps.items : importer->source->bitmaps;
+    const size_t count = made ? importer->arrays.bitmaps.count : importer->source->bitmap_count;
     const char *nearest = NULL;
-    for (size_t i = 0; i < source->bitmap_count; i++) {
-        if (strcmp(source->bitmaps[i].name, name) == 0) return &source->bitmaps[i];
-        nearest = ca_nearer_name(name, nearest, source->bitmaps[i].name);
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(bitmaps[i].name, name) == 0) return &bitmaps[i];
+        nearest = ca_nearer_name(name, nearest, bitmaps[i].name);
     }
     fail_unknown("bitmap", name, nearest, error);
     return NULL;
@@ -59,9 +68,9 @@ static void copy_mesh(const ca_mesh_data *data, ca_mesh *mesh)
     if (data->uvs) copy(mesh->uvs, data->uvs, 2 * vertices, sizeof(float), &mesh->content_hash);
 }
 
-ca_status ca_import_mesh_data(const ca_scene_source *source, const char *name, ca_mesh *mesh, ca_error *error)
+ca_status ca_import_mesh_data(ca_importer *importer, const char *name, ca_mesh *mesh, ca_error *error)
 {
-    const ca_mesh_data *data = find_mesh(source, name, error);
+    const ca_mesh_data *data = find_mesh(importer, name, error);
     if (!data) return CA_ERROR_SCENE;
     if (!data->positions || !data->indices)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the mesh \"%s\" has no %s", name,
@@ -87,9 +96,9 @@ static ca_status check_bitmap(const ca_bitmap_data *data, ca_error *error)
     return CA_OK;
 }
 
-ca_status ca_import_bitmap_data(const ca_scene_source *source, const char *name, ca_image *image, ca_error *error)
+ca_status ca_import_bitmap_data(ca_importer *importer, const char *name, ca_image *image, ca_error *error)
 {
-    const ca_bitmap_data *data = find_bitmap(source, name, error);
+    const ca_bitmap_data *data = find_bitmap(importer, name, error);
     if (!data) return CA_ERROR_SCENE;
     CA_TRY(check_bitmap(data, error));
     CA_TRY(ca_image_create(image, data->width, data->height, data->channels, error));

@@ -24,14 +24,23 @@ typedef struct ca_import_image {
     uint32_t index; /* in the description's images */
 } ca_import_image;
 
+/* Arrays that the reader of another format made (tree_build.h). */
+typedef struct ca_import_arrays {
+    ca_arena arena;
+    CA_TABLE(ca_mesh_data) meshes;
+    CA_TABLE(ca_bitmap_data) bitmaps;
+} ca_import_arrays;
+
 typedef struct ca_importer {
     const ca_scene_source *source;
+    ca_import_arrays arrays; /* then those of `source` are not used */
     ca_scene_desc *desc;
     ca_document document;
     ca_error *error;
     ca_status status; /* the first failure */
     uint32_t nesting;
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
+    size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
     CA_TABLE(ca_import_image) images;
 } ca_importer;
 
@@ -65,10 +74,10 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
 const char *ca_import_filename(ca_props *props, const char *name);
 /* Index of the image that `filename` or `data` names, read at the first call; CA_NONE after failing. */
 uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding);
-/* From the source's arrays of that name. Errors: CA_ERROR_SCENE where there are none, with the nearest name;
+/* From the arrays of that name. Errors: CA_ERROR_SCENE where there are none, with the nearest name;
  * CA_ERROR_ARGUMENT, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
-ca_status ca_import_mesh_data(const ca_scene_source *source, const char *name, ca_mesh *mesh, ca_error *error);
-ca_status ca_import_bitmap_data(const ca_scene_source *source, const char *name, ca_image *image, ca_error *error);
+ca_status ca_import_mesh_data(ca_importer *importer, const char *name, ca_mesh *mesh, ca_error *error);
+ca_status ca_import_bitmap_data(ca_importer *importer, const char *name, ca_image *image, ca_error *error);
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);

@@ -114,7 +114,7 @@ static void import_mesh_data(ca_props *props, void *result)
     if (!name || !ca_import_good(props->importer)) return;
     ca_mesh mesh = {0};
     ca_error reason;
-    const ca_status status = ca_import_mesh_data(props->importer->source, name, &mesh, &reason);
+    const ca_status status = ca_import_mesh_data(props->importer, name, &mesh, &reason);
     add_read_mesh(props, shape, &reading, &mesh, status, &reason);
 }
 
