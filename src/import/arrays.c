@@ -87,16 +87,16 @@ static ca_status copy_source_mesh(const ca_scene_source *source, const char *nam
     return CA_OK;
 }
 
-static ca_status copy_made_mesh(const ca_mesh *made, ca_mesh *mesh, ca_error *error)
+ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error)
 {
-    const size_t vertices = made->vertex_count, triangles = made->triangle_count;
-    CA_TRY(ca_mesh_create(mesh, vertices, triangles, made->normals, made->uvs, error));
-    memcpy(mesh->positions, made->positions, 3 * vertices * sizeof(float));
-    memcpy(mesh->indices, made->indices, 3 * triangles * sizeof(uint32_t));
-    if (made->normals) memcpy(mesh->normals, made->normals, 3 * vertices * sizeof(float));
-    if (made->uvs) memcpy(mesh->uvs, made->uvs, 2 * vertices * sizeof(float));
-    for (uint32_t i = 0; i < made->attribute_count; i++) {
-        const ca_mesh_attribute *attribute = &made->attributes[i];
+    const size_t vertices = from->vertex_count, triangles = from->triangle_count;
+    CA_TRY(ca_mesh_create(mesh, vertices, triangles, from->normals, from->uvs, error));
+    memcpy(mesh->positions, from->positions, 3 * vertices * sizeof(float));
+    memcpy(mesh->indices, from->indices, 3 * triangles * sizeof(uint32_t));
+    if (from->normals) memcpy(mesh->normals, from->normals, 3 * vertices * sizeof(float));
+    if (from->uvs) memcpy(mesh->uvs, from->uvs, 2 * vertices * sizeof(float));
+    for (uint32_t i = 0; i < from->attribute_count; i++) {
+        const ca_mesh_attribute *attribute = &from->attributes[i];
         const size_t count = attribute->components * (attribute->per_face ? triangles : vertices);
         float *values;
         const ca_status status = ca_mesh_add_attribute(mesh, attribute->name, attribute->components,
@@ -107,13 +107,13 @@ static ca_status copy_made_mesh(const ca_mesh *made, ca_mesh *mesh, ca_error *er
         }
         memcpy(values, attribute->values, count * sizeof(float));
     }
-    mesh->content_hash = made->content_hash;
+    mesh->content_hash = from->content_hash;
     return CA_OK;
 }
 
 static ca_status get_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error)
 {
-    if (!made->once) return copy_made_mesh(&made->mesh, mesh, error);
+    if (!made->once) return ca_import_copy_mesh(&made->mesh, mesh, error);
     *mesh = made->mesh;
     made->mesh = (ca_mesh){0};
     return CA_OK;

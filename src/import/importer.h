@@ -85,6 +85,7 @@ uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding);
 /* From the arrays of that name. Errors: CA_ERROR_SCENE where there are none, with the nearest name;
  * CA_ERROR_ARGUMENT, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
 ca_status ca_import_mesh_data(ca_importer *importer, const char *name, ca_mesh *mesh, ca_error *error);
+ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error);
 ca_status ca_import_bitmap_data(ca_importer *importer, const char *name, ca_image *image, ca_error *error);
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
