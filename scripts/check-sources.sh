@@ -39,7 +39,8 @@ function foreign_library(header)
     if (header ~ /^embree[0-9]*\//) return "embree"
     if (header ~ /^(OpenEXR\/)?openexr[a-z_]*\.h$/) return "openexr"
     if (header ~ /^stb/) return "stb"
-    if (header ~ /^(png|turbojpeg|expat|jansson|zlib|microhttpd|mpi)\.h$/) return substr(header, 1, length(header) - 2)
+    if (header ~ /^(png|turbojpeg|expat|jansson|zlib|microhttpd|mpi)\.h$/)
+        return substr(header, 1, length(header) - 2)
     return ""
 }
 

@@ -134,7 +134,8 @@ static void test_every_integrator(void **state)
         job j = {.settings = settings_of(integrator_at(i), 9), .many_threads = true};
         const uint64_t hash = hash_alone(&j.settings, &one);
         for (uint32_t ranks = 2; ranks <= 4; ranks++) {
-            if (hash_by(&j, ranks, i % 2 ? 3 : 0) != hash) fail_msg("%s, %u ranks: another image", integrator_at(i), ranks);
+            if (hash_by(&j, ranks, i % 2 ? 3 : 0) != hash)
+                fail_msg("%s, %u ranks: another image", integrator_at(i), ranks);
             const ca_render_statistics *s = &j.statistics;
             assert_true(s->iterations == one.iterations && s->samples_per_pixel == one.samples_per_pixel);
             assert_true(s->passes[1] == one.passes[1] && s->blocks[1] == one.blocks[1] && s->ranks == ranks);

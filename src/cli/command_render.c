@@ -271,9 +271,9 @@ static int print_help(void)
         "--checkpoint with --resume: the same line again goes on where the last run ended, to the same bits; "
         "samples, time, threads and outputs may differ. Renders over ten minutes keep OUTPUT.checkpoint.part until "
         "they end. Not with --rays auto, --dump-strategies.\n"
-        "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 end the render after the pass, or after a second, and write "
-        "the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at once. "
-        "SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 end the render after the pass, or after a second, and "
+        "write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
+        "once. SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
         "mpirun -n N caustica render ... makes the same image with N processes, on one machine or several (a build "
         "with MPI); see docs/cluster.md.\n"
         "--serve: who knows the address can pause, stop and save the render. Looking costs 3 % of the time.\n"
@@ -553,7 +553,8 @@ static ca_status load_and_render(render_options *o, ca_error *error)
     ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, &scene, error);
     if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
     status = ca_ranks_agree(ranks, status, error);
-    if (status == CA_OK) status = ca_ranks_helps(ranks) ? help_render(o, scene, error) : render_scene(o, scene, error);
+    if (status == CA_OK)
+        status = ca_ranks_helps(ranks) ? help_render(o, scene, error) : render_scene(o, scene, error);
     ca_scene_release(scene);
     return status;
 }

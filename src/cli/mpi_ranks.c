@@ -22,7 +22,7 @@ static int launched_rank(void)
     return launched(names);
 }
 
-/* Of processes that were started together; 1: there is one, or nobody knows of others. PMIx has no variable for it. */
+/* Of processes that were started together; 1: there is one, or nobody knows of others. PMIx has no such variable. */
 static int launched_size(void)
 {
     static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", NULL};

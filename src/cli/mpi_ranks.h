@@ -1,5 +1,5 @@
-/* MPI: the processes that mpirun or srun has started together, as ranks (render/ranks.h). The one place of the library,
- * which is only used where the program was started so, and need not be there when it is built (CA_MPI).
+/* MPI: the processes that mpirun or srun has started together, as ranks (render/ranks.h). The one place of that
+ * library, which is only used where the program was started so, and need not be there when it is built (CA_MPI).
  *
  * How it was started is told by the environment: OMPI_COMM_WORLD_SIZE (mpirun of OpenMPI), PMI_SIZE (srun
  * --mpi=pmi2), PMIX_RANK (srun --mpi=pmix). */

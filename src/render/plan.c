@@ -290,8 +290,8 @@ static ca_status check_ranks(const ca_render_plan *plan, ca_error *error)
     if (!plan->settings->ranks) return CA_OK;
     if (plan->rays == CA_RAYS_AUTO)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" passes have other numbers of rays from phase to phase: one rank makes them; "
-                       "an image of such a render, as file of rays, repeats its choice on several");
+                       "with rays \"auto\" passes have other numbers of rays from phase to phase: one rank makes "
+                       "them; an image of such a render, as file of rays, repeats its choice on several");
     if (plan->settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are made by one rank");
     return CA_OK;

@@ -8,8 +8,8 @@
  * What is decided by looking at the sums of the first N passes is decided before any later one is added: ranks that
  * come to a pass beyond `look` make it, but hold it until the decision is known; then it is added or dropped.
  *
- * What fails on another rank (memory, threads) is made again by rank 0, and that rank gets no more. What fails on rank 0
- * ends the render, as it does in one process.
+ * What fails on another rank (memory, threads) is made again by rank 0, and that rank gets no more. What fails on
+ * rank 0 ends the render, as it does in one process.
  *
  * State: a row of sums or CA_RANK_BATCH bytes; 200 bytes a rank. Threads: all calls are the thread's that renders. */
 #ifndef CA_RENDER_RANK_WORK_H
@@ -96,8 +96,8 @@ void ca_rank_work_between(void *work);
 
 /* The next range for rank 0; false: there is none, or none before the look. */
 bool ca_rank_work_take(ca_rank_work *work, ca_work_range *range);
-/* The first `made` passes of it are in rank 0's sums; where these are not all the others failed, and nothing is handed
- * out any more. */
+/* The first `made` passes of it are in rank 0's sums; where these are not all, the next one failed, and nothing is
+ * handed out any more. */
 void ca_rank_work_done(ca_rank_work *work, ca_work_range range, uint64_t made);
 
 /* Waits until all passes before the border are in rank 0's sums: that is the look, where it has been reached, else
@@ -108,7 +108,7 @@ void ca_rank_work_go_on(ca_rank_work *work, uint64_t look);
 /* Or all is over: what is held is dropped. Waits until all ranks know. */
 void ca_rank_work_end(ca_rank_work *work);
 
-/* Are the sums, once gathered, those of passes without a gap? Not where some failed and others were made after them. */
+/* Are the sums, once gathered, those of passes without a gap? Not where one failed and later ones were made. */
 bool ca_rank_work_is_whole(const ca_rank_work *work);
 
 /* Adds what the others have counted of what is in the sums. */

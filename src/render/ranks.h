@@ -37,8 +37,8 @@ void ca_ranks_wait(const ca_ranks *ranks, uint32_t from, ca_rank_message *messag
 /* And takes it; it has this size. */
 void ca_ranks_expect(const ca_ranks *ranks, uint32_t from, void *bytes, size_t size);
 
-/* Called by all ranks with how they fared: CA_OK where all are CA_OK, else, on all of them, the first failure by rank;
- * a message that is not rank 0's own begins with the rank and its machine. `ranks` may be NULL. */
+/* Called by all ranks with how they fared: CA_OK where all are CA_OK, else, on all of them, the first failure by
+ * rank; a message that is not rank 0's own begins with the rank and its machine. `ranks` may be NULL. */
 ca_status ca_ranks_agree(const ca_ranks *ranks, ca_status status, ca_error *error);
 
 /* Called by all ranks: rank 0's bytes go to the others. */
