@@ -49,6 +49,8 @@ demo: build
 	@echo "The images are:"
 	@ls -l out/cornell-box.exr out/cornell-box.png out/caustics.exr out/caustics.png
 
+# MPI is in no build with sanitizers.
+test: PACKAGE_GROUPS += $(if $(filter release,$(PRESET)),test)
 test: dependencies
 	@rm -f $(BUILD)/tests/summary
 	@$(call build_targets,$(PRESET),all tests,$(BUILD))
