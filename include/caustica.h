@@ -119,7 +119,10 @@ typedef struct ca_scene_source {
     uint32_t sensor;    /* of several sensors, counted from 0 */
     const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
                            CA_ERROR_INTERRUPTED. May be NULL */
+    double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
+                           CA_ERROR_MEMORY */
 } ca_scene_source;
+#define CA_SCENE_MEMORY_MIB 1024.0
 
 /* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor. */
 CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);

@@ -29,6 +29,7 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: a %s of %lld bytes is over the limit of %zu", path, what,
                        (long long)info.st_size, limit);
     const size_t size = (size_t)info.st_size;
+    ca_memory_budget_read(ca_hash_add(ca_hash_add(CA_HASH_START, info.st_dev), info.st_ino), size);
     bytes->data = ca_alloc(size + 1, 1);
     if (!bytes->data) return ca_fail_memory(error, path);
     bytes->size = fread(bytes->data, 1, size, stream);

@@ -11,6 +11,7 @@
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
+#include "scene/scene.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -485,6 +486,17 @@ static ca_status look_ahead(const ca_scene *scene, ca_render_settings *settings,
     return CA_OK;
 }
 
+/* Before the first pass; the image has at most the size of the film. */
+static ca_status reserve_outputs(const render_options *o, const ca_scene *scene, ca_reserve **reserve,
+                                 ca_error *error)
+{
+    const ca_output_files files = output_files(o);
+    const bool resized = o->resolution[0] > 0;
+    const ca_film_desc *film = &scene->desc.film;
+    return ca_outputs_reserve(&files, resized ? o->resolution[0] : film->width,
+                              resized ? o->resolution[1] : film->height, reserve, error);
+}
+
 static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view,
                               ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
@@ -495,10 +507,15 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     settings.progress_user = view;
     settings.stop = ca_signals_stop();
     ca_keep_fill(&o->keep, &settings);
+    ca_reserve *reserve;
+    CA_TRY(reserve_outputs(o, scene, &reserve, error));
     ca_status status = look_ahead(scene, &settings, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
-    return write_outputs(o, *image, statistics, status, error);
+    ca_reserve_open(reserve);
+    status = write_outputs(o, *image, statistics, status, error);
+    ca_reserve_release(reserve);
+    return status;
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)

@@ -27,9 +27,10 @@ void ca_import_fail_memory(ca_importer *importer, const char *what)
 
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
+    const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
     if (importer->status == CA_OK)
         importer->status =
-            ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
+            ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */
