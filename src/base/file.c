@@ -141,7 +141,7 @@ ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *err
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
 {
     bool good = !ferror(writer->stream) && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
-    int reason = errno;
+    int reason = errno ? errno : EIO; /* of an earlier write, where that failed */
     if (fclose(writer->stream) != 0 && good) {
         good = false;
         reason = errno;

@@ -8,6 +8,7 @@
 #include "report/page_text.h"
 #include "report/plane.h"
 
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 
@@ -267,9 +268,10 @@ static ca_status append_part(const ca_page *page, page_part part, FILE *to, ca_e
         size = fread(buffer, 1, BUFFER_BYTES, from);
         good = fwrite(buffer, 1, size, to) == size && !ferror(from);
     }
+    const int reason = errno ? errno : EIO; /* of an earlier write, where that failed */
     ca_free(buffer);
     return good ? CA_OK
-                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page; is the disk full?", page->path);
+                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page: %s", page->path, strerror(reason));
 }
 
 /* ---- The page around them -------------------------------------------------------------------------------------- */
