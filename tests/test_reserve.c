@@ -154,7 +154,9 @@ static void test_image_without_memory(void **state)
             const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
             ca_memory_fail_after(-1);
             if (!image) fail_msg("%s: no image: %s", integrators[i], error.message);
-            assert_true(status == CA_OK || (status == CA_ERROR_MEMORY && samples == 6 && statistics.iterations >= 2));
+            const bool more = samples > 2 || strcmp(integrators[i], "qmcppm") == 0; /* blocks, several for 2 samples */
+            if (status != CA_OK && (status != CA_ERROR_MEMORY || !more || statistics.iterations < 2))
+                fail_msg("%s, %llu passes: %s", integrators[i], (unsigned long long)statistics.iterations, error.message);
             ca_image_release(image);
         }
     }

@@ -1,6 +1,8 @@
 #define _GNU_SOURCE /* MAP_POPULATE */
 #include "base/reserve.h"
 
+#include "base/memory.h"
+
 #include <assert.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -24,6 +26,7 @@ struct ca_reserve {
     size_t top;    /* offset behind the last block */
     size_t last;   /* offset of its head; SIZE_MAX: there is none */
     size_t most, missed;
+    void *heap; /* owned; until it is opened */
     bool released;
 };
 
@@ -47,6 +50,11 @@ ca_status ca_reserve_create(ca_reserve **reserve, size_t bytes, const char *what
     if (memory == MAP_FAILED) return ca_fail_memory(error, what);
     ca_reserve *made = memory;
     *made = (ca_reserve){.bytes = size, .top = first_offset(), .last = SIZE_MAX};
+    made->heap = ca_alloc(CA_RESERVE_HEAP_BYTES, 1);
+    if (!made->heap) {
+        munmap(memory, size);
+        return ca_fail_memory(error, what);
+    }
     pthread_mutex_lock(&lock);
     made->next = all;
     all = made;
@@ -78,6 +86,8 @@ void ca_reserve_release(ca_reserve *reserve)
 {
     if (!reserve) return;
     ca_reserve_close(reserve);
+    ca_free(reserve->heap);
+    reserve->heap = NULL;
     pthread_mutex_lock(&lock);
     reserve->released = true;
     if (reserve->last == SIZE_MAX)
@@ -90,7 +100,10 @@ void ca_reserve_release(ca_reserve *reserve)
 void ca_reserve_open(ca_reserve *reserve)
 {
     assert(!opened || opened == reserve || !reserve);
-    if (reserve) opened = reserve;
+    if (!reserve) return;
+    ca_free(reserve->heap);
+    reserve->heap = NULL;
+    opened = reserve;
 }
 
 void ca_reserve_close(ca_reserve *reserve)

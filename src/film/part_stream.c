@@ -112,7 +112,7 @@ bool ca_part_check_hash(FILE *stream, uint64_t size)
     unsigned char bytes[1 << 14];
     const long long place = ftello(stream);
     uint64_t hash = CA_HASH_START, left = size - CA_PART_HASH_BYTES, told;
-    bool good = size >= CA_PART_HASH_BYTES && size % 8 == 0 && fseeko(stream, 0, SEEK_SET) == 0;
+    bool good = place >= 0 && size >= CA_PART_HASH_BYTES && size % 8 == 0 && fseeko(stream, 0, SEEK_SET) == 0;
     while (good && left > 0) {
         const size_t now = left < sizeof bytes ? (size_t)left : sizeof bytes;
         good = ca_part_get(stream, bytes, now);
@@ -120,5 +120,5 @@ bool ca_part_check_hash(FILE *stream, uint64_t size)
         left -= now;
     }
     good = good && ca_part_get_u64(stream, &told) && told == hash;
-    return fseeko(stream, place, SEEK_SET) == 0 && good;
+    return good && fseeko(stream, place, SEEK_SET) == 0;
 }

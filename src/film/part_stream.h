@@ -40,7 +40,7 @@ ca_status ca_part_open(const char *path, FILE **stream, uint64_t *size, uint64_t
 /* Why reading from the stream failed, where errno was 0 before: 0, it is not as it should be; ENOMEM; or the system's
  * error. */
 int ca_part_failure(FILE *stream);
-/* Is the hash at the end that of all before it? Leaves the stream where it was. */
+/* Is the hash at the end that of all before it? The stream is then where it was. */
 bool ca_part_check_hash(FILE *stream, uint64_t size);
 bool ca_part_get(FILE *stream, unsigned char *bytes, size_t size);
 bool ca_part_get_u64(FILE *stream, uint64_t *value);

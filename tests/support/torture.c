@@ -270,23 +270,43 @@ static bool names_cause(const faulty_run *f)
     case TORTURE_FILES: return strstr(errors, strerror(EIO)) != NULL;
     case TORTURE_THREADS:
     case TORTURE_FOREIGN_THREADS: return strstr(errors, "thread") != NULL;
-    default: return strstr(errors, "memory") != NULL;
+    case TORTURE_MEMORY: return strstr(errors, "memory") != NULL;
+    default: return strncmp(errors, "caustica: ", 10) == 0; /* libraries may take a lack of memory for a damaged file */
     }
 }
 
-/* Libraries that end the process where they get no memory or thread: the first one on the stack of the call. */
+/* Those of the call stack, the innermost first, each once in a row. */
+static void list_libraries(const char *call, char site[256])
+{
+    const char *before = "";
+    size_t used = 0, before_length = 0;
+    const char *line = strchr(call + 1, '\n');
+    for (; line && line[1] && strncmp(line + 1, "failed ", 7) != 0; line = strchr(line + 1, '\n')) {
+        const char *name = line + 1;
+        const size_t length = strcspn(name, " \n");
+        const bool again = length == before_length && strncmp(name, before, length) == 0;
+        if (again || strncmp(name, "libcaustica-faults", 18) == 0 || used + length + 4 > 256) continue;
+        used += (size_t)snprintf(site + used, 256 - used, "%s%.*s", used ? " < " : "", (int)length, name);
+        before = name;
+        before_length = length;
+    }
+}
+
+/* Libraries that end the process where they get no memory or thread: the first one on the stack of the last call that
+ * failed. */
 static bool ended_by_library(const faulty_run *f, char site[256])
 {
     static const char *const libraries[] = {"libtbb", "libembree", "libstdc++"};
     if (f->kind != TORTURE_FOREIGN_MEMORY && f->kind != TORTURE_FOREIGN_THREADS) return false;
     if (f->result.signal == 0 && f->result.exit_status < 2) return false;
     ca_bytes report = read_all(f->program->folder, ".faults");
-    const char *first = NULL;
-    for (int i = 0; report.data && i < 3; i++) {
-        const char *found = strstr((const char *)report.data, libraries[i]);
+    const char *first = NULL, *last_call = report.data ? (const char *)report.data : "";
+    for (const char *next = last_call; next; next = strstr(next + 1, "\nfailed ")) last_call = next;
+    for (int i = 0; i < 3; i++) {
+        const char *found = strstr(last_call, libraries[i]);
         if (found && (!first || found < first)) first = found;
     }
-    if (first) snprintf(site, 256, "%.*s", (int)strcspn(first, "\n"), first);
+    if (first) list_libraries(last_call, site);
     ca_bytes_destroy(&report);
     return first != NULL;
 }

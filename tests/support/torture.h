@@ -46,7 +46,7 @@ void torture_keep_reference(const ca_program *program, const torture_command *co
 
 /* Call number `at` fails, and all after it if it `stays`; prints what does not hold, and fails the test where that
  * becomes too much. Returns
- * whether a library ended the process; `site`: then where, as "library function". */
+ * whether a library ended the process; `site`: then the libraries on the stack of the call, the innermost first. */
 bool torture_run(const ca_program *program, const torture_command *command, torture_kind kind, long at, bool stays,
                  char site[256]);
 

@@ -5,7 +5,7 @@
  * rename, mkdir, mkstemp), "thread" (threads of the program's own), "foreign-thread" (of its libraries).
  * CA_FAULT_AT: n, counted from 1; 0: none fails. CA_FAULT_STAYS=1: all after it fail, too.
  * CA_FAULT_REPORT: a file for what happened. Without a fault, a line for each call: a hash of its call stack; the
- * number of the line is the call's. With one, the line "failed CALL", then a line for each function on the stack, the
+ * number of the line is the call's. With one, the line "failed CALL" for each of the first calls that fail, then a line for each function on the stack, the
  * innermost first: its library and its name, where there is one.
  *
  * Counting begins when this library is loaded. The C library's streams read and write inside of it, where nothing can be put between:
@@ -32,7 +32,7 @@ typedef enum fault_kind { KIND_NONE, OWN, FOREIGN, FILES, THREAD, FOREIGN_THREAD
 
 static const char *const kind_names[] = {"", "own", "foreign", "file", "thread", "foreign-thread"};
 
-enum { MOST_FRAMES = 64, INNERMOST = 12 /* functions that tell call stacks apart */, MOST_STREAMS = 64 };
+enum { MOST_FRAMES = 64, INNERMOST = 12 /* functions that tell call stacks apart */, MOST_STREAMS = 64, MOST_REPORTS = 500 };
 
 static struct {
     fault_kind kind;
@@ -152,7 +152,7 @@ static void report_failure(const char *call)
     }
 }
 
-/* Is this the call that fails, or one after it? `first`: it is the one. */
+/* Is this the call that fails, or one after it? */
 static bool fails(fault_kind kind, const char *call)
 {
     if (kind != faults.kind || inside || !atomic_load(&faults.counts)) return false;
@@ -160,7 +160,7 @@ static bool fails(fault_kind kind, const char *call)
     const bool failed = faults.at > 0 && (number == faults.at || (faults.stays && number > faults.at));
     inside = true;
     if (faults.report >= 0 && faults.at == 0) report_stack();
-    if (faults.report >= 0 && number == faults.at) report_failure(call);
+    if (faults.report >= 0 && failed && number < faults.at + MOST_REPORTS) report_failure(call);
     inside = false;
     return failed;
 }
