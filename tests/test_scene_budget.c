@@ -109,6 +109,7 @@ static void test_includes(void **state)
     snprintf(shapes + used, sizeof shapes - used, "</scene>");
     write_text("many.xml", shapes);
     assert_int_equal(load("many.xml", 20.0, &error), CA_ERROR_MEMORY);
+    assert_says(&error, "shapes.xml:1:");
     assert_says(&error, "reading this takes more than the 2");
 }
 

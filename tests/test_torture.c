@@ -181,7 +181,7 @@ static void run_short(void **state)
     static torture_tally tally;
     for (int c = 0; c < SHORT_COMMANDS; c++) {
         torture_keep_reference(*state, &commands[c]);
-        for (int k = 0; k <= TORTURE_THREADS; k++) {
+        for (int k = 0; k <= TORTURE_MONITOR; k++) {
             torture_calls calls;
             torture_calls_find(&calls, *state, &commands[c], (torture_kind)k, 0);
             for (size_t i = 0; i < CALLS && i < calls.count; i++)

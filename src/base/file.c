@@ -138,10 +138,17 @@ ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *err
     return status;
 }
 
+int ca_file_write_failure(FILE *stream)
+{
+    errno = 0;
+    return fflush(stream) != 0 && errno ? errno : EIO;
+}
+
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
 {
-    bool good = !ferror(writer->stream) && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
-    int reason = errno ? errno : EIO; /* of an earlier write, where that failed */
+    const bool failed_before = ferror(writer->stream);
+    bool good = !failed_before && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
+    int reason = failed_before ? ca_file_write_failure(writer->stream) : errno;
     if (fclose(writer->stream) != 0 && good) {
         good = false;
         reason = errno;

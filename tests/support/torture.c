@@ -19,7 +19,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-static const char *const kind_names[] = {"own", "file", "thread", "foreign", "foreign-thread"};
+static const char *const kind_names[] = {"own", "file", "thread", "monitor", "foreign", "foreign-thread"};
 static const char old_content[] = "old\n"; /* of every output before a run */
 
 static int failures;
@@ -270,6 +270,7 @@ static bool names_cause(const faulty_run *f)
     case TORTURE_FILES: return strstr(errors, strerror(EIO)) != NULL;
     case TORTURE_THREADS:
     case TORTURE_FOREIGN_THREADS: return strstr(errors, "thread") != NULL;
+    case TORTURE_MONITOR:
     case TORTURE_MEMORY: return strstr(errors, "memory") != NULL;
     default: return strncmp(errors, "caustica: ", 10) == 0; /* libraries may take a lack of memory for a damaged file */
     }

@@ -2,7 +2,8 @@
  *
  * CA_FAULT_KIND: "own" (memory that the program's own code asks for, for itself or for a library that was given its
  * functions), "foreign" (memory that libraries ask for by themselves), "file" (open, read, write, lseek, fsync, close,
- * rename, mkdir, mkstemp), "thread" (threads of the program's own), "foreign-thread" (of its libraries).
+ * rename, mkdir, mkstemp), "thread" (threads of the program's own), "foreign-thread" (of its libraries), "monitor" (Embree asks
+ * the program's memory monitor, which says no).
  * CA_FAULT_AT: n, counted from 1; 0: none fails. CA_FAULT_STAYS=1: all after it fail, too.
  * CA_FAULT_REPORT: a file for what happened. Without a fault, a line for each call: a hash of its call stack; the
  * number of the line is the call's. With one, the line "failed CALL" for each of the first calls that fail, then a line for each function on the stack, the
@@ -28,9 +29,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-typedef enum fault_kind { KIND_NONE, OWN, FOREIGN, FILES, THREAD, FOREIGN_THREAD } fault_kind;
+typedef enum fault_kind { KIND_NONE, OWN, FOREIGN, FILES, THREAD, MONITOR, FOREIGN_THREAD } fault_kind;
 
-static const char *const kind_names[] = {"", "own", "foreign", "file", "thread", "foreign-thread"};
+static const char *const kind_names[] = {"", "own", "foreign", "file", "thread", "monitor", "foreign-thread"};
 
 enum { MOST_FRAMES = 64, INNERMOST = 12 /* functions that tell call stacks apart */, MOST_STREAMS = 64, MOST_REPORTS = 500 };
 
@@ -218,6 +219,27 @@ int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*
 {
     if (fails(is_program(CALLER) ? THREAD : FOREIGN_THREAD, "pthread_create")) return EAGAIN;
     return real_thread(thread, attributes, function, user);
+}
+
+/* ---- Embree's memory monitor ----------------------------------------------------------------------------------- */
+
+typedef bool (*monitor_function)(void *user, ssize_t bytes, bool post);
+
+static monitor_function program_monitor;
+
+static bool monitor(void *user, ssize_t bytes, bool post)
+{
+    if (bytes > 0 && fails(MONITOR, "monitor")) return false;
+    return program_monitor(user, bytes, post);
+}
+
+void rtcSetDeviceMemoryMonitorFunction(void *device, monitor_function function, void *user);
+void rtcSetDeviceMemoryMonitorFunction(void *device, monitor_function function, void *user)
+{
+    void (*real_set)(void *, monitor_function, void *);
+    find("rtcSetDeviceMemoryMonitorFunction", &real_set);
+    program_monitor = function;
+    real_set(device, faults.kind == MONITOR ? monitor : function, user);
 }
 
 /* ---- Files ----------------------------------------------------------------------------------------------------- */
