@@ -3,9 +3,10 @@
 #
 #   scripts/fuzz.sh BUILD_FOLDER HOURS [NAME]
 #
-# Each begins with the inputs of tests/fuzz/NAME/ and those of earlier runs in BUILD_FOLDER/corpora/NAME/, where it keeps
-# what reaches new code. An input that finds a defect is left in BUILD_FOLDER/corpora/ with its kind before it (crash-,
-# timeout-, leak-, oom-). Prints how many inputs ran, and last their sum; exit status 1 where a defect was found.
+# Each begins with the inputs of tests/fuzz/NAME/ and those of earlier runs in BUILD_FOLDER/corpora/NAME/, where it
+# keeps what reaches new code. An input that finds a defect is left in BUILD_FOLDER/corpora/, as NAME-KIND-HASH with
+# crash, timeout, leak or oom for its kind. Prints how many inputs ran, and last their sum; exit status 1 where a
+# defect was found.
 set -u
 [ $# -ge 2 ] || { echo "usage: $0 BUILD_FOLDER HOURS [NAME]" >&2; exit 2; }
 cd "$(dirname "$0")/.." || exit 2
@@ -23,8 +24,9 @@ total=0 defects=0
 for program in $programs; do
     name=$(basename "$program") name=${name#fuzz_}
     mkdir -p "$build/corpora/$name"
-    "$program" -max_total_time="$share" -timeout=20 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1 -verbosity=1 \
-        -artifact_prefix="$build/corpora/$name-" "$build/corpora/$name" "tests/fuzz/$name" >"$build/corpora/$name.log" 2>&1
+    "$program" -max_total_time="$share" -timeout=20 -rss_limit_mb=3000 -max_len=65536 -print_final_stats=1 \
+        -artifact_prefix="$build/corpora/$name-" "$build/corpora/$name" "tests/fuzz/$name" \
+        >"$build/corpora/$name.log" 2>&1
     status=$?
     inputs=$(awk '/number_of_executed_units/ { print $2 }' "$build/corpora/$name.log")
     total=$((total + ${inputs:-0}))

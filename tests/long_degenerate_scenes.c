@@ -3,8 +3,8 @@
  * Each is refused with a message or rendered, in time; no value of an image is negative infinity or not a number, and
  * no sample is dropped.
  *
- * Scene i depends on i alone: CA_DEGENERATE_FIRST is the first, CA_DEGENERATE the number of those that are not refused
- * when they are read (2000). */
+ * Scene i depends on i alone: CA_DEGENERATE_FIRST is the first, CA_DEGENERATE the number of those that are not
+ * refused when they are read (2000). */
 #define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
 #include "base/status.h"
@@ -21,12 +21,12 @@
 
 #include <cmocka.h>
 
-static const char *const integrators[] = {"path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus",
-                                          "vcm-star", "ovcm", "cavcm", "vavcm", "qmcppm"};
+static const char *const integrators[] = {"path",     "light",    "bdpt", "ppm",   "bdpm",  "vcm",
+                                          "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm", "qmcppm"};
 enum { INTEGRATORS = sizeof integrators / sizeof integrators[0], TEXT_SIZE = 1 << 14, SECONDS_ALLOWED = 20 };
 
-static const char *const numbers[] = {"0", "1", "1", "1", "0.5", "0.001", "1e-6", "1e-12", "1e-20", "1e-38",
-                                      "3", "1000", "1e6", "1e12", "1e20", "-1", "-0.3"};
+static const char *const numbers[] = {"0",     "1", "1",    "1",   "0.5",  "0.001", "1e-6", "1e-12", "1e-20",
+                                      "1e-38", "3", "1000", "1e6", "1e12", "1e20",  "-1",   "-0.3"};
 static const char *const fractions[] = {"0", "0", "1", "1", "0.5", "0.5", "1e-6", "0.999999", "1e-30"};
 static const char *const places[] = {"0", "0", "0", "0.5", "-0.7", "1", "1e-6", "1000", "1e6", "-1e10"};
 static const char *const indices[] = {"1", "1.5", "1.5", "1.0000001", "1.001", "3", "1000", "0.5"};
@@ -57,7 +57,8 @@ static void put(writer *w, const char *format, ...)
 
 static void put_map(writer *w)
 {
-    static const char *const scales[] = {"1", "1", "1", "1e-6", "1e-15", "1e-30", "1e5", "1e10", "-1", "1,1,1e-8", "1,0,1"};
+    static const char *const scales[] = {"1",   "1",    "1",  "1e-6",     "1e-15", "1e-30",
+                                         "1e5", "1e10", "-1", "1,1,1e-8", "1,0,1"};
     put(w, "<transform name='to_world'><scale value='%s'/>", ONE_OF(w, scales));
     if (below(w, 2)) put(w, "<rotate x='1' y='%s' angle='%s'/>", ONE_OF(w, fractions), ONE_OF(w, numbers));
     put(w, "<translate x='%s' y='%s' z='%s'/></transform>", ONE_OF(w, places), ONE_OF(w, places), ONE_OF(w, places));
@@ -70,7 +71,8 @@ static void put_bsdf(writer *w)
     case 0: put(w, "<bsdf type='diffuse'><rgb name='reflectance' value='%s'/></bsdf>", a); break;
     case 1: put(w, "<bsdf type='dielectric'><float name='int_ior' value='%s'/></bsdf>", index); break;
     case 2:
-        put(w, "<bsdf type='roughdielectric'><float name='alpha' value='%s'/><float name='int_ior' value='%s'/></bsdf>",
+        put(w,
+            "<bsdf type='roughdielectric'><float name='alpha' value='%s'/><float name='int_ior' value='%s'/></bsdf>",
             a, index);
         break;
     case 3: put(w, "<bsdf type='conductor'/>"); break;
@@ -80,12 +82,15 @@ static void put_bsdf(writer *w)
     case 7: put(w, "<bsdf type='mask'><float name='opacity' value='%s'/><bsdf type='diffuse'/></bsdf>", a); break;
     case 8: put(w, "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf>"); break;
     case 9:
-        put(w, "<bsdf type='principled'><float name='roughness' value='%s'/><float name='metallic' value='%s'/></bsdf>",
+        put(w,
+            "<bsdf type='principled'><float name='roughness' value='%s'/><float name='metallic' value='%s'/></bsdf>",
             a, b);
         break;
     default:
-        put(w, "<bsdf type='blendbsdf'><float name='weight' value='%s'/><bsdf type='diffuse'/>"
-               "<bsdf type='dielectric'/></bsdf>", a);
+        put(w,
+            "<bsdf type='blendbsdf'><float name='weight' value='%s'/><bsdf type='diffuse'/>"
+            "<bsdf type='dielectric'/></bsdf>",
+            a);
     }
 }
 
@@ -113,7 +118,8 @@ static void put_light(writer *w)
 {
     switch (below(w, 5)) {
     case 0:
-        put(w, "<emitter type='point'><point name='position' x='%s' y='1' z='%s'/>", ONE_OF(w, places), ONE_OF(w, places));
+        put(w, "<emitter type='point'><point name='position' x='%s' y='1' z='%s'/>", ONE_OF(w, places),
+            ONE_OF(w, places));
         put_radiance(w, "intensity");
         break;
     case 1:
@@ -137,12 +143,15 @@ static void put_light(writer *w)
 static void put_camera(writer *w)
 {
     static const char *const fields[] = {"45", "45", "0.01", "179"};
-    static const char *const origins[] = {"0,0,4", "0,0,4", "0,0,1", "0,0,1.000001", "0,0,0", "1e6,0,1e6", "0,0,1e-8"};
+    static const char *const origins[] = {"0,0,4", "0,0,4",     "0,0,1",   "0,0,1.000001",
+                                          "0,0,0", "1e6,0,1e6", "0,0,1e-8"};
     put(w, "<sensor type='%s'>", below(w, 4) ? "perspective" : "thinlens");
     put(w, "<transform name='to_world'><lookat origin='%s' target='0,0,-1e-3' up='0,1,0'/></transform>",
         ONE_OF(w, origins));
-    put(w, "<float name='fov' value='%s'/><film type='hdrfilm'><integer name='width' value='8'/>"
-           "<integer name='height' value='8'/></film></sensor>", ONE_OF(w, fields));
+    put(w,
+        "<float name='fov' value='%s'/><film type='hdrfilm'><integer name='width' value='8'/>"
+        "<integer name='height' value='8'/></film></sensor>",
+        ONE_OF(w, fields));
 }
 
 static void write_scene(writer *w, long number)

@@ -1,6 +1,6 @@
 /* Memory that is kept back: its blocks, and images of renders after whose second pass there is no other memory. */
-#include "base/reserve.h"
 #include "base/memory.h"
+#include "base/reserve.h"
 #include "support/scene_text.h"
 
 #include <setjmp.h>
@@ -154,9 +154,11 @@ static void test_image_without_memory(void **state)
             const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
             ca_memory_fail_after(-1);
             if (!image) fail_msg("%s: no image: %s", integrators[i], error.message);
-            const bool more = samples > 2 || strcmp(integrators[i], "qmcppm") == 0; /* blocks, several for 2 samples */
+            const bool more =
+                samples > 2 || strcmp(integrators[i], "qmcppm") == 0; /* blocks, several for 2 samples */
             if (status != CA_OK && (status != CA_ERROR_MEMORY || !more || statistics.iterations < 2))
-                fail_msg("%s, %llu passes: %s", integrators[i], (unsigned long long)statistics.iterations, error.message);
+                fail_msg("%s, %llu passes: %s", integrators[i], (unsigned long long)statistics.iterations,
+                         error.message);
             ca_image_release(image);
         }
     }

@@ -87,10 +87,10 @@ static void test_includes(void **state)
     for (int level = 0; level < LEVELS; level++) {
         size_t used = (size_t)snprintf(text, sizeof text, START);
         for (int i = 0; i < TIMES; i++)
-            used += (size_t)snprintf(text + used, sizeof text - used,
-                                     level == 0 ? "<default name='a%d' value='x'/>"
-                                                : "<include filename='level%d.xml'/>",
-                                     level == 0 ? i : level - 1);
+            used +=
+                (size_t)snprintf(text + used, sizeof text - used,
+                                 level == 0 ? "<default name='a%d' value='x'/>" : "<include filename='level%d.xml'/>",
+                                 level == 0 ? i : level - 1);
         snprintf(text + used, sizeof text - used, "</scene>");
         snprintf(name, sizeof name, "level%d.xml", level);
         write_text(name, text);
@@ -135,8 +135,8 @@ static void test_in_proportion(void **state)
     }
     sample_write(path_to("large.ply"), ply.data, ply.size);
     sample_free(&ply);
-    write_text("large.xml", START SENSOR
-               "<shape type='ply'><string name='filename' value='large.ply'/></shape></scene>");
+    write_text("large.xml",
+               START SENSOR "<shape type='ply'><string name='filename' value='large.ply'/></shape></scene>");
     assert_int_equal(load("large.xml", 1.0, &error), CA_OK);
 }
 

@@ -26,10 +26,18 @@ static const char room[] =
     "<emitter type='envmap'><string name='filename' value='sky.exr'/></emitter></scene>";
 
 #define RENDER(method)                                                                                               \
-    {.name = "render-" method,                                                                                       \
-     .words = {"render", "room.xml", "-i", method, "--threads=2", "--spp=2", "--quiet", "--max-depth=5", "-o",       \
-               "o.exr", "-o", "o.pfm", "-o", "o.png", "-o", "o.part", "--stats=o.json"},                             \
-     .outputs = {"o.exr", "o.pfm", "o.png", "o.part", "o.json"}}
+    {                                                                                                                \
+        .name = "render-" method,                                                                                    \
+        .words = {"render", "room.xml", "-i",    method, "--threads=2", "--spp=2", "--quiet", "--max-depth=5", "-o", \
+                  "o.exr",  "-o",       "o.pfm", "-o",   "o.png",       "-o",      "o.part",  "--stats=o.json"},     \
+        .outputs = {                                                                                                 \
+            "o.exr",                                                                                                 \
+            "o.pfm",                                                                                                 \
+            "o.png",                                                                                                 \
+            "o.part",                                                                                                \
+            "o.json"                                                                                                 \
+        }                                                                                                            \
+    }
 
 static const torture_command commands[] = {
     {.name = "info", .words = {"info", "room.xml"}},
@@ -41,8 +49,8 @@ static const torture_command commands[] = {
      .words = {"merge", "p0.part", "p1.part", "-o", "m.pfm", "-o", "m.exr", "-o", "m.part"},
      .outputs = {"m.pfm", "m.exr", "m.part"}},
     {.name = "resume",
-     .words = {"render", "room.xml", "-i", "bdpt", "--threads=2", "--spp=3", "--quiet", "--max-depth=5", "--checkpoint=k.part",
-               "--resume", "--checkpoint-every=0.000001", "-o", "k.pfm"},
+     .words = {"render", "room.xml", "-i", "bdpt", "--threads=2", "--spp=3", "--quiet", "--max-depth=5",
+               "--checkpoint=k.part", "--resume", "--checkpoint-every=0.000001", "-o", "k.pfm"},
      .outputs = {"k.pfm", "k.part"},
      .kept = "k.part"},
     {.name = "noise",
@@ -155,7 +163,8 @@ static void run_one(void **state, const char *only)
     if (sscanf(only, "%63[^:]:%63[^:]:%ld:%d", name, kind, &at, &stays) != 4) fail_msg("CA_TORTURE_ONLY: %s", only);
     for (int c = 0; c < COMMANDS; c++)
         for (int k = 0; k < TORTURE_KINDS; k++) {
-            if (strcmp(name, commands[c].name) != 0 || strcmp(kind, torture_kind_name((torture_kind)k)) != 0) continue;
+            if (strcmp(name, commands[c].name) != 0 || strcmp(kind, torture_kind_name((torture_kind)k)) != 0)
+                continue;
             torture_keep_reference(*state, &commands[c]);
             torture_run(*state, &commands[c], (torture_kind)k, at, stays, site);
         }

@@ -22,17 +22,17 @@ typedef struct block_head {
 /* At the start of its own memory. */
 struct ca_reserve {
     struct ca_reserve *next;
-    size_t bytes;  /* of all of it, whole pages */
-    size_t top;    /* offset behind the last block */
-    size_t last;   /* offset of its head; SIZE_MAX: there is none */
+    size_t bytes; /* of all of it, whole pages */
+    size_t top;   /* offset behind the last block */
+    size_t last;  /* offset of its head; SIZE_MAX: there is none */
     size_t most, missed;
     void *heap; /* owned; until it is opened */
     bool released;
 };
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static ca_reserve *all;       /* guarded by the lock, as what is in them */
-static atomic_size_t count;   /* of them: most processes have none, and need not ask */
+static ca_reserve *all;     /* guarded by the lock, as what is in them */
+static atomic_size_t count; /* of them: most processes have none, and need not ask */
 static _Thread_local ca_reserve *opened;
 
 static size_t round_up(size_t size, size_t to) { return (size + to - 1) / to * to; }

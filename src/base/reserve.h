@@ -6,7 +6,7 @@
  * the heap as always. Its blocks are freed by ca_free like all, by any thread, and may live on after the reserve is
  * released; its memory goes back with the last of them, what lies behind the last block at once.
  *
- * Libraries that allocate by themselves (zlib within OpenEXR) find CA_RESERVE_HEAP_BYTES that are freed when it opens.
+ * Libraries that allocate by themselves (zlib within OpenEXR) find CA_RESERVE_HEAP_BYTES, freed when it opens.
  *
  * Blocks lie one behind the other; room comes back when all blocks behind it are freed. Threads: a reserve belongs to
  * one thread; any number of them may exist. */

@@ -44,8 +44,8 @@ int ca_part_failure(FILE *stream);
 bool ca_part_check_hash(FILE *stream, uint64_t size);
 bool ca_part_get(FILE *stream, unsigned char *bytes, size_t size);
 bool ca_part_get_u64(FILE *stream, uint64_t *value);
-/* A text of `size` bytes, which the caller frees with ca_free; NULL: it has zeros in it, the file has an end, or, with
- * errno set to ENOMEM, the memory has. */
+/* A text of `size` bytes, which the caller frees with ca_free; NULL: it has zeros in it, the file has an end, or,
+ * with errno set to ENOMEM, the memory has. */
 char *ca_part_get_text(FILE *stream, uint64_t size);
 
 #endif

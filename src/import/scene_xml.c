@@ -34,8 +34,7 @@ void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_sta
 {
     const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
     if (importer->status == CA_OK)
-        importer->status =
-            ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
+        importer->status = ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */

@@ -16,8 +16,8 @@ const char *ca_version(void)
     return CA_TEXT(CA_VERSION_MAJOR) "." CA_TEXT(CA_VERSION_MINOR) "." CA_TEXT(CA_VERSION_PATCH);
 }
 
-/* Files of strangers may be small and take much: nested includes, pictures of one colour. A scene that is worth it has
- * files in proportion: 50 million triangles take 7 bytes of memory for each byte of a binary PLY file. */
+/* Files of strangers may be small and take much: nested includes, pictures of one colour. A scene that is worth it
+ * has files in proportion: 50 million triangles take 7 bytes of memory for each byte of a binary PLY file. */
 static ca_status import_within_budget(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
 {
     enum { BYTES_PER_BYTE = 64 };

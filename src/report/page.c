@@ -272,7 +272,8 @@ static ca_status append_part(const ca_page *page, page_part part, FILE *to, ca_e
     if (reason == 0) reason = ferror(to) ? ca_file_write_failure(to) : errno;
     ca_free(buffer);
     return good ? CA_OK
-                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page: %s", page->path, strerror(reason));
+                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page: %s", page->path,
+                          strerror(reason));
 }
 
 /* ---- The page around them -------------------------------------------------------------------------------------- */

@@ -13,7 +13,8 @@ static void read_map(const ca_image_layers *image)
     const ca_ray_map_place place = {.full_width = image->full_width,
                                     .full_height = image->full_height,
                                     .crop = {(uint32_t)image->x0, (uint32_t)image->y0,
-                                             (uint32_t)image->x0 + image->width, (uint32_t)image->y0 + image->height}};
+                                             (uint32_t)image->x0 + image->width,
+                                             (uint32_t)image->y0 + image->height}};
     uint32_t light_paths, *camera_paths = NULL;
     ca_error error = {{0}};
     const ca_status status = ca_ray_map_of(image, "fuzz.exr", &place, &light_paths, &camera_paths, &error);

@@ -1,5 +1,5 @@
-/* Every input that is kept (tests/fuzz/NAME/) through the fuzzer of that name, once: seeds, and inputs that once found
- * a defect. Speaks TAP. With files as arguments behind a name, these through that one. */
+/* Every input that is kept (tests/fuzz/NAME/) through the fuzzer of that name, once: seeds, and inputs that once
+ * found a defect. Speaks TAP. With files as arguments behind a name, these through that one. */
 #include "base/file.h"
 
 #include <glob.h>

@@ -254,9 +254,9 @@ static void fail_run(const faulty_run *f, const char *format, ...)
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
     ca_bytes report = read_all(f->program->folder, ".faults");
-    print_error("CA_TORTURE_ONLY=%s:%s:%ld:%d %s\nexit status %d, signal %d\n%.500s%.1000s\n%.700s\n", f->command->name,
-                kind_names[f->kind], f->at, f->stays, what, f->result.exit_status, f->result.signal, f->result.output,
-                f->result.errors, report.data ? (const char *)report.data : "");
+    print_error("CA_TORTURE_ONLY=%s:%s:%ld:%d %s\nexit status %d, signal %d\n%.500s%.1000s\n%.700s\n",
+                f->command->name, kind_names[f->kind], f->at, f->stays, what, f->result.exit_status, f->result.signal,
+                f->result.output, f->result.errors, report.data ? (const char *)report.data : "");
     ca_bytes_destroy(&report);
     if (++failures >= MOST_FAILURES) fail_msg("%d runs failed", failures);
 }
@@ -272,7 +272,8 @@ static bool names_cause(const faulty_run *f)
     case TORTURE_FOREIGN_THREADS: return strstr(errors, "thread") != NULL;
     case TORTURE_MONITOR:
     case TORTURE_MEMORY: return strstr(errors, "memory") != NULL;
-    default: return strncmp(errors, "caustica: ", 10) == 0; /* libraries may take a lack of memory for a damaged file */
+    default:
+        return strncmp(errors, "caustica: ", 10) == 0; /* libraries may take a lack of memory for a damaged file */
     }
 }
 
@@ -320,7 +321,8 @@ static void check_output(const faulty_run *f, const char *output, bool ended)
         if (f->result.exit_status == 0) fail_run(f, "%s is not written, and nobody says so", output);
         return;
     }
-    if (!is_complete(folder, output)) fail_run(f, "%s is %s", output, ended ? "half written" : "lost or half written");
+    if (!is_complete(folder, output))
+        fail_run(f, "%s is %s", output, ended ? "half written" : "lost or half written");
     if (f->result.exit_status != 0 || strcmp(ca_path_extension(output), ".pfm") != 0) return;
     snprintf(name, sizeof name, "%s.%s.reference", output, f->command->name);
     ca_bytes now = read_all(folder, output), reference = read_all(folder, name);

@@ -1,7 +1,8 @@
 /* Runs of the program in which one call fails, or all from one on (torture/faults.c), and what must hold after each:
  * it ends by itself with exit status 0 or 1; with 0 every output is there, and a .pfm has the bits of a run without
  * faults; with 1 a message names the cause; each output is complete or what it was before; no temporary file is left.
- * Where a library that cannot go on without memory ends the process, outputs are likewise complete or as they were. */
+ * Where a library that cannot go on without memory ends the process, outputs are likewise complete or as they
+ * were. */
 #ifndef CA_TEST_TORTURE_H
 #define CA_TEST_TORTURE_H
 

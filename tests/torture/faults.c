@@ -1,16 +1,16 @@
 /* A library to preload (LD_PRELOAD): the n-th call that can fail does fail, once or from then on.
  *
  * CA_FAULT_KIND: "own" (memory that the program's own code asks for, for itself or for a library that was given its
- * functions), "foreign" (memory that libraries ask for by themselves), "file" (open, read, write, lseek, fsync, close,
- * rename, mkdir, mkstemp), "thread" (threads of the program's own), "foreign-thread" (of its libraries), "monitor" (Embree asks
- * the program's memory monitor, which says no).
+ * functions), "foreign" (memory that libraries ask for by themselves), "file" (open, read, write, lseek, fsync,
+ * close, rename, mkdir, mkstemp), "thread" (threads of the program's own), "foreign-thread" (of its libraries),
+ * "monitor" (Embree asks the program's memory monitor, which says no).
  * CA_FAULT_AT: n, counted from 1; 0: none fails. CA_FAULT_STAYS=1: all after it fail, too.
  * CA_FAULT_REPORT: a file for what happened. Without a fault, a line for each call: a hash of its call stack; the
- * number of the line is the call's. With one, the line "failed CALL" for each of the first calls that fail, then a line for each function on the stack, the
- * innermost first: its library and its name, where there is one.
+ * number of the line is the call's. With one, the line "failed CALL" for each of the first calls that fail, then a
+ * line for each function on the stack, the innermost first: its library and its name, where there is one.
  *
- * Counting begins when this library is loaded. The C library's streams read and write inside of it, where nothing can be put between:
- * streams that are made with fdopen and fopen are replaced by streams whose functions are here. */
+ * Counting begins when this library is loaded. The C library's streams read and write inside of it, where nothing can
+ * be put between: streams that are made with fdopen and fopen are replaced by streams whose functions are here. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -33,7 +33,12 @@ typedef enum fault_kind { KIND_NONE, OWN, FOREIGN, FILES, THREAD, MONITOR, FOREI
 
 static const char *const kind_names[] = {"", "own", "foreign", "file", "thread", "monitor", "foreign-thread"};
 
-enum { MOST_FRAMES = 64, INNERMOST = 12 /* functions that tell call stacks apart */, MOST_STREAMS = 64, MOST_REPORTS = 500 };
+enum {
+    MOST_FRAMES = 64,
+    INNERMOST = 12 /* functions that tell call stacks apart */,
+    MOST_STREAMS = 64,
+    MOST_REPORTS = 500
+};
 
 static struct {
     fault_kind kind;
@@ -186,10 +191,7 @@ static bool memory_fails(const char *call, const void *caller)
 
 void *malloc(size_t size) { return memory_fails("malloc", CALLER) ? NULL : __libc_malloc(size); }
 
-void *calloc(size_t count, size_t size)
-{
-    return memory_fails("calloc", CALLER) ? NULL : __libc_calloc(count, size);
-}
+void *calloc(size_t count, size_t size) { return memory_fails("calloc", CALLER) ? NULL : __libc_calloc(count, size); }
 
 void *realloc(void *memory, size_t size)
 {
