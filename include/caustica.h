@@ -127,7 +127,10 @@ typedef struct ca_scene_source {
     const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
                            CA_ERROR_INTERRUPTED. May be NULL */
     const ca_scene *previous; /* the version that was edited, may be NULL: ca_scene_parse */
+    double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
+                           CA_ERROR_MEMORY */
 } ca_scene_source;
+#define CA_SCENE_MEMORY_MIB 1024.0
 
 /* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor.
  *

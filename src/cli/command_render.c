@@ -12,6 +12,7 @@
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
+#include "scene/scene.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -488,6 +489,17 @@ static ca_status look_ahead(const ca_scene *scene, ca_render_settings *settings,
     return CA_OK;
 }
 
+/* Before the first pass; the image has at most the size of the film. */
+static ca_status reserve_outputs(const render_options *o, const ca_scene *scene, ca_reserve **reserve,
+                                 ca_error *error)
+{
+    const ca_output_files files = output_files(o);
+    const bool resized = o->resolution[0] > 0;
+    const ca_film_desc *film = &scene->desc.film;
+    return ca_outputs_reserve(&files, resized ? o->resolution[0] : film->width,
+                              resized ? o->resolution[1] : film->height, reserve, error);
+}
+
 /* Of all ranks. */
 static ca_render_settings common_settings(const render_options *o)
 {
@@ -506,10 +518,16 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
     ca_keep_fill(&o->keep, &settings);
-    ca_status status = ca_ranks_agree(settings.ranks, look_ahead(scene, &settings, error), error);
+    ca_reserve *reserve = NULL;
+    ca_status status = reserve_outputs(o, scene, &reserve, error);
+    if (status == CA_OK) status = look_ahead(scene, &settings, error);
+    status = ca_ranks_agree(settings.ranks, status, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
-    return write_outputs(o, *image, statistics, status, error);
+    ca_reserve_open(reserve);
+    status = write_outputs(o, *image, statistics, status, error);
+    ca_reserve_release(reserve);
+    return status;
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)

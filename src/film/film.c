@@ -437,6 +437,15 @@ ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *sour
     return status;
 }
 
+/* Other kinds of films have a few layers more. */
+size_t ca_film_develop_bytes(bool error_bars)
+{
+    enum { OTHER_LAYERS = 8, INTERVAL_LAYERS = 12 };
+    const size_t layers = (LAYERS + OTHER_LAYERS) * sizeof(float);
+    const size_t work = sizeof(ca_moments) + sizeof(ca_verdict) + sizeof(double) + CA_CONFIDENCE_JUDGE_BYTES;
+    return error_bars ? layers + INTERVAL_LAYERS * sizeof(float) + work : layers;
+}
+
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
 {
     CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, layers, error));

@@ -108,6 +108,10 @@ ca_film_summary ca_film_summarise(const ca_film *film);
 
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
 
+/* Memory that developing takes for each pixel, the layers included, of films of every kind; with error bars or
+ * without. */
+size_t ca_film_develop_bytes(bool error_bars);
+
 /* The same two of pixels that are in no film: `pixel` makes the i-th of film->width x film->height pixels of a film
  * that has none of its own (film->pixels is not read). There are no Confidence layers. */
 typedef struct ca_film_source {

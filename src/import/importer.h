@@ -47,6 +47,7 @@ typedef struct ca_importer {
     ca_error *error;
     ca_status status; /* the first failure */
     uint32_t nesting;
+    const ca_xml_node *entered; /* the last object whose parameters are read; NULL: none so far */
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
     size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
     CA_TABLE(ca_import_image) images;

@@ -25,16 +25,21 @@ void ca_import_fail(ca_importer *importer, const ca_location *where, const char 
     importer->status = ca_fail(importer->error, CA_ERROR_SCENE, where, "%s", message);
 }
 
+/* Where only the budget is used up, the object that did it is told. */
 void ca_import_fail_memory(ca_importer *importer, const char *what)
 {
-    if (importer->status == CA_OK) importer->status = ca_fail_memory(importer->error, what);
+    ca_error reason = {""};
+    if (importer->status != CA_OK) return;
+    const bool tells_place = ca_memory_budget_exceeded() && importer->entered;
+    importer->status = ca_fail_memory(&reason, what);
+    ca_fail(importer->error, importer->status, tells_place ? &importer->entered->where : NULL, "%s", reason.message);
 }
 
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
+    const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
     if (importer->status == CA_OK)
-        importer->status =
-            ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
+        importer->status = ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */

@@ -346,6 +346,7 @@ static ca_status run_blocks(block_render *r, ca_error *error)
 {
     r->start = ca_clock_seconds() - r->part.seconds;
     const ca_status status = r->ranks ? lead_blocks(r, error) : make_blocks(r, error);
+    ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     const bool early = r->interrupted || status != CA_OK;
     if (has_blocks(r) && ca_checkpoint_is_wanted(&r->checkpoint, r->plan->settings, early))

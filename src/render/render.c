@@ -353,6 +353,7 @@ static ca_status run_passes(render *r, ca_error *error)
     else
         r->start -= r->plan->method.seconds;
     const ca_status status = r->ranks ? lead_passes(r, error) : make_passes(r, error);
+    ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     if (r->passes > 0) keep_last(r, r->interrupted || status != CA_OK);
     return status == CA_ERROR_INTERRUPTED && r->passes > 0 ? CA_OK : status;
@@ -606,13 +607,26 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
     return render_passes(plan, image, statistics, error);
 }
 
+/* For the image and for what is written beside it, row by row. */
+static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
+{
+    enum { ROW_BYTES = 1024 /* a pixel, of files of sums */, SMALL_THINGS = 1 << 18 };
+    const bool bars = ca_render_plan_by_blocks(plan) ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0;
+    const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
+    const size_t bytes = width * height * ca_film_develop_bytes(bars || plan->rays == CA_RAYS_AUTO);
+    return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image", error);
+}
+
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error)
 {
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
+    CA_TRY(ca_ranks_agree(plan->settings->ranks, keep_memory_back(plan, error), error));
     const ca_status status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
+    ca_reserve_release(plan->reserve);
+    plan->reserve = NULL;
     if (status == CA_ERROR_INTERRUPTED)
         ca_fail(error, status, NULL, "ended before the first %s was complete: there is no image",
                 ca_render_plan_by_blocks(plan) ? "block" : "pass");
