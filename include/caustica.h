@@ -127,7 +127,10 @@ typedef struct ca_scene_source {
     const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
                            CA_ERROR_INTERRUPTED. May be NULL */
     const ca_scene *previous; /* the version that was edited, may be NULL: ca_scene_parse */
+    double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
+                           CA_ERROR_MEMORY */
 } ca_scene_source;
+#define CA_SCENE_MEMORY_MIB 1024.0
 
 /* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor.
  *
@@ -175,6 +178,7 @@ CA_API const char *ca_scene_shape_id(const ca_scene *scene, uint32_t shape);
 
 struct ca_image_layers;
 struct ca_render_statistics;
+struct ca_ranks;
 
 typedef struct ca_render_progress {
     uint32_t passes_done, passes_total; /* total 0: not known */
@@ -192,6 +196,9 @@ typedef struct ca_render_progress {
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
                           struct ca_render_statistics *statistics, ca_error *error);
     const char *checkpoint_failure; /* why the last checkpoint could not be written; NULL: it could */
+    /* Of a render by several ranks, whose passes `snapshot` lacks until they have sent them: waits until they all
+     * have, which takes up to a pass. NULL: it lacks none. Likewise only in the callback. */
+    void (*gather)(const struct ca_render_progress *progress);
     void *render; /* for `snapshot` */
 } ca_render_progress;
 
@@ -273,6 +280,11 @@ typedef struct ca_render_settings {
      * stays so: work ends within about a second, in the middle of a pass or block, which then is no part of the
      * image. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are finished. */
     const int *stop;
+    /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
+     * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
+     * to the bit. A pass or block is then finished, whatever `stop` says. Refused with numbers of rays that are
+     * chosen, and with strategies_directory. */
+    const struct ca_ranks *ranks;
 } ca_render_settings;
 
 #define ca_render_settings_init(settings) ca_render_settings_init_sized(settings, sizeof(ca_render_settings))
@@ -349,6 +361,7 @@ typedef struct ca_render_statistics {
     size_t note_count;
     uint64_t passes[2];             /* those rendered, half open; 0, 0: not by passes of one kind */
     uint64_t passes_resumed;        /* so many of these passes, or of the blocks, were in the checkpoint */
+    uint32_t ranks;                 /* processes that made them */
 } ca_render_statistics;
 
 #define ca_render_statistics_init(statistics) \

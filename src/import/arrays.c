@@ -32,12 +32,28 @@ const ca_mesh_data *ca_import_find_mesh(const ca_scene_source *source, const cha
     return NULL;
 }
 
-static const ca_bitmap_data *find_bitmap(const ca_scene_source *source, const char *name, ca_error *error)
+/* Mostly they are asked for one after another. */
+ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name)
 {
+    const size_t count = importer->arrays.meshes.count;
+    for (size_t i = 0; i < count; i++) {
+        const size_t k = (importer->next_mesh + i) % count;
+        if (strcmp(importer->arrays.meshes.items[k].name, name) != 0) continue;
+        importer->next_mesh = k + 1;
+        return &importer->arrays.meshes.items[k];
+    }
+    return NULL;
+}
+
+static const ca_bitmap_data *find_bitmap(const ca_importer *importer, const char *name, ca_error *error)
+{
+    const bool made = importer->arrays.bitmaps.count > 0;
+    const ca_bitmap_data *bitmaps = made ? importer->arrays.bitmaps.items : importer->source->bitmaps;
+    const size_t count = made ? importer->arrays.bitmaps.count : importer->source->bitmap_count;
     const char *nearest = NULL;
-    for (size_t i = 0; i < source->bitmap_count; i++) {
-        if (strcmp(source->bitmaps[i].name, name) == 0) return &source->bitmaps[i];
-        nearest = ca_nearer_name(name, nearest, source->bitmaps[i].name);
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(bitmaps[i].name, name) == 0) return &bitmaps[i];
+        nearest = ca_nearer_name(name, nearest, bitmaps[i].name);
     }
     fail_unknown("bitmap", name, nearest, error);
     return NULL;
@@ -157,7 +173,7 @@ static ca_status check_bitmap(const ca_bitmap_data *data, ca_error *error)
 
 ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, ca_image *image, ca_error *error)
 {
-    const ca_bitmap_data *data = find_bitmap(importer->source, name, error);
+    const ca_bitmap_data *data = find_bitmap(importer, name, error);
     if (!data) return CA_ERROR_SCENE;
     CA_TRY(check_bitmap(data, error));
     const size_t count = (size_t)data->width * data->height * data->channels;
@@ -172,4 +188,53 @@ ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, c
     image->content_hash = image->made_of = content;
     memcpy(image->data, data->pixels, 4 * count);
     return CA_OK;
+}
+
+/* ---- What readers made ----------------------------------------------------------------------------------------- */
+
+ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error)
+{
+    const size_t vertices = from->vertex_count, triangles = from->triangle_count;
+    CA_TRY(ca_mesh_create(mesh, vertices, triangles, from->normals, from->uvs, error));
+    memcpy(mesh->positions, from->positions, 3 * vertices * sizeof(float));
+    memcpy(mesh->indices, from->indices, 3 * triangles * sizeof(uint32_t));
+    if (from->normals) memcpy(mesh->normals, from->normals, 3 * vertices * sizeof(float));
+    if (from->uvs) memcpy(mesh->uvs, from->uvs, 2 * vertices * sizeof(float));
+    for (uint32_t i = 0; i < from->attribute_count; i++) {
+        const ca_mesh_attribute *attribute = &from->attributes[i];
+        const size_t count = attribute->components * (attribute->per_face ? triangles : vertices);
+        float *values;
+        const ca_status status = ca_mesh_add_attribute(mesh, attribute->name, attribute->components,
+                                                       attribute->per_face, &values, error);
+        if (status != CA_OK) {
+            ca_mesh_destroy(mesh);
+            return status;
+        }
+        memcpy(values, attribute->values, count * sizeof(float));
+    }
+    mesh->content_hash = from->content_hash;
+    return CA_OK;
+}
+
+ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error)
+{
+    *mesh = (ca_mesh){0};
+    if (made->once) {
+        *mesh = made->mesh;
+        made->mesh = (ca_mesh){0};
+    } else {
+        CA_TRY(ca_import_copy_mesh(&made->mesh, mesh, error));
+    }
+    const ca_status status = ca_mesh_validate(mesh, made->name, error);
+    if (status != CA_OK) ca_mesh_destroy(mesh);
+    return status;
+}
+
+void ca_import_arrays_destroy(ca_import_arrays *arrays)
+{
+    for (size_t i = 0; i < arrays->meshes.count; i++) ca_mesh_destroy(&arrays->meshes.items[i].mesh);
+    ca_free(arrays->meshes.items);
+    ca_free(arrays->bitmaps.items);
+    ca_arena_clear(&arrays->arena);
+    *arrays = (ca_import_arrays){0};
 }

@@ -1,12 +1,16 @@
-/* The importer of Mitsuba's XML scenes: entry points, failures, and the objects of <scene>. */
+/* The importer of Mitsuba's XML scenes, and of trees that readers of other formats make: entry points, failures, and
+ * the objects of <scene>. */
+#define _POSIX_C_SOURCE 200809L
 #include "import/importer.h"
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "import/pbrt/pbrt.h"
 #include "import/reuse.h"
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- Failures -------------------------------------------------------------------------------------------------- */
 
@@ -21,16 +25,21 @@ void ca_import_fail(ca_importer *importer, const ca_location *where, const char 
     importer->status = ca_fail(importer->error, CA_ERROR_SCENE, where, "%s", message);
 }
 
+/* Where only the budget is used up, the object that did it is told. */
 void ca_import_fail_memory(ca_importer *importer, const char *what)
 {
-    if (importer->status == CA_OK) importer->status = ca_fail_memory(importer->error, what);
+    ca_error reason = {""};
+    if (importer->status != CA_OK) return;
+    const bool tells_place = ca_memory_budget_exceeded() && importer->entered;
+    importer->status = ca_fail_memory(&reason, what);
+    ca_fail(importer->error, importer->status, tells_place ? &importer->entered->where : NULL, "%s", reason.message);
 }
 
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
+    const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
     if (importer->status == CA_OK)
-        importer->status =
-            ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
+        importer->status = ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */
@@ -320,18 +329,53 @@ static ca_status import_document(ca_importer *importer)
     return importer->status;
 }
 
+/* ---- Formats --------------------------------------------------------------------------------------------------- */
+
+/* Formats other than XML, told by the extension of the file's name. */
+typedef struct scene_format {
+    const char *extension;
+    void (*read)(ca_importer *importer); /* makes the document's tree by tree_build.h */
+} scene_format;
+
+static const scene_format formats[] = {{".pbrt", ca_read_pbrt}};
+
+/* NULL: XML, which a text in memory that begins with an element is in any case. */
+static const scene_format *find_format(const ca_scene_source *source)
+{
+    for (size_t i = 0; source->text && i < source->size; i++) {
+        if (source->text[i] == '<') return NULL;
+        if (!strchr(" \t\r\n", source->text[i])) break;
+    }
+    const char *extension = ca_path_extension(source->path);
+    for (size_t i = 0; i < CA_COUNT(formats); i++)
+        if (strcasecmp(extension, formats[i].extension) == 0) return &formats[i];
+    return NULL;
+}
+
+static ca_status load_document(ca_importer *importer)
+{
+    const ca_scene_source *source = importer->source;
+    const scene_format *format = find_format(source);
+    if (!format)
+        return ca_document_load(&importer->document, source->path, source->text, source->size, source->defines,
+                                source->define_count, &importer->desc->strings, importer->error);
+    CA_TRY(ca_document_start(&importer->document, source->path, source->defines, source->define_count,
+                             &importer->desc->strings, importer->error));
+    format->read(importer);
+    return importer->status;
+}
+
 ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
     ca_status status = ca_import_begin_lending(&importer);
-    if (status == CA_OK)
-        status = ca_document_load(&importer.document, source->path, source->text, source->size, source->defines,
-                                  source->define_count, &desc->strings, error);
+    if (status == CA_OK) status = load_document(&importer);
     if (status == CA_OK) status = import_document(&importer);
     ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
+    ca_import_arrays_destroy(&importer.arrays);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
 }

@@ -135,6 +135,15 @@ static void add_mesh_data(ca_props *props, ca_shape_desc *shape, const ca_mesh_d
     add_read_mesh(props, shape, use, what, &mesh, status, &reason);
 }
 
+/* Of the reader of another format; a later version of the scene makes it anew. */
+static void add_made_mesh(ca_props *props, ca_shape_desc *shape, ca_import_mesh *made, const ca_mesh_use *use)
+{
+    ca_mesh mesh;
+    ca_error reason;
+    const ca_status status = ca_import_made_mesh(made, &mesh, &reason);
+    add_read_mesh(props, shape, use, 0, &mesh, status, &reason);
+}
+
 static void import_mesh_data(ca_props *props, void *result)
 {
     ca_shape_desc *shape = result;
@@ -145,6 +154,11 @@ static void import_mesh_data(ca_props *props, void *result)
     const ca_mesh_use use = import_use(props, shape, false);
     if (!name) ca_props_fail(props, "data", "must name a mesh that is given as arrays");
     if (!name || !ca_import_good(importer)) return;
+    ca_import_mesh *made = ca_import_find_made(importer, name);
+    if (made) {
+        add_made_mesh(props, shape, made, &use);
+        return;
+    }
     const ca_mesh_data *data = ca_import_find_mesh(importer->source, name, &reason);
     const ca_status status = data ? ca_import_check_mesh(data, &reason) : CA_ERROR_SCENE;
     if (status == CA_OK)

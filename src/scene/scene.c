@@ -359,6 +359,7 @@ static ca_status compile_spot(ca_light *light, const ca_light_desc *desc, ca_err
     light->as.spot.position = origin_of(&light->as.spot.map);
     light->as.spot.intensity = desc->as.spot.intensity;
     light->as.spot.texture = desc->as.spot.texture;
+    light->as.spot.falloff = desc->as.spot.falloff;
     light->as.spot.cutoff = (float)(desc->as.spot.cutoff_degrees * (CA_PI_D / 180.0));
     light->as.spot.beam = (float)(desc->as.spot.beam_degrees * (CA_PI_D / 180.0));
     return CA_OK;
