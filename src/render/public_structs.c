@@ -4,8 +4,8 @@
 
 /* What the structures were in version 0.1: up to and with their last fields then. */
 enum {
-    SETTINGS_0_1 = offsetof(ca_render_settings, stop) + sizeof(const int *),
-    STATISTICS_0_1 = offsetof(ca_render_statistics, passes_resumed) + sizeof(uint64_t)
+    SETTINGS_0_1 = offsetof(ca_render_settings, ranks) + sizeof(const struct ca_ranks *),
+    STATISTICS_0_1 = offsetof(ca_render_statistics, ranks) + sizeof(uint32_t)
 };
 
 static ca_status check_size(size_t size, size_t first, const char *what, ca_error *error)
