@@ -75,6 +75,15 @@ const char *ca_options_nearest(const char *name, const char *const names[], size
 /* The scene file, for commands that take just one. Errors: CA_ERROR_ARGUMENT. */
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
 
+/* The "NAME=VALUE" words of --define. To be destroyed on failure too. */
+typedef struct ca_define_words {
+    ca_define *defines; /* owned, as many as there are words */
+    char *storage;      /* owned; their texts */
+} ca_define_words;
+
+ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error);
+void ca_define_words_destroy(ca_define_words *words);
+
 /* Says on standard error what the scene's file says and is read otherwise. */
 void ca_options_say_notes(const ca_scene *scene);
 

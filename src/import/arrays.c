@@ -78,7 +78,10 @@ ca_status ca_import_mesh_data(ca_importer *importer, const char *name, ca_mesh *
     CA_TRY(ca_mesh_create(mesh, data->vertex_count, data->triangle_count, data->normals, data->uvs, error));
     copy_mesh(data, mesh);
     const ca_status status = ca_mesh_validate(mesh, name, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    if (status == CA_OK)
+        ca_mesh_normalize_normals(mesh);
+    else
+        ca_mesh_destroy(mesh);
     return status;
 }
 

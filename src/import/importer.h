@@ -122,6 +122,11 @@ void ca_import_xyz(ca_importer *importer, const ca_xml_node *node, double fallba
 bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const char *attribute, double *numbers,
                        size_t count);
 
+/* Imports, and where all went well calls `then` while the document is still there. */
+typedef void (*ca_import_then)(ca_importer *importer, void *user);
+ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
+                               ca_error *error);
+
 /* A map without scale or shear (it may mirror): what sensors, spots and projectors need. */
 bool ca_import_is_rigid(const ca_matrix *matrix);
 /* A rigid map times a uniform scale. */

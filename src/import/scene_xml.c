@@ -301,10 +301,11 @@ static uint64_t content_hash(const ca_importer *importer)
     return hash;
 }
 
-static ca_status import_document(ca_importer *importer)
+static ca_status import_document(ca_importer *importer, ca_import_then then, void *user)
 {
     importer->desc->path = importer->document.path;
     import_scene(importer);
+    if (then && ca_import_good(importer)) then(importer, user);
     importer->desc->content_hash = content_hash(importer);
     importer->desc->files = importer->document.files;
     importer->document.files = (ca_path_table){0};
@@ -348,19 +349,25 @@ static ca_status load_document(ca_importer *importer)
     return importer->status;
 }
 
-ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
+                               ca_error *error)
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
     ca_status status = load_document(&importer);
-    if (status == CA_OK) status = import_document(&importer);
+    if (status == CA_OK) status = import_document(&importer, then, user);
     ca_document_destroy(&importer.document);
     ca_arena_clear(&importer.arrays.arena);
     ca_free(importer.arrays.meshes.items);
     ca_free(importer.arrays.bitmaps.items);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
+}
+
+ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+{
+    return ca_import_scene_then(source, NULL, NULL, desc, error);
 }
 
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
