@@ -18,20 +18,27 @@ static void fail_unknown(const char *what, const char *name, const char *nearest
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\": none is given as arrays", what, name);
 }
 
-static const ca_mesh_data *find_mesh(ca_importer *importer, const char *name, ca_error *error)
+static const ca_mesh_data *find_mesh(const ca_scene_source *source, const char *name, ca_error *error)
 {
-    const bool made = importer->arrays.meshes.count > 0;
-    const ca_mesh_data *meshes = made ? importer->arrays.meshes.items : importer->source->meshes;
-    const size_t count = made ? importer->arrays.meshes.count : importer->source->mesh_count;
+    const char *nearest = NULL;
+    for (size_t i = 0; i < source->mesh_count; i++) {
+        if (strcmp(source->meshes[i].name, name) == 0) return &source->meshes[i];
+        nearest = ca_nearer_name(name, nearest, source->meshes[i].name);
+    }
+    fail_unknown("mesh", name, nearest, error);
+    return NULL;
+}
+
+/* NULL where a reader made none of that name. Mostly they are asked for one after another. */
+static ca_import_mesh *find_made_mesh(ca_importer *importer, const char *name)
+{
+    const size_t count = importer->arrays.meshes.count;
     for (size_t i = 0; i < count; i++) {
         const size_t k = (importer->next_mesh + i) % count;
-        if (strcmp(meshes[k].name, name) != 0) continue;
+        if (strcmp(importer->arrays.meshes.items[k].name, name) != 0) continue;
         importer->next_mesh = k + 1;
-        return &meshes[k];
+        return &importer->arrays.meshes.items[k];
     }
-    const char *nearest = NULL;
-    for (size_t i = 0; i < count; i++) nearest = ca_nearer_name(name, nearest, meshes[i].name);
-    fail_unknown("mesh", name, nearest, error);
     return NULL;
 }
 
@@ -68,15 +75,55 @@ static void copy_mesh(const ca_mesh_data *data, ca_mesh *mesh)
     if (data->uvs) copy(mesh->uvs, data->uvs, 2 * vertices, sizeof(float), &mesh->content_hash);
 }
 
-ca_status ca_import_mesh_data(ca_importer *importer, const char *name, ca_mesh *mesh, ca_error *error)
+static ca_status copy_source_mesh(const ca_scene_source *source, const char *name, ca_mesh *mesh, ca_error *error)
 {
-    const ca_mesh_data *data = find_mesh(importer, name, error);
+    const ca_mesh_data *data = find_mesh(source, name, error);
     if (!data) return CA_ERROR_SCENE;
     if (!data->positions || !data->indices)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the mesh \"%s\" has no %s", name,
                        data->positions ? "indices" : "positions");
     CA_TRY(ca_mesh_create(mesh, data->vertex_count, data->triangle_count, data->normals, data->uvs, error));
     copy_mesh(data, mesh);
+    return CA_OK;
+}
+
+static ca_status copy_made_mesh(const ca_mesh *made, ca_mesh *mesh, ca_error *error)
+{
+    const size_t vertices = made->vertex_count, triangles = made->triangle_count;
+    CA_TRY(ca_mesh_create(mesh, vertices, triangles, made->normals, made->uvs, error));
+    memcpy(mesh->positions, made->positions, 3 * vertices * sizeof(float));
+    memcpy(mesh->indices, made->indices, 3 * triangles * sizeof(uint32_t));
+    if (made->normals) memcpy(mesh->normals, made->normals, 3 * vertices * sizeof(float));
+    if (made->uvs) memcpy(mesh->uvs, made->uvs, 2 * vertices * sizeof(float));
+    for (uint32_t i = 0; i < made->attribute_count; i++) {
+        const ca_mesh_attribute *attribute = &made->attributes[i];
+        const size_t count = attribute->components * (attribute->per_face ? triangles : vertices);
+        float *values;
+        const ca_status status = ca_mesh_add_attribute(mesh, attribute->name, attribute->components,
+                                                       attribute->per_face, &values, error);
+        if (status != CA_OK) {
+            ca_mesh_destroy(mesh);
+            return status;
+        }
+        memcpy(values, attribute->values, count * sizeof(float));
+    }
+    mesh->content_hash = made->content_hash;
+    return CA_OK;
+}
+
+static ca_status get_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error)
+{
+    if (!made->once) return copy_made_mesh(&made->mesh, mesh, error);
+    *mesh = made->mesh;
+    made->mesh = (ca_mesh){0};
+    return CA_OK;
+}
+
+ca_status ca_import_mesh_data(ca_importer *importer, const char *name, ca_mesh *mesh, ca_error *error)
+{
+    ca_import_mesh *made = find_made_mesh(importer, name);
+    *mesh = (ca_mesh){0};
+    CA_TRY(made ? get_made_mesh(made, mesh, error) : copy_source_mesh(importer->source, name, mesh, error));
     const ca_status status = ca_mesh_validate(mesh, name, error);
     if (status == CA_OK)
         ca_mesh_normalize_normals(mesh);
@@ -115,4 +162,15 @@ ca_status ca_import_bitmap_data(ca_importer *importer, const char *name, ca_imag
                        name, i);
     }
     return CA_OK;
+}
+
+/* ---- What readers made ----------------------------------------------------------------------------------------- */
+
+void ca_import_arrays_destroy(ca_import_arrays *arrays)
+{
+    for (size_t i = 0; i < arrays->meshes.count; i++) ca_mesh_destroy(&arrays->meshes.items[i].mesh);
+    ca_free(arrays->meshes.items);
+    ca_free(arrays->bitmaps.items);
+    ca_arena_clear(&arrays->arena);
+    *arrays = (ca_import_arrays){0};
 }

@@ -24,12 +24,20 @@ typedef struct ca_import_image {
     uint32_t index; /* in the description's images */
 } ca_import_image;
 
-/* Arrays that the reader of another format made (tree_build.h). */
+/* What the reader of another format made for `data` to name (tree_build.h). */
+typedef struct ca_import_mesh {
+    const char *name;
+    ca_mesh mesh;
+    bool once; /* one shape takes it over; else each gets a copy */
+} ca_import_mesh;
+
 typedef struct ca_import_arrays {
-    ca_arena arena;
-    CA_TABLE(ca_mesh_data) meshes;
+    ca_arena arena; /* of the bitmaps' pixels */
+    CA_TABLE(ca_import_mesh) meshes;
     CA_TABLE(ca_bitmap_data) bitmaps;
 } ca_import_arrays;
+
+void ca_import_arrays_destroy(ca_import_arrays *arrays);
 
 typedef struct ca_importer {
     const ca_scene_source *source;

@@ -358,9 +358,7 @@ ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then the
     ca_status status = load_document(&importer);
     if (status == CA_OK) status = import_document(&importer, then, user);
     ca_document_destroy(&importer.document);
-    ca_arena_clear(&importer.arrays.arena);
-    ca_free(importer.arrays.meshes.items);
-    ca_free(importer.arrays.bitmaps.items);
+    ca_import_arrays_destroy(&importer.arrays);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
 }

@@ -193,36 +193,54 @@ static const char *name_array(ca_tree *tree, const char *what, size_t number)
     return keep(tree, name);
 }
 
-static void *make_array(ca_tree *tree, size_t count, size_t size)
+static void fail_array(ca_tree *tree, ca_status status, const ca_error *reason)
 {
-    void *array = ca_arena_alloc(&tree->importer->arrays.arena, count, size);
-    if (!array) ca_import_fail_memory(tree->importer, "the scene's arrays");
-    return array;
+    ca_import_fail_file(tree->importer, &tree->where, status, reason);
+}
+
+/* Takes the mesh over. */
+static const char *keep_mesh(ca_tree *tree, const ca_mesh *mesh, bool once)
+{
+    ca_import_arrays *arrays = &tree->importer->arrays;
+    if (!CA_TABLE_ADD(&arrays->meshes)) {
+        ca_mesh gone = *mesh;
+        ca_mesh_destroy(&gone);
+        ca_import_fail_memory(tree->importer, "the scene's meshes");
+        return NULL;
+    }
+    const size_t index = arrays->meshes.count - 1;
+    arrays->meshes.items[index] =
+        (ca_import_mesh){.name = name_array(tree, "mesh", index), .mesh = *mesh, .once = once};
+    if (!arrays->meshes.items[index].name) arrays->meshes.items[index].name = "";
+    return arrays->meshes.items[index].name;
+}
+
+bool ca_tree_take_mesh(ca_tree *tree, ca_mesh *mesh, const char **name)
+{
+    const bool good = ca_import_good(tree->importer);
+    if (good)
+        *name = keep_mesh(tree, mesh, true);
+    else
+        ca_mesh_destroy(mesh);
+    *mesh = (ca_mesh){0};
+    return ca_import_good(tree->importer);
 }
 
 bool ca_tree_add_mesh(ca_tree *tree, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
-                      ca_tree_mesh *mesh)
+                      const char **name, ca_mesh **mesh)
 {
-    ca_importer *importer = tree->importer;
-    if (!ca_import_good(importer)) return false;
-    if (vertex_count > INT32_MAX || triangle_count > (size_t)1 << 30)
-        ca_import_fail(importer, &tree->where, "a mesh is over the limit of 2^31 - 1 vertices or 2^30 triangles");
-    if (!CA_TABLE_ADD(&importer->arrays.meshes)) ca_import_fail_memory(importer, "the scene's arrays");
-    if (!ca_import_good(importer)) return false;
-    const size_t index = importer->arrays.meshes.count - 1;
-    *mesh = (ca_tree_mesh){.name = name_array(tree, "mesh", index),
-                           .positions = make_array(tree, 3 * vertex_count, sizeof(float)),
-                           .normals = normals ? make_array(tree, 3 * vertex_count, sizeof(float)) : NULL,
-                           .uvs = uvs ? make_array(tree, 2 * vertex_count, sizeof(float)) : NULL,
-                           .indices = make_array(tree, 3 * triangle_count, sizeof(uint32_t))};
-    importer->arrays.meshes.items[index] = (ca_mesh_data){.name = mesh->name,
-                                                          .vertex_count = vertex_count,
-                                                          .triangle_count = triangle_count,
-                                                          .positions = mesh->positions,
-                                                          .normals = mesh->normals,
-                                                          .uvs = mesh->uvs,
-                                                          .indices = mesh->indices};
-    return ca_import_good(importer);
+    ca_mesh made;
+    ca_error reason;
+    if (!ca_import_good(tree->importer)) return false;
+    const ca_status status = ca_mesh_create(&made, vertex_count, triangle_count, normals, uvs, &reason);
+    if (status != CA_OK) {
+        fail_array(tree, status, &reason);
+        return false;
+    }
+    *name = keep_mesh(tree, &made, false);
+    if (!ca_import_good(tree->importer)) return false;
+    *mesh = &tree->importer->arrays.meshes.items[tree->importer->arrays.meshes.count - 1].mesh;
+    return true;
 }
 
 bool ca_tree_add_bitmap(ca_tree *tree, uint32_t width, uint32_t height, uint32_t channels, ca_tree_bitmap *bitmap)
@@ -232,9 +250,13 @@ bool ca_tree_add_bitmap(ca_tree *tree, uint32_t width, uint32_t height, uint32_t
     if (!CA_TABLE_ADD(&importer->arrays.bitmaps)) ca_import_fail_memory(importer, "the scene's arrays");
     if (!ca_import_good(importer)) return false;
     const size_t index = importer->arrays.bitmaps.count - 1;
-    *bitmap = (ca_tree_bitmap){.name = name_array(tree, "bitmap", index),
-                               .pixels = make_array(tree, (size_t)width * height * channels, sizeof(float))};
+    *bitmap = (ca_tree_bitmap){
+        .name = name_array(tree, "bitmap", index),
+        .pixels = ca_arena_alloc(&importer->arrays.arena, (size_t)width * height * channels, sizeof(float))};
+    if (!bitmap->pixels) ca_import_fail_memory(importer, "the scene's pictures");
+    if (!ca_import_good(importer)) importer->arrays.bitmaps.count--;
+    if (!ca_import_good(importer)) return false;
     importer->arrays.bitmaps.items[index] = (ca_bitmap_data){
         .name = bitmap->name, .width = width, .height = height, .channels = channels, .pixels = bitmap->pixels};
-    return ca_import_good(importer);
+    return true;
 }

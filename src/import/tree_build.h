@@ -43,20 +43,18 @@ void ca_tree_transform(ca_tree *tree, ca_xml_node *object, const char *name, con
 /* A <ref>, with a name where it is not NULL. */
 void ca_tree_ref(ca_tree *tree, ca_xml_node *object, const char *name, const char *id);
 
-/* Arrays for a <shape type="mesh"> or a bitmap, zeroed, for the reader to fill; `name` is what their `data` must
- * say. False, with nothing to fill, after failing. */
-typedef struct ca_tree_mesh {
-    const char *name;
-    float *positions, *normals, *uvs; /* as ca_mesh_data; NULL where they are not wanted */
-    uint32_t *indices;
-} ca_tree_mesh;
-
+/* Meshes and pixels for `data` to name. False, with nothing made, after failing; *name then is not set.
+ *
+ * ca_tree_add_mesh makes a zeroed mesh (ca_mesh_create) for the reader to fill at once: the pointer is good until
+ * the next is made. Any number of shapes may name it, each gets a copy. ca_tree_take_mesh takes over one that exists,
+ * for one shape to take over in turn; it is gone also on failure. */
 bool ca_tree_add_mesh(ca_tree *tree, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
-                      ca_tree_mesh *mesh);
+                      const char **name, ca_mesh **mesh);
+bool ca_tree_take_mesh(ca_tree *tree, ca_mesh *mesh, const char **name);
 
 typedef struct ca_tree_bitmap {
     const char *name;
-    float *pixels; /* as ca_bitmap_data */
+    float *pixels; /* as ca_bitmap_data, zeroed, for the reader to fill */
 } ca_tree_bitmap;
 
 bool ca_tree_add_bitmap(ca_tree *tree, uint32_t width, uint32_t height, uint32_t channels, ca_tree_bitmap *bitmap);
