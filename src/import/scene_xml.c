@@ -5,6 +5,7 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "import/gltf/gltf.h"
 #include "import/pbrt/pbrt.h"
 
 #include <stdio.h>
@@ -321,7 +322,7 @@ typedef struct scene_format {
     void (*read)(ca_importer *importer); /* makes the document's tree by tree_build.h */
 } scene_format;
 
-static const scene_format formats[] = {{".pbrt", ca_read_pbrt}};
+static const scene_format formats[] = {{".pbrt", ca_read_pbrt}, {".gltf", ca_read_gltf}, {".glb", ca_read_gltf}};
 
 /* NULL: XML, which a text in memory that begins with an element is in any case. */
 static const scene_format *find_format(const ca_scene_source *source)
