@@ -76,8 +76,8 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
- * `scene` is set on success. */
+/* Reads a scene (Mitsuba 3 XML, .pbrt, .gltf, .glb) with its meshes and textures and makes it ready to render, with
+ * its first sensor. `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
@@ -119,6 +119,7 @@ typedef struct ca_scene_source {
     uint32_t sensor;    /* of several sensors, counted from 0 */
     const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
                            CA_ERROR_INTERRUPTED. May be NULL */
+    const char *camera; /* the id of the sensor (glTF: the name of its node) instead of its number; NULL: none */
 } ca_scene_source;
 
 /* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor. */

@@ -508,6 +508,105 @@ static void test_refusals(void **state)
     }
 }
 
+/* ---- Cameras, and what is missing ------------------------------------------------------------------------------ */
+
+static void load_text(void **state, const char *text, const char *camera, ca_scene_desc *desc)
+{
+    char path[256];
+    ca_error error = {""};
+    path_in(state, "scene.gltf", path);
+    const ca_scene_source source = {.text = text, .size = strlen(text), .path = path, .camera = camera};
+    if (ca_import_scene_source(&source, desc, &error) != CA_OK) fail_msg("%s", error.message);
+}
+
+/* 3 wide and 2 high, seen from (1, 2, 5) along +x: the second sensor of the file. */
+static void test_cameras(void **state)
+{
+    static char text[TEXT_SIZE];
+    ca_scene_desc desc;
+    ca_error error = {""};
+    gltf_case c = *find_case("factors");
+    c.light = LAMP_NODE ",'children':[3]},{'name':'Side','camera':1,'translation':[0,0.5,2],"
+                        "'rotation':[0,-0.70710678118654757,0,0.70710678118654757]";
+    gltf_write_files(folder_of(state));
+    gltf_case_text(&c, text, sizeof text);
+    replace(text, sizeof text, "\"zfar\":100}}",
+            "\"zfar\":100}},{\"type\":\"orthographic\",\"orthographic\":"
+            "{\"xmag\":1.5,\"ymag\":1,\"znear\":0.5,\"zfar\":9}}");
+    load_text(state, text, "Side", &desc);
+    assert_int_equal(desc.camera.camera.kind, CA_CAMERA_ORTHOGRAPHIC);
+    assert_int_equal(desc.film.width, 768);
+    assert_int_equal(desc.film.height, 512);
+    static const float expected[3][4] = {{0, 0, 1, 1}, {0, 1.5f, 0, 2}, {-1.5f, 0, 0, 5}};
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            if (fabsf(desc.camera.camera.map.to[row][column] - expected[row][column]) > 1e-6f)
+                fail_msg("row %d, column %d of the camera's map is %g", row, column,
+                         (double)desc.camera.camera.map.to[row][column]);
+    assert_true(desc.camera.camera.near_clip == 0.5f && desc.camera.camera.far_clip == 9.0f);
+    ca_scene_desc_destroy(&desc);
+    load_text(state, text, NULL, &desc);
+    assert_int_equal(desc.camera.camera.kind, CA_CAMERA_PERSPECTIVE);
+    ca_scene_desc_destroy(&desc);
+    const ca_scene_source source = {.text = text, .size = strlen(text), .path = "scene.gltf", .camera = "side"};
+    assert_int_not_equal(ca_import_scene_source(&source, &desc, &error), CA_OK);
+}
+
+/* A file without camera and light is seen whole, under a white sky, and both are said. */
+static void test_defaults(void **state)
+{
+    static char text[TEXT_SIZE];
+    char path[256];
+    const gltf_case c = {.name = "bare", .node = ",'translation':[100,0,0]", .primitive = "", .light = "", .top = ""};
+    ca_scene_desc desc;
+    gltf_write_files(folder_of(state));
+    gltf_case_text(&c, text, sizeof text);
+    replace(text, sizeof text, "\"camera\":0,", "");
+    load_text(state, text, NULL, &desc);
+    assert_int_equal(desc.lights.count, 1);
+    assert_int_equal(desc.lights.items[0].kind, CA_LIGHT_CONSTANT);
+    assert_int_equal(desc.notes.count, 2);
+    assert_says(desc.notes.items[0], "there is no camera in the scene");
+    assert_says(desc.notes.items[1], "there is no light in the scene");
+    ca_scene_desc_destroy(&desc);
+    /* All four corners are in the picture: albedo there, and none at its edges. */
+    path_in(state, "scene.gltf", path);
+    const ca_scene_source source = {.text = text, .size = strlen(text), .path = path};
+    ca_image_layers *image = render_source("bare", &source);
+    const float *z = ca_layers_find(image, "N.Z");
+    int inside = 0, edge = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        const bool hit = z[i] != 0.0f;
+        inside += hit;
+        edge += hit && (x == 0 || y == 0 || x == WIDTH - 1 || y == HEIGHT - 1);
+    }
+    assert_int_equal(edge, 0);
+    assert_in_range(inside, WIDTH * HEIGHT / 10, WIDTH * HEIGHT / 2);
+    ca_image_release(image);
+}
+
+/* ---- The program ----------------------------------------------------------------------------------------------- */
+
+static void test_the_program(void **state)
+{
+    static char text[TEXT_SIZE];
+    ca_program_result r;
+    gltf_write_files(folder_of(state));
+    gltf_case_text(find_case("factors"), text, sizeof text);
+    write_text(folder_of(state), "scene.gltf", text);
+    RUN(&r, "info", "scene.gltf", "--camera", "Eye");
+    assert_exit(&r, 0);
+    assert_says(r.output, "field of view");
+    RUN(&r, "render", "scene.gltf", "--camera", "Eyes", "-o", "a.exr");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "there is no sensor \"Eyes\"; the nearest id is \"Eye\"");
+    RUN(&r, "render", "scene.gltf", "--camera=Eye", "--spp=1", "--resolution=24x16", "-o", "a.exr", "--quiet");
+    assert_exit(&r, 0);
+    RUN(&r, "info", "scene.gltf", "-D", "a=b");
+    assert_exit(&r, 2);
+}
+
 /* ---- Failing allocations --------------------------------------------------------------------------------------- */
 
 static void test_failing_allocations(void **state)
@@ -541,6 +640,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_twins),      PROGRAM_TEST(test_converted), PROGRAM_TEST(test_colors),
         PROGRAM_TEST(test_containers), PROGRAM_TEST(test_refusals),  PROGRAM_TEST(test_failing_allocations),
+        PROGRAM_TEST(test_cameras),    PROGRAM_TEST(test_defaults),  PROGRAM_TEST(test_the_program),
     };
     return run_program_tests("glTF", tests, sizeof tests / sizeof tests[0]);
 }

@@ -220,11 +220,11 @@ ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *re
 
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error)
 {
-    return ca_options_load_sensor(path, define_words, 0, scene, error);
+    return ca_options_load_sensor(path, define_words, 0, NULL, scene, error);
 }
 
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
-                                 ca_scene **scene, ca_error *error)
+                                 const char *camera, ca_scene **scene, ca_error *error)
 {
     ca_define_words read;
     *scene = NULL;
@@ -233,6 +233,7 @@ ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_wo
                                     .defines = read.defines,
                                     .define_count = define_words->count,
                                     .sensor = sensor,
+                                    .camera = camera,
                                     .stop = ca_signals_stop()};
     if (status == CA_OK) status = ca_scene_parse(&source, scene, error);
     ca_define_words_destroy(&read);

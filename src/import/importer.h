@@ -48,6 +48,7 @@ typedef struct ca_importer {
     ca_status status; /* the first failure */
     uint32_t nesting;
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
+    bool has_camera;               /* the sensor of the wanted id was there */
     size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
     CA_TABLE(ca_import_image) images;
 } ca_importer;

@@ -234,6 +234,17 @@ static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)
     *first = node;
 }
 
+/* Is it the sensor that was asked for? Counts it. */
+static bool is_wanted(ca_importer *importer, const ca_xml_node *node)
+{
+    const char *wanted = importer->source->camera, *id = ca_xml_attribute_value(node, "id");
+    const uint32_t index = importer->sensor_count++;
+    if (!wanted) return index == importer->sensor;
+    if (importer->has_camera || !id || strcmp(id, wanted) != 0) return false;
+    importer->has_camera = true;
+    return true;
+}
+
 /* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
 static void import_view(ca_importer *importer, ca_xml_node *node)
 {
@@ -248,7 +259,7 @@ static void import_view(ca_importer *importer, ca_xml_node *node)
     const bool names_sampler = desc->names_sampler;
     const uint32_t samples = desc->samples_per_pixel;
     ca_import_sensor(importer, node);
-    if (importer->sensor_count++ == importer->sensor) return;
+    if (is_wanted(importer, node)) return;
     desc->camera = camera;
     desc->film = film;
     desc->sampler = sampler;
@@ -284,8 +295,16 @@ static void import_scene(ca_importer *importer)
         import_object(importer, node, &integrator);
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
-    if (count > 1 && importer->sensor == 0)
-        ca_import_note(importer, &scene->where, "of several sensors the first is used, or the one of --sensor");
+    const char *camera = importer->source->camera;
+    if (count > 1 && importer->sensor == 0 && !camera)
+        ca_import_note(importer, &scene->where,
+                       "of several sensors the first is used, or the one of --sensor or --camera");
+    if (ca_import_good(importer) && camera && !importer->has_camera) {
+        const char *nearest = ca_document_nearest_id(&importer->document, camera);
+        importer->status =
+            ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL, "there is no sensor \"%s\"%s%s%s", camera,
+                    nearest ? "; the nearest id is \"" : "", nearest ? nearest : "", nearest ? "\"" : "");
+    }
     if (ca_import_good(importer) && importer->sensor >= count)
         importer->status = ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL,
                                    "there is no sensor %u: the scene has %u, counted from 0", importer->sensor,
