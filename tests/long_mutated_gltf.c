@@ -39,13 +39,16 @@ static size_t below(uint64_t *random, size_t limit) { return limit ? (size_t)(ne
 
 static const gltf_case seeds[SEEDS] = {
     {"materials", "", ",'material':0",
-     "'POSITION':0,'NORMAL':1,'TEXCOORD_0':7", "'translation':[1,1,3],'extensions':{'KHR_lights_punctual':{'light':0}}",
+     "'POSITION':0,'NORMAL':1,'TEXCOORD_0':7",
+     "'translation':[1,1,3],'extensions':{'KHR_lights_punctual':{'light':0}}",
      "'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.25,0.75,0.5],'baseColorTexture':{'index':0,"
      "'extensions':{'KHR_texture_transform':{'offset':[0.25,0.5],'scale':[2,3],'rotation':0.5}}},"
      "'metallicRoughnessTexture':{'index':0}},'normalTexture':{'index':0,'scale':0.5},'emissiveFactor':[1,1,1],"
-     "'alphaMode':'MASK','extensions':{'KHR_materials_clearcoat':{'clearcoatFactor':1,'clearcoatTexture':{'index':0}},"
+     "'alphaMode':'MASK','extensions':{'KHR_materials_clearcoat':{'clearcoatFactor':1,'clearcoatTexture':"
+     "{'index':0}},"
      "'KHR_materials_sheen':{'sheenColorFactor':[1,0,1]},'KHR_materials_ior':{'ior':1.5}}}],"
-     "'textures':[{'source':0,'sampler':0}],'images':[{'uri':'map.png'}],'samplers':[{'magFilter':9729,'wrapS':33071}],"
+     "'textures':[{'source':0,'sampler':0}],'images':[{'uri':'map.png'}],"
+     "'samplers':[{'magFilter':9729,'wrapS':33071}],"
      "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'spot','spot':{'innerConeAngle':0.25}}]}},"
      "'extensionsRequired':['KHR_lights_punctual']", ""},
     {"glass", ",'matrix':[-0.5,0,0,0,0.25,0.75,0,0,0,0,1,0,0.125,0.5,0.25,1]", ",'material':1,'mode':5,'indices':8",
@@ -86,9 +89,10 @@ static size_t token_at(const text *t, size_t *at)
 
 static void odd_token(text *t, uint64_t *random)
 {
-    static const char *const odd[] = {"-1", "0", "1", "2", "3", "7", "1e308", "4294967295", "9007199254740992", "0.5", "-0",
-                                      "1e-320", "2147483648", "{}", "[]", "null", "true", "\"\"", "\"uri\"", "5120",
-                                      "[0,1]", "\"MASK\"", "255", "[[[[[[[[[[[[[[[["};
+    static const char *const odd[] = {
+        "-1", "0",      "1",          "2",  "3",  "7",    "1e308", "4294967295", "9007199254740992", "0.5",  "-0",
+        "{}", "1e-320", "2147483648", "[]", "[0,1]", "null", "true",  "\"\"",       "\"uri\"",          "5120", "255",
+        "\"MASK\"",      "[[[[[[[[[[[[[[[["};
     size_t at = below(random, t->size);
     const size_t end = token_at(t, &at);
     const char *word = odd[below(random, sizeof odd / sizeof *odd)];
@@ -158,7 +162,8 @@ static void wrap(text *t, uint64_t *random)
     memcpy(whole.bytes + whole.size + 4, binary.bytes, binary.size);
     whole.size += 4 + binary.size;
     if (below(random, 4) == 0) whole.bytes[below(random, 20)] ^= (char)(1u << below(random, 8));
-    if (below(random, 2) == 0) whole.bytes[whole.size - 1 - below(random, binary.size)] ^= (char)(1u << below(random, 8));
+    if (below(random, 2) == 0)
+        whole.bytes[whole.size - 1 - below(random, binary.size)] ^= (char)(1u << below(random, 8));
     if (below(random, 8) == 0) whole.size = below(random, whole.size);
     *t = whole;
 }

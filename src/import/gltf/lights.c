@@ -154,17 +154,19 @@ static double put_orthographic(ca_gltf *g, const ca_gltf_value *camera, ca_xml_n
     return fmin(fmax(x / y, 1e-2), 1e3);
 }
 
-/* The node's name, or the camera's; made unlike those before where they have it too. */
+/* The node's name, or the camera's; made unlike those before where they have it too, or are many. */
 static const char *camera_id(ca_gltf *g, const ca_gltf_value *node, const ca_gltf_value *camera)
 {
     const char *name = ca_gltf_text(g, node, "name", ca_gltf_text(g, camera, "name", ""));
     const ca_xml_node *child = ca_tree_root(&g->tree)->first_child;
+    enum { FEW = 64 };
+    bool taken = ++g->camera_count > FEW;
     if (!name[0]) return NULL;
-    for (; child; child = child->next) {
+    for (; child && !taken; child = child->next) {
         const char *id = strcmp(child->tag, "sensor") == 0 ? ca_xml_attribute_value(child, "id") : NULL;
-        if (id && strcmp(id, name) == 0) return ca_gltf_format(g, "%.150s (node %u)", name, node->index);
+        taken = id && strcmp(id, name) == 0;
     }
-    return name;
+    return taken ? ca_gltf_format(g, "%.150s (node %u)", name, node->index) : name;
 }
 
 void ca_gltf_add_camera(ca_gltf *g, const ca_gltf_value *node, const ca_matrix *to_world)

@@ -293,16 +293,12 @@ static void make_unlit(maker *m, ca_gltf_material *made, ca_xml_node *parent)
 
 static void note_unread(maker *m)
 {
-    static const char *const read[] = {
-        "KHR_materials_transmission", "KHR_materials_volume",   "KHR_materials_ior",   "KHR_materials_unlit",
-        "KHR_materials_clearcoat",    "KHR_materials_specular", "KHR_materials_sheen",
-        "KHR_materials_emissive_strength"};
-    const ca_gltf_value *extensions = ca_gltf_object(m->g, m->material, "extensions");
-    for (const ca_gltf_value *e = extensions ? extensions->first : NULL; e; e = e->next) {
-        bool known = false;
-        for (size_t i = 0; i < CA_COUNT(read); i++) known |= strcmp(read[i], e->key) == 0;
-        if (!known && strncmp(e->key, "KHR_", 4) == 0)
-            ca_gltf_note(m->g, e, "the material extension %.60s is not read", e->key);
+    static const char *const unread[] = {"KHR_materials_anisotropy",           "KHR_materials_iridescence",
+                                         "KHR_materials_dispersion",           "KHR_materials_diffuse_transmission",
+                                         "KHR_materials_pbrSpecularGlossiness", "KHR_materials_volume_scatter"};
+    for (size_t i = 0; i < CA_COUNT(unread); i++) {
+        const ca_gltf_value *extension = ca_gltf_extension(m->g, m->material, unread[i]);
+        if (extension) ca_gltf_note(m->g, extension, "the material extension %s is not read", unread[i]);
     }
 }
 

@@ -62,6 +62,20 @@ typedef struct ca_gltf_mesh {
     uint32_t count;
 } ca_gltf_mesh;
 
+/* An array of the root, which is found once. */
+typedef struct ca_gltf_table {
+    const char *name;
+    const ca_gltf_value *array; /* NULL: there is none */
+} ca_gltf_table;
+
+/* Objects that are asked for members have no more of them, so that asking often takes no time. */
+enum { CA_GLTF_MAX_MEMBERS = 128, CA_GLTF_MAX_TABLES = 16 };
+
+typedef struct ca_gltf_image {
+    ca_gltf_bytes bytes;
+    const char *path; /* NULL: data */
+} ca_gltf_image;
+
 typedef struct ca_gltf {
     ca_importer *importer;
     ca_tree tree;
@@ -70,7 +84,11 @@ typedef struct ca_gltf {
     ca_bytes file;          /* owned */
     ca_gltf_bytes chunk;    /* of a .glb, in `file` */
     ca_gltf_bytes *buffers; /* as many as "buffers" has, in the document's arena */
+    ca_gltf_image *images;  /* as many as "images" has, likewise */
     size_t budget;          /* bytes of arrays that may still be made */
+    ca_gltf_table tables[CA_GLTF_MAX_TABLES];
+    size_t table_count;
+    uint32_t camera_count;
     CA_TABLE(ca_bytes) owned;
     CA_TABLE(ca_gltf_baked) baked;
     ca_gltf_material *materials[2]; /* without and with colours; one more than "materials" has: the default */
@@ -108,7 +126,8 @@ uint64_t ca_gltf_count(ca_gltf *g, const ca_gltf_value *object, const char *key,
 bool ca_gltf_numbers(ca_gltf *g, const ca_gltf_value *object, const char *key, double *numbers, uint32_t count);
 /* The element of the root's array `table` that the member counts. */
 const ca_gltf_value *ca_gltf_reference(ca_gltf *g, const ca_gltf_value *object, const char *key, const char *table);
-/* How many elements the root's array has. */
+/* The root's array of that name (a literal); NULL where it has none. And how many elements it has. */
+const ca_gltf_value *ca_gltf_table_of(ca_gltf *g, const char *name);
 uint32_t ca_gltf_table_size(ca_gltf *g, const char *table);
 
 /* ---- Bytes (container.c) --------------------------------------------------------------------------------------- */

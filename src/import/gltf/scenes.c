@@ -93,7 +93,7 @@ static void walk_node(node_walk *walk, const ca_gltf_value *node, const ca_matri
 static void walk_list(node_walk *walk, const ca_gltf_value *list, const ca_matrix *parent, int depth)
 {
     ca_gltf *g = walk->g;
-    const ca_gltf_value *nodes = ca_gltf_array(g, g->root, "nodes");
+    const ca_gltf_value *nodes = ca_gltf_table_of(g, "nodes");
     for (uint32_t i = 0; list && i < list->count && ca_import_good(g->importer); i++) {
         const ca_gltf_value *item = list->items[i];
         const bool good = nodes && item->kind == CA_GLTF_NUMBER && item->number >= 0.0 &&

@@ -15,18 +15,31 @@ static bool is_plain_color(const ca_gltf_bake *bake)
            bake->factors[2] == 1.0;
 }
 
-/* The bytes of an image; the path of its file, or NULL. */
-static ca_gltf_bytes image_bytes(ca_gltf *g, const ca_gltf_value *image, const char **path)
+static void read_image(ca_gltf *g, const ca_gltf_value *image, ca_gltf_image *read)
 {
-    const ca_gltf_bytes none = {0};
     const char *uri = ca_gltf_text(g, image, "uri", NULL);
     size_t stride;
-    *path = NULL;
-    if (uri) return ca_gltf_uri(g, image, uri, "image", path);
+    if (uri) {
+        read->bytes = ca_gltf_uri(g, image, uri, "image", &read->path);
+        if (ca_import_good(g->importer) && read->path)
+            ca_document_add_content(&g->importer->document, read->bytes.data, read->bytes.size);
+        return;
+    }
     const ca_gltf_value *view = ca_gltf_reference(g, image, "bufferView", "bufferViews");
-    if (view) return ca_gltf_view(g, view, &stride);
-    if (ca_import_good(g->importer)) ca_gltf_fail(g, image, "has neither uri nor bufferView");
-    return none;
+    if (view)
+        read->bytes = ca_gltf_view(g, view, &stride);
+    else if (ca_import_good(g->importer))
+        ca_gltf_fail(g, image, "has neither uri nor bufferView");
+}
+
+/* The bytes of an image, read once; NULL after failing. */
+static const ca_gltf_image *image_bytes(ca_gltf *g, const ca_gltf_value *image)
+{
+    if (!g->images) g->images = ca_gltf_alloc(g, ca_gltf_table_size(g, "images"), sizeof *g->images);
+    if (!g->images) return NULL;
+    ca_gltf_image *read = &g->images[image->index];
+    if (!read->bytes.data) read_image(g, image, read);
+    return ca_import_good(g->importer) ? read : NULL;
 }
 
 /* Reading a picture takes memory by its header: what a PNG says of its size is asked first. */
@@ -42,19 +55,17 @@ static bool spend_pixels(ca_gltf *g, const ca_gltf_value *image, const ca_bytes 
 
 static bool decode_image(ca_gltf *g, const ca_gltf_value *image, ca_image_encoding encoding, ca_image *decoded)
 {
-    const char *path;
-    const ca_gltf_bytes found = image_bytes(g, image, &path);
-    if (!ca_import_good(g->importer)) return false;
-    if (path) ca_document_add_content(&g->importer->document, found.data, found.size);
-    const ca_bytes bytes = {.data = (unsigned char *)(uintptr_t)found.data, .size = found.size};
+    const ca_gltf_image *found = image_bytes(g, image);
+    if (!found) return false;
+    const ca_bytes bytes = {.data = (unsigned char *)(uintptr_t)found->bytes.data, .size = found->bytes.size};
     if (!ca_png_is(&bytes) && !ca_jpeg_is(&bytes)) {
         ca_gltf_fail(g, image, "images are PNG or JPEG files, and this is neither");
         return false;
     }
     if (!spend_pixels(g, image, &bytes)) return false;
     ca_error reason;
-    const ca_status status =
-        ca_image_decode(path ? path : g->importer->document.path, &bytes, encoding, decoded, &reason);
+    const char *path = found->path ? found->path : g->importer->document.path;
+    const ca_status status = ca_image_decode(path, &bytes, encoding, decoded, &reason);
     if (status == CA_ERROR_MEMORY) ca_import_fail_memory(g->importer, "images");
     if (status != CA_OK) ca_gltf_fail(g, image, "%s", reason.message);
     return status == CA_OK;

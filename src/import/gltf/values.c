@@ -79,6 +79,10 @@ const ca_gltf_value *ca_gltf_member(ca_gltf *g, const ca_gltf_value *object, con
         ca_gltf_fail(g, object, "must be an object, not %s", kind_names[object->kind]);
         return NULL;
     }
+    if (object->count > CA_GLTF_MAX_MEMBERS) {
+        ca_gltf_fail(g, object, "has more than %d members", CA_GLTF_MAX_MEMBERS);
+        return NULL;
+    }
     for (const ca_gltf_value *member = object->first; member; member = member->next) {
         if (strcmp(member->key, key) != 0) continue;
         if (found) ca_gltf_fail(g, member, "this key is given twice");
@@ -158,9 +162,18 @@ bool ca_gltf_numbers(ca_gltf *g, const ca_gltf_value *object, const char *key, d
     return good;
 }
 
+const ca_gltf_value *ca_gltf_table_of(ca_gltf *g, const char *name)
+{
+    for (size_t i = 0; i < g->table_count; i++)
+        if (strcmp(g->tables[i].name, name) == 0) return g->tables[i].array;
+    const ca_gltf_value *array = ca_gltf_array(g, g->root, name);
+    if (g->table_count < CA_GLTF_MAX_TABLES) g->tables[g->table_count++] = (ca_gltf_table){name, array};
+    return array;
+}
+
 uint32_t ca_gltf_table_size(ca_gltf *g, const char *table)
 {
-    const ca_gltf_value *array = ca_gltf_array(g, g->root, table);
+    const ca_gltf_value *array = ca_gltf_table_of(g, table);
     return array ? array->count : 0;
 }
 
@@ -168,7 +181,7 @@ const ca_gltf_value *ca_gltf_reference(ca_gltf *g, const ca_gltf_value *object, 
 {
     const ca_gltf_value *value = member_of_kind(g, object, key, CA_GLTF_NUMBER);
     if (!value) return NULL;
-    const ca_gltf_value *array = ca_gltf_array(g, g->root, table);
+    const ca_gltf_value *array = ca_gltf_table_of(g, table);
     if (!is_count(value) || !array || value->number >= array->count) {
         ca_gltf_fail(g, value, "is %.15g, and %s has %u elements", value->number, table, array ? array->count : 0);
         return NULL;
