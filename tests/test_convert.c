@@ -228,7 +228,8 @@ static const float normals[] = {0, 0, 2, 0.3f, 0.4f, 1.7f, 0.1f, 0, 1, 1e-3f, 2e
 static const float uvs[] = {0, 0, 1, 0, 0, 1, 1, 0.3f};
 static const uint32_t indices[] = {0, 1, 2, 2, 1, 3};
 static const float pixels[] = {0.1f, 0.2f, 0.3f, 0.7f, 1.0f / 3.0f, 0.9f};
-static const ca_mesh_data array_mesh = {"a$", 4, 2, corners, normals, uvs, indices};
+static const ca_mesh_data array_mesh = {.name = "a$", .vertex_count = 4, .triangle_count = 2, .positions = corners,
+                                        .normals = normals, .uvs = uvs, .indices = indices};
 static const ca_bitmap_data array_bitmap = {"a $ <b>", 3, 2, 1, pixels};
 
 static ca_scene_source old_source(const char *path)

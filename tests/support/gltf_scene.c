@@ -121,11 +121,13 @@ static float gloss(float roughness)
 ca_scene_source gltf_twin_source(const char *text, const char *path)
 {
     static const uint32_t fan[6] = {1, 2, 0, 2, 3, 0}, strip[6] = {0, 1, 3, 1, 2, 3};
-    static const ca_mesh_data meshes[] = {{"square", CORNERS, 2, positions, normals, uvs, triangles},
-                                          {"plain", CORNERS, 2, positions, normals, NULL, triangles},
-                                          {"flat", CORNERS, 2, positions, NULL, NULL, triangles},
-                                          {"fan", CORNERS, 2, positions, normals, NULL, fan},
-                                          {"strip", CORNERS, 2, positions, normals, NULL, strip}};
+#define MESH(its_name, its_normals, its_uvs, its_indices)                                                           \
+    {.name = its_name, .vertex_count = CORNERS, .triangle_count = 2, .positions = positions, .normals = its_normals, \
+     .uvs = its_uvs, .indices = its_indices}
+    static const ca_mesh_data meshes[] = {MESH("square", normals, uvs, triangles),
+                                          MESH("plain", normals, NULL, triangles),
+                                          MESH("flat", NULL, NULL, triangles), MESH("fan", normals, NULL, fan),
+                                          MESH("strip", normals, NULL, strip)};
     static float tinted[3 * PIXELS], green[PIXELS], blue[PIXELS], red[PIXELS], alpha[PIXELS], cut[PIXELS],
         bumps[3 * PIXELS], coat[PIXELS], glow[3 * PIXELS];
     for (unsigned y = 0; y < SAMPLE_HEIGHT; y++)
