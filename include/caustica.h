@@ -76,8 +76,8 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
- * `scene` is set on success. */
+/* Reads a scene (Mitsuba 3 XML, .pbrt, .gltf, .glb) with its meshes and textures and makes it ready to render, with
+ * its first sensor. `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
@@ -129,6 +129,7 @@ typedef struct ca_scene_source {
     const ca_scene *previous; /* the version that was edited, may be NULL: ca_scene_parse */
     double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
                            CA_ERROR_MEMORY */
+    const char *camera; /* the id of the sensor (glTF: the name of its node) instead of its number; NULL: none */
 } ca_scene_source;
 #define CA_SCENE_MEMORY_MIB 1024.0
 
