@@ -76,8 +76,8 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
- * `scene` is set on success. */
+/* Reads a scene (Mitsuba 3 XML, .pbrt, .gltf, .glb) with its meshes and textures and makes it ready to render, with
+ * its first sensor. `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
@@ -129,6 +129,7 @@ typedef struct ca_scene_source {
     const ca_scene *previous; /* the version that was edited, may be NULL: ca_scene_parse */
     double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
                            CA_ERROR_MEMORY */
+    const char *camera; /* the id of the sensor (glTF: the name of its node) instead of its number; NULL: none */
 } ca_scene_source;
 #define CA_SCENE_MEMORY_MIB 1024.0
 
@@ -136,7 +137,8 @@ typedef struct ca_scene_source {
  *
  * Edits: a scene never changes; its next version is parsed from the edited source (text, definitions, arrays) with
  * `previous`, and is in every bit what it would be without. What is the same in both is shared instead of read,
- * copied and built again: meshes and pictures from files that did not change (path, size, times) and from arrays of
+ * copied and built again: meshes and pictures from files that did not change (path, size, times), but for those of pbrt
+ * and glTF scenes, which are read again, and from arrays of
  * the same content, and with them the structures that rays are traced with, which are one for all shapes of the
  * world, one for each shapegroup and one for all instances. So editing a sensor, light, material or texture builds
  * none of them, moving an instance only the last, and changing a mesh in a shapegroup that group's and the last. The

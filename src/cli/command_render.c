@@ -20,7 +20,7 @@
 
 typedef struct render_options {
     ca_text_list outputs, define_words;
-    const char *scene, *stats;
+    const char *scene, *camera, *stats;
     ca_render_settings settings; /* options are read right into it */
     uint32_t resolution[2], sensor;
     ca_output_look look;
@@ -57,7 +57,7 @@ static const ca_option options[] = {
      .minimum = 1,
      AT(settings.samples_per_pixel),
      GIVEN(has_spp),
-     .help = "camera paths per pixel; of `light`, light paths (default: scene's or 4)"},
+     .help = "camera paths a pixel; of `light`, light paths (default: scene's or 4)"},
     {.name = "time",
      .argument = "SECONDS",
      .kind = CA_OPTION_POSITIVE,
@@ -107,6 +107,11 @@ static const ca_option options[] = {
      .kind = CA_OPTION_COUNT,
      AT(sensor),
      .help = "which of the scene's sensors, counted from 0 (default: 0)"},
+    {.name = "camera",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(camera),
+     .help = "the sensor of that id instead (glTF: the name of its node)"},
     {.name = "sampler",
      .argument = "NAME",
      .kind = CA_OPTION_TEXT,
@@ -254,7 +259,7 @@ static void print_integrators(void)
 
 static int print_help(void)
 {
-    printf("caustica render SCENE [options]: make an image of a Mitsuba 3 XML scene\n\n");
+    printf("caustica render SCENE [options]: make an image of a scene\n\n");
     ca_options_print(&table, stdout);
     print_integrators();
     printf("Samplers: %s\n\n", ca_sampler_names());
@@ -568,7 +573,7 @@ static ca_status load_and_render(render_options *o, ca_error *error)
 {
     ca_scene *scene = NULL;
     const ca_ranks *ranks = ca_mpi_ranks();
-    ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, &scene, error);
+    ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, &scene, error);
     if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
     status = ca_ranks_agree(ranks, status, error);
     if (status == CA_OK)

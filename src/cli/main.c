@@ -20,6 +20,7 @@ static const command commands[] = {
     {"converge", "see how fast the error of integrators falls", ca_command_converge},
     {"merge", "add up parts of a render", ca_command_merge},
     {"study", "make a perceptual study of how images are seen, or analyse its answers", ca_command_study},
+    {"convert", "write a scene of any format as Mitsuba 3 XML", ca_command_convert},
     {"info", "say what was understood of a scene", ca_command_info},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

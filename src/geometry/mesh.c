@@ -144,11 +144,15 @@ static void store3(float *values, ca_vec3 v)
     values[2] = v.z;
 }
 
-/* A zero vector stays zero: readers of normals fall back on the face's own where the sum of corners has no length. */
+/* A zero vector stays zero: readers of normals fall back on the face's own where the sum of corners has no length. A
+ * unit vector whose components were rounded stays as it is (its squared length is off by less than 2^-23), so that
+ * normals that were written to a file are the same when they are read. */
 static ca_vec3 unit_or_zero(ca_vec3 v)
 {
     const double x = (double)v.x, y = (double)v.y, z = (double)v.z;
-    const double length = sqrt(x * x + y * y + z * z); /* floats squared neither overflow nor vanish in double */
+    const double length2 = x * x + y * y + z * z; /* floats squared neither overflow nor vanish in double */
+    if (fabs(length2 - 1.0) < 0x1p-23) return v;
+    const double length = sqrt(length2);
     if (!(length > 0.0) || !isfinite(length)) return (ca_vec3){0};
     return (ca_vec3){(float)(x / length), (float)(y / length), (float)(z / length)};
 }

@@ -153,7 +153,10 @@ ca_status ca_import_mesh_data(const ca_importer *importer, const ca_mesh_data *d
     ca_mesh_borrow(mesh, lender, lent);
     ca_status status = take_arrays(data, mesh, lent, error);
     if (status == CA_OK) status = ca_mesh_validate(mesh, data->name, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    if (status == CA_OK)
+        ca_mesh_normalize_normals(mesh); /* a copy in any case */
+    else
+        ca_mesh_destroy(mesh);
     return status;
 }
 
@@ -227,7 +230,10 @@ ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *err
         CA_TRY(ca_import_copy_mesh(&made->mesh, mesh, error));
     }
     const ca_status status = ca_mesh_validate(mesh, made->name, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    if (status == CA_OK)
+        ca_mesh_normalize_normals(mesh);
+    else
+        ca_mesh_destroy(mesh);
     return status;
 }
 

@@ -15,6 +15,13 @@ ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *d
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
                                size_t define_count, ca_scene_desc *desc, ca_error *error);
 
+/* Reads a scene, whatever its format, and writes it to `path` as Mitsuba 3 XML (docs/scenes.md): what it is made
+ * from, meshes as binary PLY, goes to the folder NAME-files beside NAME.xml. The written scene renders to the same
+ * bits. *desc is what was read, the caller's to destroy; its notes also tell what Mitsuba 3 does not know. Errors: as
+ * above; CA_ERROR_ARGUMENT where a file would be written that is read; CA_ERROR_UNSUPPORTED where the language cannot
+ * say it. On failure *desc is empty; what had been written beside `path` stays. */
+ca_status ca_import_convert(const ca_scene_source *source, const char *path, ca_scene_desc *desc, ca_error *error);
+
 /* Meshes, in the file's own space, validated; normals only if the file has them, uv as the file has them (flipping v
  * is the caller's business). Polygons become fans of triangles around their first corner, which fits convex ones;
  * faces without area are kept. Colours are the attribute "vertex_color" or "face_color". On failure the mesh is

@@ -49,6 +49,7 @@ typedef struct ca_importer {
     uint32_t nesting;
     const ca_xml_node *entered; /* the last object whose parameters are read; NULL: none so far */
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
+    bool has_camera;               /* the sensor of the wanted id was there */
     size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
     CA_TABLE(ca_import_image) images;
     ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
@@ -150,6 +151,11 @@ void ca_import_xyz(ca_importer *importer, const ca_xml_node *node, double fallba
 /* `count` numbers of an attribute, no more and no less. */
 bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const char *attribute, double *numbers,
                        size_t count);
+
+/* Imports, and where all went well calls `then` while the document is still there. */
+typedef void (*ca_import_then)(ca_importer *importer, void *user);
+ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
+                               ca_error *error);
 
 /* A map without scale or shear (it may mirror): what sensors, spots and projectors need. */
 bool ca_import_is_rigid(const ca_matrix *matrix);

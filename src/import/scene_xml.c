@@ -5,6 +5,7 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "import/gltf/gltf.h"
 #include "import/pbrt/pbrt.h"
 #include "import/reuse.h"
 
@@ -250,6 +251,17 @@ static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)
     *first = node;
 }
 
+/* Is it the sensor that was asked for? Counts it. */
+static bool is_wanted(ca_importer *importer, const ca_xml_node *node)
+{
+    const char *wanted = importer->source->camera, *id = ca_xml_attribute_value(node, "id");
+    const uint32_t index = importer->sensor_count++;
+    if (!wanted) return index == importer->sensor;
+    if (importer->has_camera || !id || strcmp(id, wanted) != 0) return false;
+    importer->has_camera = true;
+    return true;
+}
+
 /* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
 static void import_view(ca_importer *importer, ca_xml_node *node)
 {
@@ -264,7 +276,7 @@ static void import_view(ca_importer *importer, ca_xml_node *node)
     const bool names_sampler = desc->names_sampler;
     const uint32_t samples = desc->samples_per_pixel;
     ca_import_sensor(importer, node);
-    if (importer->sensor_count++ == importer->sensor) return;
+    if (is_wanted(importer, node)) return;
     desc->camera = camera;
     desc->film = film;
     desc->sampler = sampler;
@@ -300,8 +312,16 @@ static void import_scene(ca_importer *importer)
         import_object(importer, node, &integrator);
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
-    if (count > 1 && importer->sensor == 0)
-        ca_import_note(importer, &scene->where, "of several sensors the first is used, or the one of --sensor");
+    const char *camera = importer->source->camera;
+    if (count > 1 && importer->sensor == 0 && !camera)
+        ca_import_note(importer, &scene->where,
+                       "of several sensors the first is used, or the one of --sensor or --camera");
+    if (ca_import_good(importer) && camera && !importer->has_camera) {
+        const char *nearest = ca_document_nearest_id(&importer->document, camera);
+        importer->status =
+            ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL, "there is no sensor \"%s\"%s%s%s", camera,
+                    nearest ? "; the nearest id is \"" : "", nearest ? nearest : "", nearest ? "\"" : "");
+    }
     if (ca_import_good(importer) && importer->sensor >= count)
         importer->status = ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL,
                                    "there is no sensor %u: the scene has %u, counted from 0", importer->sensor,
@@ -318,10 +338,11 @@ static uint64_t content_hash(const ca_importer *importer)
     return hash;
 }
 
-static ca_status import_document(ca_importer *importer)
+static ca_status import_document(ca_importer *importer, ca_import_then then, void *user)
 {
     importer->desc->path = importer->document.path;
     import_scene(importer);
+    if (then && ca_import_good(importer)) then(importer, user);
     importer->desc->content_hash = content_hash(importer);
     importer->desc->files = importer->document.files;
     importer->document.files = (ca_path_table){0};
@@ -337,7 +358,7 @@ typedef struct scene_format {
     void (*read)(ca_importer *importer); /* makes the document's tree by tree_build.h */
 } scene_format;
 
-static const scene_format formats[] = {{".pbrt", ca_read_pbrt}};
+static const scene_format formats[] = {{".pbrt", ca_read_pbrt}, {".gltf", ca_read_gltf}, {".glb", ca_read_gltf}};
 
 /* NULL: XML, which a text in memory that begins with an element is in any case. */
 static const scene_format *find_format(const ca_scene_source *source)
@@ -365,19 +386,25 @@ static ca_status load_document(ca_importer *importer)
     return importer->status;
 }
 
-ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
+                               ca_error *error)
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
     ca_status status = ca_import_begin_lending(&importer);
     if (status == CA_OK) status = load_document(&importer);
-    if (status == CA_OK) status = import_document(&importer);
+    if (status == CA_OK) status = import_document(&importer, then, user);
     ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
     ca_import_arrays_destroy(&importer.arrays);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
+}
+
+ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+{
+    return ca_import_scene_then(source, NULL, NULL, desc, error);
 }
 
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,

@@ -2,6 +2,7 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/memory.h"
 #include "import/reuse.h"
 
 #include <string.h>
@@ -300,10 +301,12 @@ static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const c
     if (ca_import_good(importer)) plugin->import(&props, &shape);
     ca_props_end(&props);
     if (!ca_import_good(importer)) return;
-    if (CA_TABLE_ADD(&importer->desc->shapes))
-        importer->desc->shapes.items[importer->desc->shapes.count - 1] = shape;
-    else
+    if (!CA_TABLE_ADD(&importer->desc->shapes)) {
         ca_import_fail_memory(importer, "shapes");
+        return;
+    }
+    node->result = (uint32_t)(importer->desc->shapes.count - 1);
+    importer->desc->shapes.items[node->result] = shape;
 }
 
 /* ---- Groups and instances -------------------------------------------------------------------------------------- */
