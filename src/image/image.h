@@ -32,9 +32,9 @@ typedef enum ca_image_encoding {
 ca_status ca_image_create(ca_image *image, uint32_t width, uint32_t height, uint32_t channels, ca_error *error);
 void ca_image_destroy(ca_image *image);
 
-/* Reads PNG, JPEG, EXR, HDR, TGA or PFM, told apart by content (TGA, which has no mark, by extension). Of an EXR file
- * the channels R G B (A) or Y are read. Alpha is kept unassociated, never colour-decoded. Errors: CA_ERROR_FILE,
- * CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
+/* Reads PNG, JPEG, EXR, HDR, TGA, BMP, PNM or PFM, told apart by content (TGA, which has no mark, by extension). Of
+ * an EXR file the channels R G B (A) or Y are read. Alpha is kept unassociated, never colour-decoded. Errors:
+ * CA_ERROR_FILE, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
 ca_status ca_image_read(const char *path, ca_image_encoding encoding, ca_image *image, ca_error *error);
 
 /* IEC 61966-2-1 transfer function, both ways, for values in [0, 1] (clamped by the caller where that matters). */
