@@ -194,6 +194,12 @@ static void test_principled_thin(void **state)
     assert_near(value(&bxdf, left, below).g, passes);
     assert_near(value(&bxdf, under, right).g, passes);
 
+    /* Seen upright, light from 60 degrees below lies behind the facet; the other way round it does not. */
+    const ca_vec3 flat = {0.9682458f, 0.0f, -0.25f};
+    assert_true(value(&bxdf, up, below).g > 0.0f && value(&bxdf, up, flat).g == 0.0f);
+    assert_true(ca_bxdf_eval(&bxdf, flat, up, CA_FROM_LIGHT).f.g == 0.0f);
+    assert_true(value(&bxdf, flat, up).g > 0.0f);
+
     const double luminance = 0.2126 * 0.2 + 0.7152 * 0.5 + 0.0722 * 0.8;
     bxdf.as.principled_thin.spec_tint = 1.0f;
     assert_near(value(&bxdf, left, right).g, (0.04 * 0.5 / luminance * (1.0 - w) + w) * facets(0.64));

@@ -7,7 +7,9 @@
  *                   and sheen
  *
  * Specular parts have the share spec_trans, the others the rest. All is symmetric in wi and wo, which are turned to
- * the upper side first. */
+ * the upper side first, with one exception that Mitsuba makes: no light is transmitted that would still lie on the
+ * front of the facet that reflects it before it is turned over. That is a rule of the two ends, eye and light, not of
+ * wi and wo: both walks agree on it. */
 #include "material/burley.h"
 #include "material/bxdf_models.h"
 #include "sampling/warp.h"
@@ -55,6 +57,12 @@ static ca_rgb specular_color(const ca_bxdf *bxdf, bool passes, float cos_facet)
     return ca_rgb_lerp(ca_rgb_grey(plain), tinted, tint);
 }
 
+/* Mitsuba's exception: is the light, below, on the facet's front seen from above? `light` is turned up. */
+static bool is_cut_off(ca_vec3 light, ca_vec3 m)
+{
+    return light.x * m.x + light.y * m.y - light.z * m.z >= 0.0f;
+}
+
 /* Base and sheen. */
 static ca_rgb base_value(const ca_bxdf *bxdf, bool passes, ca_vec3 wi, ca_vec3 wo, float cos_facet)
 {
@@ -69,8 +77,8 @@ static ca_rgb base_value(const ca_bxdf *bxdf, bool passes, ca_vec3 wi, ca_vec3 w
     return ca_rgb_madd(f, sheen, ca_burley_sheen(base_color, bxdf->as.principled_thin.sheen_tint, cos_facet));
 }
 
-/* Adds the specular part on one side to value and densities. */
-static void add_specular(const ca_bxdf *bxdf, bool passes, ca_vec3 wi, ca_vec3 wo, ca_vec3 m, float cos_facet,
+/* Adds the specular part on one side to value and densities; `cut_off` leaves the value as it is. */
+static void add_specular(const ca_bxdf *bxdf, bool passes, bool cut_off, ca_vec3 wi, ca_vec3 wo, ca_vec3 m,
                          ca_bxdf_value *value)
 {
     const float specular = bxdf->as.principled_thin.spec_trans;
@@ -80,8 +88,8 @@ static void add_specular(const ca_bxdf *bxdf, bool passes, ca_vec3 wi, ca_vec3 w
     const float masking_i = ca_microfacet_masking_over_cos(&facets, wi);
     const float masking_o = ca_microfacet_masking_over_cos(&facets, wo);
     const shares from_i = shares_at(bxdf, wi.z), from_o = shares_at(bxdf, wo.z);
-    value->f = ca_rgb_madd(value->f, specular * common * masking_i * masking_o,
-                           specular_color(bxdf, passes, cos_facet));
+    const ca_rgb color = specular_color(bxdf, passes, ca_at_most_one(ca_dot(wi, m)));
+    if (!cut_off) value->f = ca_rgb_madd(value->f, specular * common * masking_i * masking_o, color);
     value->pdf.v += (passes ? from_i.window : from_i.mirror) * common * masking_i;
     value->pdf_reverse.v += (passes ? from_o.window : from_o.mirror) * common * masking_o;
 }
@@ -94,7 +102,6 @@ uint32_t ca_principled_thin_scatter(const ca_bxdf *bxdf)
 
 ca_bxdf_value ca_principled_thin_eval(CA_BXDF_EVAL_ARGUMENTS)
 {
-    (void)from;
     if (wi_local.z == 0.0f || wo_local.z == 0.0f) return ca_bxdf_value_zero();
     const bool passes = !ca_same_side(wi_local, wo_local);
     const ca_vec3 wi = turned_up(wi_local), wo = turned_up(wo_local);
@@ -107,7 +114,8 @@ ca_bxdf_value ca_principled_thin_eval(CA_BXDF_EVAL_ARGUMENTS)
     ca_bxdf_value value = {.f = base_value(bxdf, passes, wi, wo, cos_facet),
                            .pdf = {diffuse * wo.z},
                            .pdf_reverse = {diffuse * wi.z}};
-    add_specular(bxdf, passes, wi, wo, m, cos_facet, &value);
+    const bool cut_off = passes && is_cut_off(from == CA_FROM_CAMERA ? wo : wi, m);
+    add_specular(bxdf, passes, cut_off, wi, wo, m, &value);
     return value;
 }
 

@@ -1,3 +1,4 @@
+#include "render/aov_layers.h"
 #include "render/render.h"
 
 #include "base/clock.h"
@@ -388,7 +389,8 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
 {
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
-    const ca_status status = run_plan(plan, image, statistics, error);
+    ca_status status = run_plan(plan, image, statistics, error);
+    if (status == CA_OK && *image) status = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, error);
     if (status == CA_ERROR_INTERRUPTED)
         ca_fail(error, status, NULL, "ended before the first %s was complete: there is no image",
                 ca_render_plan_by_blocks(plan) ? "block" : "pass");
