@@ -45,7 +45,7 @@ static double at(const ca_image_layers *image, const char *name, uint32_t i)
 {
     const float *data = ca_layers_find(image, name);
     if (!data) fail_msg("there is no layer %s", name);
-    return (double)data[i];
+    return data ? (double)data[i] : 0.0;
 }
 
 static void assert_near(double got, double expected, double tolerance)

@@ -69,7 +69,7 @@ static ca_status prepare_rough_plastic(ca_material *material, const ca_texture *
     if (!table) return ca_fail_memory(error, "a rough plastic's transmittance");
     material->as.rough_plastic.transmittance = table;
     layers->specular_weight = plastic_specular_weight(layers, textures);
-    layers->internal_transmittance = ca_rough_transmittance_from_inside_by_sum(table);
+    layers->internal_transmittance = ca_rough_transmittance_from_inside(table);
     return CA_OK;
 }
 

@@ -7,14 +7,13 @@
 
 /* Entry i belongs to cos = (i / (TABLE_SIZE - 1))^2: the function bends most at grazing angles. */
 enum { TABLE_SIZE = 64, GRID_OUTSIDE = 32, GRID_INSIDE = 32, ANGLES_BELOW_CRITICAL = 16, ANGLES_ABOVE_CRITICAL = 24 };
-enum { SUM_ANGLES = 64 };
 
 /* Of the index: beyond it reciprocity tells what gets out. */
 #define LARGE_INDEX 2.0f
 
 struct ca_rough_transmittance {
     float transmittance[TABLE_SIZE];
-    float from_inside, from_inside_by_sum;
+    float from_inside;
 };
 
 /* Shares of light at an angle of cosine `cosine` that the boundary reflects and transmits in one event: the means of
@@ -76,19 +75,6 @@ static float diffuse_from_outside(const ca_rough_transmittance *table)
     return (float)(sum / weights);
 }
 
-/* 2 * the mean of R(c) c over SUM_ANGLES cosines from 0 to 1. */
-static float reflectance_inside_by_sum(const ca_microfacet *facets, float eta)
-{
-    double sum = 0.0;
-    for (uint32_t i = 0; i < SUM_ANGLES; ++i) {
-        const float cosine = fmaxf((float)i / (SUM_ANGLES - 1), 1e-6f);
-        float transmitted, reflected;
-        boundary_shares(facets, cosine, 1.0f / eta, GRID_INSIDE, &reflected, &transmitted);
-        sum += (double)(reflected * cosine);
-    }
-    return (float)(2.0 * sum / SUM_ANGLES);
-}
-
 ca_rough_transmittance *ca_rough_transmittance_create(ca_microfacet_kind kind, float alpha, float eta)
 {
     ca_rough_transmittance *table = ca_alloc(1, sizeof *table);
@@ -101,7 +87,6 @@ ca_rough_transmittance *ca_rough_transmittance_create(ca_microfacet_kind kind, f
     }
     table->from_inside = eta > LARGE_INDEX ? diffuse_from_outside(table) / (eta * eta)
                                            : 1.0f - diffuse_reflectance_inside(&facets, eta);
-    table->from_inside_by_sum = 1.0f - reflectance_inside_by_sum(&facets, eta);
     return table;
 }
 
@@ -115,8 +100,3 @@ float ca_rough_transmittance_eval(const ca_rough_transmittance *table, float cos
 }
 
 float ca_rough_transmittance_from_inside(const ca_rough_transmittance *table) { return table->from_inside; }
-
-float ca_rough_transmittance_from_inside_by_sum(const ca_rough_transmittance *table)
-{
-    return table->from_inside_by_sum;
-}

@@ -25,9 +25,4 @@ float ca_rough_transmittance_eval(const ca_rough_transmittance *table, float cos
  * of the index. */
 float ca_rough_transmittance_from_inside(const ca_rough_transmittance *table);
 
-/* The same as Mitsuba 3 integrates it, by a sum over 64 cosines from 0 to 1 of which both ends count whole: a 64th
- * too little is reflected back down. The scenes are its own, so its rough plastics keep that number: at an index of
- * 1.5 their base gives back 1 to 2.5 % less than all that it could. */
-float ca_rough_transmittance_from_inside_by_sum(const ca_rough_transmittance *table);
-
 #endif
