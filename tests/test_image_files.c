@@ -173,11 +173,12 @@ static void exr_values(void **unused)
     (void)unused;
     enum { COMPRESSIONS = 8, B44 = 6 }; /* up to B44A; from B44 on, blocks of halves share their exponents */
     for (int compression = 0; compression < COMPRESSIONS; ++compression)
-        for (int tiled = 0; tiled < 2; ++tiled) {
+        for (int tiles = 0; tiles < 3; ++tiles) {
             const double tolerance = compression >= B44 ? 0.25 : 0.0;
-            check_values(read_sample("a.exr", sample_exr(compression, tiled, false), CA_ENCODING_SRGB, 4), exr_colour,
+            if (tiles == 2 && compression >= B44) continue; /* the library cannot write its blocks at the edge */
+            check_values(read_sample("a.exr", sample_exr(compression, tiles, false), CA_ENCODING_SRGB, 4), exr_colour,
                          tolerance);
-            check_values(read_sample("a.exr", sample_exr(compression, tiled, true), CA_ENCODING_SRGB, 1), exr_colour,
+            check_values(read_sample("a.exr", sample_exr(compression, tiles, true), CA_ENCODING_SRGB, 1), exr_colour,
                          0.0);
         }
 }

@@ -51,7 +51,8 @@ sample_bytes sample_pnm(unsigned channels, unsigned largest, bool text);
 sample_bytes sample_hdr(bool packed);
 sample_bytes sample_pfm(bool colour, bool big_endian);
 /* compression: an exr_compression_t; channels R G B A as halves, or Y as float. Values are code / 64. */
-sample_bytes sample_exr(int compression, bool tiled, bool grey);
+/* tiles: 0 lines, 1 tiles, 2 tiles of several levels, of which all but the first are black. */
+sample_bytes sample_exr(int compression, int tiles, bool grey);
 
 /* ---- meshes: a unit square in z = 0 and a triangle beside it, 5 vertices, 3 triangles -------------------------- */
 
