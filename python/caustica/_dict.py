@@ -15,7 +15,7 @@ from caustica._transform import ScalarTransform4f
 TAGS = {
     "scene": ["scene"],
     "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
-                   "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "sppm", "photonmapper", "vpl"],
+                   "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "depth", "sppm", "photonmapper", "vpl"],
     "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],
     "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
@@ -25,7 +25,8 @@ TAGS = {
               "merge"],
     "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
              "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap",
-             "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf"],
+             "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf",
+             "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
     "texture": ["bitmap", "checkerboard", "scale", "mesh_attribute"],
 }
