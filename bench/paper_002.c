@@ -1,5 +1,5 @@
 /* The comparison of paper 002 (Jendersie 2019, figures 2 and 6): bidirectional path tracing and vertex connection and
- * merging with several rules of reuse, at a fixed radius and equal iteration counts, on seven scenes; beside them
+ * merging with several rules of reuse, at a fixed radius and equal iteration counts, on eight scenes; beside them
  * path tracing and photon mapping.
  *
  *     paper_002 [--quick | --iterations N] [--only SCENE] [--table FILE] [--pictures FOLDER]
@@ -52,6 +52,12 @@ static const comparison_scene scenes[] = {
      .what = "light that arrives after many diffuse bounces",
      .iterations = 560,
      .radius = 0.025,
+     .closeup = {0.25, 0.25, 0.5}},
+    {.name = "bare-wall",
+     .file = "weights/bare-wall.xml",
+     .what = "a bare wall: next event is almost without noise",
+     .iterations = 100,
+     .radius = 0.012,
      .closeup = {0.25, 0.25, 0.5}},
     {.name = "glass-balls",
      .file = "paper-002/glass-balls.xml",
