@@ -224,7 +224,9 @@ typedef struct ca_render_settings {
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
                                    "worst-decile" */
-    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
+    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "sobol-image",
+                            "sobol-tiles", "sobol-tiles-plain", "zsobol", "lattice", "lattice-plain",
+                            "lattice-image", "lattice-tiles", "lattice-tiles-plain" */
     uint64_t seed;
     bool has_seed;
     /* > 0: render in so many replicates (>= 2) that are independent of each other, for the layers Confidence*.*:
