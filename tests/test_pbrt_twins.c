@@ -284,7 +284,7 @@ static const twin lights_and_cameras[] = {
                             "<point name='position' x='2' y='4' z='-3'/></emitter>"),
      0.0},
     {"lens",
-     "LookAt 0 2 -6  0 0.7 0  0 1 0\nScale 0.5 0.5 0.5\nCamera \"perspective\" \"float fov\" 35 \"float lensradius\" "
+     "Scale 0.5 0.5 0.5\nLookAt 0 2 -6  0 0.7 0  0 1 0\nCamera \"perspective\" \"float fov\" 35 \"float lensradius\" "
      "0.2 \"float focaldistance\" 3\n" FILM SAMPLES "WorldBegin\n" SKY LAMP ROOM,
      XML_PLACE(XML_PATH "<sensor type='thinlens'><float name='fov' value='35'/><string name='fov_axis' value='y'/>"
                         "<float name='aperture_radius' value='0.4'/><float name='focus_distance' value='6'/>"
