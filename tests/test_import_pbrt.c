@@ -103,7 +103,8 @@ static void mistakes_have_places(void **state)
         {FIRST "AttributeBegin", "2:1: AttributeBegin has no end"},
         {FIRST "ObjectInstance \"tree\"", "2:1: there is no object \"tree\""},
         {FIRST "ObjectBegin \"a\" ObjectBegin \"b\"", "2:17: an object cannot hold another one"},
-        {FIRST "CoordSysTransform \"camra\"", "2:1: there is no coordinate system \"camra\"; the nearest is \"world\""},
+        {FIRST "CoordSysTransform \"camra\"",
+         "2:1: there is no coordinate system \"camra\"; the nearest is \"world\""},
         {FIRST "Shape \"sphere", "2:7: this string has no end on its line"},
         {FIRST "Translate 1 2", "2:14: Translate needs 3 finite numbers, and there are 2"},
         {FIRST "Scale 0 1 1 Shape \"sphere\"", "2:13: this transform is singular, not affine or not finite"},
@@ -258,12 +259,13 @@ static void subdivision_goes_to_the_limit(void **state)
     for (int levels = 0; levels <= 3; levels++) {
         char text[1024];
         snprintf(text, sizeof text,
-                 FIRST "Shape \"loopsubdiv\" \"integer levels\" %d \"integer indices\" [0 11 5 0 5 1 0 1 7 0 7 10 0 10 "
-                       "11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5 2 4 11 6 2 10 8 6 7 "
-                       "9 8 1] \"point3 P\" [-1 1.618033988749895 0 1 1.618033988749895 0 -1 -1.618033988749895 0 1 "
-                       "-1.618033988749895 0 0 -1 1.618033988749895 0 1 1.618033988749895 0 -1 -1.618033988749895 0 1 "
-                       "-1.618033988749895 1.618033988749895 0 -1 1.618033988749895 0 1 -1.618033988749895 0 -1 "
-                       "-1.618033988749895 0 1]",
+                 FIRST
+                 "Shape \"loopsubdiv\" \"integer levels\" %d \"integer indices\" [0 11 5 0 5 1 0 1 7 0 7 10 0 10 "
+                 "11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5 2 4 11 6 2 10 8 6 7 "
+                 "9 8 1] \"point3 P\" [-1 1.618033988749895 0 1 1.618033988749895 0 -1 -1.618033988749895 0 1 "
+                 "-1.618033988749895 0 0 -1 1.618033988749895 0 1 1.618033988749895 0 -1 -1.618033988749895 0 1 "
+                 "-1.618033988749895 1.618033988749895 0 -1 1.618033988749895 0 1 -1.618033988749895 0 -1 "
+                 "-1.618033988749895 0 1]",
                  levels);
         import(text);
         const ca_mesh *mesh = &desc.meshes.items[0];
@@ -352,7 +354,8 @@ static void notes_are_said(void **state)
            "Material \"coatedconductor\"\nMaterial \"coatedconductor\"\n");
     assert_int_equal(desc.notes.count, 3);
     char expected[300];
-    snprintf(expected, sizeof expected, "%s/test.pbrt:1:1: sampler \"pmj02bn\" is read as \"sobol\"", import_folder());
+    snprintf(expected, sizeof expected, "%s/test.pbrt:1:1: sampler \"pmj02bn\" is read as \"sobol\"",
+             import_folder());
     assert_string_equal(desc.notes.items[0], expected);
     done();
 }

@@ -42,12 +42,19 @@ typedef struct twin {
     double tolerance; /* of a pixel, relative to the mean; 0: the same bits */
 } twin;
 
-#define NEW(name, body, xml) {name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, 0.0}
+#define NEW(name, body, xml)                                                                                         \
+    {                                                                                                                \
+        name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, 0.0            \
+    }
 #define OLD(name, body, xml)                                                                                         \
-    {name, OPTIONS "PixelFilter \"gaussian\"\nWorldBegin\n" SKY LAMP FLOOR body "WorldEnd\n",                        \
-     XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, 0.0}
+    {                                                                                                                \
+        name, OPTIONS "PixelFilter \"gaussian\"\nWorldBegin\n" SKY LAMP FLOOR body "WorldEnd\n",                     \
+            XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, 0.0                                                          \
+    }
 #define NEAR(name, body, xml, tolerance)                                                                             \
-    {name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, tolerance}
+    {                                                                                                                \
+        name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, tolerance      \
+    }
 
 static const twin shapes[] = {
     NEW("sphere", "Translate 0 1 0 Shape \"sphere\" \"float radius\" 0.75\n",
@@ -70,8 +77,8 @@ static const twin shapes[] = {
         "<shape type='ply'><string name='filename' value='pair.ply'/><boolean name='face_normals' value='true'/>"
         "<transform name='to_world'><translate y='1'/></transform>" MATTE "</shape>"),
     NEW("bilinearmesh", "Shape \"bilinearmesh\" \"point3 P\" [-1 0.5 0  1 0.5 0  -1 2 0  1 2 0]\n",
-        "<shape type='ply'><string name='filename' value='quad.ply'/><boolean name='face_normals' value='true'/>"
-        MATTE "</shape>"),
+        "<shape type='ply'><string name='filename' value='quad.ply'/><boolean name='face_normals' "
+        "value='true'/>" MATTE "</shape>"),
     NEW("instances",
         "ObjectBegin \"o\" Translate 0 0.5 0 Shape \"sphere\" \"float radius\" 0.5 ObjectEnd\n"
         "AttributeBegin Translate -1 0 0 ObjectInstance \"o\" AttributeEnd\n"
@@ -93,8 +100,8 @@ static const twin shapes[] = {
         BALL(MATTE)),
     NEW("an include", "Include \"ball.pbrt\"\n", BALL(MATTE)),
     NEW("an import", "Import \"ball.pbrt\" Translate 0 3 0 Shape \"sphere\" \"float radius\" 0.2\n",
-        BALL(MATTE) "<shape type='sphere'><point name='center' x='0' y='3' z='0'/><float name='radius' value='0.2'/>"
-                    MATTE "</shape>"),
+        BALL(MATTE) "<shape type='sphere'><point name='center' x='0' y='3' z='0'/><float name='radius' "
+                    "value='0.2'/>" MATTE "</shape>"),
     NEW("presets", "Attribute \"shape\" \"float radius\" 0.75 Translate 0 1 0 Shape \"sphere\"\n",
         "<shape type='sphere'><float name='radius' value='0.75'/><point name='center' x='0' y='1' z='0'/>" MATTE
         "</shape>"),
@@ -109,15 +116,15 @@ static const twin new_materials[] = {
     NEW("spectrum in a file", "Material \"diffuse\" \"spectrum reflectance\" \"paint.spd\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='diffuse'>"
              "<spectrum name='reflectance' value='400:.1 500:.8 700:.2'/></bsdf></bsdf>")),
-    NEW("smooth conductor", "Material \"conductor\" \"spectrum eta\" \"metal-Ag-eta\" \"spectrum k\" \"metal-Ag-k\"\n"
-        PBRT_BALL,
+    NEW("smooth conductor",
+        "Material \"conductor\" \"spectrum eta\" \"metal-Ag-eta\" \"spectrum k\" \"metal-Ag-k\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='conductor'><string name='material' value='Ag'/></bsdf></bsdf>")),
     NEW("conductor", "Material \"conductor\" \"float roughness\" 0.09\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.3'/></bsdf></bsdf>")),
     NEW("conductor, two roughnesses",
-        "Material \"conductor\" \"float uroughness\" 0.1 \"float vroughness\" 0.3 \"bool remaproughness\" false\n"
-        PBRT_BALL,
+        "Material \"conductor\" \"float uroughness\" 0.1 \"float vroughness\" 0.3 \"bool remaproughness\" "
+        "false\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
              "<string name='distribution' value='ggx'/><float name='alpha_u' value='0.1'/>"
              "<float name='alpha_v' value='0.3'/></bsdf></bsdf>")),
@@ -141,7 +148,8 @@ static const twin new_materials[] = {
              "<float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.5'/></bsdf></bsdf>")),
     NEW("diffusetransmission",
-        "Material \"diffusetransmission\" \"rgb reflectance\" [.4 .3 .2] \"rgb transmittance\" [.1 .2 .6]\n" PBRT_BALL,
+        "Material \"diffusetransmission\" \"rgb reflectance\" [.4 .3 .2] \"rgb transmittance\" [.1 .2 "
+        ".6]\n" PBRT_BALL,
         BALL("<bsdf type='blendbsdf'><float name='weight' value='0.6'/>"
              "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='1 .75 .5'/></bsdf></bsdf>"
              "<bsdf type='difftrans'><rgb name='transmittance' value='0.166666666666666667 0.333333333333333333 1'/>"
@@ -201,7 +209,8 @@ static const twin old_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.46176003200863397'/></bsdf>"
              "</bsdf>")),
-    OLD("plastic", "Material \"plastic\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.4 \"float roughness\" 0.1 "
+    OLD("plastic",
+        "Material \"plastic\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.4 \"float roughness\" 0.1 "
         "\"bool remaproughness\" \"false\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='blendbsdf'><float name='weight' value='0.5'/>"
              "<bsdf type='diffuse'><rgb name='reflectance' value='.8 .4 .2'/></bsdf>"
@@ -209,8 +218,8 @@ static const twin old_materials[] = {
              "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
              "<float name='specular_reflectance' value='0.8'/><float name='specular_transmittance' value='0'/></bsdf>"
              "</bsdf></bsdf>")),
-    OLD("uber", "Material \"uber\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0 \"float Kr\" 0.4 \"float opacity\" 0.7\n"
-        PBRT_BALL,
+    OLD("uber",
+        "Material \"uber\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0 \"float Kr\" 0.4 \"float opacity\" 0.7\n" PBRT_BALL,
         BALL("<bsdf type='mask'><float name='opacity' value='0.7'/>"
              "<bsdf type='twosided'><bsdf type='blendbsdf'><float name='weight' value='0.5'/>"
              "<bsdf type='diffuse'><rgb name='reflectance' value='.8 .4 .2'/></bsdf>"
@@ -221,22 +230,25 @@ static const twin old_materials[] = {
         BALL("<bsdf type='blendbsdf'><float name='weight' value='0.5'/>"
              "<bsdf type='twosided'><bsdf type='diffuse'>" PAINT "</bsdf></bsdf>"
              "<bsdf type='difftrans'><rgb name='transmittance' value='.4 .2 .1'/></bsdf></bsdf>")),
-    OLD("substrate", "Material \"substrate\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.04 \"float uroughness\" 0.1 "
+    OLD("substrate",
+        "Material \"substrate\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.04 \"float uroughness\" 0.1 "
         "\"float vroughness\" 0.1 \"bool remaproughness\" \"false\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='.4 .2 .1'/>"
              "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.1'/></bsdf></bsdf>")),
-    OLD("disney", "Material \"disney\" \"rgb color\" [.8 .4 .2] \"float metallic\" 0.5 \"float roughness\" 0.3 "
+    OLD("disney",
+        "Material \"disney\" \"rgb color\" [.8 .4 .2] \"float metallic\" 0.5 \"float roughness\" 0.3 "
         "\"float clearcoat\" 1\n" PBRT_BALL,
-        BALL("<bsdf type='twosided'><bsdf type='principled'><rgb name='base_color' value='.8 .4 .2'/>"
-             "<float name='eta' value='1.5'/><float name='metallic' value='0.5'/><float name='roughness' value='0.3'/>"
-             "<float name='clearcoat' value='1'/><float name='clearcoat_gloss' value='1'/>"
-             "<float name='sheen_tint' value='0.5'/></bsdf></bsdf>")),
+        BALL(
+            "<bsdf type='twosided'><bsdf type='principled'><rgb name='base_color' value='.8 .4 .2'/>"
+            "<float name='eta' value='1.5'/><float name='metallic' value='0.5'/><float name='roughness' value='0.3'/>"
+            "<float name='clearcoat' value='1'/><float name='clearcoat_gloss' value='1'/>"
+            "<float name='sheen_tint' value='0.5'/></bsdf></bsdf>")),
     OLD("mix of version 3",
         "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [.9 0 0]\n"
         "MakeNamedMaterial \"b\" \"string type\" \"matte\" \"rgb Kd\" [0 .9 0]\n"
-        "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"float amount\" 0.2\n"
-        PBRT_BALL,
+        "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"float amount\" "
+        "0.2\n" PBRT_BALL,
         BALL("<bsdf type='blendbsdf'><float name='weight' value='0.2'/>"
              "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0 .9 0'/></bsdf></bsdf>"
              "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.9 0 0'/></bsdf></bsdf>"
@@ -250,24 +262,26 @@ static const twin old_materials[] = {
 
 static const twin lights_and_cameras[] = {
     {"point", PLACE(OPTIONS, LAMP), XML_PLACE(XML_OPTIONS, XML_LAMP), 0.0},
-    {"distant", PLACE(OPTIONS, "LightSource \"distant\" \"rgb L\" [2 1 1] \"point from\" [1 3 -1] \"float scale\" 2\n"),
+    {"distant",
+     PLACE(OPTIONS, "LightSource \"distant\" \"rgb L\" [2 1 1] \"point from\" [1 3 -1] \"float scale\" 2\n"),
      XML_PLACE(XML_OPTIONS, "<emitter type='directional'><rgb name='irradiance' value='4 2 2'/>"
                             "<vector name='direction' x='-1' y='-3' z='2'/></emitter>"),
      1e-5},
     {"spot",
      PLACE(OPTIONS, "LightSource \"spot\" \"rgb I\" [30 30 30] \"point from\" [0 4 -2] \"point to\" [0 0 0] "
                     "\"float coneangle\" 25 \"float conedeltaangle\" 10\n"),
-     XML_PLACE(XML_OPTIONS,
-               "<emitter type='spot'><rgb name='intensity' value='30'/><float name='cutoff_angle' value='25'/>"
-               "<float name='beam_width' value='15'/><string name='falloff' value='smooth'/><transform name='to_world'>"
-               "<lookat origin='0 4 -2' target='0 0 0' up='1 0 0'/></transform></emitter>"),
+     XML_PLACE(
+         XML_OPTIONS,
+         "<emitter type='spot'><rgb name='intensity' value='30'/><float name='cutoff_angle' value='25'/>"
+         "<float name='beam_width' value='15'/><string name='falloff' value='smooth'/><transform name='to_world'>"
+         "<lookat origin='0 4 -2' target='0 0 0' up='1 0 0'/></transform></emitter>"),
      1e-4},
     {"area light",
      PLACE(OPTIONS, "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [5 4 3] \"float scale\" 2\nTranslate 0 4 0 "
                     "Rotate 90 1 0 0 Shape \"disk\" AttributeEnd\n"),
-     XML_PLACE(XML_OPTIONS,
-               "<shape type='disk'><transform name='to_world'><rotate x='1' angle='90'/><translate y='4'/></transform>"
-               MATTE "<emitter type='area'><rgb name='radiance' value='10 8 6'/></emitter></shape>"),
+     XML_PLACE(XML_OPTIONS, "<shape type='disk'><transform name='to_world'><rotate x='1' angle='90'/><translate "
+                            "y='4'/></transform>" MATTE
+                            "<emitter type='area'><rgb name='radiance' value='10 8 6'/></emitter></shape>"),
      0.0},
     {"sky of version 3",
      OPTIONS "PixelFilter \"gaussian\"\nWorldBegin\nLightSource \"infinite\" \"string mapname\" \"sky.pfm\" "
@@ -277,8 +291,9 @@ static const twin lights_and_cameras[] = {
                "<transform name='to_world'><matrix value='0 0 -1  1 0 0  0 1 0'/></transform></emitter>"),
      0.0},
     {"exposure",
-     CAMERA "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 24 \"float iso\" 200 \"float exposuretime\" "
-            "0.25\n" SAMPLES "WorldBegin\n" SKY LAMP ROOM,
+     CAMERA
+     "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 24 \"float iso\" 200 \"float exposuretime\" "
+     "0.25\n" SAMPLES "WorldBegin\n" SKY LAMP ROOM,
      XML_PLACE(XML_OPTIONS, "<emitter type='constant'><rgb name='radiance' value='.25 .3 .35'/></emitter>"
                             "<emitter type='point'><rgb name='intensity' value='10 9 8'/>"
                             "<point name='position' x='2' y='4' z='-3'/></emitter>"),
@@ -286,10 +301,11 @@ static const twin lights_and_cameras[] = {
     {"lens",
      "Scale 0.5 0.5 0.5\nLookAt 0 2 -6  0 0.7 0  0 1 0\nCamera \"perspective\" \"float fov\" 35 \"float lensradius\" "
      "0.2 \"float focaldistance\" 3\n" FILM SAMPLES "WorldBegin\n" SKY LAMP ROOM,
-     XML_PLACE(XML_PATH "<sensor type='thinlens'><float name='fov' value='35'/><string name='fov_axis' value='y'/>"
-                        "<float name='aperture_radius' value='0.4'/><float name='focus_distance' value='6'/>"
-                        "<transform name='to_world'><scale x='-1'/><lookat origin='0,2,-6' target='0,0.7,0' up='0,1,0'/>"
-                        "</transform>" XML_FILM "</sensor>",
+     XML_PLACE(XML_PATH
+               "<sensor type='thinlens'><float name='fov' value='35'/><string name='fov_axis' value='y'/>"
+               "<float name='aperture_radius' value='0.4'/><float name='focus_distance' value='6'/>"
+               "<transform name='to_world'><scale x='-1'/><lookat origin='0,2,-6' target='0,0.7,0' up='0,1,0'/>"
+               "</transform>" XML_FILM "</sensor>",
                XML_SKY XML_LAMP),
      0.3},
     {"orthographic",
@@ -301,18 +317,19 @@ static const twin lights_and_cameras[] = {
                XML_SKY XML_LAMP),
      1e-3},
     {"screenwindow",
-     "LookAt 0 2 -6  0 0.7 0  0 1 0\nCamera \"perspective\" \"float fov\" 40 \"float screenwindow\" [-1 0.6 -0.2 1]\n"
-     FILM SAMPLES "WorldBegin\n" SKY LAMP ROOM,
+     "LookAt 0 2 -6  0 0.7 0  0 1 0\nCamera \"perspective\" \"float fov\" 40 \"float screenwindow\" [-1 0.6 -0.2 "
+     "1]\n" FILM SAMPLES "WorldBegin\n" SKY LAMP ROOM,
      XML_PLACE(XML_PATH "<sensor type='perspective'><float name='fov' value='32.46860426270301'/>"
                         "<float name='principal_point_offset_x' value='-0.125'/>"
                         "<float name='principal_point_offset_y' value='-0.333333333'/>" XML_VIEW XML_FILM "</sensor>",
                XML_SKY XML_LAMP),
      0.1},
     {"crop",
-     CAMERA "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 24 \"float cropwindow\" [0.25 0.75 0 0.5]\n"
-     SAMPLES "WorldBegin\n" SKY LAMP ROOM,
-     XML_PLACE(XML_PATH "<sensor type='perspective'><float name='fov' value='35'/><string name='fov_axis' value='y'/>"
-               XML_VIEW "<film type='hdrfilm'><integer name='width' value='32'/><integer name='height' value='24'/>"
+     CAMERA "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 24 \"float cropwindow\" [0.25 0.75 0 "
+            "0.5]\n" SAMPLES "WorldBegin\n" SKY LAMP ROOM,
+     XML_PLACE(XML_PATH
+               "<sensor type='perspective'><float name='fov' value='35'/><string name='fov_axis' value='y'/>" XML_VIEW
+               "<film type='hdrfilm'><integer name='width' value='32'/><integer name='height' value='24'/>"
                "<integer name='crop_offset_x' value='8'/><integer name='crop_offset_y' value='0'/>"
                "<integer name='crop_width' value='16'/><integer name='crop_height' value='12'/></film>"
                "<sampler type='independent'><integer name='sample_count' value='8'/></sampler></sensor>",
@@ -333,34 +350,34 @@ static void write_sky(void)
     import_write("sky.pfm", bytes, sizeof bytes);
 }
 
-static const char tent[] =
-    "ply\n"
-    "format ascii 1.0\n"
-    "element vertex 5\n"
-    "property float x\n"
-    "property float y\n"
-    "property float z\n"
-    "element face 4\n"
-    "property list uchar int vertex_indices\n"
-    "end_header\n"
-    "-1 -0.5 -1\n"
-    "1 -0.5 -1\n"
-    "1 -0.5 1\n"
-    "-1 -0.5 1\n"
-    "0 1 0\n"
-    "3 0 4 1\n"
-    "3 1 4 2\n"
-    "3 2 4 3\n"
-    "3 3 4 0\n";
+static const char tent[] = "ply\n"
+                           "format ascii 1.0\n"
+                           "element vertex 5\n"
+                           "property float x\n"
+                           "property float y\n"
+                           "property float z\n"
+                           "element face 4\n"
+                           "property list uchar int vertex_indices\n"
+                           "end_header\n"
+                           "-1 -0.5 -1\n"
+                           "1 -0.5 -1\n"
+                           "1 -0.5 1\n"
+                           "-1 -0.5 1\n"
+                           "0 1 0\n"
+                           "3 0 4 1\n"
+                           "3 1 4 2\n"
+                           "3 2 4 3\n"
+                           "3 3 4 0\n";
 
 /* The same, packed. */
 static const unsigned char packed_tent[] = {
-    31, 139, 8, 0, 0, 0, 0, 0, 2, 3, 101, 141, 77, 14, 131, 32, 16, 133, 247, 115, 138, 119, 1, 13, 8, 158, 199, 16,
-    24, 34, 9, 162, 1, 218, 104, 79, 223, 89, 217, 196, 174, 190, 247, 51, 153, 119, 228, 139, 226, 94, 55, 215,
-    225, 154, 79, 9, 122, 84, 196, 153, 55, 46, 29, 111, 174, 157, 79, 204, 116, 212, 253, 16, 125, 33, 230, 93, 46,
-    207, 103, 112, 61, 131, 207, 253, 35, 58, 207, 176, 191, 62, 167, 214, 241, 242, 171, 171, 72, 247, 196, 146,
-    74, 72, 158, 27, 113, 9, 203, 202, 46, 112, 165, 65, 99, 80, 227, 140, 65, 211, 159, 210, 119, 171, 73, 65, 67,
-    145, 129, 130, 21, 103, 196, 89, 76, 194, 73, 104, 132, 70, 168, 232, 11, 202, 48, 229, 81, 232, 0, 0, 0};
+    31,  139, 8,   0,   0,   0,   0,   0,   2,   3,   101, 141, 77,  14,  131, 32,  16,  133, 247, 115, 138, 119,
+    1,   13,  8,   158, 199, 16,  24,  34,  9,   162, 1,   218, 104, 79,  223, 89,  217, 196, 174, 190, 247, 51,
+    153, 119, 228, 139, 226, 94,  55,  215, 225, 154, 79,  9,   122, 84,  196, 153, 55,  46,  29,  111, 174, 157,
+    79,  204, 116, 212, 253, 16,  125, 33,  230, 93,  46,  207, 103, 112, 61,  131, 207, 253, 35,  58,  207, 176,
+    191, 62,  167, 214, 241, 242, 171, 171, 72,  247, 196, 146, 74,  72,  158, 27,  113, 9,   203, 202, 46,  112,
+    165, 65,  99,  80,  227, 140, 65,  211, 159, 210, 119, 171, 73,  65,  67,  145, 129, 130, 21,  103, 196, 89,
+    76,  194, 73,  104, 132, 70,  168, 232, 11,  202, 48,  229, 81,  232, 0,   0,   0};
 
 static void write_files(void)
 {

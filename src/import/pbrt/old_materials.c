@@ -1,5 +1,5 @@
-/* Materials of version 3, and what else is a sum of lobes: blends of BSDFs that each hold the share of one, so that the
- * sum is what the lobes reflect together. */
+/* Materials of version 3, and what else is a sum of lobes: blends of BSDFs that each hold the share of one, so that
+ * the sum is what the lobes reflect together. */
 #include "import/pbrt/materials.h"
 
 #include <string.h>
@@ -204,8 +204,9 @@ static ca_pbrt_value product(ca_pbrt *p, const ca_pbrt_value *a, const ca_pbrt_v
 {
     ca_pbrt_value result = black;
     if (a->id || b->id)
-        ca_import_fail(p->importer, &p->params.where, "%s: reflect and transmit must be numbers where Kd or Ks is a "
-                                                      "texture, and grey",
+        ca_import_fail(p->importer, &p->params.where,
+                       "%s: reflect and transmit must be numbers where Kd or Ks is a "
+                       "texture, and grey",
                        p->params.what);
     for (int i = 0; i < 3; i++) result.rgb[i] = a->rgb[i] * b->rgb[i];
     return result;
@@ -264,12 +265,10 @@ static void read_substrate(ca_pbrt *p, const char *id)
 
 static void read_disney(ca_pbrt *p, const char *id)
 {
-    static const char *const from[] = {"roughness", "anisotropic",   "metallic",  "spectrans",
-                                       "sheen",     "clearcoat",     "speculartint", "sheentint",
-                                       "flatness",  "clearcoatgloss"};
-    static const char *const to[] = {"roughness", "anisotropic", "metallic",   "spec_trans",
-                                     "sheen",     "clearcoat",   "spec_tint",  "sheen_tint",
-                                     "flatness",  "clearcoat_gloss"};
+    static const char *const from[] = {"roughness", "anisotropic",  "metallic",  "spectrans", "sheen",
+                                       "clearcoat", "speculartint", "sheentint", "flatness",  "clearcoatgloss"};
+    static const char *const to[] = {"roughness", "anisotropic", "metallic",   "spec_trans", "sheen",
+                                     "clearcoat", "spec_tint",   "sheen_tint", "flatness",   "clearcoat_gloss"};
     static const double fallbacks[] = {0.5, 0, 0, 0, 0, 0, 0, 0.5, 0, 1};
     const ca_pbrt_value color = ca_pbrt_color_value(p, "color", 0.5);
     const ca_pbrt_value depth = ca_pbrt_color_value(p, "scatterdistance", 0.0);
@@ -290,10 +289,11 @@ static void read_disney(ca_pbrt *p, const char *id)
 }
 
 static const ca_pbrt_material_kind kinds[] = {
-    {"matte", read_matte},     {"glass", read_glass},         {"mirror", read_mirror},
-    {"metal", read_metal},     {"plastic", read_plastic},     {"uber", read_uber},
-    {"disney", read_disney},   {"translucent", read_translucent}, {"substrate", read_substrate},
-    {"diffusetransmission", read_diffuse_transmission},
+    {"matte", read_matte},         {"glass", read_glass},
+    {"mirror", read_mirror},       {"metal", read_metal},
+    {"plastic", read_plastic},     {"uber", read_uber},
+    {"disney", read_disney},       {"translucent", read_translucent},
+    {"substrate", read_substrate}, {"diffusetransmission", read_diffuse_transmission},
 };
 
 const ca_pbrt_material_kind *ca_pbrt_old_materials(size_t *count)
