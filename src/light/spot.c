@@ -1,6 +1,7 @@
 /* A point that shines into a cone around the z axis of its frame: full intensity up to the angle `beam`, then falling
  * to 0 at `cutoff`, linearly *in the angle* or by powers of the cosine; a texture lies across the cone, its square
- * [0, 1]^2 around the cone's circle at z = 1. As Mitsuba 3's spot.cpp, whose texture rows run along +y where ours run against v. */
+ * [0, 1]^2 around the cone's circle at z = 1. As Mitsuba 3's spot.cpp, whose texture rows run along +y where ours run
+ * against v. */
 #include "light/light_kinds.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"

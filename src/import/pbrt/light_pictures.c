@@ -1,7 +1,7 @@
 /* Lights that are pictures: the sky, projections and goniometric diagrams. Pictures of version 4 cover the sphere by
  * an equal-area map of the octahedron (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD");
- * those of version 3 are latitude and longitude, as ours are. What has no light of its own in the scene language is made of
- * the pictures of others. */
+ * those of version 3 are latitude and longitude, as ours are. What has no light of its own in the scene language is
+ * made of the pictures of others. */
 #include "import/pbrt/reader.h"
 
 #include "base/text.h"
