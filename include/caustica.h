@@ -76,7 +76,8 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
+/* Reads a Mitsuba 3 XML scene, or where the name ends in .pbrt one of pbrt's, with its meshes and textures and makes
+ * it ready to render, with its first sensor.
  * `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
