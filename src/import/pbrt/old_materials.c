@@ -60,8 +60,9 @@ static void put_share(ca_pbrt *p, ca_xml_node *bsdf, const char *name, const ca_
         ca_pbrt_put_color(p, bsdf, name, &scaled);
         return;
     }
-    ca_xml_node *texture = ca_tree_named_object(&p->tree, bsdf, "texture", "rawconstant", name, NULL);
-    ca_tree_rgb(&p->tree, texture, "value", scaled.rgb);
+    ca_xml_node *texture = ca_tree_named_object(&p->tree, bsdf, "texture", "scale", name, NULL);
+    ca_tree_rgb(&p->tree, texture, "scale", scaled.rgb);
+    ca_tree_object(&p->tree, texture, "texture", "uniform");
 }
 
 static void fill_lobe(ca_pbrt *p, ca_xml_node *bsdf, const lobes *sum, const lobe *item, double weight)
