@@ -1,5 +1,5 @@
-/* A hundred thousand damaged scenes of pbrt through their reader and the importer: each either imports or fails with a
- * message, in time, without a crash and (under the address sanitizer) without a leak.
+/* A hundred thousand damaged scenes of pbrt through their reader and the importer: each either imports or fails with
+ * a message, in time, without a crash and (under the address sanitizer) without a leak.
  *
  * The texts are those of tests/pbrt and tests/fuzz/pbrt, changed by flipped bytes, cut, repeated and swapped pieces,
  * odd numbers and words of the language. Mutation i depends on i alone: CAUSTICA_MUTATIONS is their number,
