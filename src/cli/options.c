@@ -218,6 +218,14 @@ ca_status ca_options_load_scene(const char *path, const ca_text_list *define_wor
     return ca_options_load_sensor(path, define_words, 0, scene, error);
 }
 
+/* MiB; 0: as usual. What is no number is none. */
+static double scene_memory(void)
+{
+    const char *text = getenv("CAUSTICA_SCENE_MEMORY");
+    const double mib = text ? strtod(text, NULL) : 0.0;
+    return mib > 0.0 ? mib : 0.0;
+}
+
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
                                  ca_scene **scene, ca_error *error)
 {
@@ -229,7 +237,8 @@ ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_wo
                                     .defines = defines,
                                     .define_count = define_words->count,
                                     .sensor = sensor,
-                                    .stop = ca_signals_stop()};
+                                    .stop = ca_signals_stop(),
+                                    .memory_mib = scene_memory()};
     if (status == CA_OK) status = ca_scene_parse(&source, scene, error);
     ca_free(defines);
     ca_free(storage);

@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/text.h"
 #include "import/pbrt/pbrt.h"
+#include "import/reuse.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -24,16 +25,21 @@ void ca_import_fail(ca_importer *importer, const ca_location *where, const char 
     importer->status = ca_fail(importer->error, CA_ERROR_SCENE, where, "%s", message);
 }
 
+/* Where only the budget is used up, the object that did it is told. */
 void ca_import_fail_memory(ca_importer *importer, const char *what)
 {
-    if (importer->status == CA_OK) importer->status = ca_fail_memory(importer->error, what);
+    ca_error reason = {""};
+    if (importer->status != CA_OK) return;
+    const bool tells_place = ca_memory_budget_exceeded() && importer->entered;
+    importer->status = ca_fail_memory(&reason, what);
+    ca_fail(importer->error, importer->status, tells_place ? &importer->entered->where : NULL, "%s", reason.message);
 }
 
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
+    const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
     if (importer->status == CA_OK)
-        importer->status =
-            ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
+        importer->status = ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */
@@ -171,12 +177,23 @@ const char *ca_import_filename(ca_props *props, const char *name)
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 
+/* What the previous version has read is not read again. */
+static ca_status read_image_file(ca_importer *importer, const ca_import_image *key, ca_image *image, ca_error *reason)
+{
+    const uint64_t file = ca_reuse_file(key->path);
+    const uint64_t made_of = file ? ca_hash_add(file, (uint64_t)key->encoding) | 1 : 0;
+    if (made_of && ca_reuse_image(importer, made_of, image)) return CA_OK;
+    CA_TRY(ca_image_read(key->path, key->encoding, image, reason));
+    image->made_of = made_of;
+    return CA_OK;
+}
+
 static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
     ca_image image;
     ca_error reason;
     const ca_status status = key->array ? ca_import_bitmap_data(importer, key->path, &image, &reason)
-                                        : ca_image_read(key->path, key->encoding, &image, &reason);
+                                        : read_image_file(importer, key, &image, &reason);
     if (status != CA_OK) {
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
@@ -353,8 +370,10 @@ ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *d
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
-    ca_status status = load_document(&importer);
+    ca_status status = ca_import_begin_lending(&importer);
+    if (status == CA_OK) status = load_document(&importer);
     if (status == CA_OK) status = import_document(&importer);
+    ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
     ca_import_arrays_destroy(&importer.arrays);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
