@@ -83,6 +83,8 @@ static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_err
     const ca_vec3 s_axis = ca_map_vector(map->to, (ca_vec3){1, 0, 0});
     const ca_vec3 t_axis = ca_map_vector(map->to, (ca_vec3){0, 1, 0});
     shape->area = CA_PI * ca_length(ca_cross(s_axis, t_axis));
+    /* The outside follows +z, and not the turning sense of x and y, which a mirror reverses. */
+    if (ca_matrix_determinant3(&desc->to_world) < 0.0) shape->flip_normals = !shape->flip_normals;
     return CA_OK;
 }
 
