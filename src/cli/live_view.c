@@ -93,7 +93,7 @@ static void tell_failure(ca_live_view *view, const char *failure)
 static void save_for_signal(ca_live_view *view, const ca_render_progress *progress)
 {
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     char message[1200];
     if (!progress->snapshot || !ca_signals_take_save()) return;

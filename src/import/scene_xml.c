@@ -3,6 +3,7 @@
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "import/reuse.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -167,12 +168,23 @@ const char *ca_import_filename(ca_props *props, const char *name)
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 
+/* What the previous version has read is not read again. */
+static ca_status read_image_file(ca_importer *importer, const ca_import_image *key, ca_image *image, ca_error *reason)
+{
+    const uint64_t file = ca_reuse_file(key->path);
+    const uint64_t made_of = file ? ca_hash_add(file, (uint64_t)key->encoding) | 1 : 0;
+    if (made_of && ca_reuse_image(importer, made_of, image)) return CA_OK;
+    CA_TRY(ca_image_read(key->path, key->encoding, image, reason));
+    image->made_of = made_of;
+    return CA_OK;
+}
+
 static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
     ca_image image;
     ca_error reason;
-    const ca_status status = key->array ? ca_import_bitmap_data(importer->source, key->path, &image, &reason)
-                                        : ca_image_read(key->path, key->encoding, &image, &reason);
+    const ca_status status = key->array ? ca_import_bitmap_data(importer, key->path, &image, &reason)
+                                        : read_image_file(importer, key, &image, &reason);
     if (status != CA_OK) {
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
@@ -313,9 +325,12 @@ ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *d
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
-    ca_status status = ca_document_load(&importer.document, source->path, source->text, source->size,
-                                        source->defines, source->define_count, &desc->strings, error);
+    ca_status status = ca_import_begin_lending(&importer);
+    if (status == CA_OK)
+        status = ca_document_load(&importer.document, source->path, source->text, source->size, source->defines,
+                                  source->define_count, &desc->strings, error);
     if (status == CA_OK) status = import_document(&importer);
+    ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;

@@ -7,6 +7,7 @@
 #include "render/checkpoint.h"
 #include "render/part_counts.h"
 #include "render/part_settings.h"
+#include "render/public_structs.h"
 #include "render/rank_sums.h"
 #include "render/record.h"
 #include "render/workers.h"
@@ -145,15 +146,16 @@ static void add_notes(const block_render *r, ca_render_statistics *statistics)
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
 {
-    ca_render_statistics own_statistics;
+    ca_render_statistics told;
     CA_TRY(ca_render_check_snapshot(progress, image, error));
+    CA_TRY(ca_statistics_take(statistics, &told, error));
     block_render *r = progress->render;
-    if (!statistics) statistics = &own_statistics;
     const uint64_t end = r->part.blocks[1];
     if (r->ranks) r->part.blocks[1] = r->part.blocks[0] + r->work.in_sums; /* what the film has */
     count_what_is_done(r);
-    ca_part_fill_statistics(&r->part, statistics);
-    add_notes(r, statistics);
+    ca_part_fill_statistics(&r->part, &told);
+    add_notes(r, &told);
+    ca_statistics_give(&told, statistics);
     const ca_status status = ca_part_develop(&r->part, image, error);
     r->part.blocks[1] = end;
     return status;

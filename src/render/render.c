@@ -11,6 +11,7 @@
 #include "render/part_counts.h"
 #include "render/part_settings.h"
 #include "render/pass.h"
+#include "render/public_structs.h"
 #include "render/rank_sums.h"
 #include "render/ray_file.h"
 #include "render/record.h"
@@ -67,12 +68,13 @@ ca_status ca_render_check_snapshot(const ca_render_progress *progress, ca_image_
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
 {
-    ca_render_statistics own_statistics;
+    ca_render_statistics told;
     CA_TRY(ca_render_check_snapshot(progress, image, error));
+    CA_TRY(ca_statistics_take(statistics, &told, error));
     const render *r = progress->render;
-    if (!statistics) statistics = &own_statistics;
-    fill_statistics(r, statistics);
-    return develop(r, statistics, image, error);
+    fill_statistics(r, &told);
+    ca_statistics_give(&told, statistics);
+    return develop(r, &told, image, error);
 }
 
 static void gather_for_progress(const ca_render_progress *progress);
@@ -637,13 +639,15 @@ ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, c
     if (image) *image = NULL;
     if (!scene || !image)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a render needs a scene and a place for its image");
-    ca_render_settings defaults;
-    ca_render_settings_init(&defaults);
+    ca_render_settings taken;
+    ca_render_statistics made;
     ca_render_plan plan;
     ca_error own_error;
-    if (!settings) settings = &defaults;
     if (!error) error = &own_error; /* other ranks may want to know */
-    const ca_status made = ca_render_plan_make(&plan, scene, settings, error);
-    CA_TRY(ca_ranks_agree(settings->ranks, made, error));
-    return ca_render_plan_run(&plan, image, statistics, error);
+    CA_TRY(ca_settings_take(settings, &taken, error));
+    CA_TRY(ca_statistics_take(statistics, &made, error));
+    CA_TRY(ca_ranks_agree(taken.ranks, ca_render_plan_make(&plan, scene, &taken, error), error));
+    const ca_status status = ca_render_plan_run(&plan, image, &made, error);
+    ca_statistics_give(&made, statistics);
+    return status;
 }
