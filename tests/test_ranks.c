@@ -84,6 +84,7 @@ static void render_as(void *user, const ca_ranks *ranks)
 static void run(job *j, uint32_t ranks, uint32_t lateness)
 {
     j->image = NULL;
+    ca_render_statistics_init(&j->statistics);
     j->error.message[0] = '\0';
     ca_run_ranks(ranks, lateness, render_as, j);
 }
@@ -102,6 +103,7 @@ static uint64_t hash_alone(const ca_render_settings *settings, ca_render_statist
 {
     ca_image_layers *image = NULL;
     ca_error error = {""};
+    if (statistics) ca_render_statistics_init(statistics);
     if (ca_render(scene, settings, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
     const uint64_t hash = image_hash(image);
     ca_image_release(image);
@@ -235,7 +237,7 @@ static bool watch(const ca_render_progress *progress, void *user)
     w->last = progress->passes_done;
     if (w->gather_at == w->calls) {
         ca_image_layers *image;
-        ca_render_statistics s;
+        ca_render_statistics s = {.size = sizeof s};
         assert_non_null(progress->gather);
         progress->gather(progress);
         assert_int_equal(progress->snapshot(progress, &image, &s, NULL), CA_OK);
@@ -341,7 +343,7 @@ static void test_parts(void **state)
     ca_render_settings all = settings_of("bdpt", 12);
     const char *paths[2] = {in_folder("a.part"), in_folder("b.part")};
     ca_image_layers *image = NULL;
-    ca_render_statistics s, one;
+    ca_render_statistics s = {.size = sizeof s}, one;
     const uint64_t hash = hash_alone(&all, &one);
     j.settings.has_passes = true;
     for (int i = 0; i < 2; i++) {
