@@ -65,7 +65,6 @@ test-long: dependencies
 	@$(call build_targets,$(PRESET),all tests-long,$(BUILD))
 	@CA_TEST_TIMEOUT=$${CA_TEST_TIMEOUT:-3600} scripts/run-tests.sh $(BUILD) tests-long
 
-mutants: PACKAGE_GROUPS += test
 mutants: dependencies
 	@scripts/run-mutants.sh $(ONLY)
 

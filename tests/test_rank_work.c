@@ -1,5 +1,5 @@
-/* Who makes which pass (render/rank_work.h), with passes that are numbers: what is summed at every border, passes that
- * are held, ranges that stay together, and ranks that fail. */
+/* Who makes which pass (render/rank_work.h), with passes that are numbers: what is summed at every border, passes
+ * that are held, ranges that stay together, and ranks that fail. */
 #include "base/clock.h"
 #include "base/little_endian.h"
 #include "render/rank_work.h"
@@ -206,7 +206,9 @@ static void test_looks(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < 8; i++) {
-        plan p = {.limit = 60, .look = 8, .run = 1, .ranks = 2 + i % 3, .lateness = i / 3 * 4, .gather_at = i % 2 * 5};
+        plan p = {.limit = 60, .look = 8, .run = 1, .ranks = 2 + i % 3};
+        p.lateness = i / 3 * 4;
+        p.gather_at = i % 2 * 5;
         run(&p);
         expect_all(&p, 60);
         p.ends_at_look = true;
