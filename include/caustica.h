@@ -197,10 +197,10 @@ typedef struct ca_render_progress {
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
                           struct ca_render_statistics *statistics, ca_error *error);
     const char *checkpoint_failure; /* why the last checkpoint could not be written; NULL: it could */
+    void *render; /* for `snapshot` */
     /* Of a render by several ranks, whose passes `snapshot` lacks until they have sent them: waits until they all
      * have, which takes up to a pass. NULL: it lacks none. Likewise only in the callback. */
     void (*gather)(const struct ca_render_progress *progress);
-    void *render; /* for `snapshot` */
 } ca_render_progress;
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */

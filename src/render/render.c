@@ -662,8 +662,7 @@ ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, c
     if (!error) error = &own_error; /* other ranks may want to know */
     CA_TRY(ca_settings_take(settings, &taken, error));
     CA_TRY(ca_statistics_take(statistics, &made, error));
-    const ca_status planned = ca_render_plan_make(&plan, scene, &taken, error);
-    CA_TRY(ca_ranks_agree(taken.ranks, planned, error));
+    CA_TRY(ca_ranks_agree(taken.ranks, ca_render_plan_make(&plan, scene, &taken, error), error));
     const ca_status status = ca_render_plan_run(&plan, image, &made, error);
     ca_statistics_give(&made, statistics);
     return status;
