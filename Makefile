@@ -33,7 +33,7 @@ help:
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
 	@echo "make paper-003  paper 003's figures: the tables and pictures of docs/papers/003.md (QUICK=1: small, to out/)"
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
-	@echo "make lint       source rules; gcc and clang with warnings as errors; clang-tidy"
+	@echo "make lint       source rules; the binary interface against the last release's; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
 	@echo "make package    a Debian package of program and library, to build/package/"
 	@echo "make clean      removes build folders and out/"
@@ -51,6 +51,8 @@ demo: build
 	@echo "The images are:"
 	@ls -l out/cornell-box.exr out/cornell-box.png out/caustics.exr out/caustics.png
 
+# MPI is in no build with sanitizers.
+test: PACKAGE_GROUPS += $(if $(filter release,$(PRESET)),test)
 test: dependencies
 	@rm -f $(BUILD)/tests/summary
 	@$(call build_targets,$(PRESET),all tests,$(BUILD))
@@ -121,6 +123,7 @@ paper-004: dependencies
 lint:
 	@scripts/install-dependencies.sh build check
 	@scripts/check-sources.sh
+	@scripts/check-abi.sh
 	@echo "gcc, warnings as errors"
 	@$(call build_targets,release,all tests tests-long benches fuzz-objects,build)
 	@echo "clang, warnings as errors"

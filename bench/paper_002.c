@@ -121,7 +121,7 @@ static void render_batch(const ca_scene *scene, scene_run *run, int which, uint3
     const uint32_t iterations = run->iterations / BATCHES;
     const ca_render_settings settings = settings_of(run, which, iterations, BATCH_SEED + batch);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
     if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) bench_die(settings.integrator, &error);
     if (statistics.non_finite > 0) {

@@ -5,6 +5,7 @@ set(CA_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (\"address,undef
 option(CA_WERROR "Treat warnings as errors" ON)
 option(CA_TESTS "Build the tests (needs cmocka)" ON)
 option(CA_FUZZ "Build the fuzzers (needs clang)" OFF)
+option(CA_MPI "Let several processes make one picture (needs an MPI library; left out where there is none)" ON)
 option(CA_LTO "Optimise over all files when linking (gcc, release builds)" ON)
 
 if(NOT CMAKE_BUILD_TYPE)

@@ -36,7 +36,7 @@ static ca_status load(const char *body, ca_scene **scene, ca_error *error)
 static void render(const ca_scene *scene, const char *integrator, const char *body)
 {
     ca_render_settings settings;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_image_layers *image;
     ca_error error = {""};
     ca_render_settings_init(&settings);

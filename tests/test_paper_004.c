@@ -33,7 +33,7 @@ static ca_render_settings settings_of(const char *integrator, const char *sample
 static ca_render_statistics statistics_of(const ca_scene *scene, const ca_render_settings *settings)
 {
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
     if (ca_render(scene, settings, &image, &statistics, &error) != CA_OK) fail_msg("%s", error.message);
     ca_image_release(image);

@@ -348,7 +348,7 @@ static void test_gradients_are_those_of_the_irradiance(void **state)
 static ca_render_statistics count(const ca_scene *scene, const char *integrator, uint32_t samples)
 {
     ca_render_settings settings;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_image_layers *image = NULL;
     ca_error error = {""};
     ca_render_settings_init(&settings);

@@ -4,6 +4,7 @@
 #include "cli/commands.h"
 #include "cli/keep.h"
 #include "cli/live_view.h"
+#include "cli/mpi_ranks.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/say.h"
@@ -271,9 +272,11 @@ static int print_help(void)
         "--checkpoint with --resume: the same line again goes on where the last run ended, to the same bits; "
         "samples, time, threads and outputs may differ. Renders over ten minutes keep OUTPUT.checkpoint.part until "
         "they end. Not with --rays auto, --dump-strategies.\n"
-        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU end the render after the pass, or after a second, and write "
-        "the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at once. "
-        "SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 end the render after the pass, or after a second, and "
+        "write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
+        "once. SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "mpirun -n N caustica render ... makes the same image with N processes, on one machine or several (a build "
+        "with MPI); see docs/cluster.md.\n"
         "--serve: who knows the address can pause, stop and save the render. Looking costs 3 % of the time.\n"
         "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
         "          caustica render scene.xml --time 600 --serve 8080\n",
@@ -392,7 +395,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
     CA_TRY(check_sampler(o->settings.sampler, error));
     CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
     CA_TRY(complete_outputs(o, made, error));
-    return check_outputs(o, error);
+    return ca_ranks_helps(ca_mpi_ranks()) ? CA_OK : check_outputs(o, error);
 }
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */
@@ -497,19 +500,28 @@ static ca_status reserve_outputs(const render_options *o, const ca_scene *scene,
                               resized ? o->resolution[1] : film->height, reserve, error);
 }
 
-static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view,
-                              ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+/* Of all ranks. */
+static ca_render_settings common_settings(const render_options *o)
 {
     ca_render_settings settings = o->settings;
     settings.width = o->resolution[0];
     settings.height = o->resolution[1];
+    settings.stop = ca_signals_stop();
+    settings.ranks = ca_mpi_ranks();
+    return settings;
+}
+
+static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view,
+                              ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    ca_render_settings settings = common_settings(o);
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
-    settings.stop = ca_signals_stop();
     ca_keep_fill(&o->keep, &settings);
     ca_reserve *reserve;
-    CA_TRY(reserve_outputs(o, scene, &reserve, error));
-    ca_status status = look_ahead(scene, &settings, error);
+    ca_status status = reserve_outputs(o, scene, &reserve, error);
+    if (status == CA_OK) status = look_ahead(scene, &settings, error);
+    status = ca_ranks_agree(settings.ranks, status, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
     ca_reserve_open(reserve);
@@ -524,7 +536,7 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     ca_render_statistics statistics = {0};
     ca_image_layers *image = NULL;
     ca_keep_tell(&o->keep);
-    CA_TRY(start_live_view(o, &view, error));
+    CA_TRY(ca_ranks_agree(ca_mpi_ranks(), start_live_view(o, &view, error), error));
     ca_signals_catch(o->quiet);
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
     ca_outputs_warn(&statistics);
@@ -538,12 +550,29 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     return status;
 }
 
+/* The same steps on a rank that writes nothing, each of which all ranks take or none. */
+static ca_status help_render(const render_options *o, const ca_scene *scene, ca_error *error)
+{
+    const ca_ranks *ranks = ca_mpi_ranks();
+    ca_render_settings settings = common_settings(o);
+    ca_image_layers *image = NULL;
+    CA_TRY(ca_ranks_agree(ranks, CA_OK, error)); /* the live view */
+    ca_signals_catch(true);
+    ca_status status = ca_ranks_agree(ranks, look_ahead(scene, &settings, error), error);
+    if (status == CA_OK) status = ca_render(scene, &settings, &image, NULL, error);
+    ca_signals_release();
+    return status;
+}
+
 static ca_status load_and_render(render_options *o, ca_error *error)
 {
-    ca_scene *scene;
-    CA_TRY(ca_options_load_sensor(o->scene, &o->define_words, o->sensor, &scene, error));
-    ca_status status = ca_places_read_scene(&o->places, scene, error);
-    if (status == CA_OK) status = render_scene(o, scene, error);
+    ca_scene *scene = NULL;
+    const ca_ranks *ranks = ca_mpi_ranks();
+    ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, &scene, error);
+    if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
+    status = ca_ranks_agree(ranks, status, error);
+    if (status == CA_OK)
+        status = ca_ranks_helps(ranks) ? help_render(o, scene, error) : render_scene(o, scene, error);
     ca_scene_release(scene);
     return status;
 }
@@ -558,6 +587,7 @@ int ca_command_render(int word_count, char *const words[])
     ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, made, &error);
+    status = ca_ranks_agree(ca_mpi_ranks(), status, &error);
     ca_signals_catch_save(); /* one that comes while the scene is loaded waits for the first picture */
     if (status == CA_OK) status = load_and_render(&o, &error);
     ca_signals_release_save();

@@ -35,8 +35,11 @@ void ca_film_destroy(ca_film *film)
 
 void ca_film_clear(ca_film *film)
 {
-    assert(film->pixels);
-    memset(film->pixels, 0, (size_t)film->width * film->height * sizeof *film->pixels);
+    const size_t count = (size_t)film->width * film->height;
+    assert(!film->groups);
+    if (film->pixels) memset(film->pixels, 0, count * sizeof *film->pixels);
+    if (film->parts) memset(film->parts, 0, count * sizeof *film->parts);
+    if (film->group_parts) memset(film->group_parts, 0, count * sizeof *film->group_parts);
 }
 
 ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error)

@@ -63,7 +63,7 @@ typedef struct ca_film {
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error);
 void ca_film_destroy(ca_film *film);
-/* As if it had got no samples yet; not for a film with groups. */
+/* As if it had got no samples yet; a film with groups must add up in parts. */
 void ca_film_clear(ca_film *film);
 /* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so
  * many that follow each other (the last ones may be left over), or 0: there are none. */

@@ -1,11 +1,16 @@
-/* The importer of Mitsuba's XML scenes: entry points, failures, and the objects of <scene>. */
+/* The importer of Mitsuba's XML scenes, and of trees that readers of other formats make: entry points, failures, and
+ * the objects of <scene>. */
+#define _POSIX_C_SOURCE 200809L
 #include "import/importer.h"
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "import/pbrt/pbrt.h"
+#include "import/reuse.h"
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- Failures -------------------------------------------------------------------------------------------------- */
 
@@ -172,12 +177,23 @@ const char *ca_import_filename(ca_props *props, const char *name)
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 
+/* What the previous version has read is not read again. */
+static ca_status read_image_file(ca_importer *importer, const ca_import_image *key, ca_image *image, ca_error *reason)
+{
+    const uint64_t file = ca_reuse_file(key->path);
+    const uint64_t made_of = file ? ca_hash_add(file, (uint64_t)key->encoding) | 1 : 0;
+    if (made_of && ca_reuse_image(importer, made_of, image)) return CA_OK;
+    CA_TRY(ca_image_read(key->path, key->encoding, image, reason));
+    image->made_of = made_of;
+    return CA_OK;
+}
+
 static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
     ca_image image;
     ca_error reason;
-    const ca_status status = key->array ? ca_import_bitmap_data(importer->source, key->path, &image, &reason)
-                                        : ca_image_read(key->path, key->encoding, &image, &reason);
+    const ca_status status = key->array ? ca_import_bitmap_data(importer, key->path, &image, &reason)
+                                        : read_image_file(importer, key, &image, &reason);
     if (status != CA_OK) {
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
@@ -313,15 +329,53 @@ static ca_status import_document(ca_importer *importer)
     return importer->status;
 }
 
+/* ---- Formats --------------------------------------------------------------------------------------------------- */
+
+/* Formats other than XML, told by the extension of the file's name. */
+typedef struct scene_format {
+    const char *extension;
+    void (*read)(ca_importer *importer); /* makes the document's tree by tree_build.h */
+} scene_format;
+
+static const scene_format formats[] = {{".pbrt", ca_read_pbrt}};
+
+/* NULL: XML, which a text in memory that begins with an element is in any case. */
+static const scene_format *find_format(const ca_scene_source *source)
+{
+    for (size_t i = 0; source->text && i < source->size; i++) {
+        if (source->text[i] == '<') return NULL;
+        if (!strchr(" \t\r\n", source->text[i])) break;
+    }
+    const char *extension = ca_path_extension(source->path);
+    for (size_t i = 0; i < CA_COUNT(formats); i++)
+        if (strcasecmp(extension, formats[i].extension) == 0) return &formats[i];
+    return NULL;
+}
+
+static ca_status load_document(ca_importer *importer)
+{
+    const ca_scene_source *source = importer->source;
+    const scene_format *format = find_format(source);
+    if (!format)
+        return ca_document_load(&importer->document, source->path, source->text, source->size, source->defines,
+                                source->define_count, &importer->desc->strings, importer->error);
+    CA_TRY(ca_document_start(&importer->document, source->path, source->defines, source->define_count,
+                             &importer->desc->strings, importer->error));
+    format->read(importer);
+    return importer->status;
+}
+
 ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
-    ca_status status = ca_document_load(&importer.document, source->path, source->text, source->size,
-                                        source->defines, source->define_count, &desc->strings, error);
+    ca_status status = ca_import_begin_lending(&importer);
+    if (status == CA_OK) status = load_document(&importer);
     if (status == CA_OK) status = import_document(&importer);
+    ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
+    ca_import_arrays_destroy(&importer.arrays);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
 }

@@ -35,7 +35,8 @@ typedef enum ca_from { CA_FROM_CAMERA, CA_FROM_LIGHT } ca_from;
     MODEL(ROUGH_PLASTIC, rough_plastic)                                                                              \
     MODEL(PRINCIPLED, principled)                                                                                    \
     MODEL(ROUGH_DIFFUSE, rough_diffuse)                                                                              \
-    MODEL(PHONG, phong)
+    MODEL(PHONG, phong)                                                                                              \
+    MODEL(DIFFUSE_TRANSMITTER, diffuse_transmitter)
 
 #define CA_BXDF_ENUMERATOR(KIND, name) CA_BXDF_##KIND,
 typedef enum ca_bxdf_kind { CA_BXDF_MODELS(CA_BXDF_ENUMERATOR) CA_BXDF_KIND_COUNT } ca_bxdf_kind;
@@ -75,6 +76,9 @@ typedef struct ca_bxdf {
             float exponent;
             float specular_weight; /* share of samples for the lobe */
         } phong;
+        struct {
+            ca_rgb transmittance;
+        } diffuse_transmitter;
         struct {
             float eta; /* interior over exterior index of refraction (the interior is at z < 0) */
             ca_rgb reflectance, transmittance; /* factors on the Fresnel terms, 1 in nature */

@@ -36,7 +36,8 @@ typedef uint32_t ca_material_id;
     ROW(ROUGH_PLASTIC, "roughplastic", .as.rough_plastic = {CA_NO_PLASTIC, CA_NO_FACETS, NULL})                      \
     ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)                                                 \
     ROW(ROUGH_DIFFUSE, "roughdiffuse", .as.rough_diffuse = {CA_NONE, CA_NONE})                                       \
-    ROW(PHONG, "phong", .as.phong = {CA_NONE, CA_NONE, CA_NONE})
+    ROW(PHONG, "phong", .as.phong = {CA_NONE, CA_NONE, CA_NONE})                                                     \
+    ROW(DIFFUSE_TRANSMITTER, "difftrans", .as.diffuse_transmitter = {CA_NONE})
 #define CA_MATERIAL_NODES(ROW)                                                                                       \
     ROW(NULL, "null", .as.diffuse = {CA_NONE}) /* has no parameters */                                               \
     ROW(TWOSIDED, "twosided", .as.twosided = {CA_NONE, CA_NONE})                                                     \
@@ -83,6 +84,9 @@ typedef struct ca_material {
         struct {
             ca_texture_id diffuse, specular, exponent;
         } phong;
+        struct {
+            ca_texture_id transmittance; /* 0.5 where it is not set */
+        } diffuse_transmitter;
         struct {
             float eta; /* interior over exterior index */
             ca_texture_id reflectance, transmittance;

@@ -39,7 +39,7 @@ ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_err
     *scene = NULL;
     ca_scene_desc desc;
     CA_TRY(import_within_budget(source, &desc, error));
-    return ca_scene_compile_until(&desc, source->stop, scene, error);
+    return ca_scene_compile_after(&desc, source->previous, source->stop, scene, error);
 }
 
 ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
@@ -62,9 +62,22 @@ const char *ca_scene_note(const ca_scene *scene, size_t index)
     return index < scene->desc.notes.count ? scene->desc.notes.items[index] : NULL;
 }
 
+uint32_t ca_scene_builds(const ca_scene *scene) { return ca_accel_builds(scene->accel); }
+
 void ca_scene_release(ca_scene *scene) { ca_scene_destroy(scene); }
 
-void ca_render_settings_init(ca_render_settings *settings) { *settings = (ca_render_settings){0}; }
+/* `size` is what the program knows of the structure, which may be less. */
+void ca_render_settings_init_sized(ca_render_settings *settings, size_t size)
+{
+    memset(settings, 0, size);
+    settings->size = size;
+}
+
+void ca_render_statistics_init_sized(ca_render_statistics *statistics, size_t size)
+{
+    memset(statistics, 0, size);
+    statistics->size = size;
+}
 
 void ca_image_size(const ca_image_layers *image, uint32_t *width, uint32_t *height)
 {
