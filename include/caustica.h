@@ -198,10 +198,10 @@ typedef struct ca_render_progress {
     ca_status (*snapshot)(const struct ca_render_progress *progress, struct ca_image_layers **image,
                           struct ca_render_statistics *statistics, ca_error *error);
     const char *checkpoint_failure; /* why the last checkpoint could not be written; NULL: it could */
+    void *render; /* for `snapshot` */
     /* Of a render by several ranks, whose passes `snapshot` lacks until they have sent them: waits until they all
      * have, which takes up to a pass. NULL: it lacks none. Likewise only in the callback. */
     void (*gather)(const struct ca_render_progress *progress);
-    void *render; /* for `snapshot` */
 } ca_render_progress;
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
@@ -225,7 +225,9 @@ typedef struct ca_render_settings {
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
                                    "worst-decile" */
-    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
+    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "sobol-image",
+                            "sobol-tiles", "sobol-tiles-plain", "zsobol", "lattice", "lattice-plain",
+                            "lattice-image", "lattice-tiles", "lattice-tiles-plain" */
     uint64_t seed;
     bool has_seed;
     /* > 0: render in so many replicates (>= 2) that are independent of each other, for the layers Confidence*.*:

@@ -57,6 +57,8 @@ def write(table):
     with open(TABLE, "w") as file:
         file.write(HEAD % mitsuba.__version__)
         for name in names():
+            if name not in table:
+                continue
             columns, rows, lines = table[name]
             file.write("%s %d %d\n" % (name, columns, rows))
             for line in lines:
@@ -72,8 +74,8 @@ def record(wanted):
         lines = numpy.concatenate([mean, error], axis=2).reshape(rows * columns, 6)
         table[name] = (columns, rows, lines.tolist())
         print("%-40s mean %s, error of a block %.2f %%" %
-              (name, mean.mean(axis=(0, 1)), 100 * numpy.sqrt((error**2).mean()) / mean.mean()))
-    write(table)
+              (name, mean.mean(axis=(0, 1)), 100 * numpy.sqrt((error**2).mean()) / mean.mean()), flush=True)
+        write(table)
 
 
 def again():

@@ -202,8 +202,8 @@ static bool import_mutation(uint64_t i, bool *failed)
 
 static uint64_t number_of(const char *name, uint64_t fallback)
 {
-    const char *text = getenv(name);
-    return text ? strtoull(text, NULL, 10) : fallback;
+    const char *value = getenv(name);
+    return value ? strtoull(value, NULL, 10) : fallback;
 }
 
 static void mutations_import_or_fail(void **state)

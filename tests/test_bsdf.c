@@ -356,11 +356,44 @@ static void the_choice_of_a_lobe_leaves_a_number_for_it(void **state)
     assert_int_equal(straight + scattered + reflected + refracted, COUNT);
 }
 
+/* 60 degrees outside of an index of 1.5 have a reflectance of 0.0891867 and a cosine of sqrt(2 / 3) inside. */
+static void coats_reflect_refract_and_absorb(void **state)
+{
+    (void)state;
+    const float cosine = 0.8164966f, reflected = 0.0891867f, passed = 1.0f - reflected;
+    const ca_vec3 left = {-0.8660254f, 0.0f, 0.5f}, right = {0.8660254f, 0.0f, 0.5f}, below = {0.0f, 0.6f, -0.8f};
+    const ca_coat coat = {
+        .eta = 1.5f, .specular = {1, 0.5f, 1}, .absorption = {0.1f, 0.2f, 0.3f}, .specular_weight = 0.5f};
+    const ca_bxdf paint = {.kind = CA_BXDF_DIFFUSE, .as.diffuse = {.reflectance = {0.5f, 0.5f, 0.5f}}};
+    const ca_bxdf mirror = {.kind = CA_BXDF_CONDUCTOR, .as.conductor = {.k = {1, 1, 1}, .reflectance = {1, 1, 1}}};
+    const ca_rgb f = ca_coat_eval(&coat, &paint, left, right, CA_FROM_CAMERA).f;
+    const float base = passed * passed * 0.5f * CA_INV_PI / 2.25f;
+    assert_float_equal(f.r, base * expf(-0.2f / cosine), 1e-6f);
+    assert_float_equal(f.b, base * expf(-0.6f / cosine), 1e-6f);
+    assert_true(ca_rgb_is_black(ca_coat_eval(&coat, &paint, below, right, CA_FROM_LIGHT).f));
+
+    ca_bxdf_sample s;
+    const ca_vec2 u = {0.3f, 0.6f};
+    assert_true(ca_coat_sample(&coat, &paint, left, 0.999f * reflected, u, CA_FROM_CAMERA, &s));
+    assert_int_equal(s.scatter, CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC);
+    assert_float_equal(s.pdf.v, reflected, 1e-6f);
+    assert_float_equal(s.weight.g, 0.5f, 1e-5f);
+    assert_true(ca_coat_sample(&coat, &mirror, left, 1.001f * reflected, u, CA_FROM_CAMERA, &s));
+    assert_float_equal(s.pdf.v, passed, 1e-6f);
+    assert_float_equal(s.pdf_reverse.v, passed, 1e-6f);
+    assert_float_equal(s.weight.g, passed * expf(-0.4f / cosine), 1e-5f);
+    assert_float_equal(ca_dot(s.wo_local, right), 1.0f, 1e-5f);
+    assert_false(ca_coat_sample(&coat, &mirror, below, 0.5f, u, CA_FROM_CAMERA, &s));
+    assert_float_equal(ca_coat_albedo(&coat, &mirror, left).g,
+                       0.5f * reflected + passed * passed * expf(-0.4f / cosine), 1e-5f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_choice_of_a_lobe_leaves_a_number_for_it),
         cmocka_unit_test(trees_become_weighted_lobes),
+        cmocka_unit_test(coats_reflect_refract_and_absorb),
         cmocka_unit_test(weightless_children_are_left_out),
         cmocka_unit_test(as_many_leaves_as_allowed),
         cmocka_unit_test(null_goes_straight_on),

@@ -152,7 +152,8 @@ static void mixtures_are_sampled_by_their_density(void **state)
 {
     (void)state;
     const uint32_t materials[] = {TWO_COLORS,   MASKED,       METAL_PAINT, GLASS_PAINT,
-                                  BUMPED_METAL, MAPPED_GLASS, PATCHWORK,   BUMPED_PAINT, TEXTBOOK_BUMP};
+                                  BUMPED_METAL, MAPPED_GLASS, PATCHWORK,   BUMPED_PAINT, TEXTBOOK_BUMP,
+                                  COATED_PAINT, COATED_METALS, OLD_METAL,   LEAF};
     const ca_vec3 incidences[] = {{0.1f, 0.2f, 0.9f}, {-0.7f, 0.3f, 0.5f}, {0.5f, -0.2f, -0.7f}};
     enum { MATERIALS = sizeof materials / sizeof *materials, INCIDENCES = sizeof incidences / sizeof *incidences };
     ca_test_random random = ca_test_random_seed(8);

@@ -169,6 +169,8 @@ static void test_reverse_adjoint_and_reciprocal(void **state)
             expect_near(entry, "density", camera.pdf.v, light.pdf_reverse.v, tolerance, 1e-6f, wi, wo);
             expect_near(entry, "adjoint, red", camera.f.r, light.f.r, tolerance, 1e-6f, wi, wo);
             expect_near(entry, "adjoint, blue", camera.f.b, light.f.b, tolerance, 1e-6f, wi, wo);
+            /* Thin principled sheets transmit by a rule of eye and light, which is not reciprocal. */
+            if (entry->bxdf.kind == CA_BXDF_PRINCIPLED_THIN && wi.z * wo.z < 0.0f) continue;
             /* Radiance over the square of the index: f(wi, wo) n_o^2 = f(wo, wi) n_i^2. */
             const float ratio = wi.z * wo.z > 0.0f ? 1.0f : ca_sqr(index_seen_from(&entry->bxdf, wi.z));
             expect_near(entry, "reciprocity", camera.f.g * ratio, back.f.g, tolerance, 1e-6f, wi, wo);

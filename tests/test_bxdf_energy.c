@@ -126,6 +126,9 @@ static void test_sampled_albedo_is_the_integral_of_the_value(void **state)
         if (bxdf->kind == CA_BXDF_ROUGH_PLASTIC) alpha = bxdf->as.rough_plastic.facets.alpha_x;
         if (bxdf->kind == CA_BXDF_PRINCIPLED && bxdf->as.principled.eta == 1.0f) alpha = 0.0f;
         if (bxdf->kind == CA_BXDF_PRINCIPLED && bxdf->as.principled.clearcoat > 0.0f) alpha = 0.0f;
+        if (bxdf->kind == CA_BXDF_WARD) alpha = bxdf->as.ward.alpha_x;
+        if (bxdf->kind == CA_BXDF_PRINCIPLED_THIN) alpha = ca_sqr(bxdf->as.principled_thin.roughness);
+        if (bxdf->kind == CA_BXDF_PRINCIPLED_THIN && bxdf->as.principled_thin.anisotropic > 0.0f) alpha = 0.0f;
         if (alpha < 0.3f || (ca_bxdf_scatter(bxdf) & CA_SCATTER_SMOOTH) == 0) continue;
         for (uint32_t k = 0; k < 3; ++k) {
             const ca_vec3 wi = ca_test_incidence(k, false);

@@ -1,5 +1,6 @@
 /* Values of models with several terms, by hand: what symmetry, energy and sampling do not fix. */
 #include "material/bxdf.h"
+#include "material/rough_transmittance.h"
 #include "math/numeric.h"
 
 #include <setjmp.h>
@@ -46,6 +47,27 @@ static void test_plastic(void **state)
     assert_near(f.b, 0.8 * passes / 0.4);
 }
 
+/* What Mitsuba 3.9.1 has for it, from quotients of its linear and nonlinear values, comes from a sum over 64 cosines
+ * from 0 to 1 of which both ends count whole: a 64th of what is reflected down is missing. */
+static void test_rough_plastic_inside(void **state)
+{
+    (void)state;
+    static const struct {
+        ca_microfacet_kind kind;
+        float alpha, expected;
+    } cases[] = {{CA_MICROFACET_BECKMANN, 0.1f, 0.425087f},
+                 {CA_MICROFACET_BECKMANN, 0.4f, 0.517682f},
+                 {CA_MICROFACET_GGX, 0.2f, 0.519767f},
+                 {CA_MICROFACET_GGX, 0.4f, 0.657309f}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        ca_rough_transmittance *table = ca_rough_transmittance_create(cases[i].kind, cases[i].alpha, 1.49f);
+        assert_non_null(table);
+        const float reflected = 1.0f - ca_rough_transmittance_from_inside(table);
+        assert_float_equal(1.0f - cases[i].expected, 63.0f / 64.0f * reflected, 1.5e-3f);
+        ca_rough_transmittance_destroy(table);
+    }
+}
+
 /* The mirror direction of one is the other; the one upright is 60 degrees off it. */
 static void test_phong(void **state)
 {
@@ -72,6 +94,27 @@ static void test_rough_diffuse(void **state)
     assert_near(value(&bxdf, up, right).b, 0.2 * a / CA_PI_D);
     const ca_vec3 steep = {-0.6f, 0.0f, 0.8f}; /* sin a of the greater angle, tan b of the smaller one */
     assert_near(value(&bxdf, left, steep).g, 0.4 * (a + 0.225 * 0.8660254 * 0.75) / CA_PI_D);
+}
+
+/* h upright: no exponential. h of `left` and `up` is (-0.866, 0, 1.5): h^2 = 3, (h_x / h_z)^2 = 1/3. */
+static void test_ward(void **state)
+{
+    (void)state;
+    ca_bxdf bxdf = {.kind = CA_BXDF_WARD,
+                    .as.ward = {.diffuse = {0.1f, 0.2f, 0.3f},
+                                .specular = {0.5f, 0.4f, 0.3f},
+                                .alpha_x = 0.5f,
+                                .alpha_y = 0.2f,
+                                .specular_weight = 0.5f}};
+    static const double mirror[3] = {1.0, 1.0, 0.5};
+    const double lean[3] = {3.0 / (1.5 * 1.5 * 1.5 * 1.5), 0.5, 0.25 / sqrt(0.5)};
+    for (int variant = 0; variant < 3; ++variant) {
+        bxdf.as.ward.variant = (ca_ward_variant)variant; /* balanced, Duer, 1992 */
+        assert_near(value(&bxdf, left, right).r, (0.1 + 0.5 * mirror[variant] / 0.1) / CA_PI_D);
+        assert_near(value(&bxdf, left, up).g, (0.2 + 0.4 * lean[variant] * exp(-4.0 / 3.0) / 0.1) / CA_PI_D);
+    }
+    const ca_vec3 front = {0.0f, 0.8660254f, 0.5f}; /* the same along t: exp(-1 / (3 * 0.04)) */
+    assert_near(value(&bxdf, front, up).g, (0.2 + 0.4 * lean[2] * exp(-25.0 / 3.0) / 0.1) / CA_PI_D);
 }
 
 static ca_bxdf principled(float roughness)
@@ -133,6 +176,41 @@ static void test_principled_specular(void **state)
     assert_near(value(&bxdf, left, right).g, 0.0891867 * facets(0.25));
 }
 
+/* Light that passes is a reflection turned over, at facets of roughness 0.65 * 1.5 - 0.35 = 0.625 times as large. Of
+ * base and sheen, the solid model's, what passes is missing. (Mitsuba 3.9.1 has these values.) */
+static void test_principled_thin(void **state)
+{
+    (void)state;
+    const ca_vec3 below = {right.x, right.y, -right.z}, under = {left.x, left.y, -left.z};
+    const double w = 1.0 / 32.0, fresnel = 0.0891867;
+    ca_bxdf bxdf = {.kind = CA_BXDF_PRINCIPLED_THIN,
+                    .as.principled_thin = {.base_color = {0.2f, 0.5f, 0.8f}, .roughness = 0.8f, .eta = 1.5f}};
+    bxdf.as.principled_thin.spec_trans = 1.0f;
+    const double passes = 0.5 * (1.0 - fresnel) * facets(0.25);
+    assert_near(value(&bxdf, left, right).g, fresnel * facets(0.64));
+    assert_near(value(&bxdf, under, below).g, fresnel * facets(0.64));
+    assert_near(value(&bxdf, left, below).g, passes);
+    assert_near(value(&bxdf, under, right).g, passes);
+
+    /* Seen upright, light from 60 degrees below lies behind the facet; the other way round it does not. */
+    const ca_vec3 flat = {0.9682458f, 0.0f, -0.25f};
+    assert_true(value(&bxdf, up, below).g > 0.0f && value(&bxdf, up, flat).g == 0.0f);
+    assert_true(ca_bxdf_eval(&bxdf, flat, up, CA_FROM_LIGHT).f.g == 0.0f);
+    assert_true(value(&bxdf, flat, up).g > 0.0f);
+
+    const double luminance = 0.2126 * 0.2 + 0.7152 * 0.5 + 0.0722 * 0.8;
+    bxdf.as.principled_thin.spec_tint = 1.0f;
+    assert_near(value(&bxdf, left, right).g, (0.04 * 0.5 / luminance * (1.0 - w) + w) * facets(0.64));
+    assert_near(value(&bxdf, left, below).g, passes);
+
+    const double r = 0.5 * 0.8, amount = (1.0 - 0.5 * w) * (1.0 - 0.5 * w) + r * (2.0 * w + w * w * (r - 1.0));
+    bxdf.as.principled_thin.spec_trans = 0.0f;
+    bxdf.as.principled_thin.sheen = 0.5f;
+    bxdf.as.principled_thin.diff_trans = 0.25f;
+    assert_near(value(&bxdf, under, below).g, 0.75 * (0.5 * amount / CA_PI_D + 0.5 * w));
+    assert_near(value(&bxdf, under, right).g, 0.25 * 0.5 / CA_PI_D);
+}
+
 /* GTR1 at its peak, (a^2 - 1) / (pi log a^2 a^2) with a = 0.1; a quarter as strong; masking of roughness 1/4; times
  * R0 = 0.04, head-on. */
 static void test_principled_clearcoat(void **state)
@@ -150,6 +228,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_phong),
+        cmocka_unit_test(test_rough_plastic_inside),
+        cmocka_unit_test(test_ward),
+        cmocka_unit_test(test_principled_thin),
         cmocka_unit_test(test_rough_diffuse),
         cmocka_unit_test(test_plastic),
         cmocka_unit_test(test_principled_base),

@@ -95,6 +95,7 @@ static void jpeg_values(void **unused)
     }
 }
 
+static double coded_grey(unsigned x, unsigned y, unsigned c) { return coded(x, y, 0 * c); }
 static double packed_colour(unsigned x, unsigned y, unsigned c) { return coded(x == 1 ? 0 : x, y, c); }
 static double first_row(unsigned x, unsigned y, unsigned c) { return coded(x, 0 * y, c); }
 static double first_row_packed(unsigned x, unsigned y, unsigned c) { return packed_colour(x, 0 * y, c); }
@@ -115,6 +116,31 @@ static void tga_values(void **unused)
                          packed ? first_row_packed : first_row, 1e-7);
         }
     check_values(read_sample("a.tga", sample_tga(2, 24, false, true), CA_ENCODING_SRGB, 3), coded_srgb, 1e-6);
+}
+
+/* Bottom up by default, top down with a negative height; a byte a pixel has a palette of the codes themselves. */
+static void bmp_values(void **unused)
+{
+    (void)unused;
+    for (int top_down = 0; top_down < 2; ++top_down) {
+        check_values(read_sample("a.bmp", sample_bmp(24, top_down), CA_ENCODING_RAW, 3), coded, 1e-7);
+        check_values(read_sample("a.any", sample_bmp(32, top_down), CA_ENCODING_RAW, 4), coded, 1e-7);
+        check_values(read_sample("a.bmp", sample_bmp(8, top_down), CA_ENCODING_RAW, 3), coded_grey, 1e-7);
+    }
+    check_values(read_sample("a.bmp", sample_bmp(24, false), CA_ENCODING_SRGB, 3), coded_srgb, 1e-6);
+}
+
+static void pnm_values(void **unused)
+{
+    (void)unused;
+    for (unsigned channels = 1; channels <= 3; channels += 2)
+        for (int text = 0; text < 2; ++text) {
+            check_values(read_sample("a.ppm", sample_pnm(channels, 255, text), CA_ENCODING_RAW, channels), coded,
+                         1e-7);
+            check_values(read_sample("a", sample_pnm(channels, 51000, text), CA_ENCODING_RAW, channels), coded, 1e-5);
+            check_values(read_sample("a", sample_pnm(channels, 255, text), CA_ENCODING_SRGB, channels), coded_srgb,
+                         1e-6);
+        }
 }
 
 static double hdr_colour(unsigned x, unsigned y, unsigned c)
@@ -147,11 +173,12 @@ static void exr_values(void **unused)
     (void)unused;
     enum { COMPRESSIONS = 8, B44 = 6 }; /* up to B44A; from B44 on, blocks of halves share their exponents */
     for (int compression = 0; compression < COMPRESSIONS; ++compression)
-        for (int tiled = 0; tiled < 2; ++tiled) {
+        for (int tiles = 0; tiles < 3; ++tiles) {
             const double tolerance = compression >= B44 ? 0.25 : 0.0;
-            check_values(read_sample("a.exr", sample_exr(compression, tiled, false), CA_ENCODING_SRGB, 4), exr_colour,
+            if (tiles == 2 && compression >= B44) continue; /* the library cannot write its blocks at the edge */
+            check_values(read_sample("a.exr", sample_exr(compression, tiles, false), CA_ENCODING_SRGB, 4), exr_colour,
                          tolerance);
-            check_values(read_sample("a.exr", sample_exr(compression, tiled, true), CA_ENCODING_SRGB, 1), exr_colour,
+            check_values(read_sample("a.exr", sample_exr(compression, tiles, true), CA_ENCODING_SRGB, 1), exr_colour,
                          0.0);
         }
 }
@@ -220,10 +247,16 @@ static void refused_with_a_reason(void **unused)
 {
     (void)unused;
     assert_refused_text("e.png", "", "not an image of a known format");
-    assert_refused_text("e.png", "GIF89a", "not an image of a known format (PNG, JPEG, EXR, HDR, TGA, PFM)");
+    assert_refused_text("e.png", "GIF89a",
+                        "not an image of a known format (PNG, JPEG, EXR, HDR, TGA, BMP, PNM, PFM)");
     assert_refused_text("e.pfm", "PF\n2 2.5\n-1\n", "expected a PFM header");
     assert_refused_text("e.pfm", "PF\n2 2\n0\n", "expected a PFM header");
     assert_refused_text("e.pfm", "PF\n0 2\n-1\n", "the image has no pixels");
+    assert_refused_text("e.ppm", "P6\n2 2\n0\n", "expected a PNM header");
+    assert_refused_text("e.ppm", "P5\n2 2\n65536\n", "expected a PNM header");
+    assert_refused_text("e.ppm", "P6 # colours\n2 2 255\n0123456789", "ends too early");
+    assert_refused_text("e.ppm", "P2 2 2 10 1 2 3", "ends too early");
+    assert_refused_text("e.ppm", "P2 2 2 10 1 2 3 11", "over its largest value, 10");
     assert_refused_text("e.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd", "only 32-bit_rle_rgbe");
     assert_refused_text("e.hdr", "#?RADIANCE\n\n+X 1 +Y 1\nabcd", "expected the HDR resolution");
     assert_refused_text("e.hdr", "#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1", "line 0"); /* nothing before to repeat */
@@ -231,6 +264,11 @@ static void refused_with_a_reason(void **unused)
     sample_bytes tga = sample_tga(1, 8, false, true);
     tga.data[tga.size - 1] = SAMPLE_WIDTH; /* one past the palette */
     assert_refused("e.tga", tga.data, tga.size, "outside of the palette");
+    sample_bytes bmp = sample_bmp(24, false);
+    assert_refused("e.bmp", bmp.data, bmp.size - 1, "the BMP file ends too early");
+    bmp.data[30] = 1; /* packed in runs */
+    assert_refused("e.bmp", bmp.data, bmp.size, "not a BMP image that is read");
+    sample_free(&bmp);
     tga.data[2] = 4;
     assert_refused("e.tga", tga.data, tga.size, "expected image type");
     sample_free(&tga);
@@ -255,6 +293,12 @@ static void huge_headers_are_refused(void **unused)
     assert_refused_text("h.pfm", "PF\n60000 4000\n-1.0\n1234", "cannot come from");
     assert_refused_text("h.pfm", "PF\n70000 1\n-1.0\n1234", "over the limit");
     assert_refused_text("h.pfm", "PF\n1e300 1e300\n-1.0\n1234", "over the limit");
+    assert_refused_text("h.ppm", "P6 60000 4000 255 1234", "cannot come from");
+    assert_refused_text("h.ppm", "P6 70000 1 255 1234", "over the limit");
+    sample_bytes bmp = sample_bmp(24, false);
+    memcpy(bmp.data + 18, (unsigned char[8]){0, 0x40, 0, 0, 0, 0x40, 0, 0}, 8);
+    assert_refused("h.bmp", bmp.data, bmp.size, "cannot come from");
+    sample_free(&bmp);
     assert_refused_text("h.hdr", "#?RADIANCE\n\n-Y 99999999999999999999 +X 1\n1234", "over the limit");
     assert_refused_text("h.hdr", "#?RADIANCE\n\n-Y 65536 +X 4096\n1234", "cannot come from");
     sample_bytes bytes = sample_tga(2, 24, true, true);
@@ -324,6 +368,8 @@ int main(void)
         cmocka_unit_test(png_palette),
         cmocka_unit_test(jpeg_values),
         cmocka_unit_test(tga_values),
+        cmocka_unit_test(bmp_values),
+        cmocka_unit_test(pnm_values),
         cmocka_unit_test(hdr_values),
         cmocka_unit_test(pfm_values),
         cmocka_unit_test(exr_values),

@@ -184,6 +184,84 @@ static void principled(void **state)
     done();
 }
 
+static void thin_principled(void **state)
+{
+    (void)state;
+    const ca_material *m = import(SCENE("<bsdf type=\"principledthin\"/>"));
+    assert_int_equal(m->kind, CA_MATERIAL_PRINCIPLED_THIN);
+    is_grey(m->as.principled_thin.base_color, 0.5);
+    is_grey(m->as.principled_thin.roughness, 0.5);
+    is_grey(m->as.principled_thin.diff_trans, 0.0);
+    near((double)m->as.principled_thin.eta, 1.5);
+    done();
+    m = import(SCENE("<bsdf type=\"principledthin\"><rgb name=\"base_color\" value=\"0.9 0.8 0.7\"/>"
+                     "<float name=\"roughness\" value=\"0.11\"/><float name=\"anisotropic\" value=\"0.12\"/>"
+                     "<float name=\"spec_trans\" value=\"0.14\"/><float name=\"spec_tint\" value=\"0.15\"/>"
+                     "<float name=\"sheen\" value=\"0.16\"/><float name=\"sheen_tint\" value=\"0.17\"/>"
+                     "<float name=\"flatness\" value=\"0.18\"/><float name=\"diff_trans\" value=\"1.4\"/>"
+                     "<float name=\"eta\" value=\"1.7\"/>"
+                     "<float name=\"diffuse_transmittance_sampling_rate\" value=\"2\"/></bsdf>"));
+    is_rgb(m->as.principled_thin.base_color, 0.9, 0.8, 0.7);
+    is_grey(m->as.principled_thin.roughness, 0.11);
+    is_grey(m->as.principled_thin.anisotropic, 0.12);
+    is_grey(m->as.principled_thin.spec_trans, 0.14);
+    is_grey(m->as.principled_thin.spec_tint, 0.15);
+    is_grey(m->as.principled_thin.sheen, 0.16);
+    is_grey(m->as.principled_thin.sheen_tint, 0.17);
+    is_grey(m->as.principled_thin.flatness, 0.18);
+    is_grey(m->as.principled_thin.diff_trans, 1.4);
+    near((double)m->as.principled_thin.eta, 1.7);
+    done();
+}
+
+static void ward(void **state)
+{
+    (void)state;
+    const ca_material *m = import(SCENE("<bsdf type=\"ward\"/>"));
+    assert_int_equal(m->kind, CA_MATERIAL_WARD);
+    assert_int_equal(m->as.ward.variant, CA_WARD_BALANCED);
+    is_grey(m->as.ward.diffuse, 0.5);
+    is_grey(m->as.ward.specular, 0.2);
+    is_grey(m->as.ward.alpha_u, 0.1);
+    assert_int_equal(m->as.ward.alpha_u, m->as.ward.alpha_v);
+    done();
+    m = import(SCENE("<bsdf type=\"ward\"><string name=\"variant\" value=\"ward-duer\"/>"
+                     "<float name=\"alphaU\" value=\"0.2\"/><float name=\"alphaV\" value=\"0.3\"/></bsdf>"));
+    assert_int_equal(m->as.ward.variant, CA_WARD_DUER);
+    is_grey(m->as.ward.alpha_u, 0.2);
+    is_grey(m->as.ward.alpha_v, 0.3);
+    done();
+    m = import(SCENE("<bsdf type=\"ward\"><string name=\"variant\" value=\"ward\"/></bsdf>"));
+    assert_int_equal(m->as.ward.variant, CA_WARD_1992);
+    done();
+}
+
+static void coatings(void **state)
+{
+    (void)state;
+    const ca_material *m = import(SCENE("<bsdf type=\"coating\"><bsdf type=\"diffuse\"/></bsdf>"));
+    assert_int_equal(m->kind, CA_MATERIAL_COATING);
+    near((double)m->as.coating.eta, 1.5046 / 1.000277);
+    near((double)m->as.coating.thickness, 1.0);
+    is_grey(m->as.coating.sigma_a, 0.0);
+    is_grey(m->as.coating.specular, 1.0);
+    assert_int_equal(m->as.coating.facets.alpha_u, CA_NONE);
+    assert_int_equal(desc.materials.items[m->as.coating.child].material.kind, CA_MATERIAL_DIFFUSE);
+    done();
+    m = import(SCENE("<bsdf type=\"roughcoating\"><float name=\"intIOR\" value=\"1.7\"/>"
+                     "<float name=\"extIOR\" value=\"1\"/><float name=\"thickness\" value=\"2\"/>"
+                     "<rgb name=\"sigmaA\" value=\"3 2 1\"/><float name=\"alpha\" value=\"0.2\"/>"
+                     "<float name=\"specularReflectance\" value=\"0.9\"/>"
+                     "<string name=\"distribution\" value=\"ggx\"/><bsdf type=\"roughconductor\"/></bsdf>"));
+    near((double)m->as.coating.eta, 1.7);
+    near((double)m->as.coating.thickness, 2.0);
+    is_rgb(m->as.coating.sigma_a, 3.0, 2.0, 1.0);
+    is_grey(m->as.coating.specular, 0.9);
+    is_grey(m->as.coating.facets.alpha_u, 0.2);
+    assert_int_equal(m->as.coating.facets.distribution, CA_MICROFACET_GGX);
+    done();
+}
+
 static void nested_bsdfs(void **state)
 {
     (void)state;
@@ -253,6 +331,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dielectrics), cmocka_unit_test(conductors), cmocka_unit_test(conductor_table_is_sound),
         cmocka_unit_test(plastics),    cmocka_unit_test(principled), cmocka_unit_test(nested_bsdfs),
+        cmocka_unit_test(coatings), cmocka_unit_test(thin_principled), cmocka_unit_test(ward),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

@@ -89,6 +89,11 @@ static void wrong_values(void **state)
         {SCENE("<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\"><float name=\"gamma\" "
                "value=\"1.8\"/></texture></bsdf>"),
          "2:64: parameter \"gamma\" of bitmap must be 1, 2.2, or -1 for sRGB"},
+        {SCENE("<bsdf type=\"coating\"><bsdf type=\"bumpmap\"><texture type=\"checkerboard\"/>"
+               "<bsdf type=\"diffuse\"/></bsdf></bsdf>"),
+         "2:1: coating can only hold a BSDF that reflects, or a blend of such: bumpmap goes around it"},
+        {SCENE("<bsdf type=\"coating\"><bsdf type=\"dielectric\"/></bsdf>"),
+         "2:1: coating can only hold a BSDF that reflects, or a blend of such: dielectric goes around it"},
         {SCENE("<bsdf type=\"pplastic\"/>"), "2:1: bsdf \"pplastic\": polarised light is not supported"},
         {SCENE("<emitter type=\"sunsky\"/>"),
          "2:1: emitter \"sunsky\": the sky model is not supported; envmap takes a picture of a sky"},

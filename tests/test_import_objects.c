@@ -386,10 +386,19 @@ static void integrators_in_integrators(void **state)
                  "name=\"max_depth\" value=\"3\"/></integrator></integrator></integrator>"));
     assert_string_equal(desc.integrator.name, "path");
     near(parameter("max_depth"), 3.0);
-    assert_int_equal(desc.notes.count, 3);
-    assert_non_null(strstr(desc.notes.items[0], "the aov sh_normal is the layer N.*"));
-    assert_non_null(strstr(desc.notes.items[1], "the aov depth is not made"));
-    assert_non_null(strstr(desc.notes.items[2], "2:1: integrator \"moment\": instead of second moments"));
+    assert_int_equal(desc.integrator.aovs.count, 2);
+    assert_string_equal(desc.integrator.aovs.items[0].name, "nn");
+    assert_int_equal(desc.integrator.aovs.items[0].kind, CA_AOV_SH_NORMAL);
+    assert_string_equal(desc.integrator.aovs.items[1].name, "dd.y");
+    assert_int_equal(desc.integrator.aovs.items[1].kind, CA_AOV_DEPTH);
+    assert_int_equal(desc.notes.count, 1);
+    assert_non_null(strstr(desc.notes.items[0], "2:1: integrator \"moment\": instead of second moments"));
+    done();
+    import(SCENE("<integrator type=\"depth\"/>"));
+    assert_string_equal(desc.integrator.name, "path");
+    near(parameter("max_depth"), 1.0);
+    assert_string_equal(desc.integrator.aovs.items[0].name, "depth");
+    assert_int_equal(desc.notes.count, 1);
     done();
 }
 

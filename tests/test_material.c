@@ -23,6 +23,7 @@ static ca_material node(ca_material_kind kind, ca_material_id first, ca_material
     if (kind == CA_MATERIAL_MASK) material.as.mask.child = first;
     if (kind == CA_MATERIAL_BUMP) material.as.bump.child = first;
     if (kind == CA_MATERIAL_NORMAL_MAP) material.as.normal_map.child = first;
+    if (kind == CA_MATERIAL_COATING) material.as.coating.child = first;
     if (kind == CA_MATERIAL_TWOSIDED) material.as.twosided.front = first;
     if (kind == CA_MATERIAL_TWOSIDED) material.as.twosided.back = second;
     if (kind == CA_MATERIAL_BLEND) material.as.blend.first = first;
@@ -70,6 +71,8 @@ static void leaves_have_their_models_properties(void **state)
         {CA_MATERIAL_PLASTIC, SMOOTH_REFLECTION | CA_SCATTER_DIRAC},
         {CA_MATERIAL_ROUGH_PLASTIC, SMOOTH_REFLECTION},
         {CA_MATERIAL_PRINCIPLED, SMOOTH_REFLECTION},
+        {CA_MATERIAL_PRINCIPLED_THIN, SMOOTH_REFLECTION | CA_SCATTER_TRANSMISSION},
+        {CA_MATERIAL_WARD, SMOOTH_REFLECTION},
         {CA_MATERIAL_NULL, NULL_EVENT},
     };
     for (size_t i = 0; i < sizeof expected / sizeof *expected; ++i) {
@@ -97,9 +100,10 @@ static void trees_add_up(void **state)
         node(CA_MATERIAL_NORMAL_MAP, 1, CA_NONE), /* 7 */
         node(CA_MATERIAL_TWOSIDED, 1, CA_NONE),   /* 8 */
         node(CA_MATERIAL_TWOSIDED, 0, 6),         /* 9 */
+        node(CA_MATERIAL_COATING, 0, CA_NONE),    /* 10 */
     };
-    const uint32_t leaves[] = {1, 1, 2, 2, 2, 4, 1, 1, 1, 1};
-    for (uint32_t i = 0; i < 10; ++i) {
+    const uint32_t leaves[] = {1, 1, 2, 2, 2, 4, 1, 1, 1, 1, 1};
+    for (uint32_t i = 0; i < 11; ++i) {
         assert_int_equal(ca_material_leaf_count(table, i), leaves[i]);
         assert_int_equal(ca_material_needs_tangents(table, i), i == 6 || i == 7 || i == 9);
     }
@@ -107,6 +111,7 @@ static void trees_add_up(void **state)
     assert_int_equal(ca_material_scatter(table, 5), SMOOTH_REFLECTION | NULL_EVENT);
     assert_int_equal(ca_material_scatter(table, 6), SMOOTH_REFLECTION);
     assert_int_equal(ca_material_scatter(table, 8), CA_SCATTER_REFLECTION | CA_SCATTER_DIRAC);
+    assert_int_equal(ca_material_scatter(table, 10), SMOOTH_REFLECTION | CA_SCATTER_DIRAC);
 }
 
 static void anisotropy_needs_tangents(void **state)
@@ -124,6 +129,14 @@ static void anisotropy_needs_tangents(void **state)
     assert_false(ca_material_needs_tangents(&principled, 0));
     principled.as.principled.anisotropic = 3;
     assert_true(ca_material_needs_tangents(&principled, 0));
+    ca_material sheet = leaf(CA_MATERIAL_PRINCIPLED_THIN), ward = leaf(CA_MATERIAL_WARD);
+    assert_false(ca_material_needs_tangents(&sheet, 0));
+    sheet.as.principled_thin.anisotropic = 3;
+    assert_true(ca_material_needs_tangents(&sheet, 0));
+    ward.as.ward.alpha_u = ward.as.ward.alpha_v = 3;
+    assert_false(ca_material_needs_tangents(&ward, 0));
+    ward.as.ward.alpha_v = 4;
+    assert_true(ca_material_needs_tangents(&ward, 0));
 }
 
 /* Deep, cyclic and exponentially large trees are told apart from good ones, in no time. */

@@ -131,7 +131,8 @@ dead_rank() {
     [ "$status" != 0 ] && [ ! -e s.pfm ] || return 1
     "$program" merge s.part -o left.pfm --stats s.json || return 1
     passes=$(number_of iterations)
-    [ "$passes" -gt 1 ] && "$program" render ball.xml --passes "0:$passes" -o same.pfm --quiet && cmp left.pfm same.pfm
+    [ "$passes" -gt 1 ] && "$program" render ball.xml --passes "0:$passes" -o same.pfm --quiet &&
+        cmp left.pfm same.pfm
 }
 check "a rank that is killed leaves the last checkpoint" dead_rank
 

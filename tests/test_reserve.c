@@ -146,6 +146,8 @@ static void test_image_without_memory(void **state)
             ca_render_settings_init(&settings);
             settings.integrator = integrators[i];
             settings.samples_per_pixel = samples;
+            settings.width = 80; /* more than what is kept back for small things */
+            settings.height = 60;
             settings.threads = 2;
             settings.max_depth = 4;
             settings.has_max_depth = true;

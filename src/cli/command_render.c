@@ -538,8 +538,9 @@ static ca_status render_image(const render_options *o, const ca_scene *scene, ca
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
 {
     ca_live_view view;
-    ca_render_statistics statistics = {0};
+    ca_render_statistics statistics;
     ca_image_layers *image = NULL;
+    ca_render_statistics_init(&statistics);
     ca_keep_tell(&o->keep);
     CA_TRY(ca_ranks_agree(ca_mpi_ranks(), start_live_view(o, &view, error), error));
     ca_signals_catch(o->quiet);

@@ -1,4 +1,5 @@
-/* OpenEXR input through the C core: the first part, scan lines or tiles of one level, every compression the core has.
+/* OpenEXR input through the C core: the first part, scan lines or tiles, of which the largest level, every compression the
+ * core has.
  *
  * The file is read from memory, so a truncated one is noticed by the offset alone. Sizes are checked before pixels
  * are allocated, and each chunk's place is checked again before the decoder is given pointers into them. */
@@ -83,27 +84,15 @@ static ca_status fail_library(const exr_input *input, exr_result_t result, ca_er
                    ca_exr_message()[0] ? ca_exr_message() : exr_get_default_error_message(result));
 }
 
-static ca_status fail_unsupported(const exr_input *input, const char *what, ca_error *error)
-{
-    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: %s EXR files are not read; save it as a flat image",
-                   input->path, what);
-}
-
 static ca_status check_storage(exr_input *input, ca_error *error)
 {
     exr_storage_t storage;
     exr_result_t result = exr_get_storage(input->context, 0, &storage);
     if (result != EXR_ERR_SUCCESS) return fail_library(input, result, error);
     if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED)
-        return fail_unsupported(input, "deep", error);
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "%s: deep EXR files are not read; save it as a flat image", input->path);
     input->tiled = storage == EXR_STORAGE_TILED;
-    if (!input->tiled) return CA_OK;
-    uint32_t tile_width, tile_height;
-    exr_tile_level_mode_t levels;
-    exr_tile_round_mode_t rounding;
-    result = exr_get_tile_descriptor(input->context, 0, &tile_width, &tile_height, &levels, &rounding);
-    if (result != EXR_ERR_SUCCESS) return fail_library(input, result, error);
-    if (levels != EXR_TILE_ONE_LEVEL) return fail_unsupported(input, "multi-level", error);
     return CA_OK;
 }
 

@@ -36,6 +36,10 @@ ca_status ca_jpeg_read(const char *path, const ca_bytes *bytes, ca_image_encodin
                        ca_error *error);
 ca_status ca_tga_read(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
                       ca_error *error);
+ca_status ca_bmp_read(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
+                      ca_error *error);
+ca_status ca_pnm_read(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
+                      ca_error *error);
 ca_status ca_hdr_read(const char *path, const ca_bytes *bytes, ca_image *image, ca_error *error);
 ca_status ca_pfm_read(const char *path, const ca_bytes *bytes, ca_image *image, ca_error *error);
 /* R G B (A), or Y (A), of the data window. */
@@ -47,6 +51,8 @@ bool ca_png_is(const ca_bytes *bytes);
 bool ca_jpeg_is(const ca_bytes *bytes);
 bool ca_hdr_is(const ca_bytes *bytes);
 bool ca_pfm_is(const ca_bytes *bytes);
+bool ca_pnm_is(const ca_bytes *bytes);
+bool ca_bmp_is(const ca_bytes *bytes);
 bool ca_exr_is(const ca_bytes *bytes);
 
 struct _priv_exr_context_t; /* the core's context */

@@ -43,8 +43,8 @@ const ca_attribute *ca_layers_attribute(const ca_image_layers *layers, const cha
 ca_status ca_layers_set_text(ca_image_layers *layers, const char *name, const char *text, ca_error *error);
 ca_status ca_layers_set_number(ca_image_layers *layers, const char *name, double number, ca_error *error);
 
-/* All channels and attributes of an EXR file (single part, scan lines or tiles of one level), or R G B of a PFM,
- * PNG (decoded to linear), HDR. */
+/* All channels and attributes of an EXR file (its first part, in full size), or R G B of a PFM, PNG (decoded to
+ * linear), HDR. */
 ca_status ca_layers_read(const char *path, ca_image_layers **layers, ca_error *error);
 
 /* Writes all channels: .exr; the R G B channels: .png (sRGB, values times 2^exposure clipped to [0, 1], 8 bit), .pfm.

@@ -1,4 +1,4 @@
-/* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap), and any BSDF. */
+/* BSDFs that hold others (twosided, mask, blendbsdf, bumpmap, normalmap, coating), and any BSDF. */
 #include "base/text.h"
 #include "import/bsdf_plugins.h"
 #include "import/number.h"
@@ -219,6 +219,43 @@ void ca_import_normal_map(ca_props *props, void *result)
     m->as.normal_map.rules = import_rules(props);
     import_children(props, &m->as.normal_map.child, 1, 1);
     note_nested(props, m->as.normal_map.child);
+}
+
+/* ---- Coats (0.6) ----------------------------------------------------------------------------------------------- */
+
+/* Blends of BSDFs that only reflect, and these: what else there is goes around the coat, not into it. */
+static bool can_be_coated(const ca_scene_desc *desc, ca_material_id id)
+{
+    const ca_material *m = &desc->materials.items[id].material;
+    if (ca_material_is_leaf(m->kind)) return !transmits(desc, id);
+    ca_material_id children[2];
+    const uint32_t count = ca_material_children(m, children);
+    for (uint32_t i = 0; i < count; i++)
+        if (!can_be_coated(desc, children[i])) return false;
+    return m->kind == CA_MATERIAL_BLEND;
+}
+
+static void import_coat(ca_props *props, ca_material *m)
+{
+    *m = ca_material_of_kind(CA_MATERIAL_COATING);
+    m->as.coating.eta = ca_import_glass_index(props);
+    m->as.coating.thickness = (float)ca_props_number_in(props, "thickness", 1.0, 0.0, 1e30);
+    m->as.coating.sigma_a = ca_props_texture(props, "sigma_a", 0.0f, CA_COLOR_INDEX);
+    m->as.coating.specular = ca_props_texture(props, "specular_reflectance", 1.0f, CA_COLOR_REFLECTANCE);
+    import_children(props, &m->as.coating.child, 1, 1);
+    if (!ca_import_good(props->importer) || can_be_coated(props->importer->desc, m->as.coating.child)) return;
+    ca_import_fail(props->importer, &props->node->where,
+                   "%s can only hold a BSDF that reflects, or a blend of such: %s goes around it", props->type,
+                   ca_material_kind_names[props->importer->desc->materials.items[m->as.coating.child].material.kind]);
+}
+
+void ca_import_coating(ca_props *props, void *result) { import_coat(props, result); }
+
+void ca_import_rough_coating(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    import_coat(props, m);
+    ca_import_one_roughness(props, &m->as.coating.facets);
 }
 
 /* ---- Any BSDF -------------------------------------------------------------------------------------------------- */

@@ -45,6 +45,8 @@ static float relative_index(ca_props *props, double interior)
                    ca_import_index_of_refraction(props, "ext_ior", air));
 }
 
+float ca_import_glass_index(ca_props *props) { return relative_index(props, bk7); }
+
 /* ---- Microfacets ----------------------------------------------------------------------------------------------- */
 
 /* Plugins of some 0.6 versions have the distribution in their name. */
@@ -60,9 +62,8 @@ static void import_facets(ca_props *props, ca_material_facets *facets)
 }
 
 /* alpha, or alpha_u and alpha_v. */
-static void import_roughness(ca_props *props, ca_material_facets *facets)
+static void import_alphas(ca_props *props, ca_material_facets *facets)
 {
-    import_facets(props, facets);
     const bool along_u = ca_props_find(props, "alpha_u"), along_v = ca_props_find(props, "alpha_v");
     if (!along_u && !along_v) {
         facets->alpha_u = facets->alpha_v = ca_props_texture(props, "alpha", 0.1f, CA_COLOR_INDEX);
@@ -72,6 +73,12 @@ static void import_roughness(ca_props *props, ca_material_facets *facets)
     if (ca_props_find(props, "alpha")) ca_props_fail(props, "alpha", "excludes alpha_u and alpha_v");
     facets->alpha_u = ca_props_texture(props, "alpha_u", 0.1f, CA_COLOR_INDEX);
     facets->alpha_v = ca_props_texture(props, "alpha_v", 0.1f, CA_COLOR_INDEX);
+}
+
+static void import_roughness(ca_props *props, ca_material_facets *facets)
+{
+    import_facets(props, facets);
+    import_alphas(props, facets);
 }
 
 /* ---- The plugins ----------------------------------------------------------------------------------------------- */
@@ -102,7 +109,7 @@ static void import_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_DIELECTRIC);
-    m->as.dielectric.eta = relative_index(props, bk7);
+    m->as.dielectric.eta = ca_import_glass_index(props);
     m->as.dielectric.reflectance = specular_reflectance(props);
     m->as.dielectric.transmittance = specular_transmittance(props);
 }
@@ -111,7 +118,7 @@ static void import_thin_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_THIN_DIELECTRIC);
-    m->as.thin_dielectric.eta = relative_index(props, bk7);
+    m->as.thin_dielectric.eta = ca_import_glass_index(props);
     m->as.thin_dielectric.reflectance = specular_reflectance(props);
     m->as.thin_dielectric.transmittance = specular_transmittance(props);
 }
@@ -120,7 +127,7 @@ static void import_rough_dielectric(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_ROUGH_DIELECTRIC);
-    m->as.rough_dielectric.eta = relative_index(props, bk7);
+    m->as.rough_dielectric.eta = ca_import_glass_index(props);
     m->as.rough_dielectric.reflectance = specular_reflectance(props);
     m->as.rough_dielectric.transmittance = specular_transmittance(props);
     if (m->as.rough_dielectric.eta == 1.0f) ca_props_fail(props, "int_ior", "must differ from ext_ior");
@@ -199,15 +206,18 @@ static void import_plastic(ca_props *props, void *result)
     m->as.plastic = import_layers(props);
 }
 
-/* Its roughness is one number, because a table of transmittances is made for it. */
+void ca_import_one_roughness(ca_props *props, ca_material_facets *facets)
+{
+    import_facets(props, facets);
+    facets->alpha_u = facets->alpha_v = constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
+}
+
 static void import_rough_plastic(ca_props *props, void *result)
 {
     ca_material *m = result;
     *m = ca_material_of_kind(CA_MATERIAL_ROUGH_PLASTIC);
-    ca_material_facets *facets = &m->as.rough_plastic.facets;
     m->as.rough_plastic.layers = import_layers(props);
-    import_facets(props, facets);
-    facets->alpha_u = facets->alpha_v = constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
+    ca_import_one_roughness(props, &m->as.rough_plastic.facets);
 }
 
 /* eta, or `specular`, which stands for one: a reflectance of 0.08 specular at normal incidence. */
@@ -279,6 +289,42 @@ static void import_diffuse_transmitter(ca_props *props, void *result)
     m->as.diffuse_transmitter.transmittance = ca_props_texture(props, "transmittance", 0.5f, CA_COLOR_REFLECTANCE);
 }
 
+/* 0.6 */
+static void import_ward(ca_props *props, void *result)
+{
+    static const char *const variants[] = {"balanced", "ward-duer", "ward"};
+    static const ca_ward_variant values[] = {CA_WARD_BALANCED, CA_WARD_DUER, CA_WARD_1992};
+    ca_material *m = result;
+    ca_material_facets roughness;
+    *m = ca_material_of_kind(CA_MATERIAL_WARD);
+    m->as.ward.diffuse = ca_props_texture(props, "diffuse_reflectance", 0.5f, CA_COLOR_REFLECTANCE);
+    m->as.ward.specular = ca_props_texture(props, "specular_reflectance", 0.2f, CA_COLOR_REFLECTANCE);
+    m->as.ward.variant = values[ca_props_choice(props, "variant", variants, CA_COUNT(variants), 0)];
+    import_alphas(props, &roughness);
+    m->as.ward.alpha_u = roughness.alpha_u;
+    m->as.ward.alpha_v = roughness.alpha_v;
+}
+
+static void import_principled_thin(ca_props *props, void *result)
+{
+    static const char *const rates[] = {"diffuse_reflectance_sampling_rate", "diffuse_transmittance_sampling_rate",
+                                        "specular_reflectance_sampling_rate", "specular_transmittance_sampling_rate"};
+    ca_material *m = result;
+    const ca_color_role role = CA_COLOR_REFLECTANCE;
+    *m = ca_material_of_kind(CA_MATERIAL_PRINCIPLED_THIN);
+    m->as.principled_thin.base_color = ca_props_texture(props, "base_color", 0.5f, role);
+    m->as.principled_thin.roughness = ca_props_texture(props, "roughness", 0.5f, role);
+    m->as.principled_thin.anisotropic = ca_props_texture(props, "anisotropic", 0.0f, role);
+    m->as.principled_thin.spec_trans = ca_props_texture(props, "spec_trans", 0.0f, role);
+    m->as.principled_thin.spec_tint = ca_props_texture(props, "spec_tint", 0.0f, role);
+    m->as.principled_thin.sheen = ca_props_texture(props, "sheen", 0.0f, role);
+    m->as.principled_thin.sheen_tint = ca_props_texture(props, "sheen_tint", 0.0f, role);
+    m->as.principled_thin.flatness = ca_props_texture(props, "flatness", 0.0f, role);
+    m->as.principled_thin.diff_trans = ca_props_texture(props, "diff_trans", 0.0f, CA_COLOR_INDEX);
+    for (size_t i = 0; i < CA_COUNT(rates); i++) ca_props_number_in(props, rates[i], 1.0, 0.0, 1e6);
+    m->as.principled_thin.eta = principled_index(props, false);
+}
+
 static void import_null(ca_props *props, void *result)
 {
     ca_material *m = result;
@@ -301,6 +347,8 @@ static const ca_plugin plugins[] = {
     {"roughdiffuse", import_rough_diffuse},
     {"phong", import_phong},
     {"difftrans", import_diffuse_transmitter},
+    {"ward", import_ward},
+    {"principledthin", import_principled_thin},
     {"null", import_null},
     {"twosided", ca_import_twosided},
     {"mask", ca_import_mask},
@@ -308,6 +356,8 @@ static const ca_plugin plugins[] = {
     {"mixturebsdf", ca_import_mixture},
     {"bumpmap", ca_import_bump},
     {"normalmap", ca_import_normal_map},
+    {"coating", ca_import_coating},
+    {"roughcoating", ca_import_rough_coating},
 };
 
 const ca_plugin *ca_import_bsdf_plugins(size_t *count)

@@ -34,7 +34,8 @@ static ca_status make_room(unpacking *u, const char *path, ca_error *error)
 {
     const ca_location where = {.file = path};
     if (u->size > u->limit)
-        return ca_fail(error, CA_ERROR_FORMAT, &where, "unpacked, this file is over the limit of %zu bytes", u->limit);
+        return ca_fail(error, CA_ERROR_FORMAT, &where, "unpacked, this file is over the limit of %zu bytes",
+                       u->limit);
     if (u->size + 1 < u->capacity) return CA_OK;
     unsigned char *data = ca_array_grow(u->data, &u->capacity, u->size + 65536, 1);
     if (!data) return ca_fail_memory(error, path);

@@ -77,6 +77,8 @@ static const translation translations[] = {
     {"direct", "path", "paths of at most two segments, with one sample of an emitter and one of the BSDF at a vertex",
      2, {{"shading_samples", DROP, NULL}, {"emitter_samples", DROP, NULL}, {"bsdf_samples", DROP, NULL},
          {"luminaire_samples", DROP, NULL}}},
+    {"depth", "path", "the distance is the layer depth.T, and the picture has the lights that are seen directly", 1,
+     {{NULL, DROP, NULL}}},
     {"volpath", "path", "there are no media", 0, {{NULL, DROP, NULL}}},
     {"volpathmis", "path", "there are no media", 0, {{"use_spectral_mis", DROP, NULL}}},
     {"volpath_simple", "path", "there are no media", 0, {{NULL, DROP, NULL}}},
@@ -180,52 +182,82 @@ static void import_plain(ca_importer *importer, ca_xml_node *node)
 
 /* ---- Wrappers -------------------------------------------------------------------------------------------------- */
 
-typedef struct aov {
-    const char *name, *layer; /* Mitsuba's kind, and our layer; NULL: there is none */
-} aov;
-
-static const aov aovs[] = {
-    {"albedo", "Albedo.*"}, {"position", "P.*"},  {"sh_normal", "N.*"},    {"depth", NULL},
-    {"uv", NULL},           {"geo_normal", NULL}, {"dp_du", NULL},         {"dp_dv", NULL},
-    {"duv_dx", NULL},       {"duv_dy", NULL},     {"prim_index", NULL},    {"shape_index", NULL},
-    {"boundary_test", NULL},
+/* Kinds of layers; those behind the known ones are not made. */
+static const char *const aov_kinds[] = {
+    [CA_AOV_DEPTH] = "depth",           [CA_AOV_POSITION] = "position",       [CA_AOV_UV] = "uv",
+    [CA_AOV_GEO_NORMAL] = "geo_normal", [CA_AOV_SH_NORMAL] = "sh_normal",     [CA_AOV_DP_DU] = "dp_du",
+    [CA_AOV_DP_DV] = "dp_dv",           [CA_AOV_PRIM_INDEX] = "prim_index",   [CA_AOV_SHAPE_INDEX] = "shape_index",
+    [CA_AOV_ALBEDO] = "albedo",         [CA_AOV_KIND_COUNT] = "boundary_test", "duv_dx", "duv_dy",
 };
 
-/* One "name:kind" of the list. */
-static void note_aov(ca_importer *importer, const ca_xml_node *node, const char *token, size_t length)
+/* Layers that every picture has, or may have: a name of one's own for something else would be lost. */
+static bool is_taken(const char *name, ca_aov_kind kind)
 {
-    const char *names[CA_COUNT(aovs)];
-    char kind[64];
+    static const struct {
+        const char *name;
+        ca_aov_kind kind;
+    } groups[] = {{"Albedo", CA_AOV_ALBEDO}, {"N", CA_AOV_SH_NORMAL}, {"P", CA_AOV_POSITION}};
+    static const char *const others[] = {"Variance", "RelativeVariance", "IrradianceGradient", "ConfidenceLow",
+                                         "ConfidenceHigh", "ConfidenceWidened"};
+    for (size_t i = 0; i < CA_COUNT(groups); i++)
+        if (strcmp(name, groups[i].name) == 0) return kind != groups[i].kind;
+    for (size_t i = 0; i < CA_COUNT(others); i++)
+        if (strcmp(name, others[i]) == 0) return true;
+    return false;
+}
+
+static void add_aov(ca_importer *importer, const ca_location *where, const char *name, ca_aov_kind kind)
+{
+    ca_integrator_desc *integrator = &importer->desc->integrator;
+    if (is_taken(name, kind)) ca_import_fail(importer, where, "the picture has layers \"%s\" of its own", name);
+    for (size_t i = 0; i < integrator->aovs.count; i++)
+        if (strcmp(integrator->aovs.items[i].name, name) == 0)
+            ca_import_fail(importer, where, "there is an aov \"%s\" already", name);
+    if (integrator->aovs.count == CA_MAX_AOVS) ca_import_fail(importer, where, "more than %d aovs", CA_MAX_AOVS);
+    if (!ca_import_good(importer)) return;
+    const char *kept = ca_arena_strdup(&importer->desc->strings, name);
+    if (!kept || !CA_TABLE_ADD(&integrator->aovs)) {
+        ca_import_fail_memory(importer, "the integrator");
+        return;
+    }
+    integrator->aovs.items[integrator->aovs.count - 1] = (ca_aov_desc){kept, kind};
+}
+
+/* One "name:kind" of the list. */
+static void import_aov(ca_importer *importer, const ca_xml_node *node, const char *token, size_t length)
+{
+    char name[CA_AOV_NAME_SIZE], kind[64];
     const char *colon = memchr(token, ':', length);
-    const size_t skipped = colon ? (size_t)(colon + 1 - token) : 0;
-    if (!colon || length - skipped >= sizeof kind) {
+    const size_t before = colon ? (size_t)(colon - token) : 0, after = length - before - 1;
+    if (before == 0 || before >= sizeof name || after >= sizeof kind) {
         ca_import_fail(importer, &node->where, "\"%.*s\" is not of the form name:kind",
                        (int)(length < 60 ? length : 60), token);
         return;
     }
-    memcpy(kind, token + skipped, length - skipped);
-    kind[length - skipped] = '\0';
-    for (size_t i = 0; i < CA_COUNT(aovs); i++) {
-        names[i] = aovs[i].name;
-        if (strcmp(kind, aovs[i].name) != 0) continue;
-        if (aovs[i].layer)
-            ca_import_note(importer, &node->where, "the aov %s is the layer %s", aovs[i].name, aovs[i].layer);
+    memcpy(name, token, before);
+    name[before] = '\0';
+    memcpy(kind, colon + 1, after);
+    kind[after] = '\0';
+    for (size_t i = 0; i < CA_COUNT(aov_kinds); i++) {
+        if (strcmp(kind, aov_kinds[i]) != 0) continue;
+        if (i < CA_AOV_KIND_COUNT)
+            add_aov(importer, &node->where, name, (ca_aov_kind)i);
         else
-            ca_import_note(importer, &node->where, "the aov %s is not made", aovs[i].name);
+            ca_import_note(importer, &node->where, "the aov %s is not made", aov_kinds[i]);
         return;
     }
     ca_import_fail(importer, &node->where, "\"%s\" is not a known aov; the nearest is \"%s\"", kind,
-                   ca_nearest_name_however_far(kind, names, CA_COUNT(aovs)));
+                   ca_nearest_name_however_far(kind, aov_kinds, CA_COUNT(aov_kinds)));
 }
 
-static void note_aovs(ca_props *props)
+static void import_aovs(ca_props *props)
 {
     const ca_xml_node *node = ca_props_find(props, "aovs");
     const char *cursor = ca_props_string(props, "aovs", NULL), *token;
     if (!cursor) ca_props_fail(props, "aovs", "is missing");
     if (!ca_import_good(props->importer)) return;
     for (size_t length; (length = ca_next_token(&cursor, &token)) > 0 && ca_import_good(props->importer);)
-        note_aov(props->importer, node, token, length);
+        import_aov(props->importer, node, token, length);
 }
 
 /* moment and aov: the picture is the nested integrator's. */
@@ -233,7 +265,7 @@ static void import_wrapper(ca_importer *importer, ca_xml_node *node, bool is_aov
 {
     ca_props props;
     ca_props_begin(&props, importer, node);
-    if (is_aov) note_aovs(&props);
+    if (is_aov) import_aovs(&props);
     for (size_t i = 0; i < CA_COUNT(without_effect); i++) ca_props_find(&props, without_effect[i]);
     ca_props_boolean(&props, "hide_emitters", false);
     ca_xml_node *cursor = NULL;
@@ -252,9 +284,20 @@ static void import_wrapper(ca_importer *importer, ca_xml_node *node, bool is_aov
     ca_props_end(&props);
 }
 
+/* The distance along camera rays is a layer; the picture has the lights that are seen directly. */
+static void import_depth(ca_importer *importer, ca_xml_node *node)
+{
+    import_plain(importer, node);
+    add_aov(importer, &node->where, "depth", CA_AOV_DEPTH);
+}
+
 void ca_import_integrator(ca_importer *importer, ca_xml_node *node)
 {
     const char *type = ca_xml_attribute_value(node, "type");
+    if (strcmp(type, "depth") == 0) {
+        import_depth(importer, node);
+        return;
+    }
     const bool is_aov = strcmp(type, "aov") == 0;
     if (!is_aov && strcmp(type, "moment") != 0) {
         import_plain(importer, node);

@@ -170,8 +170,8 @@ void ca_tree_ref(ca_tree *tree, ca_xml_node *object, const char *name, const cha
 
 void ca_tree_begin(ca_tree *tree, ca_importer *importer)
 {
-    *tree = (ca_tree){
-        .importer = importer, .where = {.file = importer->document.path}, .elements = CA_XML_MAX_ELEMENTS};
+    *tree =
+        (ca_tree){.importer = importer, .where = {.file = importer->document.path}, .elements = CA_XML_MAX_ELEMENTS};
     ca_xml_node *root = make_node(tree, "scene");
     ca_tree_set(tree, root, "version", "3.0.0");
     importer->document.root = root;

@@ -1,6 +1,7 @@
 /* A point that shines into a cone around the z axis of its frame: full intensity up to the angle `beam`, then falling
- * to 0 at `cutoff`, linearly *in the angle* or by powers of the cosine; a texture lies across the cone, its square [0, 1]^2 around the cone's
- * circle at z = 1. As Mitsuba 3's spot.cpp, whose texture rows run along +y where ours run against v. */
+ * to 0 at `cutoff`, linearly *in the angle* or by powers of the cosine; a texture lies across the cone, its square
+ * [0, 1]^2 around the cone's circle at z = 1. As Mitsuba 3's spot.cpp, whose texture rows run along +y where ours run
+ * against v. */
 #include "light/light_kinds.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"
@@ -51,8 +52,8 @@ static float intensity_of_sample(const ca_light *light, ca_vec2 u)
     return ca_light_weight(intensity_towards(light, ca_warp_cone(u, one_minus_cos(light->as.spot.cutoff))));
 }
 
-/* The integral of the falloff: over the cosine t^2 (3 - 2 t) has the mean 1/2, t^4 has 1/5; full cone and linear slope
- * in the angle, each times sin theta, make 2 pi (1 - (sin cutoff - sin beam) / (cutoff - beam)). */
+/* The integral of the falloff: over the cosine t^2 (3 - 2 t) has the mean 1/2, t^4 has 1/5; full cone and linear
+ * slope in the angle, each times sin theta, make 2 pi (1 - (sin cutoff - sin beam) / (cutoff - beam)). */
 static double falloff_integral(const ca_light *light)
 {
     const double cutoff = (double)light->as.spot.cutoff, beam = (double)light->as.spot.beam;

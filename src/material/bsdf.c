@@ -27,6 +27,26 @@ static inline ca_vec3 lobe_to_world(const ca_bsdf_lobe *lobe, const ca_frame *fr
     return ca_to_world(frame, w_local);
 }
 
+/* ---- The elementary BSDF, under its coat if it has one --------------------------------------------------------- */
+
+static inline ca_bxdf_value lobe_eval(const ca_bsdf_lobe *lobe, ca_vec3 wi, ca_vec3 wo, ca_from from)
+{
+    if (lobe->coated) return ca_coat_eval(&lobe->coat, &lobe->bxdf, wi, wo, from);
+    return ca_bxdf_eval(&lobe->bxdf, wi, wo, from);
+}
+
+static inline bool lobe_sample_direction(const ca_bsdf_lobe *lobe, ca_vec3 wi, float u_lobe, ca_vec2 u, ca_from from,
+                                         ca_bxdf_sample *sample)
+{
+    if (lobe->coated) return ca_coat_sample(&lobe->coat, &lobe->bxdf, wi, u_lobe, u, from, sample);
+    return ca_bxdf_sample_direction(&lobe->bxdf, wi, u_lobe, u, from, sample);
+}
+
+static inline ca_rgb lobe_albedo(const ca_bsdf_lobe *lobe, ca_vec3 wi)
+{
+    return lobe->coated ? ca_coat_albedo(&lobe->coat, &lobe->bxdf, wi) : ca_bxdf_albedo(&lobe->bxdf, wi);
+}
+
 /* ---- Perturbed normals ----------------------------------------------------------------------------------------- */
 
 /* Does the eye see the lobe's normal leaning the other way? */
@@ -98,7 +118,7 @@ static inline void add_lobe_value(const ca_bsdf *bsdf, const ca_bsdf_lobe *lobe,
     const pair_cosines cos_ns = {ca_dot(frame->n, wi_world), ca_dot(frame->n, wo_world)};
     if (!sides_agree(cos_ns.i, cos_ng.i) || !sides_agree(cos_ns.o, cos_ng.o)) return;
     const ca_bxdf_value value =
-        ca_bxdf_eval(&lobe->bxdf, lobe_to_local(lobe, frame, wi_world), lobe_to_local(lobe, frame, wo_world), from);
+        lobe_eval(lobe, lobe_to_local(lobe, frame, wi_world), lobe_to_local(lobe, frame, wo_world), from);
     const float scale = shading_ratio(cos_ns, cos_ng, from) * shadowing(lobe, w_light);
     const float share = light_share(bsdf, lobe, turned, w_light);
     sum->f = ca_rgb_madd(sum->f, lobe->weight * scale, value.f);
@@ -106,10 +126,10 @@ static inline void add_lobe_value(const ca_bsdf *bsdf, const ca_bsdf_lobe *lobe,
     sum->pdf_reverse.v += lobe->weight * (from == CA_FROM_CAMERA ? share : 1.0f) * value.pdf_reverse.v;
 }
 
-/* Diffuse, and of one normal. */
+/* Diffuse without a coat, and of one normal. */
 static inline bool is_plain_diffuse(const ca_bsdf_lobe *lobe)
 {
-    return lobe->bxdf.kind == CA_BXDF_DIFFUSE && !lobe->turns && lobe->shadow == 0.0f;
+    return lobe->bxdf.kind == CA_BXDF_DIFFUSE && !lobe->turns && lobe->shadow == 0.0f && !lobe->coated;
 }
 
 /* A single diffuse leaf needs cosines only, no local directions. */
@@ -231,7 +251,7 @@ static bool sample_lobe(const ca_bsdf *bsdf, const ca_bsdf_lobe *lobe, ca_vec3 w
     s->cos_ns.i = ca_dot(frame->n, wi_world);
     s->cos_ng.i = ca_dot(bsdf->ng, wi_world);
     if (!sides_agree(s->cos_ns.i, s->cos_ng.i)) return false;
-    if (!ca_bxdf_sample_direction(&lobe->bxdf, lobe_to_local(lobe, frame, wi_world), u_lobe, u, from, &s->local))
+    if (!lobe_sample_direction(lobe, lobe_to_local(lobe, frame, wi_world), u_lobe, u, from, &s->local))
         return false;
     s->wo_world = lobe_to_world(lobe, frame, s->local.wo_local);
     s->cos_ns.o = ca_dot(frame->n, s->wo_world);
@@ -275,7 +295,7 @@ ca_rgb ca_bsdf_albedo(const ca_bsdf *bsdf, ca_vec3 wi_world)
         const ca_bsdf_lobe *lobe = &bsdf->lobes[i];
         ca_frame made;
         const ca_frame *frame = frame_of(lobe, is_turned(lobe, wi_world), &made);
-        sum = ca_rgb_madd(sum, lobe->weight, ca_bxdf_albedo(&lobe->bxdf, lobe_to_local(lobe, frame, wi_world)));
+        sum = ca_rgb_madd(sum, lobe->weight, lobe_albedo(lobe, lobe_to_local(lobe, frame, wi_world)));
     }
     return sum;
 }

@@ -26,6 +26,7 @@
 #ifndef CA_MATERIAL_BSDF_H
 #define CA_MATERIAL_BSDF_H
 
+#include "material/coat.h"
 #include "material/material.h"
 
 /* A direction whose cosine with a normal is smaller has no certain side. */
@@ -41,7 +42,9 @@ typedef struct ca_bsdf_lobe {
     bool turns;   /* frame.n leans the other way where it faces away from the eye */
     float shadow; /* squared roughness of G; 0: there is no shadowing */
     ca_vec3 ns;   /* what frame.n was perturbed from; set if it turns or shadows */
+    bool coated;  /* bxdf lies under the coat */
     ca_bxdf bxdf;
+    ca_coat coat;
 } ca_bsdf_lobe;
 
 typedef struct ca_bsdf {

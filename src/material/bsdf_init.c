@@ -12,6 +12,7 @@ typedef struct tree_branch {
     bool flipped;
     ca_material_perturbed rules; /* of the maps above it */
     ca_frame frame;
+    ca_material_id coat; /* the coating above it, or CA_NONE */
 } tree_branch;
 
 /* ---- Leaves ---------------------------------------------------------------------------------------------------- */
@@ -126,17 +127,62 @@ static void init_rough_diffuse(ca_bxdf *bxdf, const ca_material *leaf, lookup at
     bxdf->as.rough_diffuse.sigma = ca_max(0.0f, scalar_or(at, leaf->as.rough_diffuse.alpha, 0.0f)) * 0.70710678f;
 }
 
-/* Diffuse and specular reflectance together are at most 1, as 0.6 sees to it. Samples go where the light is. */
+/* Diffuse and specular reflectance together are at most 1, as 0.6 sees to it. Samples go where the light is: the
+ * share of the specular part is returned. */
+static float limit_reflectances(ca_rgb *diffuse, ca_rgb *specular)
+{
+    const float most = ca_rgb_max(ca_rgb_add(*diffuse, *specular)), scale = most > 1.0f ? 1.0f / most : 1.0f;
+    const float s = ca_luminance(*specular), sum = s + ca_luminance(*diffuse);
+    *diffuse = ca_rgb_scale(*diffuse, scale);
+    *specular = ca_rgb_scale(*specular, scale);
+    return sum > 0.0f ? s / sum : 0.0f;
+}
+
 static void init_phong(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
 {
-    const ca_rgb diffuse = color_or(at, leaf->as.phong.diffuse, 0.5f);
-    const ca_rgb specular = color_or(at, leaf->as.phong.specular, 0.0f);
-    const float most = ca_rgb_max(ca_rgb_add(diffuse, specular)), scale = most > 1.0f ? 1.0f / most : 1.0f;
-    const float s = ca_luminance(specular), sum = s + ca_luminance(diffuse);
-    bxdf->as.phong.diffuse = ca_rgb_scale(diffuse, scale);
-    bxdf->as.phong.specular = ca_rgb_scale(specular, scale);
+    bxdf->as.phong.diffuse = color_or(at, leaf->as.phong.diffuse, 0.5f);
+    bxdf->as.phong.specular = color_or(at, leaf->as.phong.specular, 0.0f);
     bxdf->as.phong.exponent = ca_max(0.0f, scalar_or(at, leaf->as.phong.exponent, 0.0f));
-    bxdf->as.phong.specular_weight = sum > 0.0f ? s / sum : 0.0f;
+    bxdf->as.phong.specular_weight = limit_reflectances(&bxdf->as.phong.diffuse, &bxdf->as.phong.specular);
+}
+
+static void init_ward(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    const ca_material_facets roughness = {.alpha_u = leaf->as.ward.alpha_u, .alpha_v = leaf->as.ward.alpha_v};
+    const ca_microfacet facets = facets_at(&roughness, at);
+    bxdf->as.ward.diffuse = color_or(at, leaf->as.ward.diffuse, 0.5f);
+    bxdf->as.ward.specular = color_or(at, leaf->as.ward.specular, 0.0f);
+    bxdf->as.ward.alpha_x = facets.alpha_x;
+    bxdf->as.ward.alpha_y = facets.alpha_y;
+    bxdf->as.ward.variant = leaf->as.ward.variant;
+    bxdf->as.ward.specular_weight = limit_reflectances(&bxdf->as.ward.diffuse, &bxdf->as.ward.specular);
+}
+
+static void init_principled_thin(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
+{
+    bxdf->as.principled_thin.base_color = color_or(at, leaf->as.principled_thin.base_color, 0.5f);
+    bxdf->as.principled_thin.roughness = scalar_or(at, leaf->as.principled_thin.roughness, 0.0f);
+    bxdf->as.principled_thin.anisotropic = scalar_or(at, leaf->as.principled_thin.anisotropic, 0.0f);
+    bxdf->as.principled_thin.spec_trans =
+        ca_clamp(scalar_or(at, leaf->as.principled_thin.spec_trans, 0.0f), 0.0f, 1.0f);
+    bxdf->as.principled_thin.eta = leaf->as.principled_thin.eta;
+    bxdf->as.principled_thin.spec_tint = scalar_or(at, leaf->as.principled_thin.spec_tint, 0.0f);
+    bxdf->as.principled_thin.sheen = scalar_or(at, leaf->as.principled_thin.sheen, 0.0f);
+    bxdf->as.principled_thin.sheen_tint = scalar_or(at, leaf->as.principled_thin.sheen_tint, 0.0f);
+    bxdf->as.principled_thin.flatness = scalar_or(at, leaf->as.principled_thin.flatness, 0.0f);
+    bxdf->as.principled_thin.diff_trans =
+        ca_clamp(0.5f * scalar_or(at, leaf->as.principled_thin.diff_trans, 0.0f), 0.0f, 1.0f);
+}
+
+static void init_coat(ca_coat *coat, const ca_material *node, lookup at)
+{
+    const ca_rgb sigma_a = color_or(at, node->as.coating.sigma_a, 0.0f);
+    coat->eta = node->as.coating.eta;
+    coat->specular = color_or(at, node->as.coating.specular, 1.0f);
+    coat->absorption = ca_rgb_scale(sigma_a, node->as.coating.thickness);
+    coat->specular_weight = node->as.coating.specular_weight;
+    coat->transmittance = node->as.coating.transmittance;
+    if (coat->transmittance) coat->facets = facets_at(&node->as.coating.facets, at);
 }
 
 /* A leaf's kind is that of its model (material.c asserts it). */
@@ -160,6 +206,8 @@ static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
     case CA_BXDF_DIFFUSE_TRANSMITTER:
         bxdf->as.diffuse_transmitter.transmittance = color_or(at, leaf->as.diffuse_transmitter.transmittance, 0.5f);
         break;
+    case CA_BXDF_WARD: init_ward(bxdf, leaf, at); break;
+    case CA_BXDF_PRINCIPLED_THIN: init_principled_thin(bxdf, leaf, at); break;
     case CA_BXDF_KIND_COUNT: assert(false && "a material that is no leaf");
     }
 }
@@ -173,6 +221,7 @@ static inline ca_bsdf_lobe *add_lobe(ca_bsdf *bsdf, const ca_material *leaf, loo
     lobe->flipped = flipped;
     lobe->turns = false;
     lobe->shadow = 0.0f;
+    lobe->coated = false;
     init_leaf(&lobe->bxdf, leaf, at);
     bsdf->scatter |= ca_bxdf_scatter(&lobe->bxdf);
     return lobe;
@@ -183,6 +232,15 @@ static inline void add_null(ca_bsdf *bsdf, float weight)
     bsdf->null_weight += weight;
     if (weight > 0.0f) bsdf->scatter |= CA_SCATTER_NULL | CA_SCATTER_DIRAC;
 }
+
+typedef struct tree_walk {
+    ca_bsdf *bsdf;
+    const ca_material *materials;
+    lookup at;
+    bool wi_behind; /* wi lies on the back of the surface */
+    tree_branch waiting[CA_BSDF_MAX_LOBES]; /* second children of blends: at most one for each leaf */
+    uint32_t waiting_count;
+} tree_walk;
 
 /* ---- Frames ---------------------------------------------------------------------------------------------------- */
 
@@ -231,12 +289,19 @@ static float shadowing_roughness2(ca_vec3 n, ca_vec3 ns)
     return 1.0f - cos2 < 8.0f * cos2 ? (1.0f - cos2) / (8.0f * cos2) : 1.0f;
 }
 
-/* The lobe of a leaf below bump or normal maps. Where one lies in another, what counts is how far the last normal
- * leans from the surface's. */
-static void add_perturbed_lobe(ca_bsdf *bsdf, const ca_material *leaf, lookup at, const tree_branch *branch)
+/* The lobe of a leaf below coats, and bump or normal maps. Where one of these lies in another, what counts is how far
+ * the last normal leans from the surface's. */
+static void add_lobe_below(tree_walk *walk, const ca_material *leaf, const tree_branch *branch)
 {
+    ca_bsdf *bsdf = walk->bsdf;
+    const lookup at = walk->at;
     ca_bsdf_lobe *lobe = add_lobe(bsdf, leaf, at, branch->weight, branch->flipped);
     lobe->frame = branch->frame;
+    if (branch->coat != CA_NONE) {
+        lobe->coated = true;
+        init_coat(&lobe->coat, &walk->materials[branch->coat], at);
+        bsdf->scatter |= ca_coat_scatter(&lobe->coat, &lobe->bxdf);
+    }
     if (!branch->rules.flips && !branch->rules.shadows) return;
     lobe->ns = at.surface->ns;
     lobe->turns = branch->rules.flips;
@@ -263,15 +328,6 @@ static inline ca_material_id twosided_child(const ca_material *node, bool wi_beh
 }
 
 static float share_at(ca_texture_id id, lookup at) { return ca_clamp(scalar_or(at, id, 0.5f), 0.0f, 1.0f); }
-
-typedef struct tree_walk {
-    ca_bsdf *bsdf;
-    const ca_material *materials;
-    lookup at;
-    bool wi_behind; /* wi lies on the back of the surface */
-    tree_branch waiting[CA_BSDF_MAX_LOBES]; /* second children of blends: at most one for each leaf */
-    uint32_t waiting_count;
-} tree_walk;
 
 /* A mask's child goes on with its share, the rest is null. */
 static void let_through(tree_walk *walk, const ca_material *node, tree_branch *branch)
@@ -300,7 +356,7 @@ static bool descend(tree_walk *walk, tree_branch *branch)
 {
     const ca_material *node = &walk->materials[branch->id];
     if (ca_material_is_leaf(node->kind)) {
-        add_perturbed_lobe(walk->bsdf, node, walk->at, branch);
+        add_lobe_below(walk, node, branch);
         return false;
     }
     switch (node->kind) {
@@ -312,6 +368,10 @@ static bool descend(tree_walk *walk, tree_branch *branch)
         return true;
     case CA_MATERIAL_NORMAL_MAP:
         perturb(branch, map_normal_local(node, walk->at), node->as.normal_map.rules, node->as.normal_map.child);
+        return true;
+    case CA_MATERIAL_COATING:
+        branch->coat = branch->id;
+        branch->id = node->as.coating.child;
         return true;
     case CA_MATERIAL_NULL: add_null(walk->bsdf, branch->weight); return false;
     default: break;
@@ -356,5 +416,5 @@ void ca_bsdf_init(ca_bsdf *bsdf, const ca_material *materials, const ca_texture 
     walk.at = at;
     walk.wi_behind = wi_behind;
     walk.waiting_count = 0;
-    add_tree(&walk, (tree_branch){id, 1.0f, flipped, {false, false}, shading_frame(surface)});
+    add_tree(&walk, (tree_branch){id, 1.0f, flipped, {false, false}, shading_frame(surface), CA_NONE});
 }

@@ -36,7 +36,9 @@ typedef enum ca_from { CA_FROM_CAMERA, CA_FROM_LIGHT } ca_from;
     MODEL(PRINCIPLED, principled)                                                                                    \
     MODEL(ROUGH_DIFFUSE, rough_diffuse)                                                                              \
     MODEL(PHONG, phong)                                                                                              \
-    MODEL(DIFFUSE_TRANSMITTER, diffuse_transmitter)
+    MODEL(DIFFUSE_TRANSMITTER, diffuse_transmitter)                                                                  \
+    MODEL(WARD, ward)                                                                                                \
+    MODEL(PRINCIPLED_THIN, principled_thin)
 
 #define CA_BXDF_ENUMERATOR(KIND, name) CA_BXDF_##KIND,
 typedef enum ca_bxdf_kind { CA_BXDF_MODELS(CA_BXDF_ENUMERATOR) CA_BXDF_KIND_COUNT } ca_bxdf_kind;
@@ -51,6 +53,9 @@ enum {
 };
 
 typedef enum ca_microfacet_kind { CA_MICROFACET_BECKMANN, CA_MICROFACET_GGX } ca_microfacet_kind;
+
+/* How a Ward lobe is normalised (ward.c). */
+typedef enum ca_ward_variant { CA_WARD_BALANCED, CA_WARD_DUER, CA_WARD_1992 } ca_ward_variant;
 
 typedef struct ca_microfacet {
     ca_microfacet_kind kind;
@@ -79,6 +84,12 @@ typedef struct ca_bxdf {
         struct {
             ca_rgb transmittance;
         } diffuse_transmitter;
+        struct {
+            ca_rgb diffuse, specular;
+            float alpha_x, alpha_y;
+            float specular_weight;
+            ca_ward_variant variant;
+        } ward;
         struct {
             float eta; /* interior over exterior index of refraction (the interior is at z < 0) */
             ca_rgb reflectance, transmittance; /* factors on the Fresnel terms, 1 in nature */
@@ -119,6 +130,11 @@ typedef struct ca_bxdf {
                 clearcoat, clearcoat_gloss;
             float diffuse_rate, specular_rate, clearcoat_rate; /* sampling rates, as Mitsuba 3 has them */
         } principled;
+        struct {
+            ca_rgb base_color;
+            float roughness, anisotropic, spec_trans, eta, spec_tint, sheen, sheen_tint, flatness;
+            float diff_trans; /* share of the base that comes out on the other side, in [0, 1] */
+        } principled_thin;
     } as;
 } ca_bxdf;
 

@@ -39,6 +39,7 @@ uint32_t ca_material_children(const ca_material *material, ca_material_id childr
     case CA_MATERIAL_MASK: children[0] = material->as.mask.child; return 1;
     case CA_MATERIAL_BUMP: children[0] = material->as.bump.child; return 1;
     case CA_MATERIAL_NORMAL_MAP: children[0] = material->as.normal_map.child; return 1;
+    case CA_MATERIAL_COATING: children[0] = material->as.coating.child; return 1;
     default: return 0; /* leaves and null */
     }
 }
@@ -72,8 +73,22 @@ static ca_status prepare_rough_plastic(ca_material *material, const ca_texture *
     return CA_OK;
 }
 
+/* The boundary's share of the samples: the more, the darker the coat makes what lies below. */
+static ca_status prepare_coating(ca_material *material, const ca_texture *textures, ca_error *error)
+{
+    const ca_material_facets *facets = &material->as.coating.facets;
+    const float sigma_a = mean_luminance_or(textures, material->as.coating.sigma_a, 0.0f);
+    material->as.coating.specular_weight = 1.0f / (expf(-2.0f * sigma_a * material->as.coating.thickness) + 1.0f);
+    if (facets->alpha_u == CA_NONE) return CA_OK;
+    const float alpha = fmaxf(mean_luminance_or(textures, facets->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
+    material->as.coating.transmittance =
+        ca_rough_transmittance_create(facets->distribution, alpha, material->as.coating.eta);
+    return material->as.coating.transmittance ? CA_OK : ca_fail_memory(error, "a rough coating's transmittance");
+}
+
 ca_status ca_material_prepare(ca_material *material, const ca_texture *textures, ca_error *error)
 {
+    if (material->kind == CA_MATERIAL_COATING) return prepare_coating(material, textures, error);
     if (material->kind == CA_MATERIAL_ROUGH_PLASTIC) return prepare_rough_plastic(material, textures, error);
     if (material->kind != CA_MATERIAL_PLASTIC) return CA_OK;
     ca_material_plastic *plastic = &material->as.plastic;
@@ -84,9 +99,12 @@ ca_status ca_material_prepare(ca_material *material, const ca_texture *textures,
 
 void ca_material_release(ca_material *material)
 {
-    if (material->kind != CA_MATERIAL_ROUGH_PLASTIC) return;
-    ca_rough_transmittance_destroy(material->as.rough_plastic.transmittance);
-    material->as.rough_plastic.transmittance = NULL;
+    struct ca_rough_transmittance **table = NULL;
+    if (material->kind == CA_MATERIAL_ROUGH_PLASTIC) table = &material->as.rough_plastic.transmittance;
+    if (material->kind == CA_MATERIAL_COATING) table = &material->as.coating.transmittance;
+    if (!table) return;
+    ca_rough_transmittance_destroy(*table);
+    *table = NULL;
 }
 
 /* ---- Properties of trees --------------------------------------------------------------------------------------- */
@@ -110,6 +128,8 @@ static bool is_anisotropic(const ca_material *leaf)
     case CA_MATERIAL_ROUGH_CONDUCTOR: return facets_are_anisotropic(&leaf->as.rough_conductor.facets);
     case CA_MATERIAL_ROUGH_PLASTIC: return facets_are_anisotropic(&leaf->as.rough_plastic.facets);
     case CA_MATERIAL_PRINCIPLED: return leaf->as.principled.anisotropic != CA_NONE;
+    case CA_MATERIAL_PRINCIPLED_THIN: return leaf->as.principled_thin.anisotropic != CA_NONE;
+    case CA_MATERIAL_WARD: return leaf->as.ward.alpha_v != CA_NONE && leaf->as.ward.alpha_v != leaf->as.ward.alpha_u;
     default: return false;
     }
 }
@@ -152,6 +172,9 @@ static tree_summary summarize(const ca_material *table, ca_material_id id, uint3
         summary.tangents |= other.tangents;
     }
     if (node->kind == CA_MATERIAL_MASK) summary.scatter |= CA_SCATTER_NULL | CA_SCATTER_DIRAC;
+    if (node->kind == CA_MATERIAL_COATING)
+        summary.scatter |= CA_SCATTER_REFLECTION |
+                           (node->as.coating.facets.alpha_u == CA_NONE ? CA_SCATTER_DIRAC : CA_SCATTER_SMOOTH);
     if (node->kind == CA_MATERIAL_BUMP || node->kind == CA_MATERIAL_NORMAL_MAP) summary.tangents = true;
     return summary;
 }

@@ -5,7 +5,8 @@
  * plastics' coats 1, diffuse reflectances 0.5, conductors' eta 0 and k 1 (all is reflected), everything else 0.
  * Roughness is raised to at least CA_MATERIAL_MIN_ALPHA, opacities and blend weights are brought into [0, 1].
  *
- * Ownership: a rough plastic owns its table of transmittances, others nothing. Threads: immutable once prepared. */
+ * Ownership: a rough plastic or coating owns its table of transmittances, others nothing. Threads: immutable once
+ * prepared. */
 #ifndef CA_MATERIAL_MATERIAL_H
 #define CA_MATERIAL_MATERIAL_H
 
@@ -22,6 +23,8 @@ typedef uint32_t ca_material_id;
 #define CA_NO_PLASTIC {.diffuse = CA_NONE, .specular = CA_NONE, .eta = 1.0f}
 #define CA_NO_PRINCIPLED                                                                                             \
     {CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, 1, 1, 1, 1}
+#define CA_NO_PRINCIPLED_THIN                                                                                        \
+    {CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_NONE, 1}
 
 /* Leaves scatter by themselves, each by the model of its name (CA_BXDF_MODELS, in that order); nodes hold others.
  * ROW(KIND, name in scene files, value as ca_material_of_kind makes it). */
@@ -37,14 +40,17 @@ typedef uint32_t ca_material_id;
     ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)                                                 \
     ROW(ROUGH_DIFFUSE, "roughdiffuse", .as.rough_diffuse = {CA_NONE, CA_NONE})                                       \
     ROW(PHONG, "phong", .as.phong = {CA_NONE, CA_NONE, CA_NONE})                                                     \
-    ROW(DIFFUSE_TRANSMITTER, "difftrans", .as.diffuse_transmitter = {CA_NONE})
+    ROW(DIFFUSE_TRANSMITTER, "difftrans", .as.diffuse_transmitter = {CA_NONE})                                       \
+    ROW(WARD, "ward", .as.ward = {CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_WARD_BALANCED})                             \
+    ROW(PRINCIPLED_THIN, "principledthin", .as.principled_thin = CA_NO_PRINCIPLED_THIN)
 #define CA_MATERIAL_NODES(ROW)                                                                                       \
     ROW(NULL, "null", .as.diffuse = {CA_NONE}) /* has no parameters */                                               \
     ROW(TWOSIDED, "twosided", .as.twosided = {CA_NONE, CA_NONE})                                                     \
     ROW(MASK, "mask", .as.mask = {CA_NONE, CA_NONE})                                                                 \
     ROW(BLEND, "blendbsdf", .as.blend = {CA_NONE, CA_NONE, CA_NONE})                                                 \
     ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f, {true, true}})                                          \
-    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}})
+    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}})                                  \
+    ROW(COATING, "coating", .as.coating = {CA_NONE, CA_NONE, CA_NONE, 1.0f, 1.0f, CA_NO_FACETS, 0.0f, NULL})
 
 #define CA_MATERIAL_ENUMERATOR(KIND, ...) CA_MATERIAL_##KIND,
 typedef enum ca_material_kind {
@@ -88,6 +94,11 @@ typedef struct ca_material {
             ca_texture_id transmittance; /* 0.5 where it is not set */
         } diffuse_transmitter;
         struct {
+            ca_texture_id diffuse, specular;
+            ca_texture_id alpha_u, alpha_v; /* isotropic: the same id, or no alpha_v */
+            ca_ward_variant variant;
+        } ward;
+        struct {
             float eta; /* interior over exterior index */
             ca_texture_id reflectance, transmittance;
         } dielectric, thin_dielectric;
@@ -118,6 +129,11 @@ typedef struct ca_material {
             float diffuse_rate, specular_rate, clearcoat_rate;
         } principled;
         struct {
+            ca_texture_id base_color, roughness, anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness;
+            ca_texture_id diff_trans; /* in [0, 2]: half of it is the share that passes */
+            float eta;
+        } principled_thin;
+        struct {
             ca_material_id front, back; /* no back: the front again */
         } twosided;
         struct {
@@ -139,6 +155,14 @@ typedef struct ca_material {
             ca_texture_id normals; /* (n + 1) / 2, raw */
             ca_material_perturbed rules;
         } normal_map;
+        struct {
+            ca_material_id child;            /* of leaves that reflect, and blends, alone */
+            ca_texture_id specular, sigma_a; /* factor on the reflection; absorption per length */
+            float eta, thickness;            /* eta: interior over exterior index */
+            ca_material_facets facets;       /* no alpha_u: a smooth coat */
+            float specular_weight;           /* made by ca_material_prepare, as is the next */
+            struct ca_rough_transmittance *transmittance; /* owned; NULL: a smooth coat */
+        } coating;
     } as;
 } ca_material;
 
@@ -154,8 +178,8 @@ static inline bool ca_material_is_leaf(ca_material_kind kind) { return kind < CA
 /* The materials that it holds, at most two: how many. A twosided one whose back is its front holds one. */
 uint32_t ca_material_children(const ca_material *material, ca_material_id children[2]);
 
-/* Fills in what a node needs precomputed (for a rough plastic, for its mean roughness, whose transmittance must be
- * NULL before); CA_ERROR_MEMORY leaves nothing to release. */
+/* Fills in what a node needs precomputed (for a rough plastic or coating, for its mean roughness, whose transmittance
+ * must be NULL before); CA_ERROR_MEMORY leaves nothing to release. */
 ca_status ca_material_prepare(ca_material *material, const ca_texture *textures, ca_error *error);
 void ca_material_release(ca_material *material);
 

@@ -12,6 +12,7 @@
  * expression with wi and wo exchanged.
  *
  * Deviations from Mitsuba: an index of exactly 1, at which it would switch metals off, counts as 1.001. */
+#include "material/burley.h"
 #include "material/bxdf_models.h"
 #include "material/fresnel.h"
 #include "material/microfacet.h"
@@ -34,14 +35,11 @@ typedef struct lobes {
 static lobes lobes_of(const ca_bxdf *bxdf)
 {
     const float metallic = bxdf->as.principled.metallic, spec_trans = bxdf->as.principled.spec_trans;
-    const float roughness2 = ca_sqr(bxdf->as.principled.roughness);
-    const float aspect = sqrtf(1.0f - 0.9f * bxdf->as.principled.anisotropic);
     lobes l = {.eta = bxdf->as.principled.eta == 1.0f ? 1.001f : bxdf->as.principled.eta,
                .transmission = (1.0f - metallic) * spec_trans,
                .base = (1.0f - metallic) * (1.0f - spec_trans),
                .clearcoat_alpha = ca_lerp(0.1f, 0.001f, bxdf->as.principled.clearcoat_gloss)};
-    l.facets = ca_microfacet_make(CA_MICROFACET_GGX, ca_max(roughness2 / aspect, 0.001f),
-                                  ca_max(roughness2 * aspect, 0.001f), true);
+    l.facets = ca_burley_facets(bxdf->as.principled.roughness, bxdf->as.principled.anisotropic);
     const float specular = bxdf->as.principled.specular_rate;
     const float base = l.base * bxdf->as.principled.diffuse_rate;
     const float clearcoat = CLEARCOAT_STRENGTH * bxdf->as.principled.clearcoat * bxdf->as.principled.clearcoat_rate;
@@ -55,66 +53,30 @@ static lobes lobes_of(const ca_bxdf *bxdf)
 
 /* ---- Colours --------------------------------------------------------------------------------------------------- */
 
-/* (1 - cosine)^5 */
-static float schlick_weight(float cosine)
-{
-    const float x = ca_clamp(1.0f - cosine, 0.0f, 1.0f), x2 = x * x;
-    return x2 * x2 * x;
-}
-
-/* Weight of white in Schlick's approximation, from above: of the angle in the thinner medium. */
-static float schlick_weight_at(float cos_facet, float eta)
-{
-    if (eta > 1.0f) return schlick_weight(cos_facet);
-    float cos_inside;
-    ca_fresnel_dielectric(cos_facet, eta, &cos_inside);
-    return schlick_weight(cos_inside);
-}
-
-/* The hue of the base colour at luminance 1. */
-static ca_rgb tint_of(ca_rgb base_color)
-{
-    const float luminance = ca_luminance(base_color);
-    return luminance > 0.0f ? ca_rgb_scale(base_color, 1.0f / luminance) : ca_rgb_grey(1.0f);
-}
-
 /* Reflectance of the specular lobe from above; `dielectric` is the exact one of the boundary. */
 static ca_rgb specular_color(const ca_bxdf *bxdf, const lobes *l, float cos_facet, float dielectric)
 {
     const float metallic = bxdf->as.principled.metallic, spec_tint = bxdf->as.principled.spec_tint;
     ca_rgb color = ca_rgb_grey((1.0f - metallic) * (1.0f - spec_tint) * dielectric);
     if (!(metallic > 0.0f) && !(spec_tint > 0.0f)) return color;
-    const float white = schlick_weight_at(cos_facet, l->eta);
+    const float white = ca_schlick_weight_at(cos_facet, l->eta);
     const ca_rgb base_color = bxdf->as.principled.base_color;
     color = ca_rgb_madd(color, metallic, ca_rgb_lerp(base_color, ca_rgb_grey(1.0f), white));
-    if (spec_tint > 0.0f) {
-        const float r0 = ca_sqr((l->eta - 1.0f) / (l->eta + 1.0f));
-        const ca_rgb tinted = ca_rgb_lerp(ca_rgb_scale(tint_of(base_color), r0), ca_rgb_grey(1.0f), white);
-        color = ca_rgb_madd(color, (1.0f - metallic) * spec_tint, tinted);
-    }
+    if (spec_tint > 0.0f)
+        color = ca_rgb_madd(color, (1.0f - metallic) * spec_tint, ca_burley_tinted(base_color, cos_facet, l->eta));
     return color;
 }
 
 /* f of base and sheen; cos_facet is wo.m of the half vector. */
 static ca_rgb base_value(const ca_bxdf *bxdf, const lobes *l, float cos_i, float cos_o, float cos_facet)
 {
-    const float w_i = schlick_weight(cos_i), w_o = schlick_weight(cos_o);
-    const float retro = 2.0f * bxdf->as.principled.roughness * cos_facet * cos_facet;
-    float amount = (1.0f - 0.5f * w_i) * (1.0f - 0.5f * w_o) + retro * (w_o + w_i + w_o * w_i * (retro - 1.0f));
-    const float flatness = bxdf->as.principled.flatness;
-    if (flatness > 0.0f) {
-        const float fss = ca_lerp(1.0f, 0.5f * retro, w_o) * ca_lerp(1.0f, 0.5f * retro, w_i);
-        const float sum = ca_max(cos_i + cos_o, 1e-6f); /* both at the horizon: the quotient has no limit */
-        amount = ca_lerp(amount, 1.25f * (fss * (1.0f / sum - 0.5f) + 0.5f), flatness);
-    }
-    ca_rgb f = ca_rgb_scale(bxdf->as.principled.base_color, l->base * CA_INV_PI * amount);
+    const ca_rgb base_color = bxdf->as.principled.base_color;
+    const float amount = ca_burley_diffuse(bxdf->as.principled.roughness, bxdf->as.principled.flatness, cos_i, cos_o,
+                                           cos_facet);
+    const ca_rgb f = ca_rgb_scale(base_color, l->base * CA_INV_PI * amount);
     const float sheen = bxdf->as.principled.sheen * (1.0f - bxdf->as.principled.metallic);
-    if (sheen > 0.0f) {
-        const ca_rgb color =
-            ca_rgb_lerp(ca_rgb_grey(1.0f), tint_of(bxdf->as.principled.base_color), bxdf->as.principled.sheen_tint);
-        f = ca_rgb_madd(f, sheen * schlick_weight(cos_facet), color);
-    }
-    return f;
+    if (!(sheen > 0.0f)) return f;
+    return ca_rgb_madd(f, sheen, ca_burley_sheen(base_color, bxdf->as.principled.sheen_tint, cos_facet));
 }
 
 /* ---- Clearcoat ------------------------------------------------------------------------------------------------- */
@@ -140,7 +102,7 @@ static ca_vec3 sample_clearcoat_normal(float alpha, ca_vec2 u)
 static float clearcoat_factor(const ca_bxdf *bxdf, const lobes *l, ca_vec3 wi, ca_vec3 wo, float cos_facet)
 {
     const ca_microfacet masking = {CA_MICROFACET_GGX, CLEARCOAT_MASKING_ALPHA, CLEARCOAT_MASKING_ALPHA, true};
-    const float fresnel = ca_lerp(CLEARCOAT_R0, 1.0f, schlick_weight_at(cos_facet, l->eta));
+    const float fresnel = ca_lerp(CLEARCOAT_R0, 1.0f, ca_schlick_weight_at(cos_facet, l->eta));
     return CLEARCOAT_STRENGTH * bxdf->as.principled.clearcoat * fresnel *
            ca_microfacet_masking_over_cos(&masking, wi) * wi.z * ca_microfacet_masking_over_cos(&masking, wo) * wo.z;
 }

@@ -5,6 +5,7 @@
  *
  * Black from below. (Mitsuba 3, src/bsdfs/roughplastic.cpp.) */
 #include "material/bxdf_models.h"
+#include "material/coat.h"
 #include "material/fresnel.h"
 #include "material/microfacet.h"
 #include "material/rough_transmittance.h"
@@ -33,26 +34,6 @@ static ca_rgb base_reflectance(const ca_bxdf *bxdf)
                     d.b * inv_eta2 / (1.0f - d.b + out * d.b)};
 }
 
-/* Adds the facets' part of value and densities, the latter times the probabilities of sampling them. */
-static void add_facets(const ca_bxdf *bxdf, ca_vec3 wi, ca_vec3 wo, float probability_i, float probability_o,
-                       ca_bxdf_value *value)
-{
-    const ca_microfacet *facets = &bxdf->as.rough_plastic.facets;
-    ca_vec3 m;
-    if (!ca_half_vector(wi, wo, &m)) return;
-    const float cos_facet = ca_at_most_one(ca_dot(wi, m));
-    if (!(cos_facet > CA_MIN_FACET_COS)) return;
-    float cos_inside;
-    const float fresnel = ca_fresnel_dielectric(cos_facet, bxdf->as.rough_plastic.eta, &cos_inside);
-    const float density = ca_microfacet_density(facets, m), jacobian = 0.25f / cos_facet;
-    const float masking_i = ca_microfacet_masking_over_cos(facets, wi);
-    const float masking_o = ca_microfacet_masking_over_cos(facets, wo);
-    value->f =
-        ca_rgb_madd(value->f, 0.25f * fresnel * density * masking_i * masking_o, bxdf->as.rough_plastic.specular);
-    value->pdf.v += probability_i * jacobian * ca_microfacet_pdf(facets, density, masking_i, cos_facet, m.z);
-    value->pdf_reverse.v += probability_o * jacobian * ca_microfacet_pdf(facets, density, masking_o, cos_facet, m.z);
-}
-
 uint32_t ca_rough_plastic_scatter(const ca_bxdf *bxdf)
 {
     (void)bxdf;
@@ -68,7 +49,8 @@ ca_bxdf_value ca_rough_plastic_eval(CA_BXDF_EVAL_ARGUMENTS)
     ca_bxdf_value value = {.f = ca_rgb_scale(base_reflectance(bxdf), CA_INV_PI * t_i * t_o),
                            .pdf = {(1.0f - probability_i) * wo_local.z * CA_INV_PI},
                            .pdf_reverse = {(1.0f - probability_o) * wi_local.z * CA_INV_PI}};
-    add_facets(bxdf, wi_local, wo_local, probability_i, probability_o, &value);
+    ca_coat_add_facets(&bxdf->as.rough_plastic.facets, bxdf->as.rough_plastic.eta, bxdf->as.rough_plastic.specular,
+                       wi_local, wo_local, probability_i, probability_o, &value);
     return value;
 }
 

@@ -1,3 +1,4 @@
+#include "render/aov_layers.h"
 #include "render/render.h"
 
 #include "base/clock.h"
@@ -622,9 +623,10 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
 {
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
-    CA_TRY(ca_ranks_agree(plan->settings->ranks, keep_memory_back(plan, error), error));
-    const ca_status status = run_plan(plan, image, statistics, error);
+    ca_status status = ca_ranks_agree(plan->settings->ranks, keep_memory_back(plan, error), error);
+    if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
+    if (status == CA_OK && *image) status = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, error);
     ca_reserve_release(plan->reserve);
     plan->reserve = NULL;
     if (status == CA_ERROR_INTERRUPTED)
@@ -660,8 +662,7 @@ ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, c
     if (!error) error = &own_error; /* other ranks may want to know */
     CA_TRY(ca_settings_take(settings, &taken, error));
     CA_TRY(ca_statistics_take(statistics, &made, error));
-    const ca_status planned = ca_render_plan_make(&plan, scene, &taken, error);
-    CA_TRY(ca_ranks_agree(taken.ranks, planned, error));
+    CA_TRY(ca_ranks_agree(taken.ranks, ca_render_plan_make(&plan, scene, &taken, error), error));
     const ca_status status = ca_render_plan_run(&plan, image, &made, error);
     ca_statistics_give(&made, statistics);
     return status;

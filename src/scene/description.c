@@ -47,6 +47,7 @@ void ca_scene_desc_destroy(ca_scene_desc *desc)
     ca_free(desc->instances.items);
     ca_free(desc->lights.items);
     ca_free(desc->integrator.parameters.items);
+    ca_free(desc->integrator.aovs.items);
     ca_free(desc->notes.items);
     ca_arena_clear(&desc->strings);
     *desc = (ca_scene_desc){0};

@@ -138,9 +138,32 @@ typedef struct ca_parameter {
     ca_location where;
 } ca_parameter;
 
+/* What a layer shows of the surface that is seen first (render/aov_layers.h). */
+typedef enum ca_aov_kind {
+    CA_AOV_DEPTH,
+    CA_AOV_POSITION,
+    CA_AOV_UV,
+    CA_AOV_GEO_NORMAL,
+    CA_AOV_SH_NORMAL,
+    CA_AOV_DP_DU,
+    CA_AOV_DP_DV,
+    CA_AOV_PRIM_INDEX,
+    CA_AOV_SHAPE_INDEX,
+    CA_AOV_ALBEDO,
+    CA_AOV_KIND_COUNT
+} ca_aov_kind;
+
+enum { CA_MAX_AOVS = 16, CA_AOV_NAME_SIZE = 48 }; /* the names' sizes with their end */
+
+typedef struct ca_aov_desc {
+    const char *name; /* of its channels but for the last part */
+    ca_aov_kind kind;
+} ca_aov_desc;
+
 typedef struct ca_integrator_desc {
     const char *name; /* NULL: none given, CA_DEFAULT_INTEGRATOR */
     CA_TABLE(ca_parameter) parameters;
+    CA_TABLE(ca_aov_desc) aovs; /* at most CA_MAX_AOVS */
     ca_location where;
 } ca_integrator_desc;
 

@@ -83,6 +83,8 @@ static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_err
     const ca_vec3 s_axis = ca_map_vector(map->to, (ca_vec3){1, 0, 0});
     const ca_vec3 t_axis = ca_map_vector(map->to, (ca_vec3){0, 1, 0});
     shape->area = CA_PI * ca_length(ca_cross(s_axis, t_axis));
+    /* The outside follows +z, and not the turning sense of x and y, which a mirror reverses. */
+    if (ca_matrix_determinant3(&desc->to_world) < 0.0) shape->flip_normals = !shape->flip_normals;
     return CA_OK;
 }
 
@@ -127,13 +129,29 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     return triangle_distribution(shape, error);
 }
 
+/* Does the map turn left into right? Spheres then show their inside, and disks, whose sides are s x t and the other,
+ * keep their +z; cylinders stay as they are (all as in Mitsuba 3). */
+static bool mirrors(const ca_matrix *to_world) { return ca_matrix_determinant3(to_world) < 0.0; }
+
+/* Do layers show coordinates and tangents of surfaces? */
+static bool shows_tangents(const ca_scene_desc *desc)
+{
+    for (size_t i = 0; i < desc->integrator.aovs.count; i++) {
+        const ca_aov_kind kind = desc->integrator.aovs.items[i].kind;
+        if (kind == CA_AOV_UV || kind == CA_AOV_DP_DU || kind == CA_AOV_DP_DV) return true;
+    }
+    return false;
+}
+
 static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_desc *desc, ca_error *error)
 {
     *shape = (ca_shape){.kind = desc->kind, .light = desc->light, .material = desc->material};
     if (desc->group != CA_NONE && desc->light != CA_NONE)
         return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a shape inside a shapegroup cannot emit light");
-    shape->needs_tangents = ca_material_needs_tangents(scene->materials, shape->material);
-    shape->flip_normals = desc->flip_normals && desc->kind != CA_SHAPE_MESH;
+    shape->needs_tangents =
+        ca_material_needs_tangents(scene->materials, shape->material) || shows_tangents(&scene->desc);
+    const bool turns = (desc->kind == CA_SHAPE_SPHERE || desc->kind == CA_SHAPE_DISK) && mirrors(&desc->to_world);
+    shape->flip_normals = desc->kind != CA_SHAPE_MESH && desc->flip_normals != turns;
     ca_status status = CA_OK;
     switch (desc->kind) {
     case CA_SHAPE_MESH:

@@ -146,6 +146,54 @@ static void add_principled(ca_bxdf_cases *list)
     add(list, "principled, glass of index 1", b);
 }
 
+/* Where base and sheen add up at grazing angles it invents light too; diffuse, half of it through, it does not. */
+static void add_principled_thin(ca_bxdf_cases *list)
+{
+    ca_bxdf b = {.kind = CA_BXDF_PRINCIPLED_THIN,
+                 .as.principled_thin = {.base_color = {0.8f, 0.5f, 0.2f}, .roughness = 0.6f, .eta = 1.5f}};
+    add(list, "thin principled, paper", b)->is_physical = false;
+    b.as.principled_thin.diff_trans = 0.5f;
+    b.as.principled_thin.sheen = 0.7f;
+    b.as.principled_thin.sheen_tint = 0.4f;
+    b.as.principled_thin.flatness = 0.5f;
+    b.as.principled_thin.spec_trans = 0.4f;
+    b.as.principled_thin.spec_tint = 0.6f;
+    b.as.principled_thin.anisotropic = 0.7f;
+    add(list, "thin principled, everything", b)->is_physical = false;
+    b = (ca_bxdf){.kind = CA_BXDF_PRINCIPLED_THIN,
+                  .as.principled_thin = {.base_color = white, .roughness = 0.9f, .eta = 1.8f, .spec_trans = 1.0f}};
+    add(list, "thin principled, glass", b);
+    b.as.principled_thin.spec_trans = 0.0f;
+    b.as.principled_thin.diff_trans = 1.0f;
+    add(list, "thin principled, a perfect screen", b)->lossless = true;
+}
+
+static void add_ward(ca_bxdf_cases *list)
+{
+    static const char *const names[3] = {"balanced", "Duer", "1992"};
+    static const struct {
+        ca_ward_variant variant;
+        float x, y;
+    } all[5] = {{CA_WARD_BALANCED, 0.3f, 0.3f},
+                {CA_WARD_BALANCED, 0.1f, 0.4f},
+                {CA_WARD_BALANCED, 0.02f, 0.02f},
+                {CA_WARD_DUER, 0.4f, 0.3f},
+                {CA_WARD_1992, 0.3f, 0.1f}};
+    char name[80];
+    for (int i = 0; i < 5; ++i) {
+        snprintf(name, sizeof name, "Ward, %s %.2g %.2g", names[all[i].variant], (double)all[i].x, (double)all[i].y);
+        ca_bxdf_case *entry = add(list, name,
+                                  (ca_bxdf){.kind = CA_BXDF_WARD,
+                                            .as.ward = {.diffuse = {0.4f, 0.3f, 0.2f},
+                                                        .specular = {0.5f, 0.6f, 0.3f},
+                                                        .alpha_x = all[i].x,
+                                                        .alpha_y = all[i].y,
+                                                        .specular_weight = 0.6f,
+                                                        .variant = all[i].variant}});
+        entry->is_physical = all[i].variant == CA_WARD_BALANCED;
+    }
+}
+
 static void add_old_models(ca_bxdf_cases *list)
 {
     char name[80];
@@ -202,6 +250,8 @@ ca_bxdf_cases ca_bxdf_cases_create(void)
     add_rough_plastic(&list, CA_MICROFACET_GGX, 0.02f, false);
     add_rough_plastic(&list, CA_MICROFACET_GGX, 0.5f, true);
     add_principled(&list);
+    add_principled_thin(&list);
+    add_ward(&list);
     add_old_models(&list);
     add_transmitter(&list);
     assert_all_models(&list);

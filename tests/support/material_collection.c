@@ -48,6 +48,17 @@ static void set_leaves(void)
     phong->as.phong.diffuse = RED;
     phong->as.phong.specular = HALF;
     phong->as.phong.exponent = ONE;
+    ca_material *ward = set(OLD_METAL, CA_MATERIAL_WARD);
+    ward->as.ward.diffuse = RED;
+    ward->as.ward.specular = HALF;
+    ward->as.ward.alpha_u = ROUGH_02;
+    ward->as.ward.alpha_v = ROUGH_04;
+    ca_material *sheet = set(LEAF, CA_MATERIAL_PRINCIPLED_THIN);
+    sheet->as.principled_thin.base_color = RED;
+    sheet->as.principled_thin.roughness = sheet->as.principled_thin.sheen = HALF;
+    sheet->as.principled_thin.spec_trans = sheet->as.principled_thin.anisotropic = THIRD;
+    sheet->as.principled_thin.diff_trans = GREY;
+    sheet->as.principled_thin.eta = 1.5f;
     set(NOTHING, CA_MATERIAL_NULL);
 }
 
@@ -104,6 +115,16 @@ static void set_nodes(void)
     ca_material *mirror = set(MAPPED_MIRROR, CA_MATERIAL_NORMAL_MAP);
     mirror->as.normal_map.child = MIRROR;
     mirror->as.normal_map.normals = NORMALS;
+    ca_material *coat = set(COATED_PAINT, CA_MATERIAL_COATING);
+    coat->as.coating.child = METAL_PAINT;
+    coat->as.coating.sigma_a = RED;
+    coat->as.coating.thickness = 0.5f;
+    coat->as.coating.eta = 1.5f;
+    coat = set(COATED_METALS, CA_MATERIAL_COATING);
+    coat->as.coating.child = MIRROR_METAL;
+    coat->as.coating.eta = 1.4f;
+    coat->as.coating.facets = facets(ROUGH_04, ROUGH_04);
+    set_blend(MIRROR_METAL, MIRROR, METAL, HALF);
     set_bump(TEXTBOOK_BUMP, RED_DIFFUSE);
     ca_test_all.materials[TEXTBOOK_BUMP].as.bump.rules = (ca_material_perturbed){false, false};
 }

@@ -89,8 +89,24 @@ static void encode_all(exr_context_t file, bool tiled, int tile, const float *pl
         }
 }
 
-sample_bytes sample_exr(int compression, bool tiled, bool grey)
+/* Levels of half the size, down to a pixel. */
+static void encode_smaller(exr_context_t file, int tile)
 {
+    static const float black[4 * SAMPLE_HEIGHT * SAMPLE_WIDTH];
+    for (int level = 1; SAMPLE_WIDTH >> level > 0; ++level) {
+        const int width = SAMPLE_WIDTH >> level, height = SAMPLE_HEIGHT >> level ? SAMPLE_HEIGHT >> level : 1;
+        for (int y = 0; y * tile < height; ++y)
+            for (int x = 0; x * tile < width; ++x) {
+                exr_chunk_info_t chunk;
+                check(exr_write_tile_chunk_info(file, 0, x, y, level, level, &chunk));
+                encode_chunk(file, &chunk, black, 0, 0);
+            }
+    }
+}
+
+sample_bytes sample_exr(int compression, int tiles, bool grey)
+{
+    const bool tiled = tiles > 0;
     float planes[4 * SAMPLE_HEIGHT * SAMPLE_WIDTH];
     for (unsigned c = 0; c < 4; ++c)
         for (unsigned y = 0; y < SAMPLE_HEIGHT; ++y)
@@ -110,8 +126,8 @@ sample_bytes sample_exr(int compression, bool tiled, bool grey)
     check(
         exr_initialize_required_attr_simple(file, part, SAMPLE_WIDTH, SAMPLE_HEIGHT, (exr_compression_t)compression));
     if (tiled)
-        check(exr_set_tile_descriptor(file, part, (uint32_t)tile, (uint32_t)tile, EXR_TILE_ONE_LEVEL,
-                                      EXR_TILE_ROUND_DOWN));
+        check(exr_set_tile_descriptor(file, part, (uint32_t)tile, (uint32_t)tile,
+                                      tiles == 2 ? EXR_TILE_MIPMAP_LEVELS : EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN));
     static const char *const names[4] = {"R", "G", "B", "A"};
     for (int c = 0; c < (grey ? 1 : 4); ++c)
         check(exr_add_channel(file, part, grey ? "Y" : names[c], grey ? EXR_PIXEL_FLOAT : EXR_PIXEL_HALF,
@@ -119,6 +135,7 @@ sample_bytes sample_exr(int compression, bool tiled, bool grey)
     check(exr_attr_set_string(file, part, "comments", "made by a test"));
     check(exr_write_header(file));
     encode_all(file, tiled, tile, planes);
+    if (tiles == 2) encode_smaller(file, tile);
     check(exr_finish(&file));
     return bytes;
 }

@@ -228,6 +228,51 @@ sample_bytes sample_tga(unsigned kind, unsigned bits, bool packed, bool top_down
     return tga;
 }
 
+sample_bytes sample_bmp(unsigned bits, bool top_down)
+{
+    sample_bytes bmp = {0};
+    const uint32_t start = 54 + (bits == 8 ? 1024 : 0), row = (SAMPLE_WIDTH * bits + 31) / 32 * 4;
+    sample_text(&bmp, "BM");
+    sample_u32(&bmp, start + row * SAMPLE_HEIGHT);
+    sample_u32(&bmp, 0);
+    sample_u32(&bmp, start);
+    sample_u32(&bmp, 40);
+    sample_u32(&bmp, SAMPLE_WIDTH);
+    sample_u32(&bmp, top_down ? 0u - SAMPLE_HEIGHT : SAMPLE_HEIGHT);
+    sample_u16(&bmp, 1);
+    sample_u16(&bmp, bits);
+    for (int i = 0; i < 6; ++i) sample_u32(&bmp, 0);
+    for (unsigned i = 0; bits == 8 && i < 256; ++i) sample_u32(&bmp, i | i << 8 | i << 16);
+    for (unsigned line = 0; line < SAMPLE_HEIGHT; ++line) {
+        const unsigned y = top_down ? line : SAMPLE_HEIGHT - 1 - line;
+        const size_t end = bmp.size + row;
+        for (unsigned x = 0; x < SAMPLE_WIDTH; ++x)
+            for (unsigned c = 0; c < bits / 8; ++c)
+                sample_u8(&bmp, sample_code(x, y, bits == 8 ? 0 : c == 3 ? 3 : 2 - c));
+        while (bmp.size < end) sample_u8(&bmp, 0);
+    }
+    return bmp;
+}
+
+sample_bytes sample_pnm(unsigned channels, unsigned largest, bool text)
+{
+    sample_bytes pnm = {0};
+    char words[80];
+    snprintf(words, sizeof words, "P%d # made by a test\n%d %d\n# and its largest value\n%u\n",
+             (text ? 2 : 5) + (channels == 3), SAMPLE_WIDTH, SAMPLE_HEIGHT, largest);
+    sample_text(&pnm, words);
+    for (unsigned y = 0; y < SAMPLE_HEIGHT; ++y)
+        for (unsigned i = 0; i < SAMPLE_WIDTH * channels; ++i) {
+            const unsigned value = sample_code(i / channels, y, i % channels) * largest / 255;
+            snprintf(words, sizeof words, "%u ", value);
+            if (text)
+                sample_text(&pnm, words);
+            else
+                sample_big_endian(&pnm, value, largest > 255 ? 2 : 1);
+        }
+    return pnm;
+}
+
 sample_bytes sample_hdr(bool packed)
 {
     sample_bytes hdr = {0};
@@ -436,6 +481,10 @@ size_t sample_files_make(sample_file **files)
     add(&list, "alpha-packed.tga", false, sample_tga(2, 32, true, true));
     add(&list, "palette-packed.tga", false, sample_tga(1, 8, true, false));
     add(&list, "grey.tga", false, sample_tga(3, 8, false, true));
+    add(&list, "colour.bmp", false, sample_bmp(24, false));
+    add(&list, "palette.bmp", false, sample_bmp(8, true));
+    add(&list, "colour.ppm", false, sample_pnm(3, 255, false));
+    add(&list, "deep.pgm", false, sample_pnm(1, 1000, false));
     add(&list, "flat.hdr", false, sample_hdr(false));
     add(&list, "packed.hdr", false, sample_hdr(true));
     add(&list, "little.pfm", false, sample_pfm(true, false));

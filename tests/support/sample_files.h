@@ -43,11 +43,16 @@ sample_bytes sample_jpeg(bool grey, bool progressive);
 /* kind: 1 palette, 2 colour, 3 grey; bits of a pixel (24 or 32; 8 otherwise); run-length encoded; first row on
  * top. */
 sample_bytes sample_tga(unsigned kind, unsigned bits, bool packed, bool top_down);
+/* 8 (with a palette of the greys), 24 or 32 bits. */
+sample_bytes sample_bmp(unsigned bits, bool top_down);
+/* 1 or 3 channels; samples are codes of 255, scaled to the largest value. */
+sample_bytes sample_pnm(unsigned channels, unsigned largest, bool text);
 /* Run-length encoded or flat; mantissas are the codes, the exponent is 128 + x % 3. */
 sample_bytes sample_hdr(bool packed);
 sample_bytes sample_pfm(bool colour, bool big_endian);
 /* compression: an exr_compression_t; channels R G B A as halves, or Y as float. Values are code / 64. */
-sample_bytes sample_exr(int compression, bool tiled, bool grey);
+/* tiles: 0 lines, 1 tiles, 2 tiles of several levels, of which all but the first are black. */
+sample_bytes sample_exr(int compression, int tiles, bool grey);
 
 /* ---- meshes: a unit square in z = 0 and a triangle beside it, 5 vertices, 3 triangles -------------------------- */
 

@@ -73,8 +73,11 @@ static void check_places(conversion *c)
 {
     size_t count;
     file_identity *inputs = identify_inputs(&c->importer->document.files, &count);
-    if (!inputs) ca_import_fail_memory(c->importer, "the names of files");
-    if (inputs) check_place(c, c->path, inputs, count);
+    if (!inputs) {
+        ca_import_fail_memory(c->importer, "the names of files");
+        return;
+    }
+    check_place(c, c->path, inputs, count);
     for (size_t i = 0; i < c->outputs.files.count && ca_import_good(c->importer); i++) {
         const char *path = path_of(c, &c->outputs.files.items[i]);
         if (path) check_place(c, path, inputs, count);

@@ -189,6 +189,7 @@ static ca_status read_children(json_reader *r, ca_gltf_value *value, int depth)
     skip_space(r);
     for (bool more = !is_next(r, end); more;) {
         CA_TRY(add_child(r, value, &last, &child));
+        if (!child) return CA_ERROR_MEMORY;
         if (object) CA_TRY(read_key(r, child));
         CA_TRY(read_value(r, child, depth + 1));
         skip_space(r);

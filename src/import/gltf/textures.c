@@ -39,7 +39,7 @@ static const ca_gltf_image *image_bytes(ca_gltf *g, const ca_gltf_value *image)
     if (!g->images) return NULL;
     ca_gltf_image *read = &g->images[image->index];
     if (!read->bytes.data) read_image(g, image, read);
-    return ca_import_good(g->importer) ? read : NULL;
+    return ca_import_good(g->importer) && read->bytes.data ? read : NULL;
 }
 
 /* Reading a picture takes memory by its header: what a PNG says of its size is asked first. */
@@ -125,7 +125,7 @@ static const char *bake_image(ca_gltf *g, const ca_gltf_value *image, const ca_g
     ca_tree_bitmap bitmap;
     if (!decode_image(g, image, colored ? CA_ENCODING_SRGB : CA_ENCODING_RAW, &decoded)) return NULL;
     const size_t pixels = (size_t)decoded.width * decoded.height;
-    const bool made = ca_gltf_spend(g, image, pixels, 2 * channels * sizeof(float)) &&
+    const bool made = ca_gltf_spend(g, image, pixels, (size_t)2 * channels * sizeof(float)) &&
                       ca_tree_add_bitmap(&g->tree, decoded.width, decoded.height, channels, &bitmap);
     for (size_t i = 0; i < pixels && made; i++)
         bake_pixel(&decoded, decoded.data + i * decoded.channels, bake, bitmap.pixels + i * channels);
@@ -136,7 +136,7 @@ static const char *bake_image(ca_gltf *g, const ca_gltf_value *image, const ca_g
 static bool is_same_bake(const ca_gltf_bake *a, const ca_gltf_bake *b)
 {
     return a->image == b->image && a->pixels == b->pixels && a->channel == b->channel &&
-           memcmp(a->factors, b->factors, sizeof a->factors) == 0;
+           a->factors[0] == b->factors[0] && a->factors[1] == b->factors[1] && a->factors[2] == b->factors[2];
 }
 
 /* The bitmap of such a bake, made once. */
@@ -230,7 +230,7 @@ void ca_gltf_texture(ca_gltf *g, const ca_gltf_value *info, const ca_gltf_bake *
     const char *uri = ca_gltf_text(g, image, "uri", NULL);
     const bool is_file = uri && strncasecmp(uri, "data:", 5) != 0 && is_plain_color(bake);
     const char *source = is_file ? ca_gltf_file_name(g, image, uri) : baked_name(g, image, &whole);
-    if (!ca_import_good(g->importer)) return;
+    if (!source || !ca_import_good(g->importer)) return;
     ca_xml_node *node = ca_tree_named_object(&g->tree, object, "texture", "bitmap", name, id);
     ca_tree_string(&g->tree, node, is_file ? "filename" : "data", source);
     if (bake->pixels == CA_GLTF_NORMAL) ca_tree_boolean(&g->tree, node, "raw", true);

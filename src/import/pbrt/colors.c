@@ -31,8 +31,7 @@ static void xyz_of(const double xy[2], double xyz[3])
 
 static void multiply(const ca_matrix *m, const double in[3], double out[3])
 {
-    for (int row = 0; row < 3; row++)
-        out[row] = m->m[row][0] * in[0] + m->m[row][1] * in[1] + m->m[row][2] * in[2];
+    for (int row = 0; row < 3; row++) out[row] = m->m[row][0] * in[0] + m->m[row][1] * in[1] + m->m[row][2] * in[2];
 }
 
 /* Each column is a primary's XYZ, scaled so that (1, 1, 1) is the white point. */
@@ -84,11 +83,11 @@ typedef struct illuminant {
 } illuminant;
 
 static const illuminant illuminants[] = {
-    {"stdillum-A", {0.44757, 0.40745}},   {"stdillum-D50", {0.34567, 0.35850}}, {"stdillum-D65", {0.3127, 0.3290}},
-    {"stdillum-F1", {0.3131, 0.3371}},    {"stdillum-F2", {0.3721, 0.3751}},    {"stdillum-F3", {0.4091, 0.3941}},
-    {"stdillum-F4", {0.4402, 0.4031}},    {"stdillum-F5", {0.3138, 0.3452}},    {"stdillum-F6", {0.3779, 0.3882}},
-    {"stdillum-F7", {0.3129, 0.3292}},    {"stdillum-F8", {0.3458, 0.3586}},    {"stdillum-F9", {0.3741, 0.3727}},
-    {"stdillum-F10", {0.3458, 0.3588}},   {"stdillum-F11", {0.3805, 0.3769}},   {"stdillum-F12", {0.4370, 0.4042}},
+    {"stdillum-A", {0.44757, 0.40745}},    {"stdillum-D50", {0.34567, 0.35850}}, {"stdillum-D65", {0.3127, 0.3290}},
+    {"stdillum-F1", {0.3131, 0.3371}},     {"stdillum-F2", {0.3721, 0.3751}},    {"stdillum-F3", {0.4091, 0.3941}},
+    {"stdillum-F4", {0.4402, 0.4031}},     {"stdillum-F5", {0.3138, 0.3452}},    {"stdillum-F6", {0.3779, 0.3882}},
+    {"stdillum-F7", {0.3129, 0.3292}},     {"stdillum-F8", {0.3458, 0.3586}},    {"stdillum-F9", {0.3741, 0.3727}},
+    {"stdillum-F10", {0.3458, 0.3588}},    {"stdillum-F11", {0.3805, 0.3769}},   {"stdillum-F12", {0.4370, 0.4042}},
     {"illum-acesD60", {0.32168, 0.33767}},
 };
 
@@ -166,7 +165,8 @@ typedef CA_TABLE(ca_spectrum_sample) sample_table;
 static bool add_sample(ca_pbrt *p, const ca_location *where, sample_table *table, double wavelength, double value)
 {
     if (table->count > 0 && !(wavelength > table->items[table->count - 1].wavelength_nm))
-        ca_import_fail(p->importer, where, "the wavelengths of a spectrum must increase, and %g does not", wavelength);
+        ca_import_fail(p->importer, where, "the wavelengths of a spectrum must increase, and %g does not",
+                       wavelength);
     else if (!CA_TABLE_ADD(table))
         ca_import_fail_memory(p->importer, "a spectrum");
     else
@@ -235,8 +235,8 @@ static bool read_samples(ca_pbrt *p, const ca_pbrt_parameter *parameter, sample_
 
 static void color_of_samples(const ca_spectrum_sample *samples, size_t count, ca_color_role role, double rgb[3])
 {
-    const ca_rgb color = role == CA_COLOR_EMISSION ? ca_spectrum_emission(samples, count)
-                                                   : ca_spectrum_reflectance(samples, count);
+    const ca_rgb color =
+        role == CA_COLOR_EMISSION ? ca_spectrum_emission(samples, count) : ca_spectrum_reflectance(samples, count);
     rgb[0] = (double)color.r, rgb[1] = (double)color.g, rgb[2] = (double)color.b;
 }
 

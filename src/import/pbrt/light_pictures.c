@@ -1,7 +1,7 @@
 /* Lights that are pictures: the sky, projections and goniometric diagrams. Pictures of version 4 cover the sphere by
- * an equal-area map of the octahedron (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"); those
- * of version 3 are latitude and longitude, as ours are. What has no light of its own in the scene language is made of
- * the pictures of others. */
+ * an equal-area map of the octahedron (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD");
+ * those of version 3 are latitude and longitude, as ours are. What has no light of its own in the scene language is
+ * made of the pictures of others. */
 #include "import/pbrt/reader.h"
 
 #include "base/text.h"
@@ -259,8 +259,8 @@ static double diagram_towards(const ca_image *image, uint32_t version, const dou
     ca_rgb pixel;
     if (version == 3) {
         const double phi = atan2(d[2], d[0]);
-        pixel = pixel_at(image, (phi < 0.0 ? phi + 2.0 * pi : phi) / (2.0 * pi),
-                         acos(fmin(fmax(d[1], -1.0), 1.0)) / pi);
+        pixel =
+            pixel_at(image, (phi < 0.0 ? phi + 2.0 * pi : phi) / (2.0 * pi), acos(fmin(fmax(d[1], -1.0), 1.0)) / pi);
     } else {
         pixel = towards(image, d);
     }

@@ -28,8 +28,8 @@ static void read_color(ca_pbrt *p, const char *name, double rgb[3])
     for (int i = 0; i < 3; i++) rgb[i] *= factor[i];
 }
 
-/* What a light of unit colour and intensity would have, in place of which it shall have the parameter's value; a value
- * of 0 or less counts as none. */
+/* `has` is what a light of unit colour and intensity has of what the parameter says; a value of 0 or less counts as
+ * none. */
 static void normalize(ca_pbrt *p, const char *name, double has, double rgb[3])
 {
     const double wanted = ca_pbrt_number(&p->params, name, -1.0);
@@ -148,9 +148,12 @@ typedef struct light_kind {
 } light_kind;
 
 static const light_kind kinds[] = {
-    {"point", read_point},       {"distant", read_distant},
-    {"spot", read_spot},         {"infinite", read_infinite},
-    {"exinfinite", read_infinite}, {"projection", ca_pbrt_read_projection},
+    {"point", read_point},
+    {"distant", read_distant},
+    {"spot", read_spot},
+    {"infinite", read_infinite},
+    {"exinfinite", read_infinite},
+    {"projection", ca_pbrt_read_projection},
     {"goniometric", ca_pbrt_read_goniometric},
 };
 
@@ -165,7 +168,8 @@ void ca_pbrt_read_light(ca_pbrt *p, const char *type)
         }
         nearest = ca_nearer_name(type, nearest, kinds[i].name);
     }
-    ca_import_fail(p->importer, &p->params.where, "\"%s\" is not a known light; the nearest is \"%s\"", type, nearest);
+    ca_import_fail(p->importer, &p->params.where, "\"%s\" is not a known light; the nearest is \"%s\"", type,
+                   nearest);
 }
 
 /* ---- Shapes that shine ----------------------------------------------------------------------------------------- */
@@ -193,8 +197,7 @@ void ca_pbrt_read_area_light(ca_pbrt *p, const char *type)
     read_color(p, "L", light.radiance);
     light.two_sided = ca_pbrt_boolean(&p->params, "twosided", false);
     light.power = fmax(0.0, ca_pbrt_number(&p->params, "power", 0.0));
-    if (file[0] && light.power > 0.0)
-        ca_pbrt_fail(&p->params, "power", "of a light with a picture is not supported");
+    if (file[0] && light.power > 0.0) ca_pbrt_fail(&p->params, "power", "of a light with a picture is not supported");
     if (file[0]) light.picture = add_picture(p, file);
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
     p->state.light = light;

@@ -54,8 +54,7 @@ double ca_pbrt_old_alpha(double roughness)
 static void remap_value(ca_pbrt *p, const char *name, ca_pbrt_value *value, double (*to_alpha)(double))
 {
     for (int i = 0; i < 3; i++) value->rgb[i] = to_alpha(value->rgb[i]);
-    if (value->id)
-        ca_pbrt_fail(&p->params, name, "cannot be a texture, unless remaproughness is false");
+    if (value->id) ca_pbrt_fail(&p->params, name, "cannot be a texture, unless remaproughness is false");
 }
 
 ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3], double fallback,
@@ -71,7 +70,8 @@ ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3],
         remap_value(p, names[2], &roughness.v, to_alpha);
     }
     const bool constant = !roughness.u.id && !roughness.v.id;
-    roughness.is_smooth = zero || (constant && to_alpha == remap && fmax(roughness.u.rgb[0], roughness.v.rgb[0]) < 1e-3);
+    roughness.is_smooth =
+        zero || (constant && to_alpha == remap && fmax(roughness.u.rgb[0], roughness.v.rgb[0]) < 1e-3);
     return roughness;
 }
 
@@ -163,8 +163,7 @@ static void read_conductor_named(ca_pbrt *p, const char *id, const conductor_nam
         ca_pbrt_fail(&p->params, names->reflectance, "excludes eta and k");
     if (reflects) metal_of_reflectance(reflectance.rgb, eta, k);
     for (int i = 0; i < 3; i++) eta[i] /= over, k[i] /= over;
-    ca_xml_node *bsdf =
-        ca_pbrt_begin_bsdf(p, id, roughness.is_smooth ? "conductor" : "roughconductor", true, NULL);
+    ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, roughness.is_smooth ? "conductor" : "roughconductor", true, NULL);
     if (!roughness.is_smooth) ca_pbrt_put_alpha(p, bsdf, &roughness);
     if (reflectance.id) {
         ca_pbrt_put_color(p, bsdf, "specular_reflectance", &reflectance);
@@ -202,8 +201,7 @@ static void read_coated_diffuse(ca_pbrt *p, const char *id)
     ca_pbrt_put_index(p, bsdf, index);
     ca_tree_boolean(&p->tree, bsdf, "nonlinear", true);
     if (roughness.is_smooth) return;
-    if (roughness.u.id || roughness.v.id)
-        ca_pbrt_fail(&p->params, "roughness", "of a coat must be a number");
+    if (roughness.u.id || roughness.v.id) ca_pbrt_fail(&p->params, "roughness", "of a coat must be a number");
     if (!is_same(&roughness.u, &roughness.v))
         ca_import_note(p->importer, &p->params.where, "the roughness of a coat is the geometric mean of both");
     ca_tree_string(&p->tree, bsdf, "distribution", "ggx");

@@ -75,7 +75,7 @@ typedef struct side {
 } side;
 
 typedef struct neighbours {
-    double sum[3];  /* of the neighbours, or of those along the boundary */
+    double sum[3]; /* of the neighbours, or of those along the boundary */
     uint32_t count, boundary_count;
     double boundary_sum[3];
 } neighbours;
@@ -115,8 +115,7 @@ static side *sort_sides(ca_pbrt *p, const control *c)
     }
     qsort(sides, 3 * c->triangle_count, sizeof *sides, compare_sides);
     for (size_t i = 0; i < 3 * c->triangle_count; i++)
-        if (sides[i].low == sides[i].high ||
-            (i + 2 < 3 * c->triangle_count && is_edge(&sides[i], &sides[i + 2]))) {
+        if (sides[i].low == sides[i].high || (i + 2 < 3 * c->triangle_count && is_edge(&sides[i], &sides[i + 2]))) {
             ca_import_fail(p->importer, &p->params.where,
                            "a mesh to be subdivided has an edge of more than two triangles, or of one point");
             ca_free(sides);

@@ -1,5 +1,5 @@
-/* Materials of version 3. Several are sums of lobes: blends of BSDFs that each hold the share of one, so that the sum
- * is what the lobes reflect together. */
+/* Materials of version 3, and what else is a sum of lobes: blends of BSDFs that each hold the share of one, so that
+ * the sum is what the lobes reflect together. */
 #include "import/pbrt/materials.h"
 
 #include <string.h>
@@ -60,8 +60,9 @@ static void put_share(ca_pbrt *p, ca_xml_node *bsdf, const char *name, const ca_
         ca_pbrt_put_color(p, bsdf, name, &scaled);
         return;
     }
-    ca_xml_node *texture = ca_tree_named_object(&p->tree, bsdf, "texture", "rawconstant", name, NULL);
-    ca_tree_rgb(&p->tree, texture, "value", scaled.rgb);
+    ca_xml_node *texture = ca_tree_named_object(&p->tree, bsdf, "texture", "scale", name, NULL);
+    ca_tree_rgb(&p->tree, texture, "scale", scaled.rgb);
+    ca_tree_object(&p->tree, texture, "texture", "uniform");
 }
 
 static void fill_lobe(ca_pbrt *p, ca_xml_node *bsdf, const lobes *sum, const lobe *item, double weight)
@@ -77,32 +78,46 @@ static void fill_lobe(ca_pbrt *p, ca_xml_node *bsdf, const lobes *sum, const lob
     put_share(p, bsdf, "specular_transmittance", &item->other, weight);
 }
 
-/* The first lobe, blended with all the others. Each weighs its share of the sum of shares, or where that is less than
- * 1 and there is nothing to be gained, of it. */
-static void put_lobes(ca_pbrt *p, const char *id, const lobes *sum, bool two_sided, const ca_pbrt_value *opacity)
+/* Lobes that only reflect do so on both sides. */
+static bool only_reflects(const lobe *item)
 {
-    double rest = 0.0;
-    for (size_t i = 0; i < sum->count; i++) rest += share_of(&sum->items[i]);
-    const double whole = rest;
-    if (sum->count == 0) {
-        ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, "diffuse", two_sided, opacity);
-        ca_pbrt_put_color(p, bsdf, "reflectance", &black);
-        return;
-    }
-    ca_xml_node *node = ca_pbrt_begin_bsdf(p, id, sum->count > 1 ? "blendbsdf" : type_of(&sum->items[0]), two_sided,
-                                           opacity);
+    return item->kind == DIFFUSE || (item->kind != THROUGH && ca_pbrt_is(&item->other, 0.0));
+}
+
+static ca_xml_node *add_bsdf(ca_pbrt *p, ca_xml_node *parent, const lobe *item, bool inside_two_sided)
+{
+    const bool wraps = only_reflects(item) && !inside_two_sided;
+    ca_xml_node *outer = wraps ? ca_tree_object(&p->tree, parent, "bsdf", "twosided") : parent;
+    return ca_tree_object(&p->tree, outer, "bsdf", type_of(item));
+}
+
+/* A chain of blends, the first lobe with all the others, and so on. Each lobe weighs its share of all. */
+static void put_chain(ca_pbrt *p, ca_xml_node *blend, const lobes *sum, bool two_sided, double whole)
+{
+    double rest = whole;
     for (size_t i = 0; i < sum->count; i++) {
         const lobe *item = &sum->items[i];
         const double share = share_of(item);
-        if (i + 1 == sum->count) {
-            fill_lobe(p, node, sum, item, share / whole);
-            return;
-        }
-        ca_tree_float(&p->tree, node, "weight", 1.0 - share / rest);
-        fill_lobe(p, ca_tree_object(&p->tree, node, "bsdf", type_of(item)), sum, item, share / whole);
+        if (i + 1 < sum->count) ca_tree_float(&p->tree, blend, "weight", 1.0 - share / rest);
+        fill_lobe(p, add_bsdf(p, blend, item, two_sided), sum, item, share / whole);
         rest -= share;
-        const bool last = i + 2 == sum->count;
-        node = ca_tree_object(&p->tree, node, "bsdf", last ? type_of(&sum->items[i + 1]) : "blendbsdf");
+        if (i + 2 < sum->count) blend = ca_tree_object(&p->tree, blend, "bsdf", "blendbsdf");
+    }
+}
+
+static void put_lobes(ca_pbrt *p, const char *id, const lobes *sum, bool two_sided, const ca_pbrt_value *opacity)
+{
+    double whole = 0.0;
+    for (size_t i = 0; i < sum->count; i++) whole += share_of(&sum->items[i]);
+    if (sum->count == 0) {
+        ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, "diffuse", two_sided, opacity);
+        ca_pbrt_put_color(p, bsdf, "reflectance", &black);
+    } else if (sum->count == 1) {
+        const bool both = two_sided || only_reflects(&sum->items[0]);
+        ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, type_of(&sum->items[0]), both, opacity);
+        fill_lobe(p, bsdf, sum, &sum->items[0], 1.0);
+    } else {
+        put_chain(p, ca_pbrt_begin_bsdf(p, id, "blendbsdf", two_sided, opacity), sum, two_sided, whole);
     }
 }
 
@@ -190,8 +205,9 @@ static ca_pbrt_value product(ca_pbrt *p, const ca_pbrt_value *a, const ca_pbrt_v
 {
     ca_pbrt_value result = black;
     if (a->id || b->id)
-        ca_import_fail(p->importer, &p->params.where, "%s: reflect and transmit must be numbers where Kd or Ks is a "
-                                                      "texture, and grey",
+        ca_import_fail(p->importer, &p->params.where,
+                       "%s: reflect and transmit must be numbers where Kd or Ks is a "
+                       "texture, and grey",
                        p->params.what);
     for (int i = 0; i < 3; i++) result.rgb[i] = a->rgb[i] * b->rgb[i];
     return result;
@@ -213,6 +229,18 @@ static void read_translucent(ca_pbrt *p, const char *id)
     add_lobe(&sum, THROUGH, times(p, &kd, &transmit), black);
     add_lobe(&sum, GLOSSY, times(p, &ks, &reflect), times(p, &ks, &transmit));
     sum.roughness = read_roughness(p, 0.1);
+    put_lobes(p, id, &sum, false, NULL);
+}
+
+/* Version 4's. */
+static void read_diffuse_transmission(ca_pbrt *p, const char *id)
+{
+    lobes sum = {.index = 1.5};
+    const double scale = ca_pbrt_number_in(&p->params, "scale", 1.0, 0.0, 1e6);
+    const ca_pbrt_value reflected = ca_pbrt_color_value(p, "reflectance", 0.25);
+    const ca_pbrt_value passed = ca_pbrt_color_value(p, "transmittance", 0.25);
+    add_lobe(&sum, DIFFUSE, ca_pbrt_scaled(p, &reflected, scale), black);
+    add_lobe(&sum, THROUGH, ca_pbrt_scaled(p, &passed, scale), black);
     put_lobes(p, id, &sum, false, NULL);
 }
 
@@ -238,12 +266,10 @@ static void read_substrate(ca_pbrt *p, const char *id)
 
 static void read_disney(ca_pbrt *p, const char *id)
 {
-    static const char *const from[] = {"roughness", "anisotropic",   "metallic",  "spectrans",
-                                       "sheen",     "clearcoat",     "speculartint", "sheentint",
-                                       "flatness",  "clearcoatgloss"};
-    static const char *const to[] = {"roughness", "anisotropic", "metallic",   "spec_trans",
-                                     "sheen",     "clearcoat",   "spec_tint",  "sheen_tint",
-                                     "flatness",  "clearcoat_gloss"};
+    static const char *const from[] = {"roughness", "anisotropic",  "metallic",  "spectrans", "sheen",
+                                       "clearcoat", "speculartint", "sheentint", "flatness",  "clearcoatgloss"};
+    static const char *const to[] = {"roughness", "anisotropic", "metallic",   "spec_trans", "sheen",
+                                     "clearcoat", "spec_tint",   "sheen_tint", "flatness",   "clearcoat_gloss"};
     static const double fallbacks[] = {0.5, 0, 0, 0, 0, 0, 0, 0.5, 0, 1};
     const ca_pbrt_value color = ca_pbrt_color_value(p, "color", 0.5);
     const ca_pbrt_value depth = ca_pbrt_color_value(p, "scatterdistance", 0.0);
@@ -264,9 +290,11 @@ static void read_disney(ca_pbrt *p, const char *id)
 }
 
 static const ca_pbrt_material_kind kinds[] = {
-    {"matte", read_matte},     {"glass", read_glass},         {"mirror", read_mirror},
-    {"metal", read_metal},     {"plastic", read_plastic},     {"uber", read_uber},
-    {"disney", read_disney},   {"translucent", read_translucent}, {"substrate", read_substrate},
+    {"matte", read_matte},         {"glass", read_glass},
+    {"mirror", read_mirror},       {"metal", read_metal},
+    {"plastic", read_plastic},     {"uber", read_uber},
+    {"disney", read_disney},       {"translucent", read_translucent},
+    {"substrate", read_substrate}, {"diffusetransmission", read_diffuse_transmission},
 };
 
 const ca_pbrt_material_kind *ca_pbrt_old_materials(size_t *count)

@@ -213,10 +213,17 @@ typedef struct named_sampler {
 } named_sampler;
 
 static const named_sampler samplers[] = {
-    {"independent", "independent", false}, {"random", "independent", false},  {"halton", "halton", false},
-    {"sobol", "sobol", true},              {"paddedsobol", "sobol", true},    {"zsobol", "zsobol", false},
-    {"pmj02bn", "sobol", true},            {"stratified", "sobol", true},     {"02sequence", "sobol", true},
-    {"lowdiscrepancy", "sobol", true},     {"maxmindist", "sobol", true},
+    {"independent", "independent", false},
+    {"random", "independent", false},
+    {"halton", "halton", false},
+    {"sobol", "sobol", true},
+    {"paddedsobol", "sobol", true},
+    {"zsobol", "zsobol", false},
+    {"pmj02bn", "sobol", true},
+    {"stratified", "sobol", true},
+    {"02sequence", "sobol", true},
+    {"lowdiscrepancy", "sobol", true},
+    {"maxmindist", "sobol", true},
 };
 
 static void add_sampler(ca_pbrt *p, const char *type, int64_t samples)
@@ -295,10 +302,23 @@ static void put_integrator(ca_pbrt *p, const named_integrator *kind)
 
 void ca_pbrt_read_integrator(ca_pbrt *p, const char *type)
 {
-    static const char *const without_effect[] = {
-        "pixelbounds",   "rrthreshold",  "lightsampler",     "lightsamplestrategy", "regularize", "strategy",
-        "visualizestrategies", "visualizeweights", "samplelights", "samplebsdf", "imagewritefrequency",
-        "mutationsperpixel", "bootstrapsamples", "chains", "largestepprobability", "sigma", "seed"};
+    static const char *const without_effect[] = {"pixelbounds",
+                                                 "rrthreshold",
+                                                 "lightsampler",
+                                                 "lightsamplestrategy",
+                                                 "regularize",
+                                                 "strategy",
+                                                 "visualizestrategies",
+                                                 "visualizeweights",
+                                                 "samplelights",
+                                                 "samplebsdf",
+                                                 "imagewritefrequency",
+                                                 "mutationsperpixel",
+                                                 "bootstrapsamples",
+                                                 "chains",
+                                                 "largestepprobability",
+                                                 "sigma",
+                                                 "seed"};
     const char *names[CA_COUNT(integrators)];
     for (size_t i = 0; i < CA_COUNT(integrators); i++) {
         names[i] = integrators[i].name;
@@ -307,7 +327,8 @@ void ca_pbrt_read_integrator(ca_pbrt *p, const char *type)
         put_integrator(p, kind);
         if (strcmp(type, "sppm") == 0) put_sppm(p);
         if (ca_pbrt_boolean(&p->params, "regularize", false))
-            ca_import_note(p->importer, &p->params.where, "regularize has no effect: surfaces stay as sharp as they are");
+            ca_import_note(p->importer, &p->params.where,
+                           "regularize has no effect: surfaces stay as sharp as they are");
         if (kind->note)
             ca_import_note(p->importer, &p->params.where, "integrator \"%s\" is read as \"%s\": %s", kind->name,
                            kind->ours, kind->note);
@@ -373,8 +394,8 @@ static void put_orthographic(ca_pbrt *p)
 {
     static const ca_matrix turn = {{{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
     const double half = 0.5 * (p->screen[1] - p->screen[0]);
-    const ca_matrix move = ca_matrix_translate(0.5 * (p->screen[0] + p->screen[1]),
-                                               0.5 * (p->screen[2] + p->screen[3]), 0.0);
+    const ca_matrix move =
+        ca_matrix_translate(0.5 * (p->screen[0] + p->screen[1]), 0.5 * (p->screen[2] + p->screen[3]), 0.0);
     const ca_matrix size = ca_matrix_scale(half, half, 1.0);
     ca_matrix map = ca_matrix_multiply(&p->camera_to_world, &move);
     map = ca_matrix_multiply(&map, &size);

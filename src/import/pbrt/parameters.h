@@ -28,7 +28,7 @@ typedef struct ca_pbrt_parameter {
     const char *const *texts; /* then `numbers` is NULL */
     size_t count;
     ca_location where;
-    uint32_t space;   /* of colours: index of ca_pbrt_space_names */
+    uint32_t space;      /* of colours: index of ca_pbrt_space_names */
     bool used, optional; /* optional: may stay unused */
 } ca_pbrt_parameter;
 
@@ -74,8 +74,7 @@ size_t ca_pbrt_choice(ca_pbrt_params *params, const char *name, const char *cons
                       size_t fallback);
 bool ca_pbrt_point(ca_pbrt_params *params, const char *name, double xyz[3]);
 /* The numbers of an array of this type, a multiple of `group`; NULL and 0 where it is missing. */
-const double *ca_pbrt_array(ca_pbrt_params *params, const char *name, ca_pbrt_type type, size_t group,
-                            size_t *count);
+const double *ca_pbrt_array(ca_pbrt_params *params, const char *name, ca_pbrt_type type, size_t group, size_t *count);
 /* Parameters that have no effect here. */
 void ca_pbrt_ignore(ca_pbrt_params *params, const char *const *names, size_t count);
 

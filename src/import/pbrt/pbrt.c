@@ -119,7 +119,8 @@ static void run_look_at(ca_pbrt *p, const double *n, const char *const *s)
     if (ca_matrix_look_at(n, n + 3, n + 6, &to_world) && ca_matrix_invert(&to_world, &from_world))
         apply(p, from_world);
     else
-        ca_import_fail(p->importer, &p->params.where, "LookAt needs an eye, a target and up that are not on one line");
+        ca_import_fail(p->importer, &p->params.where,
+                       "LookAt needs an eye, a target and up that are not on one line");
 }
 
 /* Columns one after another. */
@@ -607,9 +608,9 @@ static void run_directive(ca_pbrt *p, ca_pbrt_scan *scan, const directive *d)
     const bool wrong = (d->place == BEFORE_WORLD && p->in_world) || (d->place == IN_WORLD && !p->in_world);
     if (wrong || p->ended)
         ca_import_fail(p->importer, &p->params.where, "%s cannot stand %s", d->name,
-                       p->ended       ? "behind WorldEnd"
+                       p->ended      ? "behind WorldEnd"
                        : p->in_world ? "behind WorldBegin"
-                                      : "before WorldBegin");
+                                     : "before WorldBegin");
     if (!read_strings(p, scan, d->name, d->strings, strings)) return;
     if (!read_numbers(p, scan, d->name, d->numbers, numbers)) return;
     p->params.list.count = 0;
@@ -640,8 +641,7 @@ static void run_active_transform(ca_pbrt *p, ca_pbrt_scan *scan)
     if (!end && !ca_pbrt_is_word(&token, "StartTime") && !ca_pbrt_is_word(&token, "All"))
         ca_import_fail(p->importer, &token.where, "ActiveTransform is followed by StartTime, EndTime or All");
     p->state.start_is_active = !end;
-    if (end)
-        ca_import_note(p->importer, &token.where, "nothing moves: transforms of EndTime are left out");
+    if (end) ca_import_note(p->importer, &token.where, "nothing moves: transforms of EndTime are left out");
 }
 
 /* Only the empty medium, on both sides. */

@@ -39,13 +39,13 @@ typedef enum ca_pbrt_target {
 /* What AttributeBegin keeps. */
 typedef struct ca_pbrt_state {
     ca_matrix ctm;
-    bool reverses;         /* orientation */
-    const char *material;  /* id in the tree */
-    bool is_interface;     /* that material is nothing */
+    bool reverses;        /* orientation */
+    const char *material; /* id in the tree */
+    bool is_interface;    /* that material is nothing */
     ca_pbrt_area_light light;
     const ca_pbrt_preset *presets[CA_PBRT_TARGET_COUNT];
-    uint32_t space;        /* of colours */
-    bool start_is_active;  /* ActiveTransform: transforms for the end of the shutter's time change nothing */
+    uint32_t space;       /* of colours */
+    bool start_is_active; /* ActiveTransform: transforms for the end of the shutter's time change nothing */
 } ca_pbrt_state;
 
 typedef enum ca_pbrt_open { CA_PBRT_OPEN_ATTRIBUTES, CA_PBRT_OPEN_TRANSFORM, CA_PBRT_OPEN_OBJECT } ca_pbrt_open;
@@ -59,9 +59,9 @@ typedef struct ca_pbrt_saved {
 /* Something with a name: a material, texture, object or coordinate system. */
 typedef struct ca_pbrt_named {
     const char *name;
-    const char *id; /* in the tree; of a coordinate system NULL */
-    bool flag;      /* of a material: it is nothing; of an object: it has shapes; of a texture: it is constant */
-    double value[3]; /* of a constant texture */
+    const char *id;   /* in the tree; of a coordinate system NULL */
+    bool flag;        /* of a material: it is nothing; of an object: it has shapes; of a texture: it is constant */
+    double value[3];  /* of a constant texture */
     ca_matrix matrix; /* of a coordinate system */
 } ca_pbrt_named;
 
@@ -78,7 +78,7 @@ typedef struct ca_pbrt {
     ca_pbrt_state state;
     CA_TABLE(ca_pbrt_saved) saved;
     ca_pbrt_names materials, number_textures, color_textures, objects, systems;
-    ca_xml_node *group;  /* the object that is being defined, or NULL */
+    ca_xml_node *group; /* the object that is being defined, or NULL */
     bool group_has_shapes;
     uint32_t next_id;
     /* Before WorldBegin. */

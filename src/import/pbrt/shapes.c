@@ -54,8 +54,7 @@ static void put_light(ca_pbrt *p, ca_xml_node *shape, double area)
         ca_tree_rgb(&p->tree, emitter, "radiance", radiance);
         return;
     }
-    ca_xml_node *texture =
-        ca_tree_named_object(&p->tree, emitter, "texture", "scale", "radiance", NULL);
+    ca_xml_node *texture = ca_tree_named_object(&p->tree, emitter, "texture", "scale", "radiance", NULL);
     ca_tree_rgb(&p->tree, texture, "scale", radiance);
     ca_tree_ref(&p->tree, texture, NULL, light->picture);
 }
@@ -78,7 +77,8 @@ static ca_xml_node *add_shape(ca_pbrt *p, const char *type, const ca_matrix *to_
 
 static void corner(const ca_mesh *mesh, const ca_matrix *map, uint32_t vertex, double world[3])
 {
-    const double at[3] = {(double)mesh->positions[3 * (size_t)vertex], (double)mesh->positions[3 * (size_t)vertex + 1],
+    const double at[3] = {(double)mesh->positions[3 * (size_t)vertex],
+                          (double)mesh->positions[3 * (size_t)vertex + 1],
                           (double)mesh->positions[3 * (size_t)vertex + 2]};
     ca_matrix_point(map, at, world);
 }
@@ -293,8 +293,7 @@ static bool is_flat(const double *points, const uint32_t corners[4])
         normal[i] = d[0][(i + 1) % 3] * d[1][(i + 2) % 3] - d[0][(i + 2) % 3] * d[1][(i + 1) % 3];
     const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     const double height = normal[0] * d[2][0] + normal[1] * d[2][1] + normal[2] * d[2][2];
-    for (int k = 0; k < 3; k++)
-        longest = fmax(longest, d[k][0] * d[k][0] + d[k][1] * d[k][1] + d[k][2] * d[k][2]);
+    for (int k = 0; k < 3; k++) longest = fmax(longest, d[k][0] * d[k][0] + d[k][1] * d[k][1] + d[k][2] * d[k][2]);
     return fabs(height) <= 1e-3 * length * sqrt(longest);
 }
 
@@ -317,8 +316,7 @@ static void read_patches(ca_pbrt *p)
         bent = bent || !is_flat(a.points, c);
     }
     if (bent)
-        ca_import_note(p->importer, &p->params.where,
-                       "bilinear patches that are not flat are two triangles each");
+        ca_import_note(p->importer, &p->params.where, "bilinear patches that are not flat are two triangles each");
     put_mesh(p, &mesh);
 }
 
@@ -364,7 +362,8 @@ static void read_subdivision(ca_pbrt *p)
     ca_mesh mesh;
     if (!a.indices) ca_pbrt_fail(&p->params, "indices", "is missing");
     if (!ca_import_good(p->importer)) return;
-    if (ca_pbrt_subdivide(p, a.points, a.point_count, a.indices, 3 * a.index_count, levels, &mesh)) put_mesh(p, &mesh);
+    if (ca_pbrt_subdivide(p, a.points, a.point_count, a.indices, 3 * a.index_count, levels, &mesh))
+        put_mesh(p, &mesh);
 }
 
 /* ---- Quadrics -------------------------------------------------------------------------------------------------- */
@@ -402,13 +401,17 @@ static void put_surface(ca_pbrt *p, const ca_pbrt_surface *surface)
 {
     ca_mesh mesh;
     if (!ca_import_good(p->importer)) return;
-    ca_import_note(p->importer, &p->params.where, "what the scene language has no exact shape for is a mesh of %u "
-                                                  "triangles",
+    ca_import_note(p->importer, &p->params.where,
+                   "what the scene language has no exact shape for is a mesh of %u "
+                   "triangles",
                    2 * surface->columns * surface->rows);
     if (ca_pbrt_make_surface(p, surface, &mesh)) put_mesh_flipped(p, &mesh, p->state.reverses);
 }
 
-static double read_phi(ca_pbrt *p) { return ca_pbrt_number_in(&p->params, "phimax", 360.0, 0.0, 360.0) * (pi / 180.0); }
+static double read_phi(ca_pbrt *p)
+{
+    return ca_pbrt_number_in(&p->params, "phimax", 360.0, 0.0, 360.0) * (pi / 180.0);
+}
 
 /* The area's factor under the current transform, which must scale uniformly for a light's power to be known. */
 static double area_scale(const ca_pbrt *p)
@@ -426,7 +429,8 @@ static void check_area(ca_pbrt *p)
 static void read_sphere(ca_pbrt *p)
 {
     const double radius = ca_pbrt_number_in(&p->params, "radius", 1.0, 1e-30, 1e30);
-    const double zmin = ca_pbrt_number(&p->params, "zmin", -radius), zmax = ca_pbrt_number(&p->params, "zmax", radius);
+    const double zmin = ca_pbrt_number(&p->params, "zmin", -radius),
+                 zmax = ca_pbrt_number(&p->params, "zmax", radius);
     const double phi = read_phi(p);
     if (phi < 2.0 * pi || fmin(zmin, zmax) > -radius || fmax(zmin, zmax) < radius) {
         const quadric part = {.radius = radius,
@@ -504,8 +508,12 @@ typedef struct shape_kind {
 } shape_kind;
 
 static const shape_kind kinds[] = {
-    {"trianglemesh", read_triangles}, {"plymesh", read_ply},   {"bilinearmesh", read_patches},
-    {"loopsubdiv", read_subdivision}, {"sphere", read_sphere}, {"cylinder", read_cylinder},
+    {"trianglemesh", read_triangles},
+    {"plymesh", read_ply},
+    {"bilinearmesh", read_patches},
+    {"loopsubdiv", read_subdivision},
+    {"sphere", read_sphere},
+    {"cylinder", read_cylinder},
     {"disk", read_disk},
 };
 
@@ -524,5 +532,6 @@ void ca_pbrt_read_shape(ca_pbrt *p, const char *type)
     for (size_t i = 0; i < CA_COUNT(unsupported); i++)
         if (strcmp(unsupported[i], type) == 0)
             ca_import_fail(p->importer, &p->params.where, "shape \"%s\" is not supported", type);
-    ca_import_fail(p->importer, &p->params.where, "\"%s\" is not a known shape; the nearest is \"%s\"", type, nearest);
+    ca_import_fail(p->importer, &p->params.where, "\"%s\" is not a known shape; the nearest is \"%s\"", type,
+                   nearest);
 }

@@ -104,8 +104,7 @@ static void put_coordinates(ca_pbrt *p, ca_xml_node *texture, bool checks)
     m.m[1][1] = checks ? -0.5 * sv : sv;
     m.m[1][3] = checks ? 0.5 * (sv + dv) : 1.0 - sv - dv;
     if (su == 0.0 || sv == 0.0) ca_pbrt_fail(params, su == 0.0 ? "uscale" : "vscale", "must not be 0");
-    if (checks || su != 1.0 || sv != 1.0 || du != 0.0 || dv != 0.0)
-        ca_tree_transform(&p->tree, texture, "to_uv", &m);
+    if (checks || su != 1.0 || sv != 1.0 || du != 0.0 || dv != 0.0) ca_tree_transform(&p->tree, texture, "to_uv", &m);
 }
 
 /* ---- The kinds ------------------------------------------------------------------------------------------------- */
@@ -235,7 +234,7 @@ static const texture_kind kinds[] = {
     {"checkerboard", read_checkerboard}, {"imagemap", read_image},
 };
 
-static const char *const unsupported[] = {"bilerp", "directionmix", "dots",     "fbm",     "marble",
+static const char *const unsupported[] = {"bilerp", "directionmix", "dots",     "fbm",  "marble",
                                           "ptex",   "uv",           "wrinkled", "windy"};
 
 static const texture_kind *find_kind(ca_pbrt *p, const char *name)

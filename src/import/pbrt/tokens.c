@@ -115,9 +115,12 @@ bool ca_pbrt_text_has_word(const char *text, size_t size, const char *word)
     bool comment = false, string = false;
     for (const char *c = text; c < end; c++) {
         if (*c == '\n') comment = string = false;
-        if (string && *c == '\\') c++;
-        else if (*c == '"' && !comment) string = !string;
-        else if (*c == '#' && !string) comment = true;
+        if (string && *c == '\\')
+            c++;
+        else if (*c == '"' && !comment)
+            string = !string;
+        else if (*c == '#' && !string)
+            comment = true;
         else if (!comment && !string && *c == word[0] && (size_t)(end - c) >= length &&
                  memcmp(c, word, length) == 0 && (c == text || ends_word(c[-1])) &&
                  (c + length == end || ends_word(c[length])))

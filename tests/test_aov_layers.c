@@ -1,0 +1,154 @@
+/* Layers of what camera rays meet first, by names of the scene: against what is known of a square in front of the
+ * eye, and against the layers that every picture has. */
+#include "image/layers.h"
+#include "support/scene_text.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+enum { SIDE = 8, PIXELS = SIDE * SIDE };
+
+/* A square of half side 2 at z = 0, seen from a distance of 5; the eye begins to see at 1. Another shape before it in
+ * the file is out of sight. */
+static const char scene_text[] =
+    "<scene version=\"3.0.0\"><integrator type=\"aov\"><string name=\"aovs\" value=\"d.y:depth,p:position,t:uv,"
+    "g:geo_normal,s:sh_normal,du:dp_du,dv:dp_dv,tri:prim_index,shp:shape_index,a:albedo,N:sh_normal\"/>"
+    "<integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator></integrator>"
+    "<sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/><float name=\"near_clip\" value=\"1\"/>"
+    "<transform name=\"to_world\"><lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/></transform>"
+    "<film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/><integer name=\"height\" value=\"8\"/>"
+    "<rfilter type=\"box\"/></film></sensor>"
+    "<shape type=\"sphere\"><point name=\"center\" value=\"0,0,50\"/></shape>"
+    "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"2\" y=\"2\"/></transform>"
+    "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.2, 0.3, 0.4\"/></bsdf></shape>"
+    "<emitter type=\"point\"><point name=\"position\" value=\"0,0,5\"/></emitter></scene>";
+
+static ca_image_layers *picture(const char *text, uint32_t threads, uint32_t samples)
+{
+    ca_scene *scene = scene_from_text(text);
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.samples_per_pixel = samples;
+    settings.threads = threads;
+    ca_image_layers *image = render_scene(scene, &settings);
+    ca_scene_release(scene);
+    return image;
+}
+
+static double at(const ca_image_layers *image, const char *name, uint32_t i)
+{
+    const float *data = ca_layers_find(image, name);
+    if (!data) fail_msg("there is no layer %s", name);
+    return data ? (double)data[i] : 0.0;
+}
+
+static void assert_near(double got, double expected, double tolerance)
+{
+    if (!(fabs(got - expected) <= tolerance)) fail_msg("%.9g instead of %.9g", got, expected);
+}
+
+/* Position is linear in the picture, coordinates in the position; depth is 4/5 of the distance. */
+static void layers_show_the_square(void **state)
+{
+    (void)state;
+    ca_image_layers *image = picture(scene_text, 1, 16);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        const double x = at(image, "p.X", i), y = at(image, "p.Y", i), z = at(image, "p.Z", i);
+        const double half = 5.0 * tan(15.0 * 3.14159265358979 / 180.0);
+        assert_near(x, half * (2.0 * (i % SIDE + 0.5) / SIDE - 1.0), 0.08);
+        assert_near(y, half * (1.0 - 2.0 * (i / SIDE + 0.5) / SIDE), 0.08);
+        assert_near(z, 0.0, 1e-5);
+        assert_near(at(image, "t.U", i), 0.5 + x / 4.0, 1e-5);
+        assert_near(at(image, "t.V", i), 0.5 + y / 4.0, 1e-5);
+        assert_near(at(image, "d.y.T", i), 0.8 * sqrt(x * x + y * y + 25.0), 5e-3);
+        assert_near(at(image, "g.Z", i), 1.0, 1e-6);
+        assert_near(at(image, "s.X", i), 0.0, 1e-6);
+        assert_near(at(image, "du.X", i), 4.0, 1e-5);
+        assert_near(at(image, "du.Y", i), 0.0, 1e-5);
+        assert_near(at(image, "dv.Y", i), 4.0, 1e-5);
+        assert_near(at(image, "shp.I", i), 1.0, 0.0);
+        assert_true(at(image, "tri.I", i) >= 0.0 && at(image, "tri.I", i) <= 1.0);
+        assert_near(at(image, "a.G", i), 0.3, 1e-6);
+    }
+    ca_image_release(image);
+}
+
+/* The rays are the camera paths' own. */
+static void they_are_the_picture_s_own(void **state)
+{
+    (void)state;
+    static const char *const pairs[][2] = {{"p.X", "P.X"}, {"p.Y", "P.Y"}, {"s.Z", "N.Z"}, {"a.B", "Albedo.B"}};
+    ca_image_layers *image = picture(scene_text, 1, 16);
+    for (size_t k = 0; k < sizeof pairs / sizeof *pairs; k++)
+        for (uint32_t i = 0; i < PIXELS; i++)
+            assert_near(at(image, pairs[k][0], i), at(image, pairs[k][1], i), 1e-5);
+    size_t normals = 0; /* the layer that is there already is not made a second time */
+    for (size_t c = 0; c < image->channel_count; c++) normals += strcmp(image->channels[c].name, "N.X") == 0;
+    assert_int_equal(normals, 1);
+    ca_image_release(image);
+}
+
+static void any_number_of_threads_makes_the_same(void **state)
+{
+    (void)state;
+    ca_image_layers *one = picture(scene_text, 1, 3), *three = picture(scene_text, 3, 3);
+    static const char *const names[] = {"d.y.T", "p.X", "t.V", "tri.I"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        assert_memory_equal(ca_layers_find(one, names[k]), ca_layers_find(three, names[k]), PIXELS * sizeof(float));
+    ca_image_release(one);
+    ca_image_release(three);
+}
+
+/* Mitsuba's integrator `depth`, before the empty sky and a square of half side 1. */
+static void depth_is_a_layer(void **state)
+{
+    (void)state;
+    ca_image_layers *image =
+        picture("<scene version=\"3.0.0\"><integrator type=\"depth\"/><sensor type=\"orthographic\">"
+                "<transform name=\"to_world\"><scale x=\"2\" y=\"2\"/><lookat origin=\"0,0,5\" target=\"0,0,0\" "
+                "up=\"0,1,0\"/></transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/>"
+                "<integer name=\"height\" value=\"8\"/><rfilter type=\"box\"/></film></sensor>"
+                "<shape type=\"rectangle\"/></scene>",
+                1, 4);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        const bool inside = i % SIDE >= 2 && i % SIDE < 6 && i / SIDE >= 2 && i / SIDE < 6;
+        assert_near(at(image, "depth.T", i), inside ? 5.0 - 0.01 : 0.0, 1e-4);
+    }
+    ca_image_release(image);
+}
+
+/* Coordinates of a sphere and of a square, where nothing else reads them. */
+static void coordinates_of_quadrics_are_there(void **state)
+{
+    (void)state;
+    ca_image_layers *image =
+        picture("<scene version=\"3.0.0\"><integrator type=\"aov\"><string name=\"aovs\" value=\"t:uv\"/>"
+                "</integrator><sensor type=\"perspective\"><float name=\"fov\" value=\"4\"/>"
+                "<transform name=\"to_world\"><lookat origin=\"0,-5,0\" target=\"0,0,0\" up=\"0,0,1\"/></transform>"
+                "<film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/><integer name=\"height\" value=\"8\"/>"
+                "<rfilter type=\"box\"/></film></sensor><shape type=\"sphere\"/></scene>",
+                1, 4);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        assert_near(at(image, "t.U", i), 0.75, 0.03); /* -y */
+        assert_near(at(image, "t.V", i), 0.5, 0.06);
+    }
+    ca_image_release(image);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(layers_show_the_square),
+        cmocka_unit_test(they_are_the_picture_s_own),
+        cmocka_unit_test(any_number_of_threads_makes_the_same),
+        cmocka_unit_test(depth_is_a_layer),
+        cmocka_unit_test(coordinates_of_quadrics_are_there),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
