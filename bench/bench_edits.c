@@ -1,6 +1,6 @@
-/* What the next version of a scene costs: from handing over the edited text and arrays to the first pixel, beside what
- * that pixel takes alone, with a mesh of a million triangles in the world, and in a group of its own. Then what a mesh
- * in a group costs its rays. Prints a table; docs/library.md quotes it. */
+/* What the next version of a scene costs: from handing over the edited text and arrays to the first pixel, beside
+ * what that pixel takes alone, with a mesh of a million triangles in the world, and in a group of its own. Then what
+ * a mesh in a group costs its rays. Prints a table; docs/library.md quotes it. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "bench_support.h"
@@ -32,7 +32,8 @@ static const char start[] =
     "<lookat origin='%g, 1.2, -2.5' target='0, 0, 0' up='0, 1, 0'/></transform>"
     "<film type='hdrfilm'><integer name='width' value='256'/><integer name='height' value='256'/></film></sensor>"
     "<integrator type='path'/><emitter type='constant'/>"
-    "<emitter type='point'><point name='position' value='1, 2, -3'/><rgb name='intensity' value='%g, 1, 1'/></emitter>"
+    "<emitter type='point'><point name='position' value='1, 2, -3'/>"
+    "<rgb name='intensity' value='%g, 1, 1'/></emitter>"
     "<shape type='rectangle'><transform name='to_world'><scale value='3'/><rotate x='1' angle='-90'/>"
     "<translate y='-0.5'/></transform><bsdf type='diffuse'><texture name='reflectance' type='bitmap'>"
     "<string name='data' value='picture'/></texture></bsdf></shape>";
@@ -45,7 +46,8 @@ static const char in_group[] = "<shape type='shapegroup' id='g'>" MESH "</shape>
 static void make_waves(float *vertices, float height)
 {
     for (int i = 0; i < VERTICES; i++) {
-        const float x = 2.0f * (float)(i % (SIDE + 1)) / SIDE - 1.0f, z = 2.0f * (float)(i / (SIDE + 1)) / SIDE - 1.0f;
+        const int column = i % (SIDE + 1), row = i / (SIDE + 1);
+        const float x = 2.0f * (float)column / SIDE - 1.0f, z = 2.0f * (float)row / SIDE - 1.0f;
         vertices[3 * i] = x, vertices[3 * i + 2] = z;
         vertices[3 * i + 1] = height * sinf(9.0f * x) * cosf(11.0f * z);
     }

@@ -148,7 +148,8 @@ bool ray_recorder_stop(ray_counts *recorded)
     *recorded = (ray_counts){0};
     for (int i = 0; i < tape_count(); i++) {
         const ray_tape *tape = &recorder.tapes[i];
-        for (size_t k = 0; k < tape->count; k++) recorded->shadow_rays += tape->rays[k].id % SCENE_FACTOR == VISIBILITY;
+        for (size_t k = 0; k < tape->count; k++)
+            recorded->shadow_rays += tape->rays[k].id % SCENE_FACTOR == VISIBILITY;
         recorded->rays += tape->count;
         recorded->hits += tape->hits;
     }

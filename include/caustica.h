@@ -136,12 +136,13 @@ typedef struct ca_scene_source {
 /* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor.
  *
  * Edits: a scene never changes; its next version is parsed from the edited source (text, definitions, arrays) with
- * `previous`, and is in every bit what it would be without. What is the same in both is shared instead of read, copied
- * and built again: meshes and pictures from files that did not change (path, size, times) and from arrays of the same
- * content, and with them the structures that rays are traced with, which are one for all shapes of the world, one for
- * each shapegroup and one for all instances. So editing a sensor, light, material or texture builds none of them,
- * moving an instance only the last, and changing a mesh in a shapegroup that group's and the last. The two versions
- * may be released in any order, and renders of the former go on. */
+ * `previous`, and is in every bit what it would be without. What is the same in both is shared instead of read,
+ * copied and built again: meshes and pictures from files that did not change (path, size, times; but for those of
+ * pbrt and glTF scenes, which are read again) and from arrays of the same content, and the structures that rays are
+ * traced with, which are one for all shapes of the world, one for each shapegroup and one for all instances. So
+ * editing a sensor, light, material or texture builds none of them, moving an instance only the last, and changing a
+ * mesh in a shapegroup that group's and the last. The two versions may be released in any order, and renders of the
+ * former go on. */
 CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);
 
 /* How many structures for tracing rays were built for this scene, and not shared with the previous one: 0 where no

@@ -7,8 +7,8 @@
 #   scripts/check-abi.sh             compare
 #   scripts/check-abi.sh --write     a release: docs/abi/caustica.xml becomes what the header declares
 #
-# What is looked at is a library of empty functions made from the header: tests/test_install.sh sees to it that the real
-# one exports the same names, and the compiler that their definitions agree with the header.
+# What is looked at is a library of empty functions made from the header: tests/test_install.sh sees to it that the
+# real one exports the same names, and the compiler that their definitions agree with the header.
 set -eu
 cd "$(dirname "$0")/.."
 header=${CA_HEADER:-include/caustica.h}

@@ -11,24 +11,9 @@ set -euo pipefail
 root=$1
 shift
 [ $# -gt 0 ] || set -- demo test
-[ "$(id -u)" -eq 0 ] || { echo "debootstrap and chroot need root" >&2; exit 1; }
 project=$(cd "$(dirname "$0")/.." && pwd)
-
-setting() { apt-config dump "$1" 2>/dev/null | sed -n 's/^[^"]*"\(.*\)";$/\1/p' | head -n 1 || true; }
-configured_mirror() {
-    cat /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources 2>/dev/null |
-        grep -oE '(https?|file):/[^ ]*/debian/?( |$)' | head -n 1 | tr -d ' ' || true
-}
-mirror=${CA_MIRROR:-$(configured_mirror)}
-[ -n "$mirror" ] ||
-    { echo "this machine's apt names no Debian mirror: set CA_MIRROR to the address of one" >&2; exit 1; }
-proxy=$(setting Acquire::http::Proxy)
-
-if [ ! -e "$root/etc/debian_version" ]; then
-    http_proxy=${proxy:-${http_proxy:-}} debootstrap --variant=minbase bookworm "$root" "$mirror"
-    [ -z "$proxy" ] || echo "Acquire::http::Proxy \"$proxy\";" >"$root/etc/apt/apt.conf.d/proxy"
-    cp -L /etc/resolv.conf "$root/etc/resolv.conf" 2>/dev/null || true
-fi
+. "$project/scripts/debian-root.sh"
+make_debian_root "$root"
 
 # As a clone would be: what is under version control or would be, and nothing built.
 rm -rf "$root/root/caustica"
@@ -40,16 +25,7 @@ else
     tar -C "$project" --exclude='./build*' --exclude='./out' -cf - .
 fi | tar -C "$root/root/caustica" -xf -
 
-mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
-mkdir -p "$root/dev/pts"
-mountpoint -q "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
-[ -e "$root/dev/ptmx" ] || ln -s pts/ptmx "$root/dev/ptmx"
-trap 'umount "$root/proc" "$root/dev/pts"' EXIT
-inside() {
-    chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin \
-        ${http_proxy:+http_proxy="$http_proxy"} "$@"
-}
-
+enter_debian_root "$root"
 inside sh -c 'command -v make >/dev/null ||
     { apt-get -q update && apt-get -qy install --no-install-recommends make; }'
 for target in "$@"; do

@@ -191,7 +191,7 @@ static bool is_in_order(const ca_image_layers *image)
 static bool render(const ca_scene *scene, const char *text, long number, const char *integrator)
 {
     ca_render_settings settings;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_image_layers *image;
     ca_error error = {""};
     ca_render_settings_init(&settings);

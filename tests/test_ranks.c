@@ -132,7 +132,7 @@ static void test_every_integrator(void **state)
     (void)state;
     for (size_t i = 0; integrator_at(i); i++) {
         if (ca_integrator_has(ca_integrator_at(i), CA_ABILITY_CHOOSES)) continue;
-        ca_render_statistics one;
+        ca_render_statistics one = {.size = sizeof one};
         job j = {.settings = settings_of(integrator_at(i), 9), .many_threads = true};
         const uint64_t hash = hash_alone(&j.settings, &one);
         for (uint32_t ranks = 2; ranks <= 4; ranks++) {
@@ -185,7 +185,7 @@ static void test_noise(void **state)
     (void)state;
     static const double targets[] = {30.0, 12.0, 9.0};
     for (int i = 0; i < 3; i++) {
-        ca_render_statistics one;
+        ca_render_statistics one = {.size = sizeof one};
         job j = {.settings = settings_of("path", 0), .many_threads = true};
         j.settings.noise_percent = targets[i];
         const uint64_t hash = hash_alone(&j.settings, &one);
@@ -307,7 +307,7 @@ static void test_checkpoints(void **state)
         assert_true(j.statistics.passes_resumed == first && j.statistics.iterations > first);
         all.checkpoint_path = j.settings.checkpoint_path;
         all.resume = true;
-        ca_render_statistics s;
+        ca_render_statistics s = {.size = sizeof s};
         assert_true(hash_alone(&all, &s) == hash && s.passes_resumed == j.statistics.iterations);
         unlink(all.checkpoint_path);
     }
@@ -339,7 +339,7 @@ static void test_parts(void **state)
     ca_render_settings all = settings_of("bdpt", 12);
     const char *paths[2] = {in_folder("a.part"), in_folder("b.part")};
     ca_image_layers *image = NULL;
-    ca_render_statistics s = {.size = sizeof s}, one;
+    ca_render_statistics s = {.size = sizeof s}, one = {.size = sizeof one};
     const uint64_t hash = hash_alone(&all, &one);
     j.settings.has_passes = true;
     for (int i = 0; i < 2; i++) {

@@ -142,7 +142,7 @@ static void test_image_without_memory(void **state)
         for (uint32_t samples = 2; samples <= 6; samples += 4) {
             ca_render_settings settings;
             ca_image_layers *image;
-            ca_render_statistics statistics;
+            ca_render_statistics statistics = {.size = sizeof statistics};
             ca_render_settings_init(&settings);
             settings.integrator = integrators[i];
             settings.samples_per_pixel = samples;

@@ -24,7 +24,8 @@ static const float pixels[] = {0.1f, 0.9f, 0.5f, 0.2f}, other_pixels[] = {0.1f, 
 
 /* What an edit may be of. */
 typedef struct edit {
-    double camera, light, grey, world, moved; /* of the sensor, the light, a material, the world's mesh, an instance */
+    double camera, light, grey; /* of the sensor, the light, a material */
+    double world, moved;        /* places of the world's mesh and of an instance */
     const float *in_world, *in_group, *texture; /* arrays */
 } edit;
 
@@ -317,7 +318,8 @@ static void test_threads(void **state)
 
 static void count_release(void *user) { ++*(int *)user; }
 
-#define LENT_SCENE(shapes) "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>" shapes "</scene>"
+#define LENT_SCENE(shapes)                                                                                         \
+    "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>" shapes "</scene>"
 
 static ca_status parse_lent(const char *text, ca_mesh_data *data, size_t count, const ca_scene *previous,
                             ca_scene **scene)

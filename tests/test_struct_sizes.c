@@ -45,7 +45,7 @@ static void test_settings(void **state)
     assert_int_equal(render(&settings, NULL, &error), CA_OK);
     settings.size = 0; /* as in 0.1 */
     assert_int_equal(render(&settings, NULL, &error), CA_OK);
-    settings.size = offsetof(ca_render_settings, stop);
+    settings.size = offsetof(ca_render_settings, ranks);
     assert_int_equal(render(&settings, NULL, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "which no version had: ca_render_settings_init sets it"));
 }

@@ -138,7 +138,7 @@ def grid(n):
     x, y = np.meshgrid(np.linspace(-1, 1, n + 1, dtype=np.float32), np.linspace(-1, 1, n + 1, dtype=np.float32))
     vertices = np.stack([x, y, 0.1 * np.sin(5 * x)], axis=2).reshape(-1, 3)
     corner = np.arange((n + 1) * n, dtype=np.uint32).reshape(n, n + 1)[:, :-1].ravel()
-    faces = np.stack([corner, corner + 1, corner + n + 2, corner, corner + n + 2, corner + n + 1], axis=1).reshape(-1, 3)
+    faces = np.stack([corner, corner + n + 2, corner + 1, corner, corner + n + 1, corner + n + 2], axis=1).reshape(-1, 3)
     return vertices, faces
 
 

@@ -76,11 +76,12 @@ static inline ray_lanes load_rays(const ca_accel *accel, const ca_ray_batch *ray
 
 /* ---- Packets --------------------------------------------------------------------------------------------------- */
 
+static uint32_t lanes_for(uint32_t left) { return left < CA_LANES ? left : CA_LANES; }
+
 /* Rays that end at t_max[]. A lane that takes no part keeps a ray of another. */
-static uint32_t pack_rays(const ca_ray_batch *rays, const float *t_max, const uint16_t *order, uint32_t left,
-                          struct RTCRay8 *packet, int *valid)
+static void pack_rays(const ca_ray_batch *rays, const float *t_max, const uint16_t *order, uint32_t lanes,
+                      struct RTCRay8 *packet, int *valid)
 {
-    const uint32_t lanes = left < CA_LANES ? left : CA_LANES;
     for (uint32_t lane = 0; lane < CA_LANES; lane++) {
         const uint32_t i = order[lane < lanes ? lane : 0];
         const ca_vec3 origin = ca_column3_at(&rays->origin, i), direction = ca_column3_at(&rays->direction, i);
@@ -91,7 +92,6 @@ static uint32_t pack_rays(const ca_ray_batch *rays, const float *t_max, const ui
         packet->time[lane] = 0.0f;
         packet->mask[lane] = UINT32_MAX, packet->id[lane] = 0, packet->flags[lane] = 0;
     }
-    return lanes;
 }
 
 static inline void intersect8(const int *valid, RTCScene scene, struct RTCRayHit8 *rayhit)
@@ -185,7 +185,8 @@ static void intersect_packets(const ca_accel *accel, const ca_ray_batch *rays, u
     struct RTCRayHit8 packet;
     memset(&packet.hit, 0, sizeof packet.hit);
     for (uint32_t first = 0; first < count; first += CA_LANES) {
-        const uint32_t lanes = pack_rays(rays, hits->t, order + first, count - first, &packet.ray, valid);
+        const uint32_t lanes = lanes_for(count - first);
+        pack_rays(rays, hits->t, order + first, lanes, &packet.ray, valid);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
         memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
         intersect8(valid, accel->world_scene, &packet);
@@ -228,6 +229,15 @@ static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, u
     }
 }
 
+/* Instances hide what the world does not. */
+static void hide_packet(const ca_accel *accel, int *valid, uint32_t lanes, struct RTCRay8 *packet)
+{
+    if (accel->world_scene) occluded8(valid, accel->world_scene, packet);
+    if (!accel->top_scene) return;
+    for (uint32_t lane = 0; lane < lanes; lane++) valid[lane] = packet->tfar[lane] >= 0.0f ? -1 : 0;
+    occluded8(valid, accel->top_scene, packet);
+}
+
 void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded)
 {
     _Alignas(32) uint32_t keys[CA_RAY_BATCH];
@@ -237,12 +247,9 @@ void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, ui
     hide_behind_apart(accel, rays, count, occluded, keys);
     const uint32_t asked = sort_rays(keys, count, order);
     for (uint32_t first = 0; first < asked; first += CA_LANES) {
-        const uint32_t lanes = pack_rays(rays, rays->t_max, order + first, asked - first, &packet, valid);
-        if (accel->world_scene) occluded8(valid, accel->world_scene, &packet);
-        if (accel->top_scene) {
-            for (uint32_t lane = 0; lane < lanes; lane++) valid[lane] = packet.tfar[lane] >= 0.0f ? -1 : 0;
-            occluded8(valid, accel->top_scene, &packet);
-        }
+        const uint32_t lanes = lanes_for(asked - first);
+        pack_rays(rays, rays->t_max, order + first, lanes, &packet, valid);
+        hide_packet(accel, valid, lanes, &packet);
         for (uint32_t lane = 0; lane < lanes; lane++) occluded[order[first + lane]] = packet.tfar[lane] < 0.0f;
     }
 }

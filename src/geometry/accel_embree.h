@@ -23,8 +23,7 @@ typedef struct ca_accel_device {
     size_t bytes;
 } ca_accel_device;
 
-/* A structure of Embree's, which versions of a scene share: each that has it, and each structure that instances it, is
- * an owner. Never changes once it is built. */
+/* A structure of Embree's, which the versions of a scene that have it own together. Never changes once built. */
 typedef struct ca_accel_part {
     atomic_uint owners;
     ca_accel_device *device;

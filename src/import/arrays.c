@@ -180,6 +180,7 @@ ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, c
     if (!data) return CA_ERROR_SCENE;
     CA_TRY(check_bitmap(data, error));
     const size_t count = (size_t)data->width * data->height * data->channels;
+    ca_memory_budget_read(0, 4 * count);
     const uint64_t sizes = ca_hash_add(ca_hash_add(CA_HASH_START, data->width), data->channels);
     const uint64_t content = ca_hash_array(ca_hash_add(sizes, count), data->pixels, 4 * count) | 1;
     if (ca_reuse_image(importer, content, image)) return CA_OK;

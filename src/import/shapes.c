@@ -2,6 +2,7 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/memory.h"
 #include "import/reuse.h"
 
 #include <string.h>
@@ -126,6 +127,7 @@ static void add_mesh_data(ca_props *props, ca_shape_desc *shape, const ca_mesh_d
     ca_mesh mesh = {0};
     ca_error reason;
     const uint64_t content = ca_reuse_arrays(data), what = made_of(content, FORMAT_ARRAYS, use);
+    ca_memory_budget_read(0, 12 * (data->vertex_count + data->triangle_count));
     if (ca_reuse_mesh(props->importer, what, &mesh)) {
         add_mesh(props, shape, &mesh);
         return;

@@ -208,8 +208,10 @@ static ca_status path_create(const ca_integrator_input *input, void **state, ca_
                      .batches = ca_alloc_large(input->workers, sizeof *created->batches)};
     if (input->observer)
         created->points = ca_alloc_zeroed((size_t)input->workers * CA_BATCH, sizeof *created->points);
-    *state = created;
-    if (created->batches && (created->points || !input->observer)) return CA_OK;
+    if (created->batches && (created->points || !input->observer)) {
+        *state = created;
+        return CA_OK;
+    }
     path_destroy(created);
     return ca_fail_memory(error, "the integrator");
 }

@@ -4,15 +4,16 @@
 
 /* What the structures were in version 0.1: up to and with their last fields then. */
 enum {
-    SETTINGS_0_1 = offsetof(ca_render_settings, stop) + sizeof(const int *),
-    STATISTICS_0_1 = offsetof(ca_render_statistics, passes_resumed) + sizeof(uint64_t)
+    SETTINGS_0_1 = offsetof(ca_render_settings, ranks) + sizeof(const struct ca_ranks *),
+    STATISTICS_0_1 = offsetof(ca_render_statistics, ranks) + sizeof(uint32_t)
 };
 
 static ca_status check_size(size_t size, size_t first, const char *what, ca_error *error)
 {
     if (size == 0 || size >= first) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "the size of the %s is %zu bytes, which no version had: ca_render_%s_init sets it", what, size, what);
+                   "the size of the %s is %zu bytes, which no version had: ca_render_%s_init sets it", what, size,
+                   what);
 }
 
 ca_status ca_settings_take(const ca_render_settings *given, ca_render_settings *settings, ca_error *error)
@@ -24,7 +25,8 @@ ca_status ca_settings_take(const ca_render_settings *given, ca_render_settings *
     for (size_t i = sizeof *settings; i < size; i++)
         if (((const unsigned char *)given)[i] != 0)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "the settings have a field set that version %s of the library does not know", ca_version());
+                           "the settings have a field set that version %s of the library does not know",
+                           ca_version());
     memcpy(settings, given, size < sizeof *settings ? size : sizeof *settings);
     settings->size = sizeof *settings;
     return CA_OK;

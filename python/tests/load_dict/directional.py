@@ -1,0 +1,19 @@
+import mitsuba as mi
+
+mi.set_variant("scalar_rgb")
+
+scene = mi.load_dict({
+    "type": "scene",
+    "integrator": {"type": "path"},
+    "sensor": {
+        "type": "perspective",
+        "fov": 45,
+        "to_world": mi.ScalarTransform4f().look_at(origin=[0, 2, 6], target=[0, 0, 0], up=[0, 1, 0]),
+        "film": {"type": "hdrfilm", "width": 32, "height": 24},
+        "sampler": {"type": "independent", "sample_count": 64},
+    },
+    "sun": {"type": "directional", "direction": [1.0, -2.0, -0.5], "irradiance": {"type": "rgb", "value": [3, 3, 2.5]}},
+    "floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([0, -1, 0]).rotate([1, 0, 0], -90).scale(4)},
+    "box": {"type": "cube", "to_world": mi.ScalarTransform4f().translate([0, -0.5, 0]).scale(0.5)},
+})
+image = mi.render(scene)
