@@ -318,10 +318,10 @@ static ca_status lead_blocks(block_render *r, ca_error *error)
 {
     ca_work_range range;
     ca_status status = CA_OK;
-    uint64_t limit = limit_for_ranks(r);
+    limit_for_ranks(r);
     while (status == CA_OK && !r->interrupted && ca_rank_work_take(&r->work, &range)) {
         status = make_own_range(r, range, error);
-        limit = limit_for_ranks(r);
+        const uint64_t limit = limit_for_ranks(r);
         if (status != CA_OK) break;
         keep(r, limit);
         r->interrupted = !report_progress(r, limit) || r->work.end_asked;
