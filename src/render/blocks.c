@@ -568,7 +568,7 @@ static ca_status prepare(block_render *r, ca_error *error)
     CA_TRY(ca_checkpoint_start(&r->checkpoint, plan->settings, error));
     CA_TRY(resume(r, error));
     CA_TRY(create_buffers(r, error));
-    CA_TRY(plan->type->create(&plan->input, &r->integrator, error));
+    CA_TRY(ca_integrator_create(plan->type, &plan->input, &r->integrator, error));
     CA_TRY(check_limit(r, error));
     return create_work(r, error);
 }
