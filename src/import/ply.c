@@ -1,11 +1,11 @@
 /* PLY meshes: ascii and both binary forms.
  *
  * vertex: x y z; nx ny nz; u v, s t or texture_u texture_v; r g b (a) or red green blue (alpha) as "vertex_color".
- * face: vertex_indices or vertex_index; the list texcoord, u and v of each corner; colours as "face_color". Further numbers become attributes named as Mitsuba 3
- * does (src/shapes/ply.cpp): neighbours NAME_x NAME_y NAME_z (w), NAME_0.., NAME_1.. are one attribute vertex_NAME,
- * and NAME_r NAME_g NAME_b (a) one vertex_NAME_color; a number alone is vertex_NAME. Integer colours count from 0 to
- * the largest of their type and are sRGB encoded, as there; other integers stay what they are. Elements of other
- * names are skipped. */
+ * face: vertex_indices or vertex_index; the list texcoord, u and v of each corner; colours as "face_color". Further
+ * numbers become attributes named as Mitsuba 3 does (src/shapes/ply.cpp): neighbours NAME_x NAME_y NAME_z (w),
+ * NAME_0.., NAME_1.. are one attribute vertex_NAME, and NAME_r NAME_g NAME_b (a) one vertex_NAME_color; a number
+ * alone is vertex_NAME. Integer colours count from 0 to the largest of their type and are sRGB encoded, as there;
+ * other integers stay what they are. Elements of other names are skipped. */
 #include "import/ply.h"
 
 #include "base/file.h"
