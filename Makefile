@@ -13,15 +13,18 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long mutants check-metrics check-mitsuba python bench bench-peers gallery paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
+.PHONY: help build demo test test-sanitized test-long torture fuzz mutants check-metrics check-mitsuba check-same-bits python bench bench-peers gallery paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
 	@echo "make test       every fast test           (PRESET=asan, tsan, debug: with that build)"
 	@echo "make test-sanitized  the tests that stay fast with the address and undefined-behaviour sanitizers"
 	@echo "make check-metrics  compare's SSIM and FLIP against other programs, from the Python package index"
+	@echo "make check-same-bits  the same pictures, to the bit, from gcc and clang, -O1 and -O3, AVX2 and AVX-512"
 	@echo "make check-mitsuba  the recorded images of tests/mitsuba against Mitsuba 3, from the Python package index"
 	@echo "make test-long  the slow, statistical tests"
+	@echo "make torture    20 minutes of runs in which memory, files and threads fail (MINUTES=n)"
+	@echo "make fuzz       the fuzzers of all readers, with sanitizers (HOURS=n, default 1; ONLY=name)"
 	@echo "make mutants    deliberate bugs, and whether its test finds each (ONLY=pattern: those with such names)"
 	@echo "make python     the wheel of the Python package, to build/python/; then make test tests it, too"
 	@echo "make bench      measures speed, writes bench/results.json"
@@ -31,7 +34,7 @@ help:
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
 	@echo "make paper-003  paper 003's figures: the tables and pictures of docs/papers/003.md (QUICK=1: small, to out/)"
 	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
-	@echo "make lint       source rules; gcc and clang with warnings as errors; clang-tidy"
+	@echo "make lint       source rules; the binary interface against the last release's; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
 	@echo "make package    a Debian package of program and library, to build/package/"
 	@echo "make clean      removes build folders and out/"
@@ -49,6 +52,8 @@ demo: build
 	@echo "The images are:"
 	@ls -l out/cornell-box.exr out/cornell-box.png out/caustics.exr out/caustics.png
 
+# MPI is in no build with sanitizers.
+test: PACKAGE_GROUPS += $(if $(filter release,$(PRESET)),test)
 test: dependencies
 	@rm -f $(BUILD)/tests/summary
 	@$(call build_targets,$(PRESET),all tests,$(BUILD))
@@ -63,6 +68,15 @@ test-long: dependencies
 	@$(call build_targets,$(PRESET),all tests-long,$(BUILD))
 	@CA_TEST_TIMEOUT=$${CA_TEST_TIMEOUT:-3600} scripts/run-tests.sh $(BUILD) tests-long
 
+torture: dependencies
+	@$(call build_targets,release,caustica test_torture,build)
+	@cd $(CURDIR) && CA_TORTURE_MINUTES=$(or $(MINUTES),20) build/tests/test_torture
+
+fuzz:
+	@scripts/install-dependencies.sh build check
+	@cmake --preset fuzz --log-level=NOTICE >/dev/null && cmake --build build-fuzz --parallel $(JOBS) --target fuzzers
+	@scripts/fuzz.sh build-fuzz $(or $(HOURS),1) $(ONLY)
+
 mutants: dependencies
 	@scripts/run-mutants.sh $(ONLY)
 
@@ -73,6 +87,10 @@ python: build
 check-metrics: build
 	@scripts/install-dependencies.sh check
 	@scripts/check-metrics.sh $(BUILD)
+
+check-same-bits:
+	@scripts/install-dependencies.sh build check
+	@scripts/check-same-bits.sh
 
 check-mitsuba:
 	@scripts/install-dependencies.sh check
@@ -110,6 +128,7 @@ paper-004: dependencies
 lint:
 	@scripts/install-dependencies.sh build check
 	@scripts/check-sources.sh
+	@scripts/check-abi.sh
 	@echo "gcc, warnings as errors"
 	@$(call build_targets,release,all tests tests-long benches fuzz-objects,build)
 	@echo "clang, warnings as errors"

@@ -71,7 +71,8 @@ class BuildWithLibrary(build_ext):
         super().run()
         package = os.path.join(HERE, "python", "caustica") if self.inplace else os.path.join(self.build_lib, "caustica")
         shutil.copy2(os.path.join(folder, "caustica"), os.path.join(package, "_program"))
-        soname = "libcaustica.so." + version().split(".")[0]
+        numbers = version().split(".")
+        soname = "libcaustica.so." + ".".join(numbers[:2 if numbers[0] == "0" else 1])  # as CMakeLists.txt has it
         shutil.copy2(os.path.realpath(os.path.join(folder, soname)), os.path.join(package, soname))
 
 

@@ -80,7 +80,7 @@ static ca_render_statistics work_of_second(const ca_render_statistics *one, cons
 
 static figures measure(const ca_scene *scene, const char *integrator)
 {
-    ca_render_statistics one, two;
+    ca_render_statistics one = {.size = sizeof one}, two = {.size = sizeof two};
     ray_counts recorded, replayed;
     render(scene, integrator, 1, false, &one);
     render(scene, integrator, 2, true, &two);
@@ -122,7 +122,7 @@ static json_t *figures_json(const figures *f)
 /* Seconds of an `a` iteration over those of a `b` iteration, in turns. */
 static double time_ratio(const ca_scene *scene, const char *a, const char *b)
 {
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     double ratio[2 * RUNS];
     for (int run = 0; run < 2 * RUNS; run++) {
         const double first = render(scene, run % 2 ? a : b, 2, false, &statistics);

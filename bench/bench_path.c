@@ -37,7 +37,7 @@ static double render_seconds(const ca_scene *scene, uint32_t samples, uint32_t t
 
 static path_figures measure(const char *name, const ca_scene *scene, uint32_t samples)
 {
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ray_counts recorded, replayed;
     ray_recorder_start();
     render_seconds(scene, samples, 1, &statistics);

@@ -81,7 +81,7 @@ static double render(const ca_scene *scene, const char *integrator, const size *
 
 static figures measure(const ca_scene *scene, const char *integrator, const size *s)
 {
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     double seconds[RUNS];
     for (uint32_t i = 0; i < s->runs; i++) seconds[i] = render(scene, integrator, s, &statistics);
     const figures f = {.microseconds = 1e6 * bench_median(seconds, (int)s->runs) / ((double)s->width * s->height),

@@ -46,7 +46,7 @@ static _Noreturn void render_and_report(const char *scene_path, const ca_render_
 {
     ca_scene *scene;
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
     if (ca_scene_load(scene_path, NULL, 0, &scene, &error) != CA_OK) bench_die(scene_path, &error);
     if (ca_render(scene, settings, &image, &statistics, &error) != CA_OK) bench_die(scene_path, &error);

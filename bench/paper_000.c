@@ -3,12 +3,14 @@
  *
  *     paper_000 [--quick] [--only SECTION]... [--table FILE] [--pictures FOLDER]
  *
- * Sections: pictures, reading (figure 0 of docs/papers/000.md), law (1), numbers (2), pilot (3), grid (4), confidence
- * (5), target (6). The report is Markdown; exit status 1 when something that the figures should show is not so. */
+ * Sections: pictures, reading (figure 0 of docs/papers/000.md), radius, law (1), numbers (2), pilot (3), grid (4),
+ * confidence (5), target (6). The report is Markdown; exit status 1 when something that the figures should show is
+ * not so. */
 #include "paper_000.h"
 
 static const paper_section sections[] = {
-    {"pictures", paper_000_pictures},     {"reading", paper_000_reading}, {"law", paper_000_law},
+    {"pictures", paper_000_pictures},     {"reading", paper_000_reading}, {"radius", paper_000_radius},
+    {"law", paper_000_law},
     {"numbers", paper_000_numbers_of_rays}, {"pilot", paper_000_pilot},     {"grid", paper_000_grid},
     {"confidence", paper_000_confidence}, {"target", paper_000_target},
 };

@@ -94,6 +94,7 @@ ca_noise_value paper_000_ratio(ca_noise_value a, ca_noise_value b);
 
 void paper_000_pictures(paper_report *report);        /* in the manner of the paper's figure 3 */
 void paper_000_reading(paper_report *report);         /* figure 0 of the list that docs/papers/000.md follows */
+void paper_000_radius(paper_report *report);          /* terms and bias over the radius of merges */
 void paper_000_law(paper_report *report);             /* figure 1 */
 void paper_000_numbers_of_rays(paper_report *report); /* figure 2 */
 void paper_000_pilot(paper_report *report);           /* figure 3 */

@@ -339,7 +339,7 @@ void paper_000_grid(paper_report *report)
     for (int i = 0; i < PAPER_000_SCENES; i++) {
         static contest c;
         ray_setting whole;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         c = (contest){.desc = &paper_000_scenes[i], .seed = 1000};
         c.scene = paper_000_load(c.desc);
         const ca_noise_recommendation r = recommend(&c, path);

@@ -94,7 +94,7 @@ static ca_pair_film empty_film(const paper_000_run *run)
 static void measure_group(const ca_scene *scene, paper_000_run *run, int group, uint64_t seed)
 {
     const ca_render_settings settings = paper_000_settings(&run->scene, run->light_paths, run->camera_paths, seed);
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_noise *noise;
     ca_error error;
     if (ca_noise_measure(scene, &settings, run->iterations, &noise, NULL, &statistics, &error) != CA_OK)

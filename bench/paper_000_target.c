@@ -22,7 +22,7 @@ void paper_000_target(paper_report *report)
         const paper_000_scene *desc = &paper_000_scenes[i];
         ca_scene *scene = paper_000_load(desc);
         ca_render_settings s = paper_000_settings(desc, 0, 0, 77);
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         ca_image_layers *image;
         ca_error error;
         s.has_crop = false;

@@ -1,5 +1,6 @@
 /* The comparison of paper 002 (Jendersie 2019, figures 2 and 6): bidirectional path tracing and vertex connection and
- * merging with several rules of reuse, at a fixed radius and equal iteration counts, on five scenes.
+ * merging with several rules of reuse, at a fixed radius and equal iteration counts, on eight scenes; beside them
+ * path tracing and photon mapping.
  *
  *     paper_002 [--quick | --iterations N] [--only SCENE] [--table FILE] [--pictures FOLDER]
  *
@@ -51,6 +52,24 @@ static const comparison_scene scenes[] = {
      .what = "light that arrives after many diffuse bounces",
      .iterations = 560,
      .radius = 0.025,
+     .closeup = {0.25, 0.25, 0.5}},
+    {.name = "bare-wall",
+     .file = "weights/bare-wall.xml",
+     .what = "a bare wall: next event is almost without noise",
+     .iterations = 100,
+     .radius = 0.012,
+     .closeup = {0.25, 0.25, 0.5}},
+    {.name = "glass-balls",
+     .file = "paper-002/glass-balls.xml",
+     .what = "glass balls in a box with a small lamp, after the scene of Hachisuka that the paper names",
+     .iterations = 200,
+     .radius = 0.02,
+     .closeup = {0.25, 0.45, 0.5}},
+    {.name = "living-room",
+     .file = "paper-002/living-room.xml",
+     .what = "a furnished room, of the kind of the paper's PBRT scenes: light from a window and a bulb in glass",
+     .iterations = 200,
+     .radius = 0.04,
      .closeup = {0.25, 0.25, 0.5}},
 };
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
@@ -110,9 +129,9 @@ static void keep_batch(scene_run *run, int which, uint32_t batch, const ca_image
         const double variance = (double)deviation[p] * (double)deviation[p] * (n - 1.0) / n;
         b->mean[p * BATCHES + batch] = mean;
         b->mean_square[p * BATCHES + batch] = variance + mean * mean;
-        if (which == BDPT) continue;
+        if (which < VCM) continue;
         for (size_t c = 0; c < 3; c++)
-            run->picture[c * pixels + p] += channels[c][p] / (float)(BATCHES * (ESTIMATORS - 1));
+            run->picture[c * pixels + p] += channels[c][p] / (float)(BATCHES * (ESTIMATORS - VCM));
     }
 }
 
@@ -121,7 +140,7 @@ static void render_batch(const ca_scene *scene, scene_run *run, int which, uint3
     const uint32_t iterations = run->iterations / BATCHES;
     const ca_render_settings settings = settings_of(run, which, iterations, BATCH_SEED + batch);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
     if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) bench_die(settings.integrator, &error);
     if (statistics.non_finite > 0) {
@@ -185,6 +204,24 @@ static void leave_emitters_out(const ca_scene *scene, scene_run *run)
         }
 }
 
+/* Figure 2: the same 50 iterations of three estimators. */
+static void render_fifty(const ca_scene *scene, scene_run *run)
+{
+    static const int which[3] = {BDPT, VCM, OVCM};
+    static const char *const names[3] = {"R", "G", "B"};
+    const size_t pixels = (size_t)run->width * run->height;
+    for (int i = 0; i < 3; i++) {
+        const ca_render_settings settings = settings_of(run, which[i], 50, BATCH_SEED);
+        ca_image_layers *image;
+        ca_error error;
+        if (ca_render(scene, &settings, &image, NULL, &error) != CA_OK) bench_die(settings.integrator, &error);
+        run->fifty[i] = need(3 * pixels, sizeof *run->fifty[i]);
+        for (size_t c = 0; c < 3; c++)
+            memcpy(run->fifty[i] + c * pixels, ca_image_channel(image, names[c]), pixels * sizeof *run->fifty[i]);
+        ca_image_release(image);
+    }
+}
+
 static void render_scene(scene_run *run)
 {
     ca_error error;
@@ -201,6 +238,7 @@ static void render_scene(scene_run *run)
     for (uint32_t batch = 0; batch < BATCHES; batch++) /* in turns, so that a slow minute slows all */
         for (uint32_t turn = 0; turn < ESTIMATORS; turn++)
             render_batch(scene, run, (int)((turn + batch) % ESTIMATORS), batch);
+    if (run->scene->without_specular) render_fifty(scene, run);
     ca_scene_release(scene);
     run->rendered = true;
 }
@@ -217,6 +255,23 @@ static double *reference_of(const scene_run *run)
     return reference;
 }
 
+/* path and photon mapping against ovcm, where both are right. */
+static void compare_others(scene_run *run, const bootstrap_table *table)
+{
+    const size_t pixels = (size_t)run->width * run->height;
+    bool *both = need(pixels, sizeof *both);
+    for (int which = PATH; which < BDPT; which++) {
+        estimator_run *r = &run->runs[which];
+        size_t count = 0;
+        for (size_t p = 0; p < pixels; p++) count += both[p] = r->counts[p] && run->runs[OVCM].counts[p];
+        r->own_share = (double)count / (double)pixels;
+        if (count == 0) continue;
+        mean_deviation(&r->samples, both, table, r->own);
+        mean_deviation(&run->runs[OVCM].samples, both, table, r->ovcm);
+    }
+    free(both);
+}
+
 static void analyse_scene(scene_run *run)
 {
     const size_t pixels = (size_t)run->width * run->height;
@@ -229,12 +284,12 @@ static void analyse_scene(scene_run *run)
         r->counts = need(pixels, sizeof *r->counts);
         r->deviation = need(pixels, sizeof *r->deviation);
         /* What bdpt never finds but for a lucky path or two must not pass for noise. */
-        const double known = which == BDPT ? 0.05 : (double)INFINITY;
+        const double known = which <= BDPT ? 0.05 : (double)INFINITY;
         r->sharpness = find_consistent_pixels(&r->samples, reference, run->left_out, 0.01, known, r->counts);
         batches_deviation(&r->samples, r->deviation);
         for (size_t p = 0; p < pixels; p++) {
-            run->common[p] &= r->counts[p];
-            if (which != BDPT) run->merging[p] &= r->counts[p];
+            if (which >= BDPT) run->common[p] &= r->counts[p];
+            if (which >= VCM) run->merging[p] &= r->counts[p];
         }
     }
     free(reference);
@@ -244,6 +299,7 @@ static void analyse_scene(scene_run *run)
         mean_deviation(&run->runs[which].samples, run->common, &table, run->runs[which].common);
         mean_deviation(&run->runs[which].samples, run->merging, &table, run->runs[which].merging);
     }
+    compare_others(run, &table);
 }
 
 static void release_scene(scene_run *run)
@@ -253,6 +309,7 @@ static void release_scene(scene_run *run)
         free(run->runs[which].deviation);
         free(run->runs[which].counts);
     }
+    for (int i = 0; i < 3; i++) free(run->fifty[i]);
     free(run->picture);
     free(run->left_out);
     free(run->common);
@@ -337,6 +394,8 @@ int main(int argc, char **argv)
         report_scene(table, &runs[i]);
         fflush(table);
         if (chosen.pictures && write_closeups(&runs[i], chosen.pictures, &error) != CA_OK)
+            bench_die(chosen.pictures, &error);
+        if (chosen.pictures && runs[i].fifty[0] && write_figure_2(&runs[i], chosen.pictures, &error) != CA_OK)
             bench_die(chosen.pictures, &error);
     }
     const int failed = report_checks(table, runs, SCENES);

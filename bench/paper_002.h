@@ -7,7 +7,24 @@
 
 #include <stdio.h>
 
-enum { BDPT, VCM, VCM_PLUS, VCM_STAR, OVCM, CAVCM, OVCM_C0, OVCM_PROJECTED, ESTIMATORS };
+/* From VCM on they merge, with the same bias of the radius, and their mean is the reference. `path` and photon
+ * mapping are looked at only where they are right, and leave the others' pixels as they are. */
+enum {
+    PATH,
+    PPM,
+    BDPT,
+    VCM,
+    VCM_PLUS,
+    VCM_PLUS_AUTHOR,
+    VCM_STAR,
+    VCM_STAR_AUTHOR,
+    OVCM,
+    CAVCM,
+    VAVCM,
+    OVCM_C0,
+    OVCM_PROJECTED,
+    ESTIMATORS
+};
 
 typedef struct estimator {
     const char *name;       /* in tables */
@@ -33,6 +50,8 @@ typedef struct estimator_run {
     double seconds[BATCHES];                              /* of one iteration */
     double memory;                                        /* bytes, peak of a process of its own */
     double common[1 + BOOTSTRAP], merging[1 + BOOTSTRAP]; /* sigma-bar on the pixels below */
+    double own[1 + BOOTSTRAP], ovcm[1 + BOOTSTRAP]; /* where this one and ovcm count: its own, and ovcm's */
+    double own_share;                               /* of the pixels, these */
 } estimator_run;
 
 typedef struct scene_run {
@@ -40,6 +59,7 @@ typedef struct scene_run {
     char path[1024]; /* of the scene file; empty: not to be found */
     uint32_t width, height, iterations;
     estimator_run runs[ESTIMATORS];
+    float *fifty[3]; /* owned, R G B of 50 iterations of bdpt, vcm, ovcm, [channel][pixel]; NULL: not made */
     float *picture; /* owned, mean R G B over the merging estimators, [channel][pixel] */
     bool *left_out; /* owned, [pixel] */
     bool *common;   /* owned: where all estimators count ... */
@@ -51,6 +71,9 @@ typedef struct scene_run {
 void report_scene(FILE *out, const scene_run *run);
 /* What the comparison should show; returns how many checks failed. */
 int report_checks(FILE *out, const scene_run *runs, int count);
+
+/* Writes FOLDER/<scene>-50.png: figure 2, the same 50 iterations of bdpt, vcm and ovcm side by side. */
+ca_status write_figure_2(const scene_run *run, const char *folder, ca_error *error);
 
 /* Writes FOLDER/<scene>.png: the picture, and the close-up's standard deviations of bdpt, vcm, vcm-star, ovcm at one
  * scale. */

@@ -3,9 +3,9 @@
  *     paper_004 [--quick] [--only SECTION] [--table FILE] [--pictures FOLDER]
  *     paper_004 --difference IMAGE IMAGE
  *
- * Sections: transport, counter-examples, convergence, alpha, recomputation, samples. The report is Markdown; exit
- * status 1 when something that the figures should show is not so. The second form prints how many pixels of two
- * pictures differ, and by how much. */
+ * Sections: transport, counter-examples, convergence, alpha, balance, ratio, recomputation, samples. The report is
+ * Markdown; exit status 1 when something that the figures should show is not so. The second form prints how many
+ * pixels of two pictures differ, and by how much. */
 #include "paper_004.h"
 
 #include "bench_support.h"
@@ -15,8 +15,14 @@
 #include <string.h>
 
 static const paper_section sections[] = {
-    {"transport", paper_transport}, {"counter-examples", paper_counter_examples}, {"convergence", paper_convergence},
-    {"alpha", paper_alpha},         {"recomputation", paper_recomputation},       {"samples", paper_samples_saved},
+    {"transport", paper_transport},
+    {"counter-examples", paper_counter_examples},
+    {"convergence", paper_convergence},
+    {"alpha", paper_alpha},
+    {"balance", paper_balance},
+    {"ratio", paper_ratio},
+    {"recomputation", paper_recomputation},
+    {"samples", paper_samples_saved},
 };
 enum { SECTIONS = sizeof sections / sizeof sections[0] };
 

@@ -59,6 +59,19 @@ void paper_repeats_release(paper_repeats *repeats);
  * only. */
 paper_errors paper_repeats_errors(const paper_repeats *repeats, const double *truth, double noise);
 
+/* A picture's truth, as far as it is known. */
+typedef struct paper_reference {
+    double *luminance; /* owned */
+    double noise;      /* its standard deviation, r.m.s. over pixels, from two halves */
+    uint32_t width, height;
+    size_t pixels;
+} paper_reference;
+
+/* The mean of two renders that differ in their seeds; job.samples: of each. */
+paper_reference paper_render_reference(const paper_job *job);
+/* Root of the mean square error of a render, less the truth's own noise, over the truth's mean. */
+double paper_reference_error(const paper_reference *truth, const double *luminance);
+
 /* log y = a + b log x by least squares, over the points with y > 0. */
 typedef struct paper_fit {
     double offset, exponent;
@@ -74,5 +87,7 @@ void paper_convergence(paper_report *report);
 void paper_alpha(paper_report *report);         /* section 3.1 */
 void paper_recomputation(paper_report *report); /* figure 4 */
 void paper_samples_saved(paper_report *report);
+void paper_balance(paper_report *report); /* sections 3.1 and 3.2: alpha and the first radius */
+void paper_ratio(paper_report *report);   /* section 4.1: m_b : n_b */
 
 #endif

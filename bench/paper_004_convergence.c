@@ -8,7 +8,8 @@
 
 enum { SEEDS = 5, MAX_STEPS = 8 };
 
-static const char *const samplers[] = {"independent", "halton", "sobol", "lattice"};
+static const char *const samplers[] = {"independent", "halton",        "sobol",       "lattice",
+                                       "sobol-image", "lattice-image", "sobol-tiles", "lattice-tiles"};
 enum { SAMPLERS = sizeof samplers / sizeof samplers[0] };
 
 typedef struct convergence_scene {
@@ -51,6 +52,19 @@ static const convergence_scene scenes[] = {
      .reference = "path:hide_emitters=true",
      .reference_samples = 8192,
      .reference_bias = "path tracing, without bias"},
+    {.file = "paper-004/diffuse-room.xml",
+     .name = "diffuse-room",
+     .width = 32,
+     .height = 24,
+     .light_paths = 4096,
+     .camera_paths = 1,
+     .steps = 6,
+     .what = "; without glass or mirrors, seen from outside",
+     .radius = 0.35,
+     .integrator = "",
+     .reference = "path",
+     .reference_samples = 8192,
+     .reference_bias = "path tracing, without bias"},
 };
 
 /* qmcppm or ppm as the scene wants it. */
@@ -60,38 +74,15 @@ static void integrator_for(const convergence_scene *what, const char *name, char
              what->light_paths, what->camera_paths, what->integrator);
 }
 
-/* ---- The reference --------------------------------------------------------------------------------------------- */
-
-typedef struct reference {
-    double *luminance; /* owned */
-    double noise;      /* standard deviation, r.m.s. over pixels */
-    size_t pixels;
-} reference;
-
-static reference render_reference(const convergence_scene *what, const ca_scene *scene, bool quick)
+static paper_reference render_reference(const convergence_scene *what, const ca_scene *scene, bool quick)
 {
-    paper_job job = {.scene = scene,
-                     .integrator = what->reference,
-                     .sampler = strncmp(what->reference, "path", 4) == 0 ? "sobol" : "independent",
-                     .samples = quick ? what->reference_samples / 16 : what->reference_samples,
-                     .seed = 1001,
-                     .width = what->width,
-                     .height = what->height};
-    paper_picture half = paper_render(&job);
-    job.seed = 1002;
-    paper_picture other = paper_render(&job);
-    reference r = {.luminance = half.luminance, .pixels = (size_t)half.width * half.height};
-    double square = 0.0;
-    for (size_t p = 0; p < r.pixels; p++) {
-        const double difference = 0.5 * (half.luminance[p] - other.luminance[p]);
-        square += difference * difference / (double)r.pixels;
-        half.luminance[p] = 0.5 * (half.luminance[p] + other.luminance[p]);
-    }
-    half.luminance = NULL; /* kept */
-    r.noise = sqrt(square);
-    paper_release(&half);
-    paper_release(&other);
-    return r;
+    const paper_job job = {.scene = scene,
+                           .integrator = what->reference,
+                           .sampler = strncmp(what->reference, "path", 4) == 0 ? "sobol" : "independent",
+                           .samples = quick ? what->reference_samples / 16 : what->reference_samples,
+                           .width = what->width,
+                           .height = what->height};
+    return paper_render_reference(&job);
 }
 
 /* ---- Runs ------------------------------------------------------------------------------------------------------ */
@@ -104,7 +95,7 @@ typedef struct convergence {
 } convergence;
 
 /* Five renders that differ in their random numbers only. */
-static paper_errors repeat(const paper_job *first, const reference *truth, double *seconds, double *passes)
+static paper_errors repeat(const paper_job *first, const paper_reference *truth, double *seconds, double *passes)
 {
     paper_job job = *first;
     paper_repeats repeats = paper_repeats_start(truth->pixels);
@@ -122,7 +113,8 @@ static paper_errors repeat(const paper_job *first, const reference *truth, doubl
     return errors;
 }
 
-static convergence measure(const convergence_scene *what, const ca_scene *scene, const reference *truth, bool quick)
+static convergence measure(const convergence_scene *what, const ca_scene *scene, const paper_reference *truth,
+                           bool quick)
 {
     convergence c = {.steps = quick ? 3 : what->steps};
     char integrator[128];
@@ -225,7 +217,7 @@ static void plot_convergence(const paper_report *report, const convergence_scene
 
 /* Random ppm, whose passes pair each camera path with one pass of light paths only, for as long as halton took. */
 static void compare_in_equal_time(paper_report *report, const convergence_scene *what, const ca_scene *scene,
-                                  const reference *truth, const convergence *c)
+                                  const paper_reference *truth, const convergence *c)
 {
     const int last = c->steps - 1;
     char integrator[128];
@@ -263,13 +255,46 @@ static void check_convergence(paper_report *report, const convergence_scene *wha
     }
 }
 
+/* Plain sequences have no seeds: one render's error, beside that of a scrambled one. */
+static void print_plain(paper_report *report, const convergence_scene *what, const ca_scene *scene,
+                        const paper_reference *truth, const convergence *c)
+{
+    static const char *const plain[][2] = {{"halton-plain", "halton"},
+                                           {"sobol-plain", "sobol-image"},
+                                           {"lattice-plain", "lattice-image"},
+                                           {"sobol-tiles-plain", "sobol-tiles"},
+                                           {"lattice-tiles-plain", "lattice-tiles"}};
+    char integrator[128];
+    const int last = c->steps - 1;
+    integrator_for(what, "qmcppm", integrator);
+    fputs("Plain sequences, which light and camera paths share: RMSE at the largest n, of one render.\n\n"
+          "| sequence | RMSE | scrambled or shifted | RMSE |\n|---|---|---|---|\n",
+          report->out);
+    for (size_t k = 0; k < sizeof plain / sizeof plain[0]; k++) {
+        const paper_job job = {.scene = scene,
+                               .integrator = integrator,
+                               .sampler = plain[k][0],
+                               .samples = what->camera_paths << last,
+                               .width = what->width,
+                               .height = what->height};
+        paper_picture picture = paper_render(&job);
+        const double plain_error = paper_reference_error(truth, picture.luminance);
+        paper_release(&picture);
+        for (int s = 0; s < SAMPLERS; s++)
+            if (strcmp(samplers[s], plain[k][1]) == 0)
+                fprintf(report->out, "| %s | %.4f | %s | %.4f |\n", plain[k][0], plain_error, samplers[s],
+                        c->errors[s][last].rmse);
+    }
+    fputc('\n', report->out);
+}
+
 void paper_convergence(paper_report *report)
 {
     fputs("### Convergence\n\n", report->out);
     for (size_t k = 0; k < sizeof scenes / sizeof scenes[0]; k++) {
         const convergence_scene *what = &scenes[k];
         ca_scene *scene = paper_scene(what->file, NULL, 0);
-        const reference truth = render_reference(what, scene, report->quick);
+        const paper_reference truth = render_reference(what, scene, report->quick);
         const double unit = paper_mean(truth.luminance, truth.pixels);
         fprintf(
             report->out,
@@ -282,6 +307,7 @@ void paper_convergence(paper_report *report)
         const convergence c = measure(what, scene, &truth, report->quick);
         print_convergence(report->out, &c);
         plot_convergence(report, what, &c);
+        print_plain(report, what, scene, &truth, &c);
         compare_in_equal_time(report, what, scene, &truth, &c);
         check_convergence(report, what, &c);
         fflush(report->out);

@@ -92,6 +92,44 @@ void paper_repeats_release(paper_repeats *repeats)
     *repeats = (paper_repeats){0};
 }
 
+/* ---- References ------------------------------------------------------------------------------------------------ */
+
+paper_reference paper_render_reference(const paper_job *first)
+{
+    paper_job job = *first;
+    job.seed = 1001;
+    paper_picture half = paper_render(&job);
+    job.seed = 1002;
+    paper_picture other = paper_render(&job);
+    paper_reference r = {.luminance = half.luminance,
+                         .width = half.width,
+                         .height = half.height,
+                         .pixels = (size_t)half.width * half.height};
+    double square = 0.0;
+    for (size_t p = 0; p < r.pixels; p++) {
+        const double difference = 0.5 * (half.luminance[p] - other.luminance[p]);
+        square += difference * difference / (double)r.pixels;
+        half.luminance[p] = 0.5 * (half.luminance[p] + other.luminance[p]);
+    }
+    half.luminance = NULL; /* kept */
+    r.noise = sqrt(square);
+    paper_release(&half);
+    paper_release(&other);
+    return r;
+}
+
+double paper_reference_error(const paper_reference *truth, const double *luminance)
+{
+    double sum = 0.0;
+    for (size_t p = 0; p < truth->pixels; p++) {
+        const double difference = luminance[p] - truth->luminance[p];
+        sum += difference * difference / (double)truth->pixels;
+    }
+    return sqrt(fmax(0.0, sum - truth->noise * truth->noise)) / paper_mean(truth->luminance, truth->pixels);
+}
+
+/* ---- Errors ---------------------------------------------------------------------------------------------------- */
+
 static double signed_root(double square) { return square < 0.0 ? -sqrt(-square) : sqrt(square); }
 
 /* Two standard errors of the estimated square, as a length: a mean of squares over so many pixels, of which some ten

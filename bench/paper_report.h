@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-enum { PAPER_CHECKS = 96 };
+enum { PAPER_CHECKS = 128 };
 
 /* A claim, what was measured, and whether it holds. */
 typedef struct paper_check {

@@ -8,21 +8,22 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-enum { MAX_THREADS = 64, RUN = 4096 };
+/* Scenes: the one of the world's shapes, and the one of instances. */
+enum { MAX_THREADS = 64, RUN = 4096, SCENES = 2 };
 
-/* What a thread has recorded. Embree ignores a ray's id; here it tells the kind of query. */
+/* What a thread has recorded. Embree ignores a ray's id; here it tells the kind of query, and of which scene: */
 typedef struct ray_tape {
     _Alignas(64) struct RTCRay *rays;
     size_t count, capacity, hits;
 } ray_tape;
 
-enum { NEAREST_HIT = 0, VISIBILITY = 1 };
+enum { NEAREST_HIT = 0, VISIBILITY = 1, SCENE_FACTOR = 2 };
 
 static struct {
     bool on, failed;
     unsigned recording; /* number of this recording: a thread that has not met it yet takes a tape */
     int tape_count;
-    RTCScene scene;
+    RTCScene scenes[SCENES]; /* in the order of their first rays */
     ray_tape tapes[MAX_THREADS];
 } recorder;
 
@@ -51,6 +52,19 @@ static ray_tape *own_tape(void)
     return own.tape;
 }
 
+/* The number of a scene, which is noted at its first ray; SCENES: there are too many. */
+static unsigned scene_number(RTCScene scene)
+{
+    for (unsigned i = 0; i < SCENES; i++) {
+        RTCScene there = NULL;
+        if (__atomic_compare_exchange_n(&recorder.scenes[i], &there, scene, false, __ATOMIC_RELAXED,
+                                        __ATOMIC_RELAXED) ||
+            there == scene)
+            return i;
+    }
+    return SCENES;
+}
+
 /* The thread's tape with the ray at its end, or NULL when there is no room: the recording is then not of use. */
 static ray_tape *record(RTCScene scene, const struct RTCRay *ray, unsigned kind)
 {
@@ -60,13 +74,13 @@ static ray_tape *record(RTCScene scene, const struct RTCRay *ray, unsigned kind)
         struct RTCRay *rays = realloc(tape->rays, capacity * sizeof *rays);
         if (rays) tape->rays = rays, tape->capacity = capacity;
     }
-    if (!tape || tape->count == tape->capacity) {
+    const unsigned number = scene_number(scene);
+    if (!tape || tape->count == tape->capacity || number == SCENES) {
         __atomic_store_n(&recorder.failed, true, __ATOMIC_RELAXED);
         return NULL;
     }
-    __atomic_store_n(&recorder.scene, scene, __ATOMIC_RELAXED);
     tape->rays[tape->count] = *ray;
-    tape->rays[tape->count++].id = kind;
+    tape->rays[tape->count++].id = kind + SCENE_FACTOR * number;
     return tape;
 }
 
@@ -134,7 +148,7 @@ bool ray_recorder_stop(ray_counts *recorded)
     *recorded = (ray_counts){0};
     for (int i = 0; i < tape_count(); i++) {
         const ray_tape *tape = &recorder.tapes[i];
-        for (size_t k = 0; k < tape->count; k++) recorded->shadow_rays += tape->rays[k].id == VISIBILITY;
+        for (size_t k = 0; k < tape->count; k++) recorded->shadow_rays += tape->rays[k].id % SCENE_FACTOR == VISIBILITY;
         recorded->rays += tape->count;
         recorded->hits += tape->hits;
     }
@@ -148,9 +162,10 @@ static ray_counts replay_run(const struct RTCRay *rays, size_t count)
     for (size_t i = 0; i < count; i++) {
         struct RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        if (rays[i].id == VISIBILITY) {
+        RTCScene scene = recorder.scenes[rays[i].id / SCENE_FACTOR];
+        if (rays[i].id % SCENE_FACTOR == VISIBILITY) {
             struct RTCRay ray = rays[i];
-            __real_rtcOccluded1(recorder.scene, &context, &ray);
+            __real_rtcOccluded1(scene, &context, &ray);
             done.hits += ray.tfar < 0.0f;
             done.shadow_rays++;
         } else {
@@ -158,7 +173,7 @@ static ray_counts replay_run(const struct RTCRay *rays, size_t count)
             rayhit.ray = rays[i];
             rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
             rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-            __real_rtcIntersect1(recorder.scene, &context, &rayhit);
+            __real_rtcIntersect1(scene, &context, &rayhit);
             done.hits += rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
         }
     }
@@ -206,6 +221,7 @@ void ray_recorder_free(void)
         free(recorder.tapes[i].rays);
         recorder.tapes[i] = (ray_tape){0};
     }
+    for (int i = 0; i < SCENES; i++) recorder.scenes[i] = NULL;
     recorder.tape_count = 0;
     recorder.on = recorder.failed = false;
 }

@@ -38,3 +38,10 @@ target_include_directories(caustica-dependencies SYSTEM INTERFACE ${stb_INCLUDE_
 target_link_libraries(caustica-dependencies INTERFACE
     caustica-embree caustica-openexr PNG::PNG EXPAT::EXPAT ZLIB::ZLIB caustica-turbojpeg
     caustica-jansson caustica-microhttpd Threads::Threads m)
+
+# MPI is for the program alone, and only where it is installed. Sanitizers know nothing of its memory.
+set(CA_MPI_FOUND OFF)
+if(CA_MPI AND NOT CA_SANITIZE)
+    find_package(MPI QUIET COMPONENTS C)
+    set(CA_MPI_FOUND ${MPI_C_FOUND})
+endif()

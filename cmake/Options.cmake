@@ -1,16 +1,18 @@
 # How everything is compiled: the target caustica-flags carries language level, warnings, optimisation and sanitizers.
 
 set(CA_ARCH "x86-64-v3" CACHE STRING "Instruction set for -march (\"\" for the compiler's default)")
+set(CA_OPTIMISE "3" CACHE STRING "Optimisation of release builds, as for -O; the same bits come from each")
 set(CA_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (\"address,undefined\" or \"thread\")")
 option(CA_WERROR "Treat warnings as errors" ON)
 option(CA_TESTS "Build the tests (needs cmocka)" ON)
 option(CA_FUZZ "Build the fuzzers (needs clang)" OFF)
+option(CA_MPI "Let several processes make one picture (needs an MPI library; left out where there is none)" ON)
 option(CA_LTO "Optimise over all files when linking (gcc, release builds)" ON)
 
 if(NOT CMAKE_BUILD_TYPE)
     set(CMAKE_BUILD_TYPE Release CACHE STRING "Release or Debug" FORCE)
 endif()
-set(CMAKE_C_FLAGS_RELEASE "-O3 -DNDEBUG")
+set(CMAKE_C_FLAGS_RELEASE "-O${CA_OPTIMISE} -DNDEBUG")
 set(CMAKE_C_FLAGS_DEBUG "-O1 -g")
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 

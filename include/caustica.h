@@ -76,8 +76,8 @@ typedef struct ca_define {
     const char *name, *value;
 } ca_define;
 
-/* Reads a Mitsuba 3 XML scene with its meshes and textures and makes it ready to render, with its first sensor.
- * `scene` is set on success. */
+/* Reads a scene (Mitsuba 3 XML, .pbrt, .gltf, .glb) with its meshes and textures and makes it ready to render, with
+ * its first sensor. `scene` is set on success. */
 CA_API ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
                                ca_error *error);
 CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
@@ -87,7 +87,7 @@ CA_API void ca_scene_release(ca_scene *scene); /* NULL is allowed */
 CA_API const char *ca_scene_note(const ca_scene *scene, size_t index);
 
 /* Scenes from memory: a text in the language of the scene files, and what is large as arrays that it names. All is
- * copied: the arrays are the caller's again when the call is over. */
+ * copied, and the caller's again when the call is over, but for arrays of meshes that are lent. */
 
 /* What <shape type="mesh"><string name="data" value="NAME"/></shape> stands for, in its own space. */
 typedef struct ca_mesh_data {
@@ -97,6 +97,13 @@ typedef struct ca_mesh_data {
     const float *normals;    /* 3 a vertex, of any length; NULL: smooth ones, unless face_normals is set */
     const float *uvs;        /* 2 a vertex, v upwards; NULL: none */
     const uint32_t *indices; /* 3 a triangle, each below vertex_count; counterclockwise seen from outside */
+    /* Lends the arrays: they must stay as they are until it is called, once, in whichever thread, also on failure:
+     * during the call already where nothing is used in place, else when the last scene is released that uses them
+     * (the scene, its views, later versions that share the mesh). In place are used: indices, unless the shape flips
+     * its normals or its to_world mirrors; uvs, unless they are flipped; positions where there is no to_world, unless
+     * they end exactly where a page of memory ends. Normals are always copied. NULL: everything is. */
+    void (*release)(void *user);
+    void *release_user;
 } ca_mesh_data;
 
 /* What <string name="data" value="NAME"/> stands for in a bitmap texture or an envmap: linear values. */
@@ -119,10 +126,27 @@ typedef struct ca_scene_source {
     uint32_t sensor;    /* of several sensors, counted from 0 */
     const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
                            CA_ERROR_INTERRUPTED. May be NULL */
+    const ca_scene *previous; /* the version that was edited, may be NULL: ca_scene_parse */
+    double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
+                           CA_ERROR_MEMORY */
+    const char *camera; /* the id of the sensor (glTF: the name of its node) instead of its number; NULL: none */
 } ca_scene_source;
+#define CA_SCENE_MEMORY_MIB 1024.0
 
-/* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor. */
+/* As ca_scene_load; CA_ERROR_ARGUMENT where there is no such sensor.
+ *
+ * Edits: a scene never changes; its next version is parsed from the edited source (text, definitions, arrays) with
+ * `previous`, and is in every bit what it would be without. What is the same in both is shared instead of read, copied
+ * and built again: meshes and pictures from files that did not change (path, size, times) and from arrays of the same
+ * content, and with them the structures that rays are traced with, which are one for all shapes of the world, one for
+ * each shapegroup and one for all instances. So editing a sensor, light, material or texture builds none of them,
+ * moving an instance only the last, and changing a mesh in a shapegroup that group's and the last. The two versions
+ * may be released in any order, and renders of the former go on. */
 CA_API ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error);
+
+/* How many structures for tracing rays were built for this scene, and not shared with the previous one: 0 where no
+ * geometry was edited. */
+CA_API uint32_t ca_scene_builds(const ca_scene *scene);
 
 /* The same scene seen otherwise: the source's <sensor>, with its film and sampler, and its <integrator>, if it has
  * one, replace the scene's; there can be nothing else in it. Shapes, lights and materials are shared, nothing is
@@ -155,6 +179,7 @@ CA_API const char *ca_scene_shape_id(const ca_scene *scene, uint32_t shape);
 
 struct ca_image_layers;
 struct ca_render_statistics;
+struct ca_ranks;
 
 typedef struct ca_render_progress {
     uint32_t passes_done, passes_total; /* total 0: not known */
@@ -173,10 +198,15 @@ typedef struct ca_render_progress {
                           struct ca_render_statistics *statistics, ca_error *error);
     const char *checkpoint_failure; /* why the last checkpoint could not be written; NULL: it could */
     void *render; /* for `snapshot` */
+    /* Of a render by several ranks, whose passes `snapshot` lacks until they have sent them: waits until they all
+     * have, which takes up to a pass. NULL: it lacks none. Likewise only in the callback. */
+    void (*gather)(const struct ca_render_progress *progress);
 } ca_render_progress;
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */
 typedef struct ca_render_settings {
+    size_t size; /* of this structure, as the program knows it, so that later versions may have more fields; 0: what
+                    it was in version 0.1 */
     /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay. "auto": what leaves the least noise
      * in the time, found by trials; it depends on how fast the machine is, the image only on what was chosen. */
     const char *integrator;
@@ -194,7 +224,9 @@ typedef struct ca_render_settings {
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
                                    "worst-decile" */
-    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice" */
+    const char *sampler; /* "independent", "halton", "halton-plain", "sobol", "sobol-plain", "sobol-image",
+                            "sobol-tiles", "sobol-tiles-plain", "zsobol", "lattice", "lattice-plain",
+                            "lattice-image", "lattice-tiles", "lattice-tiles-plain" */
     uint64_t seed;
     bool has_seed;
     /* > 0: render in so many replicates (>= 2) that are independent of each other, for the layers Confidence*.*:
@@ -251,9 +283,15 @@ typedef struct ca_render_settings {
      * stays so: work ends within about a second, in the middle of a pass or block, which then is no part of the
      * image. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are finished. */
     const int *stop;
+    /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
+     * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
+     * to the bit. A pass or block is then finished, whatever `stop` says. Refused with numbers of rays that are
+     * chosen, and with strategies_directory. */
+    const struct ca_ranks *ranks;
 } ca_render_settings;
 
-CA_API void ca_render_settings_init(ca_render_settings *settings);
+#define ca_render_settings_init(settings) ca_render_settings_init_sized(settings, sizeof(ca_render_settings))
+CA_API void ca_render_settings_init_sized(ca_render_settings *settings, size_t size);
 
 /* Where samples that are not finite come from: the techniques hit, next event, connect, splat, merge; and those that
  * only the film noticed. */
@@ -295,8 +333,9 @@ typedef struct ca_method_statistics {
     ca_tried_method trials[CA_METHOD_TRIALS];
 } ca_method_statistics;
 
-/* Totals over a render. */
+/* Totals over a render. Make one with ca_render_statistics_init, or of zeros. */
 typedef struct ca_render_statistics {
+    size_t size;              /* set by the program, as that of ca_render_settings */
     double seconds;           /* of rendering, without loading */
     double samples_per_pixel; /* as the setting of that name counts them */
     uint64_t iterations; /* passes or blocks */
@@ -325,7 +364,12 @@ typedef struct ca_render_statistics {
     size_t note_count;
     uint64_t passes[2];             /* those rendered, half open; 0, 0: not by passes of one kind */
     uint64_t passes_resumed;        /* so many of these passes, or of the blocks, were in the checkpoint */
+    uint32_t ranks;                 /* processes that made them */
 } ca_render_statistics;
+
+#define ca_render_statistics_init(statistics) \
+    ca_render_statistics_init_sized(statistics, sizeof(ca_render_statistics))
+CA_API void ca_render_statistics_init_sized(ca_render_statistics *statistics, size_t size);
 
 /* A picture: named channels ("R", "Variance.G", "Albedo.B", ...), see docs/images.md. */
 typedef struct ca_image_layers ca_image_layers;

@@ -19,6 +19,7 @@ def declarations():
 ffi = FFI()
 ffi.cdef(declarations())
 ffi.cdef('extern "Python" bool caustica_progress(const ca_render_progress *progress, void *user);')
+ffi.cdef('extern "Python" void caustica_release(void *user);')
 ffi.cdef("const int *caustica_watch_begin(void); void caustica_watch_end(void);")
 ffi.set_source("caustica._library", '#include "caustica.h"\n#include "interrupts.h"', define_macros=[("Py_LIMITED_API", "0x030b0000")],
                include_dirs=["python"], py_limited_api=True)

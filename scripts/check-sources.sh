@@ -27,6 +27,7 @@ BEGIN {
     owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$|^tests/"
     owner["jansson"]   = "^src/[a-z]+/([a-z]+/)?[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
     owner["microhttpd"] = "^src/live/server\\.c$"
+    owner["mpi"]       = "^src/cli/mpi_ranks\\.c$"
     owner["zlib"]      = "^src/import/([a-z]+/)?[a-z0-9_]*(serialized|inflate)[a-z0-9_]*\\.[ch]$" \
                          "|^src/report/plane\\.c$|^tests/"
 }
@@ -38,7 +39,8 @@ function foreign_library(header)
     if (header ~ /^embree[0-9]*\//) return "embree"
     if (header ~ /^(OpenEXR\/)?openexr[a-z_]*\.h$/) return "openexr"
     if (header ~ /^stb/) return "stb"
-    if (header ~ /^(png|turbojpeg|expat|jansson|zlib|microhttpd)\.h$/) return substr(header, 1, length(header) - 2)
+    if (header ~ /^(png|turbojpeg|expat|jansson|zlib|microhttpd|mpi)\.h$/)
+        return substr(header, 1, length(header) - 2)
     return ""
 }
 

@@ -1,7 +1,7 @@
 #!/bin/sh
 # The gallery: renders the scenes of scenes/gallery/ to docs/pictures/gallery/NAME.png, and with `path` in the same
 # time to NAME-path.png beside it; prints a table of the noise that was reached, and of the light that `path` will not
-# find by what `render` says. Some seventeen minutes.
+# find by what `render` says. Some twenty-eight minutes.
 #
 #   scripts/gallery.sh BUILD_FOLDER [--quick FOLDER] [NAME...]
 #
@@ -12,7 +12,7 @@ program=$(cd "$1" && pwd)/caustica
 shift
 cd "$(dirname "$0")/.."
 pictures=docs/pictures/gallery
-seconds=${CA_GALLERY_SECONDS:-120}
+seconds=${CA_GALLERY_SECONDS:-200}
 quick=
 if [ "${1:-}" = --quick ]; then
     quick=yes

@@ -76,7 +76,7 @@ static void test_every_path_once(void **state)
         settings.light_paths = 40;
         settings.threads = 1;
         ca_image_layers *image;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         render_noted(scene, &settings, &image, &statistics);
         /* Two groups of the pilot, then trials and phases: ppm, whose iterations are of one camera path, has room for
          * all three. */
@@ -119,7 +119,7 @@ static void test_pilot_grows_with_its_time(void **state)
         settings.threads = 1;
         settings.progress = until_the_fourth_state;
         ca_image_layers *image;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         render_noted(scene, &settings, &image, &statistics);
         ca_image_release(image);
         if (given) {

@@ -218,7 +218,7 @@ static void test_rays_of_a_file(void **state)
     uint64_t hashes[2];
     settings.rays = path;
     for (int i = 0; i < 2; i++) {
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         ca_image_layers *again;
         settings.threads = i == 0 ? 1 : 3;
         assert_int_equal(ca_render(scene, &settings, &again, &statistics, NULL), CA_OK);
@@ -377,7 +377,7 @@ static void test_joining(void **state)
     ca_scene *scene = auto_bias_scene();
     for (int i = 0; i < 6; i++) {
         ca_render_settings settings = settings_auto(i % 2 == 0 ? 60 : 32);
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         settings.integrator = integrators[i % 2];
         settings.rays_objective = objectives[i / 2];
         render_and_check(scene, &settings, &statistics);
@@ -411,7 +411,7 @@ static void test_interrupts(void **state)
     for (uint32_t k = 1; k <= 19; k++) {
         countdown c = {.left = k};
         ca_render_settings settings = settings_auto(200);
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         settings.light_paths = 50;
         settings.progress = count_down;
         settings.progress_user = &c;
@@ -427,7 +427,7 @@ static void test_time(void **state)
     (void)state;
     ca_scene *scene = auto_bias_scene();
     ca_render_settings settings = settings_auto(0);
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     settings.seconds = 0.4;
     render_and_check(scene, &settings, &statistics);
     assert_true(statistics.seconds >= 0.4 && statistics.first_predicted_seconds == 0.0);
@@ -440,7 +440,7 @@ static void test_noise(void **state)
     (void)state;
     ca_scene *scene = auto_bias_scene();
     ca_render_settings settings = settings_auto(0);
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     settings.noise_percent = 25.0;
     render_and_check(scene, &settings, &statistics);
     assert_true(statistics.noise_percent < 25.0 && statistics.noise_percent > 10.0);
@@ -545,7 +545,7 @@ static void test_memory_limit(void **state)
     (void)state;
     ca_scene *scene = auto_bias_scene();
     ca_render_settings settings = settings_auto(32);
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     settings.memory_mib = 1.5;
     settings.light_paths = 50;
     render_and_check(scene, &settings, &statistics);

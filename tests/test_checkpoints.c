@@ -106,7 +106,7 @@ static void test_every_integrator_goes_on(void **state)
     (void)state;
     for (size_t i = 0; integrator_at(i); i++) {
         if (chooses(i)) continue;
-        ca_render_statistics one, statistics;
+        ca_render_statistics one = {.size = sizeof one}, statistics = {.size = sizeof statistics};
         const ca_render_settings all = settings_of(integrator_at(i), 4, 1);
         const uint64_t hash = render(&all, &one);
         unlink(file("c.part"));
@@ -143,7 +143,7 @@ static void test_replicates_go_on(void **state)
         ca_render_settings rest = all;
         rest.checkpoint_path = first.checkpoint_path;
         rest.resume = true;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         assert_true(render(&rest, &statistics) == hash && statistics.passes_resumed == 9);
     }
 }
@@ -172,7 +172,7 @@ static void test_interrupted_anywhere(void **state)
         s.resume = true;
         s.progress = end_at;
         s.progress_user = &e;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         render(&s, &statistics);
         assert_true(statistics.interrupted && statistics.iterations == at);
         s.progress = NULL;
@@ -187,7 +187,7 @@ static void test_noise_targets(void **state)
     unlink(file("c.part"));
     ca_render_settings s = kept("path", 0, 2);
     s.noise_percent = 30.0;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     const uint64_t first = render(&s, &statistics);
     const uint32_t passes = (uint32_t)statistics.passes[1];
     ca_render_settings all = settings_of("path", passes, 1);
@@ -215,7 +215,7 @@ static void test_time(void **state)
     unlink(file("c.part"));
     ca_render_settings s = kept("path", 0, 1);
     s.seconds = 0.02;
-    ca_render_statistics first, second;
+    ca_render_statistics first = {.size = sizeof first}, second = {.size = sizeof second};
     render(&s, &first);
     const uint64_t hash = render(&s, &second);
     assert_true(second.iterations == first.iterations && second.seconds >= first.seconds);
@@ -229,7 +229,7 @@ static void test_auto_goes_on(void **state)
     (void)state;
     unlink(file("c.part"));
     ca_render_settings s = kept("auto", 2, 2);
-    ca_render_statistics first, second;
+    ca_render_statistics first = {.size = sizeof first}, second = {.size = sizeof second};
     render(&s, &first);
     assert_true(first.method.reason[0] && first.method.trial_count > 0);
     s.samples_per_pixel = 5;
@@ -483,7 +483,7 @@ static void test_parts_of_every_integrator(void **state)
     for (size_t i = 0; integrator_at(i); i++) {
         const char *name = integrator_at(i), *part[3];
         if (chooses(i) || ca_integrator_at(i)->begin_block) continue;
-        ca_render_statistics one, merged;
+        ca_render_statistics one = {.size = sizeof one}, merged = {.size = sizeof merged};
         const ca_render_settings all = settings_of(name, 5, 2);
         const uint64_t hash = render(&all, &one);
         part[0] = render_part(name, 0, 2, 1, "0.part");

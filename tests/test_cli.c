@@ -18,7 +18,8 @@ static void test_help_and_version(void **state)
     RUN(&r, "--help");
     assert_exit(&r, 0);
     assert_says(r.output, "Example");
-    static const char *const commands[] = {"render", "noise", "compare", "converge", "merge", "study", "info"};
+    static const char *const commands[] = {"render", "noise", "compare", "converge",
+                                           "merge",  "study", "convert", "info"};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
         assert_says(r.output, commands[i]);
         ca_program_result own;

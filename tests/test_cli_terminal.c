@@ -124,7 +124,7 @@ static void test_second_signal_kills(void **state)
  * every second): it does not end the render without an image. */
 static void test_system_signals_end_with_an_image(void **state)
 {
-    static const int numbers[] = {SIGHUP, SIGXCPU};
+    static const int numbers[] = {SIGHUP, SIGXCPU, SIGUSR2};
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
         ca_program_result r;
         char text[4096];

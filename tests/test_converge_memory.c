@@ -81,7 +81,7 @@ static int prepare(void **unused)
     ca_scene *scene = NULL;
     ca_image_layers *image = NULL;
     ca_render_settings settings;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_render_settings_init(&settings);
     ca_status status = ca_scene_load("scene.xml", NULL, 0, &scene, NULL);
     if (status == CA_OK) status = ca_render(scene, &settings, &image, &statistics, NULL);

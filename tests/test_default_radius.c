@@ -397,7 +397,7 @@ static void test_record(void **state)
 static double noise_of(const ca_scene *scene, const char *integrator)
 {
     ca_render_settings settings = settings_of(integrator);
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_image_layers *image;
     ca_error error;
     settings.samples_per_pixel = 32;

@@ -36,7 +36,7 @@ static ca_status load(const char *body, ca_scene **scene, ca_error *error)
 static void render(const ca_scene *scene, const char *integrator, const char *body)
 {
     ca_render_settings settings;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_image_layers *image;
     ca_error error = {""};
     ca_render_settings_init(&settings);
@@ -74,6 +74,8 @@ static void test_computed(void **state)
         "<shape type='sphere'><emitter type='area'>" COLOR("radiance", "1e-45") "</emitter></shape>",
         "<shape type='rectangle'><emitter type='area'>" COLOR("radiance", "1e-40") "</emitter></shape>",
         "<emitter type='spot'>" LOOK COLOR("intensity", "1e-44") "</emitter><shape type='sphere'/>",
+        "<emitter type='point'>" COLOR("intensity", "1e-40") "</emitter><shape type='sphere'>" NUMBER("radius", "3")
+        "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf></shape>",
         "<emitter type='directional'>" COLOR("irradiance", "1e-44") "</emitter><shape type='sphere'/>",
         "<shape type='sphere'>" NUMBER("radius", "1e-10") "<point name='center' x='0' y='0' z='0.1'/>"
         "<emitter type='area'/></shape><shape type='rectangle'/>",

@@ -3,6 +3,7 @@
  * periodic functions are integrated at the lattice's rate. */
 #include "math/numeric.h"
 #include "sampling/lattice_table.h"
+#include "sampling/owen.h"
 #include "sampling/sampler.h"
 #include "support/chi_square.h"
 
@@ -80,7 +81,7 @@ static void test_many_points(void **state)
     for (uint32_t m = 24; m <= 60; m += 6)
         for (uint32_t d = 0; d < CA_LATTICE_DIMENSIONS; d += 5) {
             const uint64_t z = ca_lattice_published[d] + ((uint64_t)ca_lattice_upper[d] << 20);
-            const uint32_t expected = (uint32_t)((z << (64 - m)) >> 40);  /* 1 z / 2^m, rounded down */
+            const uint32_t expected = (uint32_t)((z << (64 - m)) >> 40); /* 1 z / 2^m, rounded down */
             const uint32_t step = step_from(0, UINT64_C(1) << (m - 1), d);
             assert_true(step == expected || step == ((expected + 1) & 0xffffffu));
         }
@@ -254,6 +255,97 @@ static void test_shifts(void **state)
     }
 }
 
+/* ---- Over the image or tiles ----------------------------------------------------------------------------------- */
+
+static ca_sampler prepared(ca_sampler_kind kind, uint64_t seed, uint32_t width, uint32_t height)
+{
+    ca_sampler sampler = {.kind = kind, .seed = seed};
+    ca_sampler_prepare(&sampler, width, height);
+    return sampler;
+}
+
+/* The points k / s^2 of the lattice (1, s w + 1), by integers: each pixel's is in it, with all numbers of the whole
+ * sequence in the other dimensions; run after run. */
+static void check_image(uint32_t width, uint32_t height, uint32_t bits)
+{
+    const ca_sampler plain = prepared(CA_SAMPLER_LATTICE_PLAIN, 3, width, height);
+    const uint64_t s = UINT64_C(1) << bits;
+    const uint64_t w = (uint64_t)((double)s * 0.6180339887498949) | 1;
+    assert_int_equal(plain.pixels.lattice.bits, bits);
+    for (uint32_t p = 0; p < width * height; p += 1 + width * height / 997)
+        for (uint64_t run = 0; run < 5; run += 2) {
+            const ca_stream path = ca_stream_start(&plain, p, run);
+            const uint64_t k = bits == 0 ? 0 : path.index >> (64 - 2 * bits);
+            assert_int_equal(k >> bits, p % width);
+            assert_int_equal(((k * (s * w + 1)) & (s * s - 1)) >> bits, p / width);
+            const uint64_t number = run * s * s + (bits == 0 ? 0 : inverse_by_bits((uint32_t)k, 2 * bits));
+            const ca_stream whole = ca_stream_start(&plain, CA_SEQUENCE_LIGHT, number);
+            assert_true(whole.index == path.index);
+            for (uint32_t d = 2; d < 600; d += 1 + d / 3)
+                assert_true(ca_sample_1d(&path, d) == ca_sample_1d(&whole, d));
+        }
+}
+
+static void test_image(void **state)
+{
+    (void)state;
+    check_image(1, 1, 0);
+    check_image(3, 5, 3);
+    check_image(64, 64, 6);
+    check_image(1920, 1080, 11);
+}
+
+/* Tiles have the same lattice, shifted apart unless it is plain; the place within a pixel moves from run to run, as a
+ * lattice of its own. */
+static void test_tiles(void **state)
+{
+    (void)state;
+    enum { WIDTH = 100, HERE = 20 * WIDTH + 37, THERE = HERE + 16 };
+    const ca_sampler plain = prepared(CA_SAMPLER_LATTICE_TILES_PLAIN, 3, WIDTH, 60);
+    const ca_sampler tiles = prepared(CA_SAMPLER_LATTICE_TILES, 3, WIDTH, 60);
+    assert_int_equal(tiles.pixels.lattice.bits, 4);
+    uint32_t same = 0;
+    for (uint32_t d = 0; d < 40; d++) {
+        const ca_stream here = ca_stream_start(&plain, HERE, 1), there = ca_stream_start(&plain, THERE, 1);
+        const ca_stream here_shifted = ca_stream_start(&tiles, HERE, 1),
+                        there_shifted = ca_stream_start(&tiles, THERE, 1);
+        assert_true(ca_sample_1d(&here, d) == ca_sample_1d(&there, d));
+        same += ca_sample_1d(&here_shifted, d) == ca_sample_1d(&there_shifted, d);
+    }
+    assert_true(same < 2);
+    static const ca_sampler_kind kinds[] = {CA_SAMPLER_LATTICE_TILES, CA_SAMPLER_LATTICE_IMAGE,
+                                            CA_SAMPLER_LATTICE_TILES_PLAIN};
+    for (int k = 0; k < 3; k++) {
+        const ca_sampler sampler = prepared(kinds[k], 3, WIDTH, 60);
+        uint32_t boxes[2][32] = {{0}};
+        for (uint32_t i = 0; i < 32; i++) {
+            const ca_stream path = ca_stream_start(&sampler, HERE, i);
+            for (uint32_t d = 0; d < 2; d++) boxes[d][(uint32_t)(ca_sample_1d(&path, d) * 32.0f)]++;
+        }
+        for (uint32_t d = 0; d < 2; d++)
+            for (uint32_t i = 0; i < 32; i++) assert_in_range(boxes[d][i], 0, 2);
+    }
+}
+
+/* Light paths are shifted apart from camera paths, seeds from each other, and pixels' places too. */
+static void test_image_shifts(void **state)
+{
+    (void)state;
+    const ca_sampler one = prepared(CA_SAMPLER_LATTICE_IMAGE, 1, 64, 64),
+                     two = prepared(CA_SAMPLER_LATTICE_IMAGE, 2, 64, 64);
+    uint32_t same = 0;
+    for (uint32_t d = 0; d < 40; d++) {
+        const ca_stream a = ca_stream_start(&one, 77, 0), b = ca_stream_start(&two, 77, 0),
+                        other = ca_stream_start(&one, 78, 0);
+        const ca_stream light = ca_stream_start(&one, CA_SEQUENCE_LIGHT, ca_reverse_bits64(a.index));
+        assert_true(light.index == a.index);
+        same += ca_sample_1d(&a, d) == ca_sample_1d(&b, d);
+        same += ca_sample_1d(&a, d) == ca_sample_1d(&light, d);
+        if (d < 2) same += ca_sample_1d(&a, d) == ca_sample_1d(&other, d);
+    }
+    assert_true(same < 3);
+}
+
 /* ---- Integrals ------------------------------------------------------------------------------------------------- */
 
 /* prod(1 + B2(x) / (j + 1)^2 * 6): periodic, its integral is one. */
@@ -318,6 +410,9 @@ int main(void)
         cmocka_unit_test(test_pairs),
         cmocka_unit_test(test_far_points_fill),
         cmocka_unit_test(test_shifts),
+        cmocka_unit_test(test_image),
+        cmocka_unit_test(test_tiles),
+        cmocka_unit_test(test_image_shifts),
         cmocka_unit_test(test_periodic_integrals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -298,7 +298,7 @@ static void test_merged_photons(void **state)
     settings.radius = 0.1;
     const ca_preflight preflight = preflight_of(scene, &settings);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
     assert_int_equal(ca_render(scene, &settings, &image, &statistics, &error), CA_OK);
     ca_image_release(image);

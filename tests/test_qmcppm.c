@@ -167,7 +167,7 @@ static void test_threads_do_not_change_a_bit(void **state)
     static const char *const kinds[] = {"qmcppm", "qmcppm:camera_diffuse_depth=1,kernel=epanechnikov,gradients=true",
                                         "qmcppm:join=connect", "qmcppm:radius_photons=8,direct=next-event",
                                         "qmcppm:blocks=filled"};
-    static const char *const samplers[] = {"halton", "sobol", "lattice", "independent", "sobol-plain"};
+    static const char *const samplers[] = {"halton", "sobol-image", "lattice-tiles", "independent", "sobol-plain"};
     ca_scene *scene = scene_from_text(room_text);
     for (int k = 0; k < 5; k++) {
         ca_image_layers *one = render_blocks(scene, kinds[k], samplers[k], 9, 1);
@@ -249,8 +249,8 @@ static void test_filled_blocks_follow_each_other(void **state)
 static void test_smooth_and_dirac_transport_add_up(void **state)
 {
     (void)state;
-    static const char *const kinds[] = {"qmcppm:transport=", "qmcppm:camera_diffuse_depth=1,transport=",
-                                        "qmcppm:direct=next-event,transport="};
+    static const char *const kinds[] = {
+        "qmcppm:transport=", "qmcppm:camera_diffuse_depth=1,transport=", "qmcppm:direct=next-event,transport="};
     ca_scene *scene = scene_from_text(room_text);
     for (int k = 0; k < 3; k++) {
         static const char *const parts[] = {"all", "smooth", "dirac"};
@@ -296,8 +296,10 @@ static void test_other_joins_find_the_same_light(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(floor_text);
-    const char *const kinds[] = {"qmcppm:radius=0.1,alpha=0,light_paths=40000", "qmcppm:direct=next-event",
-                                 "qmcppm:join=connect", "qmcppm:radius_photons=20,radius=0.1,light_paths=40000",
+    const char *const kinds[] = {"qmcppm:radius=0.1,alpha=0,light_paths=40000",
+                                 "qmcppm:direct=next-event",
+                                 "qmcppm:join=connect",
+                                 "qmcppm:radius_photons=20,radius=0.1,light_paths=40000",
                                  "qmcppm:radius=0.1,kernel=epanechnikov,light_paths=40000",
                                  "qmcppm:radius=0.1,kernel=sph,light_paths=40000",
                                  "qmcppm:radius=0.1,camera_diffuse_depth=1,light_paths=40000"};
@@ -348,7 +350,7 @@ static void test_gradients_are_those_of_the_irradiance(void **state)
 static ca_render_statistics count(const ca_scene *scene, const char *integrator, uint32_t samples)
 {
     ca_render_settings settings;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_image_layers *image = NULL;
     ca_error error = {""};
     ca_render_settings_init(&settings);
@@ -367,12 +369,74 @@ static void test_one_side_is_kept(void **state)
     (void)state;
     enum { K = 6, CAMERA = 24 * 18, LIGHT = 100 };
     ca_scene *scene = scene_from_text(room_text);
-    ca_render_statistics s = count(scene, "qmcppm:light_paths=100", K);
+    ca_render_statistics s = count(scene, "qmcppm:light_paths=100,keep_blocks=false", K);
     assert_int_equal(s.iterations, K * K);
     assert_int_equal(s.light_paths / LIGHT + s.camera_paths / CAMERA, K * K + 1);
-    s = count(scene, "qmcppm:light_paths=100,order=diagonal,total_camera_paths=6,total_light_paths=600", K);
+    s = count(scene,
+              "qmcppm:light_paths=100,order=diagonal,total_camera_paths=6,total_light_paths=600,keep_blocks=false",
+              K);
     assert_int_equal(s.iterations, K * K);
     assert_true(s.light_paths / LIGHT + s.camera_paths / CAMERA > 2 * K * K - 2 * K);
+    ca_scene_release(scene);
+}
+
+/* Blocks that stay in memory are not traced again: each side once. */
+static void test_blocks_stay(void **state)
+{
+    (void)state;
+    enum { K = 6, CAMERA = 24 * 18, LIGHT = 100 };
+    static const char *const orders[] = {
+        "qmcppm:light_paths=100", "qmcppm:light_paths=100,order=diagonal,total_camera_paths=6,total_light_paths=600"};
+    ca_scene *scene = scene_from_text(room_text);
+    for (int i = 0; i < 2; i++) {
+        const ca_render_statistics s = count(scene, orders[i], K);
+        assert_int_equal(s.iterations, K * K);
+        assert_int_equal(s.light_paths, K * LIGHT);
+        assert_int_equal(s.camera_paths, K * CAMERA);
+    }
+    ca_scene_release(scene);
+}
+
+static ca_image_layers *render_in_memory(const ca_scene *scene, const char *integrator, double mib, uint64_t *traced)
+{
+    ca_render_settings settings;
+    ca_render_statistics statistics;
+    ca_image_layers *image;
+    ca_error error = {""};
+    ca_render_settings_init(&settings);
+    settings.integrator = integrator;
+    settings.threads = 2;
+    settings.memory_mib = mib;
+    settings.has_blocks = true;
+    settings.blocks[0] = 3; /* a part that begins anywhere */
+    settings.blocks[1] = 41;
+    if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) fail_msg("%s", error.message);
+    *traced = statistics.light_paths;
+    return image;
+}
+
+/* Whatever stays, all of it, some or nothing, the image is the same to the bit: columns have radii of their own, and
+ * rows their vertices. */
+static void test_kept_blocks_do_not_change_a_bit(void **state)
+{
+    (void)state;
+    static const char *const kinds[] = {"radius_pixels=2", "camera_diffuse_depth=1,alpha=1,order=diagonal",
+                                        "join=connect", "radius_photons=8,direct=next-event,camera_paths=2"};
+    ca_scene *scene = scene_from_text(room_text);
+    for (int k = 0; k < 4; k++) {
+        char kept[128], anew[160];
+        uint64_t none, some, all;
+        snprintf(kept, sizeof kept, "qmcppm:light_paths=400,%s", kinds[k]);
+        snprintf(anew, sizeof anew, "%s,keep_blocks=false", kept);
+        ca_image_layers *images[3] = {render_in_memory(scene, anew, 0.0, &none),
+                                      render_in_memory(scene, kept, 8.0, &some),
+                                      render_in_memory(scene, kept, 0.0, &all)};
+        print_message("    %s: %llu light paths traced, %llu in 8 MiB, %llu in much\n", kinds[k],
+                      (unsigned long long)none, (unsigned long long)some, (unsigned long long)all);
+        assert_true(all < some && some < none);
+        for (int i = 1; i < 3; i++) assert_true(image_hash(images[0]) == image_hash(images[i]));
+        for (int i = 0; i < 3; i++) ca_image_release(images[i]);
+    }
     ca_scene_release(scene);
 }
 
@@ -495,6 +559,8 @@ int main(void)
         cmocka_unit_test(test_other_joins_find_the_same_light),
         cmocka_unit_test(test_gradients_are_those_of_the_irradiance),
         cmocka_unit_test(test_one_side_is_kept),
+        cmocka_unit_test(test_blocks_stay),
+        cmocka_unit_test(test_kept_blocks_do_not_change_a_bit),
         cmocka_unit_test(test_local_radii_find_so_many_photons),
         cmocka_unit_test(test_the_sampler_is_halton),
         cmocka_unit_test(test_refusals),

@@ -121,7 +121,7 @@ static void test_a_stopped_render_is_a_shorter_one(void **state)
     settings.progress = stop_after_three;
     settings.progress_user = &passes;
     ca_image_layers *stopped = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     assert_int_equal(ca_render(scene, &settings, &stopped, &statistics, NULL), CA_OK);
     assert_int_equal(passes, 3);
     assert_true(statistics.interrupted);
@@ -174,7 +174,7 @@ static void test_time_and_noise_stop_the_render(void **state)
     ca_render_settings settings = settings_with(0);
     settings.seconds = 0.2;
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
     assert_true(statistics.seconds >= 0.2 && statistics.seconds < 5.0);
     assert_int_equal(statistics.camera_paths, statistics.iterations * 67 * 45);
@@ -219,7 +219,7 @@ static void test_noise_is_what_it_says(void **state)
         settings.has_seed = true;
         settings.seed = 1000 + k;
         ca_image_layers *image = NULL;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
         promised += statistics.noise_percent * statistics.noise_percent / RENDERS;
         total += statistics.mean_luminance / RENDERS;
@@ -291,7 +291,7 @@ static void test_path_without_next_event(void **state)
     for (int i = 0; i < 2; i++) {
         settings.integrator = integrators[i];
         ca_image_layers *image = NULL;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
         assert_true((statistics.shadow_rays == 0) == (i == 1));
         channel_mean(image, "G", &mean[i], &error[i]);
@@ -342,7 +342,7 @@ static void test_overflow_is_counted_where_it_happens(void **state)
     ca_render_settings settings = settings_with(16);
     settings.integrator = "path:max_depth=2";
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
     print_message("    %u of next event, %u in all\n", (unsigned)statistics.non_finite_from[CA_TECHNIQUE_NEXT_EVENT],
                   (unsigned)statistics.non_finite);

@@ -52,7 +52,7 @@ static void test_blocks_add_up_on_any_number_of_threads(void **state)
     static const uint32_t threads[] = {1, 2, 3, 8};
     for (int i = 0; i < 4; i++) {
         ca_block_play = (ca_block_script){.first = 0};
-        ca_render_statistics s;
+        ca_render_statistics s = {.size = sizeof s};
         ca_image_layers *image =
             ca_block_rendered(&(ca_block_job){.samples = 3, .threads = threads[i], .gradients = true}, &s);
         assert_int_equal(ca_block_play.begun, 9);
@@ -79,7 +79,7 @@ static void test_range_of_blocks(void **state)
 {
     (void)state;
     ca_block_play = (ca_block_script){.first = 0};
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_image_layers *image =
         ca_block_rendered(&(ca_block_job){.blocks = {5, 8}, .threads = 2, .gradients = true}, &s);
     assert_int_equal(ca_block_play.begun, 3);
@@ -94,7 +94,7 @@ static void test_bad_samples_are_counted(void **state)
 {
     (void)state;
     ca_block_play = (ca_block_script){.bad_samples = true};
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_image_layers *image = ca_block_rendered(&(ca_block_job){.samples = 2, .threads = 2}, &s);
     assert_true(s.non_finite_from[CA_TECHNIQUE_COUNT] == 2 && s.non_finite == 2 + 4 * 13);
     const size_t i = (4 - CA_BLOCK_CROP_Y) * CA_BLOCK_WIDTH + 5 - CA_BLOCK_CROP_X;
@@ -110,7 +110,7 @@ static void test_bad_samples_are_counted(void **state)
 static void test_stopping(void **state)
 {
     (void)state;
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_block_watcher w = {0};
     ca_block_job j = {.samples = 4, .threads = 1, .progress = ca_block_watch, .progress_user = &w};
     ca_block_play = (ca_block_script){.first = 0};
@@ -157,7 +157,7 @@ static void test_a_failing_block_ends_the_render(void **state)
     (void)state;
     ca_block_play = (ca_block_script){.fail_at = 4};
     ca_image_layers *image, *merged;
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_error error = {""};
     const char *path = ca_block_file("begun.part");
     assert_int_equal(ca_block_run(&(ca_block_job){.samples = 3, .threads = 2, .part = path}, &image, &s, &error),

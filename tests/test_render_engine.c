@@ -232,7 +232,7 @@ static void test_counts(void **state)
         settings.camera_paths = 2;
         settings.light_paths = 700;
         ca_image_layers *image = NULL;
-        ca_render_statistics s;
+        ca_render_statistics s = {.size = sizeof s};
         ca_error error = {""};
         if (ca_render(scene, &settings, &image, &s, &error) != CA_OK) fail_msg("%s", error.message);
         const ca_integrator_type *type = ca_integrator_of(integrator);

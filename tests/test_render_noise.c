@@ -52,7 +52,7 @@ static void test_measurement(void **state)
     const ca_render_settings settings = settings_of(0.5);
     ca_noise *noise = NULL;
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     assert_int_equal(ca_noise_measure(scene, &settings, 30, &noise, &image, &statistics, &error), CA_OK);
     assert_true(statistics.iterations == 30 && statistics.light_paths == 30 * 40 && !statistics.interrupted);
@@ -135,7 +135,7 @@ static void test_early_end(void **state)
         settings.progress = end_once;
         settings.progress_user = &e;
         ca_noise *noise = NULL;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         assert_int_equal(ca_noise_measure(scene, &settings, 50, &noise, NULL, &statistics, NULL), CA_OK);
         const uint32_t made = end_at > 2 ? end_at : 2;
         assert_true(statistics.interrupted && statistics.iterations == made && e.calls == made);

@@ -38,7 +38,7 @@ static void test_an_interrupted_part(void **state)
 {
     (void)state;
     ca_image_layers *merged, *image;
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_block_watcher w = {.stop_after = 2};
     ca_block_play = (ca_block_script){.first = 0};
     const char *path = ca_block_file("begun.part");
@@ -63,7 +63,7 @@ static void expect_merged(const char *const *paths, size_t count, const ca_image
                           const ca_render_statistics *one)
 {
     ca_image_layers *image;
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_error error = {""};
     if (ca_merge_parts(paths, count, NULL, &image, &s, &error) != CA_OK) fail_msg("%s", error.message);
     expect_same_image(image, expected);
@@ -83,7 +83,7 @@ static void test_parts_are_the_whole(void **state)
     const ca_block_job j = {.threads = 2, .gradients = true, .seed = UINT64_MAX};
     ca_block_job all = j;
     all.blocks[1] = 25;
-    ca_render_statistics one;
+    ca_render_statistics one = {.size = sizeof one};
     ca_image_layers *image = ca_block_rendered(&all, &one);
     assert_int_equal(one.non_finite_from[CA_TECHNIQUE_COUNT], 12);
 
@@ -128,7 +128,7 @@ static void test_samples_that_no_part_knows_alone(void **state)
             ca_block_play = (ca_block_script){.learns = true};
             ca_block_job all = j;
             all.blocks[1] = end;
-            ca_render_statistics one, merged;
+            ca_render_statistics one = {.size = sizeof one}, merged = {.size = sizeof merged};
             ca_image_release(ca_block_rendered(&all, &one));
             assert_true(one.samples_per_pixel == floor(sqrt((double)end)));
             const char *const paths[3] = {ca_block_render_part("c.part", cut + 1, end, j),

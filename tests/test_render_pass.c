@@ -189,7 +189,7 @@ static void test_passes_add_up(void **state)
         ca_render_settings_init(&settings);
         settings.threads = numbers[i][2];
         ca_image_layers *image;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         assert_int_equal(run(&settings, &image, &statistics, NULL), CA_OK);
         expect_image(image);
         ca_image_release(image);
@@ -215,7 +215,7 @@ static void test_bad_samples_are_counted(void **state)
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     assert_int_equal(run(&settings, &image, &statistics, NULL), CA_OK);
     assert_int_equal(statistics.non_finite_from[CA_TECHNIQUE_COUNT], 2 * PASSES);
     assert_int_equal(statistics.non_finite, 2 * PASSES + 3 * PASSES);
@@ -236,7 +236,7 @@ static void test_a_failing_round_ends_the_render(void **state)
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     assert_int_equal(run(&settings, &image, &statistics, &error), CA_ERROR_MEMORY);
     assert_string_equal(error.message, "no room for the light paths");
@@ -262,7 +262,7 @@ static void test_a_stopped_pass_is_finished(void **state)
     ca_render_settings_init(&settings);
     settings.progress = stop_at_once;
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     assert_int_equal(run(&settings, &image, &statistics, NULL), CA_OK);
     assert_true(statistics.interrupted);
     assert_int_equal(play.begun, 3);

@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -261,6 +262,42 @@ static void test_density(void **state)
     assert_true(n[1] == 1e5f && n[2] == 1e5f);
 }
 
+/* As the author's renderer has it: a merge has the mean of two densities, and the mean n is over all interior
+ * vertices. By hand: N = 10, merge area 1; x[1] is a mirror, x[2] was merged. */
+static void test_author(void **state)
+{
+    (void)state;
+    ca_path_vertex camera[3], light[2];
+    memset(camera, 0, sizeof camera);
+    memset(light, 0, sizeof light);
+    camera[2].connectable = light[1].connectable = true;
+    camera[2].photon_density = 1.0f;
+    light[1].photon_density = 5.0f;
+    ca_mis_path path = {.camera = {.vertices = camera, .count = 3},
+                        .light = {.vertices = light, .count = 2},
+                        .merged = true,
+                        .merged_density = 3.0f};
+    ca_reuse_rules rules = {.kind = CA_REUSE_DENSITY, .light_paths = 10.0f, .merge_area = 1.0f, .author = true};
+    float n_camera[3], n_light[2];
+    ca_reuse_fill(&rules, &path, true, true, n_camera, n_light);
+    assert_true(n_camera[1] == 10.0f && n_camera[2] == 5.0f && n_light[1] == 2.0f);
+    rules.kind = CA_REUSE_NORMALISED; /* times 30 / 17 */
+    ca_reuse_fill(&rules, &path, true, true, n_camera, n_light);
+    assert_true(fabs((double)n_camera[1] - 300.0 / 17.0) < 1e-5);
+    assert_true(fabs((double)n_camera[2] - 150.0 / 17.0) < 1e-5);
+    assert_true(fabs((double)n_light[1] - 60.0 / 17.0) < 1e-5);
+    path.merged = false; /* a connection there: times 30 / 22 */
+    ca_reuse_fill(&rules, &path, true, true, n_camera, n_light);
+    assert_true(fabs((double)n_camera[2] - 300.0 / 22.0) < 1e-5);
+    path.light.count = 0; /* x[2] lies on a light */
+    ca_reuse_fill(&rules, &path, false, false, n_camera, n_light);
+    assert_true(fabs((double)n_camera[1] - 10.0) < 1e-5);
+    rules.author = false; /* the mirror does not count */
+    path.light.count = 2;
+    ca_reuse_fill(&rules, &path, true, true, n_camera, n_light); /* 10 and 2: times 20 / 12 */
+    assert_true(fabs((double)n_camera[2] - 200.0 / 12.0) < 1e-5);
+}
+
 static void test_normalised_mean(void **state)
 {
     (void)state;
@@ -344,6 +381,7 @@ int main(void)
         cmocka_unit_test(test_footprint_range),     cmocka_unit_test(test_footprint_unit),
         cmocka_unit_test(test_footprint_mirror),    cmocka_unit_test(test_footprint_monotone),
         cmocka_unit_test(test_density),             cmocka_unit_test(test_normalised_mean),
+        cmocka_unit_test(test_author),
         cmocka_unit_test(test_correlation_by_hand), cmocka_unit_test(test_splits_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -346,10 +346,20 @@ static void test_names(void **state)
 {
     (void)state;
     static const char *const names[CA_SAMPLER_KIND_COUNT] = {
-        [CA_SAMPLER_INDEPENDENT] = "independent",   [CA_SAMPLER_HALTON] = "halton",
-        [CA_SAMPLER_HALTON_PLAIN] = "halton-plain", [CA_SAMPLER_SOBOL] = "sobol",
-        [CA_SAMPLER_SOBOL_PLAIN] = "sobol-plain",   [CA_SAMPLER_ZSOBOL] = "zsobol",
+        [CA_SAMPLER_INDEPENDENT] = "independent",
+        [CA_SAMPLER_HALTON] = "halton",
+        [CA_SAMPLER_HALTON_PLAIN] = "halton-plain",
+        [CA_SAMPLER_SOBOL] = "sobol",
+        [CA_SAMPLER_SOBOL_PLAIN] = "sobol-plain",
+        [CA_SAMPLER_SOBOL_IMAGE] = "sobol-image",
+        [CA_SAMPLER_SOBOL_TILES] = "sobol-tiles",
+        [CA_SAMPLER_SOBOL_TILES_PLAIN] = "sobol-tiles-plain",
+        [CA_SAMPLER_ZSOBOL] = "zsobol",
         [CA_SAMPLER_LATTICE] = "lattice",
+        [CA_SAMPLER_LATTICE_PLAIN] = "lattice-plain",
+        [CA_SAMPLER_LATTICE_IMAGE] = "lattice-image",
+        [CA_SAMPLER_LATTICE_TILES] = "lattice-tiles",
+        [CA_SAMPLER_LATTICE_TILES_PLAIN] = "lattice-tiles-plain",
     };
     char all[256] = "";
     for (int i = 0; i < CA_SAMPLER_KIND_COUNT; i++) {

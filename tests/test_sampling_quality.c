@@ -15,10 +15,14 @@
 
 #include <cmocka.h>
 
-/* Without randomisation: the seed changes nothing. */
-static bool is_plain(ca_sampler_kind kind)
+/* Light paths of the kinds over tiles are those of the kinds over the image. */
+static bool has_other_light_paths(ca_sampler_kind kind) { return !ca_sampler_has_tiles(kind); }
+
+/* One scrambled Sobol' sequence for many pixels: some pairs of its later dimensions are poorly spread over few
+ * points, whose boxes fill together more than by chance, however they are scrambled. */
+static bool has_poor_pairs(ca_sampler_kind kind)
 {
-    return kind == CA_SAMPLER_HALTON_PLAIN || kind == CA_SAMPLER_SOBOL_PLAIN;
+    return kind == CA_SAMPLER_SOBOL_IMAGE || kind == CA_SAMPLER_SOBOL_TILES;
 }
 
 /* ---- Uniformity ------------------------------------------------------------------------------------------------ */
@@ -88,7 +92,8 @@ static void check_counts(const box_counts *counts, double per_bin, double level,
     const double off = fmax(farthest(counts->pair, per_bin),
                             fmax(farthest(counts->first, per_bin), farthest(counts->second, per_bin)));
     const bool passes = kind == CA_SAMPLER_INDEPENDENT ? p >= level
-                        : is_plain(kind)               ? off <= (kind == CA_SAMPLER_SOBOL_PLAIN ? 0.2 : 0.5)
+                        : ca_sampler_is_plain(kind)    ? off <= (kind == CA_SAMPLER_SOBOL_PLAIN ? 0.2 : 0.5)
+                        : has_poor_pairs(kind)         ? off <= 0.3
                                                        : statistic <= 1.8;
     if (!passes)
         fail_msg("%s, %s, dimensions %u and %u: p = %g, statistic %.2f, a box misses its share by %.2f",
@@ -105,6 +110,7 @@ static void test_light_paths_are_uniform(void **state)
     const double level = ca_sidak_level(0.01, 3 * pair_count * CA_SAMPLER_KIND_COUNT);
     for (ca_sampler_kind kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++) {
         const ca_sampler sampler = sampler_of(kind, 17, 64, 48);
+        if (!has_other_light_paths(kind)) continue;
         for (uint32_t p = 0; p < pair_count; p++) {
             counts = (box_counts){0};
             for (uint32_t i = 0; i < PATHS; i++) {
@@ -132,7 +138,7 @@ static void test_pixels_are_uniform(void **state)
             for (uint32_t seed = 0; seed < SEEDS; seed++) {
                 const ca_sampler sampler = sampler_of(kind, 18 + seed, WIDTH, HEIGHT);
                 for (uint32_t i = 0; i < WIDTH * HEIGHT * PATHS; i++) {
-                    const uint64_t index = (is_plain(kind) ? seed * PATHS : 0) + i % PATHS;
+                    const uint64_t index = (ca_sampler_is_plain(kind) ? seed * PATHS : 0) + i % PATHS;
                     const ca_stream stream = ca_stream_start(&sampler, i / PATHS, index);
                     count_path(&counts, &stream, pairs[p]);
                 }
@@ -225,7 +231,8 @@ static double mean_discrepancy(ca_sampler_kind kind, const pair_use *use, uint32
     for (uint32_t r = 0; r < 8; r++) {
         const ca_sampler sampler = sampler_of(kind, 100 + r, use->width, use->height);
         for (uint32_t i = 0; i < count; i++) {
-            const ca_stream stream = ca_stream_start(&sampler, use->sequence, (is_plain(kind) ? r * count : 0) + i);
+            const ca_stream stream =
+                ca_stream_start(&sampler, use->sequence, (ca_sampler_is_plain(kind) ? r * count : 0) + i);
             points[i] = ca_sample_2d(&stream, use->dimension);
         }
         const double discrepancy = star_discrepancy(points, count);
@@ -253,6 +260,7 @@ static void test_star_discrepancy(void **state)
         assert_true(chance > 0.025 && chance < 0.055);
         printf("star discrepancy of 2^10 points, %s: %.4f by chance", uses[u].name, chance);
         for (ca_sampler_kind kind = CA_SAMPLER_INDEPENDENT + 1; kind < CA_SAMPLER_KIND_COUNT; kind++) {
+            if (uses[u].sequence == CA_SEQUENCE_LIGHT && !has_other_light_paths(kind)) continue;
             const double mean = mean_discrepancy(kind, &uses[u], 1024, &largest);
             printf(", %.4f %s", mean, ca_sampler_name(kind));
             /* Halton points of the second vertex have bases 41 and 43, whose grid 1024 points fill by half:
@@ -297,7 +305,7 @@ static void measure_errors(ca_sampler_kind kind, integrand f, uint32_t dimension
         for (uint32_t m = 0; m <= TO; m++) {
             for (; i < 1u << m; i++) {
                 const ca_stream stream =
-                    ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, (is_plain(kind) ? run << TO : 0) + i);
+                    ca_stream_start(&sampler, CA_SEQUENCE_LIGHT, (ca_sampler_is_plain(kind) ? run << TO : 0) + i);
                 sum += f(&stream, dimension);
             }
             squares[m] += pow(sum / (1u << m) - 1.0, 2.0) / RUNS;
@@ -336,7 +344,7 @@ static void test_integrals(void **state)
     (void)state;
     static const uint32_t firsts[] = {0, CA_DIM_START_COUNT, CA_DIM_START_COUNT + CA_DIM_VERTEX_COUNT};
     for (ca_sampler_kind kind = 0; kind < CA_SAMPLER_KIND_COUNT; kind++)
-        for (size_t k = 0; k < sizeof firsts / sizeof firsts[0]; k++) {
+        for (size_t k = 0; has_other_light_paths(kind) && k < sizeof firsts / sizeof firsts[0]; k++) {
             check_rate(kind, "one", in_one, firsts[k], -0.9);
             check_rate(kind, "two", in_two, firsts[k], -0.8);
             check_rate(kind, "two pairs", in_pairs, firsts[k], -0.8);
@@ -405,6 +413,8 @@ static void check_neighbours(ca_sampler_kind kind, uint32_t width, uint32_t heig
     const uint64_t pixel_count = (uint64_t)width * height, steps[] = {1, width, 2, 64, 64 * (uint64_t)width};
     for (uint64_t pixel = 0; pixel < pixel_count; pixel += pixel_count / 50 + 1)
         for (size_t s = 0; s < sizeof steps / sizeof steps[0] && pixel + steps[s] < pixel_count; s++) {
+            if (ca_sampler_has_tiles(kind) && ca_sampler_is_plain(kind) && steps[s] > 2)
+                continue; /* the same place in another tile has the same numbers */
             uint32_t equal_film = 0, equal_vertex = 0;
             for (uint32_t i = 0; i < PATHS; i++) {
                 const ca_stream here = ca_stream_start(&sampler, pixel, i);
@@ -415,7 +425,7 @@ static void check_neighbours(ca_sampler_kind kind, uint32_t width, uint32_t heig
             }
             assert_true(equal_vertex <= 1);
             /* the same place in two pixels may come often in one sequence over the image that nothing scrambles */
-            if (!is_plain(kind)) assert_true(equal_film <= 1);
+            if (!ca_sampler_is_plain(kind)) assert_true(equal_film <= 1);
         }
 }
 

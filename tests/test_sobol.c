@@ -244,6 +244,83 @@ static void test_plain_beyond_the_end(void **state)
     }
 }
 
+/* ---- sobol-image and sobol-tiles ------------------------------------------------------------------------------- */
+
+/* Light paths are scrambled, dimension by dimension: nets as good as the plain sequence's. */
+static void test_image_nets(void **state)
+{
+    (void)state;
+    static const ca_sampler_kind kinds[] = {CA_SAMPLER_SOBOL_IMAGE, CA_SAMPLER_SOBOL_TILES};
+    const ca_sampler plain = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 0, 640, 480);
+    for (int k = 0; k < 2; k++) {
+        const ca_sampler sampler = sampler_of(kinds[k], 5, 640, 480);
+        for (uint32_t d = 0; d < 300; d += d < 24 ? 2 : 46) {
+            const point_source scrambled = {&sampler, CA_SEQUENCE_LIGHT, 3 << 10, d, d + 1};
+            const point_source expected = {&plain, CA_SEQUENCE_LIGHT, 3 << 10, d, d + 1};
+            assert_int_equal(source_t(&scrambled, 10), source_t(&expected, 10));
+        }
+    }
+}
+
+/* The pixels' paths of a run are the plain ones' numbers, so that all dimensions but the film's are one net over the
+ * image or tile; a pixel's own film points are a net, too. */
+static void check_runs(ca_sampler_kind kind, ca_sampler_kind plain_kind, uint32_t width, uint32_t height)
+{
+    const ca_sampler sampler = sampler_of(kind, 9, width, height), plain = sampler_of(plain_kind, 1, width, height);
+    const uint32_t side = 1u << sampler.pixels.sobol.bits;
+    static float x[1 << 12], y[1 << 12];
+    for (uint32_t p = 0; p < width * height; p += 13)
+        for (uint64_t i = 0; i < 3; i++)
+            assert_true(ca_stream_start(&sampler, p, i).index == ca_stream_start(&plain, p, i).index);
+    uint32_t count = 0;
+    for (uint32_t p = 0; p < width * height && count < 1u << 12; p++) { /* of the first square */
+        if (p % width >= side || p / width >= side) continue;
+        const ca_stream stream = ca_stream_start(&sampler, p, 1);
+        x[count] = ca_sample_1d(&stream, 2), y[count] = ca_sample_1d(&stream, 3);
+        count++;
+    }
+    assert_int_equal(count, side * side);
+    const point_source expected = {&plain, CA_SEQUENCE_LIGHT, side * side, 2, 3};
+    assert_int_equal(ca_net_quality(x, y, 2 * sampler.pixels.sobol.bits),
+                     source_t(&expected, 2 * sampler.pixels.sobol.bits));
+    const point_source film = {&sampler, 7 * width + 5, 0, 0, 1};
+    assert_int_equal(source_t(&film, 10), 0);
+}
+
+static void test_image_runs(void **state)
+{
+    (void)state;
+    check_runs(CA_SAMPLER_SOBOL_IMAGE, CA_SAMPLER_SOBOL_PLAIN, 64, 64);
+    check_runs(CA_SAMPLER_SOBOL_TILES, CA_SAMPLER_SOBOL_TILES_PLAIN, 100, 37);
+    const ca_sampler tiles = sampler_of(CA_SAMPLER_SOBOL_TILES_PLAIN, 1, 100, 37);
+    assert_int_equal(tiles.pixels.sobol.bits, 4);
+    assert_int_equal(sampler_of(CA_SAMPLER_SOBOL_TILES, 1, 5, 3).pixels.sobol.bits, 3);
+}
+
+/* Tiles, seeds, and the two sides have scramblings of their own; plain ones none. */
+static void test_image_scramblings(void **state)
+{
+    (void)state;
+    enum { WIDTH = 64, IN_TILE = 5 * WIDTH + 3, NEXT_TILE = IN_TILE + 16 };
+    uint32_t same[5] = {0};
+    const ca_sampler tiles = sampler_of(CA_SAMPLER_SOBOL_TILES, 1, WIDTH, 64),
+                     seeded = sampler_of(CA_SAMPLER_SOBOL_TILES, 2, WIDTH, 64),
+                     plain = sampler_of(CA_SAMPLER_SOBOL_TILES_PLAIN, 1, WIDTH, 64),
+                     image = sampler_of(CA_SAMPLER_SOBOL_IMAGE, 1, WIDTH, 64);
+    for (uint32_t d = 0; d < 40; d++) {
+        const float here = number_of(&tiles, IN_TILE, 3, d);
+        const uint64_t path = ca_stream_start(&image, IN_TILE, 3).index;
+        same[0] += here == number_of(&tiles, NEXT_TILE, 3, d);
+        same[1] += here == number_of(&seeded, IN_TILE, 3, d);
+        same[2] += number_of(&image, IN_TILE, 3, d) == number_of(&image, CA_SEQUENCE_LIGHT, path, d);
+        same[3] += number_of(&plain, IN_TILE, 3, d) == number_of(&plain, NEXT_TILE, 3, d);
+        same[4] += d < 2 && number_of(&image, 0, 0, d) == number_of(&image, 1, 0, d);
+    }
+    for (int i = 0; i < 3; i++) assert_true(same[i] < 3);
+    assert_int_equal(same[3], 40);
+    assert_int_equal(same[4], 0);
+}
+
 /* ---- Chi-square ------------------------------------------------------------------------------------------------ */
 
 enum { SIDE = 16, BOX_COUNT = SIDE * SIDE };
@@ -360,8 +437,9 @@ static void test_scrambled_nets(void **state)
 static void test_no_repeats(void **state)
 {
     (void)state;
-    static const ca_sampler_kind kinds[] = {CA_SAMPLER_SOBOL, CA_SAMPLER_ZSOBOL, CA_SAMPLER_SOBOL_PLAIN};
-    for (uint32_t k = 0; k < 3; k++) {
+    static const ca_sampler_kind kinds[] = {CA_SAMPLER_SOBOL, CA_SAMPLER_ZSOBOL, CA_SAMPLER_SOBOL_PLAIN,
+                                            CA_SAMPLER_SOBOL_IMAGE};
+    for (uint32_t k = 0; k < 4; k++) {
         const ca_sampler sampler = sampler_of(kinds[k], 4, 300, 200);
         for (uint32_t bit = 24; bit < 64; bit++) {
             uint32_t same = 0;
@@ -384,9 +462,9 @@ static double smooth_error(const ca_sampler *sampler, uint64_t sequence_step, ui
         double sum = 0.0;
         for (uint32_t i = 0; i < count; i++) {
             /* Different sequences, or one at different places, not at multiples of powers of two. */
-            const ca_stream stream =
-                sequence_step != 0 ? ca_stream_start(sampler, run * sequence_step, i)
-                                   : ca_stream_start(sampler, CA_SEQUENCE_LIGHT, (uint64_t)run * 99991 + i);
+            const ca_stream stream = sequence_step != 0
+                                         ? ca_stream_start(sampler, run * sequence_step, i)
+                                         : ca_stream_start(sampler, CA_SEQUENCE_LIGHT, (uint64_t)run * 99991 + i);
             double product = 1.0;
             for (uint32_t d = 0; d < dimension_count; d++) {
                 const double u = (double)ca_sample_1d(&stream, d);
@@ -453,6 +531,9 @@ int main(void)
         cmocka_unit_test(test_pixels),
         cmocka_unit_test(test_pixels_cover_the_sequence),
         cmocka_unit_test(test_plain_beyond_the_end),
+        cmocka_unit_test(test_image_nets),
+        cmocka_unit_test(test_image_runs),
+        cmocka_unit_test(test_image_scramblings),
         cmocka_unit_test(test_uniform_past_the_table),
         cmocka_unit_test(test_star_discrepancy),
         cmocka_unit_test(test_scrambled_nets),

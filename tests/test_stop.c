@@ -117,7 +117,7 @@ static void expect_whole_passes(const ca_scene *scene, const ca_render_settings 
                                 const ca_image_layers *image, const ca_render_statistics *statistics)
 {
     ca_render_settings settings = *stopped;
-    ca_render_statistics s;
+    ca_render_statistics s = {.size = sizeof s};
     ca_image_layers *whole;
     settings.samples_per_pixel = (uint32_t)statistics->samples_per_pixel;
     if (statistics->blocks[1] > 0) {
@@ -138,7 +138,7 @@ static void stop_in_pass(const ca_scene *scene, const char *integrator, double d
     stopper s = {.passes = 1, .delay = delay};
     const ca_render_settings settings = settings_of(integrator, &s);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
     if (status != CA_OK) fail_msg("%s: %s", integrator, error.message);
@@ -179,7 +179,7 @@ static void test_rounds(void **state)
     stopper s = {.passes = 1, .delay = 0.02};
     ca_render_settings settings = settings_of("vcm:light_paths=200000", &s);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     settings.memory_mib = 70.0;
     assert_int_equal(finish(&s, ca_render(scene, &settings, &image, &statistics, NULL)), CA_OK);
     expect_whole_passes(scene, &settings, image, &statistics);
@@ -194,7 +194,7 @@ static void test_pictures_of_techniques(void **state)
     stopper s = {.passes = 2, .delay = 0.01};
     ca_render_settings settings = settings_of("vcm", &s);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     settings.max_depth = 3;
     settings.strategies_directory = CA_BUILD_DIR "/tests/stop-techniques";
     assert_int_equal(system("rm -rf " CA_BUILD_DIR "/tests/stop-*"), 0);
@@ -216,7 +216,7 @@ static void test_noise(void **state)
     ca_render_settings settings = settings_of("bdpm", &s);
     ca_image_layers *image, *whole;
     ca_noise *noise;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     settings.samples_per_pixel = 0;
     settings.width = 144;
     settings.height = 108;
@@ -245,7 +245,7 @@ static void expect_even(const ca_scene *scene, uint32_t passes, double delay)
     stopper s = {.passes = passes, .delay = delay};
     ca_render_settings settings = settings_of("bdpm", &s);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     settings.samples_per_pixel = 0;
     settings.seconds = 1000.0;
@@ -335,7 +335,7 @@ static void test_out_of_memory_in_a_pass(void **state)
     ca_scene *scene = scene_from_text(box);
     ca_render_settings settings = settings_of("vcm", NULL);
     ca_image_layers *image;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     long first = 0;
     settings.progress = fail_memory;

@@ -19,7 +19,9 @@ TAGS = {
     "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],
     "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-    "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "zsobol", "lattice",
+    "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "sobol-image", "sobol-tiles",
+                "sobol-tiles-plain", "zsobol", "lattice", "lattice-plain", "lattice-image", "lattice-tiles",
+                "lattice-tiles-plain",
                 "stratified", "multijitter", "orthogonal", "ldsampler", "hammersley"],
     "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance",
               "merge"],
@@ -38,9 +40,13 @@ class Mesh:
 
     vertices (n, 3) in the mesh's own space; faces (m, 3), indices of vertices, counterclockwise seen from outside; normals
     (n, 3) or None: smooth ones are made; uvs (n, 2) or None. Other arguments are the parameters and objects of a shape:
-    bsdf={...}, emitter={...}, to_world=..., face_normals=True."""
+    bsdf={...}, emitter={...}, to_world=..., face_normals=True.
 
-    def __init__(self, vertices, faces, normals=None, uvs=None, **parameters):
+    copy=False: scenes use the arrays (float32, and uint32 for faces; others are converted first) where they are, if they can
+    (positions only without to_world); the arrays are kept alive, and must not change while such a scene is there."""
+
+    def __init__(self, vertices, faces, normals=None, uvs=None, copy=True, **parameters):
+        self.copy = copy
         self.vertices = _rows(vertices, np.float32, 3, "vertices")
         self.faces = _rows(faces, np.uint32, 3, "faces")
         self.normals = None if normals is None else _rows(normals, np.float32, 3, "normals")

@@ -38,7 +38,7 @@ class _Call:
     def __init__(self, settings, progress):
         self.progress, self.exception, self.kept = progress, None, []
         self.struct = s = ffi.new("ca_render_settings *")
-        lib.ca_render_settings_init(s)
+        lib.ca_render_settings_init_sized(s, ffi.sizeof("ca_render_settings"))
         s.samples_per_pixel, s.seconds, s.noise_percent = settings.spp, settings.seconds, settings.noise
         s.integrator, s.sampler = self._text(settings.integrator), self._text(settings.sampler)
         s.rays, s.rays_objective = self._text(settings.rays), self._text(settings.rays_objective)

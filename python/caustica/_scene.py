@@ -14,6 +14,11 @@ class Scene:
     def __init__(self, pointer):
         self._pointer = ffi.gc(pointer, lib.ca_scene_release)
 
+    @property
+    def builds(self):
+        """How many acceleration structures were built for it, and not shared with the scene it was made from by `previous`."""
+        return lib.ca_scene_builds(self._pointer)
+
     def with_sensor(self, sensor, integrator=None):
         """The same scene seen by another sensor, a dictionary as load_dict has it, with its film and sampler; and by another
         integrator. Shapes, lights and materials are shared, nothing is built again."""
@@ -21,7 +26,6 @@ class Scene:
         if integrator is not None:
             description["integrator"] = integrator
         return _from_document(Document(description), lambda *args: lib.ca_scene_view(self._pointer, *args))
-
 
     def _rays(self, origins, directions, t_min, t_max):
         shape = np.broadcast_shapes(np.shape(origins), np.shape(directions))
@@ -61,14 +65,30 @@ _HIT = np.dtype([("t", "f4"), ("position", "f4", 3), ("normal", "f4", 3), ("shad
 assert _RAY.itemsize == ffi.sizeof("ca_ray") and _HIT.itemsize == ffi.sizeof("ca_ray_hit")
 
 
+#: Arrays that the library uses in place, by the handle it knows them by.
+_lent = {}
+
+
+@ffi.def_extern()
+def caustica_release(user):
+    _lent.pop(user, None)
+
+
+def _lend(*arrays):
+    handle = ffi.new_handle(arrays)
+    _lent[ffi.cast("void *", handle)] = handle
+    return handle
+
+
 class _Source:
     """A ca_scene_source, with all that it points to."""
 
-    def __init__(self, text, path, defines=None, meshes=(), bitmaps=()):
-        self.kept = []
+    def __init__(self, text, path, defines=None, meshes=(), bitmaps=(), previous=None):
+        self.kept = [previous]
         self.struct = ffi.new("ca_scene_source *")
         self.struct.text, self.struct.size = (self._text(text), len(text.encode())) if text is not None else (ffi.NULL, 0)
         self.struct.path = self._text(path)
+        self.struct.previous = previous._pointer if previous is not None else ffi.NULL
         self.struct.defines, self.struct.define_count = self._defines(defines or {})
         self.struct.meshes, self.struct.mesh_count = self._meshes(meshes)
         self.struct.bitmaps, self.struct.bitmap_count = self._bitmaps(bitmaps)
@@ -97,6 +117,9 @@ class _Source:
             data.vertex_count, data.triangle_count = len(mesh.vertices), len(mesh.faces)
             data.positions, data.indices = self._numbers("float", mesh.vertices), self._numbers("uint32_t", mesh.faces)
             data.normals, data.uvs = self._numbers("float", mesh.normals), self._numbers("float", mesh.uvs)
+            if not mesh.copy:
+                data.release = lib.caustica_release
+                data.release_user = _lend(mesh.vertices, mesh.faces, mesh.uvs)
         return list_, len(meshes)
 
     def _bitmaps(self, bitmaps):
@@ -120,9 +143,10 @@ def _make(source, parse):
 _NAME = "load_dict"
 
 
-def _from_document(document, parse):
+def _from_document(document, parse, previous=None):
     try:
-        return _make(_Source(document.text, _NAME, meshes=document.meshes, bitmaps=document.bitmaps), parse)
+        source = _Source(document.text, _NAME, meshes=document.meshes, bitmaps=document.bitmaps, previous=previous)
+        return _make(source, parse)
     except SceneError as error:
         if error.file != _NAME:
             raise
@@ -133,20 +157,22 @@ def _from_document(document, parse):
         raise told from None
 
 
-def load_file(path, **defines):
+def load_file(path, previous=None, **defines):
     """Reads a Mitsuba XML scene with its meshes and textures. Keyword arguments replace the values of the scene's
-    <default name="..."> elements."""
-    return _make(_Source(None, os.fspath(path), defines), lib.ca_scene_parse)
+    <default name="..."> elements. previous: a Scene that this one is the next version of: what is the same, meshes and pictures
+    of files that did not change and the structures that rays are traced with, is shared instead of made again."""
+    return _make(_Source(None, os.fspath(path), defines, previous=previous), lib.ca_scene_parse)
 
 
-def load_string(text, **defines):
+def load_string(text, previous=None, **defines):
     """The same for a text; relative file names start in the current folder."""
-    return _make(_Source(text, "load_string", defines), lib.ca_scene_parse)
+    return _make(_Source(text, "load_string", defines, previous=previous), lib.ca_scene_parse)
 
 
-def load_dict(description):
+def load_dict(description, previous=None):
     """A scene from a dictionary, {"type": "scene", ...}: the form of Mitsuba 3's load_dict, with the plugins and parameters of
     docs/scenes.md. Values are numbers, texts, booleans, three numbers, ScalarTransform4f, {"type": "rgb", "value": [r, g, b]},
     {"type": "spectrum", ...}, {"type": "ref", "id": KEY}, dictionaries of objects, Mesh objects, and arrays of pixels as the
-    "data" of a bitmap. Errors name the keys that lead to what is wrong."""
-    return _from_document(Document(description), lib.ca_scene_parse)
+    "data" of a bitmap. Errors name the keys that lead to what is wrong. previous: as load_file has it; arrays are the same where
+    their content is."""
+    return _from_document(Document(description), lib.ca_scene_parse, previous)

@@ -1,6 +1,8 @@
 """Scenes from dictionaries, texts, arrays and files."""
+import gc
 import pathlib
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -129,6 +131,56 @@ def test_views_share_the_scene(scene):
     assert not np.array_equal(pixels(scene), pixels(view))
     with pytest.raises(caustica.SceneError, match="sensor.fov"):
         scene.with_sensor({"type": "perspective", "fov": "wide"})
+
+
+def grid(n):
+    """A wavy square of 2 n^2 triangles."""
+    x, y = np.meshgrid(np.linspace(-1, 1, n + 1, dtype=np.float32), np.linspace(-1, 1, n + 1, dtype=np.float32))
+    vertices = np.stack([x, y, 0.1 * np.sin(5 * x)], axis=2).reshape(-1, 3)
+    corner = np.arange((n + 1) * n, dtype=np.uint32).reshape(n, n + 1)[:, :-1].ravel()
+    faces = np.stack([corner, corner + 1, corner + n + 2, corner, corner + n + 2, corner + n + 1], axis=1).reshape(-1, 3)
+    return vertices, faces
+
+
+def test_edits_share_what_is_the_same():
+    def made(x=0.0, grey=0.5, height=1.0):
+        vertices, faces = grid(20)
+        return description(
+            wave=caustica.Mesh(vertices * [1, 1, height], faces, bsdf={"type": "diffuse", "reflectance": grey}),
+            group={"type": "shapegroup", "ball": {"type": "sphere"}},
+            one={"type": "instance", "shapegroup": {"type": "ref", "id": "group"}, "to_world": T().translate([x, 0, -1]).scale(0.2)})
+
+    first = caustica.load_dict(made())
+    before = pixels(first)
+    assert first.builds == 3
+    for changes, builds in (({}, 0), ({"grey": 0.8}, 0), ({"x": 0.5}, 1), ({"height": 2.0}, 1)):
+        edited = caustica.load_dict(made(**changes), previous=first)
+        assert edited.builds == builds and np.array_equal(pixels(edited), pixels(caustica.load_dict(made(**changes))))
+        assert np.array_equal(pixels(first), before) and (not changes or not np.array_equal(pixels(edited), before))
+    kept = caustica.load_dict(made(), previous=edited)
+    del first, edited
+    assert np.array_equal(pixels(kept), before)
+
+
+def test_arrays_in_place_are_kept_alive():
+    from caustica._scene import _lent
+    there = len(_lent)
+    vertices, faces = grid(20)
+    copied = pixels(caustica.load_dict(description(wave=caustica.Mesh(vertices, faces))))
+    scene = caustica.load_dict(description(wave=caustica.Mesh(vertices, faces, copy=False)))
+    assert len(_lent) == there + 1
+    counts = sys.getrefcount(vertices)
+    del vertices, faces
+    view = scene.with_sensor(description()["sensor"])
+    del scene
+    gc.collect()
+    assert counts > 2 and np.array_equal(pixels(view), copied)
+    del view
+    gc.collect()
+    assert len(_lent) == there
+    with pytest.raises(caustica.Error):
+        caustica.load_dict(description(wave=caustica.Mesh([[0, 0, 0]], [[0, 1, 2]], copy=False)))
+    assert len(_lent) == there
 
 
 def test_rays():

@@ -29,6 +29,7 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: a %s of %lld bytes is over the limit of %zu", path, what,
                        (long long)info.st_size, limit);
     const size_t size = (size_t)info.st_size;
+    ca_memory_budget_read(ca_hash_add(ca_hash_add(CA_HASH_START, info.st_dev), info.st_ino), size);
     bytes->data = ca_alloc(size + 1, 1);
     if (!bytes->data) return ca_fail_memory(error, path);
     bytes->size = fread(bytes->data, 1, size, stream);
@@ -137,10 +138,17 @@ ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *err
     return status;
 }
 
+int ca_file_write_failure(FILE *stream)
+{
+    errno = 0;
+    return fflush(stream) != 0 && errno ? errno : EIO;
+}
+
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
 {
-    bool good = !ferror(writer->stream) && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
-    int reason = errno;
+    const bool failed_before = ferror(writer->stream);
+    bool good = !failed_before && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
+    int reason = failed_before ? ca_file_write_failure(writer->stream) : errno;
     if (fclose(writer->stream) != 0 && good) {
         good = false;
         reason = errno;

@@ -38,6 +38,9 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error);
 /* The same, and when it returns the file's name is on the disk, too: its folder is synced where the file system can
  * (EINVAL and ENOTSUP say that it cannot). */
 ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error);
+/* Why an earlier write to a stream failed, whose error is not known any more: the error of writing what is left of
+ * it, which fails again for the same reason; EIO where it does not. */
+int ca_file_write_failure(FILE *stream);
 /* Removes the temporary file; the writer is finished. */
 void ca_file_abandon(ca_file_writer *writer);
 

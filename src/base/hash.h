@@ -30,4 +30,16 @@ static inline uint64_t ca_hash_bytes(uint64_t hash, const void *bytes, size_t si
     return ca_hash_add(hash, ca_get_u64(last));
 }
 
+/* Adds the bytes of a large array four chains at a time, as fast as memory gives them; another result than that of
+ * ca_hash_bytes. */
+static inline uint64_t ca_hash_array(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *data = bytes;
+    uint64_t chains[4] = {hash, hash + 1, hash + 2, hash + 3};
+    for (; size >= sizeof chains; data += sizeof chains, size -= sizeof chains)
+        for (size_t i = 0; i < 4; i++) chains[i] = ca_hash_add(chains[i], ca_get_u64(data + 8 * i));
+    for (size_t i = 0; i < 4; i++) hash = ca_hash_add(hash, chains[i]);
+    return ca_hash_bytes(hash, data, size);
+}
+
 #endif

@@ -1,7 +1,8 @@
 /* Memory: checked allocation, growing arrays and arenas.
  *
  * All heap memory of the project comes from here, so that tests can make the n-th allocation fail
- * (ca_memory_fail_after) and see that nothing leaks or crashes. Sizes are element counts times element sizes,
+ * (ca_memory_fail_after) and see that nothing leaks or crashes. What has to work when there is no more may be kept
+ * back (base/reserve.h). Sizes are element counts times element sizes,
  * checked for overflow. Owners have create/destroy; ca_free(NULL) is allowed.
  *
  * Threads: allocation is thread-safe; an arena belongs to one thread. */
@@ -38,8 +39,30 @@ void ca_free_for_library(void *user, void *memory);
  *     list->items = items; */
 void *ca_array_grow(void *array, size_t *capacity, size_t needed, size_t size);
 
+/* What a thread may have allocated at a time for one purpose, such as reading a file that a stranger wrote: what is
+ * beyond it fails like memory that is not there, and ca_fail_memory then says why. Memory that is freed meanwhile is
+ * room again. */
+typedef struct ca_memory_budget {
+    size_t limit, used; /* bytes */
+    size_t per_byte;    /* so much more is allowed for each byte of a file that is read (ca_memory_budget_read) */
+    bool exceeded;
+    const char *way; /* how to allow more, for the message */
+    uint64_t *files; /* of ca_memory_budget_read: a set, 0 for empty places; likewise: */
+    size_t file_count, file_places;
+} ca_memory_budget;
+
+/* Of this thread from now on, until the end; there is one at a time. */
+void ca_memory_budget_begin(ca_memory_budget *budget);
+void ca_memory_budget_end(void);
+/* A file counts once; `file` tells it from others, 0: it was not read before. */
+void ca_memory_budget_read(uint64_t file, size_t bytes);
+/* The budget of this thread if it was exceeded, else NULL. */
+const ca_memory_budget *ca_memory_budget_exceeded(void);
+
 /* For tests: the allocation after `count` further ones fails, once; a negative count turns it off. */
 void ca_memory_fail_after(long count);
+/* The same, and all after it. */
+void ca_memory_fail_from(long count);
 
 /* Bytes handed out one after another and freed together. */
 typedef struct ca_arena {

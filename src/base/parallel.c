@@ -43,8 +43,10 @@ static struct {
 /* The next task may be beyond the last one; at most once a thread, so that the number does not go round. */
 static void run_tasks(task_loop *loop, uint32_t worker)
 {
+    const ca_parallel *parallel = loop->parallel;
     for (;;) {
-        if (ca_stop_asked(loop->parallel->stop)) return;
+        if (worker == 0 && parallel->between) parallel->between(parallel->between_user);
+        if (ca_stop_asked(parallel->stop)) return;
         const uint32_t i = atomic_fetch_add_explicit(&loop->next, 1, memory_order_relaxed);
         if (i >= loop->count) return;
         loop->task(loop->user, i, worker);

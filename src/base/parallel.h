@@ -19,6 +19,10 @@ typedef struct ca_parallel {
     uint32_t workers;             /* at least 1 */
     ca_parallel_seconds *seconds; /* loops add theirs; NULL: not measured */
     const int *stop;              /* base/stop.h; NULL: loops are finished */
+    /* Called by worker 0 before each of its tasks, for what cannot wait until the loops are over; NULL: nothing is. A
+     * loop within a task of another worker calls it in that one's thread. */
+    void (*between)(void *user);
+    void *between_user;
 } ca_parallel;
 
 typedef void (*ca_parallel_task)(void *user, uint32_t task, uint32_t worker);

@@ -1,5 +1,7 @@
 #include "base/status.h"
 
+#include "base/memory.h"
+
 #include <stdio.h>
 
 /* Here are the functions themselves. */
@@ -28,8 +30,14 @@ ca_status ca_fail(ca_error *error, ca_status status, const ca_location *where, c
     return status;
 }
 
+/* Where memory was there, and only not allowed, that is told. */
 ca_status ca_fail_memory(ca_error *error, const char *what)
 {
+    const ca_memory_budget *budget = ca_memory_budget_exceeded();
+    if (budget)
+        return ca_fail(error, CA_ERROR_MEMORY, NULL,
+                       "%.500s: reading this takes more than the %.0f MiB of memory that are allowed; %s",
+                       what, (double)budget->limit / 0x1p20, budget->way);
     return ca_fail(error, CA_ERROR_MEMORY, NULL, "out of memory: %s", what);
 }
 

@@ -10,6 +10,7 @@
 typedef struct info_options {
     ca_text_list define_words;
     uint32_t sensor;
+    const char *camera;
     bool help;
 } info_options;
 
@@ -25,6 +26,11 @@ static const ca_option options[] = {
      .kind = CA_OPTION_COUNT,
      .offset = offsetof(info_options, sensor),
      .help = "which of the scene's sensors, counted from 0 (default: 0)"},
+    {.name = "camera",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     .offset = offsetof(info_options, camera),
+     .help = "the sensor of that id instead (glTF: the name of its node)"},
     {.name = "help",
      .letter = 'h',
      .kind = CA_OPTION_FLAG,
@@ -35,7 +41,7 @@ static const ca_option_table table = {"info", options, sizeof options / sizeof o
 
 static int print_help(void)
 {
-    printf("caustica info SCENE [options]: say what was understood of a Mitsuba 3 XML scene\n\n");
+    printf("caustica info SCENE [options]: say what was understood of a scene\n\n");
     ca_options_print(&table, stdout);
     printf("\nExample: caustica info scenes/textured/textured.xml\n");
     return CA_EXIT_DONE;
@@ -244,7 +250,7 @@ static ca_status load_and_print(const info_options *o, const ca_text_list *opera
     const char *path;
     ca_scene *scene;
     CA_TRY(ca_options_scene_operand(operands, &path, error));
-    CA_TRY(ca_options_load_sensor(path, &o->define_words, o->sensor, &scene, error));
+    CA_TRY(ca_options_load_sensor(path, &o->define_words, o->sensor, o->camera, &scene, error));
     const ca_status status = check(scene, error);
     if (status == CA_OK) print_scene(path, scene);
     ca_scene_release(scene);

@@ -4,6 +4,7 @@
 #include "cli/commands.h"
 #include "cli/keep.h"
 #include "cli/live_view.h"
+#include "cli/mpi_ranks.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/say.h"
@@ -11,6 +12,7 @@
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
+#include "scene/scene.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,7 +20,7 @@
 
 typedef struct render_options {
     ca_text_list outputs, define_words;
-    const char *scene, *stats;
+    const char *scene, *camera, *stats;
     ca_render_settings settings; /* options are read right into it */
     uint32_t resolution[2], sensor;
     ca_output_look look;
@@ -55,7 +57,7 @@ static const ca_option options[] = {
      .minimum = 1,
      AT(settings.samples_per_pixel),
      GIVEN(has_spp),
-     .help = "camera paths per pixel; of `light`, light paths (default: scene's or 4)"},
+     .help = "camera paths a pixel; of `light`, light paths (default: scene's or 4)"},
     {.name = "time",
      .argument = "SECONDS",
      .kind = CA_OPTION_POSITIVE,
@@ -105,6 +107,11 @@ static const ca_option options[] = {
      .kind = CA_OPTION_COUNT,
      AT(sensor),
      .help = "which of the scene's sensors, counted from 0 (default: 0)"},
+    {.name = "camera",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(camera),
+     .help = "the sensor of that id instead (glTF: the name of its node)"},
     {.name = "sampler",
      .argument = "NAME",
      .kind = CA_OPTION_TEXT,
@@ -252,7 +259,7 @@ static void print_integrators(void)
 
 static int print_help(void)
 {
-    printf("caustica render SCENE [options]: make an image of a Mitsuba 3 XML scene\n\n");
+    printf("caustica render SCENE [options]: make an image of a scene\n\n");
     ca_options_print(&table, stdout);
     print_integrators();
     printf("Samplers: %s\n\n", ca_sampler_names());
@@ -270,9 +277,11 @@ static int print_help(void)
         "--checkpoint with --resume: the same line again goes on where the last run ended, to the same bits; "
         "samples, time, threads and outputs may differ. Renders over ten minutes keep OUTPUT.checkpoint.part until "
         "they end. Not with --rays auto, --dump-strategies.\n"
-        "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU end the render after the pass, or after a second, and write "
-        "the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at once. "
-        "SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 end the render after the pass, or after a second, and "
+        "write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
+        "once. SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "mpirun -n N caustica render ... makes the same image with N processes, on one machine or several (a build "
+        "with MPI); see docs/cluster.md.\n"
         "--serve: who knows the address can pause, stop and save the render. Looking costs 3 % of the time.\n"
         "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
         "          caustica render scene.xml --time 600 --serve 8080\n",
@@ -391,7 +400,7 @@ static ca_status check(render_options *o, const ca_text_list *operands, char *ma
     CA_TRY(check_sampler(o->settings.sampler, error));
     CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
     CA_TRY(complete_outputs(o, made, error));
-    return check_outputs(o, error);
+    return ca_ranks_helps(ca_mpi_ranks()) ? CA_OK : check_outputs(o, error);
 }
 
 /* ---- The work -------------------------------------------------------------------------------------------------- */
@@ -485,29 +494,55 @@ static ca_status look_ahead(const ca_scene *scene, ca_render_settings *settings,
     return CA_OK;
 }
 
-static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view,
-                              ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+/* Before the first pass; the image has at most the size of the film. */
+static ca_status reserve_outputs(const render_options *o, const ca_scene *scene, ca_reserve **reserve,
+                                 ca_error *error)
+{
+    const ca_output_files files = output_files(o);
+    const bool resized = o->resolution[0] > 0;
+    const ca_film_desc *film = &scene->desc.film;
+    return ca_outputs_reserve(&files, resized ? o->resolution[0] : film->width,
+                              resized ? o->resolution[1] : film->height, reserve, error);
+}
+
+/* Of all ranks. */
+static ca_render_settings common_settings(const render_options *o)
 {
     ca_render_settings settings = o->settings;
     settings.width = o->resolution[0];
     settings.height = o->resolution[1];
+    settings.stop = ca_signals_stop();
+    settings.ranks = ca_mpi_ranks();
+    return settings;
+}
+
+static ca_status render_image(const render_options *o, const ca_scene *scene, ca_live_view *view,
+                              ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    ca_render_settings settings = common_settings(o);
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
-    settings.stop = ca_signals_stop();
     ca_keep_fill(&o->keep, &settings);
-    ca_status status = look_ahead(scene, &settings, error);
+    ca_reserve *reserve = NULL;
+    ca_status status = reserve_outputs(o, scene, &reserve, error);
+    if (status == CA_OK) status = look_ahead(scene, &settings, error);
+    status = ca_ranks_agree(settings.ranks, status, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
-    return write_outputs(o, *image, statistics, status, error);
+    ca_reserve_open(reserve);
+    status = write_outputs(o, *image, statistics, status, error);
+    ca_reserve_release(reserve);
+    return status;
 }
 
 static ca_status render_scene(const render_options *o, const ca_scene *scene, ca_error *error)
 {
     ca_live_view view;
-    ca_render_statistics statistics = {0};
+    ca_render_statistics statistics;
     ca_image_layers *image = NULL;
+    ca_render_statistics_init(&statistics);
     ca_keep_tell(&o->keep);
-    CA_TRY(start_live_view(o, &view, error));
+    CA_TRY(ca_ranks_agree(ca_mpi_ranks(), start_live_view(o, &view, error), error));
     ca_signals_catch(o->quiet);
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);
     ca_outputs_warn(&statistics);
@@ -521,12 +556,29 @@ static ca_status render_scene(const render_options *o, const ca_scene *scene, ca
     return status;
 }
 
+/* The same steps on a rank that writes nothing, each of which all ranks take or none. */
+static ca_status help_render(const render_options *o, const ca_scene *scene, ca_error *error)
+{
+    const ca_ranks *ranks = ca_mpi_ranks();
+    ca_render_settings settings = common_settings(o);
+    ca_image_layers *image = NULL;
+    CA_TRY(ca_ranks_agree(ranks, CA_OK, error)); /* the live view */
+    ca_signals_catch(true);
+    ca_status status = ca_ranks_agree(ranks, look_ahead(scene, &settings, error), error);
+    if (status == CA_OK) status = ca_render(scene, &settings, &image, NULL, error);
+    ca_signals_release();
+    return status;
+}
+
 static ca_status load_and_render(render_options *o, ca_error *error)
 {
-    ca_scene *scene;
-    CA_TRY(ca_options_load_sensor(o->scene, &o->define_words, o->sensor, &scene, error));
-    ca_status status = ca_places_read_scene(&o->places, scene, error);
-    if (status == CA_OK) status = render_scene(o, scene, error);
+    ca_scene *scene = NULL;
+    const ca_ranks *ranks = ca_mpi_ranks();
+    ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, &scene, error);
+    if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
+    status = ca_ranks_agree(ranks, status, error);
+    if (status == CA_OK)
+        status = ca_ranks_helps(ranks) ? help_render(o, scene, error) : render_scene(o, scene, error);
     ca_scene_release(scene);
     return status;
 }
@@ -541,6 +593,7 @@ int ca_command_render(int word_count, char *const words[])
     ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, made, &error);
+    status = ca_ranks_agree(ca_mpi_ranks(), status, &error);
     ca_signals_catch_save(); /* one that comes while the scene is loaded waits for the first picture */
     if (status == CA_OK) status = load_and_render(&o, &error);
     ca_signals_release_save();

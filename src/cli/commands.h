@@ -13,6 +13,7 @@ int ca_command_noise(int word_count, char *const words[]);
 int ca_command_converge(int word_count, char *const words[]);
 int ca_command_merge(int word_count, char *const words[]);
 int ca_command_study(int word_count, char *const words[]);
+int ca_command_convert(int word_count, char *const words[]);
 int ca_command_info(int word_count, char *const words[]);
 
 /* Prints "caustica: message" to standard error, and for wrong usage where help is; gives back the exit status.

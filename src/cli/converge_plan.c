@@ -247,8 +247,7 @@ static ca_status check_size(const ca_converge *c, const ca_render_plan *plan, ca
 /* Repeats of a sequence that has no random numbers would be one image, and say nothing of its error. */
 static ca_status check_repeats(const ca_converge *c, const ca_render_plan *plan, ca_error *error)
 {
-    const bool plain = plan->sampler.kind == CA_SAMPLER_HALTON_PLAIN || plan->sampler.kind == CA_SAMPLER_SOBOL_PLAIN;
-    if (c->repeats == 1 || !plain) return CA_OK;
+    if (c->repeats == 1 || !ca_sampler_is_plain(plan->sampler.kind)) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                    "--repeats: the sampler \"%s\" is not scrambled, all repeats would be equal",
                    ca_sampler_name(plan->sampler.kind));

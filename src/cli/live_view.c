@@ -93,11 +93,12 @@ static void tell_failure(ca_live_view *view, const char *failure)
 static void save_for_signal(ca_live_view *view, const ca_render_progress *progress)
 {
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     char message[1200];
     if (!progress->snapshot || !ca_signals_take_save()) return;
     ca_progress_clear(&view->line);
+    if (progress->gather) progress->gather(progress);
     ca_status status = progress->snapshot(progress, &image, &statistics, &error);
     if (status == CA_OK) status = save(image, &statistics, view, message, sizeof message, &error);
     ca_image_release(image);

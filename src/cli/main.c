@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cli/candidates.h"
 #include "cli/commands.h"
+#include "cli/mpi_ranks.h"
 
 #include <signal.h>
 #include <stdio.h>
@@ -19,6 +20,7 @@ static const command commands[] = {
     {"converge", "see how fast the error of integrators falls", ca_command_converge},
     {"merge", "add up parts of a render", ca_command_merge},
     {"study", "make a perceptual study of how images are seen, or analyse its answers", ca_command_study},
+    {"convert", "write a scene of any format as Mitsuba 3 XML", ca_command_convert},
     {"info", "say what was understood of a scene", ca_command_info},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
@@ -99,8 +101,15 @@ static int version(int word_count, char *const words[])
     return CA_EXIT_DONE;
 }
 
+/* Of several ranks all render, and one does everything else. */
+static bool is_idle(int argument_count, char *const arguments[])
+{
+    return ca_ranks_helps(ca_mpi_ranks()) && (argument_count < 2 || strcmp(arguments[1], "render") != 0);
+}
+
 static int run(int argument_count, char *arguments[])
 {
+    if (is_idle(argument_count, arguments)) return CA_EXIT_DONE;
     if (argument_count < 2) {
         ca_error error;
         ca_fail(&error, CA_ERROR_ARGUMENT, NULL, "a command is missing");
@@ -119,7 +128,10 @@ int main(int argument_count, char *arguments[])
 {
     /* A file over the size limit is then a write error: it gets a message, and what was half written is removed. */
     signal(SIGXFSZ, SIG_IGN);
-    const int status = run(argument_count, arguments);
+    ca_error error = {""};
+    const bool started = ca_mpi_start(&error) == CA_OK;
+    const int status = started ? run(argument_count, arguments) : ca_report_failure(&error);
+    ca_mpi_end();
     /* What was printed counts only when it has arrived (a full disk, a closed pipe). */
     if ((fflush(stdout) != 0 || ferror(stdout)) && status == CA_EXIT_DONE) {
         fprintf(stderr, "caustica: standard output cannot be written\n");

@@ -191,15 +191,20 @@ ca_status ca_options_scene_operand(const ca_text_list *operands, const char **pa
     return CA_OK;
 }
 
-/* The texts are owned by `storage`. */
-static ca_status parse_defines(const ca_text_list *words, ca_define **defines, char **storage, ca_error *error)
+void ca_define_words_destroy(ca_define_words *words)
+{
+    ca_free(words->defines);
+    ca_free(words->storage);
+}
+
+ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error)
 {
     size_t bytes = 0;
     for (size_t i = 0; i < words->count; i++) bytes += strlen(words->items[i]) + 1;
-    *defines = ca_alloc(words->count, sizeof **defines);
-    *storage = ca_alloc(bytes, 1);
-    if (!*defines || !*storage) return ca_fail_memory(error, "the command line");
-    char *text = *storage;
+    read->defines = ca_alloc(words->count, sizeof *read->defines);
+    read->storage = ca_alloc(bytes, 1);
+    if (!read->defines || !read->storage) return ca_fail_memory(error, "the command line");
+    char *text = read->storage;
     for (size_t i = 0; i < words->count; i++) {
         const size_t size = strlen(words->items[i]) + 1;
         memcpy(text, words->items[i], size);
@@ -207,7 +212,7 @@ static ca_status parse_defines(const ca_text_list *words, ca_define **defines, c
         if (!equals || equals == text)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--define: \"%s\" is not NAME=VALUE", words->items[i]);
         *equals = 0;
-        (*defines)[i] = (ca_define){.name = text, .value = equals + 1};
+        read->defines[i] = (ca_define){.name = text, .value = equals + 1};
         text += size;
     }
     return CA_OK;
@@ -215,24 +220,32 @@ static ca_status parse_defines(const ca_text_list *words, ca_define **defines, c
 
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error)
 {
-    return ca_options_load_sensor(path, define_words, 0, scene, error);
+    return ca_options_load_sensor(path, define_words, 0, NULL, scene, error);
+}
+
+/* MiB; 0: as usual. What is no number is none. */
+static double scene_memory(void)
+{
+    const char *text = getenv("CAUSTICA_SCENE_MEMORY");
+    const double mib = text ? strtod(text, NULL) : 0.0;
+    return mib > 0.0 ? mib : 0.0;
 }
 
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
-                                 ca_scene **scene, ca_error *error)
+                                 const char *camera, ca_scene **scene, ca_error *error)
 {
-    ca_define *defines = NULL;
-    char *storage = NULL;
+    ca_define_words read;
     *scene = NULL;
-    ca_status status = parse_defines(define_words, &defines, &storage, error);
+    ca_status status = ca_options_read_defines(define_words, &read, error);
     const ca_scene_source source = {.path = path,
-                                    .defines = defines,
+                                    .defines = read.defines,
                                     .define_count = define_words->count,
                                     .sensor = sensor,
-                                    .stop = ca_signals_stop()};
+                                    .camera = camera,
+                                    .stop = ca_signals_stop(),
+                                    .memory_mib = scene_memory()};
     if (status == CA_OK) status = ca_scene_parse(&source, scene, error);
-    ca_free(defines);
-    ca_free(storage);
+    ca_define_words_destroy(&read);
     if (status == CA_OK) ca_options_say_notes(*scene);
     return status;
 }

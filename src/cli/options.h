@@ -75,14 +75,24 @@ const char *ca_options_nearest(const char *name, const char *const names[], size
 /* The scene file, for commands that take just one. Errors: CA_ERROR_ARGUMENT. */
 ca_status ca_options_scene_operand(const ca_text_list *operands, const char **path, ca_error *error);
 
+/* The "NAME=VALUE" words of --define. To be destroyed on failure too. */
+typedef struct ca_define_words {
+    ca_define *defines; /* owned, as many as there are words */
+    char *storage;      /* owned; their texts */
+} ca_define_words;
+
+ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error);
+void ca_define_words_destroy(ca_define_words *words);
+
 /* Says on standard error what the scene's file says and is read otherwise. */
 void ca_options_say_notes(const ca_scene *scene);
 
-/* Loads the scene with the "NAME=VALUE" words of --define, and says its notes; its first sensor, or another. */
+/* Loads the scene with the "NAME=VALUE" words of --define, and says its notes; its first sensor, or another by its
+ * number or, where `camera` is not NULL, its id. */
 ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene,
                                 ca_error *error);
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
-                                 ca_scene **scene, ca_error *error);
+                                 const char *camera, ca_scene **scene, ca_error *error);
 
 /* The options, aligned; help that is longer than a line of 100 columns goes on below itself. */
 void ca_options_print(const ca_option_table *table, FILE *stream);

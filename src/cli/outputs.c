@@ -167,6 +167,24 @@ ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *
     return all;
 }
 
+/* .exr compresses 16 lines at a time, with four buffers for them; .png needs less than the small things, and three
+ * planes for a curve; the layers of parts and of a page are not among them. */
+ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint32_t height, ca_reserve **reserve,
+                             ca_error *error)
+{
+    enum { LINES = 16, BUFFERS = 4, MOST_LAYERS = 48, PLANES = 3, SMALL_THINGS = 2 << 20 };
+    bool has_exr = false, has_png = false;
+    for (size_t i = 0; i < files->count; i++) {
+        const char *extension = ca_path_extension(files->paths[i]);
+        has_exr = has_exr || strcasecmp(extension, ".exr") == 0;
+        has_png = has_png || strcasecmp(extension, ".png") == 0;
+    }
+    size_t bytes = SMALL_THINGS;
+    if (has_exr) bytes += (size_t)LINES * BUFFERS * MOST_LAYERS * sizeof(float) * width;
+    if (has_png && files->look.tone != CA_TONE_SRGB) bytes += (size_t)PLANES * sizeof(float) * width * height;
+    return ca_reserve_create(reserve, bytes, "the files of the image", error);
+}
+
 void ca_outputs_warn(const ca_render_statistics *s)
 {
     if (s->non_finite == 0) return;

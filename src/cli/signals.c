@@ -5,7 +5,7 @@
 #include <signal.h>
 #include <unistd.h>
 
-static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
+static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR2};
 enum { ENDING_COUNT = sizeof ending / sizeof ending[0] };
 
 /* A signal handler has nothing else to leave its message in. */
@@ -21,7 +21,7 @@ static void on_end(int number)
 {
     const int reason = errno;
     if (arrived) {
-        if (number == SIGHUP || number == SIGXCPU) return;
+        if (number == SIGHUP || number == SIGXCPU || number == SIGUSR2) return;
         signal(number, SIG_DFL);
         raise(number);
         return;

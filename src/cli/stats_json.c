@@ -126,6 +126,7 @@ static bool set_render(json_t *root, const ca_image_layers *image, const ca_rend
     return ca_settings_json_set(root, image, s->seed) && set(root, "seconds", ca_json_number(s->seconds)) &&
            set(root, "iterations", count(s->iterations)) && set(root, "blocks", range_json(s->blocks)) &&
            set(root, "passes", range_json(s->passes)) && set(root, "resumed", count(s->passes_resumed)) &&
+           set(root, "ranks", s->ranks > 0 ? count(s->ranks) : json_null()) &&
            set(root, "samples_per_pixel", ca_json_number(s->samples_per_pixel)) &&
            set(root, "light_paths", count(s->light_paths)) && set(root, "camera_paths", count(s->camera_paths)) &&
            set(root, "rays", count(s->rays)) && set(root, "shadow_rays", count(s->shadow_rays)) &&

@@ -8,6 +8,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 /* Fixed-point sums of a pixel's camera paths, in this order. */
 enum { ALBEDO = 0, NORMAL = 3, POSITION = 6, PATH_SUMS = 9 };
@@ -198,16 +199,30 @@ static void add_bars_of(block_bars *bars, const block_bars *other)
     for (int i = 0; i < BAR_COUNTS; i++) bars->counts[i] += other->counts[i];
 }
 
+/* To the i-th pixel; what the film does not have is not looked at. */
+static void add_sums(ca_block_film *film, size_t i, const block_pixel *pixel, const block_gradient *gradient,
+                     const block_bars *bars)
+{
+    add_pixel(&film->pixels[i], pixel);
+    if (film->gradients) add_three(film->gradients[i].sums, gradient->sums);
+    if (film->bars) add_bars_of(&film->bars[i], bars);
+}
+
 void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other)
 {
     assert(ca_block_film_desc_equal(&film->desc, &other->desc));
     const size_t count = (size_t)film->width * film->height;
-    for (size_t i = 0; i < count; i++) {
-        add_pixel(&film->pixels[i], &other->pixels[i]);
-        if (film->gradients) add_three(film->gradients[i].sums, other->gradients[i].sums);
-        if (!film->bars) continue;
-        add_bars_of(&film->bars[i], &other->bars[i]);
-    }
+    for (size_t i = 0; i < count; i++)
+        add_sums(film, i, &other->pixels[i], film->gradients ? &other->gradients[i] : NULL,
+                 film->bars ? &other->bars[i] : NULL);
+}
+
+void ca_block_film_clear(ca_block_film *film)
+{
+    const size_t count = (size_t)film->width * film->height;
+    memset(film->pixels, 0, count * sizeof *film->pixels);
+    if (film->gradients) memset(film->gradients, 0, count * sizeof *film->gradients);
+    if (film->bars) memset(film->bars, 0, count * sizeof *film->bars);
 }
 
 /* ---- Development ----------------------------------------------------------------------------------------------- */
@@ -430,19 +445,46 @@ void ca_block_film_write_row(const ca_block_film *film, uint32_t row, unsigned c
     }
 }
 
+/* What a pixel has, wherever it is kept; `gradient` and `bars` where the film has them. */
+typedef struct pixel_sums {
+    block_pixel pixel;
+    block_gradient gradient;
+    block_bars bars;
+} pixel_sums;
+
+static const unsigned char *read_pixel(const ca_block_film *film, pixel_sums *sums, const unsigned char *bytes)
+{
+    block_pixel *pixel = &sums->pixel;
+    bytes = read_sums(pixel->radiance, 3, bytes);
+    pixel->pairs = ca_get_u64(bytes);
+    pixel->paths = ca_get_u64(bytes + 8);
+    bytes += 16;
+    for (int s = 0; s < PATH_SUMS; s++, bytes += 8) pixel->path_sums[s] = ca_get_u64(bytes);
+    if (film->gradients) bytes = read_sums(sums->gradient.sums, 3, bytes);
+    if (!film->bars) return bytes;
+    bytes = read_sums(sums->bars.covariances, COVARIANCES, bytes);
+    for (int c = 0; c < BAR_COUNTS; c++, bytes += 8) sums->bars.counts[c] = ca_get_u64(bytes);
+    return bytes;
+}
+
 void ca_block_film_read_row(ca_block_film *film, uint32_t row, const unsigned char *bytes)
 {
     const size_t first = (size_t)row * film->width;
+    pixel_sums sums;
     for (size_t i = first; i < first + film->width; i++) {
-        block_pixel *pixel = &film->pixels[i];
-        bytes = read_sums(pixel->radiance, 3, bytes);
-        pixel->pairs = ca_get_u64(bytes);
-        pixel->paths = ca_get_u64(bytes + 8);
-        bytes += 16;
-        for (int s = 0; s < PATH_SUMS; s++, bytes += 8) pixel->path_sums[s] = ca_get_u64(bytes);
-        if (film->gradients) bytes = read_sums(film->gradients[i].sums, 3, bytes);
-        if (!film->bars) continue;
-        bytes = read_sums(film->bars[i].covariances, COVARIANCES, bytes);
-        for (int c = 0; c < BAR_COUNTS; c++, bytes += 8) film->bars[i].counts[c] = ca_get_u64(bytes);
+        bytes = read_pixel(film, &sums, bytes);
+        film->pixels[i] = sums.pixel;
+        if (film->gradients) film->gradients[i] = sums.gradient;
+        if (film->bars) film->bars[i] = sums.bars;
+    }
+}
+
+void ca_block_film_add_row(ca_block_film *film, uint32_t row, const unsigned char *bytes)
+{
+    const size_t first = (size_t)row * film->width;
+    pixel_sums sums;
+    for (size_t i = first; i < first + film->width; i++) {
+        bytes = read_pixel(film, &sums, bytes);
+        add_sums(film, i, &sums.pixel, &sums.gradient, &sums.bars);
     }
 }

@@ -70,6 +70,8 @@ bool ca_block_film_add(ca_block_film *film, uint32_t x, uint32_t y, const ca_blo
 
 /* Adds another film of the same description. */
 void ca_block_film_add_film(ca_block_film *film, const ca_block_film *other);
+/* As if it had got no samples yet. */
+void ca_block_film_clear(ca_block_film *film);
 
 /* Mean luminance so far. */
 double ca_block_film_mean_luminance(const ca_block_film *film);
@@ -80,5 +82,6 @@ ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **lay
 size_t ca_block_film_row_bytes(const ca_block_film_desc *desc);
 void ca_block_film_write_row(const ca_block_film *film, uint32_t row, unsigned char *bytes);
 void ca_block_film_read_row(ca_block_film *film, uint32_t row, const unsigned char *bytes);
+void ca_block_film_add_row(ca_block_film *film, uint32_t row, const unsigned char *bytes);
 
 #endif

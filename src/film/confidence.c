@@ -124,7 +124,7 @@ typedef struct pool {
     uint32_t varying, uncertain; /* of all, also black ones */
 } pool;
 
-_Static_assert(sizeof(pool) == 88, "confidence.h promises 88 bytes a pixel");
+_Static_assert(sizeof(pool) == CA_CONFIDENCE_JUDGE_BYTES, "confidence.h promises 88 bytes a pixel");
 
 static void pool_moments(pool *sum, const ca_moments *m)
 {

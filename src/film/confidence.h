@@ -95,6 +95,7 @@ double ca_confidence_lone_limit(double sum, double squares);
  *
  * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain
  * and half of the others show none; else its interval is widened. */
+enum { CA_CONFIDENCE_JUDGE_BYTES = 88 /* of memory a pixel, meanwhile */ };
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
                               ca_error *error);
 

@@ -35,8 +35,11 @@ void ca_film_destroy(ca_film *film)
 
 void ca_film_clear(ca_film *film)
 {
-    assert(film->pixels);
-    memset(film->pixels, 0, (size_t)film->width * film->height * sizeof *film->pixels);
+    const size_t count = (size_t)film->width * film->height;
+    assert(!film->groups);
+    if (film->pixels) memset(film->pixels, 0, count * sizeof *film->pixels);
+    if (film->parts) memset(film->parts, 0, count * sizeof *film->parts);
+    if (film->group_parts) memset(film->group_parts, 0, count * sizeof *film->group_parts);
 }
 
 ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error)
@@ -432,6 +435,15 @@ ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *sour
         *layers = NULL;
     }
     return status;
+}
+
+/* Other kinds of films have a few layers more. */
+size_t ca_film_develop_bytes(bool error_bars)
+{
+    enum { OTHER_LAYERS = 8, INTERVAL_LAYERS = 12 };
+    const size_t layers = (LAYERS + OTHER_LAYERS) * sizeof(float);
+    const size_t work = sizeof(ca_moments) + sizeof(ca_verdict) + sizeof(double) + CA_CONFIDENCE_JUDGE_BYTES;
+    return error_bars ? layers + INTERVAL_LAYERS * sizeof(float) + work : layers;
 }
 
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)

@@ -63,7 +63,7 @@ typedef struct ca_film {
 ca_status ca_film_create(ca_film *film, uint32_t full_width, uint32_t full_height, const uint32_t crop[4],
                          ca_error *error);
 void ca_film_destroy(ca_film *film);
-/* As if it had got no samples yet; not for a film with groups. */
+/* As if it had got no samples yet; a film with groups must add up in parts. */
 void ca_film_clear(ca_film *film);
 /* Says, before the first sample, what the independent replicates are: each sample (1, as at first), the mean of so
  * many that follow each other (the last ones may be left over), or 0: there are none. */
@@ -107,6 +107,10 @@ typedef struct ca_film_summary {
 ca_film_summary ca_film_summarise(const ca_film *film);
 
 ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
+
+/* Memory that developing takes for each pixel, the layers included, of films of every kind; with error bars or
+ * without. */
+size_t ca_film_develop_bytes(bool error_bars);
 
 /* The same two of pixels that are in no film: `pixel` makes the i-th of film->width x film->height pixels of a film
  * that has none of its own (film->pixels is not read). There are no Confidence layers. */

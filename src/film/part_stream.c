@@ -45,6 +45,13 @@ void ca_part_put_hash(ca_part_writer *writer) { ca_part_put_u64(writer, writer->
 
 /* ---- Reading --------------------------------------------------------------------------------------------------- */
 
+/* A seek that fails leaves its error in errno alone. */
+int ca_part_failure(FILE *stream)
+{
+    if (errno == ENOMEM || errno == EIO) return errno;
+    return ferror(stream) ? EIO : 0;
+}
+
 bool ca_part_get(FILE *stream, unsigned char *bytes, size_t size) { return fread(bytes, 1, size, stream) == size; }
 
 bool ca_part_get_u64(FILE *stream, uint64_t *value)
@@ -60,6 +67,7 @@ char *ca_part_get_text(FILE *stream, uint64_t size)
     const size_t whole = (size_t)ca_part_padded(size);
     if (size > CA_PART_TEXT_BYTES) return NULL;
     char *text = ca_alloc_zeroed(whole + 1, 1);
+    if (!text) errno = ENOMEM;
     if (text && ca_part_get(stream, (unsigned char *)text, whole) && strlen(text) == size) return text;
     ca_free(text);
     return NULL;
@@ -73,10 +81,11 @@ static ca_status read_start(const char *path, FILE *stream, uint64_t *size, uint
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not a regular file", path);
     *size = (uint64_t)info.st_size;
     const size_t have = fread(magic, 1, sizeof magic, stream);
+    const bool numbered = have == sizeof magic && ca_part_get_u64(stream, format);
     if (ferror(stream)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot read: %s", path, strerror(errno));
     if (have == 0 || memcmp(magic, ca_part_magic, have) != 0)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: not a part file", path);
-    if (have == sizeof magic && ca_part_get_u64(stream, format)) return CA_OK;
+    if (numbered) return CA_OK;
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off after %llu bytes", path,
                    (unsigned long long)*size);
 }
@@ -103,7 +112,7 @@ bool ca_part_check_hash(FILE *stream, uint64_t size)
     unsigned char bytes[1 << 14];
     const long long place = ftello(stream);
     uint64_t hash = CA_HASH_START, left = size - CA_PART_HASH_BYTES, told;
-    bool good = size >= CA_PART_HASH_BYTES && size % 8 == 0 && fseeko(stream, 0, SEEK_SET) == 0;
+    bool good = place >= 0 && size >= CA_PART_HASH_BYTES && size % 8 == 0 && fseeko(stream, 0, SEEK_SET) == 0;
     while (good && left > 0) {
         const size_t now = left < sizeof bytes ? (size_t)left : sizeof bytes;
         good = ca_part_get(stream, bytes, now);
@@ -111,5 +120,5 @@ bool ca_part_check_hash(FILE *stream, uint64_t size)
         left -= now;
     }
     good = good && ca_part_get_u64(stream, &told) && told == hash;
-    return fseeko(stream, place, SEEK_SET) == 0 && good;
+    return good && fseeko(stream, place, SEEK_SET) == 0;
 }

@@ -37,12 +37,15 @@ void ca_part_put_hash(ca_part_writer *writer);
 /* Opens a file, and says which format it is. Errors: CA_ERROR_FILE; CA_ERROR_FORMAT where it is no part file. The
  * stream, which is then behind the number of the format, is the caller's to close. */
 ca_status ca_part_open(const char *path, FILE **stream, uint64_t *size, uint64_t *format, ca_error *error);
-/* Is the hash at the end that of all before it? Leaves the stream where it was. */
+/* Why reading from the stream failed, where errno was 0 before: 0, it is not as it should be; ENOMEM; or the system's
+ * error. */
+int ca_part_failure(FILE *stream);
+/* Is the hash at the end that of all before it? The stream is then where it was. */
 bool ca_part_check_hash(FILE *stream, uint64_t size);
 bool ca_part_get(FILE *stream, unsigned char *bytes, size_t size);
 bool ca_part_get_u64(FILE *stream, uint64_t *value);
-/* A text of `size` bytes, which the caller frees with ca_free; NULL: it has zeros in it, or the file or the memory
- * has an end. */
+/* A text of `size` bytes, which the caller frees with ca_free; NULL: it has zeros in it, the file has an end, or,
+ * with errno set to ENOMEM, the memory has. */
 char *ca_part_get_text(FILE *stream, uint64_t size);
 
 #endif

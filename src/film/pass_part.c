@@ -6,6 +6,7 @@
 #include "film/part_stream.h"
 #include "image/image.h"
 
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 
@@ -159,6 +160,9 @@ ca_status ca_pass_part_write(const ca_pass_part *part, const ca_film *film, cons
 
 static ca_status fail_damaged(const ca_pass_reader *reader, ca_error *error)
 {
+    const int reason = ca_part_failure(reader->stream);
+    if (reason == ENOMEM) return ca_fail_memory(error, reader->path);
+    if (reason) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot read: %s", reader->path, strerror(reason));
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is damaged", reader->path);
 }
 
@@ -242,6 +246,7 @@ static ca_status read_header(ca_pass_reader *reader, uint64_t size, ca_error *er
     uint64_t f[FIELD_COUNT];
     bool read = true;
     for (int i = 0; i < FIELD_COUNT; i++) read = read && ca_part_get_u64(reader->stream, &f[i]);
+    if (!read && ca_part_failure(reader->stream)) return fail_damaged(reader, error);
     if (!read || f[FIELD_FILE_BYTES] > size)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off after %llu bytes", reader->path,
                        (unsigned long long)size);
@@ -255,6 +260,7 @@ ca_status ca_pass_reader_open(ca_pass_reader *reader, const char *path, ca_error
 {
     uint64_t size, format;
     *reader = (ca_pass_reader){.path = path};
+    errno = 0;
     CA_TRY(ca_part_open(path, &reader->stream, &size, &format, error));
     const ca_status status =
         format == CA_PASS_PART_FORMAT
@@ -278,6 +284,7 @@ ca_status ca_pass_reader_add(ca_pass_reader *reader, ca_film *film, bool first, 
     const uint32_t samples = (uint32_t)ca_pass_part_passes(&reader->part);
     unsigned char *row = ca_alloc(bytes, 1);
     if (!row) return ca_fail_memory(error, reader->path);
+    errno = 0;
     bool good = true;
     for (uint32_t y = 0; y < film->height && good; y++)
         good = ca_part_get(reader->stream, row, bytes) && ca_film_add_row(film, y, row, samples, first);

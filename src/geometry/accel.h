@@ -30,6 +30,12 @@ typedef struct ca_hit {
 ca_status ca_accel_create(const ca_shape *shapes, uint32_t shape_count, uint32_t world_count,
                           const ca_accel_instance *instances, uint32_t instance_count, uint32_t threads,
                           const int *stop, ca_accel **accel, ca_error *error);
+/* The same for the next version of a scene: what of `previous` (may be NULL) is the same, to the bit, is not built
+ * again but shared; that is the world's meshes (and its quadrics, where they are more than a few) as a whole, each
+ * group, and the instances as a whole. Either may be destroyed first. Threads: several may share one. */
+ca_status ca_accel_create_after(const ca_accel *previous, const ca_shape *shapes, uint32_t shape_count,
+                                uint32_t world_count, const ca_accel_instance *instances, uint32_t instance_count,
+                                uint32_t threads, const int *stop, ca_accel **accel, ca_error *error);
 void ca_accel_destroy(ca_accel *accel);
 
 /* Nearest hit with t_min < t < t_max; t is in units of |direction|. */
@@ -66,8 +72,10 @@ static inline ca_segment ca_segment_between(ca_vec3 a, ca_vec3 a_error, ca_vec3 
 bool ca_accel_visible(const ca_accel *accel, ca_vec3 a, ca_vec3 a_error, ca_vec3 a_ng, ca_vec3 b, ca_vec3 b_error,
                       ca_vec3 b_ng);
 
-/* Of Embree's structures, without the meshes. */
+/* Of Embree's structures, without the meshes; of all those that share some. */
 size_t ca_accel_bytes(const ca_accel *accel);
+/* How many structures were built for it, not shared. */
+uint32_t ca_accel_builds(const ca_accel *accel);
 
 /* Borrowed. */
 const ca_shape *ca_accel_shape(const ca_accel *accel, uint32_t shape);

@@ -116,13 +116,11 @@ static inline void occluded8(const int *valid, RTCScene scene, struct RTCRay8 *r
 #endif
 }
 
-/* Where Embree met something. */
-static void unpack_hit(const ca_accel *accel, const struct RTCRayHit8 *packet, uint32_t lane, uint32_t i,
-                       ca_hit_batch *hits)
+/* Where Embree met something of the world. */
+static void unpack_hit(const struct RTCRayHit8 *packet, uint32_t lane, uint32_t i, ca_hit_batch *hits)
 {
-    const uint32_t geometry = packet->hit.geomID[lane], instance = packet->hit.instID[0][lane];
+    const uint32_t geometry = packet->hit.geomID[lane];
     if (geometry == RTC_INVALID_GEOMETRY_ID) return;
-    const bool instanced = instance != RTC_INVALID_GEOMETRY_ID;
     hits->t[i] = packet->ray.tfar[lane];
     hits->u[i] = packet->hit.u[lane];
     hits->v[i] = packet->hit.v[lane];
@@ -130,8 +128,7 @@ static void unpack_hit(const ca_accel *accel, const struct RTCRayHit8 *packet, u
     hits->ng.y[i] = packet->hit.Ng_y[lane];
     hits->ng.z[i] = packet->hit.Ng_z[lane];
     hits->primitive[i] = packet->hit.primID[lane];
-    hits->instance[i] = instanced ? instance - accel->world_count : CA_NONE;
-    hits->shape[i] = instanced ? geometry + accel->instances[hits->instance[i]].first_shape : geometry;
+    hits->shape[i] = geometry;
 }
 
 /* ---- Nearest hits ---------------------------------------------------------------------------------------------- */
@@ -161,14 +158,15 @@ static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t
     }
 }
 
-static void intersect_one_by_one(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count,
-                                 const uint16_t *order, ca_hit_batch *hits)
+typedef bool meet_function(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit);
+
+static inline void intersect_one_by_one(const ca_accel *accel, meet_function *meet, const ca_ray_batch *rays,
+                                        uint32_t count, const uint16_t *order, ca_hit_batch *hits)
 {
     for (uint32_t k = 0; k < count; k++) {
         const uint32_t i = order[k];
         ca_hit hit = {.t = hits->t[i]};
-        if (!ca_accel_meet_embree(accel, ca_column3_at(&rays->origin, i), ca_column3_at(&rays->direction, i),
-                                  rays->t_min[i], &hit))
+        if (!meet(accel, ca_column3_at(&rays->origin, i), ca_column3_at(&rays->direction, i), rays->t_min[i], &hit))
             continue;
         hits->t[i] = hit.t;
         hits->u[i] = hit.u;
@@ -190,23 +188,24 @@ static void intersect_packets(const ca_accel *accel, const ca_ray_batch *rays, u
         const uint32_t lanes = pack_rays(rays, hits->t, order + first, count - first, &packet.ray, valid);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
         memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
-        intersect8(valid, accel->scene, &packet);
-        for (uint32_t lane = 0; lane < lanes; lane++) unpack_hit(accel, &packet, lane, order[first + lane], hits);
+        intersect8(valid, accel->world_scene, &packet);
+        for (uint32_t lane = 0; lane < lanes; lane++) unpack_hit(&packet, lane, order[first + lane], hits);
     }
 }
 
-/* Of coincident quadrics or instances a packet's other rays decide which one is hit: where Embree knows any, rays go
- * alone, though sorted, which gains a part of what packets do. */
+/* Of coincident quadrics or instances a packet's other rays decide which one is hit: there rays go alone, though
+ * sorted, which gains a part of what packets do. */
 void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits)
 {
     _Alignas(32) uint32_t keys[CA_RAY_BATCH];
     uint16_t order[CA_RAY_BATCH];
     meet_apart(accel, rays, count, hits, keys);
     const uint32_t valid = sort_rays(keys, count, order);
-    if (accel->only_meshes)
+    if (accel->world_scene && accel->world_meshes)
         intersect_packets(accel, rays, valid, order, hits);
-    else
-        intersect_one_by_one(accel, rays, valid, order, hits);
+    else if (accel->world_scene)
+        intersect_one_by_one(accel, ca_accel_meet_world, rays, valid, order, hits);
+    if (accel->top_scene) intersect_one_by_one(accel, ca_accel_meet_instances, rays, valid, order, hits);
 }
 
 /* ---- Visibility ------------------------------------------------------------------------------------------------ */
@@ -239,7 +238,11 @@ void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, ui
     const uint32_t asked = sort_rays(keys, count, order);
     for (uint32_t first = 0; first < asked; first += CA_LANES) {
         const uint32_t lanes = pack_rays(rays, rays->t_max, order + first, asked - first, &packet, valid);
-        occluded8(valid, accel->scene, &packet);
+        if (accel->world_scene) occluded8(valid, accel->world_scene, &packet);
+        if (accel->top_scene) {
+            for (uint32_t lane = 0; lane < lanes; lane++) valid[lane] = packet.tfar[lane] >= 0.0f ? -1 : 0;
+            occluded8(valid, accel->top_scene, &packet);
+        }
         for (uint32_t lane = 0; lane < lanes; lane++) occluded[order[first + lane]] = packet.tfar[lane] < 0.0f;
     }
 }

@@ -4,6 +4,8 @@
 
 #include "geometry/accel.h"
 
+#include <stdatomic.h>
+
 #if CA_EMBREE_MAJOR >= 4
 #include <embree4/rtcore.h>
 #else
@@ -14,19 +16,39 @@
  * Embree is asked, always in the same order. */
 enum { CA_QUADRICS_APART = 8 };
 
-struct ca_accel {
+/* Embree, and the memory it takes for all that was built with it. */
+typedef struct ca_accel_device {
+    atomic_uint owners;
     RTCDevice device;
+    size_t bytes;
+} ca_accel_device;
+
+/* A structure of Embree's, which versions of a scene share: each that has it, and each structure that instances it, is
+ * an owner. Never changes once it is built. */
+typedef struct ca_accel_part {
+    atomic_uint owners;
+    ca_accel_device *device;
     RTCScene scene;
-    RTCScene *group_scenes; /* [shape_count], at a group's first shape; NULL elsewhere */
+    ca_shape *shapes; /* [count] what Embree borrows: copies, with meshes of ... */
+    ca_mesh *meshes;  /* [count] ... their own (empty for quadrics) */
+    uint32_t count;
+} ca_accel_part;
+
+struct ca_accel {
+    ca_accel_device *device;
+    ca_accel_part *world;    /* geometries by the numbers of their shapes */
+    ca_accel_part *top;      /* instances by their numbers */
+    ca_accel_part **groups;  /* [shape_count], at the first shape of a group that is instanced; NULL elsewhere */
+    RTCScene world_scene, top_scene; /* those of `world` and `top`; NULL: nothing is in it */
     const ca_shape *shapes;
     uint32_t shape_count, world_count;
-    const ca_accel_instance *instances; /* Embree's geometry ids world_count, world_count + 1, ... */
+    const ca_accel_instance *instances;
     uint32_t instance_count;
+    uint32_t builds;             /* of these structures, so many were built for this one */
     ca_vec3 low, cells_per_meter; /* the scene's bounds in a few cells along each axis: rays are sorted by them */
     uint32_t apart[CA_QUADRICS_APART], apart_count; /* their shapes */
     float origin_length2, direction_length2; /* rays are valid below these: ray_reach.h */
-    bool only_meshes; /* Embree knows neither quadrics nor instances: accel_batch.c */
-    size_t bytes;
+    bool world_meshes; /* of the world Embree knows no quadrics: accel_batch.c */
     const int *stop; /* while it is built */
 };
 
@@ -39,7 +61,9 @@ static inline bool ca_accel_ray_is_valid(const ca_accel *accel, ca_vec3 origin, 
            t_min >= 0.0f && t_max > t_min;
 }
 
-/* Asks Embree alone, with a valid ray, for the nearest hit before hit->t; where there is none, *hit stays. */
-bool ca_accel_meet_embree(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit);
+/* Asks Embree for the nearest hit of a valid ray before hit->t with the shapes of the world, or with instances; where
+ * there is none, *hit stays. The scene must not be NULL. */
+bool ca_accel_meet_world(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit);
+bool ca_accel_meet_instances(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit);
 
 #endif

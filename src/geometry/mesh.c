@@ -9,16 +9,25 @@
 static const size_t max_vertices = ((size_t)1 << 31) - 1;
 static const size_t max_triangles = (size_t)1 << 30;
 
-ca_status ca_mesh_create(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
-                         ca_error *error)
+ca_status ca_mesh_begin(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, ca_error *error)
 {
     *mesh = (ca_mesh){0};
     if (vertex_count > max_vertices || triangle_count > max_triangles)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                        "a mesh of %zu vertices and %zu triangles is over the limit of %zu and %zu", vertex_count,
                        triangle_count, max_vertices, max_triangles);
+    mesh->owners = ca_alloc_zeroed(1, sizeof *mesh->owners);
+    if (!mesh->owners) return ca_fail_memory(error, "mesh");
+    atomic_init(&mesh->owners->count, 1);
     mesh->vertex_count = (uint32_t)vertex_count;
     mesh->triangle_count = (uint32_t)triangle_count;
+    return CA_OK;
+}
+
+ca_status ca_mesh_create(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
+                         ca_error *error)
+{
+    CA_TRY(ca_mesh_begin(mesh, vertex_count, triangle_count, error));
     mesh->positions = ca_alloc_zeroed(3 * vertex_count + 1, sizeof *mesh->positions);
     mesh->indices = ca_alloc_zeroed(3 * triangle_count, sizeof *mesh->indices);
     if (normals) mesh->normals = ca_alloc_zeroed(3 * vertex_count, sizeof *mesh->normals);
@@ -30,18 +39,63 @@ ca_status ca_mesh_create(ca_mesh *mesh, size_t vertex_count, size_t triangle_cou
     return CA_OK;
 }
 
-void ca_mesh_destroy(ca_mesh *mesh)
+static void free_arrays(ca_mesh *mesh, unsigned lent)
 {
     for (uint32_t i = 0; i < mesh->attribute_count; ++i) {
         ca_free(mesh->attributes[i].name);
         ca_free(mesh->attributes[i].values);
     }
     ca_free(mesh->attributes);
-    ca_free(mesh->positions);
     ca_free(mesh->normals);
-    ca_free(mesh->uvs);
-    ca_free(mesh->indices);
+    if (!(lent & CA_MESH_POSITIONS)) ca_free(mesh->positions);
+    if (!(lent & CA_MESH_UVS)) ca_free(mesh->uvs);
+    if (!(lent & CA_MESH_INDICES)) ca_free(mesh->indices);
+}
+
+void ca_mesh_destroy(ca_mesh *mesh)
+{
+    ca_mesh_owners *owners = mesh->owners;
+    if (!owners) {
+        free_arrays(mesh, 0);
+    } else if (atomic_fetch_sub(&owners->count, 1) == 1) {
+        free_arrays(mesh, owners->lent);
+        ca_mesh_lender_drop(owners->lender);
+        ca_free(owners);
+    }
     *mesh = (ca_mesh){0};
+}
+
+ca_mesh ca_mesh_share(const ca_mesh *mesh)
+{
+    assert(mesh->owners);
+    atomic_fetch_add(&mesh->owners->count, 1);
+    return *mesh;
+}
+
+ca_mesh_lender *ca_mesh_lender_create(void (*release)(void *user), void *user)
+{
+    ca_mesh_lender *lender = ca_alloc_zeroed(1, sizeof *lender);
+    if (!lender) return NULL;
+    atomic_init(&lender->users, 1);
+    lender->release = release;
+    lender->user = user;
+    return lender;
+}
+
+void ca_mesh_lender_drop(ca_mesh_lender *lender)
+{
+    if (!lender || atomic_fetch_sub(&lender->users, 1) != 1) return;
+    lender->release(lender->user);
+    ca_free(lender);
+}
+
+void ca_mesh_borrow(ca_mesh *mesh, ca_mesh_lender *lender, unsigned lent)
+{
+    assert(!mesh->owners->lender);
+    if (lent == 0) return;
+    atomic_fetch_add(&lender->users, 1);
+    mesh->owners->lender = lender;
+    mesh->owners->lent = lent;
 }
 
 static size_t attribute_length(const ca_mesh *mesh, const ca_mesh_attribute *attribute)
@@ -90,11 +144,15 @@ static void store3(float *values, ca_vec3 v)
     values[2] = v.z;
 }
 
-/* A zero vector stays zero: readers of normals fall back on the face's own where the sum of corners has no length. */
+/* A zero vector stays zero: readers of normals fall back on the face's own where the sum of corners has no length. A
+ * unit vector whose components were rounded stays as it is (its squared length is off by less than 2^-23), so that
+ * normals that were written to a file are the same when they are read. */
 static ca_vec3 unit_or_zero(ca_vec3 v)
 {
     const double x = (double)v.x, y = (double)v.y, z = (double)v.z;
-    const double length = sqrt(x * x + y * y + z * z); /* floats squared neither overflow nor vanish in double */
+    const double length2 = x * x + y * y + z * z; /* floats squared neither overflow nor vanish in double */
+    if (fabs(length2 - 1.0) < 0x1p-23) return v;
+    const double length = sqrt(length2);
     if (!(length > 0.0) || !isfinite(length)) return (ca_vec3){0};
     return (ca_vec3){(float)(x / length), (float)(y / length), (float)(z / length)};
 }
@@ -120,7 +178,8 @@ static void reverse_triangles(ca_mesh *mesh)
 
 void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map)
 {
-    for (size_t v = 0; v < mesh->vertex_count; ++v) {
+    const bool moves = !ca_affine_is_identity(map);
+    for (size_t v = 0; moves && v < mesh->vertex_count; ++v) {
         float *position = mesh->positions + 3 * v;
         store3(position, ca_map_point(map->to, load3(position)));
     }
@@ -129,11 +188,7 @@ void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map)
             float *normal = mesh->normals + 3 * v;
             store3(normal, unit_or_zero(ca_map_normal(map->from, load3(normal))));
         }
-    const ca_vec3 column0 = {map->to[0][0], map->to[1][0], map->to[2][0]};
-    const ca_vec3 column1 = {map->to[0][1], map->to[1][1], map->to[2][1]};
-    const ca_vec3 column2 = {map->to[0][2], map->to[1][2], map->to[2][2]};
-    if (ca_dot(ca_cross(unit_or_zero(column0), unit_or_zero(column1)), unit_or_zero(column2)) < 0.0f)
-        reverse_triangles(mesh);
+    if (ca_affine_mirrors(map)) reverse_triangles(mesh);
 }
 
 void ca_mesh_flip_normals(ca_mesh *mesh)

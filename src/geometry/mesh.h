@@ -3,13 +3,15 @@
  * Layout: positions[3 v + i], normals likewise or NULL, uvs[2 v + i] or NULL; indices[3 t + k] < vertex_count.
  * Attributes are further per-vertex or per-face values ("vertex_color", "face_color"), read by textures.
  * State: 12 bytes per triangle for indices, 12 per vertex for positions, 12 for normals, 8 for uvs; about half as
- * many vertices as triangles in a closed mesh. Owner: whoever created it; Embree shares positions and indices. */
+ * many vertices as triangles in a closed mesh. Owner: whoever created it or was given a share; Embree borrows
+ * positions and indices. Arrays may also be a program's (ca_mesh_lender), which keeps them as they are. */
 #ifndef CA_GEOMETRY_MESH_H
 #define CA_GEOMETRY_MESH_H
 
 #include "base/status.h"
 #include "math/transform.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 
 typedef struct ca_mesh_attribute {
@@ -18,6 +20,22 @@ typedef struct ca_mesh_attribute {
     bool per_face;
     float *values; /* owned; components * (vertices or triangles) */
 } ca_mesh_attribute;
+
+/* A program whose arrays are used in place. It is told when the last of its users is gone. */
+typedef struct ca_mesh_lender {
+    atomic_uint users;
+    void (*release)(void *user);
+    void *user;
+} ca_mesh_lender;
+
+/* Arrays that are lent, as bits. */
+enum { CA_MESH_POSITIONS = 1, CA_MESH_UVS = 2, CA_MESH_INDICES = 4 };
+
+typedef struct ca_mesh_owners {
+    atomic_uint count;
+    ca_mesh_lender *lender; /* a user's share of it; NULL: nothing is lent */
+    unsigned lent;
+} ca_mesh_owners;
 
 typedef struct ca_mesh {
     uint32_t vertex_count, triangle_count;
@@ -28,13 +46,30 @@ typedef struct ca_mesh {
     ca_mesh_attribute *attributes;
     uint32_t attribute_count;
     uint64_t content_hash; /* of the file it was read from; 0: none */
+    ca_mesh_owners *owners; /* of all arrays */
+    /* Of a mesh that lies where its scene has it: what it was made of, that is file or arrays, parameters and place
+     * (0: not told), its area and its bounds. */
+    bool placed;
+    uint64_t made_of;
+    double area;
+    ca_vec3 low, high;
 } ca_mesh;
 
 /* Allocates zeroed positions and indices, and normals and uvs where asked. Limits: 2^31 - 1 vertices, 2^30
  * triangles. */
 ca_status ca_mesh_create(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
                          ca_error *error);
+/* Nothing but owners, of a mesh whose arrays are then set one by one; the same limits. */
+ca_status ca_mesh_begin(ca_mesh *mesh, size_t vertex_count, size_t triangle_count, ca_error *error);
 void ca_mesh_destroy(ca_mesh *mesh);
+/* Another owner of the same arrays, which never change from then on. */
+ca_mesh ca_mesh_share(const ca_mesh *mesh);
+
+/* With one user. NULL when out of memory. */
+ca_mesh_lender *ca_mesh_lender_create(void (*release)(void *user), void *user);
+void ca_mesh_lender_drop(ca_mesh_lender *lender); /* a user less; NULL is allowed */
+/* Notes that these arrays of a new mesh are the lender's. */
+void ca_mesh_borrow(ca_mesh *mesh, ca_mesh_lender *lender, unsigned lent);
 
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
 ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
@@ -47,7 +82,7 @@ ca_status ca_mesh_set_corner_uvs(ca_mesh *mesh, const float *uvs, ca_error *erro
 const ca_mesh_attribute *ca_mesh_find_attribute(const ca_mesh *mesh, const char *name);
 
 /* Maps positions and normals; a map that mirrors swaps two corners of every triangle, so that the outside stays
- * outside. */
+ * outside. The identity only makes normals unit, and so leaves arrays alone that are lent. */
 void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map);
 void ca_mesh_flip_normals(ca_mesh *mesh);
 void ca_mesh_normalize_normals(ca_mesh *mesh); /* to unit length; zero stays zero */

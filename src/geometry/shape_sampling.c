@@ -215,6 +215,10 @@ static ca_vec3 circle_extent(const ca_affine *map)
 
 static void mesh_bounds(const ca_mesh *mesh, ca_vec3 *low, ca_vec3 *high)
 {
+    if (mesh->placed) {
+        *low = mesh->low, *high = mesh->high;
+        return;
+    }
     *low = (ca_vec3){INFINITY, INFINITY, INFINITY};
     *high = (ca_vec3){-INFINITY, -INFINITY, -INFINITY};
     for (uint32_t i = 0; i < mesh->vertex_count; i++) {

@@ -17,15 +17,27 @@ ca_status ca_image_create(ca_image *image, uint32_t width, uint32_t height, uint
                        CA_IMAGE_MAX_PIXELS);
     }
     image->data = ca_alloc_zeroed(pixels, channels * sizeof *image->data);
-    if (image->data) return CA_OK;
-    *image = (ca_image){0};
+    image->owners = ca_alloc(1, sizeof *image->owners);
+    if (image->owners) atomic_init(image->owners, 1);
+    if (image->data && image->owners) return CA_OK;
+    ca_image_destroy(image);
     return ca_fail_memory(error, "image");
 }
 
 void ca_image_destroy(ca_image *image)
 {
-    ca_free(image->data);
+    if (!image->owners || atomic_fetch_sub(image->owners, 1) == 1) {
+        ca_free(image->data);
+        ca_free(image->owners);
+    }
     *image = (ca_image){0};
+}
+
+ca_image ca_image_share(const ca_image *image)
+{
+    assert(image->owners);
+    atomic_fetch_add(image->owners, 1);
+    return *image;
 }
 
 /* IEC 61966-2-1: a short straight piece, then a power. */

@@ -10,13 +10,16 @@
 #include "base/status.h"
 #include "math/rgb.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 
 typedef struct ca_image {
     uint32_t width, height, channels; /* channels: 1 grey, 2 grey and alpha, 3 RGB, 4 RGB and alpha */
-    float *data;                      /* owned */
-    uint64_t content_hash;            /* of the file it was read from; 0: none */
+    float *data;                      /* owned, by so many: */
+    atomic_uint *owners;
+    uint64_t content_hash; /* of the file it was read from; 0: none */
+    uint64_t made_of;      /* of an image of a scene: which file, read how, or which array; 0: not told */
 } ca_image;
 
 /* Largest image accepted from a file: sides and total of pixels, so that a hostile header cannot exhaust memory. */
@@ -31,6 +34,8 @@ typedef enum ca_image_encoding {
 
 ca_status ca_image_create(ca_image *image, uint32_t width, uint32_t height, uint32_t channels, ca_error *error);
 void ca_image_destroy(ca_image *image);
+/* Another owner of the same pixels, which never change from then on. */
+ca_image ca_image_share(const ca_image *image);
 
 /* Reads PNG, JPEG, EXR, HDR, TGA, BMP, PNM or PFM, told apart by content (TGA, which has no mark, by extension). Of
  * an EXR file the channels R G B (A) or Y are read. Alpha is kept unassociated, never colour-decoded. Errors:

@@ -2,8 +2,11 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/memory.h"
+#include "import/reuse.h"
 #include "base/text.h"
 
+#include <stdint.h>
 #include <string.h>
 
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
@@ -18,7 +21,7 @@ static void fail_unknown(const char *what, const char *name, const char *nearest
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\": none is given as arrays", what, name);
 }
 
-static const ca_mesh_data *find_mesh(const ca_scene_source *source, const char *name, ca_error *error)
+const ca_mesh_data *ca_import_find_mesh(const ca_scene_source *source, const char *name, ca_error *error)
 {
     const char *nearest = NULL;
     for (size_t i = 0; i < source->mesh_count; i++) {
@@ -29,47 +32,131 @@ static const ca_mesh_data *find_mesh(const ca_scene_source *source, const char *
     return NULL;
 }
 
-static const ca_bitmap_data *find_bitmap(const ca_scene_source *source, const char *name, ca_error *error)
+/* Mostly they are asked for one after another. */
+ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name)
 {
+    const size_t count = importer->arrays.meshes.count;
+    for (size_t i = 0; i < count; i++) {
+        const size_t k = (importer->next_mesh + i) % count;
+        if (strcmp(importer->arrays.meshes.items[k].name, name) != 0) continue;
+        importer->next_mesh = k + 1;
+        return &importer->arrays.meshes.items[k];
+    }
+    return NULL;
+}
+
+static const ca_bitmap_data *find_bitmap(const ca_importer *importer, const char *name, ca_error *error)
+{
+    const bool made = importer->arrays.bitmaps.count > 0;
+    const ca_bitmap_data *bitmaps = made ? importer->arrays.bitmaps.items : importer->source->bitmaps;
+    const size_t count = made ? importer->arrays.bitmaps.count : importer->source->bitmap_count;
     const char *nearest = NULL;
-    for (size_t i = 0; i < source->bitmap_count; i++) {
-        if (strcmp(source->bitmaps[i].name, name) == 0) return &source->bitmaps[i];
-        nearest = ca_nearer_name(name, nearest, source->bitmaps[i].name);
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(bitmaps[i].name, name) == 0) return &bitmaps[i];
+        nearest = ca_nearer_name(name, nearest, bitmaps[i].name);
     }
     fail_unknown("bitmap", name, nearest, error);
     return NULL;
 }
 
+/* ---- Lending --------------------------------------------------------------------------------------------------- */
+
+ca_status ca_import_begin_lending(ca_importer *importer)
+{
+    const ca_scene_source *source = importer->source;
+    ca_status status = CA_OK;
+    importer->lenders = ca_alloc_zeroed(source->mesh_count, sizeof *importer->lenders);
+    if (!importer->lenders) status = ca_fail_memory(importer->error, "meshes");
+    for (size_t i = 0; i < source->mesh_count; i++) {
+        const ca_mesh_data *data = &source->meshes[i];
+        if (!data->release) continue;
+        ca_mesh_lender *lender =
+            importer->lenders ? ca_mesh_lender_create(data->release, data->release_user) : NULL;
+        if (lender) {
+            importer->lenders[i] = lender;
+        } else {
+            data->release(data->release_user);
+            status = ca_fail_memory(importer->error, "meshes");
+        }
+    }
+    return status;
+}
+
+void ca_import_end_lending(ca_importer *importer)
+{
+    for (size_t i = 0; importer->lenders && i < importer->source->mesh_count; i++)
+        ca_mesh_lender_drop(importer->lenders[i]);
+    ca_free(importer->lenders);
+    importer->lenders = NULL;
+}
+
+/* Embree reads 16 bytes at the last vertex, which has 12: harmless, unless a page ends there. */
+static bool ends_within_page(const float *positions, size_t vertex_count)
+{
+    enum { SMALLEST_PAGE = 4096 };
+    return (uintptr_t)(positions + 3 * vertex_count) % SMALLEST_PAGE != 0;
+}
+
+/* Which arrays stay as they are on their way into the scene. */
+static unsigned lendable(const ca_mesh_data *data, const ca_mesh_use *use)
+{
+    ca_affine map;
+    unsigned lent = use->flip_tex_coords ? 0 : CA_MESH_UVS;
+    if (!ca_affine_from_matrix(&use->to_world, &map)) return lent;
+    if (!use->flip_normals && !ca_affine_mirrors(&map)) lent |= CA_MESH_INDICES;
+    if (ca_affine_is_identity(&map) && ends_within_page(data->positions, data->vertex_count))
+        lent |= CA_MESH_POSITIONS;
+    return lent;
+}
+
 /* ---- Meshes ---------------------------------------------------------------------------------------------------- */
 
-/* Copies so many numbers, and lets the hash know how many. */
-static void copy(void *to, const void *from, size_t count, size_t size, uint64_t *hash)
+/* The program's array itself, or a copy with room behind it; NULL when out of memory or where there is none. */
+static void *take(const void *values, size_t count, bool lent)
 {
-    memcpy(to, from, count * size);
-    *hash = ca_hash_bytes(ca_hash_add(*hash, count), from, count * size);
+    if (!values || lent) return (void *)(uintptr_t)values; /* nobody writes to what is lent */
+    unsigned char *copy = ca_alloc(4 * count + 4, 1);
+    if (!copy) return NULL;
+    memcpy(copy, values, 4 * count);
+    memset(copy + 4 * count, 0, 4);
+    return copy;
 }
 
-static void copy_mesh(const ca_mesh_data *data, ca_mesh *mesh)
+static ca_status take_arrays(const ca_mesh_data *data, ca_mesh *mesh, unsigned lent, ca_error *error)
 {
     const size_t vertices = data->vertex_count;
-    mesh->content_hash = CA_HASH_START;
-    copy(mesh->positions, data->positions, 3 * vertices, sizeof(float), &mesh->content_hash);
-    copy(mesh->indices, data->indices, 3 * data->triangle_count, sizeof(uint32_t), &mesh->content_hash);
-    if (data->normals) copy(mesh->normals, data->normals, 3 * vertices, sizeof(float), &mesh->content_hash);
-    if (data->uvs) copy(mesh->uvs, data->uvs, 2 * vertices, sizeof(float), &mesh->content_hash);
+    mesh->positions = take(data->positions, 3 * vertices, lent & CA_MESH_POSITIONS);
+    mesh->indices = take(data->indices, 3 * data->triangle_count, lent & CA_MESH_INDICES);
+    mesh->normals = take(data->normals, 3 * vertices, false);
+    mesh->uvs = take(data->uvs, 2 * vertices, lent & CA_MESH_UVS);
+    const bool missing = (data->normals && !mesh->normals) || (data->uvs && !mesh->uvs);
+    return mesh->positions && mesh->indices && !missing ? CA_OK : ca_fail_memory(error, "mesh");
 }
 
-ca_status ca_import_mesh_data(const ca_scene_source *source, const char *name, ca_mesh *mesh, ca_error *error)
+ca_status ca_import_check_mesh(const ca_mesh_data *data, ca_error *error)
 {
-    const ca_mesh_data *data = find_mesh(source, name, error);
-    if (!data) return CA_ERROR_SCENE;
     if (!data->positions || !data->indices)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the mesh \"%s\" has no %s", name,
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the mesh \"%s\" has no %s", data->name,
                        data->positions ? "indices" : "positions");
-    CA_TRY(ca_mesh_create(mesh, data->vertex_count, data->triangle_count, data->normals, data->uvs, error));
-    copy_mesh(data, mesh);
-    const ca_status status = ca_mesh_validate(mesh, name, error);
-    if (status != CA_OK) ca_mesh_destroy(mesh);
+    ca_mesh mesh;
+    CA_TRY(ca_mesh_begin(&mesh, data->vertex_count, data->triangle_count, error)); /* it knows the limits */
+    ca_mesh_destroy(&mesh);
+    return CA_OK;
+}
+
+ca_status ca_import_mesh_data(const ca_importer *importer, const ca_mesh_data *data, const ca_mesh_use *use,
+                              ca_mesh *mesh, ca_error *error)
+{
+    ca_mesh_lender *lender = importer->lenders[data - importer->source->meshes];
+    const unsigned lent = lender ? lendable(data, use) : 0;
+    CA_TRY(ca_mesh_begin(mesh, data->vertex_count, data->triangle_count, error));
+    ca_mesh_borrow(mesh, lender, lent);
+    ca_status status = take_arrays(data, mesh, lent, error);
+    if (status == CA_OK) status = ca_mesh_validate(mesh, data->name, error);
+    if (status == CA_OK)
+        ca_mesh_normalize_normals(mesh); /* a copy in any case */
+    else
+        ca_mesh_destroy(mesh);
     return status;
 }
 
@@ -87,20 +174,73 @@ static ca_status check_bitmap(const ca_bitmap_data *data, ca_error *error)
     return CA_OK;
 }
 
-ca_status ca_import_bitmap_data(const ca_scene_source *source, const char *name, ca_image *image, ca_error *error)
+ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, ca_image *image, ca_error *error)
 {
-    const ca_bitmap_data *data = find_bitmap(source, name, error);
+    const ca_bitmap_data *data = find_bitmap(importer, name, error);
     if (!data) return CA_ERROR_SCENE;
     CA_TRY(check_bitmap(data, error));
-    CA_TRY(ca_image_create(image, data->width, data->height, data->channels, error));
-    image->content_hash = ca_hash_add(ca_hash_add(CA_HASH_START, data->width), data->channels);
     const size_t count = (size_t)data->width * data->height * data->channels;
-    copy(image->data, data->pixels, count, sizeof(float), &image->content_hash);
-    for (size_t i = 0; i < count; i++) {
-        if (isfinite(image->data[i])) continue;
-        ca_image_destroy(image);
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the bitmap \"%s\" has a value that is not finite, number %zu",
-                       name, i);
-    }
+    const uint64_t sizes = ca_hash_add(ca_hash_add(CA_HASH_START, data->width), data->channels);
+    const uint64_t content = ca_hash_array(ca_hash_add(sizes, count), data->pixels, 4 * count) | 1;
+    if (ca_reuse_image(importer, content, image)) return CA_OK;
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(data->pixels[i]))
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "the bitmap \"%s\" has a value that is not finite, number %zu", name, i);
+    CA_TRY(ca_image_create(image, data->width, data->height, data->channels, error));
+    image->content_hash = image->made_of = content;
+    memcpy(image->data, data->pixels, 4 * count);
     return CA_OK;
+}
+
+/* ---- What readers made ----------------------------------------------------------------------------------------- */
+
+ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error)
+{
+    const size_t vertices = from->vertex_count, triangles = from->triangle_count;
+    CA_TRY(ca_mesh_create(mesh, vertices, triangles, from->normals, from->uvs, error));
+    memcpy(mesh->positions, from->positions, 3 * vertices * sizeof(float));
+    memcpy(mesh->indices, from->indices, 3 * triangles * sizeof(uint32_t));
+    if (from->normals) memcpy(mesh->normals, from->normals, 3 * vertices * sizeof(float));
+    if (from->uvs) memcpy(mesh->uvs, from->uvs, 2 * vertices * sizeof(float));
+    for (uint32_t i = 0; i < from->attribute_count; i++) {
+        const ca_mesh_attribute *attribute = &from->attributes[i];
+        const size_t count = attribute->components * (attribute->per_face ? triangles : vertices);
+        float *values;
+        const ca_status status = ca_mesh_add_attribute(mesh, attribute->name, attribute->components,
+                                                       attribute->per_face, &values, error);
+        if (status != CA_OK) {
+            ca_mesh_destroy(mesh);
+            return status;
+        }
+        memcpy(values, attribute->values, count * sizeof(float));
+    }
+    mesh->content_hash = from->content_hash;
+    return CA_OK;
+}
+
+ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error)
+{
+    *mesh = (ca_mesh){0};
+    if (made->once) {
+        *mesh = made->mesh;
+        made->mesh = (ca_mesh){0};
+    } else {
+        CA_TRY(ca_import_copy_mesh(&made->mesh, mesh, error));
+    }
+    const ca_status status = ca_mesh_validate(mesh, made->name, error);
+    if (status == CA_OK)
+        ca_mesh_normalize_normals(mesh);
+    else
+        ca_mesh_destroy(mesh);
+    return status;
+}
+
+void ca_import_arrays_destroy(ca_import_arrays *arrays)
+{
+    for (size_t i = 0; i < arrays->meshes.count; i++) ca_mesh_destroy(&arrays->meshes.items[i].mesh);
+    ca_free(arrays->meshes.items);
+    ca_free(arrays->bitmaps.items);
+    ca_arena_clear(&arrays->arena);
+    *arrays = (ca_import_arrays){0};
 }

@@ -40,6 +40,9 @@ static bool transmits(const ca_scene_desc *desc, ca_material_id id)
     const ca_material *m = &desc->materials.items[id].material;
     if (m->kind == CA_MATERIAL_NULL || m->kind == CA_MATERIAL_MASK) return true;
     if (m->kind == CA_MATERIAL_PRINCIPLED) return !is_zero_constant(desc, m->as.principled.spec_trans);
+    if (m->kind == CA_MATERIAL_DIELECTRIC && is_zero_constant(desc, m->as.dielectric.transmittance)) return false;
+    if (m->kind == CA_MATERIAL_ROUGH_DIELECTRIC && is_zero_constant(desc, m->as.rough_dielectric.transmittance))
+        return false;
     if (ca_material_is_leaf(m->kind)) return (ca_material_scatter(m, 0) & CA_SCATTER_TRANSMISSION) != 0;
     ca_material_id children[2];
     const uint32_t count = ca_material_children(m, children);

@@ -282,6 +282,13 @@ static void import_phong(ca_props *props, void *result)
     m->as.phong.exponent = ca_props_texture(props, "exponent", 30.0f, CA_COLOR_INDEX);
 }
 
+static void import_diffuse_transmitter(ca_props *props, void *result)
+{
+    ca_material *m = result;
+    *m = ca_material_of_kind(CA_MATERIAL_DIFFUSE_TRANSMITTER);
+    m->as.diffuse_transmitter.transmittance = ca_props_texture(props, "transmittance", 0.5f, CA_COLOR_REFLECTANCE);
+}
+
 /* 0.6 */
 static void import_ward(ca_props *props, void *result)
 {
@@ -339,6 +346,7 @@ static const ca_plugin plugins[] = {
     {"principled", import_principled},
     {"roughdiffuse", import_rough_diffuse},
     {"phong", import_phong},
+    {"difftrans", import_diffuse_transmitter},
     {"ward", import_ward},
     {"principledthin", import_principled_thin},
     {"null", import_null},

@@ -22,7 +22,7 @@ typedef struct expander {
     ca_error *error;
 } expander;
 
-static void add_content(ca_document *document, const void *bytes, size_t size)
+void ca_document_add_content(ca_document *document, const void *bytes, size_t size)
 {
     document->content_hash = ca_hash_bytes(ca_hash_add(document->content_hash, size), bytes, size);
 }
@@ -39,11 +39,11 @@ static ca_status read_tree(expander *x, const char *path, const char *text, size
 {
     const char *file_name = ca_document_add_file(x->document, path);
     if (!file_name) return ca_fail_memory(x->error, path);
-    if (text) add_content(x->document, text, size);
+    if (text) ca_document_add_content(x->document, text, size);
     if (text) return ca_xml_parse(text, size, file_name, &x->document->arena, &x->budget, root, x->error);
     ca_bytes bytes;
     CA_TRY(ca_file_read(path, "scene", CA_XML_MAX_FILE_BYTES, &bytes, x->error));
-    add_content(x->document, bytes.data, bytes.size);
+    ca_document_add_content(x->document, bytes.data, bytes.size);
     const ca_status status = ca_xml_parse((const char *)bytes.data, bytes.size, file_name, &x->document->arena,
                                           &x->budget, root, x->error);
     ca_bytes_destroy(&bytes);
@@ -307,6 +307,46 @@ ca_status ca_document_load(ca_document *document, const char *path, const char *
     if (status == CA_OK) status = load(x, path, text, size);
     ca_free(x);
     if (status != CA_OK) ca_document_destroy(document);
+    return status;
+}
+
+/* ---- Trees of other formats ------------------------------------------------------------------------------------ */
+
+ca_status ca_document_start(ca_document *document, const char *path, const ca_define *defines, size_t define_count,
+                            ca_arena *strings, ca_error *error)
+{
+    *document = (ca_document){.content_hash = definitions_hash(defines, define_count), .strings = strings};
+    if (define_count > 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "-D %s=%s: a scene of this format has no defaults",
+                       defines[0].name, defines[0].value);
+    document->path = ca_document_add_file(document, path);
+    return document->path ? CA_OK : ca_fail_memory(error, path);
+}
+
+/* Checks the element and those in it, and notes their ids. */
+static ca_status check_tree(expander *x, ca_xml_node *node, const ca_xml_node *parent, int depth)
+{
+    ca_element_kind kind;
+    if (depth > CA_XML_MAX_DEPTH)
+        return ca_fail(x->error, CA_ERROR_SCENE, &node->where, "elements are nested more than %d deep",
+                       CA_XML_MAX_DEPTH);
+    CA_TRY(ca_element_check(node, parent, &kind, x->error));
+    const char *id = kind == CA_ELEMENT_OBJECT ? ca_xml_attribute_value(node, "id") : NULL;
+    if (id) CA_TRY(add_id(x, id, node));
+    for (ca_xml_node *child = node->first_child; child; child = child->next)
+        CA_TRY(check_tree(x, child, node, depth + 1));
+    return CA_OK;
+}
+
+ca_status ca_document_finish(ca_document *document, ca_error *error)
+{
+    expander *x = ca_alloc_zeroed(1, sizeof *x);
+    if (!x) return ca_fail_memory(error, document->path);
+    x->document = document;
+    x->error = error;
+    ca_status status = check_tree(x, document->root, NULL, 1);
+    if (status == CA_OK) status = index_ids(x);
+    ca_free(x);
     return status;
 }
 

@@ -38,6 +38,14 @@ ca_status ca_document_load(ca_document *document, const char *path, const char *
                            const ca_define *defines, size_t define_count, ca_arena *strings, ca_error *error);
 void ca_document_destroy(ca_document *document);
 
+/* For a scene that is not XML, whose reader makes the tree (tree_build.h): an empty document, and the end of it,
+ * which checks all elements and finds their ids. Definitions have nothing to define there: an error. */
+ca_status ca_document_start(ca_document *document, const char *path, const ca_define *defines, size_t define_count,
+                            ca_arena *strings, ca_error *error);
+ca_status ca_document_finish(ca_document *document, ca_error *error);
+/* Makes a text that was read part of what the scene's content is known by. */
+void ca_document_add_content(ca_document *document, const void *bytes, size_t size);
+
 /* Notes that the scene is read from this file, and gives back its name in `strings`; NULL when out of memory. */
 const char *ca_document_add_file(ca_document *document, const char *path);
 

@@ -50,6 +50,7 @@ static void import_point(ca_props *props, void *result)
 
 static void import_spot(ca_props *props, void *result)
 {
+    static const char *const falloffs[CA_FALLOFF_COUNT] = {"linear", "smooth", "quartic"};
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_SPOT;
     light->as.spot.intensity = ca_props_color(props, "intensity", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
@@ -58,6 +59,7 @@ static void import_spot(ca_props *props, void *result)
     const double cutoff = ca_props_number_in(props, "cutoff_angle", 20.0, 1e-3, textured ? 89.9 : 180.0);
     light->as.spot.cutoff_degrees = cutoff;
     light->as.spot.beam_degrees = ca_props_number_in(props, "beam_width", 0.75 * cutoff, 0.0, cutoff);
+    light->as.spot.falloff = (ca_spot_falloff)ca_props_choice(props, "falloff", falloffs, CA_COUNT(falloffs), 0);
     light->as.spot.texture = textured ? thrown_texture(props, "texture") : CA_NONE;
 }
 
@@ -88,7 +90,7 @@ static void import_envmap(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
     light->kind = CA_LIGHT_ENVMAP;
-    light->as.envmap.scale = ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
+    light->as.envmap.scale = ca_props_color(props, "scale", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
     ca_props_boolean(props, "mis_compensation", false);
     light->as.envmap.to_world = ca_props_transform(props, "to_world");
     if (!ca_import_is_similarity(&light->as.envmap.to_world))

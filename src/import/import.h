@@ -4,8 +4,9 @@
 
 #include "scene/description.h"
 
-/* Reads a Mitsuba 3 XML scene (0.6 spellings too) with its meshes and textures. On failure *desc is empty and the
- * error names file, line and column. Relative paths are seen from the scene file. */
+/* Reads a Mitsuba 3 XML scene (0.6 spellings too), or where the name ends in .pbrt one of pbrt's, with its meshes and
+ * textures. On failure *desc is empty and the error names file, line and column. Relative paths are seen from the
+ * scene file. */
 ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
                           ca_error *error);
 /* The same for a scene that is in memory, or with another sensor; CA_ERROR_ARGUMENT where there are fewer. */
@@ -13,6 +14,13 @@ ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *d
 /* The same for a text without arrays. */
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,
                                size_t define_count, ca_scene_desc *desc, ca_error *error);
+
+/* Reads a scene, whatever its format, and writes it to `path` as Mitsuba 3 XML (docs/scenes.md): what it is made
+ * from, meshes as binary PLY, goes to the folder NAME-files beside NAME.xml. The written scene renders to the same
+ * bits. *desc is what was read, the caller's to destroy; its notes also tell what Mitsuba 3 does not know. Errors: as
+ * above; CA_ERROR_ARGUMENT where a file would be written that is read; CA_ERROR_UNSUPPORTED where the language cannot
+ * say it. On failure *desc is empty; what had been written beside `path` stays. */
+ca_status ca_import_convert(const ca_scene_source *source, const char *path, ca_scene_desc *desc, ca_error *error);
 
 /* Meshes, in the file's own space, validated; normals only if the file has them, uv as the file has them (flipping v
  * is the caller's business). Polygons become fans of triangles around their first corner, which fits convex ones;

@@ -24,15 +24,35 @@ typedef struct ca_import_image {
     uint32_t index; /* in the description's images */
 } ca_import_image;
 
+/* What the reader of another format made for `data` to name (tree_build.h). */
+typedef struct ca_import_mesh {
+    const char *name;
+    ca_mesh mesh;
+    bool once; /* one shape takes it over; else each gets a copy */
+} ca_import_mesh;
+
+typedef struct ca_import_arrays {
+    ca_arena arena; /* of the bitmaps' pixels */
+    CA_TABLE(ca_import_mesh) meshes;
+    CA_TABLE(ca_bitmap_data) bitmaps;
+} ca_import_arrays;
+
+void ca_import_arrays_destroy(ca_import_arrays *arrays);
+
 typedef struct ca_importer {
     const ca_scene_source *source;
+    ca_import_arrays arrays; /* then those of `source` are not used */
     ca_scene_desc *desc;
     ca_document document;
     ca_error *error;
     ca_status status; /* the first failure */
     uint32_t nesting;
+    const ca_xml_node *entered; /* the last object whose parameters are read; NULL: none so far */
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
+    bool has_camera;               /* the sensor of the wanted id was there */
+    size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
     CA_TABLE(ca_import_image) images;
+    ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
 } ca_importer;
 
 typedef struct ca_plugin {
@@ -65,10 +85,29 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
 const char *ca_import_filename(ca_props *props, const char *name);
 /* Index of the image that `filename` or `data` names, read at the first call; CA_NONE after failing. */
 uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding);
-/* From the source's arrays of that name. Errors: CA_ERROR_SCENE where there are none, with the nearest name;
- * CA_ERROR_ARGUMENT, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
-ca_status ca_import_mesh_data(const ca_scene_source *source, const char *name, ca_mesh *mesh, ca_error *error);
-ca_status ca_import_bitmap_data(const ca_scene_source *source, const char *name, ca_image *image, ca_error *error);
+/* What becomes of a mesh on its way into the scene. */
+typedef struct ca_mesh_use {
+    ca_matrix to_world;
+    bool flip_normals, face_normals, flip_tex_coords;
+} ca_mesh_use;
+
+/* Makes programs that lend arrays known, and lets go of what the scene does not use. */
+ca_status ca_import_begin_lending(ca_importer *importer);
+void ca_import_end_lending(ca_importer *importer);
+/* The source's arrays of that name; NULL after failing with the nearest one. */
+const ca_mesh_data *ca_import_find_mesh(const ca_scene_source *source, const char *name, ca_error *error);
+/* Are there positions and indices, and not too many? */
+ca_status ca_import_check_mesh(const ca_mesh_data *data, ca_error *error);
+/* Of arrays that are checked; those that stay as they are and are lent are not copied. Errors: CA_ERROR_FORMAT,
+ * CA_ERROR_MEMORY. */
+ca_status ca_import_mesh_data(const ca_importer *importer, const ca_mesh_data *data, const ca_mesh_use *use,
+                              ca_mesh *mesh, ca_error *error);
+/* Likewise of pixels; CA_ERROR_SCENE where there are none of that name. */
+ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, ca_image *image, ca_error *error);
+/* What a reader made by that name, NULL: nothing; and its mesh, checked. Errors: as above. */
+ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name);
+ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error);
+ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error);
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);
@@ -112,6 +151,11 @@ void ca_import_xyz(ca_importer *importer, const ca_xml_node *node, double fallba
 /* `count` numbers of an attribute, no more and no less. */
 bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const char *attribute, double *numbers,
                        size_t count);
+
+/* Imports, and where all went well calls `then` while the document is still there. */
+typedef void (*ca_import_then)(ca_importer *importer, void *user);
+ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
+                               ca_error *error);
 
 /* A map without scale or shear (it may mirror): what sensors, spots and projectors need. */
 bool ca_import_is_rigid(const ca_matrix *matrix);

@@ -1,4 +1,4 @@
-/* PLY meshes: ascii and both binary forms.
+/* PLY meshes: ascii and both binary forms, packed by gzip or not.
  *
  * vertex: x y z; nx ny nz; u v, s t or texture_u texture_v; r g b (a) or red green blue (alpha) as "vertex_color".
  * face: vertex_indices or vertex_index; the list texcoord, u and v of each corner; colours as "face_color". Further
@@ -8,10 +8,10 @@
  * other integers stay what they are. Elements of other names are skipped. */
 #include "import/ply.h"
 
-#include "base/file.h"
 #include "base/hash.h"
 #include "image/image.h"
 #include "import/import.h"
+#include "import/inflate.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -479,7 +479,7 @@ ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error)
 {
     *mesh = (ca_mesh){0};
     ca_bytes bytes;
-    CA_TRY(ca_file_read(path, "mesh", max_file_bytes, &bytes, error));
+    CA_TRY(ca_read_inflated(path, "mesh", max_file_bytes, &bytes, error));
     const char *data = (const char *)bytes.data;
     ply_reader reader = {.scan = ca_scan_begin(path, data, bytes.size), .data = data, .mesh = mesh};
     const ca_status status = read_file(&reader, error);

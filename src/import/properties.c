@@ -9,6 +9,7 @@
 
 void ca_props_begin(ca_props *props, ca_importer *importer, ca_xml_node *node)
 {
+    importer->entered = node;
     *props = (ca_props){.importer = importer, .node = node};
     props->type = ca_xml_attribute_value(node, "type");
     if (!props->type) props->type = node->tag;

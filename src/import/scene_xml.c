@@ -1,11 +1,17 @@
-/* The importer of Mitsuba's XML scenes: entry points, failures, and the objects of <scene>. */
+/* The importer of Mitsuba's XML scenes, and of trees that readers of other formats make: entry points, failures, and
+ * the objects of <scene>. */
+#define _POSIX_C_SOURCE 200809L
 #include "import/importer.h"
 
 #include "base/hash.h"
 #include "base/text.h"
+#include "import/gltf/gltf.h"
+#include "import/pbrt/pbrt.h"
+#include "import/reuse.h"
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- Failures -------------------------------------------------------------------------------------------------- */
 
@@ -20,16 +26,21 @@ void ca_import_fail(ca_importer *importer, const ca_location *where, const char 
     importer->status = ca_fail(importer->error, CA_ERROR_SCENE, where, "%s", message);
 }
 
+/* Where only the budget is used up, the object that did it is told. */
 void ca_import_fail_memory(ca_importer *importer, const char *what)
 {
-    if (importer->status == CA_OK) importer->status = ca_fail_memory(importer->error, what);
+    ca_error reason = {""};
+    if (importer->status != CA_OK) return;
+    const bool tells_place = ca_memory_budget_exceeded() && importer->entered;
+    importer->status = ca_fail_memory(&reason, what);
+    ca_fail(importer->error, importer->status, tells_place ? &importer->entered->where : NULL, "%s", reason.message);
 }
 
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
+    const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
     if (importer->status == CA_OK)
-        importer->status =
-            ca_fail(importer->error, status, status == CA_ERROR_MEMORY ? NULL : where, "%s", reason->message);
+        importer->status = ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */
@@ -164,12 +175,23 @@ const char *ca_import_filename(ca_props *props, const char *name)
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 
+/* What the previous version has read is not read again. */
+static ca_status read_image_file(ca_importer *importer, const ca_import_image *key, ca_image *image, ca_error *reason)
+{
+    const uint64_t file = ca_reuse_file(key->path);
+    const uint64_t made_of = file ? ca_hash_add(file, (uint64_t)key->encoding) | 1 : 0;
+    if (made_of && ca_reuse_image(importer, made_of, image)) return CA_OK;
+    CA_TRY(ca_image_read(key->path, key->encoding, image, reason));
+    image->made_of = made_of;
+    return CA_OK;
+}
+
 static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
     ca_image image;
     ca_error reason;
-    const ca_status status = key->array ? ca_import_bitmap_data(importer->source, key->path, &image, &reason)
-                                        : ca_image_read(key->path, key->encoding, &image, &reason);
+    const ca_status status = key->array ? ca_import_bitmap_data(importer, key->path, &image, &reason)
+                                        : read_image_file(importer, key, &image, &reason);
     if (status != CA_OK) {
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
@@ -226,6 +248,17 @@ static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)
     *first = node;
 }
 
+/* Is it the sensor that was asked for? Counts it. */
+static bool is_wanted(ca_importer *importer, const ca_xml_node *node)
+{
+    const char *wanted = importer->source->camera, *id = ca_xml_attribute_value(node, "id");
+    const uint32_t index = importer->sensor_count++;
+    if (!wanted) return index == importer->sensor;
+    if (importer->has_camera || !id || strcmp(id, wanted) != 0) return false;
+    importer->has_camera = true;
+    return true;
+}
+
 /* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
 static void import_view(ca_importer *importer, ca_xml_node *node)
 {
@@ -240,7 +273,7 @@ static void import_view(ca_importer *importer, ca_xml_node *node)
     const bool names_sampler = desc->names_sampler;
     const uint32_t samples = desc->samples_per_pixel;
     ca_import_sensor(importer, node);
-    if (importer->sensor_count++ == importer->sensor) return;
+    if (is_wanted(importer, node)) return;
     desc->camera = camera;
     desc->film = film;
     desc->sampler = sampler;
@@ -276,8 +309,16 @@ static void import_scene(ca_importer *importer)
         import_object(importer, node, &integrator);
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
-    if (count > 1 && importer->sensor == 0)
-        ca_import_note(importer, &scene->where, "of several sensors the first is used, or the one of --sensor");
+    const char *camera = importer->source->camera;
+    if (count > 1 && importer->sensor == 0 && !camera)
+        ca_import_note(importer, &scene->where,
+                       "of several sensors the first is used, or the one of --sensor or --camera");
+    if (ca_import_good(importer) && camera && !importer->has_camera) {
+        const char *nearest = ca_document_nearest_id(&importer->document, camera);
+        importer->status =
+            ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL, "there is no sensor \"%s\"%s%s%s", camera,
+                    nearest ? "; the nearest id is \"" : "", nearest ? nearest : "", nearest ? "\"" : "");
+    }
     if (ca_import_good(importer) && importer->sensor >= count)
         importer->status = ca_fail(importer->error, CA_ERROR_ARGUMENT, NULL,
                                    "there is no sensor %u: the scene has %u, counted from 0", importer->sensor,
@@ -294,10 +335,11 @@ static uint64_t content_hash(const ca_importer *importer)
     return hash;
 }
 
-static ca_status import_document(ca_importer *importer)
+static ca_status import_document(ca_importer *importer, ca_import_then then, void *user)
 {
     importer->desc->path = importer->document.path;
     import_scene(importer);
+    if (then && ca_import_good(importer)) then(importer, user);
     importer->desc->content_hash = content_hash(importer);
     importer->desc->files = importer->document.files;
     importer->document.files = (ca_path_table){0};
@@ -305,17 +347,61 @@ static ca_status import_document(ca_importer *importer)
     return importer->status;
 }
 
-ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+/* ---- Formats --------------------------------------------------------------------------------------------------- */
+
+/* Formats other than XML, told by the extension of the file's name. */
+typedef struct scene_format {
+    const char *extension;
+    void (*read)(ca_importer *importer); /* makes the document's tree by tree_build.h */
+} scene_format;
+
+static const scene_format formats[] = {{".pbrt", ca_read_pbrt}, {".gltf", ca_read_gltf}, {".glb", ca_read_gltf}};
+
+/* NULL: XML, which a text in memory that begins with an element is in any case. */
+static const scene_format *find_format(const ca_scene_source *source)
+{
+    for (size_t i = 0; source->text && i < source->size; i++) {
+        if (source->text[i] == '<') return NULL;
+        if (!strchr(" \t\r\n", source->text[i])) break;
+    }
+    const char *extension = ca_path_extension(source->path);
+    for (size_t i = 0; i < CA_COUNT(formats); i++)
+        if (strcasecmp(extension, formats[i].extension) == 0) return &formats[i];
+    return NULL;
+}
+
+static ca_status load_document(ca_importer *importer)
+{
+    const ca_scene_source *source = importer->source;
+    const scene_format *format = find_format(source);
+    if (!format)
+        return ca_document_load(&importer->document, source->path, source->text, source->size, source->defines,
+                                source->define_count, &importer->desc->strings, importer->error);
+    CA_TRY(ca_document_start(&importer->document, source->path, source->defines, source->define_count,
+                             &importer->desc->strings, importer->error));
+    format->read(importer);
+    return importer->status;
+}
+
+ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
+                               ca_error *error)
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
-    ca_status status = ca_document_load(&importer.document, source->path, source->text, source->size,
-                                        source->defines, source->define_count, &desc->strings, error);
-    if (status == CA_OK) status = import_document(&importer);
+    ca_status status = ca_import_begin_lending(&importer);
+    if (status == CA_OK) status = load_document(&importer);
+    if (status == CA_OK) status = import_document(&importer, then, user);
+    ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
+    ca_import_arrays_destroy(&importer.arrays);
     if (status != CA_OK) ca_scene_desc_destroy(desc);
     return status;
+}
+
+ca_status ca_import_scene_source(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+{
+    return ca_import_scene_then(source, NULL, NULL, desc, error);
 }
 
 ca_status ca_import_scene_text(const char *text, size_t size, const char *path, const ca_define *defines,

@@ -1,6 +1,9 @@
 /* Shapes. Result of each: ca_shape_desc. Groups and instances have their own tables in the description. */
 #include "import/importer.h"
 
+#include "base/hash.h"
+#include "import/reuse.h"
+
 #include <string.h>
 
 /* ---- Meshes ---------------------------------------------------------------------------------------------------- */
@@ -40,30 +43,37 @@ static void flip_v(ca_mesh *mesh)
     for (size_t i = 0; i < mesh->vertex_count; i++) mesh->uvs[2 * i + 1] = 1.0f - mesh->uvs[2 * i + 1];
 }
 
-/* What parameters say of all meshes. */
-typedef struct mesh_reading {
-    bool face_normals, flip_tex_coords;
-} mesh_reading;
-
-static mesh_reading import_reading(ca_props *props, bool flips)
+static ca_mesh_use import_use(ca_props *props, const ca_shape_desc *shape, bool flips)
 {
-    return (mesh_reading){.face_normals = ca_props_boolean(props, "face_normals", false),
-                          .flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", flips)};
+    return (ca_mesh_use){.to_world = shape->to_world,
+                         .flip_normals = shape->flip_normals,
+                         .face_normals = ca_props_boolean(props, "face_normals", false),
+                         .flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", flips)};
+}
+
+/* What a mesh in its place is made of, if `content` tells what is in the file or the arrays. */
+static uint64_t made_of(uint64_t content, uint64_t kind, const ca_mesh_use *use)
+{
+    if (content == 0) return 0;
+    const uint64_t flags = kind << 3 | (uint64_t)use->flip_normals << 2 | (uint64_t)use->face_normals << 1 |
+                           (uint64_t)use->flip_tex_coords;
+    const uint64_t hash = ca_hash_add(content, flags);
+    return ca_hash_bytes(hash, &use->to_world, sizeof use->to_world) | 1;
 }
 
 /* As Mitsuba does: face_normals drops the file's vertex normals, and without it a file that has none gets smooth
  * ones. */
-static ca_status finish_mesh(ca_mesh *mesh, const mesh_reading *reading, ca_error *error)
+static ca_status finish_mesh(ca_mesh *mesh, const ca_mesh_use *use, ca_error *error)
 {
-    if (reading->flip_tex_coords) flip_v(mesh);
-    if (reading->face_normals) {
+    if (use->flip_tex_coords) flip_v(mesh);
+    if (use->face_normals) {
         ca_mesh_drop_normals(mesh);
         return CA_OK;
     }
     return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, error);
 }
 
-typedef enum mesh_format { FORMAT_OBJ, FORMAT_PLY, FORMAT_SERIALIZED } mesh_format;
+typedef enum mesh_format { FORMAT_OBJ, FORMAT_PLY, FORMAT_SERIALIZED, FORMAT_ARRAYS } mesh_format;
 
 static ca_status read_mesh(mesh_format format, const char *path, uint32_t index, ca_mesh *mesh, ca_error *error)
 {
@@ -71,18 +81,20 @@ static ca_status read_mesh(mesh_format format, const char *path, uint32_t index,
     case FORMAT_OBJ: return ca_import_obj(path, mesh, error);
     case FORMAT_PLY: return ca_import_ply(path, mesh, error);
     case FORMAT_SERIALIZED: return ca_import_serialized(path, index, mesh, error);
+    case FORMAT_ARRAYS: break;
     }
     return CA_ERROR_ARGUMENT;
 }
 
 /* `status` tells whether there is a mesh, `reason` why not. Takes the mesh over. */
-static void add_read_mesh(ca_props *props, ca_shape_desc *shape, const mesh_reading *reading, ca_mesh *mesh,
-                          ca_status status, ca_error *reason)
+static void add_read_mesh(ca_props *props, ca_shape_desc *shape, const ca_mesh_use *use, uint64_t made_of_what,
+                          ca_mesh *mesh, ca_status status, ca_error *reason)
 {
     if (status == CA_OK) {
-        status = finish_mesh(mesh, reading, reason);
+        status = finish_mesh(mesh, use, reason);
         if (status != CA_OK) ca_mesh_destroy(mesh);
     }
+    mesh->made_of = made_of_what;
     if (status == CA_OK)
         add_mesh(props, shape, mesh);
     else
@@ -93,29 +105,66 @@ static void import_mesh_file(ca_props *props, ca_shape_desc *shape, mesh_format 
 {
     shape->kind = CA_SHAPE_MESH;
     const char *path = ca_import_filename(props, "filename");
-    const mesh_reading reading = import_reading(props, format == FORMAT_OBJ);
+    const ca_mesh_use use = import_use(props, shape, format == FORMAT_OBJ);
     uint32_t index = 0;
     if (format == FORMAT_SERIALIZED) index = (uint32_t)ca_props_integer_in(props, "shape_index", 0, 0, INT32_MAX);
     if (!path || !ca_import_good(props->importer)) return;
     ca_mesh mesh = {0};
     ca_error reason;
+    const uint64_t what = made_of(ca_reuse_file(path), (uint64_t)format << 32 | index, &use);
+    if (what && ca_reuse_mesh(props->importer, what, &mesh)) {
+        add_mesh(props, shape, &mesh);
+        return;
+    }
     const ca_status status = read_mesh(format, path, index, &mesh, &reason);
-    add_read_mesh(props, shape, &reading, &mesh, status, &reason);
+    add_read_mesh(props, shape, &use, what, &mesh, status, &reason);
 }
 
 /* Arrays of the program that hands us the scene. */
+static void add_mesh_data(ca_props *props, ca_shape_desc *shape, const ca_mesh_data *data, const ca_mesh_use *use)
+{
+    ca_mesh mesh = {0};
+    ca_error reason;
+    const uint64_t content = ca_reuse_arrays(data), what = made_of(content, FORMAT_ARRAYS, use);
+    if (ca_reuse_mesh(props->importer, what, &mesh)) {
+        add_mesh(props, shape, &mesh);
+        return;
+    }
+    const ca_status status = ca_import_mesh_data(props->importer, data, use, &mesh, &reason);
+    mesh.content_hash = content;
+    add_read_mesh(props, shape, use, what, &mesh, status, &reason);
+}
+
+/* Of the reader of another format; a later version of the scene makes it anew. */
+static void add_made_mesh(ca_props *props, ca_shape_desc *shape, ca_import_mesh *made, const ca_mesh_use *use)
+{
+    ca_mesh mesh;
+    ca_error reason;
+    const ca_status status = ca_import_made_mesh(made, &mesh, &reason);
+    add_read_mesh(props, shape, use, 0, &mesh, status, &reason);
+}
+
 static void import_mesh_data(ca_props *props, void *result)
 {
     ca_shape_desc *shape = result;
+    ca_importer *importer = props->importer;
+    ca_error reason;
     shape->kind = CA_SHAPE_MESH;
     const char *name = ca_props_string(props, "data", NULL);
-    const mesh_reading reading = import_reading(props, false);
+    const ca_mesh_use use = import_use(props, shape, false);
     if (!name) ca_props_fail(props, "data", "must name a mesh that is given as arrays");
-    if (!name || !ca_import_good(props->importer)) return;
-    ca_mesh mesh = {0};
-    ca_error reason;
-    const ca_status status = ca_import_mesh_data(props->importer->source, name, &mesh, &reason);
-    add_read_mesh(props, shape, &reading, &mesh, status, &reason);
+    if (!name || !ca_import_good(importer)) return;
+    ca_import_mesh *made = ca_import_find_made(importer, name);
+    if (made) {
+        add_made_mesh(props, shape, made, &use);
+        return;
+    }
+    const ca_mesh_data *data = ca_import_find_mesh(importer->source, name, &reason);
+    const ca_status status = data ? ca_import_check_mesh(data, &reason) : CA_ERROR_SCENE;
+    if (status == CA_OK)
+        add_mesh_data(props, shape, data, &use);
+    else
+        ca_import_fail_file(importer, &props->node->where, status, &reason);
 }
 
 static void import_obj(ca_props *props, void *result) { import_mesh_file(props, result, FORMAT_OBJ); }
@@ -250,10 +299,12 @@ static void import_plain_shape(ca_importer *importer, ca_xml_node *node, const c
     if (ca_import_good(importer)) plugin->import(&props, &shape);
     ca_props_end(&props);
     if (!ca_import_good(importer)) return;
-    if (CA_TABLE_ADD(&importer->desc->shapes))
-        importer->desc->shapes.items[importer->desc->shapes.count - 1] = shape;
-    else
+    if (!CA_TABLE_ADD(&importer->desc->shapes)) {
         ca_import_fail_memory(importer, "shapes");
+        return;
+    }
+    node->result = (uint32_t)(importer->desc->shapes.count - 1);
+    importer->desc->shapes.items[node->result] = shape;
 }
 
 /* ---- Groups and instances -------------------------------------------------------------------------------------- */

@@ -190,6 +190,15 @@ static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca
 static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
                                                    RADIUS_PARAMETERS(RANDOM_ALPHA), GUIDE_PARAMETER,
                                                    END_OF_PARAMETERS};
+/* densities: as `author` of path/reuse.h. */
+static const ca_parameter_spec density_parameters[] = {
+    PATH_PARAMETERS,
+    HEURISTIC_PARAMETER,
+    COUNT_PARAMETERS,
+    RADIUS_PARAMETERS(RANDOM_ALPHA),
+    GUIDE_PARAMETER,
+    {"densities", CA_SPEC_CHOICE, .choices = "vertex|author", .number = 0},
+    END_OF_PARAMETERS};
 /* epsilon and c of Jendersie 2019, equations 8a and 8c; footprint: whether areas follow the surface's tilt
  * (section 2.2). */
 static const ca_parameter_spec ovcm_parameters[] = {
@@ -213,14 +222,14 @@ const ca_integrator_type ca_integrator_vcm = {
 };
 const ca_integrator_type ca_integrator_vcm_plus = {
     .name = "vcm-plus",
-    .parameters = vcm_parameters,
+    .parameters = density_parameters,
     .rules = &vcm_plus_rules,
     .create = create_vcm_plus,
     ENGINE_FUNCTIONS,
 };
 const ca_integrator_type ca_integrator_vcm_star = {
     .name = "vcm-star",
-    .parameters = vcm_parameters,
+    .parameters = density_parameters,
     .rules = &vcm_star_rules,
     .create = create_vcm_star,
     ENGINE_FUNCTIONS,

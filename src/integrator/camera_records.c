@@ -239,6 +239,16 @@ double ca_camera_records_bytes(const ca_camera_records *records)
     return (double)records->count * sizeof *records->records + bytes_of_tasks(records, 0, task_count(records->count));
 }
 
+double ca_camera_records_held(const ca_camera_records *records)
+{
+    double bytes = (double)records->record_capacity * sizeof *records->records +
+                   (double)records->task_capacity * sizeof *records->tasks;
+    for (size_t i = 0; i < records->task_count; i++)
+        bytes += (double)(records->tasks[i].vertex_capacity * sizeof(ca_gather_vertex) +
+                          records->tasks[i].density_capacity * sizeof(ca_path_vertex));
+    return bytes;
+}
+
 ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uint64_t *count,
                                  const ca_parallel *parallel, ca_worker *workers, ca_error *error)
 {

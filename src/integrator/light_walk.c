@@ -4,6 +4,8 @@
 
 #include "base/stop.h"
 
+#include <float.h>
+
 /* ---- Start ----------------------------------------------------------------------------------------------------- */
 
 bool ca_light_start_path(const ca_bidirectional *b, const ca_stream *stream, ca_light_start *start)
@@ -29,8 +31,9 @@ static bool emit(const ca_bidirectional *b, ca_light_walk *walk)
     walk->light = &b->input.scene->lights[index];
     const float pdf = choice * e.pdf_position.v * e.pdf_direction.v;
     w->throughput = ca_rgb_scale(e.radiance, e.cos_light / pdf);
-    w->start = ca_rgb_max(w->throughput); /* the roulette looks at what is left, not at watts */
-    if (!(w->start > 0.0f) || !ca_rgb_is_finite(w->throughput)) return false;
+    const float flux = ca_rgb_max(w->throughput);
+    if (!(flux > 0.0f) || !ca_rgb_is_finite(w->throughput)) return false;
+    w->start = ca_max(flux, FLT_MIN); /* the roulette looks at what is left, not at watts; it takes the reciprocal */
     w->flight = ca_light_end(walk->light, choice, e.pdf_position, e.pdf_direction, e.cos_light, &b->rules.reuse,
                              &w->densities[0]);
     w->densities[0].light_class = ca_factor_light(index);

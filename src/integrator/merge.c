@@ -23,11 +23,13 @@ float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, c
     const ca_arrival from_camera = {.pdf = {value->pdf.v * l->to_previous},
                                     .sqrt_area = ca_flight_sqrt_area(&flight, l->distance),
                                     .sqrt_omega = flight.sqrt_omega};
-    const ca_mis_path path = ca_join(
+    ca_mis_path path = ca_join(
         ca_join_scattering(w->densities, w->vertex + 1, from_light, value->pdf_reverse, ratio, reuse,
                            CA_MIS_NO_TAIL),
         ca_join_scattered(light, photon->index, from_camera), light, w->densities[1].distance,
         walk->factors);
+    path.merged = true;
+    path.merged_density = l->photon_density;
     if (walk->scratch->seen)
         ca_light_unpack_points(&store->layout, start, photon->index + 1u, walk->scratch->seen);
     return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_MERGE, &path, walk->points, walk->scratch->seen);

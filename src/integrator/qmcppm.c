@@ -1,16 +1,23 @@
 /* qmcppm: its settings, and the blocks of either side as they are asked for. See qmcppm.h for the method.
  *
  * Parameters beside those that all algorithms share (algorithms.c):
- *     light_paths     n_b, light paths of a block; 0: one per pixel of the full film, or 16 where paths are joined by
- * shadow rays camera_paths    camera paths per pixel of a block, so m_b is that times the pixels radius_pixels   r0
- * in sides of a pixel's median footprint, where `radius` is 0 radius_photons  r0 differs from place to place: the
- * distance to so many photons of a pilot map; 0: it does not kernel          disk | epanechnikov | sph gradients
- * layers IrradianceGradient.* camera_diffuse_depth, merges, heuristic   as in bdpm; a depth of 0 is ppm direct
- * photons | next-event join            merge | connect (by shadow rays) order           rectangular | diagonal blocks
- * equal | filled (as large as half of the memory each) total_light_paths   n, fixed in advance; 0: the radius shrinks
- * as light paths come total_camera_paths  per pixel: there are only so many, and then only light paths go on; 0: no
- * end transport       all | smooth | dirac: paths without Dirac events, and those with error_bars      layers
- * Confidence*.Y and ValueVariance.Y; with the sampler independent only */
+ *
+ *     light_paths         n_b, light paths of a block; 0: one per pixel of the full film, or 16 with join=connect
+ *     camera_paths        camera paths per pixel of a block, so m_b is that times the pixels
+ *     radius_pixels       r0 in sides of a pixel's median footprint, where `radius` is 0
+ *     radius_photons      r0 differs from place to place: the distance to so many photons of a pilot; 0: it does not
+ *     kernel              disk | epanechnikov | sph
+ *     gradients           layers IrradianceGradient.*
+ *     camera_diffuse_depth, merges, heuristic   as in bdpm; a depth of 0 is ppm
+ *     direct              photons | next-event
+ *     join                merge | connect (by shadow rays)
+ *     order               rectangular | diagonal
+ *     blocks              equal | filled (as large as half of the memory each)
+ *     keep_blocks         what was traced stays in memory, as far as there is room; changes the time alone
+ *     total_light_paths   n, fixed in advance; 0: the radius shrinks as light paths come
+ *     total_camera_paths  per pixel: there are only so many, and then only light paths go on; 0: no end
+ *     transport           all | smooth | dirac: paths without Dirac events, and those with
+ *     error_bars          layers Confidence*.Y and ValueVariance.Y; with the sampler independent only */
 #include "integrator/qmcppm.h"
 
 #include "base/memory.h"
@@ -42,6 +49,7 @@ enum {
     TOTAL_CAMERA_PATHS,
     TRANSPORT,
     ERROR_BARS,
+    KEEP_BLOCKS,
     PARAMETER_COUNT
 };
 
@@ -68,6 +76,7 @@ static const ca_parameter_spec parameters[] = {
     [TOTAL_CAMERA_PATHS] = {"total_camera_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     [TRANSPORT] = {"transport", CA_SPEC_CHOICE, .choices = "all|smooth|dirac", .number = CA_TRANSPORT_ALL},
     [ERROR_BARS] = {"error_bars", CA_SPEC_BOOLEAN, .number = 0},
+    [KEEP_BLOCKS] = {"keep_blocks", CA_SPEC_BOOLEAN, .number = 1},
     [PARAMETER_COUNT] = {.name = NULL},
 };
 
@@ -147,6 +156,7 @@ static void read_settings(ca_qmcppm *q)
     q->direct_photons = v[DIRECT] == 0.0;
     q->weighted = v[DIFFUSE_DEPTH] > 0.0;
     q->filled = v[BLOCKS] != 0.0;
+    q->keeps = v[KEEP_BLOCKS] != 0.0 && !q->filled;
     q->radius_photons = (uint32_t)v[RADIUS_PHOTONS];
     q->camera_block = (uint64_t)v[CAMERA_PATHS] * q->pixels;
     q->light_block = (uint64_t)(v[LIGHT_PATHS] > 0.0 ? v[LIGHT_PATHS] : q->connect ? CONNECT_LIGHT_PATHS : film);
@@ -208,6 +218,7 @@ static void destroy(void *state)
     if (q->engine) ca_bidirectional_destroy(q->engine);
     ca_photon_grid_destroy(q->pilot);
     ca_camera_records_destroy(&q->camera);
+    ca_kept_blocks_destroy(q);
     ca_free(q->camera_starts.starts);
     ca_free(q->light_starts.starts);
     ca_free(q);
@@ -239,6 +250,7 @@ static ca_status create(const ca_integrator_input *input, void **state, ca_error
     if (status == CA_OK) status = create_engine(q, error);
     if (status == CA_OK) status = create_kept(q, error);
     if (status == CA_OK) status = create_pairs(q, error);
+    if (status == CA_OK) status = ca_kept_blocks_create(q, error);
     if (status != CA_OK) {
         destroy(q);
         return status;
@@ -309,9 +321,12 @@ static ca_status trace_equal_light(const block_job *job, uint64_t j, ca_error *e
 {
     ca_qmcppm *q = job->q;
     const uint64_t begin = j * q->light_block;
+    bool found = false;
     q->light_count = q->light_block;
     if (q->total_light && q->light_count > q->total_light - begin) q->light_count = q->total_light - begin;
     set_radius(q, begin + q->light_count);
+    if (q->keeps) CA_TRY(ca_kept_light_change(q, j, &found, error));
+    if (found) return CA_OK;
     return ca_light_paths_prepare(q->engine, begin, (uint32_t)q->light_count, job->parallel, job->workers, error);
 }
 
@@ -343,6 +358,9 @@ static ca_status trace_equal_camera(const block_job *job, uint64_t i, ca_error *
         q->camera.count = q->camera_block;
         return CA_OK;
     }
+    bool found = false;
+    if (q->keeps) CA_TRY(ca_kept_camera_change(q, i, &found, error));
+    if (found) return CA_OK;
     return ca_camera_records_trace(q, i * q->camera_block, q->camera_block, job->parallel, job->workers, error);
 }
 
@@ -382,6 +400,7 @@ static ca_status begin_block(void *state, uint64_t block, const ca_parallel *par
     CA_TRY(check_memory(q, error));
     q->now = pair;
     q->visits = ca_block_visits(&q->order, block);
+    if (q->keeps) ca_kept_blocks_done(q, &pair);
     q->ready = true;
     return CA_OK;
 }
@@ -403,8 +422,8 @@ static uint64_t blocks_needed(const void *state, uint32_t samples_per_pixel)
     if (k == UINT64_MAX) return k;
     const uint64_t needed = q->order.diagonal ? k * (k + 1) / 2 : ca_block_square(&q->order, k);
     return q->order.diagonal && (q->order.camera_limit <= k || q->order.light_limit <= k) ? all
-           : needed < all                                                                   ? needed
-                                                                                            : all;
+           : needed < all                                                                 ? needed
+                                                                                          : all;
 }
 
 const ca_integrator_type ca_integrator_qmcppm = {

@@ -10,10 +10,15 @@
  *     light paths of column j       light_chunk.c        j stays
  *     camera paths of row i         camera_records.c     i stays
  *     merges of every pair          qmcppm_gather.c
+ *     blocks that stay in memory    kept_blocks.c
  *
  * A camera path's record holds what needs no light path (emitters that it saw, next event) and the vertices at which
  * photons are looked up. Joined by shadow rays instead of merges (section 6), camera paths are not kept but traced
  * for each block: what they take is little beside joining each with all light paths of the block.
+ *
+ * Blocks stay in memory, as many as there is room for (keep_blocks; 1 GiB, or what the limit of memory leaves): the
+ * first ones that come, of either side, since the order of blocks goes back and forth over all of them. Which ones
+ * are traced again changes the time alone. With filled blocks none does: they take the memory.
  *
  * Error bars (error_bars=true): while a pixel's camera paths gather, what each pair contributes is summed for the
  * pixel's noise (pair_covariances.h), which reads what the image gets and changes nothing of it. The law of all pairs
@@ -99,6 +104,29 @@ typedef struct ca_block_starts {
     size_t known, capacity;
 } ca_block_starts;
 
+/* A block of one side that is not in use; the other side's fields are empty. */
+typedef struct ca_kept_block {
+    uint64_t number;      /* UINT64_MAX: nothing is in it */
+    bool stays;           /* else it is the one that may be overwritten */
+    ca_light_store store; /* owned, as all of this; empty while the block is in use */
+    ca_photon_grid *grid;
+    uint64_t photons, bytes; /* as ca_bidirectional has them */
+    uint32_t paths, chunks;
+    ca_camera_records camera;
+} ca_kept_block;
+
+typedef struct ca_kept_side {
+    ca_kept_block *slots; /* owned */
+    size_t count, capacity;
+    size_t now; /* the slot of the block in use */
+} ca_kept_side;
+
+typedef struct ca_kept_blocks {
+    ca_kept_side light, camera;
+    double bytes;   /* of those that stay */
+    double largest; /* of a block, so far */
+} ca_kept_blocks;
+
 typedef struct ca_qmcppm {
     ca_bidirectional *engine; /* owned: rules, light paths, photon grids */
     ca_integrator_input input;
@@ -110,6 +138,7 @@ typedef struct ca_qmcppm {
     bool direct_photons; /* direct light from photons, else by next event */
     bool weighted;       /* merges at several vertices of a camera path share its light */
     bool filled;         /* blocks as large as the memory holds, else of equal size */
+    bool keeps;                                  /* blocks stay in memory */
     uint64_t pixels;     /* of the crop, P */
     uint64_t camera_block, light_block; /* m_b and n_b of equal blocks */
     double reference;    /* N_ref: light paths for which the radius is radius0 */
@@ -129,6 +158,7 @@ typedef struct ca_qmcppm {
     ca_block_pair visits;     /* how many blocks before had the same */
     uint64_t light_count;     /* light paths of the block */
     float shrink;             /* radius over radius0 */
+    ca_kept_blocks kept_blocks;
 } ca_qmcppm;
 
 /* Does the image show paths with a Dirac event, or without? */
@@ -150,7 +180,21 @@ ca_status ca_camera_records_fill(ca_qmcppm *q, uint64_t first, double bytes, uin
                                  const ca_parallel *parallel, ca_worker *workers, ca_error *error);
 /* What the records and their tasks hold in memory. */
 double ca_camera_records_bytes(const ca_camera_records *records);
+/* What they hold in memory, with room that is not used. */
+double ca_camera_records_held(const ca_camera_records *records);
 void ca_camera_records_destroy(ca_camera_records *records);
+
+/* ---- kept_blocks.c --------------------------------------------------------------------------------------------- */
+
+/* Puts a block's light paths into the engine, or its camera paths into q->camera; *found: they were kept, else what
+ * is there is to be overwritten. What was there stays, if there is room for it. */
+ca_status ca_kept_light_change(ca_qmcppm *q, uint64_t block, bool *found, ca_error *error);
+ca_status ca_kept_camera_change(ca_qmcppm *q, uint64_t block, bool *found, ca_error *error);
+/* Both sides' blocks in use are whole: they are this pair's. */
+void ca_kept_blocks_done(ca_qmcppm *q, const ca_block_pair *pair);
+ca_status ca_kept_blocks_create(ca_qmcppm *q, ca_error *error);
+/* But for what is in use. */
+void ca_kept_blocks_destroy(ca_qmcppm *q);
 
 /* ---- qmcppm_gather.c ------------------------------------------------------------------------------------------- */
 

@@ -17,6 +17,7 @@ void ca_rules_read(ca_mis_rules *rules, const ca_integrator_type *type, const ca
     }
     rules->reuse.epsilon = (float)ca_integrator_value(type, input, "epsilon", 0.01);
     rules->reuse.c = (float)ca_integrator_value(type, input, "c", 0.5);
+    rules->reuse.author = ca_integrator_value(type, input, "densities", 0.0) != 0.0;
     rules->reuse.projected = ca_integrator_value(type, input, "footprint", 0.0) != 0.0;
 }
 

@@ -33,6 +33,14 @@ typedef enum ca_light_kind {
     CA_LIGHT_KIND_COUNT
 } ca_light_kind;
 
+/* How the intensity of a spot falls from its beam to its cutoff. */
+typedef enum ca_spot_falloff {
+    CA_FALLOFF_LINEAR,  /* in the angle, Mitsuba's */
+    CA_FALLOFF_SMOOTH,  /* t^2 (3 - 2 t), t linear in the cosine: pbrt-v4's */
+    CA_FALLOFF_QUARTIC, /* t^4: pbrt-v3's */
+    CA_FALLOFF_COUNT
+} ca_spot_falloff;
+
 typedef struct ca_light {
     ca_light_kind kind;
     union { /* the member of the kind's name */
@@ -50,6 +58,7 @@ typedef struct ca_light {
             ca_rgb intensity;
             ca_texture_id texture; /* factor over the beam, or CA_NONE */
             float cutoff, beam;    /* radians: no light outside of the first, full light inside of the second */
+            ca_spot_falloff falloff;
         } spot;
         struct {
             ca_vec3 direction; /* the way the light travels */

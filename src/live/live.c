@@ -221,7 +221,7 @@ static void charge_picture(ca_live *live, double cost, double pixels, bool count
 static ca_status take_picture(ca_live *live, const ca_render_progress *progress, bool counts, ca_error *error)
 {
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics = {0};
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_live_snapshot *picture;
     const double before = ca_clock_thread_seconds();
     CA_TRY(progress->snapshot(progress, &image, &statistics, error));

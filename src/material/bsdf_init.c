@@ -203,6 +203,9 @@ static inline void init_leaf(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
     case CA_BXDF_PRINCIPLED: init_principled(bxdf, leaf, at); break;
     case CA_BXDF_ROUGH_DIFFUSE: init_rough_diffuse(bxdf, leaf, at); break;
     case CA_BXDF_PHONG: init_phong(bxdf, leaf, at); break;
+    case CA_BXDF_DIFFUSE_TRANSMITTER:
+        bxdf->as.diffuse_transmitter.transmittance = color_or(at, leaf->as.diffuse_transmitter.transmittance, 0.5f);
+        break;
     case CA_BXDF_WARD: init_ward(bxdf, leaf, at); break;
     case CA_BXDF_PRINCIPLED_THIN: init_principled_thin(bxdf, leaf, at); break;
     case CA_BXDF_KIND_COUNT: assert(false && "a material that is no leaf");

@@ -36,6 +36,7 @@ typedef enum ca_from { CA_FROM_CAMERA, CA_FROM_LIGHT } ca_from;
     MODEL(PRINCIPLED, principled)                                                                                    \
     MODEL(ROUGH_DIFFUSE, rough_diffuse)                                                                              \
     MODEL(PHONG, phong)                                                                                              \
+    MODEL(DIFFUSE_TRANSMITTER, diffuse_transmitter)                                                                  \
     MODEL(WARD, ward)                                                                                                \
     MODEL(PRINCIPLED_THIN, principled_thin)
 
@@ -80,6 +81,9 @@ typedef struct ca_bxdf {
             float exponent;
             float specular_weight; /* share of samples for the lobe */
         } phong;
+        struct {
+            ca_rgb transmittance;
+        } diffuse_transmitter;
         struct {
             ca_rgb diffuse, specular;
             float alpha_x, alpha_y;

@@ -40,6 +40,7 @@ typedef uint32_t ca_material_id;
     ROW(PRINCIPLED, "principled", .as.principled = CA_NO_PRINCIPLED)                                                 \
     ROW(ROUGH_DIFFUSE, "roughdiffuse", .as.rough_diffuse = {CA_NONE, CA_NONE})                                       \
     ROW(PHONG, "phong", .as.phong = {CA_NONE, CA_NONE, CA_NONE})                                                     \
+    ROW(DIFFUSE_TRANSMITTER, "difftrans", .as.diffuse_transmitter = {CA_NONE})                                       \
     ROW(WARD, "ward", .as.ward = {CA_NONE, CA_NONE, CA_NONE, CA_NONE, CA_WARD_BALANCED})                             \
     ROW(PRINCIPLED_THIN, "principledthin", .as.principled_thin = CA_NO_PRINCIPLED_THIN)
 #define CA_MATERIAL_NODES(ROW)                                                                                       \
@@ -89,6 +90,9 @@ typedef struct ca_material {
         struct {
             ca_texture_id diffuse, specular, exponent;
         } phong;
+        struct {
+            ca_texture_id transmittance; /* 0.5 where it is not set */
+        } diffuse_transmitter;
         struct {
             ca_texture_id diffuse, specular;
             ca_texture_id alpha_u, alpha_v; /* isotropic: the same id, or no alpha_v */

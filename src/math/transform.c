@@ -147,3 +147,25 @@ bool ca_affine_from_matrix(const ca_matrix *matrix, ca_affine *affine)
         }
     return true;
 }
+
+bool ca_affine_is_identity(const ca_affine *affine)
+{
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            if (affine->to[row][column] != (row == column ? 1.0f : 0.0f)) return false;
+    return true;
+}
+
+/* Of columns of unit length: products of small scales would vanish. */
+bool ca_affine_mirrors(const ca_affine *affine)
+{
+    double c[3][3];
+    for (int column = 0; column < 3; column++) {
+        double length2 = 0.0;
+        for (int row = 0; row < 3; row++) length2 += (double)affine->to[row][column] * (double)affine->to[row][column];
+        for (int row = 0; row < 3; row++) c[column][row] = (double)affine->to[row][column] / sqrt(length2);
+    }
+    return c[2][0] * (c[0][1] * c[1][2] - c[0][2] * c[1][1]) + c[2][1] * (c[0][2] * c[1][0] - c[0][0] * c[1][2]) +
+               c[2][2] * (c[0][0] * c[1][1] - c[0][1] * c[1][0]) <
+           0.0;
+}

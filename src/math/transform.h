@@ -34,6 +34,10 @@ typedef struct ca_affine {
 
 /* false where the matrix is not affine or not invertible. */
 bool ca_affine_from_matrix(const ca_matrix *matrix, ca_affine *affine);
+/* Does it leave every point where it is? */
+bool ca_affine_is_identity(const ca_affine *affine);
+/* Does it turn right hands into left ones? */
+bool ca_affine_mirrors(const ca_affine *affine);
 
 static inline ca_vec3 ca_map_point(const float m[3][4], ca_vec3 p)
 {

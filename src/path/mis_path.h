@@ -30,6 +30,8 @@ typedef struct ca_mis_path {
     bool light_infinite;    /* x[n-1] is a direction */
     float camera_distance;  /* from x[0] to x[1], m */
     uint32_t light_class;   /* of the light, where there are factors */
+    bool merged;            /* made by a merge, of a photon where the density of photons is ... */
+    float merged_density;   /* ... so much */
     const ca_technique_factors *factors; /* of its place on the film; NULL: all are 1 */
 } ca_mis_path;
 

@@ -6,15 +6,20 @@
 
 /* ---- Density --------------------------------------------------------------------------------------------------- */
 
-static inline float density_reuse(const ca_reuse_rules *rules, const ca_path_vertex *v)
+static inline float density_reuse(const ca_reuse_rules *rules, float photon_density)
 {
-    return rules->light_paths / ca_max(1.0f, rules->merge_area * v->photon_density);
+    return rules->light_paths / ca_max(1.0f, rules->merge_area * photon_density);
 }
 
 static void fill_density(const ca_reuse_rules *rules, const ca_mis_path *path, float *camera, float *light)
 {
-    for (uint32_t j = 1; j < path->camera.count; j++) camera[j] = density_reuse(rules, &path->camera.vertices[j]);
-    for (uint32_t i = 1; i < path->light.count; i++) light[i] = density_reuse(rules, &path->light.vertices[i]);
+    const uint32_t last = path->camera.count - 1;
+    for (uint32_t j = 1; j <= last; j++) camera[j] = density_reuse(rules, path->camera.vertices[j].photon_density);
+    for (uint32_t i = 1; i < path->light.count; i++)
+        light[i] = density_reuse(rules, path->light.vertices[i].photon_density);
+    if (rules->author && path->merged)
+        camera[last] =
+            density_reuse(rules, 0.5f * (path->camera.vertices[last].photon_density + path->merged_density));
 }
 
 /* Is the interior vertex i connectable? */
@@ -35,13 +40,28 @@ static uint32_t sum_connectable(const ca_mis_side *side, bool last, const float 
     return count;
 }
 
+/* Of all interior vertices: the last of a camera path that hit a light is none. */
+static uint32_t sum_interior(const ca_mis_path *path, const float *camera, const float *light, float *sum)
+{
+    const uint32_t end = path->light.count == 0 ? path->camera.count - 1 : path->camera.count;
+    uint32_t count = 0;
+    for (uint32_t j = 1; j < end; j++, count++) *sum += camera[j];
+    for (uint32_t i = 1; i < path->light.count; i++, count++) *sum += light[i];
+    return count;
+}
+
 /* What merges lose at crowded vertices they gain at others: the mean stays N_F. */
 static void normalise(const ca_reuse_rules *rules, const ca_mis_path *path, bool camera_last, bool light_last,
                       float *camera, float *light)
 {
     float sum = 0.0f;
-    uint32_t count = sum_connectable(&path->camera, camera_last, camera, &sum);
-    count += sum_connectable(&path->light, light_last, light, &sum);
+    uint32_t count;
+    if (rules->author) {
+        count = sum_interior(path, camera, light, &sum);
+    } else {
+        count = sum_connectable(&path->camera, camera_last, camera, &sum);
+        count += sum_connectable(&path->light, light_last, light, &sum);
+    }
     if (count == 0) return;
     const float scale = rules->light_paths * (float)count / sum;
     for (uint32_t j = 1; j < path->camera.count; j++) camera[j] *= scale;

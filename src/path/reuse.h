@@ -5,6 +5,9 @@
  *     full        n = N_F (Georgiev et al. 2012)
  *     density     n = N_F / max(1, pi r^2 times the density of photons there)
  *     normalised  the same, rescaled so that the mean over the path's mergeable vertices is N_F
+ *                 with `author`, as in Mufflon (cpu_ivcm.cpp, VCMPlus and VCMStar) by the author of both: where a
+ *                 merge was made the density is the mean of its two vertices', and the mean n is over all of the
+ *                 path's interior vertices, mirrors too (which have no photons here: n = N_F)
  *     footprint   Jendersie 2019, equations 8a to 8c: in [1, N_F]
  *     correlation n = N_F c / (c + l - c l), for the chances c and l that other camera paths and light paths come
  *                 along the same way to the vertex; N_F at x[1] (correlation-aware MIS, Grittmann et al. 2021, as the
@@ -34,6 +37,7 @@ typedef struct ca_reuse_rules {
     float merge_area;  /* pi r^2 */
     float epsilon;     /* of 8a */
     float c;           /* of 8c */
+    bool author;       /* density and normalised as their author's renderer has them, below */
     bool projected;    /* footprints follow the surface's tilt (Jendersie 2019, section 2.2), else A_out = A_in */
 } ca_reuse_rules;
 

@@ -1,4 +1,5 @@
 /* The public calls of caustica.h that only pass things on. */
+#include "base/memory.h"
 #include "image/image.h"
 #include "import/import.h"
 #include "metrics/image_metrics.h"
@@ -15,12 +16,30 @@ const char *ca_version(void)
     return CA_TEXT(CA_VERSION_MAJOR) "." CA_TEXT(CA_VERSION_MINOR) "." CA_TEXT(CA_VERSION_PATCH);
 }
 
+/* Files of strangers may be small and take much: nested includes, pictures of one colour. A scene that is worth it
+ * has files in proportion: 50 million triangles take 7 bytes of memory for each byte of a binary PLY file. */
+static ca_status import_within_budget(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
+{
+    enum { BYTES_PER_BYTE = 64 };
+    const double mib = source->memory_mib > 0.0 ? source->memory_mib : CA_SCENE_MEMORY_MIB;
+    ca_memory_budget budget = {
+        .limit = mib < 0x1p43 ? (size_t)(mib * 0x1p20) : SIZE_MAX,
+        .per_byte = BYTES_PER_BYTE,
+        .way = "CAUSTICA_SCENE_MEMORY=MIB in the environment (of the library, memory_mib of the source) allows more",
+    };
+    ca_memory_budget_begin(&budget);
+    ca_memory_budget_read(0, source->text ? source->size : 0);
+    const ca_status status = ca_import_scene_source(source, desc, error);
+    ca_memory_budget_end();
+    return status;
+}
+
 ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error)
 {
     *scene = NULL;
     ca_scene_desc desc;
-    CA_TRY(ca_import_scene_source(source, &desc, error));
-    return ca_scene_compile_until(&desc, source->stop, scene, error);
+    CA_TRY(import_within_budget(source, &desc, error));
+    return ca_scene_compile_after(&desc, source->previous, source->stop, scene, error);
 }
 
 ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
@@ -34,7 +53,7 @@ ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene
 {
     *view = NULL;
     ca_scene_desc desc;
-    CA_TRY(ca_import_scene_source(source, &desc, error));
+    CA_TRY(import_within_budget(source, &desc, error));
     return ca_scene_view_create(scene, &desc, view, error);
 }
 
@@ -43,9 +62,22 @@ const char *ca_scene_note(const ca_scene *scene, size_t index)
     return index < scene->desc.notes.count ? scene->desc.notes.items[index] : NULL;
 }
 
+uint32_t ca_scene_builds(const ca_scene *scene) { return ca_accel_builds(scene->accel); }
+
 void ca_scene_release(ca_scene *scene) { ca_scene_destroy(scene); }
 
-void ca_render_settings_init(ca_render_settings *settings) { *settings = (ca_render_settings){0}; }
+/* `size` is what the program knows of the structure, which may be less. */
+void ca_render_settings_init_sized(ca_render_settings *settings, size_t size)
+{
+    memset(settings, 0, size);
+    settings->size = size;
+}
+
+void ca_render_statistics_init_sized(ca_render_statistics *statistics, size_t size)
+{
+    memset(statistics, 0, size);
+    statistics->size = size;
+}
 
 void ca_image_size(const ca_image_layers *image, uint32_t *width, uint32_t *height)
 {

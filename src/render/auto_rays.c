@@ -200,6 +200,7 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
     CA_TRY(ca_auto_read_settings(&a, error));
     ca_status status = create(&a, error);
     if (status == CA_OK) status = run_all(&a, error);
+    ca_reserve_open(plan->reserve);
     if (status == CA_OK) status = ca_auto_finish(&a, image, statistics, a.failure == CA_OK ? error : NULL);
     destroy(&a);
     return a.failure == CA_OK ? status : a.failure;

@@ -3,6 +3,7 @@
 #include "base/text.h"
 #include "noise/ray_map.h"
 #include "render/auto_rays_state.h"
+#include "render/public_structs.h"
 
 #include <stdio.h>
 
@@ -144,10 +145,10 @@ static ca_status develop(const ca_auto_rays *a, const ca_joined_film *joined, ca
 ca_status ca_auto_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error)
 {
-    ca_render_statistics own_statistics;
+    ca_render_statistics told;
     CA_TRY(ca_render_check_snapshot(progress, image, error));
+    CA_TRY(ca_statistics_take(statistics, &told, error));
     const ca_auto_rays *a = progress->render;
-    if (!statistics) statistics = &own_statistics;
     ca_joined_film joined;
     const double share = share_at_work(a);
     CA_TRY(ca_joined_film_create(&joined, &a->frame, error));
@@ -155,7 +156,8 @@ ca_status ca_auto_snapshot(const ca_render_progress *progress, ca_image_layers *
     ca_joined_film_add(&joined, &a->work->film, share);
     ca_joined_film_scale(&joined, 1.0 / (a->shares + share));
     join_pilot(a, &joined);
-    const ca_status status = develop(a, &joined, image, statistics, error);
+    const ca_status status = develop(a, &joined, image, &told, error);
+    ca_statistics_give(&told, statistics);
     ca_joined_film_destroy(&joined);
     return status;
 }

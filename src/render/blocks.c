@@ -7,6 +7,8 @@
 #include "render/checkpoint.h"
 #include "render/part_counts.h"
 #include "render/part_settings.h"
+#include "render/public_structs.h"
+#include "render/rank_sums.h"
 #include "render/record.h"
 #include "render/workers.h"
 
@@ -27,7 +29,13 @@ typedef struct block_render {
     ca_kept_counts kept;   /* of the workers, from before the block */
     bool interrupted;
     bool out_of_memory; /* atomic: a worker, while it made a sample */
+    const ca_ranks *ranks; /* borrowed; NULL: the render is this process's alone. Else likewise: */
+    ca_rank_work work;
+    ca_rank_film rank_film;
 } block_render;
+
+/* Blocks that a rank makes one after the other: each uses again what the one before it has traced. */
+enum { RUN_OF_BLOCKS = 4 };
 
 /* ---- Which blocks ---------------------------------------------------------------------------------------------- */
 
@@ -105,27 +113,24 @@ static void add_tile(void *user, const ca_tile *tile, uint32_t worker)
                 r->workers.film_rejects[worker]++;
 }
 
-static ca_status make_block(block_render *r, ca_error *error)
+static ca_status make_block(block_render *r, uint64_t block, ca_error *error)
 {
     const ca_render_plan *plan = r->plan;
     const ca_parallel *parallel = &r->workers.parallel;
-    CA_TRY(plan->type->begin_block(r->integrator, r->part.blocks[1], parallel, r->workers.list, error));
+    CA_TRY(plan->type->begin_block(r->integrator, block, parallel, r->workers.list, error));
     CA_TRY(ca_for_each_tile(parallel, width_of(plan), height_of(plan), render_tile, r, error));
     return r->out_of_memory ? ca_fail_memory(error, "the pairs of light and camera paths") : CA_OK;
 }
 
 /* A block is added as a whole, when all of it is there; one that fails, or is stopped, leaves no trace. */
-static ca_status render_block(block_render *r, ca_error *error)
+static ca_status render_block(block_render *r, uint64_t block, ca_error *error)
 {
     const ca_parallel unstopped = {.workers = r->workers.parallel.workers};
     ca_workers_keep_counts(&r->workers, &r->kept);
-    ca_status status = make_block(r, error);
+    ca_status status = make_block(r, block, error);
     if (status == CA_OK)
         status = ca_for_each_tile(&unstopped, width_of(r->plan), height_of(r->plan), add_tile, r, error);
-    if (status == CA_OK)
-        r->part.blocks[1]++;
-    else
-        ca_workers_restore_counts(&r->workers, &r->kept);
+    if (status != CA_OK) ca_workers_restore_counts(&r->workers, &r->kept);
     return status;
 }
 
@@ -141,15 +146,22 @@ static void add_notes(const block_render *r, ca_render_statistics *statistics)
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
 {
-    ca_render_statistics own_statistics;
+    ca_render_statistics told;
     CA_TRY(ca_render_check_snapshot(progress, image, error));
+    CA_TRY(ca_statistics_take(statistics, &told, error));
     block_render *r = progress->render;
-    if (!statistics) statistics = &own_statistics;
+    const uint64_t end = r->part.blocks[1];
+    if (r->ranks) r->part.blocks[1] = r->part.blocks[0] + r->work.in_sums; /* what the film has */
     count_what_is_done(r);
-    ca_part_fill_statistics(&r->part, statistics);
-    add_notes(r, statistics);
-    return ca_part_develop(&r->part, image, error);
+    ca_part_fill_statistics(&r->part, &told);
+    add_notes(r, &told);
+    ca_statistics_give(&told, statistics);
+    const ca_status status = ca_part_develop(&r->part, image, error);
+    r->part.blocks[1] = end;
+    return status;
 }
+
+static void gather_for_progress(const ca_render_progress *progress);
 
 /* Tells the caller how far it is; false where the render should end. */
 static bool report_progress(block_render *r, uint64_t limit)
@@ -166,17 +178,80 @@ static bool report_progress(block_render *r, uint64_t limit)
         /* An image needs all blocks from 0. */
         .snapshot = r->part.blocks[0] == 0 ? take_snapshot : NULL,
         .checkpoint_failure = ca_checkpoint_failure(&r->checkpoint),
+        .gather = r->ranks ? gather_for_progress : NULL,
         .render = r,
     };
     return ca_render_tell(r->plan, &progress, &r->start);
 }
 
-/* ca_checkpoint_writer */
+/* ---- With other ranks ------------------------------------------------------------------------------------------ */
+
+/* *made: so many of its blocks are in the film. */
+static ca_status make_range(block_render *r, ca_work_range range, uint64_t *made, ca_error *error)
+{
+    for (*made = 0; *made < range.end - range.begin; ++*made) CA_TRY(render_block(r, range.begin + *made, error));
+    return CA_OK;
+}
+
+/* On rank 0. */
+static ca_status make_own_range(block_render *r, ca_work_range range, ca_error *error)
+{
+    uint64_t made;
+    const ca_status status = make_range(r, range, &made, error);
+    ca_rank_work_done(&r->work, range, made);
+    r->part.blocks[1] = r->part.blocks[0] + r->work.made;
+    r->part.seconds = ca_clock_seconds() - r->start;
+    return status;
+}
+
+/* The film then has all blocks that were handed out. */
+static ca_status gather(block_render *r, ca_error *error)
+{
+    ca_rank_work *work = &r->work;
+    ca_status status = CA_OK;
+    while (!ca_rank_work_gather(work)) {
+        ca_work_range range;
+        if (!ca_rank_work_take(work, &range)) continue;
+        const ca_status made = make_own_range(r, range, status == CA_OK ? error : NULL);
+        if (status == CA_OK) status = made;
+    }
+    r->part.blocks[1] = r->part.blocks[0] + work->in_sums;
+    return status;
+}
+
+/* ca_render_progress.gather */
+static void gather_for_progress(const ca_render_progress *progress)
+{
+    block_render *r = progress->render;
+    (void)gather(r, NULL); /* what fails on this rank fails again with the next block */
+    ca_rank_work_go_on(&r->work, UINT64_MAX);
+}
+
+/* Of blocks with a gap nothing can be said. */
+static ca_status check_whole(const block_render *r, const char *path, ca_error *error)
+{
+    if (!r->ranks || ca_rank_work_is_whole(&r->work)) return CA_OK;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not all blocks from the first on could be made", path);
+}
+
+/* ---- Checkpoints ----------------------------------------------------------------------------------------------- */
+
+static ca_status write_film(block_render *r, const char *path, ca_error *error)
+{
+    count_what_is_done(r);
+    CA_TRY(check_whole(r, path, error));
+    return ca_part_write(&r->part, path, error);
+}
+
+/* ca_checkpoint_writer. At the end all is gathered. */
 static ca_status write_part(void *user, const char *path, ca_error *error)
 {
     block_render *r = user;
-    count_what_is_done(r);
-    return ca_part_write(&r->part, path, error);
+    const bool gathers = r->ranks && !r->work.ended;
+    if (gathers) CA_TRY(gather(r, error));
+    const ca_status status = write_film(r, path, error);
+    if (gathers) ca_rank_work_go_on(&r->work, UINT64_MAX);
+    return status;
 }
 
 static void keep(block_render *r, uint64_t limit)
@@ -200,7 +275,8 @@ static bool has_blocks(const block_render *r) { return r->part.blocks[1] > r->pa
 static ca_status make_blocks(block_render *r, ca_error *error)
 {
     while (!has_blocks(r) || !(r->interrupted || is_done(r))) {
-        CA_TRY(render_block(r, error));
+        CA_TRY(render_block(r, r->part.blocks[1], error));
+        r->part.blocks[1]++;
         r->part.seconds = ca_clock_seconds() - r->start;
         const uint64_t limit = block_limit(r);
         keep(r, limit);
@@ -209,11 +285,68 @@ static ca_status make_blocks(block_render *r, ca_error *error)
     return CA_OK;
 }
 
+/* The others get no blocks before it is known how many there are. */
+static uint64_t limit_for_ranks(block_render *r)
+{
+    const double seconds = r->plan->settings->seconds;
+    const uint64_t limit = block_limit(r);
+    r->work.waits = limit == UINT64_MAX && !r->plan->open_ended;
+    r->work.run = r->work.waits ? 1 : RUN_OF_BLOCKS;
+    r->work.limit = limit;
+    r->work.deadline = seconds > 0.0 ? r->start + seconds : 0.0;
+    return limit;
+}
+
+/* The first failure is the one that is told. */
+static ca_status finish_with_others(block_render *r, ca_status status, ca_error *error)
+{
+    ca_rank_work *work = &r->work;
+    work->closed = true;
+    const ca_status gathered = gather(r, status == CA_OK ? error : NULL);
+    if (status == CA_OK) status = gathered;
+    if (status == CA_OK && work->status != CA_OK) {
+        status = work->status;
+        if (error) *error = work->failure;
+    }
+    r->part.seconds = ca_clock_seconds() - r->start;
+    ca_rank_work_end(work);
+    return status;
+}
+
+/* As make_blocks, where other ranks make blocks, too. */
+static ca_status lead_blocks(block_render *r, ca_error *error)
+{
+    ca_work_range range;
+    ca_status status = CA_OK;
+    uint64_t limit = limit_for_ranks(r);
+    while (status == CA_OK && !r->interrupted && ca_rank_work_take(&r->work, &range)) {
+        status = make_own_range(r, range, error);
+        limit = limit_for_ranks(r);
+        if (status != CA_OK) break;
+        keep(r, limit);
+        r->interrupted = !report_progress(r, limit) || r->work.end_asked;
+    }
+    return finish_with_others(r, status, error);
+}
+
+/* On the other ranks; rank 0 tells what failed here. */
+static void help_blocks(block_render *r)
+{
+    ca_work_range range;
+    uint64_t made;
+    while (ca_rank_work_next(&r->work, &range)) {
+        ca_error failure = {""};
+        const ca_status status = make_range(r, range, &made, &failure);
+        ca_rank_work_made(&r->work, made, false, status, &failure);
+    }
+}
+
 /* The blocks before one that was not made whole are the result, and kept. */
 static ca_status run_blocks(block_render *r, ca_error *error)
 {
     r->start = ca_clock_seconds() - r->part.seconds;
-    const ca_status status = make_blocks(r, error);
+    const ca_status status = r->ranks ? lead_blocks(r, error) : make_blocks(r, error);
+    ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     const bool early = r->interrupted || status != CA_OK;
     if (has_blocks(r) && ca_checkpoint_is_wanted(&r->checkpoint, r->plan->settings, early))
@@ -313,6 +446,7 @@ static void count_what_is_done(block_render *r)
     keep_samples(r);
     ca_part_counts_keep(&r->workers, r->part.counts);
     for (int i = 0; i < CA_PART_COUNTS; i++) r->part.counts[i] += r->counts_before[i];
+    if (r->ranks) ca_rank_work_count(&r->work, r->part.counts);
 }
 
 static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
@@ -321,7 +455,7 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
     count_what_is_done(r);
     ca_status written = r->checkpoint.status;
     if (written != CA_OK && error) *error = r->checkpoint.failure;
-    const ca_status part = settings->part_path ? ca_part_write(&r->part, settings->part_path, error) : CA_OK;
+    const ca_status part = settings->part_path ? write_film(r, settings->part_path, error) : CA_OK;
     if (part != CA_OK) written = part;
     ca_part_fill_statistics(&r->part, statistics);
     add_notes(r, statistics);
@@ -407,27 +541,57 @@ static ca_status check_limit(const block_render *r, ca_error *error)
 static ca_status run_and_finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics,
                                 ca_error *error)
 {
-    CA_TRY(check_limit(r, error));
     const ca_status status = run_blocks(r, error);
     if (!has_blocks(r)) return status;
     const ca_status finished = finish(r, image, statistics, status == CA_OK ? error : NULL);
     return status == CA_OK ? finished : status;
 }
 
+static ca_status create_work(block_render *r, ca_error *error)
+{
+    if (!r->ranks) return CA_OK;
+    r->rank_film = (ca_rank_film){.blocks = r->part.film, .workers = &r->workers};
+    const ca_rank_sums sums = ca_rank_sums_of(&r->rank_film);
+    CA_TRY(ca_rank_work_create(&r->work, r->ranks, &sums, r->part.blocks[0], r->resumed, error));
+    r->work.end_wanted = r->plan->settings->stop;
+    r->workers.parallel.between = ca_rank_work_between;
+    r->workers.parallel.between_user = &r->work;
+    return CA_OK;
+}
+
+/* All that can fail before the first block. With other ranks blocks are finished, whoever asks to stop. */
+static ca_status prepare(block_render *r, ca_error *error)
+{
+    ca_render_plan *plan = r->plan;
+    if (r->ranks) plan->input.stop = NULL;
+    CA_TRY(prepare_part(plan, &r->part, error));
+    CA_TRY(ca_checkpoint_start(&r->checkpoint, plan->settings, error));
+    CA_TRY(resume(r, error));
+    CA_TRY(create_buffers(r, error));
+    CA_TRY(plan->type->create(&plan->input, &r->integrator, error));
+    CA_TRY(check_limit(r, error));
+    return create_work(r, error);
+}
+
+static ca_status agree_on_settings(const block_render *r, ca_status status, ca_error *error)
+{
+    if (!r->ranks) return status;
+    CA_TRY(ca_ranks_agree(r->ranks, status, error));
+    return ca_part_settings_agree(r->ranks, r->part.settings, error);
+}
+
 ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error)
 {
-    block_render r = {.plan = plan};
+    block_render r = {.plan = plan, .ranks = plan->settings->ranks};
     *image = NULL;
-    ca_status status = prepare_part(plan, &r.part, error);
-    if (status == CA_OK) status = ca_checkpoint_start(&r.checkpoint, plan->settings, error);
-    if (status == CA_OK) status = resume(&r, error);
-    if (status == CA_OK) status = create_buffers(&r, error);
-    if (status == CA_OK) status = plan->type->create(&plan->input, &r.integrator, error);
-    if (status == CA_OK) {
+    ca_status status = agree_on_settings(&r, prepare(&r, error), error);
+    if (status == CA_OK && ca_ranks_helps(r.ranks))
+        help_blocks(&r);
+    else if (status == CA_OK)
         status = run_and_finish(&r, image, statistics, error);
-        plan->type->destroy(r.integrator);
-    }
+    if (r.integrator) plan->type->destroy(r.integrator);
+    ca_rank_work_destroy(&r.work);
     ca_workers_destroy(&r.workers);
     ca_kept_counts_destroy(&r.kept);
     ca_free(r.made);

@@ -129,7 +129,8 @@ ca_status ca_kept_write(const ca_kept_passes *kept, const ca_kept_state *state, 
         .threads = plan->threads,
     };
     ca_part_counts_keep(state->workers, part.counts);
-    for (int i = 0; i < CA_PART_COUNTS; i++) part.counts[i] += kept->counts[i];
+    for (int i = 0; i < CA_PART_COUNTS; i++)
+        part.counts[i] += kept->counts[i] + (state->others ? state->others[i] : 0);
     const ca_status status = ca_pass_part_write(&part, state->film, path, error);
     ca_free(record);
     return status;

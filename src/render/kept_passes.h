@@ -41,6 +41,7 @@ typedef struct ca_kept_state {
     const ca_film *film;
     uint32_t passes;
     const ca_workers *workers;
+    const uint64_t *others; /* [CA_PART_COUNTS] of other ranks; NULL: there are none */
     double seconds;
     ca_noise_looks looks;
 } ca_kept_state;

@@ -7,6 +7,7 @@
 #include "render/blocks.h"
 #include "render/merge_passes.h"
 #include "render/part_settings.h"
+#include "render/public_structs.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -170,6 +171,17 @@ static ca_status has_passes(const char *path, bool *passes, ca_error *error)
     return CA_OK;
 }
 
+static ca_status merge_blocks(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
+                              ca_render_statistics *statistics, ca_error *error)
+{
+    merge m = {0};
+    ca_status status = merge_files(&m, paths, count, image != NULL, error);
+    if (status == CA_OK) status = use_sum(&m.sum, part_path, image, statistics, error);
+    ca_part_destroy(&m.sum);
+    ca_free(m.parts);
+    return status;
+}
+
 ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path, ca_image_layers **image,
                          ca_render_statistics *statistics, ca_error *error)
 {
@@ -177,11 +189,10 @@ ca_status ca_merge_parts(const char *const *paths, size_t count, const char *par
     if (count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "there are no part files to merge");
     bool passes;
     CA_TRY(has_passes(paths[0], &passes, error));
-    if (passes) return ca_merge_passes(paths, count, part_path, image, statistics, error);
-    merge m = {0};
-    ca_status status = merge_files(&m, paths, count, image != NULL, error);
-    if (status == CA_OK) status = use_sum(&m.sum, part_path, image, statistics, error);
-    ca_part_destroy(&m.sum);
-    ca_free(m.parts);
+    ca_render_statistics told;
+    CA_TRY(ca_statistics_take(statistics, &told, error));
+    const ca_status status = passes ? ca_merge_passes(paths, count, part_path, image, &told, error)
+                                    : merge_blocks(paths, count, part_path, image, &told, error);
+    ca_statistics_give(&told, statistics);
     return status;
 }

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "noise/layers.h"
 #include "render/noise_plan.h"
+#include "render/public_structs.h"
 
 #include <string.h>
 
@@ -52,19 +53,22 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
                            ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error)
 {
-    ca_render_settings defaults;
+    ca_render_settings taken;
+    ca_render_statistics told;
     ca_image_layers *made = NULL;
     ca_noise_plan p;
     *noise = NULL;
     if (image) *image = NULL;
-    ca_render_settings_init(&defaults);
-    CA_TRY(ca_noise_plan_make(&p, scene, settings ? settings : &defaults, iterations, error));
+    CA_TRY(ca_settings_take(settings, &taken, error));
+    CA_TRY(ca_statistics_take(statistics, &told, error));
+    CA_TRY(ca_noise_plan_make(&p, scene, &taken, iterations, error));
     *noise = ca_alloc_zeroed(1, sizeof **noise);
     ca_status status = *noise ? CA_OK : ca_fail_memory(error, "the noise");
     if (status == CA_OK)
         (*noise)->light_paths_only =
             ca_integrator_has(p.plan.type, CA_ABILITY_ONE_CAMERA_PATH) || p.plan.camera_paths == 1;
-    if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, statistics, error);
+    if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, &told, error);
+    ca_statistics_give(&told, statistics);
     if (status == CA_OK && image) {
         *image = made;
         return CA_OK;

@@ -6,6 +6,7 @@
 #include "render/noise.h"
 #include "render/noise_plan.h"
 #include "render/pass.h"
+#include "render/public_structs.h"
 
 #include <math.h>
 
@@ -324,17 +325,17 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
                              const char *objective, ca_image_layers *image, ca_noise_recommendation *recommendation,
                              ca_error *error)
 {
-    ca_render_settings defaults;
+    ca_render_settings taken;
     ca_ray_objective wanted;
     timing t = {.noise = noise, .start = ca_clock_seconds(), .asked = -(double)INFINITY};
-    ca_render_settings_init(&defaults);
+    CA_TRY(ca_settings_take(settings, &taken, error));
     CA_TRY(ca_ray_objective_find(objective, &wanted, error));
     if (noise->film.connections)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                        "numbers of paths are not recommended where paths are connected: the weights of what they "
                        "bring change with "
                        "the numbers");
-    ca_status status = plan_timing(&t, scene, settings ? settings : &defaults, error);
+    ca_status status = plan_timing(&t, scene, &taken, error);
     if (status == CA_OK) status = prepare(&t, error);
     if (status == CA_OK) status = time_and_choose(&t, wanted, error);
     if (status == CA_ERROR_INTERRUPTED) {

@@ -173,3 +173,40 @@ ca_status ca_part_settings_fail(const char *first_path, const char *a, const cha
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.200s and %.200s differ in their %.*s: \"%.*s\" and \"%.*s\"",
                    first_path, path, name, a, a_length < 250 ? a_length : 250, a, b_length < 250 ? b_length : 250, b);
 }
+
+/* ---- Ranks ----------------------------------------------------------------------------------------------------- */
+
+/* Rank 0's text on all ranks. */
+static void share_text(const ca_ranks *ranks, const char *own, char text[TEXT_SIZE])
+{
+    memset(text, 0, TEXT_SIZE);
+    if (own) snprintf(text, TEXT_SIZE, "%s", own);
+    ca_ranks_share(ranks, text, TEXT_SIZE);
+}
+
+ca_status ca_pass_settings_share(const ca_ranks *ranks, ca_render_plan *plan, ca_error *error)
+{
+    char text[TEXT_SIZE], *own = NULL;
+    const ca_status made = ranks->rank == 0 ? ca_pass_settings_make(plan, 0, &own, error) : CA_OK;
+    share_text(ranks, own, text);
+    ca_free(own);
+    if (ranks->rank == 0) return made;
+    return text[0] ? ca_pass_settings_use(text, plan, error) : CA_OK; /* "": rank 0 failed */
+}
+
+static ca_status compare_with_first(const char *first, const char *own, ca_error *error)
+{
+    if (ca_part_settings_equal(&first, &own)) return CA_OK;
+    if (strncmp(first, "scene ", 6) == 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "this is another scene than that of rank 0: its files differ");
+    const int a = (int)strcspn(own, "\n"), b = (int)strcspn(first, "\n");
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "this rank has \"%.*s\", but rank 0 has \"%.*s\"",
+                   a < 200 ? a : 200, own, b < 200 ? b : 200, first);
+}
+
+ca_status ca_part_settings_agree(const ca_ranks *ranks, const char *settings, ca_error *error)
+{
+    char text[TEXT_SIZE];
+    share_text(ranks, settings, text);
+    return ca_ranks_agree(ranks, compare_with_first(text, settings, error), error);
+}

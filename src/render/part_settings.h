@@ -3,6 +3,7 @@
 #ifndef CA_RENDER_PART_SETTINGS_H
 #define CA_RENDER_PART_SETTINGS_H
 
+#include "render/ranks.h"
 #include "render/render.h"
 
 /* The caller frees the text with ca_free. */
@@ -14,6 +15,13 @@ ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char 
 
 /* Gives the plan the integrator and the parameters of such a text, as they are. Errors: CA_ERROR_FORMAT. */
 ca_status ca_pass_settings_use(const char *text, ca_render_plan *plan, ca_error *error);
+
+/* Called by all ranks. The others get rank 0's integrator and parameters, as above. The ranks have not agreed on the
+ * result. */
+ca_status ca_pass_settings_share(const ca_ranks *ranks, ca_render_plan *plan, ca_error *error);
+/* Called by all ranks: refuses ranks whose settings (a text of the two above) differ from rank 0's, and names what
+ * differs. All get the same answer. CA_ERROR_ARGUMENT. */
+ca_status ca_part_settings_agree(const ca_ranks *ranks, const char *settings, ca_error *error);
 
 /* Copies the value of a line. false, and an empty text: there is no such line, or it is longer than `size` allows. */
 bool ca_part_settings_find(const char *text, const char *name, char *value, size_t size);

@@ -262,6 +262,7 @@ static ca_status commit(ca_pass_runner *runner, ca_error *error)
     const ca_integrator_input *input = &runner->plan->input;
     ca_parallel parallel = runner->workers.parallel;
     parallel.stop = NULL;
+    parallel.between = NULL;
     CA_TRY(ca_for_each_tile(&parallel, runner->film->width, runner->film->height, add_tile, runner, error));
     if (input->technique_images) ca_technique_images_keep(input->technique_images);
     return CA_OK;
@@ -279,6 +280,8 @@ ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error)
     ca_workers_keep_counts(&runner->workers, &runner->kept);
     ca_status status = run_rounds(runner, pass, error);
     if (status == CA_OK && runner->ended) return CA_OK;
+    if (status == CA_OK && runner->may_add && !runner->may_add(runner->may_add_user))
+        status = ca_fail(error, CA_ERROR_INTERRUPTED, NULL, "the pass is not wanted");
     if (status == CA_OK) status = commit(runner, error);
     if (status != CA_OK) forget(runner);
     return status;

@@ -50,6 +50,9 @@ typedef struct ca_pass_runner {
     bool (*goes_on)(void *user);
     void *goes_on_user;
     atomic_bool ended; /* by that */
+    /* Asked when all of a pass is there: false drops it (CA_ERROR_INTERRUPTED). NULL: it is added. */
+    bool (*may_add)(void *user);
+    void *may_add_user;
     uint32_t rounds;
     ca_film_sample *samples; /* owned; camera paths of a pixel next to each other; NULL in a pass of one round */
     ca_pixel_group *groups;  /* owned; one a worker */

@@ -285,6 +285,18 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
     return CA_OK;
 }
 
+static ca_status check_ranks(const ca_render_plan *plan, ca_error *error)
+{
+    if (!plan->settings->ranks) return CA_OK;
+    if (plan->rays == CA_RAYS_AUTO)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "with rays \"auto\" passes have other numbers of rays from phase to phase: one rank makes "
+                       "them; an image of such a render, as file of rays, repeats its choice on several");
+    if (plan->settings->strategies_directory)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are made by one rank");
+    return CA_OK;
+}
+
 static ca_status check_passes(const ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
@@ -370,6 +382,7 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
     const ca_render_settings *settings = plan->settings;
     CA_TRY(check_targets(settings, error));
     CA_TRY(check_parts(plan, error));
+    CA_TRY(check_ranks(plan, error));
     CA_TRY(check_passes(plan, error));
     CA_TRY(check_block_settings(plan, error));
     plan_block_film(plan, width, height);

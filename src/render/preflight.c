@@ -1,6 +1,7 @@
 /* What can be said of a render before it is made (ca_preflight_make). */
 #include "photon/radius.h"
 #include "render/light_pilot.h"
+#include "render/public_structs.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -96,9 +97,9 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
                             ca_error *error)
 {
     const double unknown = (double)NAN;
-    ca_render_settings defaults;
+    ca_render_settings taken;
     ca_render_plan plan;
-    ca_render_settings_init(&defaults);
+    CA_TRY(ca_settings_take(settings, &taken, error));
     *preflight = (ca_preflight){.lost_light = unknown,
                                 .lost_light_low = unknown,
                                 .lost_light_high = unknown,
@@ -108,7 +109,7 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
                                 .merged_photons = unknown,
                                 .merged_photons_low = unknown,
                                 .merged_photons_high = unknown};
-    CA_TRY(ca_render_plan_make(&plan, scene, settings ? settings : &defaults, error));
+    CA_TRY(ca_render_plan_make(&plan, scene, &taken, error));
     preflight->radius = ca_integrator_value(plan.type, &plan.input, "radius", 0.0);
     preflight->no_light = scene->light_count == 0;
     if (!preflight->no_light) return judge_light(preflight, &plan, error);

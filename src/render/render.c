@@ -10,7 +10,10 @@
 #include "render/kept_passes.h"
 #include "render/noise_looks.h"
 #include "render/part_counts.h"
+#include "render/part_settings.h"
 #include "render/pass.h"
+#include "render/public_structs.h"
+#include "render/rank_sums.h"
 #include "render/ray_file.h"
 #include "render/record.h"
 #include "render/replicates.h"
@@ -36,6 +39,9 @@ typedef struct render {
     uint32_t look_passes; /* done at the last look */
     double look_seconds;  /* then */
     bool interrupted;
+    const ca_ranks *ranks; /* borrowed; NULL: the render is this process's alone. Else likewise: */
+    ca_rank_work work;
+    ca_rank_film rank_film;
 } render;
 
 bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start)
@@ -63,13 +69,16 @@ ca_status ca_render_check_snapshot(const ca_render_progress *progress, ca_image_
 static ca_status take_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                                ca_render_statistics *statistics, ca_error *error)
 {
-    ca_render_statistics own_statistics;
+    ca_render_statistics told;
     CA_TRY(ca_render_check_snapshot(progress, image, error));
+    CA_TRY(ca_statistics_take(statistics, &told, error));
     const render *r = progress->render;
-    if (!statistics) statistics = &own_statistics;
-    fill_statistics(r, statistics);
-    return develop(r, statistics, image, error);
+    fill_statistics(r, &told);
+    ca_statistics_give(&told, statistics);
+    return develop(r, &told, image, error);
 }
+
+static void gather_for_progress(const ca_render_progress *progress);
 
 static uint32_t passes_planned(const ca_render_plan *plan) { return plan->pass_limit - plan->first_pass; }
 
@@ -90,6 +99,7 @@ static bool report_progress(render *r)
         .method = r->plan->method.reason[0] ? r->plan->method.reason : NULL,
         .snapshot = r->plan->first_pass == 0 ? take_snapshot : NULL, /* an image needs all passes from 0 */
         .checkpoint_failure = ca_checkpoint_failure(&r->kept.checkpoint),
+        .gather = r->ranks ? gather_for_progress : NULL,
         .render = r,
     };
     return ca_render_tell(r->plan, &progress, &r->start);
@@ -111,14 +121,87 @@ static void look(render *r)
     r->look_seconds = r->seconds;
 }
 
+/* Without a target it is only shown: what there is on this rank tells of the rest. */
+static void look_at_own(render *r)
+{
+    const double known = (double)r->work.in_sums / r->passes;
+    const double noise = 100.0 * ca_film_summarise(&r->film).noise * sqrt(known);
+    ca_noise_looks_take(&r->looks, r->passes, noise, r->seconds, r->seconds / r->passes);
+    r->look_passes = r->passes;
+    r->look_seconds = r->seconds;
+}
+
+/* ---- With other ranks ------------------------------------------------------------------------------------------ */
+
+static uint64_t length(ca_work_range range) { return range.end - range.begin; }
+
+/* *made: so many of its passes are in the film. */
+static ca_status make_range(render *r, ca_work_range range, uint64_t *made, ca_error *error)
+{
+    for (*made = 0; *made < length(range); ++*made) {
+        const uint32_t pass = (uint32_t)(range.begin + *made);
+        CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, pass), error));
+    }
+    return CA_OK;
+}
+
+/* On rank 0. */
+static ca_status make_own_range(render *r, ca_work_range range, ca_error *error)
+{
+    uint64_t made;
+    const ca_status status = make_range(r, range, &made, error);
+    ca_rank_work_done(&r->work, range, made);
+    r->passes = (uint32_t)r->work.made;
+    r->seconds = ca_clock_seconds() - r->start;
+    return status;
+}
+
+/* The film then has all passes before the border of r->work: r->passes. */
+static ca_status gather(render *r, ca_error *error)
+{
+    ca_rank_work *work = &r->work;
+    ca_status status = CA_OK;
+    while (!ca_rank_work_gather(work)) {
+        ca_work_range range;
+        if (!ca_rank_work_take(work, &range)) continue;
+        const ca_status made = make_own_range(r, range, status == CA_OK ? error : NULL);
+        if (status == CA_OK) status = made;
+    }
+    r->passes = (uint32_t)work->in_sums;
+    return status;
+}
+
+/* ca_render_progress.gather */
+static void gather_for_progress(const ca_render_progress *progress)
+{
+    render *r = progress->render;
+    (void)gather(r, NULL); /* what fails on this rank fails again with the next pass */
+    ca_rank_work_go_on(&r->work, r->work.look);
+}
+
+static bool has_all_passes(const render *r) { return !r->ranks || ca_rank_work_is_whole(&r->work); }
+
 /* ---- Checkpoints ----------------------------------------------------------------------------------------------- */
 
-/* ca_checkpoint_writer */
+static ca_status write_film(const render *r, const char *path, ca_error *error)
+{
+    uint64_t others[CA_PART_COUNTS] = {0};
+    if (r->ranks) ca_rank_work_count(&r->work, others);
+    const ca_kept_state state = {r->plan, &r->film, r->passes, &r->runner.workers, others, r->seconds, r->looks};
+    if (!has_all_passes(r))
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not all passes from the first on could be made", path);
+    return ca_kept_write(&r->kept, &state, path, error);
+}
+
+/* ca_checkpoint_writer. At the end all is gathered. */
 static ca_status write_state(void *user, const char *path, ca_error *error)
 {
-    const render *r = user;
-    const ca_kept_state state = {r->plan, &r->film, r->passes, &r->runner.workers, r->seconds, r->looks};
-    return ca_kept_write(&r->kept, &state, path, error);
+    render *r = user;
+    const bool gathers = r->ranks && !r->work.ended;
+    if (gathers) CA_TRY(gather(r, error));
+    const ca_status status = write_film(r, path, error);
+    if (gathers) ca_rank_work_go_on(&r->work, r->work.look);
+    return status;
 }
 
 /* What the render is expected to take, s; INFINITY: nobody knows. */
@@ -176,6 +259,91 @@ static ca_status make_passes(render *r, ca_error *error)
     return CA_OK;
 }
 
+/* The pass at which the noise is looked at next, where that may end the render. */
+static uint64_t next_look(const render *r)
+{
+    if (r->looks.target <= 0.0) return UINT64_MAX;
+    const double next = fmax(ceil(r->looks.next), r->passes + 1.0);
+    return r->plan->first_pass + (uint64_t)next;
+}
+
+static ca_status look_at_all(render *r, ca_error *error)
+{
+    CA_TRY(gather(r, error));
+    look(r);
+    if (!ca_noise_looks_reached(&r->looks)) ca_rank_work_go_on(&r->work, next_look(r));
+    return CA_OK;
+}
+
+/* A range, or a look; *over: there is nothing more to do. */
+static ca_status make_some(render *r, bool *over, ca_error *error)
+{
+    ca_rank_work *work = &r->work;
+    ca_work_range range;
+    const double limit = r->plan->settings->seconds;
+    work->deadline = limit > 0.0 ? r->start + limit : 0.0;
+    if (ca_rank_work_take(work, &range)) {
+        CA_TRY(make_own_range(r, range, error));
+        work->waits = false;
+        if (r->looks.target <= 0.0 && ca_noise_looks_due(&r->looks, r->passes)) look_at_own(r);
+        return CA_OK;
+    }
+    *over = work->next < work->look;
+    if (*over) return CA_OK;
+    CA_TRY(look_at_all(r, error));
+    *over = ca_noise_looks_reached(&r->looks);
+    return CA_OK;
+}
+
+/* The first failure is the one that is told. */
+static ca_status finish_with_others(render *r, ca_status status, ca_error *error)
+{
+    ca_rank_work *work = &r->work;
+    work->closed = true;
+    const ca_status gathered = gather(r, status == CA_OK ? error : NULL);
+    if (status == CA_OK) status = gathered;
+    if (status == CA_OK && work->status != CA_OK) {
+        status = work->status;
+        if (error) *error = work->failure;
+    }
+    r->seconds = ca_clock_seconds() - r->start;
+    ca_rank_work_end(work);
+    return status;
+}
+
+/* As make_passes, where other ranks make passes, too. What was begun of a replicate is finished here first. */
+static ca_status lead_passes(render *r, ca_error *error)
+{
+    const uint32_t each = ca_replicates_passes(r->plan);
+    ca_rank_work *work = &r->work;
+    bool over = ca_noise_looks_reached(&r->looks);
+    ca_status status = CA_OK;
+    work->look = next_look(r);
+    work->run = each > 1 ? each : 1;
+    work->waits = r->kept.resumed % work->run != 0;
+    while (status == CA_OK && !over && !r->interrupted) {
+        status = make_some(r, &over, error);
+        if (status != CA_OK) break;
+        keep(r);
+        r->interrupted = !report_progress(r) || r->plan->ended || work->end_asked;
+    }
+    return finish_with_others(r, status, error);
+}
+
+/* On the other ranks; rank 0 tells what failed here. */
+static void help_passes(render *r)
+{
+    const uint32_t each = ca_replicates_passes(r->plan);
+    ca_work_range range;
+    uint64_t made;
+    while (ca_rank_work_next(&r->work, &range)) {
+        ca_error failure = {""};
+        const ca_status status = make_range(r, range, &made, &failure);
+        const bool spoilt = each > 1 && made % each != 0;
+        ca_rank_work_made(&r->work, made, spoilt, status, &failure);
+    }
+}
+
 /* The passes before one that was not made whole stay: they are the image, and are kept. */
 static ca_status run_passes(render *r, ca_error *error)
 {
@@ -185,7 +353,8 @@ static ca_status run_passes(render *r, ca_error *error)
         resume(r);
     else
         r->start -= r->plan->method.seconds;
-    const ca_status status = make_passes(r, error);
+    const ca_status status = r->ranks ? lead_passes(r, error) : make_passes(r, error);
+    ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     if (r->passes > 0) keep_last(r, r->interrupted || status != CA_OK);
     return status == CA_ERROR_INTERRUPTED && r->passes > 0 ? CA_OK : status;
@@ -204,18 +373,19 @@ void ca_render_summarise(const ca_film_summary *summary, ca_render_statistics *s
 static void fill_statistics(const render *r, ca_render_statistics *statistics)
 {
     const ca_film_summary summary = ca_film_summarise(&r->film);
+    const uint64_t passes = r->ranks ? r->work.in_sums : r->passes;
     *statistics = (ca_render_statistics){
         .seconds = r->seconds,
-        .iterations = r->passes,
+        .iterations = passes,
         .seed = r->plan->seed,
         .notes = r->plan->scene->desc.notes.items,
         .note_count = r->plan->scene->desc.notes.count,
-        .samples_per_pixel = r->passes * r->plan->samples_per_pass,
+        .samples_per_pixel = (double)passes * r->plan->samples_per_pass,
         .interrupted = r->interrupted,
         .first_predicted_seconds = r->looks.first_predicted_seconds,
         .first_predicted_at = r->looks.first_predicted_at,
         .method = r->plan->method,
-        .passes = {r->plan->first_pass, (uint64_t)r->plan->first_pass + r->passes},
+        .passes = {r->plan->first_pass, r->plan->first_pass + passes},
         .passes_resumed = r->kept.resumed,
         .numbers_of_rays = {.light_paths = r->rays.light_paths,
                             .camera_paths = r->rays.mean,
@@ -228,6 +398,11 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
     ca_render_summarise(&summary, statistics);
     ca_workers_count(&r->runner.workers, statistics);
     ca_part_counts_fill(r->kept.counts, statistics);
+    if (!r->ranks) return;
+    uint64_t others[CA_PART_COUNTS] = {0};
+    ca_rank_work_count(&r->work, others);
+    ca_part_counts_fill(others, statistics);
+    if (!has_all_passes(r)) statistics->passes[0] = statistics->passes[1] = 0;
 }
 
 ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics,
@@ -287,8 +462,6 @@ static ca_status write_files(render *r, ca_error *error)
 
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
-    const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
-    CA_TRY(ca_pass_runner_create(&r->runner, r->plan, r->integrator, &r->film, counts, error));
     ca_status status = run_passes(r, error);
     const bool has_passes = r->passes > 0;
     if (has_passes) {
@@ -297,6 +470,7 @@ static ca_status render_film(render *r, ca_image_layers **image, ca_render_stati
         if (status == CA_OK) status = written;
     }
     ca_pass_runner_destroy(&r->runner);
+    ca_rank_work_destroy(&r->work);
     if (!has_passes) return status;
     /* The image is made whatever failed before; the first failure is the one that is told. */
     const ca_status developed = develop(r, statistics, image, status == CA_OK ? error : NULL);
@@ -339,17 +513,57 @@ static ca_status create_film(render *r, ca_error *error)
     return ca_kept_restore(&r->kept, plan, &r->film, error);
 }
 
-static ca_status run_render(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+/* ca_pass_runner.may_add */
+static bool may_add(void *user) { return ca_rank_work_may_add(user); }
+
+static ca_status create_work(render *r, ca_error *error)
+{
+    r->rank_film = (ca_rank_film){.film = &r->film, .workers = &r->runner.workers};
+    const ca_rank_sums sums = ca_rank_sums_of(&r->rank_film);
+    CA_TRY(ca_rank_work_create(&r->work, r->ranks, &sums, r->plan->first_pass, r->kept.resumed, error));
+    r->work.limit = r->plan->pass_limit;
+    r->work.end_wanted = r->plan->settings->stop;
+    r->runner.workers.parallel.between = ca_rank_work_between;
+    r->runner.workers.parallel.between_user = &r->work;
+    r->runner.may_add = may_add;
+    r->runner.may_add_user = &r->work;
+    return CA_OK;
+}
+
+/* All that can fail before the first pass. Ranks end when rank 0 says so. */
+static ca_status prepare(render *r, ca_error *error)
 {
     ca_render_plan *plan = r->plan;
+    if (r->ranks) plan->input.stop = &r->work.stop;
     if (plan->rays == CA_RAYS_OF_FILE) CA_TRY(ca_ray_file_read(&r->rays, plan, error));
+    const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
     CA_TRY(ca_kept_check(&r->kept, plan, hash_of_rays(r), error));
     CA_TRY(create_film(r, error));
     if (plan->settings->strategies_directory)
         CA_TRY(ca_technique_images_create(&plan->input.technique_images, plan->crop, error));
     CA_TRY(create_integrator(r, error));
-    const ca_status status = render_film(r, image, statistics, error);
-    plan->type->destroy(r->integrator);
+    CA_TRY(ca_pass_runner_create(&r->runner, plan, r->integrator, &r->film, counts, error));
+    return r->ranks ? create_work(r, error) : CA_OK;
+}
+
+/* Ranks must be about the same picture. */
+static ca_status agree_on_settings(render *r, ca_status status, ca_error *error)
+{
+    if (!r->ranks) return status;
+    CA_TRY(ca_ranks_agree(r->ranks, status, error));
+    return ca_part_settings_agree(r->ranks, r->kept.settings, error);
+}
+
+static ca_status run_render(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    ca_status status = agree_on_settings(r, prepare(r, error), error);
+    if (status == CA_OK && ca_ranks_helps(r->ranks))
+        help_passes(r);
+    else if (status == CA_OK)
+        status = render_film(r, image, statistics, error);
+    ca_pass_runner_destroy(&r->runner);
+    ca_rank_work_destroy(&r->work);
+    if (r->integrator) r->plan->type->destroy(r->integrator);
     return status;
 }
 
@@ -361,12 +575,22 @@ static ca_status choose_method(render *r, ca_error *error)
     return used ? CA_OK : ca_auto_method_choose(r->plan, error);
 }
 
+/* Rank 0 opens what is gone on from, and chooses. */
+static ca_status begin(render *r, ca_error *error)
+{
+    const bool chooses = ca_render_plan_chooses(r->plan);
+    ca_status status = ca_kept_start(&r->kept, r->plan, error);
+    if (status == CA_OK && chooses && !ca_ranks_helps(r->ranks)) status = choose_method(r, error);
+    status = ca_ranks_agree(r->ranks, status, error);
+    if (status != CA_OK || !chooses || !r->ranks) return status;
+    return ca_ranks_agree(r->ranks, ca_pass_settings_share(r->ranks, r->plan, error), error);
+}
+
 static ca_status render_passes(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                                ca_error *error)
 {
-    render r = {.plan = plan};
-    CA_TRY(ca_kept_start(&r.kept, plan, error));
-    ca_status status = ca_render_plan_chooses(plan) ? choose_method(&r, error) : CA_OK;
+    render r = {.plan = plan, .ranks = plan->settings->ranks};
+    ca_status status = begin(&r, error);
     if (status == CA_OK) status = run_render(&r, image, statistics, error);
     ca_technique_images_destroy(plan->input.technique_images);
     plan->input.technique_images = NULL;
@@ -384,13 +608,27 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
     return render_passes(plan, image, statistics, error);
 }
 
+/* For the image and for what is written beside it, row by row. */
+static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
+{
+    enum { ROW_BYTES = 1024 /* a pixel, of files of sums */, SMALL_THINGS = 1 << 18 };
+    const bool bars = ca_render_plan_by_blocks(plan) ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0;
+    const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
+    const size_t bytes = width * height * ca_film_develop_bytes(bars || plan->rays == CA_RAYS_AUTO);
+    return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image", error);
+}
+
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error)
 {
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
-    ca_status status = run_plan(plan, image, statistics, error);
+    ca_status status = ca_ranks_agree(plan->settings->ranks, keep_memory_back(plan, error), error);
+    if (status == CA_OK) status = run_plan(plan, image, statistics, error);
+    statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
     if (status == CA_OK && *image) status = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, error);
+    ca_reserve_release(plan->reserve);
+    plan->reserve = NULL;
     if (status == CA_ERROR_INTERRUPTED)
         ca_fail(error, status, NULL, "ended before the first %s was complete: there is no image",
                 ca_render_plan_by_blocks(plan) ? "block" : "pass");
@@ -417,9 +655,15 @@ ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, c
     if (image) *image = NULL;
     if (!scene || !image)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a render needs a scene and a place for its image");
-    ca_render_settings defaults;
-    ca_render_settings_init(&defaults);
+    ca_render_settings taken;
+    ca_render_statistics made;
     ca_render_plan plan;
-    CA_TRY(ca_render_plan_make(&plan, scene, settings ? settings : &defaults, error));
-    return ca_render_plan_run(&plan, image, statistics, error);
+    ca_error own_error;
+    if (!error) error = &own_error; /* other ranks may want to know */
+    CA_TRY(ca_settings_take(settings, &taken, error));
+    CA_TRY(ca_statistics_take(statistics, &made, error));
+    CA_TRY(ca_ranks_agree(taken.ranks, ca_render_plan_make(&plan, scene, &taken, error), error));
+    const ca_status status = ca_render_plan_run(&plan, image, &made, error);
+    ca_statistics_give(&made, statistics);
+    return status;
 }

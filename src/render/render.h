@@ -7,6 +7,7 @@
 #ifndef CA_RENDER_RENDER_H
 #define CA_RENDER_RENDER_H
 
+#include "base/reserve.h"
 #include "film/film.h"
 #include "integrator/integrator.h"
 #include "noise/ray_numbers.h"
@@ -37,6 +38,7 @@ typedef struct ca_render_plan {
     double
         samples_per_pass; /* what --spp counts: camera paths of a pixel; `light`: light paths per pixel of the film */
     uint32_t threads;
+    ca_reserve *reserve; /* owned while ca_render_plan_run runs: for the image; opened after the last pass or block */
 
     /* Of integrators that render by blocks, instead of limits on passes. */
     uint64_t blocks[2];     /* half open; up to UINT64_MAX: no range was given */

@@ -11,11 +11,6 @@ static bool has_independent_passes(const ca_render_plan *plan)
     return plan->sampler.kind == CA_SAMPLER_INDEPENDENT;
 }
 
-static bool is_scrambled(ca_sampler_kind kind)
-{
-    return kind != CA_SAMPLER_HALTON_PLAIN && kind != CA_SAMPLER_SOBOL_PLAIN;
-}
-
 ca_status ca_replicates_plan(ca_render_plan *plan, ca_error *error)
 {
     const uint32_t replicates = plan->settings->replicates;
@@ -30,7 +25,7 @@ ca_status ca_replicates_plan(ca_render_plan *plan, ca_error *error)
     if (plan->rays != CA_RAYS_OF_SETTINGS)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "replicates have the numbers of rays of the settings: not with rays");
-    if (!is_scrambled(plan->sampler.kind))
+    if (ca_sampler_is_plain(plan->sampler.kind))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "the sampler \"%s\" is not scrambled by the seed: its replicates would all be the same",
                        ca_sampler_name(plan->sampler.kind));

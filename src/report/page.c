@@ -8,6 +8,7 @@
 #include "report/page_text.h"
 #include "report/plane.h"
 
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 
@@ -262,14 +263,17 @@ static ca_status append_part(const ca_page *page, page_part part, FILE *to, ca_e
     char *buffer = ca_alloc(BUFFER_BYTES, 1);
     if (!buffer) return ca_fail_memory(error, "the page");
     FILE *from = page->parts[part];
-    bool good = fflush(from) == 0 && !ferror(from) && fseek(from, 0, SEEK_SET) == 0;
+    int reason = ferror(from) ? ca_file_write_failure(from) : 0;
+    bool good = reason == 0 && fflush(from) == 0 && fseek(from, 0, SEEK_SET) == 0;
     for (size_t size = 1; good && size > 0;) {
         size = fread(buffer, 1, BUFFER_BYTES, from);
         good = fwrite(buffer, 1, size, to) == size && !ferror(from);
     }
+    if (reason == 0) reason = ferror(to) ? ca_file_write_failure(to) : errno;
     ca_free(buffer);
     return good ? CA_OK
-                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page; is the disk full?", page->path);
+                : ca_fail(error, CA_ERROR_FILE, NULL, "%.900s: cannot write the page: %s", page->path,
+                          strerror(reason));
 }
 
 /* ---- The page around them -------------------------------------------------------------------------------------- */

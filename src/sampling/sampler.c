@@ -21,9 +21,16 @@ ca_stream ca_stream_start(const ca_sampler *sampler, uint64_t sequence, uint64_t
     case CA_SAMPLER_HALTON:
     case CA_SAMPLER_HALTON_PLAIN: return ca_halton_start(sampler, sequence, index);
     case CA_SAMPLER_SOBOL: return ca_sobol_start(sampler, sequence, index);
-    case CA_SAMPLER_SOBOL_PLAIN: return ca_sobol_plain_start(sampler, sequence, index);
+    case CA_SAMPLER_SOBOL_PLAIN:
+    case CA_SAMPLER_SOBOL_IMAGE:
+    case CA_SAMPLER_SOBOL_TILES:
+    case CA_SAMPLER_SOBOL_TILES_PLAIN: return ca_sobol_image_start(sampler, sequence, index);
     case CA_SAMPLER_ZSOBOL: return ca_zsobol_start(sampler, sequence, index);
     case CA_SAMPLER_LATTICE: return ca_lattice_start(sampler, sequence, index);
+    case CA_SAMPLER_LATTICE_PLAIN:
+    case CA_SAMPLER_LATTICE_IMAGE:
+    case CA_SAMPLER_LATTICE_TILES:
+    case CA_SAMPLER_LATTICE_TILES_PLAIN: return ca_lattice_image_start(sampler, sequence, index);
     case CA_SAMPLER_INDEPENDENT:
     case CA_SAMPLER_KIND_COUNT: break;
     }
@@ -37,8 +44,15 @@ float ca_structured_1d(const ca_stream *stream, uint32_t dimension)
     case CA_SAMPLER_HALTON_PLAIN: return ca_halton_1d(stream, dimension);
     case CA_SAMPLER_SOBOL:
     case CA_SAMPLER_ZSOBOL: return ca_sobol_1d(stream, dimension);
-    case CA_SAMPLER_SOBOL_PLAIN: return ca_sobol_plain_1d(stream, dimension);
-    case CA_SAMPLER_LATTICE: return ca_lattice_1d(stream, dimension);
+    case CA_SAMPLER_SOBOL_PLAIN:
+    case CA_SAMPLER_SOBOL_IMAGE:
+    case CA_SAMPLER_SOBOL_TILES:
+    case CA_SAMPLER_SOBOL_TILES_PLAIN: return ca_sobol_image_1d(stream, dimension);
+    case CA_SAMPLER_LATTICE:
+    case CA_SAMPLER_LATTICE_PLAIN:
+    case CA_SAMPLER_LATTICE_IMAGE:
+    case CA_SAMPLER_LATTICE_TILES:
+    case CA_SAMPLER_LATTICE_TILES_PLAIN: return ca_lattice_1d(stream, dimension);
     case CA_SAMPLER_INDEPENDENT:
     case CA_SAMPLER_KIND_COUNT: break;
     }
@@ -56,17 +70,42 @@ void ca_sampler_prepare(ca_sampler *sampler, uint32_t width, uint32_t height)
 {
     sampler->width = width;
     sampler->height = height;
-    if (sampler->kind == CA_SAMPLER_HALTON || sampler->kind == CA_SAMPLER_HALTON_PLAIN) ca_halton_prepare(sampler);
-    if (sampler->kind == CA_SAMPLER_SOBOL_PLAIN) ca_sobol_prepare(sampler);
+    switch (sampler->kind) {
+    case CA_SAMPLER_HALTON:
+    case CA_SAMPLER_HALTON_PLAIN: ca_halton_prepare(sampler); break;
+    case CA_SAMPLER_SOBOL_PLAIN:
+    case CA_SAMPLER_SOBOL_IMAGE:
+    case CA_SAMPLER_SOBOL_TILES:
+    case CA_SAMPLER_SOBOL_TILES_PLAIN: ca_sobol_prepare(sampler); break;
+    case CA_SAMPLER_LATTICE_PLAIN:
+    case CA_SAMPLER_LATTICE_IMAGE:
+    case CA_SAMPLER_LATTICE_TILES:
+    case CA_SAMPLER_LATTICE_TILES_PLAIN: ca_lattice_prepare(sampler); break;
+    case CA_SAMPLER_INDEPENDENT:
+    case CA_SAMPLER_SOBOL:
+    case CA_SAMPLER_ZSOBOL:
+    case CA_SAMPLER_LATTICE:
+    case CA_SAMPLER_KIND_COUNT: break;
+    }
 }
 
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
 
 static const char *const names[CA_SAMPLER_KIND_COUNT] = {
-    [CA_SAMPLER_INDEPENDENT] = "independent",   [CA_SAMPLER_HALTON] = "halton",
-    [CA_SAMPLER_HALTON_PLAIN] = "halton-plain", [CA_SAMPLER_SOBOL] = "sobol",
-    [CA_SAMPLER_SOBOL_PLAIN] = "sobol-plain",   [CA_SAMPLER_ZSOBOL] = "zsobol",
+    [CA_SAMPLER_INDEPENDENT] = "independent",
+    [CA_SAMPLER_HALTON] = "halton",
+    [CA_SAMPLER_HALTON_PLAIN] = "halton-plain",
+    [CA_SAMPLER_SOBOL] = "sobol",
+    [CA_SAMPLER_SOBOL_PLAIN] = "sobol-plain",
+    [CA_SAMPLER_SOBOL_IMAGE] = "sobol-image",
+    [CA_SAMPLER_SOBOL_TILES] = "sobol-tiles",
+    [CA_SAMPLER_SOBOL_TILES_PLAIN] = "sobol-tiles-plain",
+    [CA_SAMPLER_ZSOBOL] = "zsobol",
     [CA_SAMPLER_LATTICE] = "lattice",
+    [CA_SAMPLER_LATTICE_PLAIN] = "lattice-plain",
+    [CA_SAMPLER_LATTICE_IMAGE] = "lattice-image",
+    [CA_SAMPLER_LATTICE_TILES] = "lattice-tiles",
+    [CA_SAMPLER_LATTICE_TILES_PLAIN] = "lattice-tiles-plain",
 };
 
 const char *ca_sampler_name(ca_sampler_kind kind)
@@ -86,5 +125,6 @@ bool ca_sampler_find(const char *name, ca_sampler_kind *kind)
 
 const char *ca_sampler_names(void)
 {
-    return "independent, halton, halton-plain, sobol, sobol-plain, zsobol, lattice";
+    return "independent, halton, halton-plain, sobol, sobol-plain, sobol-image, sobol-tiles, sobol-tiles-plain, "
+           "zsobol, lattice, lattice-plain, lattice-image, lattice-tiles, lattice-tiles-plain";
 }

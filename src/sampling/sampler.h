@@ -8,10 +8,10 @@
  * changes earlier ones, no kind runs out of dimensions or of indices, and none asks for a special size of the image.
  * All numbers are multiples of 2^-24.
  *
- * Kinds that sample the whole image by one sequence (halton, halton-plain, sobol-plain) find for a pixel and an index
- * the number of that path in the sequence: dimensions CA_DIM_FILM are then the place within the pixel. Their numbers
- * of paths are counted modulo 2^64. Past its table of bases Halton goes on with base 2, each dimension shuffled and
- * scrambled by itself, in halton-plain too. */
+ * Kinds that sample the whole image, or a tile of it, by one sequence find for a pixel and an index the number of
+ * that path in the sequence: dimensions CA_DIM_FILM are then the place within the pixel. Their numbers of paths are
+ * counted modulo 2^64. Past its table of bases Halton goes on with base 2, each dimension shuffled and scrambled by
+ * itself, in halton-plain too. */
 #ifndef CA_SAMPLING_SAMPLER_H
 #define CA_SAMPLING_SAMPLER_H
 
@@ -56,8 +56,15 @@ typedef enum ca_sampler_kind {
     CA_SAMPLER_HALTON_PLAIN, /* the same without scrambling: light and camera paths see one and the same sequence */
     CA_SAMPLER_SOBOL, /* a sequence of its own for each pixel; Owen-scrambled, padded in groups of four dimensions */
     CA_SAMPLER_SOBOL_PLAIN, /* over the whole image, not scrambled: light and camera paths see the same sequence */
+    CA_SAMPLER_SOBOL_IMAGE, /* the same, Owen-scrambled by the seed, light paths apart */
+    CA_SAMPLER_SOBOL_TILES, /* one over each tile of 16 x 16 pixels, Owen-scrambled apart */
+    CA_SAMPLER_SOBOL_TILES_PLAIN, /* the same sequence over each tile, not scrambled */
     CA_SAMPLER_ZSOBOL,      /* sobol with its samples spread over neighbouring pixels so that their errors differ */
     CA_SAMPLER_LATTICE,     /* an extensible rank-1 lattice, shifted apart for each pixel */
+    CA_SAMPLER_LATTICE_PLAIN, /* one over the whole image, not shifted: light and camera paths see the same */
+    CA_SAMPLER_LATTICE_IMAGE,       /* the same, shifted by the seed, light paths apart */
+    CA_SAMPLER_LATTICE_TILES,       /* one over each tile of 16 x 16 pixels, shifted apart */
+    CA_SAMPLER_LATTICE_TILES_PLAIN, /* the same lattice over each tile, not shifted */
     CA_SAMPLER_KIND_COUNT
 } ca_sampler_kind;
 
@@ -75,6 +82,11 @@ typedef struct ca_sobol_pixels {
     uint64_t rows[64];       /* the matrix that turns a pixel's coordinates into the low bits of the path's number */
 } ca_sobol_pixels;
 
+typedef struct ca_lattice_pixels {
+    uint32_t bits;    /* as above */
+    uint64_t inverse; /* modulo 2^bits, of the rows that a step within a column goes down */
+} ca_lattice_pixels;
+
 typedef struct ca_sampler {
     ca_sampler_kind kind;
     uint64_t seed;
@@ -82,8 +94,24 @@ typedef struct ca_sampler {
     union {
         ca_halton_pixels halton;
         ca_sobol_pixels sobol;
+        ca_lattice_pixels lattice;
     } pixels;
 } ca_sampler;
+
+/* Without randomisation: the seed changes nothing. */
+static inline bool ca_sampler_is_plain(ca_sampler_kind kind)
+{
+    return kind == CA_SAMPLER_HALTON_PLAIN || kind == CA_SAMPLER_SOBOL_PLAIN ||
+           kind == CA_SAMPLER_SOBOL_TILES_PLAIN || kind == CA_SAMPLER_LATTICE_PLAIN ||
+           kind == CA_SAMPLER_LATTICE_TILES_PLAIN;
+}
+
+/* One sequence for each tile of the image? */
+static inline bool ca_sampler_has_tiles(ca_sampler_kind kind)
+{
+    return kind == CA_SAMPLER_SOBOL_TILES || kind == CA_SAMPLER_SOBOL_TILES_PLAIN ||
+           kind == CA_SAMPLER_LATTICE_TILES || kind == CA_SAMPLER_LATTICE_TILES_PLAIN;
+}
 
 /* Tells the sampler the size of the full film, before any stream of a pixel starts. */
 void ca_sampler_prepare(ca_sampler *sampler, uint32_t width, uint32_t height);

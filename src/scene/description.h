@@ -88,6 +88,7 @@ typedef struct ca_light_desc {
             ca_rgb intensity;
             ca_texture_id texture;               /* or CA_NONE */
             double cutoff_degrees, beam_degrees; /* half angles */
+            ca_spot_falloff falloff;
         } spot;
         struct {
             double direction[3]; /* the way the light travels */

@@ -83,6 +83,8 @@ static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_err
     const ca_vec3 s_axis = ca_map_vector(map->to, (ca_vec3){1, 0, 0});
     const ca_vec3 t_axis = ca_map_vector(map->to, (ca_vec3){0, 1, 0});
     shape->area = CA_PI * ca_length(ca_cross(s_axis, t_axis));
+    /* The outside follows +z, and not the turning sense of x and y, which a mirror reverses. */
+    if (ca_matrix_determinant3(&desc->to_world) < 0.0) shape->flip_normals = !shape->flip_normals;
     return CA_OK;
 }
 
@@ -99,7 +101,8 @@ static ca_status triangle_distribution(ca_shape *shape, ca_error *error)
     return status;
 }
 
-static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mesh *mesh, ca_error *error)
+/* Moves a mesh to its place, once and for all versions of the scene that share it. */
+static ca_status place_mesh(ca_mesh *mesh, const ca_shape_desc *desc, ca_error *error)
 {
     ca_affine map;
     CA_TRY(set_map(&map, desc, &desc->to_world, error));
@@ -107,12 +110,20 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     if (desc->flip_normals) ca_mesh_flip_normals(mesh);
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
     if (ca_mesh_normals_are_flat(mesh)) ca_mesh_drop_normals(mesh); /* those of the faces serve as well */
+    const ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = mesh};
+    ca_shape_bounds(&shape, &mesh->low, &mesh->high);
+    for (uint32_t i = 0; i < mesh->triangle_count; i++) mesh->area += ca_mesh_triangle_area(mesh, i);
+    mesh->placed = true; /* the bounds are read from now on */
+    return CA_OK;
+}
+
+static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mesh *mesh, ca_error *error)
+{
+    if (!mesh->placed) CA_TRY(place_mesh(mesh, desc, error));
     shape->as.mesh.mesh = mesh;
-    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
-        shape->as.mesh.extent = ca_max(shape->as.mesh.extent, fabsf(mesh->positions[i]));
-    double area = 0.0;
-    for (uint32_t i = 0; i < mesh->triangle_count; i++) area += ca_mesh_triangle_area(mesh, i);
-    shape->area = (float)area;
+    const ca_vec3 farthest_corner = ca_max_vec3(ca_abs3(mesh->low), ca_abs3(mesh->high));
+    shape->as.mesh.extent = ca_max(farthest_corner.x, ca_max(farthest_corner.y, farthest_corner.z));
+    shape->area = (float)mesh->area;
     if (desc->light == CA_NONE) return CA_OK;
     shape->as.mesh.rectangle = ca_rectangle_from_mesh(mesh);
     return triangle_distribution(shape, error);
@@ -366,6 +377,7 @@ static ca_status compile_spot(ca_light *light, const ca_light_desc *desc, ca_err
     light->as.spot.position = origin_of(&light->as.spot.map);
     light->as.spot.intensity = desc->as.spot.intensity;
     light->as.spot.texture = desc->as.spot.texture;
+    light->as.spot.falloff = desc->as.spot.falloff;
     light->as.spot.cutoff = (float)(desc->as.spot.cutoff_degrees * (CA_PI_D / 180.0));
     light->as.spot.beam = (float)(desc->as.spot.beam_degrees * (CA_PI_D / 180.0));
     return CA_OK;
@@ -478,7 +490,8 @@ static ca_status find_regular(ca_scene *scene, uint32_t world_count, ca_error *e
     return scene->mattes && scene->even_lights ? CA_OK : ca_fail_memory(error, "the scene");
 }
 
-static ca_status compile(ca_scene *scene, uint32_t *group_first, const int *stop, ca_error *error)
+static ca_status compile(ca_scene *scene, const ca_scene *previous, uint32_t *group_first, const int *stop,
+                         ca_error *error)
 {
     uint32_t world_count = 0;
     scene->environment = CA_NONE;
@@ -491,8 +504,9 @@ static ca_status compile(ca_scene *scene, uint32_t *group_first, const int *stop
     CA_TRY(check_reach(scene, error));
     CA_TRY(compile_lights(scene, error));
     CA_TRY(find_regular(scene, world_count, error));
-    return ca_accel_create(scene->shapes, scene->shape_count, world_count, scene->instances, scene->instance_count,
-                           ca_processors(), stop, &scene->accel, error);
+    return ca_accel_create_after(previous ? previous->accel : NULL, scene->shapes, scene->shape_count, world_count,
+                                 scene->instances, scene->instance_count, ca_processors(), stop, &scene->accel,
+                                 error);
 }
 
 ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height)
@@ -510,10 +524,11 @@ ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height
 
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error)
 {
-    return ca_scene_compile_until(desc, NULL, scene, error);
+    return ca_scene_compile_after(desc, NULL, NULL, scene, error);
 }
 
-ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error)
+ca_status ca_scene_compile_after(ca_scene_desc *desc, const ca_scene *previous, const int *stop, ca_scene **scene,
+                                 ca_error *error)
 {
     *scene = NULL;
     ca_scene *compiled = ca_alloc_zeroed(1, sizeof *compiled);
@@ -527,7 +542,7 @@ ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene 
     atomic_init(&compiled->references, 1);
     compiled->desc = *desc;
     memset(desc, 0, sizeof *desc);
-    const ca_status status = compile(compiled, group_first, stop, error);
+    const ca_status status = compile(compiled, previous, group_first, stop, error);
     ca_free(group_first);
     if (status != CA_OK) {
         ca_scene_destroy(compiled);

@@ -1,8 +1,9 @@
 /* The immutable scene that is rendered: compiled from a description, shared by all threads.
  *
  * Layout: tables with indices between them; the world's shapes come first, then those of each shape group together.
- * Ownership: the scene owns everything it points to; a view owns its camera, film, sampler and integrator, and the
- * last one that is destroyed takes the rest along. */
+ * Ownership: the scene owns everything it points to, meshes, images and acceleration structures together with the
+ * versions that share them; a view owns its camera, film, sampler and integrator, and the last one that is destroyed
+ * takes the rest along. */
 #ifndef CA_SCENE_SCENE_H
 #define CA_SCENE_SCENE_H
 
@@ -39,8 +40,10 @@ struct ca_scene {
 
 /* Takes the description over (also on failure) and leaves *desc empty. */
 ca_status ca_scene_compile(ca_scene_desc *desc, ca_scene **scene, ca_error *error);
-/* The same; gives up soon when asked to (base/stop.h). */
-ca_status ca_scene_compile_until(ca_scene_desc *desc, const int *stop, ca_scene **scene, ca_error *error);
+/* The same for the next version of a scene (NULL: it is the first), which shares the acceleration structures that
+ * would be the same again (accel.h); gives up soon when asked to (base/stop.h). */
+ca_status ca_scene_compile_after(ca_scene_desc *desc, const ca_scene *previous, const int *stop, ca_scene **scene,
+                                 ca_error *error);
 /* The scene with the camera, film and sampler of `desc`, and its integrator if that has a name. Takes the description
  * over. Errors: CA_ERROR_SCENE where there is more in it, CA_ERROR_MEMORY. Threads: views of one scene may be made
  * and destroyed by several at once. */

@@ -123,7 +123,7 @@ double auto_bias_render(const ca_scene *scene, uint32_t renders, uint32_t sample
         ca_render_settings settings;
         ca_render_plan plan;
         ca_image_layers *image = NULL;
-        ca_render_statistics statistics;
+        ca_render_statistics statistics = {.size = sizeof statistics};
         ca_error error = {""};
         ca_render_settings_init(&settings);
         settings.rays = "auto";

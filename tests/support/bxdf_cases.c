@@ -213,6 +213,13 @@ static void add_old_models(ca_bxdf_cases *list)
     }
 }
 
+static void add_transmitter(ca_bxdf_cases *list)
+{
+    add(list, "diffuse transmitter",
+        (ca_bxdf){.kind = CA_BXDF_DIFFUSE_TRANSMITTER,
+                  .as.diffuse_transmitter.transmittance = {0.9f, 0.5f, 0.1f}});
+}
+
 static void assert_all_models(const ca_bxdf_cases *list)
 {
     bool there[CA_BXDF_KIND_COUNT] = {false};
@@ -246,6 +253,7 @@ ca_bxdf_cases ca_bxdf_cases_create(void)
     add_principled_thin(&list);
     add_ward(&list);
     add_old_models(&list);
+    add_transmitter(&list);
     assert_all_models(&list);
     return list;
 }

@@ -29,7 +29,7 @@ ca_status try_pair_render(const ca_scene *scene, const pair_render *r, ca_pair_f
                                          .has_crop = true,
                                          .crop = {CROP_X, CROP_Y, CROP_X + CROP_WIDTH, CROP_Y + CROP_HEIGHT}};
     ca_render_plan plan;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     *image = NULL;
     CA_TRY(ca_render_plan_make(&plan, scene, &settings, error));
     if (film) CA_TRY(ca_pair_film_create(film, plan.crop, r->light_paths, r->camera_paths, error));

@@ -47,7 +47,7 @@ ca_scene *bundled_scene(const char *name) { return bundled_scene_with(name, NULL
 ca_image_layers *render_scene(const ca_scene *scene, const ca_render_settings *settings)
 {
     ca_image_layers *image = NULL;
-    ca_render_statistics statistics;
+    ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
     const ca_status status = ca_render(scene, settings, &image, &statistics, &error);
     if (status != CA_OK) fail_msg("%s", error.message);

@@ -1,14 +1,17 @@
-/* Kind sobol-plain: one Sobol' sequence over the whole image, not scrambled, the same for every seed, and the same
- * for camera and light paths. Path `number` has the coordinates (generating matrix of the dimension) * (bits of the
- * number).
+/* Kinds sobol-image, sobol-plain, sobol-tiles, sobol-tiles-plain: one Sobol' sequence over the whole image, or over
+ * each tile of 2^CA_TILE_BITS pixels a side. Path `number` has the coordinates (generating matrix of the dimension) *
+ * (bits of the number). Plain ones are the same for every seed, for every tile, and for camera and light paths.
  *
  * The first two dimensions are a (0, 2)-sequence: each run of 4^bits paths has exactly one in each pixel of a square
  * of 2^bits pixels a side, so the index-th path of a pixel is one of the run that starts at index * 4^bits. They are
  * computed in 64 bits, and what remains below the pixel is exact.
  *
+ * The scrambled ones are scrambled as Owen's, each dimension by itself, apart for light paths and for each tile: the
+ * sequence keeps its nets. Of the film's dimensions only the digits behind the pixel's are, apart for each pixel.
+ *
  * Past its ends the sequence goes on so: dimensions from 256 on repeat the first 256, Owen-scrambled and in an order
  * shuffled by a key of the repeat; numbers from 2^53 on (2^64 in the first two dimensions) repeat the first ones with
- * a digital shift of their own. */
+ * a digital shift, or a scrambling, of their own. */
 #include "sampling/owen.h"
 #include "sampling/sampler_kinds.h"
 #include "sampling/sobol_table.h"
@@ -46,12 +49,10 @@ static inline uint64_t pixel_of(uint64_t number, uint32_t bits)
     return take_high(film_x(number), bits) | take_high(film_y(number), bits) << bits;
 }
 
-static uint32_t bits_for(uint32_t size) { return size <= 1 ? 0 : 32 - (uint32_t)__builtin_clz(size - 1); }
-
 void ca_sobol_prepare(ca_sampler *sampler)
 {
     ca_sobol_pixels *pixels = &sampler->pixels.sobol;
-    pixels->bits = bits_for(sampler->width > sampler->height ? sampler->width : sampler->height);
+    pixels->bits = ca_square_bits(sampler);
 
     /* Gauss and Jordan's elimination over the field of two elements. Rows are pairs of a pixel and the number in the
      * run from 0 that falls into it; sums of rows are such pairs again, and in the end the pixels are the powers of
@@ -73,22 +74,32 @@ void ca_sobol_prepare(ca_sampler *sampler)
     }
 }
 
-ca_stream ca_sobol_plain_start(const ca_sampler *sampler, uint64_t sequence, uint64_t index)
+/* The number of the index-th path of the place. */
+static uint64_t number_at(const ca_sobol_pixels *pixels, const ca_square_place *place, uint64_t index)
 {
-    ca_stream stream = {.index = index, .sampler = sampler, .kind = CA_SAMPLER_SOBOL_PLAIN};
-    if (sequence == CA_SEQUENCE_LIGHT) return stream;
-
-    const ca_sobol_pixels *pixels = &sampler->pixels.sobol;
     const uint32_t bits = pixels->bits;
     const uint64_t run = drop_high(index, 2 * bits);
-    const uint64_t pixel = sequence % sampler->width | sequence / sampler->width << bits;
+    const uint64_t pixel = place->x | place->y << bits;
     /* Number run + low is the sum of run and low, and so are their pixels. */
     const uint64_t pixel_of_low = pixel ^ pixel_of(run, bits);
     uint64_t low = 0;
     for (uint32_t bit = 0; bit < 2 * bits; bit++) low ^= pixels->rows[bit] & (0 - (pixel_of_low >> bit & 1));
+    return run + low;
+}
 
-    stream.index = run + low;
-    stream.key = take_high(index, 2 * bits);
+ca_stream ca_sobol_image_start(const ca_sampler *sampler, uint64_t sequence, uint64_t index)
+{
+    const bool plain = ca_sampler_is_plain(sampler->kind);
+    ca_stream stream = {.index = index, .sampler = sampler, .kind = sampler->kind};
+    if (sequence == CA_SEQUENCE_LIGHT) {
+        if (!plain) stream.key = ca_square_key(sampler, CA_SEQUENCE_LIGHT);
+        return stream;
+    }
+    const ca_sobol_pixels *pixels = &sampler->pixels.sobol;
+    const ca_square_place place = ca_square_place_of(sampler, sequence, pixels->bits);
+    const uint64_t beyond = take_high(index, 2 * pixels->bits);
+    stream.index = number_at(pixels, &place, index);
+    stream.key = plain ? beyond : ca_square_key(sampler, place.tile) + beyond;
     stream.in_pixel = true;
     return stream;
 }
@@ -131,10 +142,17 @@ static uint32_t repeated_coordinate(uint64_t number, uint32_t dimension)
     return ca_reverse_bits(ca_scramble_reversed(ca_reverse_bits(u), hash(0, dimension)));
 }
 
-float ca_sobol_plain_1d(const ca_stream *stream, uint32_t dimension)
+/* What a dimension's scrambling depends on beside the stream's key: the pixel, or where the sequence starts over. */
+static uint64_t scrambled_apart(const ca_stream *stream, uint32_t dimension)
+{
+    if (dimension >= 2) return stream->index >> CA_SOBOL_INDEX_BITS;
+    return stream->in_pixel ? pixel_of(stream->index, stream->sampler->pixels.sobol.bits) : 0;
+}
+
+float ca_sobol_image_1d(const ca_stream *stream, uint32_t dimension)
 {
     uint32_t u;
-    uint64_t beyond = stream->key; /* the end of the sequence */
+    uint64_t beyond = stream->key; /* the end of the sequence, where it is plain */
     if (dimension < 2) {
         const uint64_t wide = dimension == 0 ? film_x(stream->index) : film_y(stream->index);
         u = (uint32_t)(drop_high(wide, stream->in_pixel ? stream->sampler->pixels.sobol.bits : 0) >> 32);
@@ -144,6 +162,11 @@ float ca_sobol_plain_1d(const ca_stream *stream, uint32_t dimension)
         u = dimension < CA_SOBOL_DIMENSION_COUNT ? coordinate(stream->index, dimension)
                                                  : repeated_coordinate(stream->index, dimension);
     }
-    if (beyond != 0) u ^= hash(beyond, dimension);
+    if (!ca_sampler_is_plain(stream->kind)) {
+        const uint32_t seed = hash(stream->key ^ scrambled_apart(stream, dimension), dimension);
+        u = ca_reverse_bits(ca_scramble_reversed(ca_reverse_bits(u), seed));
+    } else if (beyond != 0) {
+        u ^= hash(beyond, dimension);
+    }
     return ca_unit_float(u, 8);
 }

@@ -1,0 +1,272 @@
+/* Textures, and parameters that may be textures.
+ *
+ * pbrt's (s, t) have their origin at the lower left of a picture and v runs upwards; in the tree v runs downwards, as
+ * Mitsuba's does, with v' = 1 - v on every shape. So (s, t) = (su u + du, sv v + dv) is the picture's
+ * (su u + du, sv v' + 1 - sv - dv). */
+#include "import/pbrt/reader.h"
+
+#include "base/text.h"
+
+#include <string.h>
+
+/* ---- Values ---------------------------------------------------------------------------------------------------- */
+
+static ca_pbrt_value grey(double value) { return (ca_pbrt_value){.rgb = {value, value, value}}; }
+
+/* The texture that a parameter names, among those of its kind. */
+static ca_pbrt_value named_value(ca_pbrt *p, const ca_pbrt_parameter *parameter, ca_pbrt_names *names)
+{
+    if (parameter->count != 1) {
+        ca_import_fail(p->importer, &parameter->where, "parameter \"%s\" names one texture", parameter->name);
+        return grey(0.0);
+    }
+    const ca_pbrt_named *texture = ca_pbrt_name(names, parameter->texts[0]);
+    if (!texture) {
+        ca_pbrt_fail_name(p, &parameter->where, names == &p->color_textures ? "spectrum texture" : "float texture",
+                          parameter->texts[0], names);
+        return grey(0.0);
+    }
+    ca_pbrt_value value = {.id = texture->flag ? NULL : texture->id};
+    memcpy(value.rgb, texture->value, sizeof value.rgb);
+    return value;
+}
+
+ca_pbrt_value ca_pbrt_color_value(ca_pbrt *p, const char *name, double fallback)
+{
+    ca_pbrt_value value = grey(fallback);
+    const ca_pbrt_parameter *parameter = ca_pbrt_find(&p->params, name);
+    if (parameter && parameter->type == CA_PBRT_TEXTURE) return named_value(p, parameter, &p->color_textures);
+    ca_pbrt_color(p, name, CA_COLOR_REFLECTANCE, value.rgb);
+    return value;
+}
+
+ca_pbrt_value ca_pbrt_number_value(ca_pbrt *p, const char *name, double fallback)
+{
+    const ca_pbrt_parameter *parameter = ca_pbrt_find(&p->params, name);
+    if (parameter && parameter->type == CA_PBRT_TEXTURE) return named_value(p, parameter, &p->number_textures);
+    return grey(ca_pbrt_number(&p->params, name, fallback));
+}
+
+void ca_pbrt_put_color(ca_pbrt *p, ca_xml_node *object, const char *name, const ca_pbrt_value *value)
+{
+    if (value->id)
+        ca_tree_ref(&p->tree, object, name, value->id);
+    else
+        ca_tree_rgb(&p->tree, object, name, value->rgb);
+}
+
+void ca_pbrt_put_number(ca_pbrt *p, ca_xml_node *object, const char *name, const ca_pbrt_value *value)
+{
+    if (value->id)
+        ca_tree_ref(&p->tree, object, name, value->id);
+    else
+        ca_tree_float(&p->tree, object, name, value->rgb[0]);
+}
+
+/* A new texture of the scene. */
+static ca_xml_node *add_texture(ca_pbrt *p, const char *type, const char *id)
+{
+    return ca_tree_named_object(&p->tree, ca_tree_root(&p->tree), "texture", type, NULL, id ? id : "");
+}
+
+static ca_pbrt_value multiplied(ca_pbrt *p, const ca_pbrt_value *value, const double factor[3])
+{
+    ca_pbrt_value result = *value;
+    for (int i = 0; i < 3; i++) result.rgb[i] = value->rgb[i] * factor[i];
+    if (!value->id || (factor[0] == 1.0 && factor[1] == 1.0 && factor[2] == 1.0)) return result;
+    result.id = ca_pbrt_new_id(p, "scaled", NULL);
+    ca_xml_node *node = add_texture(p, "scale", result.id);
+    ca_tree_rgb(&p->tree, node, "scale", factor);
+    ca_tree_ref(&p->tree, node, NULL, value->id);
+    return result;
+}
+
+ca_pbrt_value ca_pbrt_scaled(ca_pbrt *p, const ca_pbrt_value *value, double factor)
+{
+    const double factors[3] = {factor, factor, factor};
+    return multiplied(p, value, factors);
+}
+
+/* ---- Coordinates ----------------------------------------------------------------------------------------------- */
+
+/* to_uv of a picture; of a checkerboard, whose squares are of side 1 and Mitsuba's of 1/2, in pbrt's own (s, t). */
+static void put_coordinates(ca_pbrt *p, ca_xml_node *texture, bool checks)
+{
+    static const char *const mappings[] = {"uv", "spherical", "cylindrical", "planar"};
+    ca_pbrt_params *params = &p->params;
+    if (ca_pbrt_choice(params, "mapping", mappings, CA_COUNT(mappings), 0) != 0)
+        ca_pbrt_fail(params, "mapping", "must be \"uv\": textures that follow positions are not supported");
+    const double su = ca_pbrt_number(params, "uscale", 1.0), sv = ca_pbrt_number(params, "vscale", 1.0);
+    const double du = ca_pbrt_number(params, "udelta", 0.0), dv = ca_pbrt_number(params, "vdelta", 0.0);
+    ca_matrix m = ca_matrix_identity();
+    m.m[0][0] = checks ? 0.5 * su : su;
+    m.m[0][3] = checks ? 0.5 * du : du;
+    m.m[1][1] = checks ? -0.5 * sv : sv;
+    m.m[1][3] = checks ? 0.5 * (sv + dv) : 1.0 - sv - dv;
+    if (su == 0.0 || sv == 0.0) ca_pbrt_fail(params, su == 0.0 ? "uscale" : "vscale", "must not be 0");
+    if (checks || su != 1.0 || sv != 1.0 || du != 0.0 || dv != 0.0) ca_tree_transform(&p->tree, texture, "to_uv", &m);
+}
+
+/* ---- The kinds ------------------------------------------------------------------------------------------------- */
+
+typedef struct texture_reading {
+    ca_pbrt *p;
+    const char *id;
+    bool is_number;
+} texture_reading;
+
+static ca_pbrt_value value_of(const texture_reading *r, const char *name, double fallback)
+{
+    return r->is_number ? ca_pbrt_number_value(r->p, name, fallback) : ca_pbrt_color_value(r->p, name, fallback);
+}
+
+static void put_value(const texture_reading *r, ca_xml_node *object, const char *name, const ca_pbrt_value *value)
+{
+    if (r->is_number)
+        ca_pbrt_put_number(r->p, object, name, value);
+    else
+        ca_pbrt_put_color(r->p, object, name, value);
+}
+
+static ca_pbrt_value read_constant(const texture_reading *r) { return value_of(r, "value", 1.0); }
+
+/* Version 3: tex1 times tex2; version 4: tex times scale. Of two textures one must be constant. */
+static ca_pbrt_value read_scale(const texture_reading *r)
+{
+    ca_pbrt *p = r->p;
+    const bool old = ca_pbrt_find(&p->params, "tex1") || ca_pbrt_find(&p->params, "tex2");
+    const ca_pbrt_value a = value_of(r, old ? "tex1" : "tex", 1.0);
+    const ca_pbrt_value b = old ? value_of(r, "tex2", 1.0) : ca_pbrt_number_value(p, "scale", 1.0);
+    if (a.id && b.id)
+        ca_import_fail(p->importer, &p->params.where, "%s: of the two at least one must be constant", p->params.what);
+    return a.id ? multiplied(p, &a, b.rgb) : multiplied(p, &b, a.rgb);
+}
+
+/* Of constants only. */
+static ca_pbrt_value read_mix(const texture_reading *r)
+{
+    ca_pbrt *p = r->p;
+    const ca_pbrt_value a = value_of(r, "tex1", 0.0), b = value_of(r, "tex2", 1.0);
+    const ca_pbrt_value amount = ca_pbrt_number_value(p, "amount", 0.5);
+    ca_pbrt_value result = {.rgb = {0.0}};
+    const double t = amount.rgb[0];
+    if (!amount.id && t == 0.0) return a;
+    if (!amount.id && t == 1.0) return b;
+    if (a.id || b.id || amount.id)
+        ca_import_fail(p->importer, &p->params.where, "%s: only constants can be mixed", p->params.what);
+    for (int i = 0; i < 3; i++) result.rgb[i] = (1.0 - t) * a.rgb[i] + t * b.rgb[i];
+    return result;
+}
+
+/* Where a number is asked for, the tree's checkerboard has its colours exchanged. */
+static ca_pbrt_value read_checkerboard(const texture_reading *r)
+{
+    ca_pbrt *p = r->p;
+    static const char *const without_effect[] = {"aamode"};
+    const ca_pbrt_value a = value_of(r, "tex1", 1.0), b = value_of(r, "tex2", 0.0);
+    if (ca_pbrt_integer_in(&p->params, "dimension", 2, 2, 3) == 3)
+        ca_pbrt_fail(&p->params, "dimension", "must be 2: textures that follow positions are not supported");
+    ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
+    ca_xml_node *node = add_texture(p, "checkerboard", r->id);
+    put_value(r, node, "color0", r->is_number ? &b : &a);
+    put_value(r, node, "color1", r->is_number ? &a : &b);
+    put_coordinates(p, node, true);
+    return (ca_pbrt_value){.id = r->id};
+}
+
+static const char *wrap_mode(ca_pbrt *p)
+{
+    static const char *const modes[] = {"repeat", "clamp", "black"};
+    const size_t mode = ca_pbrt_choice(&p->params, "wrap", modes, CA_COUNT(modes), 0);
+    if (mode < 2) return modes[mode];
+    ca_import_note(p->importer, &p->params.where, "texture wrap \"black\" is read as \"clamp\"");
+    return "clamp";
+}
+
+/* Version 4's encoding, version 3's gamma. */
+static bool is_raw(ca_pbrt *p)
+{
+    const char *encoding = ca_pbrt_string(&p->params, "encoding", "sRGB");
+    const bool raw = !ca_pbrt_boolean(&p->params, "gamma", true);
+    if (strcmp(encoding, "linear") == 0) return true;
+    if (strncmp(encoding, "gamma ", 6) == 0)
+        ca_import_note(p->importer, &p->params.where, "texture encodings \"gamma\" are read as \"sRGB\"");
+    else if (strcmp(encoding, "sRGB") != 0)
+        ca_pbrt_fail(&p->params, "encoding", "must be \"sRGB\", \"linear\" or \"gamma\" and a number");
+    return raw;
+}
+
+ca_xml_node *ca_pbrt_add_bitmap(ca_pbrt *p, ca_xml_node *parent, const char *name, const char *file, bool raw)
+{
+    ca_xml_node *node = ca_tree_named_object(&p->tree, parent, "texture", "bitmap", name, NULL);
+    ca_tree_string(&p->tree, node, "filename", file);
+    if (raw) ca_tree_boolean(&p->tree, node, "raw", true);
+    return node;
+}
+
+static ca_pbrt_value read_image(const texture_reading *r)
+{
+    ca_pbrt *p = r->p;
+    static const char *const filters[] = {"bilinear", "point", "trilinear", "ewa", "EWA"};
+    static const char *const without_effect[] = {"maxanisotropy", "trilinear"};
+    const char *file = ca_pbrt_string(&p->params, "filename", NULL);
+    if (!file) ca_pbrt_fail(&p->params, "filename", "is missing");
+    if (ca_pbrt_boolean(&p->params, "invert", false))
+        ca_pbrt_fail(&p->params, "invert", "must be false: inverted pictures are not supported");
+    const size_t filter = ca_pbrt_choice(&p->params, "filter", filters, CA_COUNT(filters), 0);
+    const ca_pbrt_value plain = {.id = r->id};
+    ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
+    ca_xml_node *node = ca_pbrt_add_bitmap(p, ca_tree_root(&p->tree), NULL, file ? file : "", is_raw(p));
+    ca_tree_set(&p->tree, node, "id", r->id ? r->id : "");
+    ca_tree_string(&p->tree, node, "filter_type", filter == 1 ? "nearest" : "bilinear");
+    ca_tree_string(&p->tree, node, "wrap_mode", wrap_mode(p));
+    put_coordinates(p, node, false);
+    return ca_pbrt_scaled(p, &plain, ca_pbrt_number(&p->params, "scale", 1.0));
+}
+
+typedef struct texture_kind {
+    const char *name;
+    ca_pbrt_value (*read)(const texture_reading *r);
+} texture_kind;
+
+static const texture_kind kinds[] = {
+    {"constant", read_constant},         {"scale", read_scale},    {"mix", read_mix},
+    {"checkerboard", read_checkerboard}, {"imagemap", read_image},
+};
+
+static const char *const unsupported[] = {"bilerp", "directionmix", "dots",     "fbm",  "marble",
+                                          "ptex",   "uv",           "wrinkled", "windy"};
+
+static const texture_kind *find_kind(ca_pbrt *p, const char *name)
+{
+    const char *nearest = NULL;
+    for (size_t i = 0; i < CA_COUNT(kinds); i++) {
+        if (strcmp(kinds[i].name, name) == 0) return &kinds[i];
+        nearest = ca_nearer_name(name, nearest, kinds[i].name);
+    }
+    for (size_t i = 0; i < CA_COUNT(unsupported); i++)
+        if (strcmp(unsupported[i], name) == 0)
+            ca_import_fail(p->importer, &p->params.where, "%s: this texture is not supported", p->params.what);
+    ca_import_fail(p->importer, &p->params.where, "%s is not a known texture; the nearest is \"%s\"", p->params.what,
+                   nearest);
+    return NULL;
+}
+
+void ca_pbrt_read_texture(ca_pbrt *p, const char *name, const char *type, const char *kind_name)
+{
+    static const char *const types[] = {"float", "spectrum", "color"};
+    const bool is_number = strcmp(type, types[0]) == 0;
+    if (!is_number && strcmp(type, types[1]) != 0 && strcmp(type, types[2]) != 0)
+        ca_import_fail(p->importer, &p->params.where, "textures are \"float\" or \"spectrum\", not \"%s\"", type);
+    const texture_kind *kind = find_kind(p, kind_name);
+    if (!kind) return;
+    const texture_reading r = {.p = p, .id = ca_pbrt_new_id(p, "texture", name), .is_number = is_number};
+    const ca_pbrt_value value = kind->read(&r);
+    if (!ca_import_good(p->importer)) return;
+    ca_pbrt_named *named = ca_pbrt_define(p, is_number ? &p->number_textures : &p->color_textures, name);
+    if (!named) return;
+    named->id = value.id;
+    named->flag = value.id == NULL;
+    p->has_pictures = p->has_pictures || value.id;
+    memcpy(named->value, value.rgb, sizeof named->value);
+}

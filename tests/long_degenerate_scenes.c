@@ -1,0 +1,251 @@
+/* Degenerate scenes, each rendered by every integrator (8 x 8 pixels, one sample): shapes without area, of all sizes
+ * and one in the other, smooth and rough to the limit, lights of no and of enormous power, cameras within surfaces.
+ * Each is refused with a message or rendered, in time; no value of an image is negative infinity or not a number, and
+ * no sample is dropped.
+ *
+ * Scene i depends on i alone: CA_DEGENERATE_FIRST is the first, CA_DEGENERATE the number of those that are not
+ * refused when they are read (2000). */
+#define _POSIX_C_SOURCE 200809L
+#include "base/clock.h"
+#include "base/status.h"
+#include "caustica.h"
+#include "support/test_random.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static const char *const integrators[] = {"path",     "light",    "bdpt", "ppm",   "bdpm",  "vcm",
+                                          "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm", "qmcppm"};
+enum { INTEGRATORS = sizeof integrators / sizeof integrators[0], TEXT_SIZE = 1 << 14, SECONDS_ALLOWED = 20 };
+
+static const char *const numbers[] = {"0",     "1", "1",    "1",   "0.5",  "0.001", "1e-6", "1e-12", "1e-20",
+                                      "1e-38", "3", "1000", "1e6", "1e12", "1e20",  "-1",   "-0.3"};
+static const char *const fractions[] = {"0", "0", "1", "1", "0.5", "0.5", "1e-6", "0.999999", "1e-30"};
+static const char *const places[] = {"0", "0", "0", "0.5", "-0.7", "1", "1e-6", "1000", "1e6", "-1e10"};
+static const char *const indices[] = {"1", "1.5", "1.5", "1.0000001", "1.001", "3", "1000", "0.5"};
+
+typedef struct writer {
+    ca_test_random *random;
+    char *text;
+    size_t used;
+} writer;
+
+static size_t below(writer *w, size_t limit) { return (size_t)(ca_test_random_open(w->random) * (double)limit); }
+
+#define ONE_OF(w, list) ((list)[below(w, sizeof(list) / sizeof *(list))])
+
+static void put(writer *w, const char *format, ...) CA_PRINTF(2, 3);
+
+static void put(writer *w, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    const int length = vsnprintf(w->text + w->used, TEXT_SIZE - w->used, format, list);
+    va_end(list);
+    w->used += (size_t)length;
+    assert_true(w->used < TEXT_SIZE);
+}
+
+/* ---- Parts of a scene ------------------------------------------------------------------------------------------ */
+
+static void put_map(writer *w)
+{
+    static const char *const scales[] = {"1",   "1",    "1",  "1e-6",     "1e-15", "1e-30",
+                                         "1e5", "1e10", "-1", "1,1,1e-8", "1,0,1"};
+    put(w, "<transform name='to_world'><scale value='%s'/>", ONE_OF(w, scales));
+    if (below(w, 2)) put(w, "<rotate x='1' y='%s' angle='%s'/>", ONE_OF(w, fractions), ONE_OF(w, numbers));
+    put(w, "<translate x='%s' y='%s' z='%s'/></transform>", ONE_OF(w, places), ONE_OF(w, places), ONE_OF(w, places));
+}
+
+static void put_bsdf(writer *w)
+{
+    const char *a = ONE_OF(w, fractions), *b = ONE_OF(w, fractions), *index = ONE_OF(w, indices);
+    switch (below(w, 11)) {
+    case 0: put(w, "<bsdf type='diffuse'><rgb name='reflectance' value='%s'/></bsdf>", a); break;
+    case 1: put(w, "<bsdf type='dielectric'><float name='int_ior' value='%s'/></bsdf>", index); break;
+    case 2:
+        put(w,
+            "<bsdf type='roughdielectric'><float name='alpha' value='%s'/><float name='int_ior' value='%s'/></bsdf>",
+            a, index);
+        break;
+    case 3: put(w, "<bsdf type='conductor'/>"); break;
+    case 4: put(w, "<bsdf type='roughconductor'><float name='alpha' value='%s'/></bsdf>", a); break;
+    case 5: put(w, "<bsdf type='plastic'><float name='int_ior' value='%s'/></bsdf>", index); break;
+    case 6: put(w, "<bsdf type='roughplastic'><float name='alpha' value='%s'/></bsdf>", a); break;
+    case 7: put(w, "<bsdf type='mask'><float name='opacity' value='%s'/><bsdf type='diffuse'/></bsdf>", a); break;
+    case 8: put(w, "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf>"); break;
+    case 9:
+        put(w,
+            "<bsdf type='principled'><float name='roughness' value='%s'/><float name='metallic' value='%s'/></bsdf>",
+            a, b);
+        break;
+    default:
+        put(w,
+            "<bsdf type='blendbsdf'><float name='weight' value='%s'/><bsdf type='diffuse'/>"
+            "<bsdf type='dielectric'/></bsdf>",
+            a);
+    }
+}
+
+static void put_radiance(writer *w, const char *name)
+{
+    static const char *const powers[] = {"1", "1", "10", "0", "1e-45", "1e-20", "1e10", "1e30", "1,0,0"};
+    put(w, "<rgb name='%s' value='%s'/>", name, ONE_OF(w, powers));
+}
+
+static void put_shape(writer *w)
+{
+    static const char *const kinds[] = {"sphere", "rectangle", "cube", "disk", "cylinder"};
+    put(w, "<shape type='%s'>", ONE_OF(w, kinds));
+    put_map(w);
+    put_bsdf(w);
+    if (below(w, 4) == 0) {
+        put(w, "<emitter type='area'>");
+        put_radiance(w, "radiance");
+        put(w, "</emitter>");
+    }
+    put(w, "</shape>");
+}
+
+static void put_light(writer *w)
+{
+    switch (below(w, 5)) {
+    case 0:
+        put(w, "<emitter type='point'><point name='position' x='%s' y='1' z='%s'/>", ONE_OF(w, places),
+            ONE_OF(w, places));
+        put_radiance(w, "intensity");
+        break;
+    case 1:
+        put(w, "<emitter type='constant'>");
+        put_radiance(w, "radiance");
+        break;
+    case 2:
+        put(w, "<emitter type='directional'><vector name='direction' x='%s' y='-1' z='0'/>", ONE_OF(w, numbers));
+        put_radiance(w, "irradiance");
+        break;
+    case 3:
+        put(w, "<emitter type='spot'><float name='cutoff_angle' value='%s'/>", below(w, 2) ? "20" : "89.9999");
+        put_radiance(w, "intensity");
+        put_map(w);
+        break;
+    default: return;
+    }
+    put(w, "</emitter>");
+}
+
+static void put_camera(writer *w)
+{
+    static const char *const fields[] = {"45", "45", "0.01", "179"};
+    static const char *const origins[] = {"0,0,4", "0,0,4",     "0,0,1",   "0,0,1.000001",
+                                          "0,0,0", "1e6,0,1e6", "0,0,1e-8"};
+    put(w, "<sensor type='%s'>", below(w, 4) ? "perspective" : "thinlens");
+    put(w, "<transform name='to_world'><lookat origin='%s' target='0,0,-1e-3' up='0,1,0'/></transform>",
+        ONE_OF(w, origins));
+    put(w,
+        "<float name='fov' value='%s'/><film type='hdrfilm'><integer name='width' value='8'/>"
+        "<integer name='height' value='8'/></film></sensor>",
+        ONE_OF(w, fields));
+}
+
+static void write_scene(writer *w, long number)
+{
+    ca_test_random random = ca_test_random_seed((uint64_t)number);
+    w->random = &random;
+    w->used = 0;
+    put(w, "<scene version='3.0.0'>");
+    put_camera(w);
+    for (size_t shapes = 1 + below(w, 4); shapes > 0; shapes--) put_shape(w);
+    for (size_t lights = below(w, 3); lights > 0; lights--) put_light(w);
+    put(w, "</scene>");
+}
+
+/* ---- Renders --------------------------------------------------------------------------------------------------- */
+
+static long defects;
+
+static void complain(const char *text, long number, const char *integrator, const char *what)
+{
+    if (++defects <= 10) print_error("scene %ld, %s: %s\n%s\n", number, integrator, what, text);
+}
+
+/* The confidence of pixels may be unbounded. */
+static bool is_in_order(const ca_image_layers *image)
+{
+    uint32_t width, height;
+    ca_image_size(image, &width, &height);
+    for (int c = 0; c < 3; c++) {
+        const float *plane = ca_image_channel(image, (const char *[]){"R", "G", "B"}[c]);
+        for (uint32_t i = 0; i < width * height; i++)
+            if (!isfinite(plane[i])) return false;
+    }
+    return true;
+}
+
+static bool render(const ca_scene *scene, const char *text, long number, const char *integrator)
+{
+    ca_render_settings settings;
+    ca_render_statistics statistics;
+    ca_image_layers *image;
+    ca_error error = {""};
+    ca_render_settings_init(&settings);
+    settings.integrator = integrator;
+    settings.samples_per_pixel = 1;
+    settings.threads = 1;
+    settings.max_depth = 6;
+    settings.has_max_depth = true;
+    const double start = ca_clock_seconds();
+    (void)alarm(10 * SECONDS_ALLOWED); /* ends the program where a render never does */
+    const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
+    (void)alarm(0);
+    if (ca_clock_seconds() - start > SECONDS_ALLOWED) complain(text, number, integrator, "takes for ever");
+    if (status != CA_OK && !error.message[0]) complain(text, number, integrator, "fails without a message");
+    if (status == CA_OK && statistics.non_finite > 0) complain(text, number, integrator, "samples were dropped");
+    if (status == CA_OK && !is_in_order(image)) complain(text, number, integrator, "the image is not finite");
+    ca_image_release(image);
+    return status == CA_OK;
+}
+
+static long setting(const char *name, long fallback)
+{
+    const char *value = getenv(name);
+    return value ? atol(value) : fallback;
+}
+
+static void degenerate_scenes_are_harmless(void **state)
+{
+    (void)state;
+    static char text[TEXT_SIZE];
+    writer w = {.text = text};
+    const long first = setting("CA_DEGENERATE_FIRST", 0), count = setting("CA_DEGENERATE", 2000);
+    long loaded = 0, rendered = 0, made = 0;
+    for (long i = first; loaded < count; i++) {
+        ca_scene *scene;
+        ca_error error = {""};
+        write_scene(&w, i);
+        made++;
+        const ca_scene_source source = {.text = text, .size = w.used, .path = "scene"};
+        const ca_status status = ca_scene_parse(&source, &scene, &error);
+        if (status != CA_OK && !error.message[0]) complain(text, i, "loading", "fails without a message");
+        if (status != CA_OK) continue;
+        loaded++;
+        for (int k = 0; k < INTEGRATORS; k++) rendered += render(scene, text, i, integrators[k]);
+        ca_scene_release(scene);
+        if (loaded % 200 == 0) print_message("# %ld scenes\n", loaded);
+    }
+    print_message("# %ld scenes of %ld that were written were accepted, %ld of %ld renders made\n", loaded, made,
+                  rendered, loaded * INTEGRATORS);
+    assert_int_equal(defects, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(degenerate_scenes_are_harmless)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,383 @@
+/* pbrt's scenes: what each thing becomes, by values worked out by hand, and mistakes with their places. */
+#include "support/import_text.h"
+#include "support/scene_text.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+static ca_scene_desc desc;
+
+static ca_status run(const char *text, ca_error *error)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/test.pbrt", import_folder());
+    return ca_import_scene_text(text, strlen(text), path, NULL, 0, &desc, error);
+}
+
+static void import(const char *text)
+{
+    ca_error error;
+    if (run(text, &error) != CA_OK) fail_msg("%s", error.message);
+}
+
+static void done(void) { ca_scene_desc_destroy(&desc); }
+
+static void expect_error(const char *text, const char *expected)
+{
+    ca_error error;
+    char full[1400];
+    snprintf(full, sizeof full, "%s/test.pbrt:%s", import_folder(), expected);
+    if (run(text, &error) == CA_OK) {
+        done();
+        fail_msg("imported, but expected the error %s", expected);
+    }
+    assert_string_equal(error.message, full);
+}
+
+static void near(double actual, double expected)
+{
+    if (!(fabs(actual - expected) <= 1e-5 * fmax(1.0, fabs(expected))))
+        fail_msg("%.9g, expected %.9g", actual, expected);
+}
+
+static void is_rgb(ca_rgb c, double r, double g, double b)
+{
+    near((double)c.r, r);
+    near((double)c.g, g);
+    near((double)c.b, b);
+}
+
+#define FIRST "WorldBegin\n"
+
+/* ---- Mistakes -------------------------------------------------------------------------------------------------- */
+
+typedef struct mistake {
+    const char *text, *message;
+} mistake;
+
+static void mistakes_have_places(void **state)
+{
+    (void)state;
+    static const mistake mistakes[] = {
+        {"", " the scene has no WorldBegin"},
+        {"Shape \"sphere\"", "1:1: Shape cannot stand before WorldBegin"},
+        {FIRST "Camera \"perspective\"", "2:1: Camera cannot stand behind WorldBegin"},
+        {FIRST "Shap \"sphere\"", "2:1: \"Shap\" is not a known directive; the nearest is \"Shape\""},
+        {FIRST "\"sphere\"", "2:1: expected a directive, not \"sphere\""},
+        {FIRST "  Shape \"sfere\"", "2:3: \"sfere\" is not a known shape; the nearest is \"sphere\""},
+        {FIRST "Shape \"sphere\"\n  \"float radios\" 1",
+         "3:3: unused parameter \"radios\" of Shape \"sphere\"; the nearest known one is \"radius\""},
+        {FIRST "Shape \"sphere\" \"flaot radius\" 1",
+         "2:16: \"flaot\" is not a known type; the nearest is \"float\""},
+        {FIRST "Shape \"sphere\" \"radius\" 1", "2:16: \"radius\" is not the type and name of a parameter"},
+        {FIRST "Shape \"sphere\" \"float radius\" \"big\"", "2:31: a value of \"float radius\" is not a number"},
+        {FIRST "Shape \"sphere\" \"float radius\" [1 2]",
+         "2:16: parameter \"radius\" of Shape \"sphere\" has 2 values, not 1"},
+        {FIRST "Shape \"sphere\" \"float radius\" [1 2",
+         "2:16: parameter \"radius\" has no value, or no closing bracket"},
+        {FIRST "Shape \"sphere\" \"float radius\" 1e999", "2:31: \"1e999\" is no finite number"},
+        {FIRST "Shape \"sphere\" \"float radius\" -1",
+         "2:16: parameter \"radius\" of Shape \"sphere\" is -1, and must lie in [1e-30, 1e+30]"},
+        {FIRST "Shape \"sphere\" \"float radius\" 1 \"float radius\" 2",
+         "2:33: parameter \"radius\" of Shape \"sphere\" is given a second time"},
+        {FIRST "Shape \"sphere\" \"integer radius\" 0.5", "2:33: \"0.5\" is no integer of 32 bits"},
+        {FIRST "Shape \"curve\"", "2:1: shape \"curve\" is not supported"},
+        {FIRST "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
+         "2:53: parameter \"indices\" of Shape \"trianglemesh\" has one that is no point's"},
+        {FIRST "Material \"difuse\"", "2:1: \"difuse\" is not a known material; the nearest is \"diffuse\""},
+        {FIRST "Material \"hair\"", "2:1: material \"hair\" is not supported"},
+        {FIRST "MakeNamedMaterial \"gold\" \"string type\" \"conductor\"\nNamedMaterial \"glod\"",
+         "3:1: there is no material \"glod\"; the nearest is \"gold\""},
+        {FIRST "Material \"diffuse\" \"texture reflectance\" \"t\"", "2:20: there is no spectrum texture \"t\""},
+        {FIRST "Texture \"t\" \"spectrum\" \"marble\"", "2:1: Texture \"marble\": this texture is not supported"},
+        {FIRST "Material \"diffuse\" \"spectrum reflectance\" \"metal-Auu\"",
+         "2:20: \"metal-Auu\" is neither the name of a spectrum nor a file that can be read; the nearest name is "
+         "\"metal-Au\""},
+        {FIRST "LightSource \"spott\"", "2:1: \"spott\" is not a known light; the nearest is \"spot\""},
+        {FIRST "AttributeBegin\nTransformBegin\nAttributeEnd",
+         "4:1: AttributeEnd, but the open block is the TransformBegin of line 3"},
+        {FIRST "AttributeEnd", "2:1: AttributeEnd ends nothing that was begun"},
+        {FIRST "AttributeBegin", "2:1: AttributeBegin has no end"},
+        {FIRST "ObjectInstance \"tree\"", "2:1: there is no object \"tree\""},
+        {FIRST "ObjectBegin \"a\" ObjectBegin \"b\"", "2:17: an object cannot hold another one"},
+        {FIRST "CoordSysTransform \"camra\"",
+         "2:1: there is no coordinate system \"camra\"; the nearest is \"world\""},
+        {FIRST "Shape \"sphere", "2:7: this string has no end on its line"},
+        {FIRST "Translate 1 2", "2:14: Translate needs 3 finite numbers, and there are 2"},
+        {FIRST "Scale 0 1 1 Shape \"sphere\"", "2:13: this transform is singular, not affine or not finite"},
+        {FIRST "MediumInterface \"fog\" \"\"", "2:1: MediumInterface: media are not supported"},
+        {FIRST "MakeNamedMedium \"fog\"", "2:1: MakeNamedMedium \"fog\": media are not supported"},
+        {"Film \"rgb\" \"integer xresolution\" 0\n" FIRST,
+         "1:12: parameter \"xresolution\" of Film \"rgb\" is 0, and must lie in [1, 65536]"},
+        {"Camera \"fisheye\"", "1:1: \"fisheye\" is not a known camera; the nearest is \"perspective\""},
+        {"Camera \"perspective\" \"float frameaspectratio\" 2\n" FIRST,
+         "1:1: the camera's window is not of the film's shape: pixels must be square"},
+        {"Integrator \"pat\"", "1:1: \"pat\" is not a known integrator; the nearest is \"path\""},
+        {"WorldBegin\nWorldEnd\nShape \"sphere\"", "3:1: Shape cannot stand behind WorldEnd"},
+        {"Attribute \"shap\" \"float radius\" 1", "1:1: Attribute \"shap\" is not known; the nearest is \"shape\""},
+    };
+    for (size_t i = 0; i < sizeof mistakes / sizeof *mistakes; i++)
+        expect_error(mistakes[i].text, mistakes[i].message);
+}
+
+static void definitions_have_no_meaning(void **state)
+{
+    (void)state;
+    ca_error error;
+    const ca_define define = {.name = "spp", .value = "4"};
+    assert_int_equal(ca_import_scene_text(FIRST, strlen(FIRST), "a.pbrt", &define, 1, &desc, &error),
+                     CA_ERROR_ARGUMENT);
+    assert_string_equal(error.message, "-D spp=4: a scene of this format has no defaults");
+}
+
+/* A file that includes itself ends, and so does one that doubles. */
+static void includes_are_limited(void **state)
+{
+    (void)state;
+    ca_error error;
+    import_write_text("self.pbrt", "Include \"self.pbrt\"\nInclude \"self.pbrt\"\n");
+    assert_int_equal(run(FIRST "Include \"self.pbrt\"", &error), CA_ERROR_SCENE);
+    assert_non_null(strstr(error.message, "self.pbrt:1:1: includes are nested more than 16 deep"));
+}
+
+/* ---- Values ---------------------------------------------------------------------------------------------------- */
+
+/* Of both versions: what the file leaves out. */
+static void defaults_are_those_of_the_version(void **state)
+{
+    (void)state;
+    import(FIRST);
+    assert_int_equal(desc.film.width, 1280);
+    assert_int_equal(desc.film.height, 720);
+    assert_int_equal(desc.film.filter.kind, CA_RFILTER_GAUSSIAN);
+    assert_int_equal(desc.sampler.kind, CA_SAMPLER_ZSOBOL);
+    assert_int_equal(desc.samples_per_pixel, 16);
+    assert_string_equal(desc.integrator.name, "path");
+    near(desc.integrator.parameters.items[0].number, 6.0);
+    near((double)desc.camera.camera.as.perspective.tan_half_x, 1280.0 / 720.0);
+    done();
+    import(FIRST "WorldEnd");
+    assert_int_equal(desc.film.width, 640);
+    assert_int_equal(desc.film.height, 480);
+    assert_int_equal(desc.film.filter.kind, CA_RFILTER_BOX);
+    assert_int_equal(desc.sampler.kind, CA_SAMPLER_HALTON);
+    done();
+}
+
+/* The field of view is that of the shorter side. */
+static void the_field_of_view_is_the_shorter_sides(void **state)
+{
+    (void)state;
+    import("Film \"rgb\" \"integer xresolution\" 300 \"integer yresolution\" 600\n"
+           "Camera \"perspective\" \"float fov\" 60\n" FIRST);
+    near((double)desc.camera.camera.as.perspective.tan_half_x, tan(pi / 6.0));
+    done();
+    import("Film \"rgb\" \"integer xresolution\" 600 \"integer yresolution\" 300\n"
+           "Camera \"perspective\" \"float fov\" 60\n" FIRST);
+    near((double)desc.camera.camera.as.perspective.tan_half_x, 2.0 * tan(pi / 6.0));
+    done();
+}
+
+/* Luminance of a light's colour: of version 4 that of a spectrum is 1 times the scale, of version 3 it is the
+ * spectrum's own. */
+static void spectra_of_lights(void **state)
+{
+    (void)state;
+    import(FIRST "LightSource \"point\" \"blackbody I\" 3200 \"float scale\" 7\n"
+                 "LightSource \"point\" \"spectrum I\" [300 2 900 2]\n"
+                 "LightSource \"point\" \"spectrum I\" \"stdillum-A\"\n"
+                 "LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 2\n");
+    near((double)ca_luminance(desc.lights.items[0].as.point.intensity), 7.0);
+    assert_true(desc.lights.items[0].as.point.intensity.r > 2.0f * desc.lights.items[0].as.point.intensity.b);
+    near((double)ca_luminance(desc.lights.items[1].as.point.intensity), 1.0);
+    near((double)ca_luminance(desc.lights.items[2].as.point.intensity), 1.0);
+    /* 3.2405 X - 1.5371 Y - 0.4985 Z of x = 0.44757, y = 0.40745. */
+    assert_true(fabs((double)desc.lights.items[2].as.point.intensity.r - 1.845) < 1e-3);
+    is_rgb(desc.lights.items[3].as.point.intensity, 2.0, 4.0, 6.0);
+    done();
+    import(FIRST "LightSource \"point\" \"spectrum I\" [300 2 900 2]\nWorldEnd");
+    assert_true(fabs((double)ca_luminance(desc.lights.items[0].as.point.intensity) - 2.0) < 1e-4);
+    done();
+}
+
+/* power over what a light of 1 emits. */
+static void powers_of_lights(void **state)
+{
+    (void)state;
+    import(FIRST "LightSource \"point\" \"float power\" 100\n"
+                 "LightSource \"distant\" \"float illuminance\" 5 \"point to\" [0 -1 0]\n"
+                 "LightSource \"infinite\" \"float illuminance\" 5\n"
+                 "LightSource \"spot\" \"float power\" 10 \"float coneangle\" 60 \"float conedeltaangle\" 60\n"
+                 "AreaLightSource \"diffuse\" \"float power\" 10\nScale 2 2 2 Shape \"disk\"\n"
+                 "Shape \"sphere\" \"float radius\" 0.5\n");
+    is_rgb(desc.lights.items[0].as.point.intensity, 25.0 / pi, 25.0 / pi, 25.0 / pi);
+    is_rgb(desc.lights.items[1].as.directional.irradiance, 5.0, 5.0, 5.0);
+    near(desc.lights.items[1].as.directional.direction[1], -1.0);
+    is_rgb(desc.lights.items[2].as.constant.radiance, 5.0 / pi, 5.0 / pi, 5.0 / pi);
+    near((double)desc.lights.items[3].as.spot.intensity.g, 10.0 / (2.0 * pi * 0.25));
+    near((double)desc.textures.items[desc.lights.items[4].as.area.radiance].as.constant.g, 10.0 / (pi * 4.0 * pi));
+    near((double)desc.textures.items[desc.lights.items[5].as.area.radiance].as.constant.g, 10.0 / (pi * 4.0 * pi));
+    done();
+}
+
+/* A picture's own illuminance: constant, it is pi times the value. */
+static void film_scales_all_light(void **state)
+{
+    (void)state;
+    import("Film \"rgb\" \"float iso\" 400 \"float exposuretime\" 0.5\n" FIRST
+           "LightSource \"point\"\nLightSource \"infinite\"\nAreaLightSource \"diffuse\"\nShape \"sphere\"\n");
+    near((double)desc.lights.items[0].as.point.intensity.g, 2.0);
+    near((double)desc.lights.items[1].as.constant.radiance.g, 2.0);
+    near((double)desc.textures.items[desc.lights.items[2].as.area.radiance].as.constant.g, 2.0);
+    done();
+}
+
+/* Rec. 2020's red in Rec. 709 (ITU-R BT.2087): 1.6605, -0.1246, -0.0182; white is white. */
+static void color_spaces(void **state)
+{
+    (void)state;
+    import(FIRST "ColorSpace \"rec2020\"\nLightSource \"point\" \"rgb I\" [1 0 0]\n"
+                 "LightSource \"point\" \"rgb I\" [1 1 1]\nColorSpace \"aces2065-1\"\n"
+                 "LightSource \"point\" \"rgb I\" [1 1 1]\n");
+    const ca_rgb red = desc.lights.items[0].as.point.intensity;
+    assert_true(fabs((double)red.r - 1.6605) < 1e-3 && red.g == 0.0f && red.b == 0.0f);
+    is_rgb(desc.lights.items[1].as.point.intensity, 1.0, 1.0, 1.0);
+    is_rgb(desc.lights.items[2].as.point.intensity, 1.0, 1.0, 1.0);
+    done();
+}
+
+/* ---- Shapes ---------------------------------------------------------------------------------------------------- */
+
+/* All corners of an icosahedron go to 0.7236 of their distance, however often it is divided: with five neighbours and
+ * the weight 0.1 of each, 1/2 + 0.1 sqrt(5). */
+static void subdivision_goes_to_the_limit(void **state)
+{
+    (void)state;
+    for (int levels = 0; levels <= 3; levels++) {
+        char text[1024];
+        snprintf(text, sizeof text,
+                 FIRST
+                 "Shape \"loopsubdiv\" \"integer levels\" %d \"integer indices\" [0 11 5 0 5 1 0 1 7 0 7 10 0 10 "
+                 "11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5 2 4 11 6 2 10 8 6 7 "
+                 "9 8 1] \"point3 P\" [-1 1.618033988749895 0 1 1.618033988749895 0 -1 -1.618033988749895 0 1 "
+                 "-1.618033988749895 0 0 -1 1.618033988749895 0 1 1.618033988749895 0 -1 -1.618033988749895 0 1 "
+                 "-1.618033988749895 1.618033988749895 0 -1 1.618033988749895 0 1 -1.618033988749895 0 -1 "
+                 "-1.618033988749895 0 1]",
+                 levels);
+        import(text);
+        const ca_mesh *mesh = &desc.meshes.items[0];
+        assert_int_equal(mesh->triangle_count, 20 << (2 * levels));
+        assert_int_equal(mesh->vertex_count, mesh->triangle_count / 2 + 2);
+        for (size_t v = 0; v < 12; v++) {
+            const float *x = mesh->positions + 3 * v;
+            near(sqrt((double)(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])),
+                 (0.5 + 0.1 * sqrt(5.0)) * sqrt(1.0 + 1.618033988749895 * 1.618033988749895));
+        }
+        assert_non_null(mesh->normals);
+        done();
+    }
+}
+
+/* A boundary stays in its plane, and its straight parts are straight. */
+static void subdivision_of_a_plane(void **state)
+{
+    (void)state;
+    import(FIRST "Shape \"loopsubdiv\" \"integer levels\" 2 \"integer indices\" [0 1 3 1 4 3 1 2 4 2 5 4] "
+                 "\"point3 P\" [0 0 2 1 0 2 2 0 2 0 1 2 1 1 2 2 1 2]");
+    const ca_mesh *mesh = &desc.meshes.items[0];
+    assert_int_equal(mesh->triangle_count, 64);
+    for (size_t v = 0; v < mesh->vertex_count; v++) near((double)mesh->positions[3 * v + 2], 2.0);
+    near((double)mesh->positions[3], 1.0); /* the middle of the lower side */
+    near((double)mesh->positions[4], 0.0);
+    done();
+}
+
+static double area_of(const ca_mesh *mesh)
+{
+    double area = 0.0;
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) area += ca_mesh_triangle_area(mesh, t);
+    return area;
+}
+
+/* Areas of parts of quadrics, up to what a grid lacks. */
+static void parts_of_quadrics(void **state)
+{
+    (void)state;
+    import(FIRST "Shape \"sphere\" \"float radius\" 2 \"float zmin\" 0 \"float zmax\" 1 \"float phimax\" 90\n"
+                 "Shape \"disk\" \"float radius\" 2 \"float innerradius\" 1 \"float height\" 3\n"
+                 "Shape \"cylinder\" \"float radius\" 2 \"float phimax\" 180 \"float zmin\" 1 \"float zmax\" 4\n");
+    const double expected[3] = {2.0 * pi * 2.0 * 1.0 / 4.0, pi * 3.0, pi * 2.0 * 3.0};
+    for (size_t i = 0; i < 3; i++)
+        if (!(fabs(area_of(&desc.meshes.items[i]) / expected[i] - 1.0) < 1e-3)) fail_msg("part %zu", i);
+    near((double)desc.meshes.items[1].positions[2], 3.0);
+    done();
+}
+
+/* Triangles follow their normals, and ReverseOrientation turns both, but in version 3 no given normals. */
+static void normals_decide(void **state)
+{
+    (void)state;
+    static const char mesh[] = FIRST "ReverseOrientation Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] "
+                                     "\"normal N\" [0 0 -1 0 0 -1 0 0 -1]\n";
+    char old[400];
+    import(mesh);
+    assert_int_equal(desc.meshes.items[0].indices[1], 2);
+    assert_true(desc.shapes.items[0].flip_normals);
+    done();
+    snprintf(old, sizeof old, "%sWorldEnd", mesh);
+    import(old);
+    assert_false(desc.shapes.items[0].flip_normals);
+    done();
+}
+
+/* Round shapes may not fill the memory. */
+static void made_triangles_have_a_budget(void **state)
+{
+    (void)state;
+    static char text[1 << 17];
+    size_t used = (size_t)snprintf(text, sizeof text, FIRST);
+    for (int i = 0; i < 1100; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used, "Shape \"sphere\" \"float phimax\" 90\n");
+    ca_error error;
+    assert_int_equal(run(text, &error), CA_ERROR_SCENE);
+    assert_non_null(strstr(error.message, ":1026:1: the scene's round and subdivided shapes are over the limit"));
+}
+
+/* What is read otherwise than written is said once. */
+static void notes_are_said(void **state)
+{
+    (void)state;
+    import("Sampler \"pmj02bn\"\nIntegrator \"volpath\"\n" FIRST
+           "Material \"coatedconductor\"\nMaterial \"coatedconductor\"\n");
+    assert_int_equal(desc.notes.count, 3);
+    char expected[300];
+    snprintf(expected, sizeof expected, "%s/test.pbrt:1:1: sampler \"pmj02bn\" is read as \"sobol\"",
+             import_folder());
+    assert_string_equal(desc.notes.items[0], expected);
+    done();
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(mistakes_have_places),
+        cmocka_unit_test(definitions_have_no_meaning),
+        cmocka_unit_test(includes_are_limited),
+        cmocka_unit_test(defaults_are_those_of_the_version),
+        cmocka_unit_test(the_field_of_view_is_the_shorter_sides),
+        cmocka_unit_test(spectra_of_lights),
+        cmocka_unit_test(powers_of_lights),
+        cmocka_unit_test(film_scales_all_light),
+        cmocka_unit_test(color_spaces),
+        cmocka_unit_test(subdivision_goes_to_the_limit),
+        cmocka_unit_test(subdivision_of_a_plane),
+        cmocka_unit_test(parts_of_quadrics),
+        cmocka_unit_test(normals_decide),
+        cmocka_unit_test(made_triangles_have_a_budget),
+        cmocka_unit_test(notes_are_said),
+    };
+    return cmocka_run_group_tests(tests, NULL, import_remove_folder);
+}

@@ -1,0 +1,255 @@
+/* Who makes which pass (render/rank_work.h), with passes that are numbers: what is summed at every border, passes
+ * that are held, ranges that stay together, and ranks that fail. */
+#include "base/clock.h"
+#include "base/little_endian.h"
+#include "render/rank_work.h"
+#include "support/test_random.h"
+#include "support/thread_ranks.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* A rank's sums: how many passes, and the sum of their numbers' squares, in a row each. */
+typedef struct tally {
+    uint64_t values[2];
+} tally;
+
+static void write_row(void *user, uint32_t row, unsigned char *bytes)
+{
+    ca_put_u64(bytes, ((const tally *)user)->values[row]);
+}
+
+static bool add_row(void *user, uint32_t row, const unsigned char *bytes, uint64_t made)
+{
+    const uint64_t value = ca_get_u64(bytes);
+    ((tally *)user)->values[row] += value;
+    return row == 1 || value == made;
+}
+
+static void clear(void *user) { memset(user, 0, sizeof(tally)); }
+
+static void count(void *user, uint64_t counts[CA_PART_COUNTS])
+{
+    (void)user;
+    memset(counts, 0, CA_PART_COUNTS * sizeof *counts);
+    counts[0] = 1;
+}
+
+/* What is tried, the same on all ranks. */
+typedef struct plan {
+    uint64_t first, before, limit, look; /* passes [first, first + before) are there */
+    uint32_t run, ranks, lateness;
+    uint32_t failing; /* this rank fails in its second range, after so many passes of it: */
+    uint64_t failing_after;
+    bool spoils;
+    uint64_t gather_at; /* rank 0 gathers once it has made so many passes; 0: only at the end */
+    bool ends_at_look;
+    /* What became of it. */
+    uint64_t border, made;
+    bool whole;
+    ca_status status;
+    tally sums;
+} plan;
+
+static void add(tally *t, uint64_t pass)
+{
+    t->values[0]++;
+    t->values[1] += pass * pass;
+}
+
+/* Squares of [begin, end). */
+static uint64_t squares(uint64_t begin, uint64_t end)
+{
+    uint64_t sum = 0;
+    for (uint64_t i = begin; i < end; i++) sum += i * i;
+    return sum;
+}
+
+static void take_time(ca_test_random *random)
+{
+    const double until = ca_clock_seconds() + 1e-4 * (double)ca_test_random_float(random);
+    while (ca_clock_seconds() < until) continue;
+}
+
+/* *made: so many of the range. */
+static ca_status make(const plan *p, ca_rank_work *work, tally *t, ca_work_range range, uint64_t most, uint64_t *made,
+                      ca_test_random *random)
+{
+    const uint64_t run = range.end - range.begin;
+    assert_true(run <= p->run && range.end <= p->limit);
+    assert_true((range.end - p->first) % p->run == 0 || range.end == p->limit);
+    for (*made = 0; *made < run; ++*made) {
+        take_time(random);
+        ca_rank_work_between(work);
+        if (*made == most) return CA_ERROR_MEMORY;
+        if (!ca_rank_work_may_add(work)) return CA_ERROR_INTERRUPTED;
+        add(t, range.begin + *made);
+    }
+    return CA_OK;
+}
+
+static void expect_gathered(const plan *p, const ca_rank_work *work, const tally *t, uint64_t border)
+{
+    assert_true(ca_rank_work_is_whole(work));
+    assert_true(t->values[0] == border - p->first && t->values[1] == squares(p->first, border));
+    assert_true(work->in_sums == border - p->first);
+}
+
+static void make_own(const plan *p, ca_rank_work *work, tally *t, ca_work_range range, ca_test_random *random)
+{
+    uint64_t made;
+    make(p, work, t, range, UINT64_MAX, &made, random);
+    ca_rank_work_done(work, range, made);
+}
+
+static void gather(const plan *p, ca_rank_work *work, tally *t, ca_test_random *random)
+{
+    while (!ca_rank_work_gather(work)) {
+        ca_work_range range;
+        if (ca_rank_work_take(work, &range)) make_own(p, work, t, range, random);
+    }
+}
+
+static void lead(plan *p, ca_rank_work *work, tally *t, ca_test_random *random)
+{
+    ca_work_range range;
+    /* The others make all until then. */
+    while (p->failing > 0 && work->status == CA_OK && work->next <= work->look) ca_rank_work_between(work);
+    for (uint64_t own = 0;; own++) {
+        if (ca_rank_work_take(work, &range)) {
+            make_own(p, work, t, range, random);
+            if (own + 1 != p->gather_at) continue;
+            gather(p, work, t, random);
+            if (!work->lost) expect_gathered(p, work, t, work->border);
+            ca_rank_work_go_on(work, work->look);
+        } else if (work->next >= work->look && work->look < p->limit) {
+            gather(p, work, t, random);
+            expect_gathered(p, work, t, work->look);
+            if (p->ends_at_look) break;
+            ca_rank_work_go_on(work, work->look + 1 + ca_test_random_u32(random) % 2);
+        } else {
+            break;
+        }
+    }
+    work->closed = true;
+    gather(p, work, t, random);
+    p->border = work->border;
+    p->whole = ca_rank_work_is_whole(work);
+    ca_rank_work_end(work);
+    p->made = work->made;
+    p->status = work->status;
+    p->sums = *t;
+}
+
+static void help(const plan *p, ca_rank_work *work, tally *t, uint32_t rank, ca_test_random *random)
+{
+    const ca_error error = {"it failed"};
+    ca_work_range range;
+    uint64_t made;
+    for (int ranges = 0; ca_rank_work_next(work, &range); ranges++) {
+        const bool fails = rank == p->failing && ranges == 1;
+        const ca_status status = make(p, work, t, range, fails ? p->failing_after : UINT64_MAX, &made, random);
+        assert_true(ranges < 2 || rank != p->failing); /* it gets no more */
+        ca_rank_work_made(work, made, p->spoils && fails, status == CA_ERROR_MEMORY ? status : CA_OK, &error);
+    }
+}
+
+static void run_rank(void *user, const ca_ranks *ranks)
+{
+    plan *p = user;
+    ca_rank_work work;
+    tally t = {{0}};
+    ca_test_random random = ca_test_random_seed(100 + ranks->rank);
+    const ca_rank_sums sums = {&t, 2, 8, write_row, add_row, clear, count};
+    assert_int_equal(ca_rank_work_create(&work, ranks, &sums, p->first, p->before, NULL), CA_OK);
+    work.limit = p->limit;
+    work.look = p->look ? p->look : UINT64_MAX;
+    work.run = p->run;
+    for (uint64_t i = 0; ranks->rank == 0 && i < p->before; i++) add(&t, p->first + i);
+    if (ranks->rank == 0)
+        lead(p, &work, &t, &random);
+    else
+        help(p, &work, &t, ranks->rank, &random);
+    ca_rank_work_destroy(&work);
+}
+
+static void run(plan *p) { ca_run_ranks(p->ranks, p->lateness, run_rank, p); }
+
+static void expect_all(const plan *p, uint64_t end)
+{
+    assert_true(p->whole && p->border == end);
+    assert_true(p->sums.values[0] == end - p->first && p->sums.values[1] == squares(p->first, end));
+}
+
+/* ---- Tests ----------------------------------------------------------------------------------------------------- */
+
+static void test_all_passes_once(void **state)
+{
+    (void)state;
+    for (uint32_t ranks = 1; ranks <= 4; ranks++)
+        for (uint32_t r = 1; r <= 3; r++) {
+            plan p = {.first = 6 * r, .before = 3 * (r - 1), .limit = 100, .run = r, .ranks = ranks, .gather_at = 7};
+            p.lateness = ranks == 3 ? 5 : 0;
+            run(&p);
+            expect_all(&p, 100);
+            assert_true(p.status == CA_OK && p.made == p.border - p.first);
+        }
+}
+
+/* What lies beyond a look is not in the sums before it is decided, nor after a decision to end. */
+static void test_looks(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 8; i++) {
+        plan p = {.limit = 120, .look = 8, .run = 1, .ranks = 2 + i % 3};
+        p.lateness = i / 3 * 4;
+        p.gather_at = i % 2 * 5;
+        run(&p);
+        expect_all(&p, 120);
+        p.ends_at_look = true;
+        run(&p);
+        expect_all(&p, 8);
+        assert_true(p.made == 8);
+    }
+}
+
+/* What another rank fails to make, or the rest of it, rank 0 makes. */
+static void test_failures(void **state)
+{
+    (void)state;
+    for (uint64_t after = 0; after < 3; after++) {
+        plan p = {.limit = 90, .run = 3, .ranks = 2, .failing = 1, .failing_after = after, .gather_at = after * 4};
+        run(&p);
+        expect_all(&p, 90);
+        assert_int_equal(p.status, CA_ERROR_MEMORY);
+    }
+    plan held = {.limit = 40, .look = 1, .run = 1, .ranks = 2, .failing = 1};
+    run(&held);
+    expect_all(&held, 40);
+    assert_int_equal(held.status, CA_ERROR_MEMORY);
+}
+
+/* Sums that are no use are not asked for, and nobody is told that all is there. */
+static void test_spoilt_sums(void **state)
+{
+    (void)state;
+    plan p = {.limit = 90, .run = 3, .ranks = 2, .failing = 1, .failing_after = 2, .spoils = true};
+    run(&p);
+    assert_true(!p.whole && p.status == CA_ERROR_MEMORY && p.sums.values[0] < p.border);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_all_passes_once),
+        cmocka_unit_test(test_looks),
+        cmocka_unit_test(test_failures),
+        cmocka_unit_test(test_spoilt_sums),
+    };
+    return cmocka_run_group_tests_name("who makes which pass", tests, NULL, NULL);
+}

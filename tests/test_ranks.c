@@ -1,0 +1,427 @@
+/* Renders by several ranks, which are threads here: of every integrator the bits of one process, for any numbers of
+ * ranks and threads and any lateness of messages; looks at the noise, time, signals, checkpoints, replicates and
+ * pictures on the way; ranks that do not fit together. */
+#define _POSIX_C_SOURCE 200809L
+#include "film/pass_part.h"
+#include "integrator/integrator.h"
+#include "support/scene_text.h"
+#include "support/thread_ranks.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+/* A ball of glass above a floor, a small light. */
+static const char *const scene_xml =
+    "<scene version='3.0.0'><default name='grey' value='0.5'/>"
+    "<sensor type='perspective'><float name='fov' value='40'/>"
+    "<transform name='to_world'><lookat origin='0,3,6' target='0,0.5,0' up='0,1,0'/></transform>"
+    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/></film></sensor>"
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
+    "<bsdf type='diffuse'><rgb name='reflectance' value='$grey'/></bsdf></shape>"
+    "<shape type='sphere'><point name='center' value='0,0.6,0'/><float name='radius' value='0.6'/>"
+    "<bsdf type='dielectric'/></shape>"
+    "<shape type='sphere'><point name='center' value='1,3,0'/><float name='radius' value='0.2'/>"
+    "<emitter type='area'><rgb name='radiance' value='30'/></emitter></shape></scene>";
+
+static char folder[] = "/tmp/caustica-ranks-XXXXXX";
+static ca_scene *scene;
+
+static ca_render_settings settings_of(const char *integrator, uint32_t samples)
+{
+    ca_render_settings s;
+    ca_render_settings_init(&s);
+    s.integrator = integrator;
+    s.samples_per_pixel = samples;
+    s.threads = 1;
+    s.has_max_depth = true;
+    s.max_depth = 4;
+    if (ca_integrator_of(integrator) && ca_integrator_has_parameter(ca_integrator_of(integrator), "radius"))
+        s.radius = 0.1;
+    return s;
+}
+
+/* ---- A render by ranks ----------------------------------------------------------------------------------------- */
+
+typedef struct job {
+    ca_render_settings settings; /* of rank 0; the others have no files and no callback */
+    const ca_scene *last_scene;  /* of the last rank; NULL: the same */
+    const int *last_stop;        /* likewise */
+    bool many_threads;           /* the ranks have one, two and three */
+    ca_status status, others;
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    ca_error error;
+} job;
+
+static void render_as(void *user, const ca_ranks *ranks)
+{
+    job *j = user;
+    ca_render_settings s = j->settings;
+    ca_image_layers *none = NULL;
+    const bool is_last = ranks->rank + 1 == ranks->count;
+    s.ranks = ranks;
+    if (j->many_threads) s.threads = 1 + ranks->rank % 3;
+    if (ranks->rank == 0) {
+        j->status = ca_render(scene, &s, &j->image, &j->statistics, &j->error);
+        return;
+    }
+    s.progress = NULL;
+    s.checkpoint_path = s.part_path = NULL;
+    s.resume = false;
+    if (is_last && j->last_stop) s.stop = j->last_stop;
+    const ca_status status = ca_render(is_last && j->last_scene ? j->last_scene : scene, &s, &none, NULL, NULL);
+    assert_null(none);
+    if (is_last) j->others = status;
+}
+
+static void run(job *j, uint32_t ranks, uint32_t lateness)
+{
+    j->image = NULL;
+    ca_render_statistics_init(&j->statistics);
+    j->error.message[0] = '\0';
+    ca_run_ranks(ranks, lateness, render_as, j);
+}
+
+static uint64_t hash_by(job *j, uint32_t ranks, uint32_t lateness)
+{
+    run(j, ranks, lateness);
+    if (j->status != CA_OK) fail_msg("%s", j->error.message);
+    assert_int_equal(j->others, CA_OK);
+    const uint64_t hash = image_hash(j->image);
+    ca_image_release(j->image);
+    return hash;
+}
+
+static uint64_t hash_alone(const ca_render_settings *settings, ca_render_statistics *statistics)
+{
+    ca_image_layers *image = NULL;
+    ca_error error = {""};
+    if (statistics) ca_render_statistics_init(statistics);
+    if (ca_render(scene, settings, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
+    const uint64_t hash = image_hash(image);
+    ca_image_release(image);
+    return hash;
+}
+
+static const char *in_folder(const char *name)
+{
+    static char paths[8][256];
+    static int next;
+    char *path = paths[next++ % 8];
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+/* ---- The bits -------------------------------------------------------------------------------------------------- */
+
+static const char *integrator_at(size_t i)
+{
+    const ca_integrator_type *type = ca_integrator_at(i);
+    return type ? type->name : NULL;
+}
+
+static void test_every_integrator(void **state)
+{
+    (void)state;
+    for (size_t i = 0; integrator_at(i); i++) {
+        if (ca_integrator_has(ca_integrator_at(i), CA_ABILITY_CHOOSES)) continue;
+        ca_render_statistics one;
+        job j = {.settings = settings_of(integrator_at(i), 9), .many_threads = true};
+        const uint64_t hash = hash_alone(&j.settings, &one);
+        for (uint32_t ranks = 2; ranks <= 4; ranks++) {
+            if (hash_by(&j, ranks, i % 2 ? 3 : 0) != hash)
+                fail_msg("%s, %u ranks: another image", integrator_at(i), ranks);
+            const ca_render_statistics *s = &j.statistics;
+            assert_true(s->iterations == one.iterations && s->samples_per_pixel == one.samples_per_pixel);
+            assert_true(s->passes[1] == one.passes[1] && s->blocks[1] == one.blocks[1] && s->ranks == ranks);
+            assert_true(s->camera_paths >= one.camera_paths && s->light_paths >= one.light_paths);
+            if (!ca_integrator_at(i)->begin_block) assert_true(s->camera_paths == one.camera_paths);
+        }
+    }
+}
+
+/* Replicates of several passes stay together. */
+static void test_replicates(void **state)
+{
+    (void)state;
+    static const char *const samplers[] = {"independent", "sobol"};
+    for (int i = 0; i < 2; i++) {
+        job j = {.settings = settings_of("vcm", 12)};
+        j.settings.sampler = samplers[i];
+        j.settings.replicates = 4;
+        const uint64_t hash = hash_alone(&j.settings, NULL);
+        assert_true(hash_by(&j, 3, 0) == hash);
+    }
+}
+
+/* Rank 0 chooses for all: the picture is that of the method it names. */
+static void test_auto(void **state)
+{
+    (void)state;
+    char method[1024];
+    job j = {.settings = settings_of("auto", 6)};
+    run(&j, 3, 0);
+    assert_int_equal(j.status, CA_OK);
+    assert_true(j.statistics.method.reason[0]);
+    snprintf(method, sizeof method, "%s", attribute_text(j.image, "caustica.integrator"));
+    ca_render_settings s = settings_of(method, 6);
+    s.radius = 0.0;
+    assert_true(hash_alone(&s, NULL) == image_hash(j.image));
+    ca_image_release(j.image);
+}
+
+/* ---- When it ends ---------------------------------------------------------------------------------------------- */
+
+/* The noise is looked at after the same passes, and none beyond is in the picture. */
+static void test_noise(void **state)
+{
+    (void)state;
+    static const double targets[] = {30.0, 12.0, 9.0};
+    for (int i = 0; i < 3; i++) {
+        ca_render_statistics one;
+        job j = {.settings = settings_of("path", 0), .many_threads = true};
+        j.settings.noise_percent = targets[i];
+        const uint64_t hash = hash_alone(&j.settings, &one);
+        for (uint32_t ranks = 2; ranks <= 4; ranks += 2) {
+            const uint64_t by_ranks = hash_by(&j, ranks, i == 1 ? 4 : 0);
+            assert_int_equal(j.statistics.iterations, one.iterations);
+            assert_true(by_ranks == hash && j.statistics.noise_percent == one.noise_percent);
+        }
+        ca_render_settings passes = settings_of("path", 0);
+        passes.has_passes = true;
+        passes.passes[1] = one.passes[1];
+        assert_true(hash_alone(&passes, NULL) == hash);
+    }
+}
+
+/* All passes that were begun are in the picture, and it is one of the passes that are told. */
+static void test_time(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"ovcm", "qmcppm"};
+    for (int i = 0; i < 2; i++) {
+        job j = {.settings = settings_of(integrators[i], 0)};
+        j.settings.seconds = 0.05;
+        const uint64_t hash = hash_by(&j, 3, 0);
+        const ca_render_statistics *s = &j.statistics;
+        ca_render_settings same = settings_of(integrators[i], 0);
+        assert_true(s->iterations > 0 && s->seconds >= 0.05);
+        same.has_blocks = i == 1;
+        same.has_passes = i == 0;
+        same.blocks[1] = s->blocks[1];
+        same.passes[1] = s->passes[1];
+        assert_int_equal(i == 1 ? s->blocks[1] : s->passes[1], s->iterations);
+        assert_true(hash_alone(&same, NULL) == hash);
+    }
+}
+
+typedef struct watcher {
+    uint32_t stop_after, calls;
+    uint64_t hash; /* of the picture gathered in call `gather_at` */
+    uint32_t gather_at, passes;
+    uint32_t last;
+} watcher;
+
+static bool watch(const ca_render_progress *progress, void *user)
+{
+    watcher *w = user;
+    w->calls++;
+    assert_true(progress->passes_done >= w->last);
+    w->last = progress->passes_done;
+    if (w->gather_at == w->calls) {
+        ca_image_layers *image;
+        ca_render_statistics s = {.size = sizeof s};
+        assert_non_null(progress->gather);
+        progress->gather(progress);
+        assert_int_equal(progress->snapshot(progress, &image, &s, NULL), CA_OK);
+        w->hash = image_hash(image);
+        w->passes = (uint32_t)s.iterations;
+        ca_image_release(image);
+    }
+    return w->stop_after == 0 || progress->passes_done < w->stop_after;
+}
+
+/* A picture on the way has all passes that were handed out then; the render goes on to its own bits. */
+static void test_picture_on_the_way(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"vavcm", "qmcppm"};
+    for (int i = 0; i < 2; i++) {
+        watcher w = {.gather_at = 2};
+        job j = {.settings = settings_of(integrators[i], 16)};
+        j.settings.progress = watch;
+        j.settings.progress_user = &w;
+        const uint64_t hash = hash_by(&j, 3, 0);
+        ca_render_settings s = settings_of(integrators[i], 16);
+        assert_true(hash_alone(&s, NULL) == hash && w.passes > 0);
+        s.samples_per_pixel = 0;
+        s.has_blocks = i == 1;
+        s.has_passes = i == 0;
+        s.blocks[1] = s.passes[1] = w.passes;
+        assert_true(hash_alone(&s, NULL) == w.hash);
+    }
+}
+
+/* By the callback on rank 0, or by a signal that only the last rank has got. */
+static void test_early_end(void **state)
+{
+    (void)state;
+    const int stop = 1;
+    for (int i = 0; i < 2; i++) {
+        watcher w = {.stop_after = i == 0 ? 5 : 0};
+        job j = {.settings = settings_of("path", 100000), .last_stop = i == 1 ? &stop : NULL};
+        j.settings.progress = watch;
+        j.settings.progress_user = &w;
+        const uint64_t hash = hash_by(&j, 4, 0);
+        assert_true(j.statistics.interrupted && j.statistics.iterations < 100000);
+        ca_render_settings s = settings_of("path", (uint32_t)j.statistics.iterations);
+        assert_true(hash_alone(&s, NULL) == hash);
+    }
+}
+
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
+
+/* A checkpoint after every pass; gone on from by another number of ranks, and by one process. */
+static void test_checkpoints(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"cavcm", "qmcppm"};
+    for (int i = 0; i < 2; i++) {
+        job j = {.settings = settings_of(integrators[i], 9)};
+        ca_render_settings all = settings_of(integrators[i], 25);
+        const uint64_t hash = hash_alone(&all, NULL);
+        j.settings.checkpoint_path = in_folder("c.part");
+        j.settings.checkpoint_seconds = 1e-9;
+        j.settings.resume = true;
+        hash_by(&j, 3, 0);
+        const uint64_t first = j.statistics.iterations;
+        j.settings.samples_per_pixel = 16;
+        hash_by(&j, 2, 3);
+        assert_true(j.statistics.passes_resumed == first && j.statistics.iterations > first);
+        all.checkpoint_path = j.settings.checkpoint_path;
+        all.resume = true;
+        ca_render_statistics s;
+        assert_true(hash_alone(&all, &s) == hash && s.passes_resumed == j.statistics.iterations);
+        unlink(all.checkpoint_path);
+    }
+}
+
+/* Gone on from in the middle of a replicate: rank 0 finishes it. */
+static void test_open_replicate(void **state)
+{
+    (void)state;
+    watcher w = {.stop_after = 4};
+    ca_render_settings first = settings_of("path", 12), all = first;
+    all.replicates = first.replicates = 4;
+    const uint64_t hash = hash_alone(&all, NULL);
+    first.checkpoint_path = in_folder("open.part");
+    first.progress = watch;
+    first.progress_user = &w;
+    hash_alone(&first, NULL);
+    job j = {.settings = all};
+    j.settings.checkpoint_path = first.checkpoint_path;
+    j.settings.resume = true;
+    assert_true(hash_by(&j, 3, 0) == hash && j.statistics.passes_resumed == 4);
+}
+
+/* A part by ranks is one by a process: merged with another part it is the whole. */
+static void test_parts(void **state)
+{
+    (void)state;
+    job j = {.settings = settings_of("bdpt", 0)};
+    ca_render_settings all = settings_of("bdpt", 12);
+    const char *paths[2] = {in_folder("a.part"), in_folder("b.part")};
+    ca_image_layers *image = NULL;
+    ca_render_statistics s = {.size = sizeof s}, one;
+    const uint64_t hash = hash_alone(&all, &one);
+    j.settings.has_passes = true;
+    for (int i = 0; i < 2; i++) {
+        j.settings.passes[0] = i == 0 ? 0 : 7;
+        j.settings.passes[1] = i == 0 ? 7 : 12;
+        j.settings.part_path = paths[i];
+        run(&j, 3, 0);
+        assert_int_equal(j.status, CA_OK);
+        ca_image_release(j.image);
+    }
+    assert_int_equal(ca_merge_parts(paths, 2, NULL, &image, &s, NULL), CA_OK);
+    assert_true(image_hash(image) == hash && s.camera_paths == one.camera_paths && s.rays == one.rays);
+    ca_image_release(image);
+}
+
+/* ---- What does not fit ----------------------------------------------------------------------------------------- */
+
+static void expect_refused(job *j, ca_status status, const char *words)
+{
+    run(j, 3, 0);
+    if (!strstr(j->error.message, words)) fail_msg("\"%s\" is not said in: %s", words, j->error.message);
+    assert_true(j->status == status && j->others == status && !j->image);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"path", "qmcppm"};
+    char grey[4096];
+    const char *place = strstr(scene_xml, "value='0.5'");
+    snprintf(grey, sizeof grey, "%.*svalue='0.6'%s", (int)(place - scene_xml), scene_xml, place + 11);
+    ca_scene *other = scene_from_text(grey);
+    for (int i = 0; i < 2; i++) {
+        job j = {.settings = settings_of(integrators[i], 2), .last_scene = other};
+        expect_refused(&j, CA_ERROR_ARGUMENT, "): this is another scene than that of rank 0");
+        assert_true(strncmp(j.error.message, "rank 2 (", 8) == 0);
+        j = (job){.settings = settings_of(integrators[i], 2)};
+        j.settings.checkpoint_path = "/nowhere/c.part";
+        expect_refused(&j, CA_ERROR_FILE, "/nowhere/c.part");
+    }
+    ca_scene_release(other);
+    job j = {.settings = settings_of("bdpm", 2)};
+    j.settings.rays = "auto";
+    expect_refused(&j, CA_ERROR_ARGUMENT, "one rank makes them");
+    j = (job){.settings = settings_of("bdpt", 2)};
+    j.settings.strategies_directory = in_folder("s");
+    expect_refused(&j, CA_ERROR_ARGUMENT, "images of the strategies are made by one rank");
+}
+
+/* ---- All of it ------------------------------------------------------------------------------------------------- */
+
+static int set_up(void **state)
+{
+    (void)state;
+    scene = scene_from_text(scene_xml);
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"a.part", "b.part", "c.part", "open.part"};
+    for (int i = 0; i < 4; i++) unlink(in_folder(names[i]));
+    rmdir(folder);
+    ca_scene_release(scene);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_integrator),
+        cmocka_unit_test(test_replicates),
+        cmocka_unit_test(test_auto),
+        cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_time),
+        cmocka_unit_test(test_picture_on_the_way),
+        cmocka_unit_test(test_early_end),
+        cmocka_unit_test(test_checkpoints),
+        cmocka_unit_test(test_open_replicate),
+        cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_refusals),
+    };
+    return cmocka_run_group_tests_name("renders by ranks", tests, set_up, tear_down);
+}

@@ -1,0 +1,225 @@
+/* Every call that can fail does, in one run of the program after another (support/torture.h): over all commands that
+ * read or write files, and all integrators.
+ *
+ * As a fast test it tries a few calls of each kind. CA_TORTURE_MINUTES (make torture): for so long, the first 500
+ * calls of each kind in each command and one call of each call stack beyond them. CA_TORTURE_ONLY=NAME:KIND:N:STAYS:
+ * one run, as a failure names it. */
+#include "base/clock.h"
+#include "support/program_test.h"
+#include "support/sample_files.h"
+#include "support/torture.h"
+
+#include <stdlib.h>
+
+/* A ball of glass over a mesh with a picture on it: all techniques, and files of three formats. */
+static const char room[] =
+    "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'>"
+    "<lookat origin='0.5,1,4' target='0.5,0.3,0' up='0,1,0'/></transform><float name='fov' value='40'/>"
+    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/></film></sensor>"
+    "<shape type='ply'><string name='filename' value='mesh.ply'/><bsdf type='twosided'><bsdf type='diffuse'>"
+    "<texture name='reflectance' type='bitmap'><string name='filename' value='colours.png'/></texture></bsdf></bsdf>"
+    "</shape>"
+    "<shape type='sphere'><point name='center' x='0.5' y='0.5' z='1'/><float name='radius' value='0.2'/>"
+    "<bsdf type='dielectric'/></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='0.5'/><rotate x='1' angle='90'/>"
+    "<translate y='2'/></transform><emitter type='area'/></shape>"
+    "<emitter type='envmap'><string name='filename' value='sky.exr'/></emitter></scene>";
+
+#define RENDER(method)                                                                                               \
+    {                                                                                                                \
+        .name = "render-" method,                                                                                    \
+        .words = {"render", "room.xml", "-i",    method, "--threads=2", "--spp=2", "--quiet", "--max-depth=5", "-o", \
+                  "o.exr",  "-o",       "o.pfm", "-o",   "o.png",       "-o",      "o.part",  "--stats=o.json"},     \
+        .outputs = {                                                                                                 \
+            "o.exr",                                                                                                 \
+            "o.pfm",                                                                                                 \
+            "o.png",                                                                                                 \
+            "o.part",                                                                                                \
+            "o.json"                                                                                                 \
+        }                                                                                                            \
+    }
+
+static const torture_command commands[] = {
+    {.name = "info", .words = {"info", "room.xml"}},
+    RENDER("path"),
+    {.name = "compare",
+     .words = {"compare", "b.exr", "--reference", "a.exr", "--html", "c.html", "--stats", "c.json"},
+     .outputs = {"c.html", "c.json"}},
+    {.name = "merge",
+     .words = {"merge", "p0.part", "p1.part", "-o", "m.pfm", "-o", "m.exr", "-o", "m.part"},
+     .outputs = {"m.pfm", "m.exr", "m.part"}},
+    {.name = "resume",
+     .words = {"render", "room.xml", "-i", "bdpt", "--threads=2", "--spp=3", "--quiet", "--max-depth=5",
+               "--checkpoint=k.part", "--resume", "--checkpoint-every=0.000001", "-o", "k.pfm"},
+     .outputs = {"k.pfm", "k.part"},
+     .kept = "k.part"},
+    {.name = "noise",
+     .words = {"noise", "room.xml", "-i", "bdpm", "--threads=2", "--iterations=2", "-o", "n.exr"},
+     .outputs = {"n.exr"}},
+    RENDER("vcm"),
+    RENDER("qmcppm"),
+    RENDER("light"),
+    RENDER("bdpt"),
+    RENDER("ppm"),
+    RENDER("bdpm"),
+    RENDER("vcm-plus"),
+    RENDER("vcm-star"),
+    RENDER("ovcm"),
+    RENDER("cavcm"),
+    RENDER("vavcm"),
+    {.name = "render-auto", /* which method it is depends on times, and so do the bits */
+     .words = {"render", "room.xml", "-i", "auto", "--threads=2", "--spp=2", "--quiet", "-o", "o.exr"},
+     .outputs = {"o.exr"}},
+};
+enum { COMMANDS = sizeof commands / sizeof commands[0], JOBS = COMMANDS * TORTURE_KINDS };
+
+/* ---- The folder ------------------------------------------------------------------------------------------------ */
+
+static void write_sample(const char *name, sample_bytes bytes, void **state)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder_of(state), name);
+    sample_write(path, bytes.data, bytes.size);
+    sample_free(&bytes);
+}
+
+static void prepare(void **state)
+{
+    ca_program_result result;
+    write_text(folder_of(state), "room.xml", room);
+    write_sample("mesh.ply", sample_ply(SAMPLE_PLY_ASCII), state);
+    write_sample("colours.png", sample_png(8, 3, false), state);
+    write_sample("sky.exr", sample_exr(3, false, false), state);
+    RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--spp=4", "-o", "a.exr");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--spp=4", "--seed=2", "-o", "b.exr");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--passes=0:2", "-o", "p0.part");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--passes=2:4", "-o", "p1.part");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "bdpt", "--quiet", "--max-depth=5", "--spp=2", "-o", "k.part.kept.part");
+    assert_exit(&result, 0);
+    char from[256], to[256];
+    snprintf(from, sizeof from, "%s/k.part.kept.part", folder_of(state));
+    snprintf(to, sizeof to, "%s/k.part.kept", folder_of(state));
+    assert_int_equal(rename(from, to), 0);
+}
+
+/* ---- Which runs ------------------------------------------------------------------------------------------------ */
+
+typedef struct torture_tally {
+    long runs, ended, sites;
+    char site[64][256]; /* where libraries ended the process */
+} torture_tally;
+
+static void note_site(torture_tally *tally, const char *site)
+{
+    tally->ended++;
+    for (long i = 0; i < tally->sites; i++)
+        if (strcmp(tally->site[i], site) == 0) return;
+    if (tally->sites < 64) strcpy(tally->site[tally->sites++], site);
+}
+
+static void run_both(void **state, const torture_calls *calls, size_t index, torture_tally *tally)
+{
+    char site[256];
+    for (int stays = 0; stays < 2; stays++) {
+        tally->runs++;
+        if (torture_run(*state, calls->command, calls->kind, calls->numbers[index], stays, site))
+            note_site(tally, site);
+    }
+}
+
+/* In turns, so that no command waits for the end of another one where the time is short. */
+static void run_in_turns(void **state, torture_calls jobs[JOBS], double seconds, torture_tally *tally)
+{
+    const double end = ca_clock_seconds() + seconds;
+    bool more = true;
+    size_t left = 0;
+    for (size_t turn = 0; more && ca_clock_seconds() < end; turn++) {
+        more = false;
+        for (int j = 0; j < JOBS && ca_clock_seconds() < end; j++) {
+            if (turn >= jobs[j].count) continue;
+            more = true;
+            run_both(state, &jobs[j], turn, tally);
+        }
+        if (turn % 20 == 19) print_message("# %ld runs\n", tally->runs);
+        left = turn + 1;
+    }
+    size_t undone = 0;
+    for (int j = 0; j < JOBS; j++) undone += jobs[j].count > left ? jobs[j].count - left : 0;
+    print_message("# %ld runs, in %ld a library ended the process; %zu calls were left when the time was over\n",
+                  tally->runs, tally->ended, undone);
+    for (long i = 0; i < tally->sites; i++) print_message("# ended in %s\n", tally->site[i]);
+}
+
+/* "NAME:KIND:N:STAYS" */
+static void run_one(void **state, const char *only)
+{
+    char name[64], kind[64], site[256];
+    long at;
+    int stays;
+    if (sscanf(only, "%63[^:]:%63[^:]:%ld:%d", name, kind, &at, &stays) != 4) fail_msg("CA_TORTURE_ONLY: %s", only);
+    for (int c = 0; c < COMMANDS; c++)
+        for (int k = 0; k < TORTURE_KINDS; k++) {
+            if (strcmp(name, commands[c].name) != 0 || strcmp(kind, torture_kind_name((torture_kind)k)) != 0)
+                continue;
+            torture_keep_reference(*state, &commands[c]);
+            torture_run(*state, &commands[c], (torture_kind)k, at, stays, site);
+        }
+}
+
+static void run_long(void **state, double minutes)
+{
+    static torture_calls jobs[JOBS];
+    static torture_tally tally;
+    for (int c = 0; c < COMMANDS; c++) {
+        torture_keep_reference(*state, &commands[c]);
+        for (int k = 0; k < TORTURE_KINDS; k++)
+            torture_calls_find(&jobs[c * TORTURE_KINDS + k], *state, &commands[c], (torture_kind)k, 500);
+    }
+    run_in_turns(state, jobs, 60.0 * minutes, &tally);
+    for (int j = 0; j < JOBS; j++) torture_calls_free(&jobs[j]);
+}
+
+/* Of the first commands, a few calls that lie apart. */
+static void run_short(void **state)
+{
+    enum { SHORT_COMMANDS = 5, CALLS = 3 };
+    static torture_tally tally;
+    for (int c = 0; c < SHORT_COMMANDS; c++) {
+        torture_keep_reference(*state, &commands[c]);
+        for (int k = 0; k <= TORTURE_MONITOR; k++) {
+            torture_calls calls;
+            torture_calls_find(&calls, *state, &commands[c], (torture_kind)k, 0);
+            for (size_t i = 0; i < CALLS && i < calls.count; i++)
+                run_both(state, &calls, (2 * i + 1) * calls.count / (2 * CALLS) % calls.count, &tally);
+            torture_calls_free(&calls);
+        }
+    }
+    print_message("# %ld runs\n", tally.runs);
+}
+
+static void test_no_call_loses_anything(void **state)
+{
+    const char *minutes = getenv("CA_TORTURE_MINUTES"), *only = getenv("CA_TORTURE_ONLY");
+    if (access(CA_BUILD_DIR "/tests/libcaustica-faults.so", R_OK) != 0) {
+        print_message("SKIPPED: this build has no library of faults (with sanitizers it cannot be preloaded)\n");
+        skip();
+    }
+    prepare(state);
+    if (only)
+        run_one(state, only);
+    else if (minutes)
+        run_long(state, atof(minutes));
+    else
+        run_short(state);
+    assert_int_equal(torture_failures(), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {PROGRAM_TEST(test_no_call_loses_anything)};
+    return run_program_tests("torture", tests, sizeof tests / sizeof tests[0]);
+}
