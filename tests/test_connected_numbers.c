@@ -115,8 +115,7 @@ static void test_negative_estimates(void **state)
     (void)state;
     ca_connected_node nodes[NODES];
     const ca_connected_image image = image_of(nodes, 1.0);
-    nodes[2].sums.camera = nodes[2].sums.connected = -5.0;
-    nodes[2].sums.pair = nodes[2].sums.light = 0.0;
+    for (int k = 2; k < NODES; k += 2) nodes[k].sums = (ca_noise_coefficients){.camera = -5.0, .connected = -5.0};
     const ca_ray_choice best = ca_connected_choose(&image, 1000000, MOST_CAMERA_PATHS);
     assert_true(best.variance > 0.0);
     assert_true(ca_connected_expect(&image, 992.0, 2.0).variance == 0.0);
