@@ -206,7 +206,9 @@ static void read_file(ca_pbrt *p, const ca_pbrt_parameter *parameter, sample_tab
         ca_import_fail_memory(p->importer, "a spectrum");
         return;
     }
-    if (ca_read_inflated(path, "spectrum", MAX_SPECTRUM_BYTES, &bytes, &reason) != CA_OK) {
+    const ca_status status = ca_read_inflated(path, "spectrum", MAX_SPECTRUM_BYTES, &bytes, &reason);
+    if (status == CA_ERROR_MEMORY) ca_import_fail_file(p->importer, &parameter->where, status, &reason);
+    if (status != CA_OK) {
         ca_import_fail(p->importer, &parameter->where,
                        "\"%s\" is neither the name of a spectrum nor a file that can be read; the nearest name is "
                        "\"%s\"",
