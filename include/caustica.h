@@ -452,13 +452,27 @@ typedef struct ca_noise_summary {
  * whatever the scene says; alpha is 0, whatever the scene says, unless they set it: with one radius all iterations
  * are distributed alike. What else ends a render (samples, seconds, noise), rays, replicates, blocks and strategies
  * are refused. The progress callback may end it early, but not before the second iteration. Where they name it, the
- * integrator may also be `bdpt`, `vcm` or `ovcm`, with no more camera paths per pixel than light paths: pair, camera
- * and light term are then those of all that is not connected, and a fourth one, `connect`, may be negative. Their
- * weights depend on the numbers of paths, so that predictions for others are of the weights measured with. `image`
- * (may be NULL) is that of ca_render with the layers Noise.* of docs/images.md; `statistics` may be NULL. */
+ * integrator may also be `bdpt`, `vcm`, `ovcm` or `vavcm`, with no more camera paths per pixel than light paths:
+ * pair, camera and light term are then those of all that is not connected, and a fourth, `connect`, may be negative.
+ * Their weights depend on the numbers of paths, so that predictions for others are of the weights measured with, but
+ * for those of ca_noise_measure_for. `image` (may be NULL) is that of ca_render with the layers Noise.* of
+ * docs/images.md; `statistics` may be NULL. */
 CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
                                   ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
                                   ca_error *error);
+
+/* Numbers of paths, N_F and N_B. */
+typedef struct ca_noise_counts {
+    uint32_t light_paths, camera_paths;
+} ca_noise_counts;
+
+/* The same. Where paths connect, all that they bring is also summed up with the weights that it has in iterations
+ * with each of these numbers of paths (at least one, no more camera paths than light paths): predictions for these
+ * are then right. Each takes 168 bytes a pixel, and a quarter of an iteration's time. Elsewhere weights contain no
+ * numbers of paths, and nothing is added. */
+CA_API ca_status ca_noise_measure_for(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
+                                      const ca_noise_counts *counts, size_t count, ca_noise **noise,
+                                      ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
 
 /* What the law says for any numbers of paths, averaged over a region of the measured picture: x0, y0, x1, y1, half
  * open, in pixels of the full film; NULL: all of it. `measured` is the sample variance of the iterations that were
@@ -511,8 +525,9 @@ typedef struct ca_noise_recommendation {
  * objective: the variance of the "mean" pixel (NULL), the "relative" one (over squared luminance), or that of the
  * "worst-decile". `image`, of the measurement, gets the map as layer Rays.Numbers and the light paths as attribute
  * caustica.lightPaths, for ca_render_settings.rays; NULL: the map is not kept. CA_ERROR_ARGUMENT: another objective;
- * settings that do not fit the measurement. CA_ERROR_UNSUPPORTED: a measurement of `bdpt`, `vcm` or `ovcm`, whose
- * weights would change with the numbers. */
+ * settings that do not fit the measurement. Where paths connect, one number of camera paths is recommended for all
+ * pixels, and light paths between those that were measured for (ca_noise_measure_for, with as many camera paths);
+ * CA_ERROR_UNSUPPORTED: there are none, or the objective is that of the worst decile. */
 CA_API ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const ca_render_settings *settings,
                                     const char *objective, ca_image_layers *image,
                                     ca_noise_recommendation *recommendation, ca_error *error);

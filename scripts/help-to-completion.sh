@@ -41,10 +41,11 @@ describe() {
         }
         head != "" && /^                    / { sub(/^ +/, ""); help = help (help == "" ? "" : " ") $0; next }
         { flush() }
-        /^Samplers: / && command == "render" {
-            sub(/^Samplers: /, "")
-            count = split($0, names, ", ")
-            for (i = 1; i <= count; i++) print "sampler\t" names[i]
+        /^Samplers: / && command == "render" { listed = 1; sub(/^Samplers: /, "") }
+        listed { # a line that ends with a comma goes on
+            count = split($0, names, /, */)
+            for (i = 1; i <= count; i++) if (names[i] != "") print "sampler\t" names[i]
+            listed = /,$/
         }
         END { flush() }'
     done

@@ -94,7 +94,7 @@ static void test_help_lists_the_integrators(void **state)
     assert_says(help.output, "\nIntegrators with --rays: ppm, bdpm\n");
     RUN(&help, "noise", "--help");
     assert_says(help.output, "an iteration of ppm or bdpm has three terms");
-    assert_says(help.output, "That of bdpt, vcm or ovcm has a fourth");
+    assert_says(help.output, "That of bdpt, vcm, ovcm or vavcm has a fourth");
     assert_says(help.output, "(default: one per processor)");
 }
 

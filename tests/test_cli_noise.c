@@ -280,7 +280,7 @@ static const struct refusal {
     {2, {"room.xml", COUNTS(20, 2, 2), "--predict=2,-1"}, "--predict: \"2,-1\" is not NF,NB"},
     {2,
      {"room.xml", COUNTS(20, 2, 2), "-i", "path"},
-     "the integrator must be bdpt, ppm, bdpm, vcm or ovcm, not path"},
+     "the integrator must be bdpt, ppm, bdpm, vcm, ovcm or vavcm, not path"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdmp"}, "bdmp"},
     {2, {"room.xml", COUNTS(20, 2, 2), "-i", "bdpm:light_paths=30"}, "\"light_paths\" is 30 among"},
     {2, {"room.xml", COUNTS(20, 2, 2), "--sampler=sobol"}, "option --sampler=sobol is not known"},

@@ -2,6 +2,8 @@
 #include "support/import_text.h"
 #include "support/scene_text.h"
 
+#include "base/memory.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -360,6 +362,27 @@ static void notes_are_said(void **state)
     done();
 }
 
+/* With memory for some more allocations each time, until it suffices: before that the only failure is that of
+ * memory. */
+static void memory_may_run_out(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"language", "version3"};
+    for (size_t i = 0; i < 2; i++) {
+        char path[256];
+        ca_error error;
+        ca_status status = CA_ERROR_MEMORY;
+        snprintf(path, sizeof path, CA_SOURCE_DIR "/tests/fuzz/pbrt/%s.pbrt", scenes[i]);
+        for (long count = 0; status == CA_ERROR_MEMORY && count < 100000; count += 3) {
+            ca_memory_fail_after(count);
+            status = ca_import_scene(path, NULL, 0, &desc, &error);
+            ca_memory_fail_after(-1);
+        }
+        if (status != CA_OK) fail_msg("%s", error.message);
+        done();
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -378,6 +401,7 @@ int main(void)
         cmocka_unit_test(normals_decide),
         cmocka_unit_test(made_triangles_have_a_budget),
         cmocka_unit_test(notes_are_said),
+        cmocka_unit_test(memory_may_run_out),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

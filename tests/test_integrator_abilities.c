@@ -26,6 +26,7 @@ static const abilities expected[] = {
     {"bdpm", .pair_law = true},
     {"vcm", .connections = true},
     {"ovcm", .connections = true},
+    {"vavcm", .connections = true},
     {"auto", .chooses = true},
     {"qmcppm", .blocks = true},
 };
@@ -82,7 +83,7 @@ static void check_noise(const ca_scene *scene, const abilities *can)
     char words[128];
     ca_render_settings_init(&settings);
     settings.integrator = can->name;
-    snprintf(words, sizeof words, "the integrator must be bdpt, ppm, bdpm, vcm or ovcm, not %s", can->name);
+    snprintf(words, sizeof words, "the integrator must be bdpt, ppm, bdpm, vcm, ovcm or vavcm, not %s", can->name);
     const ca_status status = ca_noise_check(scene, &settings, 2, &setup, &error);
     assert_outcome(can->name, status, &error, can->pair_law || can->connections, words);
     if (status != CA_OK) return;
@@ -210,7 +211,7 @@ static void test_names(void **state)
     ca_integrator_names(CA_ABILITY_PAIR_LAW, " or ", text);
     assert_string_equal(text, "ppm or bdpm");
     ca_integrator_names(CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE, " and ", text);
-    assert_string_equal(text, "bdpt, ppm, bdpm, vcm and ovcm");
+    assert_string_equal(text, "bdpt, ppm, bdpm, vcm, ovcm and vavcm");
     ca_integrator_names(0, " and ", text);
     assert_string_equal(text, "");
     assert_ptr_equal(ca_integrator_of("vcm"), &ca_integrator_vcm);

@@ -219,6 +219,34 @@ static void ply_ascii(void **unused) { (void)unused; check_ply(sample_ply(SAMPLE
 static void ply_little_endian(void **unused) { (void)unused; check_ply(sample_ply(SAMPLE_PLY_LITTLE_ENDIAN)); }
 static void ply_big_endian(void **unused) { (void)unused; check_ply(sample_ply(SAMPLE_PLY_BIG_ENDIAN)); }
 
+/* Faces before vertices; the one vertex whose corners differ is split, with its attribute. */
+static void ply_corners(void **unused)
+{
+    (void)unused;
+    static const uint32_t indices[9] = {0, 1, 2, 0, 2, 3, 1, 4, 5};
+    static const float uvs[12] = {0, 0, 1, 0, 1, 1, 0, 1, 0.5f, 0.25f, 0.75f, 0.125f};
+    static const float heats[6] = {1, 2, 3, 4, 5, 3};
+    for (int format = 0; format < 3; ++format) {
+        ca_mesh mesh;
+        import_sample("a.ply", sample_ply_corners((sample_ply_format)format), &mesh);
+        assert_int_equal(mesh.vertex_count, 6);
+        assert_indices(&mesh, indices, 9);
+        assert_floats(mesh.uvs, uvs, 12, 0.0);
+        assert_floats(mesh.positions, square_positions, 15, 0.0);
+        assert_floats(mesh.positions + 15, mesh.positions + 6, 3, 0.0);
+        assert_floats(mesh.normals + 15, up, 3, 1e-6); /* smooth ones, made before the split */
+        const ca_mesh_attribute *heat = ca_mesh_find_attribute(&mesh, "vertex_heat");
+        assert_non_null(heat);
+        assert_floats(heat->values, heats, 6, 0.0);
+        ca_mesh_destroy(&mesh);
+    }
+    assert_refused_text("c.ply",
+                        "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\n"
+                        "property list uchar float texcoord\nelement vertex 3\nproperty float x\nproperty float y\n"
+                        "property float z\nend_header\n3 0 1 2 4 0 0 1 0\n0 0 0 1 0 0 0 1 0\n",
+                        ":11:18: expected two numbers in \"texcoord\" for each corner of the face (face 0)");
+}
+
 #define PLY_HEADER(vertex, face)                                                                                    \
     "ply\nformat ascii 1.0\nelement vertex " vertex "\nproperty float x\nproperty float y\nproperty float z\n"       \
     "element face " face "\nproperty list uchar int vertex_index\nend_header\n"
@@ -522,6 +550,7 @@ int main(void)
         cmocka_unit_test(ply_ascii),
         cmocka_unit_test(ply_little_endian),
         cmocka_unit_test(ply_big_endian),
+        cmocka_unit_test(ply_corners),
         cmocka_unit_test(ply_attribute_names),
         cmocka_unit_test(ply_errors_name_the_place),
         cmocka_unit_test(serialized_3_float),

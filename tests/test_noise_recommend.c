@@ -184,6 +184,69 @@ static void test_light_paths_only(void **state)
     ca_scene_release(scene);
 }
 
+/* Where paths connect: one number of camera paths, of the numbers that were measured for, with what is predicted. */
+static void check_connected(const ca_noise *noise, ca_ray_objective objective)
+{
+    ca_ray_numbers numbers = choose(noise, objective);
+    for (int p = 0; p < PIXELS; p++) assert_true(numbers.camera_paths[p] == numbers.best.camera_paths);
+    assert_true(numbers.best.light_paths >= LIGHT_PATHS / 16.0 - 1.0);
+    assert_true(numbers.best.light_paths <= LIGHT_PATHS * 16.0);
+    assert_true(numbers.gain_over_given >= 1.0 && numbers.gain_over_uniform == 1.0);
+    if (objective == CA_RAYS_MEAN)
+        assert_close("variance", numbers.given.variance, predicted(noise, LIGHT_PATHS, CAMERA_PATHS), 1e-9);
+    assert_close("time", numbers.best.time,
+                 known_time(numbers.best.light_paths, numbers.camera_paths, numbers.best.camera_paths), 1e-9);
+    ca_ray_numbers_destroy(&numbers);
+}
+
+static void test_connected(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"vcm:radius=0.3", "ovcm:radius=0.3", "vavcm:radius=0.3", "bdpt"};
+    ca_scene *scene = scene_from_text(room_text);
+    for (int i = 0; i < 4; i++) {
+        const ca_render_settings settings = settings_with(integrators[i], CAMERA_PATHS, 2);
+        ca_noise_counts counts[CA_NOISE_GRID];
+        ca_noise_recommendation r;
+        ca_noise *noise;
+        ca_error error = {""};
+        assert_int_equal(ca_noise_grid(LIGHT_PATHS, CAMERA_PATHS, counts), CA_NOISE_GRID);
+        assert_int_equal(
+            ca_noise_measure_for(scene, &settings, 20, counts, CA_NOISE_GRID, &noise, NULL, NULL, &error), CA_OK);
+        check_connected(noise, CA_RAYS_MEAN);
+        check_connected(noise, CA_RAYS_RELATIVE);
+        assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, NULL, &r, &error), CA_OK);
+        assert_true(r.best.light_paths == r.uniform.light_paths && r.gain_over_given >= 1.0);
+        assert_int_equal(ca_noise_recommend(noise, scene, &settings, "worst-decile", NULL, &r, &error),
+                         CA_ERROR_UNSUPPORTED);
+        ca_noise_release(noise);
+        noise = measure(scene, &settings, 2, NULL);
+        assert_int_equal(ca_noise_recommend(noise, scene, &settings, NULL, NULL, &r, &error), CA_ERROR_UNSUPPORTED);
+        assert_non_null(strstr(error.message, "not measured for"));
+        ca_noise_release(noise);
+    }
+    ca_scene_release(scene);
+}
+
+/* Numbers that no measurement can be for. */
+static void test_counts(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(room_text);
+    const ca_render_settings settings = settings_with("vcm:radius=0.3", CAMERA_PATHS, 1);
+    const ca_noise_counts wrong[] = {{0, 1}, {10, 0}, {3, 4}};
+    ca_noise_counts own = {LIGHT_PATHS, CAMERA_PATHS};
+    ca_noise *noise;
+    ca_error error = {""};
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(ca_noise_measure_for(scene, &settings, 2, &wrong[i], 1, &noise, NULL, NULL, &error),
+                         CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_noise_measure_for(scene, &settings, 2, &own, 1, &noise, NULL, NULL, &error), CA_OK);
+    assert_int_equal(noise->film.other_count, 0); /* its own numbers */
+    ca_noise_release(noise);
+    ca_scene_release(scene);
+}
+
 static void test_threads(void **state)
 {
     (void)state;
@@ -431,7 +494,8 @@ int main(void)
         cmocka_unit_test(test_threads),        cmocka_unit_test(test_recommendation),
         cmocka_unit_test(test_refusals),       cmocka_unit_test(test_default_numbers),
         cmocka_unit_test(test_memory),         cmocka_unit_test(test_interrupted),
-        cmocka_unit_test(test_limited_memory),
+        cmocka_unit_test(test_limited_memory), cmocka_unit_test(test_connected),
+        cmocka_unit_test(test_counts),
     };
     return cmocka_run_group_tests_name("recommended numbers of paths", tests, NULL, NULL);
 }

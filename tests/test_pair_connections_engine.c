@@ -81,7 +81,7 @@ static void test_values(void **state)
 {
     (void)state;
     for (int i = 0; i < INTEGRATORS; i++)
-        check_pair_values(glass, &(pair_render){integrators[i], 300, 4, 4, 2, 5, NULL, 0});
+        check_pair_values(glass, &(pair_render){integrators[i], 300, 4, 4, 2, 5, NULL, 0, NULL, 0});
 }
 
 /* ---- The law --------------------------------------------------------------------------------------------------- */
@@ -109,7 +109,7 @@ static told told_by(const ca_pair_film *film, const double luminance[CROP_PIXELS
 /* Of a long render with other numbers. */
 static void find_luminances(const ca_scene *scene, const pair_render *r, double luminance[CROP_PIXELS])
 {
-    const pair_render longer = {r->integrator, 4 * r->light_paths, r->camera_paths, 50, 2, 999, NULL, 0};
+    const pair_render longer = {r->integrator, 4 * r->light_paths, r->camera_paths, 50, 2, 999, NULL, 0, NULL, 0};
     ca_pair_film film;
     ca_image_release(render_pairs(scene, &longer, &film));
     for (int p = 0; p < CROP_PIXELS; p++)
@@ -148,12 +148,12 @@ static void check_law(const ca_scene *scene, const pair_render *r, double most_e
 static void test_law(void **state)
 {
     (void)state;
-    check_law(matt, &(pair_render){integrators[0], 60, 4, 100, 2, 0, NULL, 0}, 0.006);
-    check_law(matt, &(pair_render){integrators[1], 60, 4, 100, 2, 0, NULL, 0}, 0.006);
-    check_law(matt, &(pair_render){integrators[2], 12, 12, 100, 2, 0, NULL, 0}, 0.006);
-    check_law(matt, &(pair_render){integrators[3], 60, 4, 100, 2, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[0], 60, 4, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[1], 60, 4, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[2], 12, 12, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[3], 60, 4, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
     /* Where it matters which light path a camera path is connected to. */
-    check_law(hidden, &(pair_render){integrators[0], 12, 12, 100, 2, 0, NULL, 0}, 0.02);
+    check_law(hidden, &(pair_render){integrators[0], 12, 12, 100, 2, 0, NULL, 0, NULL, 0}, 0.02);
 }
 
 /* ---- Refusals and failures ------------------------------------------------------------------------------------- */
@@ -164,7 +164,7 @@ static void test_refusals(void **state)
     ca_pair_film film;
     ca_image_layers *image;
     ca_error error = {0};
-    const pair_render r = {integrators[0], 3, 4, 2, 1, 0, NULL, 0};
+    const pair_render r = {integrators[0], 3, 4, 2, 1, 0, NULL, 0, NULL, 0};
     assert_int_equal(try_pair_render(glass, &r, &film, &image, &error), CA_ERROR_UNSUPPORTED);
     assert_non_null(strstr(error.message, "a light path of its own"));
 }
@@ -172,7 +172,7 @@ static void test_refusals(void **state)
 static void test_allocation_failures(void **state)
 {
     (void)state;
-    check_pair_allocations(glass, &(pair_render){integrators[0], 300, 4, 1, 1, 1, NULL, 0}, 2);
+    check_pair_allocations(glass, &(pair_render){integrators[0], 300, 4, 1, 1, 1, NULL, 0, NULL, 0}, 2);
 }
 
 int main(void)

@@ -245,8 +245,8 @@ static void test_same_bits(void **state)
 static void test_values(void **state)
 {
     (void)state;
-    check_pair_values(corner, &(pair_render){BDPM, 1000, 1, 5, 2, 7, NULL, 0});
-    check_pair_values(corner, &(pair_render){BDPM, 1000, 4, 5, 2, 7, NULL, 0});
+    check_pair_values(corner, &(pair_render){BDPM, 1000, 1, 5, 2, 7, NULL, 0, NULL, 0});
+    check_pair_values(corner, &(pair_render){BDPM, 1000, 4, 5, 2, 7, NULL, 0, NULL, 0});
 }
 
 /* ---- The law of noise ------------------------------------------------------------------------------------------ */
@@ -319,7 +319,7 @@ static void check_law(const ca_scene *scene, const pair_render *estimated, const
 static void test_law(void **state)
 {
     (void)state;
-    const pair_render r = {BDPM, 200, 4, 60, 2, 0, NULL, 0};
+    const pair_render r = {BDPM, 200, 4, 60, 2, 0, NULL, 0, NULL, 0};
     check_law(corner, &r, &r, 0.02);
 }
 
@@ -328,9 +328,9 @@ static void test_law_elsewhere(void **state)
 {
     (void)state;
     const char *const integrator = "bdpm:max_depth=7,rr_depth=8,camera_diffuse_depth=1,radius=0.5,alpha=0";
-    const pair_render few = {integrator, 20, 2, 100, 2, 0, NULL, 0},
-                      camera = {integrator, 200, 2, 100, 2, 0, NULL, 0},
-                      light = {integrator, 20, 16, 100, 2, 0, NULL, 0};
+    const pair_render few = {integrator, 20, 2, 100, 2, 0, NULL, 0, NULL, 0},
+                      camera = {integrator, 200, 2, 100, 2, 0, NULL, 0, NULL, 0},
+                      light = {integrator, 20, 16, 100, 2, 0, NULL, 0, NULL, 0};
     check_law(box, &few, &few, 0.02);
     check_law(box, &few, &light, 0.02);
     check_law(box, &few, &camera, 0.03);
@@ -345,12 +345,12 @@ static void test_refusals(void **state)
         pair_render render;
         const char *says;
     } cases[] = {
-        {{"bdpt:max_depth=3", 2, 3, 1, 1, 1, NULL, 0}, "a light path of its own"},
-        {{"vcm:max_depth=3", 100, 2, 1, 1, 1, "sobol", 0}, "integrator \"vcm\""},
-        {{BDPM, 100, 2, 1, 1, 1, "halton", 0}, "sampler \"independent\""},
-        {{BDPM, 100, 2, 1, 1, 1, "sobol", 0}, "sampler \"independent\""},
-        {{BDPM, 1, 2, 1, 1, 1, NULL, 0}, "at least 2 light paths"},
-        {{"bdpm:max_depth=2,radius=0.1", 600000, 1, 1, 1, 1, NULL, 30}, "must fit the memory at once"},
+        {{"bdpt:max_depth=3", 2, 3, 1, 1, 1, NULL, 0, NULL, 0}, "a light path of its own"},
+        {{"vcm:max_depth=3", 100, 2, 1, 1, 1, "sobol", 0, NULL, 0}, "integrator \"vcm\""},
+        {{BDPM, 100, 2, 1, 1, 1, "halton", 0, NULL, 0}, "sampler \"independent\""},
+        {{BDPM, 100, 2, 1, 1, 1, "sobol", 0, NULL, 0}, "sampler \"independent\""},
+        {{BDPM, 1, 2, 1, 1, 1, NULL, 0, NULL, 0}, "at least 2 light paths"},
+        {{"bdpm:max_depth=2,radius=0.1", 600000, 1, 1, 1, 1, NULL, 30, NULL, 0}, "must fit the memory at once"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ca_pair_film film;
@@ -382,7 +382,7 @@ static void test_qmcppm_is_refused(void **state)
 static void test_allocation_failures(void **state)
 {
     (void)state;
-    check_pair_allocations(corner, &(pair_render){BDPM, 2000, 2, 1, 1, 1, NULL, 0}, 1);
+    check_pair_allocations(corner, &(pair_render){BDPM, 2000, 2, 1, 1, 1, NULL, 0, NULL, 0}, 1);
 }
 
 int main(void)

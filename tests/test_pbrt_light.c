@@ -102,20 +102,20 @@ static void pictures_are_upright(void **state)
     is_near(lower_left.b, 0.5, 3e-2);
 }
 
-/* With vscale 2 and vdelta 0.5, the lower quarter has t from 0.5 to 1: the upper row of the picture. */
+/* With vscale 2 and vdelta 0.25, the lowest eighth has t from 0.25 to 0.5, and above it the upper row begins. */
 static void coordinates_are_scaled_from_below(void **state)
 {
     (void)state;
     const char *text = AHEAD
         "WorldBegin\nLightSource \"infinite\"\n"
         "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"string filter\" \"point\" "
-        "\"float scale\" 0.5 \"float vscale\" 2 \"float vdelta\" 0.5\n"
+        "\"float scale\" 0.5 \"float vscale\" 2 \"float vdelta\" 0.25\n"
         "Material \"diffuse\" \"texture reflectance\" \"t\"\n"
         "Shape \"trianglemesh\" \"point3 P\" [-9 -9 9 9 -9 9 9 9 9 -9 9 9] \"point2 uv\" [0 0 1 0 1 1 0 1] "
         "\"integer indices\" [0 1 2 0 2 3]\n";
     import_write_picture();
-    is_near(mean_of(text, 1, 7, 13, 15).r, 0.5, 3e-2);
-    is_near(mean_of(text, 1, 7, 9, 11).b, 0.5, 3e-2);
+    is_near(mean_of(text, 1, 7, 11, 13).r, 0.5, 3e-2);
+    is_near(mean_of(text, 1, 7, 14, 16).b, 0.5, 3e-2);
 }
 
 /* tex1 lies at the origin of (s, t). */
@@ -274,8 +274,8 @@ static void write_directions(const char *name)
     write_pfm(name, SIDE, SIDE, pixels);
 }
 
-static const double directions[][3] = {{1, 0, 0},      {0, 1, 0},     {0, 0, 1},      {-1, 0, 0},  {0, -1, 0},
-                                       {0, 0, -1},     {1, 2, 3},     {-3, 1, 2},     {2, -3, -1}, {-1, -0.8, -0.7},
+static const double directions[][3] = {{1, 0, 0},      {0, 1, 0},     {0, 0, 1},      {-1, 0, 0},    {0, -1, 0},
+                                       {0, 0, -1},     {1, 2, 3},     {-3, 1, 2},     {2, -3, -1},   {-1, -0.8, -0.7},
                                        {1, -0.2, 0.3}, {-1, 2, -1.5}, {0.1, 0.2, -1}, {0.4, -1, 0.8}};
 enum { DIRECTION_COUNT = sizeof directions / sizeof *directions };
 

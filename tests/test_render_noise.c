@@ -184,7 +184,7 @@ static void test_refusals(void **state)
     REFUSE(part_path, "a.part", "without blocks");
     REFUSE(strategies_directory, "folder", "images of the strategies");
     REFUSE(sampler, "sobol", "the sampler must be \"independent\", not \"sobol\"");
-    REFUSE(integrator, "path", "must be bdpt, ppm, bdpm, vcm or ovcm, not path");
+    REFUSE(integrator, "path", "must be bdpt, ppm, bdpm, vcm, ovcm or vavcm, not path");
     REFUSE(light_paths, 1, "at least 2 are needed, not 1");
     REFUSE(memory_mib, 0.0076, "the film, the sums of pairs and what chooses numbers need");
 

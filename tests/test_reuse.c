@@ -289,9 +289,11 @@ static void test_author(void **state)
     path.merged = false; /* a connection there: times 30 / 22 */
     ca_reuse_fill(&rules, &path, true, true, n_camera, n_light);
     assert_true(fabs((double)n_camera[2] - 300.0 / 22.0) < 1e-5);
-    path.light.count = 0; /* x[2] lies on a light */
+    path.light.count = 0; /* x[2] lies on a light: however crowded it is there, x[1] is all of the mean */
+    camera[2].photon_density = 20.0f;
     ca_reuse_fill(&rules, &path, false, false, n_camera, n_light);
     assert_true(fabs((double)n_camera[1] - 10.0) < 1e-5);
+    camera[2].photon_density = 1.0f;
     rules.author = false; /* the mirror does not count */
     path.light.count = 2;
     ca_reuse_fill(&rules, &path, true, true, n_camera, n_light); /* 10 and 2: times 20 / 12 */

@@ -321,6 +321,21 @@ static void test_image_scramblings(void **state)
     assert_int_equal(same[4], 0);
 }
 
+/* Each pixel scrambles its own places: the first digit behind the pixel's is flipped in half of them. */
+static void test_image_places(void **state)
+{
+    (void)state;
+    enum { SIDE_PIXELS = 64, PIXELS = SIDE_PIXELS * SIDE_PIXELS };
+    const ca_sampler image = sampler_of(CA_SAMPLER_SOBOL_IMAGE, 7, SIDE_PIXELS, SIDE_PIXELS),
+                     plain = sampler_of(CA_SAMPLER_SOBOL_PLAIN, 7, SIDE_PIXELS, SIDE_PIXELS);
+    for (uint32_t d = 0; d < 2; d++) {
+        uint32_t flipped = 0;
+        for (uint32_t p = 0; p < PIXELS; p++)
+            flipped += (number_of(&image, p, 5, d) < 0.5f) != (number_of(&plain, p, 5, d) < 0.5f);
+        assert_in_range(flipped, PIXELS / 2 - 160, PIXELS / 2 + 160); /* five standard deviations */
+    }
+}
+
 /* ---- Chi-square ------------------------------------------------------------------------------------------------ */
 
 enum { SIDE = 16, BOX_COUNT = SIDE * SIDE };
@@ -534,6 +549,7 @@ int main(void)
         cmocka_unit_test(test_image_nets),
         cmocka_unit_test(test_image_runs),
         cmocka_unit_test(test_image_scramblings),
+        cmocka_unit_test(test_image_places),
         cmocka_unit_test(test_uniform_past_the_table),
         cmocka_unit_test(test_star_discrepancy),
         cmocka_unit_test(test_scrambled_nets),

@@ -123,7 +123,8 @@ static int print_help(void)
     printf("caustica converge SCENE -i LIST --spp STEPS | --time STEPS --reference FILE -o FOLDER [options]:\n"
            "render with several integrators, and see how fast their error falls (docs/converge.md)\n\n");
     ca_options_print(&table, stdout);
-    printf("\nSamplers: %s\n", ca_sampler_names());
+    printf("\n");
+    ca_options_print_names("Samplers", ca_sampler_names(), stdout);
     printf("\n");
     ca_options_print_prose(
         "FOLDER/index.html shows the results: error against time and against samples with fitted slopes, "

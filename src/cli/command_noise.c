@@ -178,9 +178,11 @@ static int print_help(void)
         "(ppm): NF.\n"
         "Where paths connect, the three terms are those of all light but what connections bring, and the fourth one "
         "is theirs, with "
-        "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: a prediction "
-        "for other "
-        "numbers is of the weights measured with, and no numbers are recommended.\n"
+        "what they have in common with the rest; it may be negative. Their weights depend on NF and NB: what is "
+        "found is also weighted as "
+        "with the predictions' numbers, and with 1/16 to 16 times NF, among which numbers are recommended: one of "
+        "camera paths for all "
+        "pixels, for the mean or the relative variance.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGXCPU finish the iteration (the second one at least) and write what "
         "was measured; "
         "paths are then not "
@@ -321,21 +323,23 @@ static void print_shared_words(const noise_options *o, const ca_noise_setup *set
 }
 
 /* What to type next. */
-static void print_next(const noise_options *o, const ca_noise_setup *setup, const ca_noise_recommendation *r)
+static void print_next(const noise_options *o, const ca_noise_setup *setup, const ca_noise_report *report)
 {
+    const ca_noise_recommendation *r = &report->recommendation;
+    const bool has_map = ca_noise_has_map(report);
     const char *map = NULL;
     for (size_t i = 0; i < o->outputs.count; i++)
         if (is_exr(o->outputs.items[i])) map = o->outputs.items[i];
-    if (map && !r->light_paths_only) {
+    if (map && has_map) {
         printf("next: caustica render");
         print_shared_words(o, setup);
         print_word("--rays", map);
         printf("\n");
     }
-    printf(map && !r->light_paths_only ? "  or: caustica render" : "next: caustica render");
+    printf(map && has_map ? "  or: caustica render" : "next: caustica render");
     print_shared_words(o, setup);
     printf(" --light-paths %u --camera-paths %.0f\n", r->uniform.light_paths, r->uniform.camera_paths);
-    if (!map && !r->light_paths_only)
+    if (!map && has_map)
         printf("  (with -o FILE.exr the recommended map is written, for render's --rays)\n");
 }
 
@@ -350,7 +354,7 @@ static void print_report(const noise_options *o, const ca_noise_setup *setup, co
         printf("\n");
     }
     if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
-    if (ca_noise_recommends(report)) print_next(o, setup, &report->recommendation);
+    if (ca_noise_recommends(report)) print_next(o, setup, report);
 }
 
 /* What is used instead of what the scene says. */
@@ -420,15 +424,40 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
     return all;
 }
 
+/* Where paths connect, numbers are chosen for some objectives only, and from two camera paths on. */
+static bool can_recommend(const noise_options *o, const ca_noise_report *report)
+{
+    const bool worst = o->objective && strcmp(o->objective, "worst-decile") == 0;
+    return !report->connects || (!worst && report->measured.camera_paths > 1);
+}
+
+/* Also with the weights of the predictions' numbers and of those that may be recommended. */
+static ca_status measure_for(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
+                             ca_noise_report *report, ca_noise **noise, ca_image_layers **image, ca_error *error)
+{
+    ca_noise_counts *counts = ca_alloc(report->prediction_count + CA_NOISE_GRID, sizeof *counts);
+    size_t count = 0;
+    if (!counts) return ca_fail_memory(error, "the predictions");
+    for (; count < report->prediction_count; count++)
+        counts[count] =
+            (ca_noise_counts){report->predictions[count].light_paths, report->predictions[count].camera_paths};
+    if (can_recommend(o, report))
+        count += ca_noise_grid(report->measured.light_paths, report->measured.camera_paths, counts + count);
+    const ca_status status = ca_noise_measure_for(scene, settings, o->iterations, counts, count, noise, image,
+                                                  &report->statistics, error);
+    ca_free(counts);
+    return status;
+}
+
 /* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */
 static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
                       ca_progress_line *line, ca_noise_report *report, ca_image_layers **image, ca_error *error)
 {
     ca_noise *noise = NULL;
-    CA_TRY(ca_noise_measure(scene, settings, o->iterations, &noise, image, &report->statistics, error));
-    ca_status status = average_all(noise, report, error);
+    ca_status status = measure_for(o, scene, settings, report, &noise, image, error);
+    if (status == CA_OK) status = average_all(noise, report, error);
     line->last_drawn = -1.0;
-    if (status == CA_OK && !report->connects)
+    if (status == CA_OK && can_recommend(o, report))
         status = ca_noise_recommend(noise, scene, settings, o->objective, *image, &report->recommendation, error);
     ca_noise_release(noise);
     return status;

@@ -262,7 +262,7 @@ static int print_help(void)
     printf("caustica render SCENE [options]: make an image of a scene\n\n");
     ca_options_print(&table, stdout);
     print_integrators();
-    printf("Samplers: %s\n\n", ca_sampler_names());
+    ca_options_print_names("Samplers", ca_sampler_names(), stdout);
     ca_options_print_prose(
         "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
         "they win over the scene and must not contradict -i NAME:param=value.\n"

@@ -110,7 +110,7 @@ static void print_recommendation(const ca_noise_report *report)
     printf("  %-18s%12s%14s%14s%12s%12s\n", "", "light paths", "camera paths", "variance", "seconds", "gain");
     print_numbers("measured", &r->given, &r->given);
     print_numbers("best uniform", &r->uniform, &r->given);
-    if (!r->light_paths_only) {
+    if (ca_noise_has_map(report)) {
         print_numbers("recommended", &r->best, &r->given);
         printf("  recommended is a map of %u to %u camera paths, %.4g in the mean\n", r->fewest_camera_paths,
                r->most_camera_paths, r->best.camera_paths);
@@ -121,19 +121,21 @@ static void print_recommendation(const ca_noise_report *report)
                r->most_light_paths);
 }
 
+static const char *why_none(const ca_noise_report *report)
+{
+    if (report->connects && report->measured.camera_paths == 1)
+        return "of connected paths that takes a measurement with two camera paths per pixel or more";
+    if (report->connects && report->objective && strcmp(report->objective, "worst-decile") == 0)
+        return "of connected paths they are for the mean or the relative variance";
+    return report->recommendation.interrupted ? "a signal interrupted the timing of paths"
+                                              : "no noise was found, all are as good";
+}
+
 void ca_noise_print(const ca_noise_report *report)
 {
     print_averages(report);
-    if (report->connects) {
-        printf("weights of connected paths depend on the numbers of paths: predictions for other numbers are of the "
-               "weights measured\n"
-               "with, and no numbers are recommended\n");
-        return;
-    }
     if (!ca_noise_recommends(report)) {
-        printf("no numbers are recommended: %s\n", report->recommendation.interrupted
-                                                       ? "a signal interrupted the timing of paths"
-                                                       : "no noise was found, all are as good");
+        printf("no numbers are recommended: %s\n", why_none(report));
         return;
     }
     print_times(&report->recommendation.times);

@@ -305,3 +305,10 @@ void ca_options_print_prose(const char *text, FILE *stream)
         text += length + (text[length] == '\n');
     }
 }
+
+void ca_options_print_names(const char *title, const char *names, FILE *stream)
+{
+    char text[512];
+    snprintf(text, sizeof text, "%s: %s", title, names);
+    put_words(stream, text, strlen(text), 0, 0);
+}

@@ -99,5 +99,7 @@ void ca_options_print(const ca_option_table *table, FILE *stream);
 /* What a command's help says beside, a paragraph a line of `text`, broken into lines of 100 columns; examples and
  * lines that begin with a space stay as they are. */
 void ca_options_print_prose(const char *text, FILE *stream);
+/* "title: names", broken likewise. */
+void ca_options_print_names(const char *title, const char *names, FILE *stream);
 
 #endif

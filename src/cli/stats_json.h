@@ -39,7 +39,14 @@ typedef struct ca_noise_report {
 /* Is there a recommendation? */
 static inline bool ca_noise_recommends(const ca_noise_report *report)
 {
-    return !report->connects && report->recommendation.best.light_paths > 0;
+    return report->recommendation.best.light_paths > 0;
+}
+
+/* Is a number of camera paths recommended for each pixel? Where paths connect, and where one is all there is, it is
+ * the same for all. */
+static inline bool ca_noise_has_map(const ca_noise_report *report)
+{
+    return !report->connects && !report->recommendation.light_paths_only;
 }
 
 /* Is a time more than its standard error? Else the noise of the measurement is all that it tells. False of NAN. */

@@ -7,6 +7,8 @@
 _Static_assert(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) == 208, "pair_film.h promises 208 bytes a pixel");
 _Static_assert(sizeof(ca_pair_connections) == 320, "pair_film.h promises 320 bytes a pixel");
 _Static_assert(sizeof(ca_pair_means) == 40, "pair_film.h promises 40 bytes a pixel");
+_Static_assert(sizeof(ca_pair_means) + sizeof(ca_pair_connected_means) + sizeof(ca_pair_moments) == 168,
+               "pair_film.h promises 168 bytes a pixel");
 
 static ca_pair_film empty_film(const uint32_t crop[4])
 {
@@ -33,15 +35,41 @@ ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], 
 
 ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error)
 {
-    if (film->connections) return CA_OK;
-    film->connections = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *film->connections);
-    return film->connections ? CA_OK : ca_fail_memory(error, "the noise components");
+    const size_t pixels = (size_t)film->width * film->height;
+    for (uint32_t i = 0; i < film->other_count; i++) CA_TRY(ca_pair_film_connect(&film->others[i], error));
+    if (film->means) {
+        if (!film->connected_means) film->connected_means = ca_alloc_zeroed(pixels, sizeof *film->connected_means);
+    } else if (!film->connections) {
+        film->connections = ca_alloc_zeroed(pixels, sizeof *film->connections);
+    }
+    return film->connections || film->connected_means ? CA_OK : ca_fail_memory(error, "the noise components");
+}
+
+ca_status ca_pair_film_add_others(ca_pair_film *film, const ca_pair_numbers *numbers, uint32_t count, ca_error *error)
+{
+    const uint32_t crop[4] = {film->x0, film->y0, film->x0 + film->width, film->y0 + film->height};
+    assert(film->pixels && !film->connections && !film->others);
+    film->others = ca_alloc_zeroed(count, sizeof *film->others);
+    if (!film->others) return ca_fail_memory(error, "the noise components");
+    film->other_count = count;
+    for (uint32_t i = 0; i < count; i++) {
+        ca_pair_film *other = &film->others[i];
+        CA_TRY(ca_pair_film_create_means(other, crop, error));
+        other->light_paths = numbers[i].light_paths;
+        other->camera_paths = numbers[i].camera_paths;
+        other->made = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *other->made);
+        if (!other->made) return ca_fail_memory(error, "the noise components");
+    }
+    return CA_OK;
 }
 
 void ca_pair_film_destroy(ca_pair_film *film)
 {
+    for (uint32_t i = 0; i < film->other_count; i++) ca_pair_film_destroy(&film->others[i]);
+    ca_free(film->others);
     ca_free(film->pixels);
     ca_free(film->means);
+    ca_free(film->connected_means);
     ca_free(film->connections);
     ca_free(film->made);
     *film = (ca_pair_film){0};
@@ -55,13 +83,21 @@ static void add_connections(ca_pair_connections *sums, const double quantities[C
     }
 }
 
-static void add_means(ca_pair_means *means, const ca_pair_moments *moments)
+static void add_means(ca_pair_film *film, size_t number, const ca_pair_moments *moments)
 {
+    ca_pair_means *means = &film->means[number];
     means->sums[CA_PAIR_VALUE] += moments->value;
     means->sums[CA_PAIR_PAIR] += moments->pair;
     means->sums[CA_PAIR_CAMERA] += moments->camera;
     means->sums[CA_PAIR_LIGHT] += moments->light;
     means->squares += moments->value * moments->value;
+    if (!film->connected_means) return;
+    ca_pair_connected_means *connected = &film->connected_means[number];
+    const double sums[] = {moments->connected, moments->connected_square, moments->connected_pair,
+                           moments->connected_camera, moments->connected_light};
+    for (size_t q = 0; q < sizeof sums / sizeof sums[0]; q++) connected->sums[q] += sums[q];
+    connected->cross += moments->value * moments->connected;
+    connected->squares += moments->connected * moments->connected;
 }
 
 static void add_products(ca_pair_film *film, size_t number, const ca_pair_moments *moments)
@@ -98,23 +134,23 @@ void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_
 {
     const size_t number = number_of(film, x, y);
     if (film->means)
-        add_means(&film->means[number], moments);
+        add_means(film, number, moments);
     else
         add_products(film, number, moments);
 }
 
 void ca_pair_film_hold(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments)
 {
-    if (film->means)
-        ca_pair_film_add(film, x, y, moments);
-    else
+    if (film->made)
         film->made[number_of(film, x, y)] = *moments;
+    else
+        ca_pair_film_add(film, x, y, moments);
 }
 
 void ca_pair_film_commit(ca_pair_film *film, uint32_t x, uint32_t y)
 {
-    const size_t number = number_of(film, x, y);
-    if (!film->means) add_products(film, number, &film->made[number]);
+    if (film->made) ca_pair_film_add(film, x, y, &film->made[number_of(film, x, y)]);
+    for (uint32_t i = 0; i < film->other_count; i++) ca_pair_film_commit(&film->others[i], x, y);
 }
 
 static void pool_means(ca_pair_film *film, const ca_pair_film *other, int sign)
@@ -128,7 +164,7 @@ static void pool_means(ca_pair_film *film, const ca_pair_film *other, int sign)
 void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign)
 {
     assert(film->width == other->width && film->height == other->height && !film->connections);
-    assert((film->means != NULL) == (other->means != NULL));
+    assert((film->means != NULL) == (other->means != NULL) && film->other_count == 0 && other->other_count == 0);
     if (film->means) {
         pool_means(film, other, sign);
         return;

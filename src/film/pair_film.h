@@ -2,7 +2,8 @@
  * noise/components.h makes components, predictions and standard errors.
  *
  * State: 208 bytes a pixel, and 320 more where camera paths connect to light paths; 40 bytes a pixel where only means
- * are kept. Threads: different pixels at once; a pixel's iterations come in order. */
+ * are kept; 168 more for each film of other numbers. Threads: different pixels at once; a pixel's iterations come in
+ * order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
 
@@ -41,14 +42,28 @@ typedef struct ca_pair_means {
     double squares; /* of the value */
 } ca_pair_means;
 
+/* The same of connections. */
+typedef struct ca_pair_connected_means {
+    double sums[CA_PAIR_ALL_QUANTITIES - CA_PAIR_QUANTITIES];
+    double cross, squares; /* of what connections bring: times the value, and squared */
+} ca_pair_connected_means;
+
+/* N_F, N_B. */
+typedef struct ca_pair_numbers {
+    uint32_t light_paths, camera_paths;
+} ca_pair_numbers;
+
 typedef struct ca_pair_film {
     uint32_t x0, y0, width, height; /* the rendered part of the film */
     uint32_t light_paths, camera_paths; /* N_F, N_B of every iteration */
     ca_pair_pixel *pixels;          /* owned; NULL: only means are kept */
     ca_pair_means *means;           /* owned; one a pixel, instead of `pixels` */
+    ca_pair_connected_means *connected_means; /* owned; likewise of connections; NULL: not wanted */
     ca_pair_connections *connections; /* owned; one a pixel; NULL: not wanted */
-    ca_pair_moments *made;          /* owned; of the iteration at work, one a pixel; beside `pixels` */
+    ca_pair_moments *made;          /* owned; of the iteration at work, one a pixel; NULL: that is added at once */
     bool incomplete;                /* atomic: a worker ran out of memory */
+    struct ca_pair_film *others;    /* owned; [other_count]: ca_pair_film_add_others */
+    uint32_t other_count;
 } ca_pair_film;
 
 ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32_t light_paths, uint32_t camera_paths,
@@ -57,13 +72,18 @@ ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32
 ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], ca_error *error);
 /* Before the first iteration: sums of connections too. */
 ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error);
+/* Before the first iteration, and before connections; once, of a film with `pixels`: beside it a film of means for
+ * each of these numbers. Its paths are the same, but have the weights that they have where an iteration has so many.
+ * Its N_F and N_B are these numbers, with which the law of noise holds for it. */
+ca_status ca_pair_film_add_others(ca_pair_film *film, const ca_pair_numbers *numbers, uint32_t count,
+                                  ca_error *error);
 void ca_pair_film_destroy(ca_pair_film *film);
 
 /* An iteration's moments of pixel (x, y) of the full film. */
 void ca_pair_film_add(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 
 /* The same in two steps: what is held counts from the commit on, which comes once the whole iteration is there. A
- * film of means adds at once: an iteration that is not complete is followed by no other there, and nothing is
+ * film of means alone adds at once: an iteration that is not complete is followed by no other there, and nothing is
  * learned. */
 void ca_pair_film_hold(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair_moments *moments);
 void ca_pair_film_commit(ca_pair_film *film, uint32_t x, uint32_t y);

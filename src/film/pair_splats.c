@@ -42,22 +42,41 @@ static bool find_pixel(const ca_pair_splats *splats, ca_vec2 film, size_t *pixel
     return true;
 }
 
-ca_status ca_pair_splats_add(ca_pair_splats *splats, const ca_splat_list *lists, uint32_t list_count,
-                             uint32_t first_light_path, ca_error *error)
+static ca_status make_room(ca_pair_splats *splats, size_t more, ca_error *error)
 {
-    size_t more = 0, pixel;
-    for (uint32_t l = 0; l < list_count; l++) more += lists[l].count;
     if (splats->count + more > UINT32_MAX) return ca_fail_memory(error, "more than 2^32 splats at a time");
     ca_pair_splat *items = ca_array_grow(splats->items, &splats->capacity, splats->count + more, sizeof *items);
     if (!items) return ca_fail_memory(error, "the splats of light paths");
     splats->items = items;
+    return CA_OK;
+}
+
+/* There is room. */
+static void add(ca_pair_splats *splats, const ca_splat *s, float scale, uint32_t first_light_path)
+{
+    size_t pixel;
+    if (!find_pixel(splats, s->film, &pixel)) return;
+    splats->items[splats->count++] = (ca_pair_splat){.film = s->film,
+                                                     .luminance = scale * ca_luminance(s->value),
+                                                     .light_path = first_light_path + s->light_path};
+}
+
+ca_status ca_pair_splats_add(ca_pair_splats *splats, const ca_splat_list *lists, uint32_t list_count,
+                             uint32_t first_light_path, ca_error *error)
+{
+    size_t more = 0;
+    for (uint32_t l = 0; l < list_count; l++) more += lists[l].count;
+    CA_TRY(make_room(splats, more, error));
     for (uint32_t l = 0; l < list_count; l++)
-        for (size_t i = 0; i < lists[l].count; i++) {
-            const ca_splat *s = &lists[l].items[i];
-            if (!find_pixel(splats, s->film, &pixel)) continue;
-            splats->items[splats->count++] = (ca_pair_splat){
-                .film = s->film, .luminance = ca_luminance(s->value), .light_path = first_light_path + s->light_path};
-        }
+        for (size_t i = 0; i < lists[l].count; i++) add(splats, &lists[l].items[i], 1.0f, first_light_path);
+    return CA_OK;
+}
+
+ca_status ca_pair_splats_add_scaled(ca_pair_splats *splats, const ca_splat_list *list, const float *scales,
+                                    uint32_t stride, uint32_t first_light_path, ca_error *error)
+{
+    CA_TRY(make_room(splats, list->count, error));
+    for (size_t i = 0; i < list->count; i++) add(splats, &list->items[i], scales[i * stride], first_light_path);
     return CA_OK;
 }
 

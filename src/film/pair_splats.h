@@ -34,6 +34,9 @@ void ca_pair_splats_destroy(ca_pair_splats *splats);
 void ca_pair_splats_clear(ca_pair_splats *splats);
 ca_status ca_pair_splats_add(ca_pair_splats *splats, const ca_splat_list *lists, uint32_t list_count,
                              uint32_t first_light_path, ca_error *error);
+/* Of one list: splat i is multiplied by scales[i * stride]. */
+ca_status ca_pair_splats_add_scaled(ca_pair_splats *splats, const ca_splat_list *list, const float *scales,
+                                    uint32_t stride, uint32_t first_light_path, ca_error *error);
 ca_status ca_pair_splats_sort(ca_pair_splats *splats, ca_error *error);
 
 /* To the sums of pixel (x, y) of the full film, behind its camera paths: what each splat brings it, spread as

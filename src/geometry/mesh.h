@@ -74,6 +74,10 @@ void ca_mesh_borrow(ca_mesh *mesh, ca_mesh_lender *lender, unsigned lent);
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
 ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
                                 ca_error *error);
+/* Texture coordinates of the corners, uvs[2 (3 t + k) + i]: a vertex whose corners have several is split, normals and
+ * attributes with it; new vertices come last. Indices must be in range. A mesh that fails can only be destroyed. */
+ca_status ca_mesh_set_corner_uvs(ca_mesh *mesh, const float *uvs, ca_error *error);
+
 /* NULL where there is none of that name. */
 const ca_mesh_attribute *ca_mesh_find_attribute(const ca_mesh *mesh, const char *name);
 

@@ -1,5 +1,5 @@
-/* OpenEXR input through the C core: the first part, scan lines or tiles, of which the largest level, every compression the
- * core has.
+/* OpenEXR input through the C core: the first part, scan lines or tiles, of which the largest level, every
+ * compression the core has.
  *
  * The file is read from memory, so a truncated one is noticed by the offset alone. Sizes are checked before pixels
  * are allocated, and each chunk's place is checked again before the decoder is given pointers into them. */

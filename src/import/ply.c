@@ -1,11 +1,11 @@
 /* PLY meshes: ascii and both binary forms, packed by gzip or not.
  *
  * vertex: x y z; nx ny nz; u v, s t or texture_u texture_v; r g b (a) or red green blue (alpha) as "vertex_color".
- * face: vertex_indices or vertex_index; colours as "face_color". Further numbers become attributes named as Mitsuba 3
- * does (src/shapes/ply.cpp): neighbours NAME_x NAME_y NAME_z (w), NAME_0.., NAME_1.. are one attribute vertex_NAME,
- * and NAME_r NAME_g NAME_b (a) one vertex_NAME_color; a number alone is vertex_NAME. Integer colours count from 0 to
- * the largest of their type and are sRGB encoded, as there; other integers stay what they are. Elements of other
- * names are skipped. */
+ * face: vertex_indices or vertex_index; the list texcoord, u and v of each corner; colours as "face_color". Further
+ * numbers become attributes named as Mitsuba 3 does (src/shapes/ply.cpp): neighbours NAME_x NAME_y NAME_z (w),
+ * NAME_0.., NAME_1.. are one attribute vertex_NAME, and NAME_r NAME_g NAME_b (a) one vertex_NAME_color; a number
+ * alone is vertex_NAME. Integer colours count from 0 to the largest of their type and are sRGB encoded, as there;
+ * other integers stay what they are. Elements of other names are skipped. */
 #include "import/ply.h"
 
 #include "base/hash.h"
@@ -26,7 +26,9 @@ typedef struct ply_reader {
     uint32_t *indices;
     size_t index_count, index_capacity;
     ca_mesh faces;          /* the attributes of whole faces, before polygons become triangles; no geometry */
-    uint32_t *corner_counts; /* of each face, where there are attributes of faces */
+    uint32_t *corner_counts; /* of each face, where there are attributes of faces or texcoord lists */
+    float *face_uvs;         /* of texcoord lists: of all corners, face by face */
+    size_t face_uv_count, face_uv_capacity; /* numbers */
 } ply_reader;
 
 /* A place in the data, for messages: line and column, or byte, element and row. */
@@ -247,11 +249,13 @@ static ca_status bind_others(const ca_ply_element *element, ca_mesh *mesh, bool 
 
 /* ---- elements -------------------------------------------------------------------------------------------------- */
 
-static ca_status refuse_lists(const ca_ply_element *element, const ca_ply_property *but, ca_error *error)
+/* All but two, which may be NULL. */
+static ca_status refuse_lists(const ca_ply_element *element, const ca_ply_property *but,
+                              const ca_ply_property *but_also, ca_error *error)
 {
     for (size_t i = 0; i < element->property_count; ++i) {
         const ca_ply_property *property = &element->properties[i];
-        if (property->is_list && property != but)
+        if (property->is_list && property != but && property != but_also)
             return ca_fail(error, CA_ERROR_UNSUPPORTED, &property->where, "lists \"%s\" of \"%s\" are not read",
                            property->name, element->name);
     }
@@ -277,7 +281,7 @@ static ca_status bind_vertices(ply_reader *reader, const ca_ply_element *element
 
 static ca_status read_vertices(ply_reader *reader, const ca_ply_element *element, ca_error *error)
 {
-    CA_TRY(refuse_lists(element, NULL, error));
+    CA_TRY(refuse_lists(element, NULL, NULL, error));
     CA_TRY(bind_vertices(reader, element, error));
     for (uint64_t row = 0; row < element->count; ++row)
         for (size_t i = 0; i < element->property_count; ++i)
@@ -317,28 +321,68 @@ static ca_status read_polygon(ply_reader *reader, const ca_ply_element *element,
     return CA_OK;
 }
 
+/* u and v of each corner of the face. */
+static ca_status read_texcoords(ply_reader *reader, const ca_ply_element *element, uint64_t row,
+                                const ca_ply_property *property, ca_error *error)
+{
+    size_t length;
+    CA_TRY(next_length(reader, element, row, property, &length, error));
+    float *uvs =
+        ca_array_grow(reader->face_uvs, &reader->face_uv_capacity, reader->face_uv_count + length, sizeof *uvs);
+    if (!uvs) return ca_fail_memory(error, reader->scan.where.file);
+    reader->face_uvs = uvs;
+    for (size_t i = 0; i < length; ++i) {
+        double value;
+        CA_TRY(next_number(reader, element, row, property->name, property->type, &value, error));
+        uvs[reader->face_uv_count++] = (float)value;
+    }
+    return CA_OK;
+}
+
+/* Both lists of a face may come first: their lengths are compared behind them. */
+static ca_status check_texcoords(const ply_reader *reader, const ca_ply_element *element, uint64_t row,
+                                 size_t count_before, ca_error *error)
+{
+    if (reader->face_uv_count - count_before == 2 * (size_t)reader->corner_counts[row]) return CA_OK;
+    return fail_data(reader, element, row, "two numbers in \"texcoord\" for each corner of the face", error);
+}
+
+static ca_status read_face(ply_reader *reader, const ca_ply_element *element, uint64_t row,
+                           const ca_ply_property *list, const ca_ply_property *texcoords, ca_error *error)
+{
+    const size_t uvs_before = reader->face_uv_count;
+    for (size_t i = 0; i < element->property_count; ++i) {
+        const ca_ply_property *property = &element->properties[i];
+        if (property == list)
+            CA_TRY(read_polygon(reader, element, row, property, error));
+        else if (property == texcoords)
+            CA_TRY(read_texcoords(reader, element, row, property, error));
+        else
+            CA_TRY(read_scalar(reader, element, row, property, error));
+    }
+    return texcoords ? check_texcoords(reader, element, row, uvs_before, error) : CA_OK;
+}
+
 static ca_status read_faces(ply_reader *reader, const ca_ply_element *element, ca_error *error)
 {
     const ca_ply_property *list = ca_ply_find_property(element, "vertex_indices");
     if (!list) list = ca_ply_find_property(element, "vertex_index");
     if (!list || !list->is_list)
         return ca_fail(error, CA_ERROR_FORMAT, &element->where, "expected a list vertex_indices of \"face\"");
-    CA_TRY(refuse_lists(element, list, error));
+    const ca_ply_property *texcoords = ca_ply_find_property(element, "texcoord");
+    CA_TRY(refuse_lists(element, list, texcoords, error));
+    if (texcoords && !texcoords->is_list) texcoords = NULL;
     if (element->count > UINT32_MAX / 4)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, &element->where, "too many faces");
     reader->faces.triangle_count = (uint32_t)element->count;
     CA_TRY(bind_colors(element, &reader->faces, true, error));
     CA_TRY(bind_others(element, &reader->faces, true, error));
-    if (reader->faces.attribute_count > 0) {
+    if (reader->faces.attribute_count > 0 || texcoords) {
         reader->corner_counts = ca_alloc(element->count, sizeof *reader->corner_counts);
         if (!reader->corner_counts) return ca_fail_memory(error, reader->scan.where.file);
     }
     for (uint64_t row = 0; row < element->count; ++row)
-        for (size_t i = 0; i < element->property_count; ++i) {
-            const ca_ply_property *property = &element->properties[i];
-            CA_TRY(property == list ? read_polygon(reader, element, row, property, error)
-                                    : read_scalar(reader, element, row, property, error));
-        }
+        CA_TRY(read_face(reader, element, row, list, texcoords, error));
     return CA_OK;
 }
 
@@ -368,6 +412,24 @@ static ca_status spread_face_attributes(const ply_reader *reader, ca_error *erro
     return CA_OK;
 }
 
+/* The coordinates of each triangle's corners, from those of the polygons' fans. */
+static ca_status spread_texcoords(const ply_reader *reader, ca_error *error)
+{
+    float *uvs = ca_alloc((size_t)reader->mesh->triangle_count, 6 * sizeof *uvs), *target = uvs;
+    if (!uvs) return ca_fail_memory(error, reader->scan.where.file);
+    const float *face = reader->face_uvs;
+    for (size_t f = 0; f < reader->faces.triangle_count; ++f) {
+        for (uint32_t k = 2; k < reader->corner_counts[f]; ++k, target += 6) {
+            memcpy(target, face, 2 * sizeof *face);
+            memcpy(target + 2, face + 2 * (size_t)(k - 1), 4 * sizeof *face);
+        }
+        face += 2 * (size_t)reader->corner_counts[f];
+    }
+    const ca_status status = ca_mesh_set_corner_uvs(reader->mesh, uvs, error);
+    ca_free(uvs);
+    return status == CA_OK ? ca_mesh_validate(reader->mesh, reader->scan.where.file, error) : status;
+}
+
 static ca_status finish(ply_reader *reader, ca_error *error)
 {
     ca_mesh *mesh = reader->mesh;
@@ -382,6 +444,10 @@ static ca_status finish(ply_reader *reader, ca_error *error)
     mesh->triangle_count = (uint32_t)triangles;
     CA_TRY(spread_face_attributes(reader, error));
     CA_TRY(ca_mesh_validate(mesh, reader->scan.where.file, error));
+    if (reader->face_uv_count > 0) {
+        if (!mesh->normals) CA_TRY(ca_mesh_compute_normals(mesh, error)); /* smooth across seams of the texture */
+        CA_TRY(spread_texcoords(reader, error));
+    }
     ca_mesh_normalize_normals(mesh);
     return CA_OK;
 }
@@ -423,6 +489,7 @@ ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error)
         ca_mesh_destroy(mesh);
     ca_mesh_destroy(&reader.faces);
     ca_free(reader.corner_counts);
+    ca_free(reader.face_uvs);
     ca_free(reader.indices);
     ca_ply_header_destroy(&reader.header);
     ca_bytes_destroy(&bytes);

@@ -253,6 +253,7 @@ const ca_integrator_type ca_integrator_cavcm = {
 const ca_integrator_type ca_integrator_vavcm = {
     .name = "vavcm",
     .parameters = vcm_parameters,
+    .abilities = CA_ABILITY_CONNECTION_NOISE,
     .rules = &vavcm_rules,
     .create = create_vavcm,
     ENGINE_FUNCTIONS,

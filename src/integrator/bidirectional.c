@@ -27,7 +27,8 @@ static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, cons
 {
     ca_mis_rules *rules = &b->rules;
     ca_rules_read(rules, type, input);
-    b->weighs_merges = input->observer || !ca_mis_has_one_technique(rules);
+    const bool others = input->pairs && input->pairs->other_count > 0;
+    b->weighs_merges = input->observer || others || !ca_mis_has_one_technique(rules);
     rules->has_tails = ca_mis_has_tails(rules);
     rules->splat_count = (float)((double)b->light_paths / b->camera_paths);
     rules->reuse.light_paths = (float)b->light_paths;
@@ -64,6 +65,7 @@ void ca_bidirectional_set_radius(ca_bidirectional *b, float radius)
 {
     b->radius = radius;
     b->rules.merge_area = b->rules.reuse.merge_area = CA_PI * ca_sqr(radius);
+    ca_pairs_set_area(b, b->rules.merge_area);
 }
 
 /* The radius of a pass. */
@@ -100,7 +102,8 @@ static ca_status make_pilot(ca_bidirectional *b, const ca_parallel *parallel, ca
 
 /* Pilots are made once, in the first pass that there is. They are the same whichever that is: a part of a render may
  * begin anywhere. */
-static ca_status make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+ca_status ca_bidirectional_make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers,
+                                       ca_error *error)
 {
     const ca_sampler *sampler = b->input.sampler;
     ca_status status = CA_OK;
@@ -108,6 +111,7 @@ static ca_status make_pilots(ca_bidirectional *b, const ca_parallel *parallel, c
     if (wants_pilot(b) && !b->pilot) status = make_pilot(b, parallel, workers, error);
     if (status == CA_OK && b->rules.factors && !b->factors)
         status = ca_factor_pilot(b, parallel, workers, &b->factors, error);
+    if (status == CA_OK) status = ca_pairs_make_pilots(b, parallel, workers, error);
     b->input.sampler = sampler;
     return status;
 }
@@ -126,9 +130,9 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     ca_bidirectional *b = state;
     if (round == 0) {
         ca_splat_buffer_clear(&b->splats);
-        ca_pair_splats_clear(&b->pair_splats);
+        ca_pairs_clear_splats(b);
         set_radius(b, 0);
-        CA_TRY(make_pilots(b, parallel, workers, error));
+        CA_TRY(ca_bidirectional_make_pilots(b, parallel, workers, error));
         set_radius(b, pass);
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
     }
@@ -138,7 +142,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     b->first_number = b->input.first_light_path + (uint64_t)pass * b->light_paths;
     CA_TRY(ca_light_paths_prepare(b, b->first_number + first, left < most ? left : (uint32_t)most, parallel, workers,
                                   error));
-    return b->input.pairs && b->rules.splat ? ca_pair_splats_sort(&b->pair_splats, error) : CA_OK;
+    return b->input.pairs && b->rules.splat ? ca_pairs_sort_splats(b, error) : CA_OK;
 }
 
 ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
@@ -278,15 +282,18 @@ void ca_bidirectional_destroy(void *state)
 {
     ca_bidirectional *b = state;
     const uint32_t blocks = b->blocks ? ca_light_block_count(ca_min_u32(CA_CHUNK_PATHS, b->light_paths)) : 0;
-    for (uint32_t i = 0; i < blocks; i++) ca_splat_list_destroy(&b->blocks[i].splats);
+    for (uint32_t i = 0; i < blocks; i++) {
+        ca_splat_list_destroy(&b->blocks[i].splats);
+        ca_free(b->blocks[i].scales);
+    }
     ca_light_store_destroy(&b->store);
     ca_photon_grid_destroy(b->grid);
+    ca_pairs_destroy(b);
     for (uint32_t i = 0; b->scratch && i < b->input.workers; i++) ca_bidirectional_scratch_destroy(&b->scratch[i]);
     ca_photon_density_destroy(b->pilot);
     ca_emission_guide_destroy(b->own_guide);
     ca_factor_map_destroy(b->factors);
     ca_splat_buffer_destroy(&b->splats);
-    ca_pair_splats_destroy(&b->pair_splats);
     ca_free(b->scratch);
     ca_free(b->blocks);
     ca_free(b);

@@ -93,6 +93,10 @@ typedef struct ca_bidirectional_scratch {
                             ca_camera_walk.connect_slot says. Zero where not in use: */
     uint64_t *chunk_used; /* owned; a bit for each; [CA_WALKS][ca_chunk_words] */
     ca_pair_sums *pairs;  /* owned: of the pixel; NULL: not wanted */
+    ca_pair_sums **other_pairs; /* owned; [other_count]: with the weights of other numbers of paths ... */
+    float *other_weights;       /* owned; likewise: of the path that was weighted last */
+    float *splat_scales;        /* owned; of the batch's splats, as in ca_light_block */
+    size_t splat_scale_capacity;
     bool pairing;         /* between begin_pixel and end_pixel */
 } ca_bidirectional_scratch;
 
@@ -106,11 +110,21 @@ void ca_bidirectional_scratch_destroy(ca_bidirectional_scratch *scratch);
 /* What else a block of light paths has. */
 typedef struct ca_light_block {
     ca_splat_list splats;
+    float *scales; /* owned; [splats.count][other_count]: weights of other numbers of paths over the splat's own */
+    size_t scale_capacity;
     uint32_t photons; /* how many */
     uint64_t bytes;   /* of what is kept of the paths */
 } ca_light_block;
 
 _Static_assert(CA_PATH_MAX_VERTICES < 1 << 13 && CA_CHUNK_PATHS <= 1 << 18, "they fit the records of splats");
+
+/* How paths are weighted where an iteration has other numbers of them. */
+typedef struct ca_other_weights {
+    uint32_t light_paths, camera_paths; /* N_F, N_B */
+    ca_mis_rules rules;
+    ca_factor_map *factors; /* owned; NULL where the rules have none, or not made yet */
+    ca_pair_splats splats;
+} ca_other_weights;
 
 struct ca_bidirectional {
     ca_integrator_input input;
@@ -135,6 +149,8 @@ struct ca_bidirectional {
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
     ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
+    ca_other_weights *others;       /* owned; [other_count]: pairs are wanted with their weights, too */
+    uint32_t other_count;
     ca_sampler pilot_sampler;       /* the render's as it was first, whichever pass or replicate asks for a pilot */
     ca_photon_density *pilot;       /* owned; of photons, where the reuse rule asks for it; NULL: not made yet, too */
     float pilot_scale;              /* N_F over the number of its light paths */
@@ -165,11 +181,16 @@ static inline const ca_technique_factors *ca_bidirectional_factors(const ca_bidi
     return b->factors ? ca_factor_map_at(b->factors, film) : NULL;
 }
 
+/* Weighs it with other numbers of paths, into scratch->other_weights. */
+void ca_pairs_weigh_others(const ca_bidirectional *b, ca_bidirectional_scratch *scratch, ca_technique technique,
+                           const ca_mis_path *path);
+
 /* The weight of a full path; its points for the observer as in path_observer.h. */
-static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_technique technique,
-                                            const ca_mis_path *path, const ca_surface_point *camera,
-                                            const ca_light_vertex *light)
+static inline float ca_bidirectional_weight(const ca_bidirectional *b, ca_bidirectional_scratch *scratch,
+                                            ca_technique technique, const ca_mis_path *path,
+                                            const ca_surface_point *camera, const ca_light_vertex *light)
 {
+    if (b->other_count > 0) ca_pairs_weigh_others(b, scratch, technique, path);
     return ca_observed_weight(b->input.observer, &b->rules, technique, path, camera, light);
 }
 
@@ -352,10 +373,27 @@ void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uin
 ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *type, ca_error *error);
 /* Sums for each worker. */
 ca_status ca_pairs_create(ca_bidirectional *b, ca_error *error);
+void ca_pairs_destroy(ca_bidirectional *b);
+/* The merge area of a pass, for the weights of other numbers; and what those need of pilots, once. */
+void ca_pairs_set_area(ca_bidirectional *b, float area);
+ca_status ca_pairs_make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
+/* Splats of a pass: those before are forgotten; those of the first `lists` blocks of light paths, which count from
+ * `first_light_path`, are added; they are sorted. */
+void ca_pairs_clear_splats(ca_bidirectional *b);
+ca_status ca_pairs_add_splats(ca_bidirectional *b, const ca_splat_list *lists, uint32_t list_count,
+                              uint32_t first_light_path, ca_error *error);
+ca_status ca_pairs_sort_splats(ca_bidirectional *b, ca_error *error);
+/* What the splat that was weighted last, which the image has with this weight, is to be multiplied by for other
+ * weights: it is number `splat` of the batch; false when out of memory. Then that it is the block's next one. */
+bool ca_pairs_scale_splat(const ca_bidirectional *b, ca_bidirectional_scratch *scratch, uint32_t splat, float weight);
+bool ca_pairs_keep_scales(const ca_bidirectional *b, const ca_bidirectional_scratch *scratch, uint32_t splat,
+                          ca_light_block *block);
 
 /* integrator.h. */
 void ca_pairs_begin_pixel(const void *state, ca_worker *worker);
 void ca_pairs_end_pixel(const void *state, uint32_t x, uint32_t y, ca_worker *worker);
+/* Another camera path of the pixel begins. */
+void ca_pairs_next_path(const ca_bidirectional *b, ca_bidirectional_scratch *scratch);
 /* The walk found light alone, or by connecting to the paired light path, or merged with a photon of a chunk: what the
  * image gets for it before the filter's weight. */
 void ca_pairs_add_alone(const ca_camera_walk *walk, ca_rgb unweighted, float weight);
@@ -364,6 +402,10 @@ void ca_pairs_add_merge(const ca_camera_walk *walk, uint32_t chunk, const ca_lig
                         float weight);
 
 /* ---- The engine ------------------------------------------------------------------------------------------------ */
+
+/* What the weights need to know, made once: in the first pass that there is. */
+ca_status ca_bidirectional_make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers,
+                                       ca_error *error);
 
 /* The factors of variance-aware weights, measured by an engine of its own: factor_pilot.c. */
 ca_status ca_factor_pilot(const ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers,

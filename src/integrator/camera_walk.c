@@ -67,7 +67,7 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     const ca_pdf_area pdf_before = {ca_flight_density(&flight, to_light, w->flight.cos_out)};
     const ca_mis_path path = ca_join(ca_join_hit(w->densities, w->vertex + 1, &end, &flight, pdf_before),
                                      (ca_mis_side){0}, &end, w->densities[1].distance, walk->factors);
-    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_HIT, &path, walk->points, NULL);
+    return ca_bidirectional_weight(walk->b, walk->scratch, CA_TECHNIQUE_HIT, &path, walk->points, NULL);
 }
 
 /* The path's last vertex lies on the light; surface NULL: at infinity. */
@@ -358,12 +358,12 @@ void ca_bidirectional_camera_paths(const void *state, ca_camera_path *paths, uin
                                    ca_worker *worker)
 {
     const ca_bidirectional *b = state;
-    const ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
+    ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
     ca_camera_walk *walks[CA_WALKS];
     if (round == 0) worker->counters.camera_paths += count;
     while (count > 0) {
         const uint32_t size = start_batch(b, paths, count, walks, worker);
-        if (scratch->pairing) ca_pair_sums_next_path(scratch->pairs);
+        if (scratch->pairing) ca_pairs_next_path(b, scratch);
         if (b->max_depth > 0) ca_camera_walks_trace(walks, size);
         for (uint32_t i = 0; i < size; i++) take_light(walks[i], &paths[i].sample->radiance);
         paths += size;

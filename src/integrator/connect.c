@@ -90,7 +90,8 @@ static float weight_of(const ca_connection *c)
                 light, walk->walk.densities[1].distance, walk->factors);
     if (walk->scratch->seen)
         ca_light_unpack_points(layout, ca_light_record_start(layout, c->vertex), t + 1, walk->scratch->seen);
-    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_CONNECT, &path, walk->points, walk->scratch->seen);
+    return ca_bidirectional_weight(walk->b, walk->scratch, CA_TECHNIQUE_CONNECT, &path, walk->points,
+                                   walk->scratch->seen);
 }
 
 static void take(const ca_connection *c)

@@ -197,6 +197,14 @@ static ca_status apply_overrides(const ca_integrator_type *type, const char *ove
     return CA_OK;
 }
 
+ca_status ca_integrator_create(const ca_integrator_type *type, const ca_integrator_input *input, void **integrator,
+                               ca_error *error)
+{
+    const ca_status status = type->create(input, integrator, error);
+    if (status != CA_OK) *integrator = NULL;
+    return status;
+}
+
 ca_status ca_integrator_configure(const ca_integrator_type *type, const ca_integrator_desc *desc, bool replaced,
                                   const char *overrides, ca_integrator_input *input, ca_error *error)
 {

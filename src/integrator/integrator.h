@@ -164,6 +164,10 @@ ca_status ca_integrator_find(const char *name, const ca_location *where, const c
 /* The row named by "name" or "name:parameter=value,..."; NULL where there is none, or no text. */
 const ca_integrator_type *ca_integrator_of(const char *text);
 
+/* type->create; the integrator is NULL where that fails. */
+ca_status ca_integrator_create(const ca_integrator_type *type, const ca_integrator_input *input, void **integrator,
+                               ca_error *error);
+
 /* Fills input->values: the type's defaults, over them the scene's parameters, over them `overrides`
  * ("max_depth=5,rr_depth=3", may be NULL). The scene's parameters must all be known to the type, unless the
  * integrator was chosen on the command line (`replaced`): then those with names it knows carry over. */

@@ -173,11 +173,14 @@ static bool keep_path(const ca_light_walk *walk, ca_light_store *store, ca_light
 }
 
 /* The batch's splats, walk by walk, each walk's in the order in which they were made; false when out of memory. */
-static bool keep_splats(ca_bidirectional_scratch *scratch, uint32_t walks, ca_light_block *block)
+static bool keep_splats(const ca_bidirectional *b, ca_bidirectional_scratch *scratch, uint32_t walks,
+                        ca_light_block *block)
 {
     for (uint32_t walk = 0; walk < walks; walk++)
         for (uint32_t i = scratch->light_walks[walk].first_splat; i != CA_NONE; i = scratch->splat_next[i])
-            if (!ca_splat_list_add(&block->splats, &scratch->splats.items[i])) return false;
+            if (!ca_splat_list_add(&block->splats, &scratch->splats.items[i]) ||
+                (b->other_count > 0 && !ca_pairs_keep_scales(b, scratch, i, block)))
+                return false;
     scratch->splats.count = 0;
     return true;
 }
@@ -193,7 +196,7 @@ void ca_light_walks(const ca_bidirectional *b, ca_light_store *store, uint32_t f
             ca_light_walk *walk = &scratch->light_walks[i];
             if (start(b, walk, i, first + begin + i, number + begin + i, worker)) list.walks[list.count++] = walk;
         }
-        bool fits = trace(b, &list, block, worker) && keep_splats(scratch, size, block);
+        bool fits = trace(b, &list, block, worker) && keep_splats(b, scratch, size, block);
         for (uint32_t i = 0; i < size && fits && ca_bidirectional_keeps(b); i++)
             fits = keep_path(&scratch->light_walks[i], store, block, worker->index);
         if (!fits) {

@@ -32,7 +32,8 @@ float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, c
     path.merged_density = l->photon_density;
     if (walk->scratch->seen)
         ca_light_unpack_points(&store->layout, start, photon->index + 1u, walk->scratch->seen);
-    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_MERGE, &path, walk->points, walk->scratch->seen);
+    return ca_bidirectional_weight(walk->b, walk->scratch, CA_TECHNIQUE_MERGE, &path, walk->points,
+                                   walk->scratch->seen);
 }
 
 static void merge_with(ca_camera_walk *walk, uint32_t chunk, const ca_light_record *photon, float normalisation)

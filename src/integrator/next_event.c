@@ -32,7 +32,7 @@ static float weight_of(const ca_next_event *event)
                 ca_join_end(&end, (ca_pdf_area){event->value.pdf.v * hit_factor}), &end,
                 walk->walk.densities[1].distance, walk->factors);
     const ca_light_vertex start = {.point = {.position = direct->position, .ng = direct->ng, .shape = number}};
-    return ca_bidirectional_weight(walk->b, CA_TECHNIQUE_NEXT_EVENT, &path, walk->points, &start);
+    return ca_bidirectional_weight(walk->b, walk->scratch, CA_TECHNIQUE_NEXT_EVENT, &path, walk->points, &start);
 }
 
 /* Chooses a light and a point of it; false: there is none. */

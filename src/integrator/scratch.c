@@ -69,4 +69,6 @@ void ca_bidirectional_scratch_destroy(ca_bidirectional_scratch *scratch)
     ca_free(scratch->chunk_light);
     ca_free(scratch->chunk_used);
     ca_pair_sums_destroy(scratch->pairs);
+    ca_free(scratch->other_weights);
+    ca_free(scratch->splat_scales);
 }

@@ -14,7 +14,7 @@ typedef struct lens_join {
 } lens_join;
 
 /* The weight of the path lens, this vertex, ..., light. */
-static float weight_of(const ca_bidirectional *b, const lens_join *join)
+static float weight_of(const ca_bidirectional *b, const lens_join *join, ca_bidirectional_scratch *scratch)
 {
     const ca_light_walk *walk = join->walk;
     const ca_walk *w = &walk->walk;
@@ -29,7 +29,7 @@ static float weight_of(const ca_bidirectional *b, const lens_join *join)
                                    join->value.pdf_reverse, cos_ratio, &b->rules.reuse, w->tail),
                 w->densities, direct->distance, ca_bidirectional_factors(b, direct->film_position));
     const ca_surface_point lens_point = {.position = direct->position};
-    return ca_bidirectional_weight(b, CA_TECHNIQUE_SPLAT, &path, &lens_point, walk->vertices);
+    return ca_bidirectional_weight(b, scratch, CA_TECHNIQUE_SPLAT, &path, &lens_point, walk->vertices);
 }
 
 /* false: nothing gets to the lens. */
@@ -69,7 +69,7 @@ static bool take(const ca_bidirectional *b, const lens_join *join, ca_worker *wo
 {
     ca_bidirectional_scratch *scratch = &b->scratch[worker->index];
     ca_light_walk *walk = join->walk;
-    const float weight = weight_of(b, join);
+    const float weight = weight_of(b, join, scratch);
     if (weight == 0.0f) return true;
     const ca_splat record = {.film = join->direct.film_position,
                              .value = ca_rgb_scale(join->unweighted, weight),
@@ -80,7 +80,9 @@ static bool take(const ca_bidirectional *b, const lens_join *join, ca_worker *wo
         worker->counters.non_finite[CA_TECHNIQUE_SPLAT]++;
         return true;
     }
-    return keep(scratch, &record, walk);
+    const uint32_t number = (uint32_t)scratch->splats.count;
+    return keep(scratch, &record, walk) &&
+           (b->other_count == 0 || ca_pairs_scale_splat(b, scratch, number, weight));
 }
 
 static uint32_t ask_all(const ca_bidirectional *b, ca_light_walk *const *walks, uint32_t count, lens_join *joins,

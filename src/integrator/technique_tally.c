@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "sampling/sampler.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -259,4 +260,11 @@ const ca_technique_factors *ca_factor_map_at(const ca_factor_map *map, ca_vec2 f
 {
     const uint32_t column = region_of(film.x, map->per_pixel, map->columns);
     return &map->factors[region_of(film.y, map->per_pixel, map->rows) * map->columns + column];
+}
+
+const ca_technique_factors *ca_factor_map_same(const ca_factor_map *map, const ca_factor_map *other,
+                                               const ca_technique_factors *factors)
+{
+    assert(map->columns == other->columns && map->rows == other->rows);
+    return map->factors + (factors - other->factors);
 }

@@ -64,5 +64,8 @@ ca_status ca_factor_map_create(ca_factor_map **map, const ca_technique_tally *ta
 void ca_factor_map_destroy(ca_factor_map *map); /* NULL is allowed */
 /* Of the region where the place lies, in pixels; outside of the film the nearest region's. */
 const ca_technique_factors *ca_factor_map_at(const ca_factor_map *map, ca_vec2 film);
+/* Of the same region as `factors`, which are `other`'s, a map of the same film. */
+const ca_technique_factors *ca_factor_map_same(const ca_factor_map *map, const ca_factor_map *other,
+                                               const ca_technique_factors *factors);
 
 #endif

@@ -3,11 +3,15 @@
 #include <assert.h>
 #include <math.h>
 
-/* What the iterations measured at a pixel. */
+/* What the iterations measured at a pixel: all, or means alone, from which no errors can be told. */
 typedef struct pixel_sums {
     const ca_pair_pixel *pixel;
     const ca_pair_connections *connections; /* NULL: there are none */
+    const ca_pair_means *means;             /* instead of `pixel`, but for its number of iterations; likewise: */
+    const ca_pair_connected_means *connected_means;
 } pixel_sums;
+
+static bool connects(const pixel_sums *s) { return s->connections || s->connected_means; }
 
 /* An estimate that is linear in the means of the iterations' quantities, and in L^2, L L_D and L_D^2; L_D is what
  * connections bring. */
@@ -18,12 +22,18 @@ typedef struct combination {
 
 static double sum_over_iterations(const pixel_sums *s, int quantity)
 {
-    return quantity < CA_PAIR_QUANTITIES ? s->pixel->sums[quantity]
-                                         : s->connections->sums[quantity - CA_PAIR_QUANTITIES];
+    if (quantity < CA_PAIR_QUANTITIES) return s->means ? s->means->sums[quantity] : s->pixel->sums[quantity];
+    const int connected = quantity - CA_PAIR_QUANTITIES;
+    return s->means ? s->connected_means->sums[connected] : s->connections->sums[connected];
 }
 
+/* Means have those of the value and of what connections bring. */
 static double product_over_iterations(const pixel_sums *s, int a, int b)
 {
+    if (s->means)
+        return a == CA_PAIR_CONNECTED   ? s->connected_means->squares
+               : b == CA_PAIR_CONNECTED ? s->connected_means->cross
+                                        : s->means->squares;
     return a < CA_PAIR_QUANTITIES && b < CA_PAIR_QUANTITIES
                ? s->pixel->products[ca_pair_product(a, b)]
                : s->connections->products[ca_pair_connected_product(a, b)];
@@ -54,19 +64,13 @@ static double root(double variance) { return variance < 0.0 ? 0.0 : sqrt(varianc
 
 /* The delta method: to first order an iteration moves the estimate by `influence` times its quantities over the
  * number of iterations, and it moves L^2 by 2 L l. */
-static ca_noise_value estimate(const pixel_sums *s, const combination *c)
+static double error_of(const pixel_sums *s, const combination *c)
 {
-    const int count = s->connections ? CA_PAIR_ALL_QUANTITIES : CA_PAIR_QUANTITIES;
-    double value = c->luminance2 * product_of_means(s, CA_PAIR_VALUE, CA_PAIR_VALUE), variance = 0.0;
-    double influence[CA_PAIR_ALL_QUANTITIES];
-    for (int q = 0; q < count; q++) {
-        influence[q] = c->means[q];
-        if (c->means[q] != 0.0) value += c->means[q] * mean_of(s, q);
-    }
+    const int count = connects(s) ? CA_PAIR_ALL_QUANTITIES : CA_PAIR_QUANTITIES;
+    double variance = 0.0, influence[CA_PAIR_ALL_QUANTITIES];
+    for (int q = 0; q < count; q++) influence[q] = c->means[q];
     influence[CA_PAIR_VALUE] += c->luminance2 * 2.0 * mean_of(s, CA_PAIR_VALUE);
-    if (s->connections) {
-        value += c->cross * product_of_means(s, CA_PAIR_VALUE, CA_PAIR_CONNECTED);
-        value += c->connected2 * product_of_means(s, CA_PAIR_CONNECTED, CA_PAIR_CONNECTED);
+    if (connects(s)) {
         influence[CA_PAIR_VALUE] += c->cross * mean_of(s, CA_PAIR_CONNECTED);
         influence[CA_PAIR_CONNECTED] +=
             c->cross * mean_of(s, CA_PAIR_VALUE) + c->connected2 * 2.0 * mean_of(s, CA_PAIR_CONNECTED);
@@ -75,7 +79,20 @@ static ca_noise_value estimate(const pixel_sums *s, const combination *c)
         for (int b = 0; b < count; b++)
             if (influence[a] != 0.0 && influence[b] != 0.0)
                 variance += influence[a] * influence[b] * covariance(s, a, b);
-    return (ca_noise_value){value, root(variance / (double)s->pixel->iterations)};
+    return root(variance / (double)s->pixel->iterations);
+}
+
+static ca_noise_value estimate(const pixel_sums *s, const combination *c)
+{
+    const int count = connects(s) ? CA_PAIR_ALL_QUANTITIES : CA_PAIR_QUANTITIES;
+    double value = c->luminance2 * product_of_means(s, CA_PAIR_VALUE, CA_PAIR_VALUE);
+    for (int q = 0; q < count; q++)
+        if (c->means[q] != 0.0) value += c->means[q] * mean_of(s, q);
+    if (connects(s)) {
+        value += c->cross * product_of_means(s, CA_PAIR_VALUE, CA_PAIR_CONNECTED);
+        value += c->connected2 * product_of_means(s, CA_PAIR_CONNECTED, CA_PAIR_CONNECTED);
+    }
+    return (ca_noise_value){value, s->means ? (double)NAN : error_of(s, c)};
 }
 
 ca_noise_excess ca_noise_excess_of(const ca_pair_means *means, uint32_t iterations)
@@ -93,7 +110,7 @@ ca_noise_excess ca_noise_excess_of(const ca_pair_means *means, uint32_t iteratio
 ca_noise_components ca_noise_components_of(const ca_pair_pixel *pixel)
 {
     assert(pixel->iterations >= 2);
-    const pixel_sums sums = {pixel, NULL};
+    const pixel_sums sums = {.pixel = pixel};
     return (ca_noise_components){
         .luminance = estimate(&sums, &(combination){.means[CA_PAIR_VALUE] = 1.0}),
         .luminance2 = estimate(&sums, &(combination){.luminance2 = 1.0}),
@@ -170,21 +187,64 @@ static ca_noise_terms terms_of(const pixel_sums *s, double light_paths, double c
         .pair = estimate(s, &pair),
         .camera = estimate(s, &camera),
         .light = estimate(s, &light),
-        .predicted = !s->connections ? estimate(s, &three) : connected_once ? estimate(s, &all) : unknown,
-        .measured = sample_variance(s),
-        .connect = !s->connections ? (ca_noise_value){0} : connected_once ? estimate(s, &connect) : unknown,
+        .predicted = !connects(s) ? estimate(s, &three) : connected_once ? estimate(s, &all) : unknown,
+        .measured = sample_variance(&(pixel_sums){.pixel = s->pixel}),
+        .connect = !connects(s) ? (ca_noise_value){0} : connected_once ? estimate(s, &connect) : unknown,
     };
+}
+
+/* `other` NULL: by the film's own weights. */
+static pixel_sums sums_at(const ca_pair_film *film, const uint32_t *other, size_t pixel)
+{
+    const ca_pair_film *of = other ? &film->others[*other] : NULL;
+    return (pixel_sums){.pixel = &film->pixels[pixel],
+                        .connections = !of && film->connections ? &film->connections[pixel] : NULL,
+                        .means = of ? &of->means[pixel] : NULL,
+                        .connected_means = of && of->connected_means ? &of->connected_means[pixel] : NULL};
+}
+
+static double value_of(const pixel_sums *s, combination c) { return estimate(s, &c).value; }
+
+ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const uint32_t *other, size_t pixel)
+{
+    const pixel_sums s = sums_at(film, other, pixel);
+    ca_noise_coefficients c = {.pair = value_of(&s, term(CA_PAIR_PAIR, 1.0)),
+                               .camera = value_of(&s, term(CA_PAIR_CAMERA, 1.0)),
+                               .light = value_of(&s, term(CA_PAIR_LIGHT, 1.0))};
+    if (!connects(&s)) return c;
+    combination own = {.connected2 = -1.0};
+    own.means[CA_PAIR_CONNECTED_SQUARE] = 1.0;
+    c.connected = value_of(&s, own);
+    c.connected_pair = value_of(&s, connected_term(CA_PAIR_CONNECTED_PAIR, 1.0));
+    c.connected_camera = value_of(&s, connected_term(CA_PAIR_CONNECTED_CAMERA, 1.0));
+    c.connected_light = value_of(&s, connected_term(CA_PAIR_CONNECTED_LIGHT, 1.0));
+    return c;
+}
+
+double ca_noise_variance(const ca_noise_coefficients *c, double light_paths, double camera_paths)
+{
+    const double of_pair = 1.0 / (light_paths * camera_paths), of_camera = (1.0 - 1.0 / light_paths) / camera_paths,
+                 of_light = (1.0 - 1.0 / camera_paths) / light_paths;
+    return of_pair * (c->pair + 2.0 * c->connected_pair) + of_camera * (c->camera + 2.0 * c->connected_camera) +
+           of_light * (c->light + 2.0 * c->connected_light) + c->connected / camera_paths;
 }
 
 ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths, double camera_paths)
 {
-    return terms_of(&(pixel_sums){pixel, NULL}, light_paths, camera_paths);
+    return terms_of(&(pixel_sums){.pixel = pixel}, light_paths, camera_paths);
 }
 
 ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths)
 {
-    const pixel_sums sums = {&film->pixels[pixel], film->connections ? &film->connections[pixel] : NULL};
+    const pixel_sums sums = sums_at(film, NULL, pixel);
     return terms_of(&sums, light_paths, camera_paths);
+}
+
+ca_noise_terms ca_noise_terms_of_other(const ca_pair_film *film, uint32_t other, size_t pixel)
+{
+    const ca_pair_film *of = &film->others[other];
+    const pixel_sums sums = sums_at(film, &other, pixel);
+    return terms_of(&sums, of->light_paths, of->camera_paths);
 }
 
 /* ---- Averages -------------------------------------------------------------------------------------------------- */
@@ -197,32 +257,51 @@ static void add_variance(double variance, double *sum, double *root_sum, uint64_
     if (variance < 0.0) ++*negative;
 }
 
-static void add_pixel(ca_noise_summary *s, const ca_pair_film *film, size_t pixel, double light_paths,
-                      double camera_paths)
+static void add_pixel(ca_noise_summary *s, double luminance, const ca_noise_terms *t)
 {
-    const ca_noise_terms t = ca_noise_terms_at(film, pixel, light_paths, camera_paths);
     s->pixels++;
-    s->luminance += mean_of(&(pixel_sums){&film->pixels[pixel], NULL}, CA_PAIR_VALUE);
-    add_variance(t.predicted.value, &s->predicted, &s->predicted_rms, &s->negative_predicted);
-    add_variance(t.measured.value, &s->measured, &s->measured_rms, &s->negative_measured);
-    add_variance(t.camera.value, &s->camera, &s->camera_rms, &s->negative_camera);
-    add_variance(t.light.value, &s->light, &s->light_rms, &s->negative_light);
-    add_variance(t.pair.value, &s->pair, &s->pair_rms, &s->negative_pair);
-    add_variance(t.connect.value, &s->connect, &s->connect_rms, &s->negative_connect);
+    s->luminance += luminance;
+    add_variance(t->predicted.value, &s->predicted, &s->predicted_rms, &s->negative_predicted);
+    add_variance(t->measured.value, &s->measured, &s->measured_rms, &s->negative_measured);
+    add_variance(t->camera.value, &s->camera, &s->camera_rms, &s->negative_camera);
+    add_variance(t->light.value, &s->light, &s->light_rms, &s->negative_light);
+    add_variance(t->pair.value, &s->pair, &s->pair_rms, &s->negative_pair);
+    add_variance(t->connect.value, &s->connect, &s->connect_rms, &s->negative_connect);
 }
 
-ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths,
-                                    double camera_paths)
+static void divide(ca_noise_summary *s)
+{
+    double *const sums[] = {&s->luminance,  &s->predicted, &s->predicted_rms, &s->measured, &s->measured_rms,
+                            &s->camera,     &s->camera_rms, &s->light,        &s->light_rms, &s->pair,
+                            &s->pair_rms,   &s->connect,   &s->connect_rms};
+    for (size_t i = 0; i < sizeof sums / sizeof sums[0]; i++) *sums[i] /= (double)s->pixels;
+}
+
+/* `other` NULL: of the film's own weights. */
+static ca_noise_summary summarise(const ca_pair_film *film, const uint32_t rect[4], const uint32_t *other,
+                                  double light_paths, double camera_paths)
 {
     assert(rect[0] >= film->x0 && rect[1] >= film->y0 && rect[0] < rect[2] && rect[1] < rect[3]);
     assert(rect[2] - film->x0 <= film->width && rect[3] - film->y0 <= film->height);
     ca_noise_summary s = {0};
     for (uint32_t y = rect[1]; y < rect[3]; y++)
-        for (uint32_t x = rect[0]; x < rect[2]; x++)
-            add_pixel(&s, film, (size_t)(y - film->y0) * film->width + (x - film->x0), light_paths, camera_paths);
-    double *const sums[] = {&s.luminance,    &s.predicted, &s.predicted_rms, &s.measured, &s.measured_rms,
-                            &s.camera,       &s.camera_rms, &s.light,        &s.light_rms, &s.pair,
-                            &s.pair_rms,     &s.connect,   &s.connect_rms};
-    for (size_t i = 0; i < sizeof sums / sizeof sums[0]; i++) *sums[i] /= (double)s.pixels;
+        for (uint32_t x = rect[0]; x < rect[2]; x++) {
+            const size_t pixel = (size_t)(y - film->y0) * film->width + (x - film->x0);
+            const ca_noise_terms terms = other ? ca_noise_terms_of_other(film, *other, pixel)
+                                               : ca_noise_terms_at(film, pixel, light_paths, camera_paths);
+            add_pixel(&s, mean_of(&(pixel_sums){.pixel = &film->pixels[pixel]}, CA_PAIR_VALUE), &terms);
+        }
+    divide(&s);
     return s;
+}
+
+ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths,
+                                    double camera_paths)
+{
+    return summarise(film, rect, NULL, light_paths, camera_paths);
+}
+
+ca_noise_summary ca_noise_summarise_other(const ca_pair_film *film, const uint32_t rect[4], uint32_t other)
+{
+    return summarise(film, rect, &other, 0.0, 0.0);
 }

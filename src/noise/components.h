@@ -54,10 +54,27 @@ ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths,
  * paths. */
 ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double light_paths, double camera_paths);
 
+/* Of a film of other numbers (ca_pair_film_add_others), for an iteration with these; without errors, which are NAN.
+ * `measured` is that of the iterations that were made. */
+ca_noise_terms ca_noise_terms_of_other(const ca_pair_film *film, uint32_t other, size_t pixel);
+
+/* The law's coefficients where paths connect: the variance for any numbers is linear in them, and so are sums over
+ * pixels. */
+typedef struct ca_noise_coefficients {
+    double pair, camera, light; /* C - L^2, B - L^2, F - L^2, of all that is not connected */
+    double connected;           /* the variance of what one connection brings, */
+    double connected_pair, connected_camera, connected_light; /* and its covariances with the rest */
+} ca_noise_coefficients;
+
+/* Of a film's pixel, by its own weights (`other` NULL) or those of other numbers. Two camera paths at least. */
+ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const uint32_t *other, size_t pixel);
+double ca_noise_variance(const ca_noise_coefficients *c, double light_paths, double camera_paths);
+
 /* Averages over a rectangle of pixels of the full film, as the paper prints them: of the roots of variances, those
  * below zero taken as zero and their pixels counted; and of the variances themselves (ca_noise_summary of
  * caustica.h). What is not known is NAN. rect: x0, y0, x1, y1, within the film's part. */
 ca_noise_summary ca_noise_summarise(const ca_pair_film *film, const uint32_t rect[4], double light_paths,
                                     double camera_paths);
+ca_noise_summary ca_noise_summarise_other(const ca_pair_film *film, const uint32_t rect[4], uint32_t other);
 
 #endif

@@ -197,9 +197,10 @@ double ca_radius_choose(const ca_radius_curve *measured, double alpha, double li
     double smallest = (double)INFINITY;
     for (int i = 0; i <= steps; i++)
         smallest = fmin(smallest, error_at(&curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
+    const double tolerance = curve.merging_alone ? CA_RADIUS_TOLERANCE : CA_RADIUS_SHARED_TOLERANCE;
     for (int i = 0; i < steps; i++) {
         const double radius = least * exp2((double)i / STEPS);
-        if (error_at(&curve, &blur, alpha, light_paths, radius) <= CA_RADIUS_TOLERANCE * smallest) return radius;
+        if (error_at(&curve, &blur, alpha, light_paths, radius) <= tolerance * smallest) return radius;
     }
     return most;
 }

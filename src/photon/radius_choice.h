@@ -36,10 +36,12 @@ typedef struct ca_radius_blur {
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
 double ca_radius_blur_at(const ca_radius_blur *blur, double radius);
 
-/* The radius of the first pass, in [least, most]: the smallest one whose error is within CA_RADIUS_TOLERANCE of the
- * least. A smaller one costs fewer merges, and where other techniques find the light, too, the error hardly depends
- * on the radius until blur shows. `light_paths`: N. */
+/* The radius of the first pass, in [least, most]: the smallest one whose error is within a tolerance of the least.
+ * A smaller one costs fewer merges. Where other techniques find the light, too, the error hardly depends on the
+ * radius until blur shows, and blur that the pilot misses makes the largest radius the best by a few per cent: there
+ * the tolerance is larger. `light_paths`: N. */
 #define CA_RADIUS_TOLERANCE 1.01
+#define CA_RADIUS_SHARED_TOLERANCE 1.05 /* not merging_alone */
 double ca_radius_choose(const ca_radius_curve *measured, double alpha, double light_paths, double least, double most);
 
 #endif

@@ -318,10 +318,10 @@ static ca_status lead_blocks(block_render *r, ca_error *error)
 {
     ca_work_range range;
     ca_status status = CA_OK;
-    uint64_t limit = limit_for_ranks(r);
+    limit_for_ranks(r);
     while (status == CA_OK && !r->interrupted && ca_rank_work_take(&r->work, &range)) {
         status = make_own_range(r, range, error);
-        limit = limit_for_ranks(r);
+        const uint64_t limit = limit_for_ranks(r);
         if (status != CA_OK) break;
         keep(r, limit);
         r->interrupted = !report_progress(r, limit) || r->work.end_asked;
@@ -568,7 +568,7 @@ static ca_status prepare(block_render *r, ca_error *error)
     CA_TRY(ca_checkpoint_start(&r->checkpoint, plan->settings, error));
     CA_TRY(resume(r, error));
     CA_TRY(create_buffers(r, error));
-    CA_TRY(plan->type->create(&plan->input, &r->integrator, error));
+    CA_TRY(ca_integrator_create(plan->type, &plan->input, &r->integrator, error));
     CA_TRY(check_limit(r, error));
     return create_work(r, error);
 }

@@ -38,6 +38,7 @@ static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers *
                          ca_render_statistics *statistics, ca_error *error)
 {
     CA_TRY(ca_pair_film_create(film, p->plan.crop, p->light_paths, p->plan.camera_paths, error));
+    if (p->other_count > 0) CA_TRY(ca_pair_film_add_others(film, p->others, p->other_count, error));
     p->plan.input.pairs = film;
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
@@ -53,6 +54,13 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
                            ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
                            ca_error *error)
 {
+    return ca_noise_measure_for(scene, settings, iterations, NULL, 0, noise, image, statistics, error);
+}
+
+ca_status ca_noise_measure_for(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
+                               const ca_noise_counts *counts, size_t count, ca_noise **noise,
+                               ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
     ca_render_settings taken;
     ca_render_statistics told;
     ca_image_layers *made = NULL;
@@ -62,6 +70,7 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
     CA_TRY(ca_settings_take(settings, &taken, error));
     CA_TRY(ca_statistics_take(statistics, &told, error));
     CA_TRY(ca_noise_plan_make(&p, scene, &taken, iterations, error));
+    CA_TRY(ca_noise_plan_add_others(&p, counts, count, error));
     *noise = ca_alloc_zeroed(1, sizeof **noise);
     ca_status status = *noise ? CA_OK : ca_fail_memory(error, "the noise");
     if (status == CA_OK)
@@ -78,6 +87,15 @@ ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *sett
     ca_noise_release(*noise);
     *noise = NULL;
     return status;
+}
+
+uint32_t ca_noise_find_other(const ca_pair_film *film, uint32_t light_paths, uint32_t camera_paths)
+{
+    uint32_t i = 0;
+    while (i < film->other_count &&
+           (film->others[i].light_paths != light_paths || film->others[i].camera_paths != camera_paths))
+        i++;
+    return i;
 }
 
 ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32_t light_paths, uint32_t camera_paths,
@@ -100,7 +118,9 @@ ca_status ca_noise_average(const ca_noise *noise, const uint32_t *region, uint32
                        "of connected paths noise is predicted for no more camera paths per pixel than light paths, "
                        "not for %u, %u",
                        light_paths, camera_paths);
-    *summary = ca_noise_summarise(film, region, light_paths, camera_paths);
+    const uint32_t other = ca_noise_find_other(film, light_paths, camera_paths);
+    *summary = other < film->other_count ? ca_noise_summarise_other(film, region, other)
+                                         : ca_noise_summarise(film, region, light_paths, camera_paths);
     return CA_OK;
 }
 

@@ -6,6 +6,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Of a pixel, for each of other numbers. */
+enum { OTHER_BYTES = sizeof(ca_pair_means) + sizeof(ca_pair_connected_means) + sizeof(ca_pair_moments) };
+
 enum { DEFAULT_LIGHT_PATHS = 30000, DEFAULT_CAMERA_PATHS = 4 };
 
 /* An unknown name is accepted here: the plan refuses it with a list of all names. */
@@ -102,11 +105,10 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
  * *choice: further bytes for choosing numbers, after the light paths are released. */
 static double pixel_bytes(const ca_integrator_type *type, double *choice)
 {
-    *choice = 0.0;
-    if (ca_integrator_has(type, CA_ABILITY_CONNECTION_NOISE))
-        return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) + sizeof(ca_pair_connections));
-    *choice = (double)(sizeof(ca_ray_pixel) + CA_RAY_CHOICE_PIXEL_BYTES);
-    return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) + CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
+    const bool connects = ca_integrator_has(type, CA_ABILITY_CONNECTION_NOISE);
+    *choice = connects ? 0.0 : (double)(sizeof(ca_ray_pixel) + CA_RAY_CHOICE_PIXEL_BYTES);
+    return (double)(sizeof(ca_pair_pixel) + sizeof(ca_pair_moments) + (connects ? sizeof(ca_pair_connections) : 0) +
+                    CA_RAY_TIMES_PIXEL_BYTES + sizeof(uint32_t));
 }
 
 /* These bytes are subtracted from the memory allowed. */
@@ -151,4 +153,42 @@ ca_status ca_noise_plan_make(ca_noise_plan *p, const ca_scene *scene, const ca_r
     p->connects = ca_integrator_has(p->plan.type, CA_ABILITY_CONNECTION_NOISE);
     CA_TRY(plan_counts(p, iterations, error));
     return plan_memory(&p->plan, error);
+}
+
+static bool has_numbers(const ca_noise_plan *p, const ca_noise_counts *counts)
+{
+    if (counts->light_paths == p->light_paths && counts->camera_paths == p->plan.camera_paths) return true;
+    for (uint32_t i = 0; i < p->other_count; i++)
+        if (p->others[i].light_paths == counts->light_paths && p->others[i].camera_paths == counts->camera_paths)
+            return true;
+    return false;
+}
+
+static ca_status add_other(ca_noise_plan *p, const ca_noise_counts *counts, ca_error *error)
+{
+    if (counts->light_paths < 1 || counts->camera_paths < 1 || counts->camera_paths > counts->light_paths)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "of connected paths noise is predicted for no more camera paths per pixel than light paths, "
+                       "not for %u, %u",
+                       counts->light_paths, counts->camera_paths);
+    if (has_numbers(p, counts)) return CA_OK;
+    if (p->other_count == CA_NOISE_MOST_OTHERS)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "noise is measured with the weights of at most %d numbers",
+                       CA_NOISE_MOST_OTHERS);
+    p->others[p->other_count++] = (ca_pair_numbers){counts->light_paths, counts->camera_paths};
+    return CA_OK;
+}
+
+ca_status ca_noise_plan_add_others(ca_noise_plan *p, const ca_noise_counts *counts, size_t count, ca_error *error)
+{
+    for (size_t i = 0; i < count && p->connects; i++) CA_TRY(add_other(p, &counts[i], error));
+    const double bytes = ca_render_plan_pixels(&p->plan) * p->other_count * OTHER_BYTES;
+    if (p->plan.input.memory_bytes <= 0.0) return CA_OK;
+    if (bytes >= p->plan.input.memory_bytes)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the sums with the weights of %u other numbers of paths need %.4g MiB, more than is left of "
+                       "the %.4g MiB allowed",
+                       p->other_count, bytes / 0x1p20, p->plan.settings->memory_mib);
+    p->plan.input.memory_bytes -= bytes;
+    return CA_OK;
 }

@@ -22,7 +22,7 @@ static const double near_numbers = 2.0;
 /* Timing may take this part of the time that measuring took, and two seconds in any case. */
 static const double timing_share = 0.25, timing_seconds = 2.0;
 /* The least time of a path: what is too short to be measured still takes some time. */
-static const double shortest = 1e-9;
+static const double shortest = CA_NOISE_SHORTEST_SECONDS;
 /* How often the caller is asked while paths are timed. */
 static const double asking_seconds = 0.03;
 /* The most light paths that fit the memory are found to this factor. */
@@ -36,8 +36,6 @@ static uint32_t most_light_paths(const ca_pair_film *film)
                : CA_RAY_MOST_LIGHT_PATHS_HELD;
 }
 
-/* ---- Choosing -------------------------------------------------------------------------------------------------- */
-
 /* F cannot be estimated from a single camera path; numbers with one do not need it. */
 static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel *to)
 {
@@ -48,11 +46,14 @@ static void set_components(const ca_pair_film *film, size_t pixel, ca_ray_pixel 
     to->light = film->camera_paths > 1 ? c.light.value : c.luminance2.value;
 }
 
+/* ---- Choosing -------------------------------------------------------------------------------------------------- */
+
 static ca_status choose(const ca_noise *noise, const ca_ray_times *times, const ca_ray_costs *costs,
                         ca_ray_objective objective, uint32_t most, ca_ray_numbers *numbers, ca_error *error)
 {
     const ca_pair_film *film = &noise->film;
     *numbers = (ca_ray_numbers){0};
+    if (film->connections) return ca_noise_choose_connected(film, times, costs, objective, most, numbers, error);
     ca_ray_pixel *pixels = ca_alloc((size_t)film->width * film->height, sizeof *pixels);
     if (!pixels) return ca_fail_memory(error, "the numbers of paths");
     for (uint32_t y = 0; y < film->height; y++)
@@ -235,6 +236,7 @@ static ca_status time_and_choose(timing *t, ca_ray_objective objective, ca_error
         ca_ray_numbers_destroy(&t->numbers);
         if (!goes_on(t)) return CA_OK;
         CA_TRY(choose(t->noise, t->times, &t->costs, objective, t->most_light_paths, &t->numbers, error));
+        if (t->numbers.best.light_paths == 0.0) return CA_OK; /* no noise was found */
         const double chosen = fmin(t->numbers.best.light_paths, affordable(t));
         const double factor = chosen / t->light_paths;
         if (level == LEVELS || (factor <= near_numbers && factor >= 1.0 / near_numbers)) return CA_OK;
@@ -330,11 +332,7 @@ ca_status ca_noise_recommend(const ca_noise *noise, const ca_scene *scene, const
     timing t = {.noise = noise, .start = ca_clock_seconds(), .asked = -(double)INFINITY};
     CA_TRY(ca_settings_take(settings, &taken, error));
     CA_TRY(ca_ray_objective_find(objective, &wanted, error));
-    if (noise->film.connections)
-        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
-                       "numbers of paths are not recommended where paths are connected: the weights of what they "
-                       "bring change with "
-                       "the numbers");
+    CA_TRY(ca_noise_check_connected(&noise->film, wanted, error));
     ca_status status = plan_timing(&t, scene, &taken, error);
     if (status == CA_OK) status = prepare(&t, error);
     if (status == CA_OK) status = time_and_choose(&t, wanted, error);

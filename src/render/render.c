@@ -481,7 +481,7 @@ static ca_status render_film(render *r, ca_image_layers **image, ca_render_stati
 static ca_status create_integrator(render *r, ca_error *error)
 {
     ca_render_plan *plan = r->plan;
-    CA_TRY(plan->type->create(&plan->input, &r->integrator, error));
+    CA_TRY(ca_integrator_create(plan->type, &plan->input, &r->integrator, error));
     const bool limited = plan->input.memory_bytes > 0.0;
     if (!limited || !plan->type->rounds || plan->type->rounds(r->integrator) == 1) return CA_OK;
     plan->type->destroy(r->integrator);
@@ -493,7 +493,7 @@ static ca_status create_integrator(render *r, ca_error *error)
                        plan->settings->memory_mib + (buffer - plan->input.memory_bytes) / 0x1p20,
                        plan->settings->memory_mib);
     plan->input.memory_bytes -= buffer;
-    return plan->type->create(&plan->input, &r->integrator, error);
+    return ca_integrator_create(plan->type, &plan->input, &r->integrator, error);
 }
 
 /* Of the numbers of rays that come from a file. */

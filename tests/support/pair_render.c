@@ -33,6 +33,7 @@ ca_status try_pair_render(const ca_scene *scene, const pair_render *r, ca_pair_f
     *image = NULL;
     CA_TRY(ca_render_plan_make(&plan, scene, &settings, error));
     if (film) CA_TRY(ca_pair_film_create(film, plan.crop, r->light_paths, r->camera_paths, error));
+    if (film && r->other_count > 0) CA_TRY(ca_pair_film_add_others(film, r->others, r->other_count, error));
     plan.input.pairs = film;
     const ca_status status = ca_render_plan_run(&plan, image, &statistics, error);
     if (status != CA_OK && film) ca_pair_film_destroy(film);
@@ -63,7 +64,7 @@ void check_pair_bits(const ca_scene *scene, const char *integrator, uint32_t lig
     uint64_t hash = 0;
     ca_pair_film first = {0};
     for (uint32_t threads = 1; threads <= 3; threads++) {
-        const pair_render r = {integrator, light_paths, camera_paths, 4, threads, 1, NULL, 0};
+        const pair_render r = {integrator, light_paths, camera_paths, 4, threads, 1, NULL, 0, NULL, 0};
         ca_pair_film film;
         ca_image_layers *without = render_pairs(scene, &r, NULL), *with = render_pairs(scene, &r, &film);
         if (threads == 1) {

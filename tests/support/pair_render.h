@@ -18,6 +18,8 @@ typedef struct pair_render {
     uint64_t seed;
     const char *sampler; /* NULL: the default */
     double memory_mib;   /* 0: the default */
+    const ca_pair_numbers *others; /* whose weights are measured with, too */
+    uint32_t other_count;
 } pair_render;
 
 /* `film` NULL: pairs are not wanted; else it is made, and stays the caller's after success only, as does *image. A

@@ -401,6 +401,33 @@ sample_bytes sample_ply(sample_ply_format format)
     return ply;
 }
 
+/* A square and a triangle on its side 1 2, with coordinates of the corners: those of vertex 2 differ. */
+sample_bytes sample_ply_corners(sample_ply_format format)
+{
+    static const char *const names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
+    static const unsigned faces[2][5] = {{4, 0, 1, 2, 3}, {3, 1, 4, 2, 0}};
+    static const double uvs[2][8] = {{0, 0, 1, 0, 1, 1, 0, 1}, {1, 0, 0.5, 0.25, 0.75, 0.125}};
+    sample_bytes ply = {0};
+    char header[512];
+    snprintf(header, sizeof header,
+             "ply\nformat %s 1.0\nelement face 2\nproperty list uchar float texcoord\n"
+             "property list uchar int vertex_indices\nelement vertex 5\nproperty float x\nproperty float y\n"
+             "property float z\nproperty float heat\nend_header\n",
+             names[format]);
+    sample_text(&ply, header);
+    for (unsigned f = 0; f < 2; ++f) {
+        ply_number(&ply, format, "uchar", 2.0 * faces[f][0]);
+        for (unsigned k = 0; k < 2 * faces[f][0]; ++k) ply_number(&ply, format, "float", uvs[f][k]);
+        ply_number(&ply, format, "uchar", faces[f][0]);
+        for (unsigned k = 1; k <= faces[f][0]; ++k) ply_number(&ply, format, "int", faces[f][k]);
+    }
+    for (unsigned v = 0; v < 5; ++v) {
+        for (unsigned c = 0; c < 3; ++c) ply_number(&ply, format, "float", (double)vertices[v][c]);
+        ply_number(&ply, format, "float", v + 1.0);
+    }
+    return ply;
+}
+
 static void serialized_float(sample_bytes *bytes, bool doubles, double value)
 {
     if (doubles)
@@ -468,6 +495,7 @@ size_t sample_files_make(sample_file **files)
     add(&list, "ascii.ply", true, sample_ply(SAMPLE_PLY_ASCII));
     add(&list, "little.ply", true, sample_ply(SAMPLE_PLY_LITTLE_ENDIAN));
     add(&list, "big.ply", true, sample_ply(SAMPLE_PLY_BIG_ENDIAN));
+    add(&list, "corners.ply", true, sample_ply_corners(SAMPLE_PLY_LITTLE_ENDIAN));
     add(&list, "three.serialized", true, sample_serialized(3, false));
     add(&list, "four.serialized", true, sample_serialized(4, true));
     add(&list, "rgb8.png", false, sample_png(8, 3, false));

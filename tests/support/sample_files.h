@@ -63,6 +63,8 @@ typedef enum sample_ply_format {
     SAMPLE_PLY_BIG_ENDIAN
 } sample_ply_format;
 sample_bytes sample_ply(sample_ply_format format);
+/* With faces first, and lists of texture coordinates. */
+sample_bytes sample_ply_corners(sample_ply_format format);
 /* Two meshes; the second is twice as large as the first. */
 sample_bytes sample_serialized(unsigned version, bool doubles);
 

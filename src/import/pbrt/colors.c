@@ -56,6 +56,7 @@ static void rgb_of_xyz(const double xyz[3], double rgb[3])
 {
     const ca_matrix to_xyz = xyz_from_space(0);
     ca_matrix from_xyz;
+    rgb[0] = rgb[1] = rgb[2] = 0.0;
     if (ca_matrix_invert(&to_xyz, &from_xyz)) multiply(&from_xyz, xyz, rgb);
 }
 
@@ -205,7 +206,9 @@ static void read_file(ca_pbrt *p, const ca_pbrt_parameter *parameter, sample_tab
         ca_import_fail_memory(p->importer, "a spectrum");
         return;
     }
-    if (ca_read_inflated(path, "spectrum", MAX_SPECTRUM_BYTES, &bytes, &reason) != CA_OK) {
+    const ca_status status = ca_read_inflated(path, "spectrum", MAX_SPECTRUM_BYTES, &bytes, &reason);
+    if (status == CA_ERROR_MEMORY) ca_import_fail_file(p->importer, &parameter->where, status, &reason);
+    if (status != CA_OK) {
         ca_import_fail(p->importer, &parameter->where,
                        "\"%s\" is neither the name of a spectrum nor a file that can be read; the nearest name is "
                        "\"%s\"",
@@ -367,7 +370,7 @@ double ca_pbrt_index(ca_pbrt *p, const char *name, double fallback)
     ca_import_note(p->importer, &parameter->where, "glass has one index of refraction for all colours");
     if (parameter->texts && parameter->count == 1 && find_glass(parameter->texts[0], &index)) return index;
     sample_table table = {0};
-    if (read_samples(p, parameter, &table)) index = index_of_samples(&table);
+    if (read_samples(p, parameter, &table) && table.items) index = index_of_samples(&table);
     ca_free(table.items);
     if (index >= 0.1 && index <= 10.0) return index;
     ca_pbrt_fail(&p->params, name, "is an index of refraction from 0.1 to 10");

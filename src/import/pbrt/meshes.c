@@ -213,8 +213,9 @@ static bool subdivide(ca_pbrt *p, control *c)
                      .corners = ca_alloc(12 * c->triangle_count, sizeof(uint32_t)),
                      .vertex_count = c->vertex_count,
                      .triangle_count = 4 * c->triangle_count};
-    if (!middles || !finer.points || !finer.corners) ca_import_fail_memory(p->importer, "a subdivided mesh");
-    if (ca_import_good(p->importer)) {
+    if (!middles || !finer.points || !finer.corners) {
+        ca_import_fail_memory(p->importer, "a subdivided mesh");
+    } else if (sides && all) {
         move_vertices(c, all, &finer);
         split_edges(c, sides, &finer, middles);
         split_triangles(c, middles, &finer);
@@ -234,7 +235,7 @@ static bool put_limit(ca_pbrt *p, const control *c, ca_mesh *mesh)
 {
     side *sides = sort_sides(p, c);
     neighbours *all = sides ? sum_neighbours(p, c, sides) : NULL;
-    for (size_t v = 0; all && v < c->vertex_count; v++) {
+    for (size_t v = 0; sides && all && v < c->vertex_count; v++) {
         double limit[3];
         const double inner = 1.0 / (all[v].count + 3.0 / (8.0 * inner_weight(all[v].count)));
         blend_vertex(c->points + 3 * v, &all[v], inner, 0.2, limit);
@@ -264,11 +265,13 @@ bool ca_pbrt_subdivide(ca_pbrt *p, const double *points, size_t point_count, con
                  .corners = ca_alloc(index_count, sizeof(uint32_t)),
                  .vertex_count = point_count,
                  .triangle_count = index_count / 3};
-    if (!c.points || !c.corners) ca_import_fail_memory(p->importer, "a subdivided mesh");
-    if (ca_import_good(p->importer)) {
-        memcpy(c.points, points, 3 * point_count * sizeof *points);
-        for (size_t i = 0; i < index_count; i++) c.corners[i] = (uint32_t)indices[i];
+    if (!c.points || !c.corners) {
+        ca_import_fail_memory(p->importer, "a subdivided mesh");
+        free_control(&c);
+        return false;
     }
+    memcpy(c.points, points, 3 * point_count * sizeof *points);
+    for (size_t i = 0; i < index_count; i++) c.corners[i] = (uint32_t)indices[i];
     for (uint32_t level = 0; level < levels && ca_import_good(p->importer); level++) subdivide(p, &c);
     const bool good = ca_import_good(p->importer) && make_mesh(p, &c, mesh);
     free_control(&c);

@@ -388,7 +388,7 @@ static void run_instance(ca_pbrt *p, const double *n, const char *const *s)
         ca_import_fail(p->importer, &p->params.where, "an object cannot hold an instance");
     else if (!object)
         ca_pbrt_fail_name(p, &p->params.where, "object", s[0], &p->objects);
-    if (!ca_import_good(p->importer) || !object->flag) return;
+    if (!ca_import_good(p->importer) || !object || !object->flag) return;
     ca_xml_node *instance = ca_tree_object(&p->tree, ca_tree_root(&p->tree), "shape", "instance");
     ca_tree_transform(&p->tree, instance, "to_world", &p->state.ctm);
     ca_tree_ref(&p->tree, instance, NULL, object->id);
