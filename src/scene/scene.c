@@ -129,10 +129,6 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     return triangle_distribution(shape, error);
 }
 
-/* Does the map turn left into right? Spheres then show their inside, and disks, whose sides are s x t and the other,
- * keep their +z; cylinders stay as they are (all as in Mitsuba 3). */
-static bool mirrors(const ca_matrix *to_world) { return ca_matrix_determinant3(to_world) < 0.0; }
-
 /* Do layers show coordinates and tangents of surfaces? */
 static bool shows_tangents(const ca_scene_desc *desc)
 {
@@ -150,7 +146,8 @@ static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_
         return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a shape inside a shapegroup cannot emit light");
     shape->needs_tangents =
         ca_material_needs_tangents(scene->materials, shape->material) || shows_tangents(&scene->desc);
-    const bool turns = (desc->kind == CA_SHAPE_SPHERE || desc->kind == CA_SHAPE_DISK) && mirrors(&desc->to_world);
+    /* A map that mirrors turns a sphere inside out, as in Mitsuba 3; a cylinder stays as it is. */
+    const bool turns = desc->kind == CA_SHAPE_SPHERE && ca_matrix_determinant3(&desc->to_world) < 0.0;
     shape->flip_normals = desc->kind != CA_SHAPE_MESH && desc->flip_normals != turns;
     ca_status status = CA_OK;
     switch (desc->kind) {
