@@ -279,7 +279,10 @@ static ca_noise_times times_of(const timing *t)
 }
 
 /* Without any noise all numbers are equally good and none is recommended. */
-static bool has_numbers(const timing *t) { return !t->interrupted && t->numbers.given.variance > 0.0; }
+static bool has_numbers(const timing *t)
+{
+    return !t->interrupted && t->numbers.camera_paths && t->numbers.given.variance > 0.0;
+}
 
 static void describe(const timing *t, ca_noise_recommendation *r)
 {
