@@ -27,7 +27,7 @@ TAGS = {
               "merge"],
     "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
              "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap",
-             "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf",
+             "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",
              "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
     "texture": ["bitmap", "checkerboard", "scale", "mesh_attribute"],
