@@ -193,9 +193,8 @@ static const ca_option options[] = {
      .argument = "MiB",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.memory_mib),
-     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled; not counted: the "
-             "pilot of vavcm, 55 MB and 32,768 light paths at most (default: 2048 for the light paths of a pass, "
-             "none for the rest)"},
+     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled; not counted: up "
+             "to 55 MB of vavcm's pilot (default: 2048 for the light paths of a pass, none for the rest)"},
     {.name = "dump-strategies",
      .argument = "DIR",
      .kind = CA_OPTION_TEXT,

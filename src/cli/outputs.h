@@ -27,7 +27,7 @@ typedef struct ca_output_look {
      .argument = "CURVE",                                                                                            \
      .kind = CA_OPTION_TEXT,                                                                                         \
      .offset = offsetof(record, tone),                                                                               \
-     .help = "of .png: srgb, which clips (default), or aces, hable, reinhard, which keep highlights; or linear"},    \
+     .help = "of .png: srgb (default) and linear clip; aces, hable, reinhard do not"},                               \
     {.name = "layers",                                                                                               \
      .argument = "LIST",                                                                                             \
      .kind = CA_OPTION_TEXT,                                                                                         \
@@ -37,7 +37,7 @@ typedef struct ca_output_look {
     {.name = "half",                                                                                                 \
      .kind = CA_OPTION_FLAG,                                                                                         \
      .offset = offsetof(record, layers.half),                                                                        \
-     .help = "R G B, Albedo and N of .exr with 16 bits instead of 32, where their values fit"}
+     .help = "R G B, Albedo and N of .exr with 16 bits, where values fit"}
 
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);

@@ -623,6 +623,7 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
 {
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
+    *image = NULL;
     ca_status status = ca_ranks_agree(plan->settings->ranks, keep_memory_back(plan, error), error);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
