@@ -141,7 +141,7 @@ static bool find_uvs(ca_gltf *g, const ca_gltf_value *primitive, uint32_t set, m
 
 static void find_bounds(const ca_mesh *mesh, ca_gltf_primitive *made)
 {
-    for (int i = 0; i < 3; i++) made->low[i] = INFINITY, made->high[i] = -INFINITY;
+    for (int i = 0; i < 3; i++) made->low[i] = (double)INFINITY, made->high[i] = (double)-INFINITY;
     for (size_t v = 0; v < (size_t)3 * mesh->vertex_count; v++) {
         made->low[v % 3] = fmin(made->low[v % 3], (double)mesh->positions[v]);
         made->high[v % 3] = fmax(made->high[v % 3], (double)mesh->positions[v]);

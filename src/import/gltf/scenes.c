@@ -143,7 +143,7 @@ void ca_gltf_read_scene(ca_gltf *g)
     check_required(g);
     g->meshes = ca_gltf_alloc(g, ca_gltf_table_size(g, "meshes"), sizeof *g->meshes);
     g->seen = ca_gltf_alloc(g, ca_gltf_table_size(g, "nodes"), sizeof *g->seen);
-    for (int i = 0; i < 3; i++) g->low[i] = INFINITY, g->high[i] = -INFINITY;
+    for (int i = 0; i < 3; i++) g->low[i] = (double)INFINITY, g->high[i] = (double)-INFINITY;
     const ca_gltf_value *nodes = ca_import_good(g->importer) ? scene_nodes(g) : NULL;
     if (ca_gltf_array(g, g->root, "animations"))
         ca_gltf_note(g, g->root, "animations are not played: nodes are where the file puts them");

@@ -98,7 +98,7 @@ static double triangle_area(const ca_mesh *mesh, const ca_matrix *map, const uin
  * radiance; others are not lights of one radiance. */
 static double area_of_one(ca_pbrt *p, const ca_mesh *mesh)
 {
-    double least = INFINITY, most = 0.0;
+    double least = (double)INFINITY, most = 0.0;
     if (!p->state.light.shines || !(p->state.light.power > 0.0)) return 1.0;
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
         const double area = triangle_area(mesh, &p->state.ctm, mesh->indices + 3 * (size_t)t);
@@ -159,7 +159,7 @@ static double extent_of(const ca_mesh *mesh)
 {
     double extent = 0.0;
     for (size_t i = 0; i < 3; i++) {
-        double low = INFINITY, high = -INFINITY;
+        double low = (double)INFINITY, high = (double)-INFINITY;
         for (size_t v = 0; v < mesh->vertex_count; v++) {
             low = fmin(low, (double)mesh->positions[3 * v + i]);
             high = fmax(high, (double)mesh->positions[3 * v + i]);
