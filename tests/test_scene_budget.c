@@ -83,7 +83,7 @@ static void test_includes(void **state)
     (void)state;
     enum { LEVELS = 7, TIMES = 8 };
     ca_error error = {""};
-    char text[1024], name[16];
+    char text[1024], name[24];
     for (int level = 0; level < LEVELS; level++) {
         size_t used = (size_t)snprintf(text, sizeof text, START);
         for (int i = 0; i < TIMES; i++)

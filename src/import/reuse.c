@@ -11,14 +11,13 @@ uint64_t ca_reuse_file(const char *path)
 {
     struct stat found;
     if (stat(path, &found) != 0) return 0;
-    const uint64_t told[] = {(uint64_t)found.st_dev,
-                             (uint64_t)found.st_ino,
-                             (uint64_t)found.st_size,
-                             (uint64_t)found.st_mtim.tv_sec,
-                             (uint64_t)found.st_mtim.tv_nsec,
-                             (uint64_t)found.st_ctim.tv_sec,
-                             (uint64_t)found.st_ctim.tv_nsec};
-    const uint64_t hash = ca_hash_bytes(CA_HASH_START, told, sizeof told);
+    uint64_t hash = ca_hash_add(CA_HASH_START, (uint64_t)found.st_dev);
+    hash = ca_hash_add(hash, (uint64_t)found.st_ino);
+    hash = ca_hash_add(hash, (uint64_t)found.st_size);
+    hash = ca_hash_add(hash, (uint64_t)found.st_mtim.tv_sec);
+    hash = ca_hash_add(hash, (uint64_t)found.st_mtim.tv_nsec);
+    hash = ca_hash_add(hash, (uint64_t)found.st_ctim.tv_sec);
+    hash = ca_hash_add(hash, (uint64_t)found.st_ctim.tv_nsec);
     return ca_hash_bytes(hash, path, strlen(path)) | 1;
 }
 
