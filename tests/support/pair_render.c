@@ -110,6 +110,7 @@ void check_pair_allocations(const ca_scene *scene, const pair_render *r, uint32_
         const ca_status status = try_pair_render(scene, r, &film, &image, &error);
         ca_memory_fail_after(-1);
         if (status == CA_ERROR_MEMORY) {
+            ca_pair_film_destroy(&film);
             failed++;
             continue;
         }
