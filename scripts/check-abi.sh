@@ -35,7 +35,8 @@ make_library() {
         /^__attribute__/ { inside = 1 }
         inside && /;/ { sub(/;[^;]*$/, " { __builtin_trap(); }"); inside = 0 }
         { print }' >"$folder/stub.c"
-    ${CC:-cc} -std=gnu17 -g -shared -fPIC -w "$folder/stub.c" -Wl,-soname,libcaustica -o "$folder/libcaustica.so"
+    # From within the folder, whose name would be in the library.
+    (cd "$folder" && ${CC:-cc} -std=gnu17 -g -shared -fPIC -w stub.c -Wl,-soname,libcaustica -o libcaustica.so)
 }
 
 if [ "${1:-}" = --write ]; then
