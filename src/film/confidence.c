@@ -126,18 +126,19 @@ typedef struct pool {
 
 _Static_assert(sizeof(pool) == CA_CONFIDENCE_JUDGE_BYTES, "confidence.h promises 88 bytes a pixel");
 
-static void pool_moments(pool *sum, const ca_moments *m)
+/* Of one pixel, without the far reach. */
+static pool pool_of(const ca_moments *m)
 {
     const double level = fabs(m->mean);
-    sum->varying += m->variance > 0.0;
-    sum->uncertain += m->uncertain;
-    if (m->third <= 0.0) sum->scatter[CA_BELOW] += m->variance;
-    if (m->third >= 0.0) sum->scatter[CA_ABOVE] += m->variance;
-    if (level == 0.0) return;
-    sum->variance += m->variance / level / level;
-    sum->third += m->third / level / level / level;
-    if (m->replicates > 0) sum->error += sqrt(m->variance / m->replicates) / level;
-    sum->pixels++;
+    pool own = {.varying = m->variance > 0.0, .uncertain = m->uncertain};
+    if (m->third <= 0.0) own.scatter[CA_BELOW] = m->variance;
+    if (m->third >= 0.0) own.scatter[CA_ABOVE] = m->variance;
+    if (level == 0.0) return own;
+    own.variance = m->variance / level / level;
+    own.third = m->third / level / level / level;
+    if (m->replicates > 0) own.error = sqrt(m->variance / m->replicates) / level;
+    own.pixels = 1;
+    return own;
 }
 
 static void pool_add(pool *sum, const pool *other)
@@ -189,14 +190,24 @@ static bool is_ordinary(const ca_moments *m, const pool *near, double others, do
            variance * (variance / fabs(third)) <= harm;
 }
 
-/* Sums along each pixel's row; `lone`: room for a row. */
-static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *sums)
+/* Room for a row of pixels. */
+typedef struct judge_row {
+    pool *own;
+    double *lone;
+} judge_row;
+
+/* Sums along each pixel's row. */
+static void pool_row(const ca_moments *row, uint32_t width, const judge_row *work, pool *sums)
 {
-    for (uint32_t x = 0; x < width; x++) lone[x] = lone_part(&row[x]);
+    double *lone = work->lone;
+    for (uint32_t x = 0; x < width; x++) {
+        work->own[x] = pool_of(&row[x]);
+        lone[x] = lone_part(&row[x]);
+    }
     for (uint32_t x = 0; x < width; x++) {
         sums[x] = (pool){0};
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
-            pool_moments(&sums[x], &row[i]);
+            pool_add(&sums[x], &work->own[i]);
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
              i++) {
             const int side = row[i].third < 0.0 ? CA_BELOW : CA_ABOVE;
@@ -206,15 +217,14 @@ static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *
     }
 }
 
-/* Of the pixels near one that are not this one. */
-static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
-                            uint32_t y)
+/* Of the pixels near one that are not this one; `own`: of each pixel of its row. */
+static pool pool_neighbours(const pool *own, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
 {
     pool near = {0};
     for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)
         if (i != y) pool_add(&near, &rows[(size_t)i * width + x]);
     for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
-        if (i != x) pool_moments(&near, &moments[(size_t)y * width + i]);
+        if (i != x) pool_add(&near, &own[i]);
     return near;
 }
 
@@ -235,15 +245,14 @@ static void pool_far(pool *sum, const pool *rows, uint32_t width, uint32_t heigh
         }
 }
 
-static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
-                        uint32_t y)
+static ca_verdict judge(const ca_moments *own, const pool *pools, const pool *rows, uint32_t width, uint32_t height,
+                        uint32_t x, uint32_t y)
 {
-    const ca_moments *own = &moments[(size_t)y * width + x];
     const double others = window_pixels(width, height, x, y, CA_CONFIDENCE_REACH) - 1.0,
                  far = window_pixels(width, height, x, y, CA_CONFIDENCE_FAR_REACH);
-    pool near = pool_neighbours(moments, rows, width, height, x, y);
+    pool near = pool_neighbours(pools, rows, width, height, x, y);
     const bool alone = near.pixels == 0 && own->mean != 0.0;
-    if (near.pixels == 0) pool_moments(&near, own);
+    if (near.pixels == 0) pool_add(&near, &pools[x]);
     pool_far(&near, rows, width, height, x, y);
     if (is_ordinary(own, &near, others, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
     if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying <= 0.5 * others))
@@ -256,18 +265,27 @@ static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t wi
     return verdict;
 }
 
+static void judge_row_of(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t y,
+                         const judge_row *work, ca_verdict *verdicts)
+{
+    const ca_moments *row = &moments[(size_t)y * width];
+    for (uint32_t x = 0; x < width; x++) work->own[x] = pool_of(&row[x]);
+    for (uint32_t x = 0; x < width; x++)
+        verdicts[(size_t)y * width + x] = judge(&row[x], work->own, rows, width, height, x, y);
+}
+
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
                               ca_error *error)
 {
     pool *rows = ca_alloc((size_t)width * height, sizeof *rows);
-    double *lone = ca_alloc(width, sizeof *lone);
-    const ca_status status = rows && lone ? CA_OK : ca_fail_memory(error, "the error bars");
+    const judge_row work = {ca_alloc(width, sizeof *work.own), ca_alloc(width, sizeof *work.lone)};
+    const ca_status status = rows && work.own && work.lone ? CA_OK : ca_fail_memory(error, "the error bars");
     for (uint32_t y = 0; y < height && status == CA_OK; y++)
-        pool_row(&moments[(size_t)y * width], width, lone, &rows[(size_t)y * width]);
+        pool_row(&moments[(size_t)y * width], width, &work, &rows[(size_t)y * width]);
     for (uint32_t y = 0; y < height && status == CA_OK; y++)
-        for (uint32_t x = 0; x < width; x++)
-            verdicts[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
-    ca_free(lone);
+        judge_row_of(moments, rows, width, height, y, &work, verdicts);
+    ca_free(work.own);
+    ca_free(work.lone);
     ca_free(rows);
     return status;
 }

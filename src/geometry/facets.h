@@ -1,7 +1,7 @@
-/* The flat pieces of a world's small meshes (parallelograms, and triangles that are half of none), met without a tree:
- * eight rays at a time each piece in turn, or one ray eight pieces at a time, with the same operations in each lane
- * and so to the same bits. A room's walls and boxes are answered so in a fraction of the time that a tree takes; what
- * is left to the tree ends at the nearest piece.
+/* The flat pieces of a world's small meshes (parallelograms, and triangles that are half of none), met without a
+ * tree: eight rays at a time meet each piece in turn, or one ray eight pieces at a time, with the same operations in
+ * each lane and so to the same bits. A room's walls and boxes are answered so in a fraction of the time that a tree
+ * takes; what is left to the tree ends at the nearest piece.
  *
  * A parallelogram is its centre c and two sides a and b. A ray o + t d meets its plane at c + x a + y b, where with
  * r = o - c, n = a x b and q = r x d
