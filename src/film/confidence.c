@@ -218,7 +218,8 @@ static void pool_row(const ca_moments *row, uint32_t width, const judge_row *wor
 }
 
 /* Of the pixels near one that are not this one; `own`: of each pixel of its row. */
-static pool pool_neighbours(const pool *own, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+static pool pool_neighbours(const pool *own, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
+                            uint32_t y)
 {
     pool near = {0};
     for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)

@@ -31,9 +31,8 @@ static inline ca_v8 all_of(const ca_facet_vectors *v, uint32_t k)
 }
 static inline facet_lanes same_facet(const ca_facets *facets, uint32_t k)
 {
-    return (facet_lanes){all_of(&facets->center, k),        all_of(&facets->side[0], k),
-                         all_of(&facets->side[1], k),       all_of(&facets->normal, k),
-                         ca_f8_all(facets->half[k]), ca_f8_all(facets->slack[k])};
+    return (facet_lanes){all_of(&facets->center, k),  all_of(&facets->side[0], k), all_of(&facets->side[1], k),
+                         all_of(&facets->normal, k), ca_f8_all(facets->half[k]),  ca_f8_all(facets->slack[k])};
 }
 
 static inline ca_v8 eight_of(const ca_facet_vectors *v, uint32_t k)
@@ -42,8 +41,9 @@ static inline ca_v8 eight_of(const ca_facet_vectors *v, uint32_t k)
 }
 static inline facet_lanes eight_facets(const ca_facets *facets, uint32_t k)
 {
-    return (facet_lanes){eight_of(&facets->center, k),  eight_of(&facets->side[0], k), eight_of(&facets->side[1], k),
-                         eight_of(&facets->normal, k), ca_load8_anywhere(facets->half + k), ca_load8_anywhere(facets->slack + k)};
+    return (facet_lanes){eight_of(&facets->center, k),          eight_of(&facets->side[0], k),
+                         eight_of(&facets->side[1], k),         eight_of(&facets->normal, k),
+                         ca_load8_anywhere(facets->half + k),   ca_load8_anywhere(facets->slack + k)};
 }
 
 static inline ca_f8 dot(ca_v8 a, ca_v8 b) { return ca_fma8(a.x, b.x, ca_fma8(a.y, b.y, a.z * b.z)); }
