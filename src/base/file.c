@@ -266,6 +266,21 @@ ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *erro
     return status;
 }
 
+bool ca_file_identify(const char *path, ca_file_identity *identity)
+{
+    struct stat info;
+    if (stat(path, &info) != 0) return false;
+    *identity = (ca_file_identity){.device = (uint64_t)info.st_dev, .inode = (uint64_t)info.st_ino};
+    return true;
+}
+
+int ca_file_identity_compare(const void *a, const void *b)
+{
+    const ca_file_identity *x = a, *y = b;
+    if (x->inode != y->inode) return x->inode < y->inode ? -1 : 1;
+    return x->device < y->device ? -1 : x->device > y->device;
+}
+
 char *ca_path_resolve(const char *base_file, const char *path)
 {
     const char *slash = path[0] == '/' || !base_file ? NULL : strrchr(base_file, '/');

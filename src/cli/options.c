@@ -197,7 +197,7 @@ void ca_define_words_destroy(ca_define_words *words)
     ca_free(words->storage);
 }
 
-ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error)
+static ca_status read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error)
 {
     size_t bytes = 0;
     for (size_t i = 0; i < words->count; i++) bytes += strlen(words->items[i]) + 1;
@@ -231,19 +231,27 @@ static double scene_memory(void)
     return mib > 0.0 ? mib : 0.0;
 }
 
+ca_status ca_options_open_source(const char *path, const ca_text_list *define_words, ca_define_words *read,
+                                 ca_scene_source *source, ca_error *error)
+{
+    const ca_status status = read_defines(define_words, read, error);
+    *source = (ca_scene_source){.path = path,
+                                .defines = read->defines,
+                                .define_count = define_words->count,
+                                .stop = ca_signals_stop(),
+                                .memory_mib = scene_memory()};
+    return status;
+}
+
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
                                  const char *camera, ca_scene **scene, ca_error *error)
 {
     ca_define_words read;
+    ca_scene_source source;
     *scene = NULL;
-    ca_status status = ca_options_read_defines(define_words, &read, error);
-    const ca_scene_source source = {.path = path,
-                                    .defines = read.defines,
-                                    .define_count = define_words->count,
-                                    .sensor = sensor,
-                                    .camera = camera,
-                                    .stop = ca_signals_stop(),
-                                    .memory_mib = scene_memory()};
+    ca_status status = ca_options_open_source(path, define_words, &read, &source, error);
+    source.sensor = sensor;
+    source.camera = camera;
     if (status == CA_OK) status = ca_scene_parse(&source, scene, error);
     ca_define_words_destroy(&read);
     if (status == CA_OK) ca_options_say_notes(*scene);

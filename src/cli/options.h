@@ -81,8 +81,12 @@ typedef struct ca_define_words {
     char *storage;      /* owned; their texts */
 } ca_define_words;
 
-ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error);
 void ca_define_words_destroy(ca_define_words *words);
+
+/* A scene's file as the library reads it: with the defines, and the limit of memory that the environment has
+ * (CAUSTICA_SCENE_MEMORY, in MiB). `read` holds what *source borrows. */
+ca_status ca_options_open_source(const char *path, const ca_text_list *define_words, ca_define_words *read,
+                                 ca_scene_source *source, ca_error *error);
 
 /* Says on standard error what the scene's file says and is read otherwise. */
 void ca_options_say_notes(const ca_scene *scene);

@@ -167,8 +167,6 @@ static void make_array(ca_gltf *g, const ca_gltf_value *primitive, mesh_parts *p
     ca_mesh *mesh;
     ca_gltf_at(g, primitive);
     if (!material || !find_uvs(g, primitive, material->uv_set, parts)) return;
-    made->bytes = parts->vertices * 12 * sizeof(float) + parts->corners * 4 * sizeof(uint32_t);
-    if (!ca_gltf_spend(g, primitive, made->bytes, 1)) return;
     if (!ca_tree_add_mesh(&g->tree, parts->vertices, parts->triangles, parts->normals, parts->uvs, &name, &mesh))
         return;
     fill_mesh(g, primitive, parts, colors, mesh);
@@ -184,7 +182,7 @@ static void make_primitive(ca_gltf *g, const ca_gltf_value *primitive, ca_gltf_p
     mesh_parts parts;
     float *colors = NULL;
     if (!find_parts(g, primitive, &parts)) return;
-    if (parts.colors && ca_gltf_spend(g, primitive, parts.vertices, 4 * sizeof(float))) {
+    if (parts.colors) {
         colors = read_colors(g, &parts);
         if (colors && !are_opaque(colors, parts.vertices))
             ca_gltf_note(g, primitive, "the alpha of colours at the corners (COLOR_0) is not read");
@@ -262,7 +260,6 @@ void ca_gltf_show_mesh(ca_gltf *g, const ca_gltf_value *mesh, const ca_matrix *t
         if (!primitive->array) continue;
         widen_bounds(g, primitive, to_world);
         if (made->group && !primitive->material->shines) continue;
-        if (made->users > 1 && !ca_gltf_spend(g, mesh, primitive->bytes, 1)) return;
         put_shape(g, primitive, root, to_world);
     }
     if (!made->group || !ca_import_good(g->importer)) return;
