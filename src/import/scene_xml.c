@@ -8,6 +8,7 @@
 #include "import/gltf/gltf.h"
 #include "import/pbrt/pbrt.h"
 #include "import/reuse.h"
+#include "import/shared_meshes.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -420,6 +421,7 @@ ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then the
     if (status == CA_OK) status = importer.status;
     if (status == CA_OK) finish_description(&importer);
     ca_free(importer.images.items);
+    ca_shared_meshes_destroy(&importer.shared);
     ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
     ca_import_arrays_destroy(&importer.arrays);

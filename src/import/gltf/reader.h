@@ -91,6 +91,8 @@ typedef struct ca_gltf {
     CA_TABLE(ca_gltf_baked) baked;
     ca_gltf_material *materials[2]; /* without and with colours; one more than "materials" has: the default */
     ca_gltf_mesh *meshes;
+    CA_TABLE(const ca_gltf_primitive *) arrays; /* a primitive of each array, and which by its accessors: */
+    ca_key_table known_arrays;
     bool *seen; /* nodes */
     bool lit;   /* something shines */
     double low[3], high[3]; /* bounds of what is shown */
