@@ -28,7 +28,8 @@ static const char *const shapes[] = {
     "<transform name='to_world'><translate x='-1.2' y='0.6'/></transform>",
     "<transform name='to_world'><rotate z='1' angle='20'/><translate y='0.6'/></transform>",
     "<transform name='to_world'><scale x='-1.2'/><translate x='1.2' y='0.6'/></transform>",
-    "<transform name='to_world'><translate x='-1.2' y='-0.6'/></transform><boolean name='flip_normals' value='true'/>",
+    "<transform name='to_world'><translate x='-1.2' y='-0.6'/></transform>"
+    "<boolean name='flip_normals' value='true'/>",
     "<transform name='to_world'><translate x='-1.2' y='0.6'/></transform><bsdf type='plastic'/>",
     "<transform name='to_world'><translate y='-0.6'/></transform><boolean name='face_normals' value='true'/>",
     "<transform name='to_world'><translate x='1.2' y='-0.6'/></transform>"
@@ -41,7 +42,8 @@ static const char start[] =
     "<lookat origin='0.3, 0.2, -4' target='0, 0, 0' up='0, 1, 0'/></transform>"
     "<film type='hdrfilm'><integer name='width' value='40'/><integer name='height' value='24'/></film></sensor>"
     "<integrator type='path'><integer name='max_depth' value='3'/></integrator>"
-    "<bsdf type='twosided' id='m'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'/></bsdf></bsdf>"
+    "<bsdf type='twosided' id='m'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'/></bsdf>"
+    "</bsdf>"
     "<emitter type='point'><point name='position' value='1, 2, -3'/></emitter><emitter type='constant'/>";
 
 static void write_text(const char *name, const char *text) { sample_write(path_to(name), text, strlen(text)); }
@@ -141,6 +143,7 @@ static void test_versions(void **state)
         write_scene(turn ? "a.xml" : "b.xml", second, 5, false);
         ca_scene *a = load_after("a.xml", NULL), *b = load_after("b.xml", a);
         const uint64_t before = picture_of(a);
+        assert_true(picture_of(b) == picture_of_file("b.xml"));
         ca_scene_release(turn ? a : b);
         ca_scene *c = turn ? load_after("a.xml", b) : load_after("a.xml", a);
         ca_scene_release(turn ? b : a);
@@ -213,8 +216,9 @@ static void test_pbrt(void **state)
         "LightSource \"point\" \"point3 from\" [ 1 2 -3 ]\n"
         "AttributeBegin\nTranslate -1 0 0\nShape \"plymesh\" \"string filename\" \"%s\"\nAttributeEnd\n"
         "AttributeBegin\nTranslate 1 0 0\nReverseOrientation\nShape \"plymesh\" \"string filename\" \"%s\"\n"
-        "AttributeEnd\nAttributeBegin\nTranslate 0 0.5 0\nShape \"plymesh\" \"string filename\" \"%s\"\nAttributeEnd\n"
-        "AreaLightSource \"diffuse\"\nTranslate 0 -0.8 0\nShape \"plymesh\" \"string filename\" \"%s\"\n";
+        "AttributeEnd\nAttributeBegin\nTranslate 0 0.5 0\nShape \"plymesh\" \"string filename\" \"%s\"\n"
+        "AttributeEnd\nAreaLightSource \"diffuse\"\nTranslate 0 -0.8 0\n"
+        "Shape \"plymesh\" \"string filename\" \"%s\"\n";
     char scene[4096];
     ca_scene_desc desc;
     for (int i = 0; i < 4; i++) {

@@ -2,6 +2,7 @@
 #include "base/file.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 
 #include <errno.h>
@@ -44,6 +45,7 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error)
 {
     *bytes = (ca_bytes){0};
+    ca_loading_file(path);
     /* Without O_NONBLOCK, opening a pipe would wait for its writer before the kind of file can be asked. */
     const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
     FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");

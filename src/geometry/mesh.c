@@ -1,5 +1,6 @@
 #include "geometry/mesh.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 
 #include <assert.h>
@@ -371,7 +372,10 @@ ca_status ca_mesh_compute_normals(ca_mesh *mesh, ca_error *error)
         ca_mesh_drop_normals(mesh);
         return ca_fail_memory(error, "mesh normals");
     }
-    for (size_t t = 0; t < mesh->triangle_count; ++t) add_corner_normals(mesh, t, sums);
+    for (size_t t = 0; t < mesh->triangle_count; ++t) {
+        if (t % 65536 == 0) ca_loading_tell((double)t / mesh->triangle_count);
+        add_corner_normals(mesh, t, sums);
+    }
     for (size_t v = 0; v < mesh->vertex_count; ++v) {
         const double length = sqrt(dot(sums + 3 * v, sums + 3 * v));
         for (size_t i = 3 * v; i < 3 * v + 3; ++i)

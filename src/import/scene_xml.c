@@ -4,6 +4,7 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/text.h"
 #include "import/gltf/gltf.h"
 #include "import/pbrt/pbrt.h"
@@ -306,8 +307,12 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
 static void import_scene(ca_importer *importer)
 {
     ca_xml_node *scene = importer->document.root, *integrator = NULL;
-    for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
+    size_t objects = 0, done = 0;
+    for (const ca_xml_node *node = scene->first_child; node; node = node->next) objects++;
+    for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next) {
+        ca_loading_step("reading", done++, objects);
         import_object(importer, node, &integrator);
+    }
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
     const char *camera = importer->source->camera;
@@ -384,6 +389,7 @@ static ca_status load_document(ca_importer *importer)
 
 static ca_status read_all(ca_importer *importer)
 {
+    ca_loading_step("reading", 0, 0);
     CA_TRY(ca_import_begin_lending(importer));
     CA_TRY(load_document(importer));
     importer->desc->path = importer->document.path;

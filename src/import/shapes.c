@@ -1,6 +1,7 @@
 /* Shapes. Result of each: ca_shape_desc. Groups and instances have their own tables in the description. */
 #include "import/importer.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "import/reuse.h"
 #include "import/shared_meshes.h"
@@ -62,6 +63,7 @@ static ca_status finish_mesh(ca_mesh *mesh, const ca_mesh_use *use, ca_error *er
         ca_mesh_drop_normals(mesh);
         return CA_OK;
     }
+    ca_loading_part(0.5, 1.0);
     return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, error);
 }
 
@@ -105,6 +107,7 @@ static void import_mesh_file(ca_props *props, ca_shape_desc *shape, mesh_format 
     ca_mesh_key key = ca_mesh_key_of(ca_reuse_file(path), (uint64_t)format << 32 | index, &use);
     key.lasts = true;
     if (has_mesh(props, shape, &key)) return;
+    ca_loading_part(0.0, 0.5); /* the rest: its normals */
     const ca_status status = read_mesh(format, path, index, &mesh, &reason);
     add_read_mesh(props, shape, &use, &key, &mesh, status, &reason);
 }
