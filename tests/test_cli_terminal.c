@@ -319,7 +319,7 @@ static void write_large_mesh(const char *folder, int side)
     assert_int_equal(fclose(file), 0);
 }
 
-/* What the program says on a terminal if it is held for a second after a while, so that there is something to tell. */
+/* What the program says on a terminal if it is held for a second after a while: then there is something to tell. */
 static void run_with_pause(void **state, const char *const words[], useconds_t wait, char *text, size_t size)
 {
     ca_program_result r;

@@ -1,5 +1,5 @@
-/* Meshes that several shapes of a scene show are read once and share arrays; the picture is to the bit that of a scene
- * whose shapes have files of their own. */
+/* Meshes that several shapes of a scene show are read once and share arrays; the picture is to the bit that of a
+ * scene whose shapes have files of their own. */
 #include "base/key_table.h"
 #include "base/memory.h"
 #include "import/import.h"
