@@ -165,7 +165,8 @@ static uint64_t key_of(const mesh_parts *parts, bool colored)
 {
     const ca_gltf_value *accessors[] = {parts->positions, parts->normals, parts->uvs, parts->indices};
     uint64_t key = ca_hash_add(CA_HASH_START, parts->mode);
-    for (size_t i = 0; i < CA_COUNT(accessors); i++) key = ca_hash_add(key, accessors[i] ? accessors[i]->index + 1 : 0);
+    for (size_t i = 0; i < CA_COUNT(accessors); i++)
+        key = ca_hash_add(key, accessors[i] ? accessors[i]->index + 1 : 0);
     return colored ? 0 : key | 1;
 }
 
