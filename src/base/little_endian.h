@@ -5,6 +5,18 @@
 #include <stdint.h>
 #include <string.h>
 
+static inline void ca_put_u32(unsigned char bytes[4], uint32_t value)
+{
+    for (int i = 0; i < 4; i++) bytes[i] = (unsigned char)(value >> (8 * i));
+}
+
+static inline uint32_t ca_get_u32(const unsigned char bytes[4])
+{
+    uint32_t value = 0;
+    for (int i = 0; i < 4; i++) value |= (uint32_t)bytes[i] << (8 * i);
+    return value;
+}
+
 static inline void ca_put_u64(unsigned char bytes[8], uint64_t value)
 {
     for (int i = 0; i < 8; i++) bytes[i] = (unsigned char)(value >> (8 * i));

@@ -573,7 +573,9 @@ static ca_status load_and_render(render_options *o, ca_error *error)
 {
     ca_scene *scene = NULL;
     const ca_ranks *ranks = ca_mpi_ranks();
-    ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, &scene, error);
+    const bool draws = !o->quiet && !ca_ranks_helps(ranks);
+    ca_status status =
+        ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, draws, &scene, error);
     if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
     status = ca_ranks_agree(ranks, status, error);
     if (status == CA_OK)

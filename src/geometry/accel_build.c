@@ -1,6 +1,7 @@
 /* Building Embree's structures, and sharing those that a scene's previous version has. */
 #include "geometry/accel_embree.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/stop.h"
 #include "geometry/quadric.h"
@@ -138,8 +139,8 @@ static ca_accel_part *share_part(ca_accel_part *part)
 /* Embree asks now and then while it builds; false cancels that. */
 static bool goes_on(void *user, double done)
 {
-    (void)done;
     const ca_accel *accel = user;
+    ca_loading_tell(done);
     return !ca_stop_asked(accel->stop);
 }
 
@@ -415,10 +416,15 @@ static ca_status set_reach(ca_accel *accel, ca_error *error)
 /* In an order in which each finds what it borrows. */
 static ca_status build_parts(ca_accel *accel, const ca_accel *previous, ca_error *error)
 {
+    const size_t instances = accel->instance_count, steps = instances > 0 ? instances + 2 : 1;
+    ca_loading_step("building", 0, steps);
     bool good = build_world(accel, previous);
-    for (uint32_t i = 0; i < accel->instance_count && good && goes_on(accel, 0.0); i++)
+    for (uint32_t i = 0; i < instances && good && goes_on(accel, 0.0); i++) {
+        ca_loading_step("building", i + 1, steps);
         good = build_group(accel, previous, &accel->instances[i]);
+    }
     CA_TRY(ca_stop_check(accel->stop, error));
+    if (instances > 0) ca_loading_step("building", instances + 1, steps);
     if (good) good = build_top(accel, previous);
     CA_TRY(ca_stop_check(accel->stop, error));
     return good ? CA_OK : ca_fail_memory(error, "the acceleration structure");

@@ -71,6 +71,12 @@ void ca_mesh_lender_drop(ca_mesh_lender *lender); /* a user less; NULL is allowe
 /* Notes that these arrays of a new mesh are the lender's. */
 void ca_mesh_borrow(ca_mesh *mesh, ca_mesh_lender *lender, unsigned lent);
 
+/* The mesh's own arrays of these become lent ones that its copies can share, and are freed with the last user. One
+ * that has a lender stays as it is. */
+ca_status ca_mesh_lend(ca_mesh *mesh, unsigned lent, ca_error *error);
+/* A new mesh of the same values. Arrays in `shared` that `from` borrows are borrowed again, the others are copied. */
+ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error);
+
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
 ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
                                 ca_error *error);
