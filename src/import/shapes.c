@@ -71,7 +71,7 @@ static ca_status finish_mesh(ca_mesh *mesh, const ca_mesh_use *use, ca_error *er
         ca_mesh_drop_normals(mesh);
         return CA_OK;
     }
-    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, error);
+    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, 0, error);
 }
 
 typedef enum mesh_format { FORMAT_OBJ, FORMAT_PLY, FORMAT_SERIALIZED, FORMAT_ARRAYS } mesh_format;
