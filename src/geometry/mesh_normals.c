@@ -131,15 +131,15 @@ static void normalize_sums(void *user, uint32_t task, uint32_t worker)
 
 /* ---- The whole ------------------------------------------------------------------------------------------------- */
 
-static ca_status smooth(smoothing *s, const ca_parallel *parallel, ca_error *error)
+static void smooth(smoothing *s, uint32_t workers)
 {
     const size_t triangles = s->mesh->triangle_count;
     for (s->first = 0; s->first < triangles; s->first += PART) {
         s->count = triangles - s->first < PART ? triangles - s->first : PART;
-        CA_TRY(ca_parallel_for(parallel, (uint32_t)((s->count + TASK - 1) / TASK), do_triangles, s, error));
-        CA_TRY(ca_parallel_for(parallel, parallel->workers, add_corners, s, error));
+        ca_parallel_surely(workers, (uint32_t)((s->count + TASK - 1) / TASK), do_triangles, s);
+        ca_parallel_surely(workers, workers, add_corners, s);
     }
-    return ca_parallel_for(parallel, parallel->workers, normalize_sums, s, error);
+    ca_parallel_surely(workers, workers, normalize_sums, s);
 }
 
 /* What fits a task is not worth waking others for. */
@@ -154,15 +154,17 @@ ca_status ca_mesh_compute_normals(ca_mesh *mesh, uint32_t threads, ca_error *err
 {
     const size_t value_count = (size_t)3 * mesh->vertex_count;
     const size_t part = mesh->triangle_count < PART ? mesh->triangle_count : PART;
-    const ca_parallel parallel = {.workers = workers_for(mesh, threads)};
-    smoothing s = {.mesh = mesh, .range = (mesh->vertex_count + parallel.workers - 1) / parallel.workers};
+    const uint32_t workers = workers_for(mesh, threads);
+    smoothing s = {.mesh = mesh, .range = (mesh->vertex_count + workers - 1) / workers};
     s.sums = ca_alloc_large_zeroed(value_count, sizeof *s.sums);
     s.steps = ca_alloc((part + STEP - 1) / STEP, sizeof *s.steps);
     if (!mesh->normals) mesh->normals = ca_alloc(value_count, sizeof *mesh->normals);
-    ca_status status = s.sums && s.steps && mesh->normals ? smooth(&s, &parallel, error)
-                                                         : ca_fail_memory(error, "mesh normals");
+    const bool fits = s.sums && s.steps && mesh->normals;
+    if (fits)
+        smooth(&s, workers);
+    else
+        ca_mesh_drop_normals(mesh);
     ca_free(s.sums);
     ca_free(s.steps);
-    if (status != CA_OK) ca_mesh_drop_normals(mesh);
-    return status;
+    return fits ? CA_OK : ca_fail_memory(error, "mesh normals");
 }
