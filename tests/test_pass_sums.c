@@ -177,8 +177,8 @@ static void add_film(ca_film *to, const ca_film *from, uint32_t samples, bool fi
 static void expect_same_images(const ca_film *a, const ca_film *b)
 {
     ca_image_layers *x, *y;
-    assert_int_equal(ca_film_develop(a, &x, NULL), CA_OK);
-    assert_int_equal(ca_film_develop(b, &y, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(a, 1, &x, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(b, 2, &y, NULL), CA_OK);
     assert_true(x->channel_count == y->channel_count);
     for (uint32_t l = 0; l < x->channel_count; l++) {
         const float *u = x->channels[l].data, *v = ca_layers_find(y, x->channels[l].name);
@@ -252,8 +252,8 @@ static void test_same_as_doubles(void **state)
             assert_true(ca_film_add(&doubles, p % WIDTH, p / WIDTH, &sample));
         }
     ca_image_layers *x, *y;
-    assert_int_equal(ca_film_develop(&parts, &x, NULL), CA_OK);
-    assert_int_equal(ca_film_develop(&doubles, &y, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(&parts, 2, &x, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(&doubles, 1, &y, NULL), CA_OK);
     for (uint32_t l = 0; l < x->channel_count; l++)
         for (int p = 0; p < PIXELS; p++) {
             const double u = (double)x->channels[l].data[p], v = (double)ca_layers_find(y, x->channels[l].name)[p];

@@ -385,7 +385,7 @@ static ca_image_layers *render_passes(timed_render *r)
     ca_error error = {""};
     ca_image_layers *image = NULL;
     for (uint32_t pass = 0; pass < PASSES; pass++) assert_int_equal(ca_pass_run(&r->runner, pass, &error), CA_OK);
-    assert_int_equal(ca_film_develop(&r->film, &image, &error), CA_OK);
+    assert_int_equal(ca_film_develop(&r->film, 2, &image, &error), CA_OK);
     return image;
 }
 

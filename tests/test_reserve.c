@@ -13,7 +13,7 @@
 static ca_reserve *reserve_of(size_t bytes)
 {
     ca_reserve *reserve;
-    assert_int_equal(ca_reserve_create(&reserve, bytes, "a test", NULL), CA_OK);
+    assert_int_equal(ca_reserve_create(&reserve, bytes, "a test", NULL, NULL), CA_OK);
     return reserve;
 }
 
@@ -110,7 +110,7 @@ static void test_too_large(void **state)
     (void)state;
     ca_reserve *reserve;
     ca_error error = {""};
-    assert_int_equal(ca_reserve_create(&reserve, SIZE_MAX - 100, "the image", &error), CA_ERROR_MEMORY);
+    assert_int_equal(ca_reserve_create(&reserve, SIZE_MAX - 100, "the image", NULL, &error), CA_ERROR_MEMORY);
     assert_null(reserve);
     assert_string_equal(error.message, "out of memory: the image");
 }

@@ -1,6 +1,7 @@
 #include "film/film.h"
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "film/interval_layers.h"
 
 #include <assert.h>
@@ -346,17 +347,44 @@ static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity,
 
 enum { LAYERS = sizeof film_layers / sizeof film_layers[0] };
 
-static ca_status develop_layers(const ca_film *film, const ca_film_source *source, ca_image_layers *layers,
-                                ca_error *error)
-{
+typedef struct layer_work {
+    const ca_film_source *source;
     float *data[LAYERS];
-    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &data[l], error));
-    const size_t count = (size_t)film->width * film->height;
-    for (size_t i = 0; i < count; i++) {
-        const ca_film_pixel pixel = source->pixel(source->user, i);
+    size_t count; /* of pixels; likewise: */
+} layer_work;
+
+/* So many pixels are developed together. */
+enum { PIXELS_OF_A_TASK = 4096 };
+
+static uint32_t development_tasks(size_t count)
+{
+    return (uint32_t)((count + PIXELS_OF_A_TASK - 1) / PIXELS_OF_A_TASK);
+}
+
+static size_t end_of_task(uint32_t task, size_t count)
+{
+    const size_t end = ((size_t)task + 1) * PIXELS_OF_A_TASK;
+    return end < count ? end : count;
+}
+
+static void develop_pixels(void *user, uint32_t task, uint32_t worker)
+{
+    (void)worker;
+    const layer_work *work = user;
+    const size_t end = end_of_task(task, work->count);
+    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++) {
+        const ca_film_pixel pixel = work->source->pixel(work->source->user, i);
         for (int l = 0; l < LAYERS; l++)
-            data[l][i] = (float)pixel_quantity(&pixel, film_layers[l].quantity, film_layers[l].component);
+            work->data[l][i] = (float)pixel_quantity(&pixel, film_layers[l].quantity, film_layers[l].component);
     }
+}
+
+static ca_status develop_layers(const ca_film *film, const ca_film_source *source, uint32_t threads,
+                                ca_image_layers *layers, ca_error *error)
+{
+    layer_work work = {.source = source, .count = (size_t)film->width * film->height};
+    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &work.data[l], error));
+    ca_parallel_surely(threads, development_tasks(work.count), develop_pixels, &work);
     return CA_OK;
 }
 
@@ -377,59 +405,80 @@ static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
     return ca_moments_of(sum / samples, groups.sum_squares[c], cubes, replicates);
 }
 
-static void fill_intervals(const ca_moments *moments, const ca_verdict *verdicts, size_t count,
-                           const ca_interval_layers *intervals)
+/* Of a channel of every pixel, while its error bars are developed. */
+typedef struct bar_work {
+    const ca_film *film;
+    int channel;
+    ca_moments *moments;
+    ca_verdict *verdicts;
+    ca_interval_layers intervals;
+    size_t count;
+} bar_work;
+
+static void find_moments(void *user, uint32_t task, uint32_t worker)
 {
+    (void)worker;
+    const bar_work *work = user;
+    const size_t end = end_of_task(task, work->count);
+    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++)
+        work->moments[i] = replicate_moments(work->film, i, work->channel);
+}
+
+static void fill_intervals(void *user, uint32_t task, uint32_t worker)
+{
+    (void)worker;
+    const bar_work *work = user;
+    const size_t end = end_of_task(task, work->count);
     uint32_t replicates = 0;
     double quantile = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        if (verdicts[i].kind != CA_INTERVAL_MARKED && moments[i].replicates != replicates) {
-            replicates = moments[i].replicates;
+    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++) {
+        const ca_moments *moments = &work->moments[i];
+        if (work->verdicts[i].kind != CA_INTERVAL_MARKED && moments->replicates != replicates) {
+            replicates = moments->replicates;
             quantile = ca_student_two_sided_quantile(0.05, replicates - 1.0);
         }
-        ca_interval_layers_set(intervals, i, &moments[i], &verdicts[i], quantile);
+        ca_interval_layers_set(&work->intervals, i, moments, &work->verdicts[i], quantile);
     }
 }
 
-/* `moments` and `verdicts`: room for every pixel. */
-static ca_status develop_confidence(const ca_film *film, ca_moments *moments, ca_verdict *verdicts,
-                                    ca_image_layers *layers, ca_error *error)
+static ca_status develop_confidence(bar_work *work, uint32_t threads, ca_image_layers *layers, ca_error *error)
 {
-    const size_t count = (size_t)film->width * film->height;
-    for (int c = 0; c < 4; c++) {
-        ca_interval_layers intervals;
-        CA_TRY(ca_interval_layers_add(&intervals, layers, "RGBY"[c], error));
-        for (size_t i = 0; i < count; i++) moments[i] = replicate_moments(film, i, c);
-        CA_TRY(ca_confidence_judge(moments, film->width, film->height, verdicts, error));
-        fill_intervals(moments, verdicts, count, &intervals);
+    const ca_film *film = work->film;
+    const uint32_t tasks = development_tasks(work->count);
+    for (work->channel = 0; work->channel < 4; work->channel++) {
+        CA_TRY(ca_interval_layers_add(&work->intervals, layers, "RGBY"[work->channel], error));
+        ca_parallel_surely(threads, tasks, find_moments, work);
+        CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, threads, work->verdicts, error));
+        ca_parallel_surely(threads, tasks, fill_intervals, work);
     }
     return CA_OK;
 }
 
-static ca_status add_confidence(const ca_film *film, ca_image_layers *layers, ca_error *error)
+static ca_status add_confidence(const ca_film *film, uint32_t threads, ca_image_layers *layers, ca_error *error)
 {
     if (film->replicate_samples == 0) return CA_OK;
-    const size_t count = (size_t)film->width * film->height;
-    ca_moments *moments = ca_alloc(count, sizeof *moments);
-    ca_verdict *verdicts = ca_alloc(count, sizeof *verdicts);
-    const ca_status status = moments && verdicts ? develop_confidence(film, moments, verdicts, layers, error)
-                                                 : ca_fail_memory(error, "the error bars");
-    ca_free(moments);
-    ca_free(verdicts);
+    bar_work work = {.film = film, .count = (size_t)film->width * film->height};
+    work.moments = ca_alloc(work.count, sizeof *work.moments);
+    work.verdicts = ca_alloc(work.count, sizeof *work.verdicts);
+    const bool fits = work.moments && work.verdicts;
+    const ca_status status =
+        fits ? develop_confidence(&work, threads, layers, error) : ca_fail_memory(error, "the error bars");
+    ca_free(work.moments);
+    ca_free(work.verdicts);
     return status;
 }
 
 /* ---- All of it ------------------------------------------------------------------------------------------------- */
 
-ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
-                                 ca_error *error)
+ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, uint32_t threads,
+                                 ca_image_layers **layers, ca_error *error)
 {
     CA_TRY(ca_layers_create(layers, film->width, film->height, error));
     (*layers)->full_width = film->full_width;
     (*layers)->full_height = film->full_height;
     (*layers)->x0 = (int32_t)film->x0;
     (*layers)->y0 = (int32_t)film->y0;
-    const ca_status status = develop_layers(film, source, *layers, error);
+    const ca_status status = develop_layers(film, source, threads, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;
@@ -446,10 +495,10 @@ size_t ca_film_develop_bytes(bool error_bars)
     return error_bars ? layers + INTERVAL_LAYERS * sizeof(float) + work : layers;
 }
 
-ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
+ca_status ca_film_develop(const ca_film *film, uint32_t threads, ca_image_layers **layers, ca_error *error)
 {
-    CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, layers, error));
-    const ca_status status = add_confidence(film, *layers, error);
+    CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, threads, layers, error));
+    const ca_status status = add_confidence(film, threads, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;

@@ -106,7 +106,8 @@ typedef struct ca_film_summary {
 } ca_film_summary;
 ca_film_summary ca_film_summarise(const ca_film *film);
 
-ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
+/* By so many threads, fewer where there are none; no bit depends on them. */
+ca_status ca_film_develop(const ca_film *film, uint32_t threads, ca_image_layers **layers, ca_error *error);
 
 /* Memory that developing takes for each pixel, the layers included, of films of every kind; with error bars or
  * without. */
@@ -120,7 +121,7 @@ typedef struct ca_film_source {
 } ca_film_source;
 
 ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source);
-ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
-                                 ca_error *error);
+ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, uint32_t threads,
+                                 ca_image_layers **layers, ca_error *error);
 
 #endif

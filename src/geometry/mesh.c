@@ -342,49 +342,6 @@ double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle)
     return 0.5 * sqrt(dot(n, n));
 }
 
-/* Adds the triangle's unit normal, weighted by its angle at each corner, to the corners' sums. */
-static void add_corner_normals(const ca_mesh *mesh, size_t triangle, double *sums)
-{
-    double p[3][3], a[3], b[3], n[3], crossed[3];
-    load_triangle(mesh, triangle, p);
-    edge(p[0], p[1], a);
-    edge(p[0], p[2], b);
-    cross(a, b, n);
-    const double length = sqrt(dot(n, n));
-    if (!(length > 0.0)) return;
-    for (int k = 0; k < 3; ++k) {
-        edge(p[k], p[(k + 1) % 3], a);
-        edge(p[k], p[(k + 2) % 3], b);
-        cross(a, b, crossed);
-        const double angle = atan2(sqrt(dot(crossed, crossed)), dot(a, b));
-        double *sum = sums + (size_t)3 * mesh->indices[3 * triangle + (size_t)k];
-        for (int i = 0; i < 3; ++i) sum[i] += n[i] / length * angle;
-    }
-}
-
-ca_status ca_mesh_compute_normals(ca_mesh *mesh, ca_error *error)
-{
-    const size_t value_count = (size_t)3 * mesh->vertex_count;
-    double *sums = ca_alloc_zeroed(value_count, sizeof *sums);
-    if (!mesh->normals) mesh->normals = ca_alloc(value_count, sizeof *mesh->normals);
-    if (!sums || !mesh->normals) {
-        ca_free(sums);
-        ca_mesh_drop_normals(mesh);
-        return ca_fail_memory(error, "mesh normals");
-    }
-    for (size_t t = 0; t < mesh->triangle_count; ++t) {
-        if (t % 65536 == 0) ca_loading_tell((double)t / mesh->triangle_count);
-        add_corner_normals(mesh, t, sums);
-    }
-    for (size_t v = 0; v < mesh->vertex_count; ++v) {
-        const double length = sqrt(dot(sums + 3 * v, sums + 3 * v));
-        for (size_t i = 3 * v; i < 3 * v + 3; ++i)
-            mesh->normals[i] = length > 0.0 ? (float)(sums[i] / length) : 0.0f;
-    }
-    ca_free(sums);
-    return CA_OK;
-}
-
 size_t ca_mesh_bytes(const ca_mesh *mesh)
 {
     size_t floats = (size_t)3 * mesh->vertex_count + 1;

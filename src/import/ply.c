@@ -457,7 +457,7 @@ static ca_status finish(ply_reader *reader, ca_error *error)
     CA_TRY(spread_face_attributes(reader, error));
     CA_TRY(ca_mesh_validate(mesh, reader->scan.where.file, error));
     if (reader->face_uv_count > 0) {
-        if (!mesh->normals) CA_TRY(ca_mesh_compute_normals(mesh, error)); /* smooth across seams of the texture */
+        if (!mesh->normals) CA_TRY(ca_mesh_compute_normals(mesh, 0, error)); /* smooth across seams of the texture */
         CA_TRY(spread_texcoords(reader, error));
     }
     ca_mesh_normalize_normals(mesh);

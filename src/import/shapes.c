@@ -64,7 +64,7 @@ static ca_status finish_mesh(ca_mesh *mesh, const ca_mesh_use *use, ca_error *er
         return CA_OK;
     }
     ca_loading_part(0.5, 1.0);
-    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, error);
+    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, 0, error);
 }
 
 typedef enum mesh_format { FORMAT_OBJ, FORMAT_PLY, FORMAT_SERIALIZED, FORMAT_ARRAYS } mesh_format;

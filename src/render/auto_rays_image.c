@@ -134,7 +134,7 @@ static ca_status develop(const ca_auto_rays *a, const ca_joined_film *joined, ca
                          ca_render_statistics *statistics, ca_error *error)
 {
     fill_statistics(a, joined, statistics);
-    CA_TRY(ca_joined_film_develop(joined, a->iterations, &a->frame, image, error));
+    CA_TRY(ca_joined_film_develop(joined, a->iterations, &a->frame, a->plan->threads, image, error));
     const ca_status status = add_layers(a, statistics, *image, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*image);

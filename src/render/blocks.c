@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/processors.h"
 #include "base/stop.h"
 #include "base/text.h"
 #include "render/checkpoint.h"
@@ -418,7 +419,7 @@ static ca_status attach_record(const ca_part *part, ca_image_layers *image, ca_e
 
 ca_status ca_part_develop(const ca_part *part, ca_image_layers **image, ca_error *error)
 {
-    CA_TRY(ca_block_film_develop(part->film, image, error));
+    CA_TRY(ca_block_film_develop(part->film, ca_min_u32(part->threads, ca_processors()), image, error));
     const ca_status status = attach_record(part, *image, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*image);

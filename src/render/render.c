@@ -429,7 +429,7 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
 static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image,
                          ca_error *error)
 {
-    CA_TRY(ca_film_develop(&r->film, image, error));
+    CA_TRY(ca_film_develop(&r->film, r->plan->threads, image, error));
     ca_status status = ca_render_attach_record(r->plan, statistics, *image, error);
     if (status == CA_OK && r->rays.light_paths > 0)
         status = ca_ray_file_add_layers(&r->rays, r->passes, *image, error);
@@ -615,7 +615,8 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
     const bool bars = ca_render_plan_by_blocks(plan) ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0;
     const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
     const size_t bytes = width * height * ca_film_develop_bytes(bars || plan->rays == CA_RAYS_AUTO);
-    return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image", error);
+    return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image",
+                             plan->settings->ranks ? NULL : plan->input.stop, error);
 }
 
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,

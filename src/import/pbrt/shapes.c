@@ -177,7 +177,7 @@ static double extent_of(const ca_mesh *mesh)
 static ca_status copy_behind(const ca_mesh *mesh, double depth, ca_mesh *back, ca_error *error)
 {
     CA_TRY(ca_mesh_copy(mesh, 0, back, error));
-    const ca_status status = mesh->normals ? CA_OK : ca_mesh_compute_normals(back, error);
+    const ca_status status = mesh->normals ? CA_OK : ca_mesh_compute_normals(back, 0, error);
     for (size_t i = 0; status == CA_OK && i < 3 * (size_t)back->vertex_count; i++)
         back->positions[i] = (float)((double)back->positions[i] - depth * (double)back->normals[i]);
     if (status != CA_OK) ca_mesh_destroy(back);
