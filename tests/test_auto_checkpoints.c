@@ -176,7 +176,7 @@ static void test_counts(void **state)
     unlink(file("c.part"));
     ca_render_settings s = kept("bdpm", 160, 2);
     s.checkpoint_seconds = 1e-9;
-    ending e = {.after = 21};
+    ending e = {.after = 12};
     s.progress = end_after;
     s.progress_user = &e;
     render(&s, &again);
@@ -185,7 +185,7 @@ static void test_counts(void **state)
     ca_render_settings record = settings_of("bdpm", 0, 1);
     record.rays = file("c.part");
     render(&record, &again);
-    assert_true(whole.passes_resumed == 21 && whole.iterations == again.iterations);
+    assert_true(whole.passes_resumed == 12 && whole.iterations == again.iterations);
     assert_true(whole.camera_paths == again.camera_paths && whole.light_paths == again.light_paths);
     assert_true(whole.samples_per_pixel == again.samples_per_pixel && whole.rays == again.rays);
     assert_true(whole.noise_percent == again.noise_percent && whole.merges == again.merges);
