@@ -6,13 +6,16 @@
 #include "film/part_stream.h"
 #include "support/auto_bias.h"
 #include "support/scene_text.h"
+#include "support/test_random.h"
 
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -127,6 +130,56 @@ static void test_goes_on_from_anywhere(void **state)
     cropped.rays_objective = "relative";
     expect_goes_on(cropped, 7);
 }
+
+/* ---- Stopped within an iteration ------------------------------------------------------------------------------- */
+
+typedef struct stopper {
+    int stop;
+    double seconds;
+} stopper;
+
+static void *stop_later(void *user)
+{
+    stopper *s = user;
+    const struct timespec time = {.tv_nsec = (long)(1e9 * s->seconds)};
+    nanosleep(&time, NULL);
+    __atomic_store_n(&s->stop, 1, __ATOMIC_SEQ_CST);
+    return NULL;
+}
+
+/* Of the iteration that was stopped nothing stays, in no film and in no estimate; these are layers of the image. */
+static void test_stopped_anywhere(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(5);
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    ca_render_settings s = kept("bdpm", 160, 1);
+    uint32_t processes = 0;
+    s.width = s.height = 40;
+    unlink(file("c.part"));
+    do {
+        const double longest = 0.01 * (1 + processes / 4); /* iterations may become long */
+        stopper stop = {.seconds = longest * (double)ca_test_random_float(&random)};
+        pthread_t thread;
+        ca_image_layers *image;
+        ca_error error = {""};
+        s.stop = &stop.stop;
+        s.threads = 1 + processes % 2;
+        statistics.interrupted = true;
+        assert_int_equal(pthread_create(&thread, NULL, stop_later, &stop), 0);
+        const ca_status status = ca_render(scene, &s, &image, &statistics, &error);
+        pthread_join(thread, NULL);
+        if (status != CA_OK && status != CA_ERROR_INTERRUPTED) fail_msg("%s", error.message);
+        if (status == CA_OK) ca_image_release(image);
+        assert_true(++processes < 200);
+    } while (statistics.interrupted);
+    assert_true(processes > 4);
+    s.stop = NULL;
+    const uint64_t hash = render(&s, &statistics);
+    if (repeated(&s, file("c.part"), 1) != hash) fail_msg("stopped %u times: another image", processes);
+}
+
+/* ---- Other ends ------------------------------------------------------------------------------------------------ */
 
 /* More samples with the file of a render that has ended; fewer than there are: the image as it is. */
 static void test_more_samples(void **state)
@@ -321,7 +374,8 @@ static int tear_down(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_more_samples),
+        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_stopped_anywhere),
+        cmocka_unit_test(test_more_samples),
         cmocka_unit_test(test_time_and_noise),             cmocka_unit_test(test_counts),
         cmocka_unit_test(test_other_settings_are_refused), cmocka_unit_test(test_other_files_are_refused),
         cmocka_unit_test(test_damaged_files),

@@ -1,7 +1,7 @@
 /* Files of renders with rays "auto": checkpoints, whose records can be repeated (auto_record.h).
  *
- * Layout: pieces as in film/part_stream.h. The magic; the format's number, CA_JOINED_PART_FORMAT; the file's size; two
- * texts (the settings that the image depends on, and those that decide); the record; then all that a render has
+ * Layout: pieces as in film/part_stream.h. The magic; the format's number, CA_JOINED_PART_FORMAT; the file's size;
+ * two texts (the settings that the image depends on, and those that decide); the record; then all that a render has
  * between two iterations, in the order of this file; a hash of all before it. Size: that of a render in memory
  * (auto_rays.h), and up to 70 KiB a thread. Reading trusts nothing: a file that is too short or too long, damaged or
  * of another version is refused (CA_ERROR_FORMAT). */

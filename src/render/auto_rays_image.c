@@ -135,7 +135,8 @@ static ca_status add_layers(const ca_auto_rays *a, const ca_render_statistics *s
     CA_TRY(ca_auto_known_add_layers(a->known, a->numbers.light_paths, a->numbers.camera_paths, image, error));
     snprintf(text, sizeof text,
              "%s: %u %s and %.4g %s per pixel in the last iterations; pilot %.3g s of %.3g s",
-             ca_auto_repeats(a) ? "repeated" : "auto", a->numbers.light_paths, ca_noun(a->numbers.light_paths, "light path", "light paths"), a->numbers.mean,
+             ca_auto_repeats(a) ? "repeated" : "auto", a->numbers.light_paths,
+             ca_noun(a->numbers.light_paths, "light path", "light paths"), a->numbers.mean,
              ca_noun(a->numbers.mean, "camera path", "camera paths"), a->pilot_seconds, a->progress.seconds);
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }

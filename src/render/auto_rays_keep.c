@@ -65,7 +65,8 @@ void ca_auto_keep_end(ca_auto_rays *a)
 ca_status ca_auto_keep_group(ca_auto_rays *a, ca_auto_group_kind kind, bool measures, ca_error *error)
 {
     const ca_auto_group *last = ca_auto_record_last(&a->record);
-    const bool is_there = last && kind == CA_AUTO_GROUP_ORDINARY && last->kind == kind, run = kind == CA_AUTO_GROUP_RUN;
+    const bool is_there = last && kind == CA_AUTO_GROUP_ORDINARY && last->kind == kind;
+    const bool run = kind == CA_AUTO_GROUP_RUN;
     if (!ca_auto_is_kept(a) || is_there) return CA_OK;
     const ca_auto_group group = {.kind = kind,
                                  .measures = measures,

@@ -198,11 +198,11 @@ static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
     return ca_integrator_set_number(plan->type, "alpha", 0.0, &plan->input, error);
 }
 
-static ca_rays_source rays_source(const char *rays)
+static ca_rays_source rays_source(const ca_render_settings *settings)
 {
-    if (!rays) return CA_RAYS_OF_SETTINGS;
-    if (strcmp(rays, "auto") == 0) return CA_RAYS_AUTO;
-    return ca_part_is_path(rays) ? CA_RAYS_OF_RECORD : CA_RAYS_OF_FILE;
+    if (!settings->rays) return CA_RAYS_OF_SETTINGS;
+    if (strcmp(settings->rays, "auto") == 0) return CA_RAYS_AUTO;
+    return ca_part_is_path(settings->rays) ? CA_RAYS_OF_RECORD : CA_RAYS_OF_FILE;
 }
 
 /* A record says how many iterations there are, too. */
@@ -211,8 +211,8 @@ static ca_status plan_record(ca_render_plan *plan, ca_error *error)
     const ca_render_settings *settings = plan->settings;
     if (settings->samples_per_pixel > 0 || settings->seconds > 0.0 || settings->noise_percent > 0.0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the samples are those of the record that is repeated: there is no number of them, no time and "
-                       "no noise to choose");
+                       "the samples are those of the record that is repeated: no number of them, time or noise can "
+                       "be chosen");
     return plan_auto(plan, error);
 }
 
@@ -220,7 +220,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     char names[CA_INTEGRATOR_NAMES_SIZE];
-    plan->rays = rays_source(settings->rays);
+    plan->rays = rays_source(settings);
     const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
     if (chooses && plan->rays == CA_RAYS_AUTO) plan->rays = CA_RAYS_OF_SETTINGS; /* they are, with the method */
     CA_TRY(plan_objective(plan, error));
@@ -316,7 +316,8 @@ static ca_status check_ranks(const ca_render_plan *plan, ca_error *error)
     if (ca_render_plan_joins(plan))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
-                       "one rank makes them; an image of such a render, as file of rays, repeats its choice on several");
+                       "one rank makes them; an image of such a render, as file of rays, repeats its choice on "
+                       "several");
     if (plan->settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are made by one rank");
     return CA_OK;
@@ -476,7 +477,8 @@ static double film_bytes(const ca_render_plan *plan)
     const double pixels = ca_render_plan_pixels(plan);
     if (ca_render_plan_by_blocks(plan))
         return ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample);
-    const double pixel = ca_render_plan_joins(plan) ? (double)sizeof(ca_film_pixel) : ca_film_pixel_bytes(ca_replicates_passes(plan));
+    const bool joins = ca_render_plan_joins(plan);
+    const double pixel = joins ? (double)sizeof(ca_film_pixel) : ca_film_pixel_bytes(ca_replicates_passes(plan));
     return pixels * (pixel + CA_PASS_PIXEL_BYTES);
 }
 
