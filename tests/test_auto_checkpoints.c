@@ -199,6 +199,13 @@ static void test_more_samples(void **state)
     assert_true(repeated(&s, file("c.part"), 2) == more);
 }
 
+/* The time of other processes, which is told from the first iteration on. */
+static bool expect_time(const ca_render_progress *progress, void *user)
+{
+    assert_true(progress->seconds >= *(const double *)user);
+    return true;
+}
+
 /* Time that was taken counts; to a noise target, then to a lower one, in the pilot and behind it. */
 static void test_time_and_noise(void **state)
 {
@@ -210,15 +217,25 @@ static void test_time_and_noise(void **state)
     s.seconds = 0.2;
     const uint64_t hash = render(&s, &one);
     assert_true(render(&s, &two) == hash && two.iterations == one.iterations && two.seconds >= one.seconds);
+    double before = one.seconds;
     s.seconds = 0.4;
+    s.progress = expect_time;
+    s.progress_user = &before;
     const uint64_t more = render(&s, &two);
     assert_true(two.passes_resumed == one.iterations && two.iterations > one.iterations && two.seconds >= 0.4);
     assert_true(repeated(&s, file("c.part"), 3) == more);
     s.seconds = 0.0;
+    before = two.seconds;
     s.noise_percent = 0.9 * two.noise_percent;
     const uint64_t last = render(&s, &one);
     assert_true(one.noise_percent < s.noise_percent && one.passes_resumed == two.iterations);
     assert_true(repeated(&s, file("c.part"), 1) == last);
+}
+
+static bool expect_kept(const ca_render_progress *progress, void *user)
+{
+    if (progress->checkpoint_failure) fail_msg("%s", progress->checkpoint_failure);
+    return progress->passes_done < *(const uint32_t *)user;
 }
 
 /* A checkpoint after every iteration is no other render: nothing of the counts is lost or counted twice. */
@@ -229,11 +246,11 @@ static void test_counts(void **state)
     unlink(file("c.part"));
     ca_render_settings s = kept("bdpm", 160, 2);
     s.checkpoint_seconds = 1e-9;
-    ending e = {.after = 12};
-    s.progress = end_after;
-    s.progress_user = &e;
+    uint32_t end = 12;
+    s.progress = expect_kept;
+    s.progress_user = &end;
     render(&s, &again);
-    s.progress = NULL;
+    end = UINT32_MAX;
     render(&s, &whole);
     ca_render_settings record = settings_of("bdpm", 0, 1);
     record.rays = file("c.part");

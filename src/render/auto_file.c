@@ -206,7 +206,8 @@ static void exchange_all(ca_auto_rays *a, ca_auto_place *place, uint64_t counts[
     exchange_pixels(a, place, x);
 }
 
-static void put_file(ca_auto_rays *a, ca_auto_place *place, uint64_t counts[CA_PART_COUNTS], ca_part_writer *writer)
+/* false: what cannot be read again was to be written. */
+static bool put_file(ca_auto_rays *a, ca_auto_place *place, uint64_t counts[CA_PART_COUNTS], ca_part_writer *writer)
 {
     ca_part_exchange count = ca_part_exchange_count(), x = ca_part_exchange_write(writer);
     exchange_all(a, place, counts, &count);
@@ -215,6 +216,7 @@ static void put_file(ca_auto_rays *a, ca_auto_place *place, uint64_t counts[CA_P
     ca_part_put_u64(writer, HEADER_BYTES + count.bytes + CA_PART_HASH_BYTES);
     exchange_all(a, place, counts, &x);
     ca_part_put_hash(writer);
+    return x.good || !writer->good;
 }
 
 ca_status ca_auto_file_write(ca_auto_rays *a, const ca_auto_place *place, const char *path, ca_error *error)
@@ -228,7 +230,10 @@ ca_status ca_auto_file_write(ca_auto_rays *a, const ca_auto_place *place, const 
     ca_auto_weights(a, a->record.weights);
     CA_TRY(ca_file_create(&file, path, error));
     ca_part_writer writer = ca_part_writer_start(file.stream);
-    put_file(a, &at, counts, &writer);
+    if (!put_file(a, &at, counts, &writer)) {
+        ca_file_abandon(&file);
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: numbers of this render are out of range", path);
+    }
     return ca_file_commit_durably(&file, error); /* a write that failed fails there */
 }
 
