@@ -71,7 +71,7 @@ static const torture_command commands[] = {
      .words = {"render", "room.xml", "-i", "auto", "--threads=2", "--spp=2", "--quiet", "-o", "o.exr"},
      .outputs = {"o.exr"}},
     {.name = "rays", /* likewise */
-     .words = {"render", "room.xml", "-i", "bdpm", "--threads=2", "--spp=32", "--quiet", "--rays=auto",
+     .words = {"render", "room.xml", "-i", "bdpm", "--threads=2", "--spp=48", "--quiet", "--rays=auto",
                "--checkpoint=q.part", "--resume", "--checkpoint-every=0.000001", "-o", "q.exr"},
      .outputs = {"q.exr", "q.part"},
      .kept = "q.part"},
@@ -116,7 +116,7 @@ static void prepare(void **state)
     assert_exit(&result, 0);
     RUN(&result, "render", "room.xml", "-i", "bdpt", "--quiet", "--max-depth=5", "--spp=2", "-o", "k.part.kept.part");
     assert_exit(&result, 0);
-    RUN(&result, "render", "room.xml", "-i", "bdpm", "--quiet", "--spp=16", "--rays=auto",
+    RUN(&result, "render", "room.xml", "-i", "bdpm", "--quiet", "--spp=32", "--rays=auto",
         "--checkpoint=q.part.kept.part", "-o", "r.exr");
     assert_exit(&result, 0);
     RUN(&result, "render", "room.xml", "-i", "bdpm", "--quiet", "--spp=32", "--rays=auto", "--checkpoint=r.part",

@@ -42,6 +42,13 @@ void ca_auto_end_early(ca_auto_rays *a, ca_status status)
         a->failure = status;
 }
 
+ca_status ca_auto_survive(ca_auto_rays *a, ca_status status)
+{
+    if (status == CA_OK || a->iterations < CA_PILOT_HALVES) return status;
+    ca_auto_end_early(a, status);
+    return CA_OK;
+}
+
 /* ---- Steps ----------------------------------------------------------------------------------------------------- */
 
 /* Choices that no run has used yet, and what PREDICT has told the next phase. */
@@ -135,18 +142,23 @@ static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
     return CA_OK;
 }
 
-static ca_status run_all(ca_auto_rays *a, ca_error *error)
+/* Those behind the pilot. */
+static ca_status run_rest(ca_auto_rays *a, ca_error *error)
 {
     step_memory memory = {0};
-    if (!a->kept.resumed || a->kept.resumed->stage != CA_AUTO_AT_RUN) {
-        CA_TRY(ca_auto_pilot_run(a, error));
-        if (!a->times) return CA_OK; /* the render ended in its pilot */
-        CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
-    }
+    if (!a->render.pixels) CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
     const ca_status status = ca_auto_repeats(a) ? repeat_all(a, error) : perform_all(a, &memory, error);
     ca_auto_choice_destroy(&memory.best);
     ca_auto_choice_destroy(&memory.tried);
     return status;
+}
+
+static ca_status run_all(ca_auto_rays *a, ca_error *error)
+{
+    const bool has_pilot = a->kept.resumed && a->kept.resumed->stage == CA_AUTO_AT_RUN;
+    if (!has_pilot) CA_TRY(ca_auto_pilot_run(a, error));
+    if (!a->times || a->progress.stopped) return CA_OK; /* the render ended in its pilot */
+    return ca_auto_survive(a, run_rest(a, error));
 }
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */

@@ -180,19 +180,17 @@ static ca_status run_ramp(ca_auto_rays *a, ca_auto_pilot *p, ca_pilot_decision *
 }
 
 /* The ramp's films make room for the ordinary iterations. */
-static ca_status end_ramp(ca_auto_rays *a, ca_auto_pilot *p, ca_error *error)
+static void end_ramp(ca_auto_rays *a, ca_auto_pilot *p)
 {
-    CA_TRY(ca_halved_film_create(&a->pilot, &a->frame, error));
     ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0);
     for (int h = 0; h < CA_PILOT_HALVES; h++) ca_film_clear(&p->halves[h].film);
-    return CA_OK;
 }
 
 /* `done` of the ordinary iterations were in a checkpoint, with all of the ramp. */
 static ca_status run_ordinary(ca_auto_rays *a, ca_auto_pilot *p, uint32_t done, ca_error *error)
 {
-    CA_TRY(run_group(a, p, CA_PILOT_ORDINARY, &a->ordinary, done, error));
-    if (a->ordinary.iterations == 0) return CA_OK;
+    CA_TRY(ca_auto_survive(a, run_group(a, p, CA_PILOT_ORDINARY, &a->ordinary, done, error)));
+    if (a->ordinary.iterations < CA_PILOT_HALVES) return CA_OK;
     const double ramp = ca_pilot_ramp_share(&a->ramp, &a->ordinary);
     ca_halved_film_scale(&a->pilot, ramp);
     ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0 - ramp);
@@ -201,10 +199,10 @@ static ca_status run_ordinary(ca_auto_rays *a, ca_auto_pilot *p, uint32_t done, 
 
 static ca_status run_iterations(ca_auto_rays *a, ca_auto_pilot *p, ca_error *error)
 {
-    ca_pilot_decision next;
-    CA_TRY(run_ramp(a, p, &next, error));
-    CA_TRY(end_ramp(a, p, error));
-    return next.step == CA_PILOT_END ? CA_OK : run_ordinary(a, p, 0, error);
+    ca_pilot_decision next = {.step = CA_PILOT_END};
+    CA_TRY(ca_auto_survive(a, run_ramp(a, p, &next, error)));
+    end_ramp(a, p);
+    return a->progress.stopped || next.step == CA_PILOT_END ? CA_OK : run_ordinary(a, p, 0, error);
 }
 
 /* ---- What they tell -------------------------------------------------------------------------------------------- */
@@ -291,14 +289,15 @@ ca_status ca_auto_pilot_run(ca_auto_rays *a, ca_error *error)
     if (a->kept.resumed) {
         status = run_resumed(a, &p, error);
     } else {
-        status = ca_auto_pilot_create(a, &p, error);
+        status = ca_halved_film_create(&a->pilot, &a->frame, error);
+        if (status == CA_OK) status = ca_auto_pilot_create(a, &p, error);
         if (status == CA_OK) status = run_iterations(a, &p, error);
     }
     destroy_films(&p);
     a->pilot_seconds = a->progress.seconds;
     a->pilot_work = ca_auto_work(&a->goal, &a->progress);
     if (status == CA_OK) (void)ca_auto_look(a);
-    if (status == CA_OK && !render_ends(a)) status = learn(a, &p, error);
+    if (status == CA_OK && !render_ends(a)) status = ca_auto_survive(a, learn(a, &p, error));
     ca_auto_pilot_destroy(&p);
     return status;
 }

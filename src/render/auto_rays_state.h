@@ -163,6 +163,8 @@ void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch);
 
 /* The render ends with what it has, since an iteration has failed: with this status, or it was stopped. */
 void ca_auto_end_early(ca_auto_rays *a, ca_status status);
+/* The same of a step between iterations, if there are enough of them for an image: else its status. */
+ca_status ca_auto_survive(ca_auto_rays *a, ca_status status);
 
 /* Tells the caller how far the render is; asks whether it goes on. */
 void ca_auto_report(ca_auto_rays *a);
