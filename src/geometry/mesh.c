@@ -1,6 +1,5 @@
 #include "geometry/mesh.h"
 
-#include "base/loading.h"
 #include "base/memory.h"
 
 #include <assert.h>

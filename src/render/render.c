@@ -604,7 +604,7 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
                           ca_error *error)
 {
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
-    if (plan->rays == CA_RAYS_AUTO) return ca_auto_rays_render(plan, NULL, image, statistics, error);
+    if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
     return render_passes(plan, image, statistics, error);
 }
 
@@ -613,8 +613,10 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
 {
     enum { ROW_BYTES = 1024 /* a pixel, of files of sums */, SMALL_THINGS = 1 << 18 };
     const bool bars = ca_render_plan_by_blocks(plan) ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0;
+    const bool joins = ca_render_plan_joins(plan);
     const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
-    const size_t bytes = width * height * ca_film_develop_bytes(bars || plan->rays == CA_RAYS_AUTO);
+    const size_t pixel = ca_film_develop_bytes(bars || joins) + (joins ? CA_AUTO_IMAGE_PIXEL_BYTES : 0);
+    const size_t bytes = width * height * pixel;
     return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image",
                              plan->settings->ranks ? NULL : plan->input.stop, error);
 }
