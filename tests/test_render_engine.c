@@ -251,33 +251,6 @@ static void test_counts(void **state)
     ca_scene_release(scene);
 }
 
-/* ---- Sums of photons ------------------------------------------------------------------------------------------- */
-
-/* Weights from what photons keep are those from their paths, but for rounding. */
-static void test_sums_of_photons(void **state)
-{
-    (void)state;
-    ca_scene *scene = scene_from_text(scene_text);
-    ca_render_settings settings = settings_of("vcm:radius=0.2,guide=true");
-    settings.camera_paths = 2;
-    ca_image_layers *by_paths = render_scene(scene, &settings);
-    settings.integrator = "vcm:radius=0.2,guide=true,merge_sums=true";
-    ca_image_layers *by_sums = render_scene(scene, &settings);
-    for (size_t p = 0; p < 51 * 35; p++) {
-        const double a = (double)ca_image_channel(by_paths, "G")[p], b = (double)ca_image_channel(by_sums, "G")[p];
-        if (!(fabs(a - b) <= 1e-5 * fabs(a) + 1e-6)) fail_msg("pixel %zu: %.9g by paths, %.9g by sums", p, a, b);
-    }
-    settings.threads = 3;
-    assert_true(rendered_hash(scene, &settings) == image_hash(by_sums));
-    ca_image_release(by_paths);
-    ca_image_release(by_sums);
-    settings.integrator = "vcm:merge_sums=true,heuristic=power";
-    ca_error error;
-    assert_int_equal(ca_render(scene, &settings, &by_sums, NULL, &error), CA_ERROR_UNSUPPORTED);
-    assert_non_null(strstr(error.message, "balance"));
-    ca_scene_release(scene);
-}
-
 /* ---- Images of strategies -------------------------------------------------------------------------------------- */
 
 /* Adds the pictures of a folder whose name ends so to `sum`, and removes all. */
@@ -353,7 +326,6 @@ int main(void)
         cmocka_unit_test(test_memory_by_default),
         cmocka_unit_test(test_out_of_memory),
         cmocka_unit_test(test_counts),
-        cmocka_unit_test(test_sums_of_photons),
         cmocka_unit_test(test_strategies_add_up_to_the_image),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

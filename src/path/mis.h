@@ -70,8 +70,8 @@ bool ca_mis_has_tails(const ca_mis_rules *rules);
 double ca_mis_camera_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before);
 double ca_mis_light_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before);
 
-/* What a photon at a light path's v[i], i >= 1, knows of its path, so that a merge's weight costs the same whatever the
- * path's length: three numbers, as the dVCM, dVC and dVM of Georgiev 2012. */
+/* What a photon at a light path's v[i], i >= 1, knows of its path, so that a merge's weight costs the same whatever
+ * the path's length: three numbers, as the dVCM, dVC and dVM of Georgiev 2012. */
 typedef struct ca_photon_sums {
     float pdf_forward;
     float split;   /* what the split before the photon counts: next event, or a connection with v[i-1] */
