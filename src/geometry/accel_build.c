@@ -239,6 +239,10 @@ static bool same_shapes(const ca_accel_part *part, const ca_shape *shapes, uint3
 
 /* ---- The world ------------------------------------------------------------------------------------------------- */
 
+static bool keeps_apart = true;
+
+void ca_accel_keep_apart(bool keep) { keeps_apart = keep; }
+
 /* The world's quadrics, unless they are too many. */
 static void set_quadrics_apart(ca_accel *accel)
 {
@@ -255,10 +259,11 @@ static void set_quadrics_apart(ca_accel *accel)
 
 static bool is_embrees(const ca_accel *accel, uint32_t shape)
 {
-    return accel->shapes[shape].kind == CA_SHAPE_MESH || accel->apart_count == 0;
+    if (accel->shapes[shape].kind == CA_SHAPE_MESH) return !ca_facets_have(&accel->facets, shape);
+    return accel->apart_count == 0;
 }
 
-/* Quadrics that are apart may be others. */
+/* Shapes that are apart may be others. */
 static bool same_world(const ca_accel *accel, const ca_accel *previous)
 {
     bool same = previous->world && previous->world_count == accel->world_count;
@@ -385,11 +390,12 @@ static void set_cells(ca_accel *accel)
     accel->low = ca_neg(high);
     add_bounds(accel->world_scene, &accel->low, &high);
     add_bounds(accel->top_scene, &accel->low, &high);
-    for (uint32_t i = 0; i < accel->apart_count; i++) {
-        ca_vec3 quadric_low, quadric_high;
-        ca_shape_bounds(&accel->shapes[accel->apart[i]], &quadric_low, &quadric_high);
-        accel->low = ca_min_vec3(accel->low, quadric_low);
-        high = ca_max_vec3(high, quadric_high);
+    for (uint32_t i = 0; i < accel->world_count; i++) {
+        if (is_embrees(accel, i)) continue;
+        ca_vec3 shape_low, shape_high;
+        ca_shape_bounds(&accel->shapes[i], &shape_low, &shape_high);
+        accel->low = ca_min_vec3(accel->low, shape_low);
+        high = ca_max_vec3(high, shape_high);
     }
     const ca_vec3 size = ca_sub(high, accel->low);
     accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
@@ -425,7 +431,11 @@ static ca_status build(ca_accel *accel, const ca_accel *previous, uint32_t threa
         accel->device = share_device(previous->device);
     else
         CA_TRY(create_device(threads, &accel->device, error));
-    set_quadrics_apart(accel);
+    if (keeps_apart) {
+        set_quadrics_apart(accel);
+        if (!ca_facets_fill(&accel->facets, accel->shapes, accel->world_count))
+            return ca_fail_memory(error, "the acceleration structure");
+    }
     CA_TRY(build_parts(accel, previous, error));
     set_cells(accel);
     const enum RTCError code = rtcGetDeviceError(accel->device->device);
