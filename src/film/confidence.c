@@ -20,11 +20,11 @@ ca_moments ca_moments_of(double sum, double sum_squares, double sum_cubes, uint3
     }
     const double squares = sum_squares / n - m.mean * m.mean;
     const double cubes = sum_cubes / n - 3.0 * m.mean * sum_squares / n + 2.0 * m.mean * m.mean * m.mean;
-    /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. */
-    const double rounding = n * 0x1p-50, size = fabs(m.mean);
+    /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. Or
+     * each term is, by 2^-48 (binned_sum.h). */
+    const double rounding = fmax(n * 0x1p-50, 0x1p-45), size = fabs(m.mean);
     if (squares > rounding * size * size) m.variance = squares * n / (n - 1.0);
-    /* Cubes in two bins are kept to 2^-40 (binned_sum.h). */
-    if (m.variance > 0.0 && fabs(cubes) > fmax(rounding, 0x1p-38) * size * size * size)
+    if (m.variance > 0.0 && fabs(cubes) > rounding * size * size * size)
         m.third = cubes * n * n / ((n - 1.0) * (n - 2.0));
     return m;
 }

@@ -80,8 +80,7 @@ ca_status ca_pass_film_create(ca_film *film, const ca_pass_film_desc *desc, ca_e
 
 static uint64_t row_bytes(const ca_pass_film_desc *film)
 {
-    const uint64_t pixel = CA_PASS_SUMS_BYTES + (film->replicate_samples > 1 ? CA_GROUP_SUMS_BYTES : 0);
-    return (film->crop[2] - film->crop[0]) * pixel;
+    return ca_film_row_bytes_of(film->crop[2] - film->crop[0], film->replicate_samples);
 }
 
 /* Every number that goes in is checked to be small before: no overflow. */

@@ -477,9 +477,8 @@ static double film_bytes(const ca_render_plan *plan)
     const double pixels = ca_render_plan_pixels(plan);
     if (ca_render_plan_by_blocks(plan))
         return ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample);
-    const bool joins = ca_render_plan_joins(plan);
-    const double pixel = joins ? (double)sizeof(ca_film_pixel) : ca_film_pixel_bytes(ca_replicates_passes(plan));
-    return pixels * (pixel + CA_PASS_PIXEL_BYTES);
+    if (ca_render_plan_joins(plan)) return pixels * (sizeof(ca_film_pixel) + CA_PASS_PIXEL_BYTES);
+    return pixels * (ca_film_pixel_bytes(ca_replicates_passes(plan)) + CA_PASS_PART_BYTES);
 }
 
 /* Light paths get the memory that the film leaves. */
