@@ -277,7 +277,7 @@ static void test_equal_samples(void **state)
             const ca_film_sample sample = any_sample();
             for (int i = 0; i < SAMPLES; i++) assert_true(ca_film_add(&film, p % WIDTH, p / WIDTH, &sample));
         }
-        assert_int_equal(ca_film_develop(&film, &image, NULL), CA_OK);
+        assert_int_equal(ca_film_develop(&film, 2, &image, NULL), CA_OK);
         for (int l = 0; l < 4; l++)
             for (uint32_t p = 0; p < PIXELS; p++) assert_true(layer_at(image, names[l], p) == 0.0f);
         for (uint32_t p = 0; p < PIXELS; p++) {
