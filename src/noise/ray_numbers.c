@@ -132,7 +132,7 @@ static void set_weights(chooser *c)
     for (size_t i = 0; i < c->search.count; i++) mean += c->luminance2[i] / count;
     const bool relative = c->settings->objective == CA_RAYS_RELATIVE && mean > 0.0;
     for (size_t i = 0; i < c->search.count; i++)
-        c->search.terms[i].weight = 1.0 / count / (relative ? c->luminance2[i] + 0.01 * mean : 1.0);
+        c->search.terms[i].weight = 1.0 / count / (relative ? c->luminance2[i] + CA_RAYS_RELATIVE_DELTA * mean : 1.0);
 }
 
 static double variance_of(const ca_ray_term *term, double light_paths, double camera_paths)

@@ -46,6 +46,9 @@ enum {
     CA_RAY_CHOICE_PIXEL_BYTES = 108,      /* what ca_ray_numbers_choose allocates for each pixel */
 };
 
+/* delta of the relative objective, over the image's mean L^2. */
+#define CA_RAYS_RELATIVE_DELTA 0.01
+
 /* Estimates of a pixel: noisy, negative where small. */
 typedef struct ca_ray_pixel {
     double pair, camera, light, luminance2; /* C, B, F, L^2 */

@@ -9,8 +9,6 @@
 
 /* Camera paths of a pixel. */
 enum { MOST_CAMERA_PATHS = 64 };
-/* Of the image's mean L^2, as in ray_numbers.h. */
-static const double relative_delta = 0.01;
 /* Light paths to choose from, over those measured with: from 1 / GRID_STEP^GRID_REACH to its inverse. */
 enum { GRID_STEP = 4, GRID_REACH = 2 };
 
@@ -28,22 +26,21 @@ uint32_t ca_noise_grid(uint32_t light_paths, uint32_t camera_paths, ca_noise_cou
 
 /* Numbers of light paths whose weights are known: those measured with, and others with as many camera paths. */
 static uint32_t find_nodes(const ca_pair_film *film, ca_connected_node nodes[1 + CA_NOISE_MOST_OTHERS],
-                           const uint32_t *others[1 + CA_NOISE_MOST_OTHERS],
-                           uint32_t numbers[CA_NOISE_MOST_OTHERS])
+                           const ca_pair_film *others[1 + CA_NOISE_MOST_OTHERS])
 {
     uint32_t count = 1;
     nodes[0].light_paths = film->light_paths;
     others[0] = NULL;
     for (uint32_t i = 0; i < film->other_count; i++) {
-        if (film->others[i].camera_paths != film->camera_paths) continue;
+        const ca_pair_film *other = &film->others[i];
+        if (other->camera_paths != film->camera_paths) continue;
         uint32_t at = count++;
-        for (; at > 0 && nodes[at - 1].light_paths > film->others[i].light_paths; at--) {
+        for (; at > 0 && nodes[at - 1].light_paths > other->light_paths; at--) {
             nodes[at] = nodes[at - 1];
             others[at] = others[at - 1];
         }
-        numbers[i] = i;
-        nodes[at].light_paths = film->others[i].light_paths;
-        others[at] = &numbers[i];
+        nodes[at].light_paths = other->light_paths;
+        others[at] = other;
     }
     return count;
 }
@@ -65,7 +62,7 @@ static double pixel_weight(const ca_pair_film *film, size_t pixel, ca_ray_object
     const double pixels = (double)film->width * film->height;
     if (objective != CA_RAYS_RELATIVE || !(mean_luminance2 > 0.0)) return 1.0 / pixels;
     const double luminance2 = ca_noise_components_of(&film->pixels[pixel]).luminance2.value;
-    return 1.0 / (pixels * (fmax(luminance2, 0.0) + relative_delta * mean_luminance2));
+    return 1.0 / (pixels * (fmax(luminance2, 0.0) + CA_RAYS_RELATIVE_DELTA * mean_luminance2));
 }
 
 static double mean_luminance2(const ca_pair_film *film)
@@ -76,7 +73,7 @@ static double mean_luminance2(const ca_pair_film *film)
     return sum / (double)pixels;
 }
 
-static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, const uint32_t *const *others,
+static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, const ca_pair_film *const *others,
                       ca_connected_node *nodes, uint32_t count)
 {
     const double mean = mean_luminance2(film);
@@ -112,10 +109,9 @@ ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times
                                     ca_error *error)
 {
     ca_connected_node nodes[1 + CA_NOISE_MOST_OTHERS];
-    const uint32_t *others[1 + CA_NOISE_MOST_OTHERS];
-    uint32_t indices[CA_NOISE_MOST_OTHERS];
+    const ca_pair_film *others[1 + CA_NOISE_MOST_OTHERS];
     ca_connected_image image = {.nodes = nodes,
-                                .node_count = find_nodes(film, nodes, others, indices),
+                                .node_count = find_nodes(film, nodes, others),
                                 .fixed_time = fmax(costs->iteration, 0.0),
                                 .light_time = fmax(costs->light_path, CA_NOISE_SHORTEST_SECONDS)};
     sum_nodes(film, objective, others, nodes, (uint32_t)image.node_count);
