@@ -293,8 +293,14 @@ static void test_refusals(void **state)
     ca_render_settings settings = settings_auto(27);
     assert_refused(scene, &settings, "its pilot has 14, so at least 28 are needed");
     settings = settings_auto(32);
+    settings.integrator = "cavcm";
+    assert_refused(scene, &settings, "vavcm and auto, not for cavcm");
+    settings.integrator = "vcm:light_paths=3,camera_paths=4";
+    assert_refused(scene, &settings, "needs as many light paths, not 3");
     settings.integrator = "vcm";
-    assert_refused(scene, &settings, "ppm and bdpm, not for vcm");
+    settings.rays_objective = "worst-decile";
+    assert_refused(scene, &settings, "not for the worst decile");
+    settings.rays_objective = NULL;
     settings.integrator = "ppm:camera_paths=2";
     assert_refused(scene, &settings, "ppm has one camera path");
     settings.integrator = "bdpm:alpha=0.5";

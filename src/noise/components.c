@@ -244,6 +244,25 @@ ca_noise_coefficients ca_noise_coefficients_of(const ca_pair_film *film, uint32_
     });
 }
 
+void ca_noise_coefficients_add(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double weight)
+{
+    sum->pair += weight * c->pair;
+    sum->camera += weight * c->camera;
+    sum->light += weight * c->light;
+    sum->connected += weight * c->connected;
+    sum->connected_pair += weight * c->connected_pair;
+    sum->connected_camera += weight * c->connected_camera;
+    sum->connected_light += weight * c->connected_light;
+}
+
+void ca_noise_coefficients_mix(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double share)
+{
+    const ca_noise_coefficients before = *sum;
+    *sum = (ca_noise_coefficients){0};
+    ca_noise_coefficients_add(sum, &before, 1.0 - share);
+    ca_noise_coefficients_add(sum, c, share);
+}
+
 double ca_noise_variance(const ca_noise_coefficients *c, double light_paths, double camera_paths)
 {
     const ca_noise_factors factors = ca_noise_factors_of(light_paths, camera_paths);

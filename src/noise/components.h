@@ -77,6 +77,9 @@ typedef struct ca_noise_coefficients {
 ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const ca_pair_film *other, size_t pixel);
 /* The same of a film of means, after at least two iterations, by its own weights. */
 ca_noise_coefficients ca_noise_coefficients_of(const ca_pair_film *film, uint32_t iterations, size_t pixel);
+/* sum += weight c; and sum moved by a share of the way to c. */
+void ca_noise_coefficients_add(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double weight);
+void ca_noise_coefficients_mix(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double share);
 double ca_noise_variance(const ca_noise_coefficients *c, double light_paths, double camera_paths);
 
 /* Averages over a rectangle of pixels of the full film, as the paper prints them: of the roots of variances, those

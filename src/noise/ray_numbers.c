@@ -450,6 +450,16 @@ ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *ima
     return ca_fail_memory(error, "the choice of ray numbers");
 }
 
+ca_status ca_ray_numbers_use_uniform(ca_ray_numbers *numbers, const ca_ray_choice *uniform, size_t pixels,
+                                     ca_error *error)
+{
+    if (!numbers->camera_paths) numbers->camera_paths = ca_alloc(pixels, sizeof *numbers->camera_paths);
+    if (!numbers->camera_paths) return ca_fail_memory(error, "the numbers of rays");
+    for (size_t p = 0; p < pixels; p++) numbers->camera_paths[p] = (uint32_t)round(uniform->camera_paths);
+    numbers->best = *uniform;
+    return CA_OK;
+}
+
 void ca_ray_numbers_destroy(ca_ray_numbers *numbers)
 {
     ca_free(numbers->camera_paths);

@@ -31,6 +31,9 @@
  *     choosing numbers                             164            164
  *     all                               628        496            552        620
  *
+ * Where paths connect 1508: each film of means of pairs has 440 more, of connections and with the weights of four other
+ * numbers of light paths (auto_nodes.h), and 8 instead of 24 are known.
+ *
  * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
  * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
  * Threads: the samples do not depend on them, but the numbers depend on measured times. */
@@ -41,7 +44,7 @@
 #include "render/auto_pilot_plan.h"
 #include "render/render.h"
 
-enum { CA_AUTO_PIXEL_BYTES = 628 };
+enum { CA_AUTO_PIXEL_BYTES = 628, CA_AUTO_CONNECTED_PIXEL_BYTES = 1508 };
 
 /* What an image was joined of, for those who want to check it. */
 typedef struct ca_auto_parts {

@@ -1,5 +1,4 @@
 /* The pilot: iterations of two halves in turns, and what they tell. What it needs is freed when it ends. */
-#include "base/memory.h"
 #include "render/auto_rays_state.h"
 
 /* What is made of one half's samples alone. */
@@ -24,7 +23,6 @@ static ca_status create(const ca_auto_rays *a, pilot *p, ca_error *error)
     for (int h = 0; h < CA_PILOT_HALVES; h++) {
         pilot_half *half = &p->halves[h];
         CA_TRY(ca_film_create(&half->film, frame->full_width, frame->full_height, a->plan->crop, error));
-        CA_TRY(ca_pair_film_create_means(&half->pairs, a->plan->crop, error));
         CA_TRY(ca_ray_times_create(&half->times, frame->width, frame->height, a->plan->threads, error));
     }
     return CA_OK;
@@ -92,7 +90,8 @@ static ca_status run_group(ca_auto_rays *a, pilot *p, ca_pilot_step step, ca_pil
     ca_auto_batch batch;
     bool over = false;
     ca_auto_use_uniform(a, group->numbers);
-    ca_status status = ca_auto_batch_begin(a, &batch, &p->halves[0].film, error);
+    const ca_pair_film *pairs = step == CA_PILOT_ORDINARY ? &p->halves[0].pairs : NULL;
+    ca_status status = ca_auto_batch_begin(a, &batch, &p->halves[0].film, pairs, error);
     const bool began = status == CA_OK;
     while (status == CA_OK && !over) {
         status = run_iteration(a, p, &batch, step, group, seconds, error);
@@ -122,6 +121,15 @@ static ca_status fit_memory(ca_auto_rays *a, const ca_pilot_decision *decision, 
     return CA_OK;
 }
 
+/* Where paths connect, each camera path of a pixel has a light path of its own. */
+static ca_pilot_decision decide_numbers(const ca_auto_rays *a, const ca_pilot_situation *situation)
+{
+    ca_pilot_decision decision = ca_pilot_decide(situation);
+    if (ca_auto_connects(a) && decision.numbers.camera_paths > decision.numbers.light_paths)
+        decision.numbers.camera_paths = decision.numbers.light_paths;
+    return decision;
+}
+
 /* Decides again where the memory does not hold what was decided. */
 static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *decision, ca_error *error)
 {
@@ -134,12 +142,12 @@ static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *deci
                                     .most_light_paths = UINT32_MAX,
                                     .ramp = a->ramp,
                                     .iteration_seconds = seconds};
-    *decision = ca_pilot_decide(&situation);
+    *decision = decide_numbers(a, &situation);
     if (decision->step == CA_PILOT_END) return CA_OK;
     CA_TRY(fit_memory(a, decision, &light_paths, error));
     if (light_paths == decision->numbers.light_paths) return CA_OK;
     situation.most_light_paths = light_paths;
-    *decision = ca_pilot_decide(&situation);
+    *decision = decide_numbers(a, &situation);
     return CA_OK;
 }
 
@@ -155,6 +163,16 @@ static ca_status run_ramp(ca_auto_rays *a, pilot *p, ca_pilot_decision *next, ca
     return CA_OK;
 }
 
+static ca_status begin_ordinary(const ca_auto_rays *a, pilot *p, ca_error *error)
+{
+    const ca_pilot_numbers numbers = a->ordinary.numbers;
+    for (int h = 0; h < CA_PILOT_HALVES; h++) {
+        ca_film_clear(&p->halves[h].film);
+        CA_TRY(ca_auto_pairs_create(a, numbers.light_paths, numbers.camera_paths, &p->halves[h].pairs, error));
+    }
+    return CA_OK;
+}
+
 /* The ramp's films make room for the ordinary iterations. */
 static ca_status run_iterations(ca_auto_rays *a, pilot *p, ca_error *error)
 {
@@ -165,7 +183,7 @@ static ca_status run_iterations(ca_auto_rays *a, pilot *p, ca_error *error)
     ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0);
     a->ordinary.numbers = next.step == CA_PILOT_ORDINARY ? next.numbers : a->pilot_settings;
     if (next.step == CA_PILOT_END) return CA_OK;
-    for (int h = 0; h < CA_PILOT_HALVES; h++) ca_film_clear(&p->halves[h].film);
+    CA_TRY(begin_ordinary(a, p, error));
     CA_TRY(run_group(a, p, CA_PILOT_ORDINARY, &a->ordinary, &seconds, error));
     if (a->ordinary.iterations == 0) return CA_OK;
     const double ramp = ca_pilot_ramp_share(&a->ramp, &a->ordinary);
@@ -176,20 +194,6 @@ static ca_status run_iterations(ca_auto_rays *a, pilot *p, ca_error *error)
 
 /* ---- What they tell -------------------------------------------------------------------------------------------- */
 
-static void add_known(ca_auto_rays *a, const ca_pair_film *pairs, uint32_t iterations)
-{
-    ca_auto_known_add(a->known, &(ca_auto_gathered){.pairs = pairs,
-                                                    .iterations = iterations,
-                                                    .light_paths = a->numbers.light_paths,
-                                                    .camera_paths = a->numbers.camera_paths,
-                                                    .one_camera_path = ca_auto_one_camera_path(a)});
-}
-
-static void forget(ca_auto_rays *a)
-{
-    for (size_t i = 0; i < ca_auto_pixels(a); i++) a->known[i] = (ca_auto_known){0};
-}
-
 /* From this half alone: its choice does not know the noise, which is that of both. */
 static ca_status judge_half(ca_auto_rays *a, const pilot_half *half, ca_pilot_verdict *verdict, ca_error *error)
 {
@@ -197,8 +201,8 @@ static ca_status judge_half(ca_auto_rays *a, const pilot_half *half, ca_pilot_ve
     const ca_auto_limits limits = ca_auto_half_limits(a->ordinary.numbers.light_paths);
     ca_auto_basis basis = {half->times, half->plain_seconds / half->plain, a->progress};
     basis.progress.looks.noise = -1.0;
-    forget(a);
-    add_known(a, &half->pairs, half->gathering);
+    ca_auto_forget(a);
+    ca_auto_learn(a, &half->pairs, half->gathering);
     CA_TRY(ca_auto_choose(a, &basis, &limits, &own, error));
     *verdict = (ca_pilot_verdict){.gain = own.numbers.gain_over_given,
                                   .seconds_per_sample = own.candidate.seconds / own.candidate.camera_paths,
@@ -213,8 +217,8 @@ static void merge_halves(ca_auto_rays *a, pilot *p)
     pilot_half *first = &p->halves[0], *second = &p->halves[1];
     ca_pair_film_pool(&first->pairs, &second->pairs, 1);
     ca_ray_times_pool(first->times, second->times);
-    forget(a);
-    add_known(a, &first->pairs, first->gathering + second->gathering);
+    ca_auto_forget(a);
+    ca_auto_learn(a, &first->pairs, first->gathering + second->gathering);
     a->plain_seconds = (first->plain_seconds + second->plain_seconds) / (first->plain + second->plain);
     a->times = first->times;
     first->times = NULL;
@@ -222,8 +226,7 @@ static void merge_halves(ca_auto_rays *a, pilot *p)
 
 static ca_status learn(ca_auto_rays *a, pilot *p, ca_error *error)
 {
-    a->known = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->known);
-    if (!a->known) return ca_fail_memory(error, "the numbers of rays");
+    CA_TRY(ca_auto_known_create(a, error));
     for (int h = 0; h < CA_PILOT_HALVES; h++) CA_TRY(judge_half(a, &p->halves[h], &a->verdicts[h], error));
     merge_halves(a, p);
     return CA_OK;

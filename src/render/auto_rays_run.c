@@ -9,7 +9,7 @@ static ca_status create(ca_auto_rays *a, ca_auto_work_film *work, ca_error *erro
     CA_TRY(ca_film_create(&work->film, frame->full_width, frame->full_height, a->plan->crop, error));
     if (!work->run->measures) return CA_OK;
     ca_ray_times_thin(a->times, TIMES_KEPT);
-    return ca_pair_film_create_means(&work->pairs, a->plan->crop, error);
+    return ca_auto_pairs_create(a, a->numbers.light_paths, a->numbers.most, &work->pairs, error);
 }
 
 static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_work_film *work, ca_error *error)
@@ -55,7 +55,8 @@ static void end_early(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_work_film *
 static ca_status iterate(ca_auto_rays *a, ca_auto_work_film *work, ca_error *error)
 {
     ca_auto_batch batch;
-    ca_status status = ca_auto_batch_begin(a, &batch, &work->film, error);
+    ca_status status =
+        ca_auto_batch_begin(a, &batch, &work->film, work->run->measures ? &work->pairs : NULL, error);
     a->work = work;
     const bool began = status == CA_OK;
     while (status == CA_OK && !ca_auto_run_is_over(work->run, &a->goal, &a->progress, work->iterations)) {
@@ -79,11 +80,7 @@ static void keep(ca_auto_rays *a, const ca_auto_work_film *work)
     a->runs++;
     if (!work->run->measures || a->ended_early) return;
     a->plain_seconds = work->plain_seconds / work->plain; /* the second iteration is plain */
-    ca_auto_known_add(a->known, &(ca_auto_gathered){.pairs = &work->pairs,
-                                                    .iterations = work->gathering,
-                                                    .light_paths = a->numbers.light_paths,
-                                                    .camera_paths = a->numbers.camera_paths,
-                                                    .one_camera_path = ca_auto_one_camera_path(a)});
+    ca_auto_learn(a, &work->pairs, work->gathering);
 }
 
 static void describe(const ca_auto_rays *a, const ca_auto_work_film *work, ca_auto_outcome *outcome)

@@ -1,14 +1,11 @@
 /* Numbers of paths where they connect: from a measurement with the weights of several numbers of light paths to the
  * numbers with the least variance x time (noise/connected_numbers.h). */
-#include "base/memory.h"
 #include "noise/connected_numbers.h"
 #include "render/noise.h"
 #include "render/noise_plan.h"
 
 #include <math.h>
 
-/* Camera paths of a pixel. */
-enum { MOST_CAMERA_PATHS = 64 };
 /* Light paths to choose from, over those measured with: from 1 / GRID_STEP^GRID_REACH to its inverse. */
 enum { GRID_STEP = 4, GRID_REACH = 2 };
 
@@ -45,17 +42,6 @@ static uint32_t find_nodes(const ca_pair_film *film, ca_connected_node nodes[1 +
     return count;
 }
 
-static void add_coefficients(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double weight)
-{
-    sum->pair += weight * c->pair;
-    sum->camera += weight * c->camera;
-    sum->light += weight * c->light;
-    sum->connected += weight * c->connected;
-    sum->connected_pair += weight * c->connected_pair;
-    sum->connected_camera += weight * c->connected_camera;
-    sum->connected_light += weight * c->connected_light;
-}
-
 /* In the objective, as ray_numbers.h has it. */
 static double pixel_weight(const ca_pair_film *film, size_t pixel, ca_ray_objective objective, double mean_luminance2)
 {
@@ -82,26 +68,9 @@ static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, cons
         const double weight = pixel_weight(film, p, objective, mean);
         for (uint32_t i = 0; i < count; i++) {
             const ca_noise_coefficients c = ca_noise_coefficients_at(film, others[i], p);
-            add_coefficients(&nodes[i].sums, &c, weight);
+            ca_noise_coefficients_add(&nodes[i].sums, &c, weight);
         }
     }
-}
-
-/* The same numbers for all pixels. */
-static ca_status fill_uniform(const ca_pair_film *film, const ca_ray_choice *best, const ca_ray_choice *given,
-                              ca_ray_numbers *numbers, ca_error *error)
-{
-    const size_t pixels = (size_t)film->width * film->height;
-    *numbers = (ca_ray_numbers){.best = *best,
-                                .relaxed = *best,
-                                .uniform = *best,
-                                .given = *given,
-                                .gain_over_given = given->variance * given->time / (best->variance * best->time),
-                                .gain_over_uniform = 1.0,
-                                .camera_paths = ca_alloc(pixels, sizeof *numbers->camera_paths)};
-    if (!numbers->camera_paths) return ca_fail_memory(error, "the numbers of paths");
-    for (size_t p = 0; p < pixels; p++) numbers->camera_paths[p] = (uint32_t)best->camera_paths;
-    return CA_OK;
 }
 
 ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times *times, const ca_ray_costs *costs,
@@ -122,11 +91,11 @@ ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times
             image.camera_time += fmax(camera_time, CA_NOISE_SHORTEST_SECONDS);
             image.merge_time += fmax(merge_time, 0.0);
         }
-    const ca_ray_choice given = ca_connected_expect(&image, film->light_paths, film->camera_paths);
-    const ca_ray_choice best = ca_connected_choose(&image, most, MOST_CAMERA_PATHS);
-    if (best.variance > 0.0 && given.variance > 0.0) return fill_uniform(film, &best, &given, numbers, error);
-    *numbers = (ca_ray_numbers){0}; /* no noise was found */
-    return CA_OK;
+    const ca_ray_settings settings = {.max_light_paths = most,
+                                      .max_camera_paths = CA_CONNECTED_MOST_CAMERA_PATHS,
+                                      .given_light_paths = film->light_paths,
+                                      .given_camera_paths = film->camera_paths};
+    return ca_connected_numbers(&image, &settings, (size_t)film->width * film->height, numbers, error);
 }
 
 ca_status ca_noise_check_connected(const ca_pair_film *film, ca_ray_objective objective, ca_error *error)
