@@ -567,7 +567,7 @@ static void test_memory_failures(void **state)
     settings.light_paths = 20;
     ca_status status = CA_ERROR_MEMORY;
     long count = 0, with_image = 0; /* of the iterations before the one that failed */
-    for (; status != CA_OK; count += count < 60 ? 1 : 13) {
+    for (; status != CA_OK; count += count < 60 ? 1 : 3) {
         ca_image_layers *image = NULL;
         ca_memory_fail_after(count);
         status = ca_render(scene, &settings, &image, NULL, NULL);

@@ -380,8 +380,8 @@ void ca_pairs_destroy(ca_bidirectional *b);
 /* The merge area of a pass, for the weights of other numbers; and what those need of pilots, once. */
 void ca_pairs_set_area(ca_bidirectional *b, float area);
 ca_status ca_pairs_make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Before anything else of a pass: other numbers are weighted for where its pairs are wanted; splats of the pass before
- * are forgotten. */
+/* Before anything else of a pass: other numbers are weighted for where its pairs are wanted; splats of the pass
+ * before are forgotten. */
 void ca_pairs_begin_pass(ca_bidirectional *b);
 /* Splats of a pass: those of the first `lists` blocks of light paths, which count from `first_light_path`, are added;
  * they are sorted. */

@@ -1,8 +1,8 @@
 /* What iterations with rays "auto" have told of the noise where paths connect and weights contain N_F: sums over the
- * image of the law's coefficients (noise/components.h) with the weights of several numbers of light paths, the nodes of
- * noise/connected_numbers.h. Nodes are powers of 4 times the pilot's number, so that whatever a run gathers joins those
- * of the runs before: each weighs its paths anew for the nodes within a factor of 16 of its own number. Each iteration
- * counts for its N_F N_B pairs of paths.
+ * image of the law's coefficients (noise/components.h) with the weights of several numbers of light paths, the nodes
+ * of noise/connected_numbers.h. Nodes are powers of 4 times the pilot's number, so that whatever a run gathers joins
+ * those of the runs before: each weighs its paths anew for the nodes within a factor of 16 of its own number. Each
+ * iteration counts for its N_F N_B pairs of paths.
  *
  * Weights with another N_B are taken as those that a run had: N_B is in the weights of splats only.
  *
@@ -48,8 +48,8 @@ void ca_auto_nodes_add(ca_auto_nodes *nodes, const ca_auto_gathered *gathered, c
 uint32_t ca_auto_nodes_list(const ca_auto_nodes *nodes, bool objective,
                             ca_connected_node list[CA_AUTO_MOST_NODES]);
 
-/* The law's variance of an iteration, mean over pixels, over the squared mean luminance. NAN: nothing is known, or the
- * image is black. */
+/* The law's variance of an iteration, mean over pixels, over the squared mean luminance. NAN: nothing is known, or
+ * the image is black. */
 double ca_auto_nodes_relative_variance(const ca_auto_nodes *nodes, double light_paths, double camera_paths);
 
 #endif

@@ -31,8 +31,8 @@
  *     choosing numbers                             164            164
  *     all                               628        496            552        620
  *
- * Where paths connect 1508: each film of means of pairs has 440 more, of connections and with the weights of four other
- * numbers of light paths (auto_nodes.h), and 8 instead of 24 are known.
+ * Where paths connect 1508: each film of means of pairs has 440 more, of connections and with the weights of four
+ * other numbers of light paths (auto_nodes.h), and 8 instead of 24 are known.
  *
  * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
  * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.

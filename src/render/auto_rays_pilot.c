@@ -139,6 +139,7 @@ static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *deci
                                     .settings = a->pilot_settings,
                                     .given = a->given,
                                     .one_camera_path = ca_auto_one_camera_path(a),
+                                    .connects = ca_auto_connects(a),
                                     .most_light_paths = UINT32_MAX,
                                     .ramp = a->ramp,
                                     .iteration_seconds = seconds};
