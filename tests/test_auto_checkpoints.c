@@ -304,12 +304,15 @@ static void test_other_settings_are_refused(void **state)
     REFUSED("\"crop 0,0,12,12\"", other.has_crop = true, other.crop[2] = 8, other.crop[3] = 5);
     REFUSED("there is a checkpoint already", other.resume = false);
     REFUSED("no part of such a render", other.part_path = file("p.part"));
+    REFUSED("light comes from merges alone, not those of ovcm", other.integrator = "ovcm");
+    REFUSED("light comes from merges alone, not those of auto", other.integrator = "auto", other.light_paths = 0);
     REFUSED("\"seed 0\", but this render has \"seed 3\"", repeat(&other), other.seed = 3, other.has_seed = true);
     REFUSED("\"light_paths 200\"", repeat(&other), other.light_paths = 0);
     REFUSED("the samples are those of the record", repeat(&other), other.samples_per_pixel = 64);
     REFUSED("keeps no checkpoint", repeat(&other), other.checkpoint_path = file("d.part"));
     REFUSED("name it", repeat(&other), other.integrator = "auto", other.light_paths = 0);
     REFUSED("an objective is for numbers", repeat(&other), other.rays_objective = "mean");
+    s.checkpoint_path = file("c.part");
     assert_true(render(&s, NULL) == hash); /* it is still there */
 }
 
@@ -330,10 +333,10 @@ static void test_other_files_are_refused(void **state)
     assert_non_null(strstr(error.message, "which has no passes that add up"));
     passes.checkpoint_path = s.checkpoint_path = file("d.part");
     render(&passes, NULL);
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 2, but renders with rays \"auto\" have files of format 3");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 3, but renders with rays \"auto\" have files of format 4");
     repeat(&s);
     s.rays = file("d.part");
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 2");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 3");
     s.rays = file("none.part");
     refuse(&s, CA_ERROR_FILE, "none.part");
 }

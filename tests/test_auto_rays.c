@@ -293,8 +293,14 @@ static void test_refusals(void **state)
     ca_render_settings settings = settings_auto(27);
     assert_refused(scene, &settings, "its pilot has 14, so at least 28 are needed");
     settings = settings_auto(32);
+    settings.integrator = "cavcm";
+    assert_refused(scene, &settings, "vavcm and auto, not for cavcm");
+    settings.integrator = "vcm:light_paths=3,camera_paths=4";
+    assert_refused(scene, &settings, "needs as many light paths, not 3");
     settings.integrator = "vcm";
-    assert_refused(scene, &settings, "ppm and bdpm, not for vcm");
+    settings.rays_objective = "worst-decile";
+    assert_refused(scene, &settings, "not for the worst decile");
+    settings.rays_objective = NULL;
     settings.integrator = "ppm:camera_paths=2";
     assert_refused(scene, &settings, "ppm has one camera path");
     settings.integrator = "bdpm:alpha=0.5";
@@ -561,7 +567,7 @@ static void test_memory_failures(void **state)
     settings.light_paths = 20;
     ca_status status = CA_ERROR_MEMORY;
     long count = 0, with_image = 0; /* of the iterations before the one that failed */
-    for (; status != CA_OK; count += count < 60 ? 1 : 13) {
+    for (; status != CA_OK; count += count < 60 ? 1 : 3) {
         ca_image_layers *image = NULL;
         ca_memory_fail_after(count);
         status = ca_render(scene, &settings, &image, NULL, NULL);

@@ -424,13 +424,6 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
     return all;
 }
 
-/* Where paths connect, numbers are chosen for some objectives only, and from two camera paths on. */
-static bool can_recommend(const noise_options *o, const ca_noise_report *report)
-{
-    const bool worst = o->objective && strcmp(o->objective, "worst-decile") == 0;
-    return !report->connects || (!worst && report->measured.camera_paths > 1);
-}
-
 /* Also with the weights of the predictions' numbers and of those that may be recommended. */
 static ca_status measure_for(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
                              ca_noise_report *report, ca_noise **noise, ca_image_layers **image, ca_error *error)
@@ -441,7 +434,7 @@ static ca_status measure_for(const noise_options *o, const ca_scene *scene, cons
     for (; count < report->prediction_count; count++)
         counts[count] =
             (ca_noise_counts){report->predictions[count].light_paths, report->predictions[count].camera_paths};
-    if (can_recommend(o, report))
+    if (!ca_noise_why_no_numbers(report))
         count += ca_noise_grid(report->measured.light_paths, report->measured.camera_paths, counts + count);
     const ca_status status = ca_noise_measure_for(scene, settings, o->iterations, counts, count, noise, image,
                                                   &report->statistics, error);
@@ -457,7 +450,7 @@ static ca_status work(const noise_options *o, const ca_scene *scene, const ca_re
     ca_status status = measure_for(o, scene, settings, report, &noise, image, error);
     if (status == CA_OK) status = average_all(noise, report, error);
     line->last_drawn = -1.0;
-    if (status == CA_OK && can_recommend(o, report))
+    if (status == CA_OK && !ca_noise_why_no_numbers(report))
         status = ca_noise_recommend(noise, scene, settings, o->objective, *image, &report->recommendation, error);
     ca_noise_release(noise);
     return status;

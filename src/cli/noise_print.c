@@ -121,12 +121,20 @@ static void print_recommendation(const ca_noise_report *report)
                r->most_light_paths);
 }
 
+const char *ca_noise_why_no_numbers(const ca_noise_report *report)
+{
+    if (!report->connects) return NULL;
+    if (report->measured.camera_paths == 1)
+        return "of connected paths that takes a measurement with two camera paths per pixel or more";
+    if (report->objective && strcmp(report->objective, "worst-decile") == 0)
+        return "of connected paths they are for the mean or the relative variance";
+    return NULL;
+}
+
 static const char *why_none(const ca_noise_report *report)
 {
-    if (report->connects && report->measured.camera_paths == 1)
-        return "of connected paths that takes a measurement with two camera paths per pixel or more";
-    if (report->connects && report->objective && strcmp(report->objective, "worst-decile") == 0)
-        return "of connected paths they are for the mean or the relative variance";
+    const char *why = ca_noise_why_no_numbers(report);
+    if (why) return why;
     return report->recommendation.interrupted ? "a signal interrupted the timing of paths"
                                               : "no noise was found, all are as good";
 }

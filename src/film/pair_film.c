@@ -9,6 +9,8 @@ _Static_assert(sizeof(ca_pair_connections) == 320, "pair_film.h promises 320 byt
 _Static_assert(sizeof(ca_pair_means) == 40, "pair_film.h promises 40 bytes a pixel");
 _Static_assert(sizeof(ca_pair_means) + sizeof(ca_pair_connected_means) + sizeof(ca_pair_moments) == 168,
                "pair_film.h promises 168 bytes a pixel");
+_Static_assert((int)CA_PAIR_OTHER_MEANS_BYTES == (int)(sizeof(ca_pair_means) + sizeof(ca_pair_connected_means)),
+               "pair_film.h tells the bytes of means");
 
 static ca_pair_film empty_film(const uint32_t crop[4])
 {
@@ -48,7 +50,7 @@ ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error)
 ca_status ca_pair_film_add_others(ca_pair_film *film, const ca_pair_numbers *numbers, uint32_t count, ca_error *error)
 {
     const uint32_t crop[4] = {film->x0, film->y0, film->x0 + film->width, film->y0 + film->height};
-    assert(film->pixels && !film->connections && !film->others);
+    assert(!film->connections && !film->connected_means && !film->others);
     film->others = ca_alloc_zeroed(count, sizeof *film->others);
     if (!film->others) return ca_fail_memory(error, "the noise components");
     film->other_count = count;
@@ -57,6 +59,7 @@ ca_status ca_pair_film_add_others(ca_pair_film *film, const ca_pair_numbers *num
         CA_TRY(ca_pair_film_create_means(other, crop, error));
         other->light_paths = numbers[i].light_paths;
         other->camera_paths = numbers[i].camera_paths;
+        if (!film->made) continue;
         other->made = ca_alloc_zeroed((size_t)film->width * film->height, sizeof *other->made);
         if (!other->made) return ca_fail_memory(error, "the noise components");
     }
@@ -159,12 +162,22 @@ static void pool_means(ca_pair_film *film, const ca_pair_film *other, int sign)
         for (int q = 0; q < CA_PAIR_QUANTITIES; q++) film->means[p].sums[q] += sign * other->means[p].sums[q];
         film->means[p].squares += sign * other->means[p].squares;
     }
+    for (size_t p = 0; film->connected_means && p < (size_t)film->width * film->height; p++) {
+        ca_pair_connected_means *to = &film->connected_means[p];
+        const ca_pair_connected_means *from = &other->connected_means[p];
+        for (size_t q = 0; q < sizeof to->sums / sizeof to->sums[0]; q++) to->sums[q] += sign * from->sums[q];
+        to->cross += sign * from->cross;
+        to->squares += sign * from->squares;
+    }
+    for (uint32_t i = 0; i < film->other_count; i++) pool_means(&film->others[i], &other->others[i], sign);
 }
 
 void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign)
 {
     assert(film->width == other->width && film->height == other->height && !film->connections);
-    assert((film->means != NULL) == (other->means != NULL) && film->other_count == 0 && other->other_count == 0);
+    assert((film->means != NULL) == (other->means != NULL) && film->other_count == other->other_count);
+    assert((film->connected_means != NULL) == (other->connected_means != NULL));
+    assert(film->means || film->other_count == 0);
     if (film->means) {
         pool_means(film, other, sign);
         return;

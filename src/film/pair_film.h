@@ -1,9 +1,9 @@
 /* Per pixel, over independent iterations: sums of the noise estimators and of their products, from which
  * noise/components.h makes components, predictions and standard errors.
  *
- * State: 208 bytes a pixel, and 320 more where camera paths connect to light paths; 40 bytes a pixel where only means
- * are kept; 168 more for each film of other numbers. Threads: different pixels at once; a pixel's iterations come in
- * order. */
+ * State: 208 bytes a pixel, and 320 more where camera paths connect to light paths; 168 more for each film of other
+ * numbers. Where only means are kept 40 bytes, 56 more with connections, and 96 for each film of other
+ * numbers. Threads: different pixels at once; a pixel's iterations come in order. */
 #ifndef CA_FILM_PAIR_FILM_H
 #define CA_FILM_PAIR_FILM_H
 
@@ -48,6 +48,9 @@ typedef struct ca_pair_connected_means {
     double cross, squares; /* of what connections bring: times the value, and squared */
 } ca_pair_connected_means;
 
+/* Of a pixel: both. */
+enum { CA_PAIR_OTHER_MEANS_BYTES = 96 };
+
 /* N_F, N_B. */
 typedef struct ca_pair_numbers {
     uint32_t light_paths, camera_paths;
@@ -62,6 +65,7 @@ typedef struct ca_pair_film {
     ca_pair_connections *connections; /* owned; one a pixel; NULL: not wanted */
     ca_pair_moments *made;          /* owned; of the iteration at work, one a pixel; NULL: that is added at once */
     bool incomplete;                /* atomic: a worker ran out of memory */
+    bool idle; /* the pass to come has no pairs: what an integrator does only for other numbers is left out */
     struct ca_pair_film *others;    /* owned; [other_count]: ca_pair_film_add_others */
     uint32_t other_count;
 } ca_pair_film;
@@ -72,9 +76,9 @@ ca_status ca_pair_film_create(ca_pair_film *film, const uint32_t crop[4], uint32
 ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], ca_error *error);
 /* Before the first iteration: sums of connections too. */
 ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error);
-/* Before the first iteration, and before connections; once, of a film with `pixels`: beside it a film of means for
- * each of these numbers. Its paths are the same, but have the weights that they have where an iteration has so many.
- * Its N_F and N_B are these numbers, with which the law of noise holds for it. */
+/* Before the first iteration, and before connections; once: beside the film one of means for each of these numbers.
+ * Its paths are the same, but have the weights that they have where an iteration has so many. Its N_F and N_B are these
+ * numbers, with which the law of noise holds for it. */
 ca_status ca_pair_film_add_others(ca_pair_film *film, const ca_pair_numbers *numbers, uint32_t count,
                                   ca_error *error);
 void ca_pair_film_destroy(ca_pair_film *film);
@@ -89,7 +93,7 @@ void ca_pair_film_hold(ca_pair_film *film, uint32_t x, uint32_t y, const ca_pair
 void ca_pair_film_commit(ca_pair_film *film, uint32_t x, uint32_t y);
 
 /* Adds what another film of the same pixels has summed up, as if it had been the iterations of one; sign -1 takes it
- * out again. Both have `pixels` or both have `means`, neither has connections. */
+ * out again. Both have `pixels`, without connections and others; or both have `means`, and alike all else. */
 void ca_pair_film_pool(ca_pair_film *film, const ca_pair_film *other, int sign);
 
 /* Index of the product of two quantities in `products`. */

@@ -39,8 +39,9 @@
 
 #define ENGINE_FUNCTIONS                                                                                             \
     .destroy = ca_bidirectional_destroy, .rounds = ca_bidirectional_rounds,                                          \
-    .begin_round = ca_bidirectional_begin_round, .camera_paths = ca_bidirectional_camera_paths,                      \
-    .begin_pixel = ca_pairs_begin_pixel, .end_pixel = ca_pairs_end_pixel, .splat = ca_bidirectional_splat
+    .prepare = ca_bidirectional_prepare, .begin_round = ca_bidirectional_begin_round,                                \
+    .camera_paths = ca_bidirectional_camera_paths, .begin_pixel = ca_pairs_begin_pixel,                              \
+    .end_pixel = ca_pairs_end_pixel, .splat = ca_bidirectional_splat
 
 /* ---- light ----------------------------------------------------------------------------------------------------- */
 

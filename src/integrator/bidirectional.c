@@ -120,6 +120,14 @@ ca_status ca_bidirectional_make_pilots(ca_bidirectional *b, const ca_parallel *p
     return status;
 }
 
+ca_status ca_bidirectional_prepare(void *state, const ca_parallel *parallel, ca_worker *workers, ca_error *error)
+{
+    ca_bidirectional *b = state;
+    ca_pairs_begin_pass(b);
+    set_radius(b, 0);
+    return ca_bidirectional_make_pilots(b, parallel, workers, error);
+}
+
 /* ---- Rounds ---------------------------------------------------------------------------------------------------- */
 
 uint32_t ca_bidirectional_rounds(const void *state)
@@ -134,9 +142,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     ca_bidirectional *b = state;
     if (round == 0) {
         ca_splat_buffer_clear(&b->splats);
-        ca_pairs_clear_splats(b);
-        set_radius(b, 0);
-        CA_TRY(ca_bidirectional_make_pilots(b, parallel, workers, error));
+        CA_TRY(ca_bidirectional_prepare(b, parallel, workers, error));
         set_radius(b, pass);
         b->pairing_shift = ca_pcg_permute(b->input.sampler->seed + pass) % b->light_paths;
     }
@@ -146,7 +152,7 @@ ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t roun
     b->first_number = b->input.first_light_path + (uint64_t)pass * b->light_paths;
     CA_TRY(ca_light_paths_prepare(b, b->first_number + first, left < most ? left : (uint32_t)most, parallel, workers,
                                   error));
-    return b->input.pairs && b->rules.splat ? ca_pairs_sort_splats(b, error) : CA_OK;
+    return ca_pairs_are_wanted(b) && b->rules.splat ? ca_pairs_sort_splats(b, error) : CA_OK;
 }
 
 ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)

@@ -149,8 +149,8 @@ struct ca_bidirectional {
     ca_light_block *blocks;         /* owned; of one chunk */
     ca_splat_buffer splats;
     ca_pair_splats pair_splats;     /* empty where pairs or splats are not wanted */
-    ca_other_weights *others;       /* owned; [other_count]: pairs are wanted with their weights, too */
-    uint32_t other_count;
+    ca_other_weights *others;       /* owned; [others_created]: pairs are wanted with their weights, too */
+    uint32_t other_count, others_created; /* of this pass: all of them, or none */
     ca_sampler pilot_sampler;       /* the render's as it was first, whichever pass or replicate asks for a pilot */
     ca_photon_density *pilot;       /* owned; of photons, where the reuse rule asks for it; NULL: not made yet, too */
     float pilot_scale;              /* N_F over the number of its light paths */
@@ -160,6 +160,9 @@ struct ca_bidirectional {
     ca_technique_tally *tally;      /* NULL: nobody wants it */
     ca_bidirectional_scratch *scratch; /* owned; [input.workers] */
 };
+
+/* Of the pass at work. */
+static inline bool ca_pairs_are_wanted(const ca_bidirectional *b) { return b->input.pairs && !b->input.pairs->idle; }
 
 static inline bool ca_bidirectional_merges(const ca_bidirectional *b) { return b->rules.merge != CA_MERGE_NONE; }
 
@@ -377,9 +380,11 @@ void ca_pairs_destroy(ca_bidirectional *b);
 /* The merge area of a pass, for the weights of other numbers; and what those need of pilots, once. */
 void ca_pairs_set_area(ca_bidirectional *b, float area);
 ca_status ca_pairs_make_pilots(ca_bidirectional *b, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
-/* Splats of a pass: those before are forgotten; those of the first `lists` blocks of light paths, which count from
- * `first_light_path`, are added; they are sorted. */
-void ca_pairs_clear_splats(ca_bidirectional *b);
+/* Before anything else of a pass: other numbers are weighted for where its pairs are wanted; splats of the pass
+ * before are forgotten. */
+void ca_pairs_begin_pass(ca_bidirectional *b);
+/* Splats of a pass: those of the first `lists` blocks of light paths, which count from `first_light_path`, are added;
+ * they are sorted. */
 ca_status ca_pairs_add_splats(ca_bidirectional *b, const ca_splat_list *lists, uint32_t list_count,
                               uint32_t first_light_path, ca_error *error);
 ca_status ca_pairs_sort_splats(ca_bidirectional *b, ca_error *error);
@@ -433,6 +438,7 @@ ca_status ca_bidirectional_create(const ca_integrator_type *type, const ca_mis_r
                                   const ca_integrator_input *input, void **state, ca_error *error);
 void ca_bidirectional_destroy(void *state);
 uint32_t ca_bidirectional_rounds(const void *state);
+ca_status ca_bidirectional_prepare(void *state, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
 void ca_bidirectional_set_radius(ca_bidirectional *b, float radius);
 ca_status ca_bidirectional_begin_round(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
                                        ca_worker *workers, ca_error *error);

@@ -90,7 +90,8 @@ typedef enum ca_ability {
      * measured and predicted, and numbers are chosen (rays). Needs begin_pixel. */
     CA_ABILITY_PAIR_LAW = 1 << 0,
     /* Camera paths connect to light paths by weights that depend on N_F and N_B. Noise is measured, with a fourth
-     * term of the connections (film/pair_sums.h), but no numbers are chosen. Needs begin_pixel. */
+     * term of the connections (film/pair_sums.h), also with the weights of other numbers, and N_F and one N_B for all
+     * pixels are chosen. Needs begin_pixel. */
     CA_ABILITY_CONNECTION_NOISE = 1 << 1,
     /* The method has one camera path per pixel and iteration; where numbers are chosen, only N_F is. */
     CA_ABILITY_ONE_CAMERA_PATH = 1 << 2,
@@ -114,6 +115,9 @@ typedef struct ca_integrator_type {
     void (*destroy)(void *state);
     /* Rounds of every pass; NULL: one. */
     uint32_t (*rounds)(const void *state);
+    /* Makes what is made once for all passes, which the first one would make: so that no pass takes longer than
+     * others. NULL: nothing is. */
+    ca_status (*prepare)(void *state, const ca_parallel *parallel, ca_worker *workers, ca_error *error);
     /* Traces the light paths of a pass' round; workers[i] belongs to worker i. NULL: there are none. */
     ca_status (*begin_round)(void *state, uint32_t pass, uint32_t round, const ca_parallel *parallel,
                              ca_worker *workers, ca_error *error);

@@ -56,7 +56,7 @@ static ca_status add_splats(ca_bidirectional *b, uint32_t first, uint32_t paths,
     for (uint32_t i = 0; i < count; i++) lists[i] = b->blocks[i].splats;
     CA_TRY(ca_splat_buffer_add(&b->splats, lists, count, b->input.filter, 1.0f / (float)b->light_paths,
                                b->input.technique_images, parallel, error));
-    return b->input.pairs ? ca_pairs_add_splats(b, lists, count, first, error) : CA_OK;
+    return ca_pairs_are_wanted(b) ? ca_pairs_add_splats(b, lists, count, first, error) : CA_OK;
 }
 
 ca_status ca_light_paths_prepare(ca_bidirectional *b, uint64_t number, uint32_t count, const ca_parallel *parallel,

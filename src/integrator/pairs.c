@@ -50,7 +50,7 @@ static ca_status create_others(ca_bidirectional *b, ca_error *error)
     const ca_pair_film *film = b->input.pairs;
     b->others = ca_alloc_zeroed(film->other_count, sizeof *b->others);
     if (!b->others) return ca_fail_memory(error, "the pairs of light and camera paths");
-    b->other_count = film->other_count;
+    b->other_count = b->others_created = film->other_count;
     for (uint32_t i = 0; i < b->other_count; i++) {
         const ca_pair_numbers numbers = {film->others[i].light_paths, film->others[i].camera_paths};
         ca_other_weights *other = &b->others[i];
@@ -72,8 +72,16 @@ static ca_status create_other_sums(const ca_bidirectional *b, ca_bidirectional_s
     return CA_OK;
 }
 
+void ca_pairs_begin_pass(ca_bidirectional *b)
+{
+    b->other_count = ca_pairs_are_wanted(b) ? b->others_created : 0;
+    ca_pair_splats_clear(&b->pair_splats);
+    for (uint32_t i = 0; i < b->other_count; i++) ca_pair_splats_clear(&b->others[i].splats);
+}
+
 static void destroy_others(ca_bidirectional *b)
 {
+    b->other_count = b->others_created;
     for (uint32_t w = 0; b->scratch && w < b->input.workers; w++) {
         ca_pair_sums **sums = b->scratch[w].other_pairs;
         for (uint32_t i = 0; sums && i < b->other_count; i++) ca_pair_sums_destroy(sums[i]);
@@ -86,7 +94,7 @@ static void destroy_others(ca_bidirectional *b)
     }
     ca_free(b->others);
     b->others = NULL;
-    b->other_count = 0;
+    b->other_count = b->others_created = 0;
 }
 
 void ca_pairs_set_area(ca_bidirectional *b, float area)
@@ -171,12 +179,6 @@ bool ca_pairs_keep_scales(const ca_bidirectional *b, const ca_bidirectional_scra
     block->scales = scales;
     memcpy(scales + first, scratch->splat_scales + (size_t)splat * b->other_count, b->other_count * sizeof *scales);
     return true;
-}
-
-void ca_pairs_clear_splats(ca_bidirectional *b)
-{
-    ca_pair_splats_clear(&b->pair_splats);
-    for (uint32_t i = 0; i < b->other_count; i++) ca_pair_splats_clear(&b->others[i].splats);
 }
 
 ca_status ca_pairs_add_splats(ca_bidirectional *b, const ca_splat_list *lists, uint32_t list_count,

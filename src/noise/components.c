@@ -135,6 +135,13 @@ static ca_noise_value sample_variance(const pixel_sums *s)
 
 /* ---- Terms ----------------------------------------------------------------------------------------------------- */
 
+ca_noise_factors ca_noise_factors_of(double light_paths, double camera_paths)
+{
+    return (ca_noise_factors){.pair = 1.0 / (light_paths * camera_paths),
+                              .camera = (1.0 - 1.0 / light_paths) / camera_paths,
+                              .light = (1.0 - 1.0 / camera_paths) / light_paths};
+}
+
 /* A term of (6): its factor times a component without L^2, which is (L - L_D)^2 where L has connections in it. */
 static combination term(int quantity, double factor)
 {
@@ -163,10 +170,10 @@ static combination sum_of(const combination *a, const combination *b)
 /* (C1) of docs/papers/000.md without the variance of C; each light path is connected once at most. */
 static combination connections_term(double light_paths, double camera_paths)
 {
-    const combination pair = connected_term(CA_PAIR_CONNECTED_PAIR, 2.0 / (light_paths * camera_paths));
-    const combination camera =
-        connected_term(CA_PAIR_CONNECTED_CAMERA, 2.0 * (1.0 - 1.0 / light_paths) / camera_paths);
-    const combination light = connected_term(CA_PAIR_CONNECTED_LIGHT, 2.0 * (1.0 - 1.0 / camera_paths) / light_paths);
+    const ca_noise_factors factors = ca_noise_factors_of(light_paths, camera_paths);
+    const combination pair = connected_term(CA_PAIR_CONNECTED_PAIR, 2.0 * factors.pair);
+    const combination camera = connected_term(CA_PAIR_CONNECTED_CAMERA, 2.0 * factors.camera);
+    const combination light = connected_term(CA_PAIR_CONNECTED_LIGHT, 2.0 * factors.light);
     combination own = {.connected2 = -1.0 / camera_paths};
     own.means[CA_PAIR_CONNECTED_SQUARE] = 1.0 / camera_paths;
     const combination two = sum_of(&pair, &camera), three = sum_of(&two, &light);
@@ -176,9 +183,10 @@ static combination connections_term(double light_paths, double camera_paths)
 static ca_noise_terms terms_of(const pixel_sums *s, double light_paths, double camera_paths)
 {
     assert(s->pixel->iterations >= 2 && light_paths >= 1.0 && camera_paths >= 1.0);
-    const combination pair = term(CA_PAIR_PAIR, 1.0 / (light_paths * camera_paths));
-    const combination camera = term(CA_PAIR_CAMERA, (1.0 - 1.0 / light_paths) / camera_paths);
-    const combination light = term(CA_PAIR_LIGHT, (1.0 - 1.0 / camera_paths) / light_paths);
+    const ca_noise_factors factors = ca_noise_factors_of(light_paths, camera_paths);
+    const combination pair = term(CA_PAIR_PAIR, factors.pair);
+    const combination camera = term(CA_PAIR_CAMERA, factors.camera);
+    const combination light = term(CA_PAIR_LIGHT, factors.light);
     const combination connect = connections_term(light_paths, camera_paths);
     const combination two = sum_of(&pair, &camera), three = sum_of(&two, &light), all = sum_of(&three, &connect);
     const ca_noise_value unknown = {(double)NAN, (double)NAN};
@@ -193,10 +201,9 @@ static ca_noise_terms terms_of(const pixel_sums *s, double light_paths, double c
     };
 }
 
-/* `other` NULL: by the film's own weights. */
-static pixel_sums sums_at(const ca_pair_film *film, const uint32_t *other, size_t pixel)
+/* `of`: one of the film's others; NULL: by the film's own weights. */
+static pixel_sums sums_at(const ca_pair_film *film, const ca_pair_film *of, size_t pixel)
 {
-    const ca_pair_film *of = other ? &film->others[*other] : NULL;
     return (pixel_sums){.pixel = &film->pixels[pixel],
                         .connections = !of && film->connections ? &film->connections[pixel] : NULL,
                         .means = of ? &of->means[pixel] : NULL,
@@ -205,28 +212,63 @@ static pixel_sums sums_at(const ca_pair_film *film, const uint32_t *other, size_
 
 static double value_of(const pixel_sums *s, combination c) { return estimate(s, &c).value; }
 
-ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const uint32_t *other, size_t pixel)
+static ca_noise_coefficients coefficients_of(const pixel_sums *s)
 {
-    const pixel_sums s = sums_at(film, other, pixel);
-    ca_noise_coefficients c = {.pair = value_of(&s, term(CA_PAIR_PAIR, 1.0)),
-                               .camera = value_of(&s, term(CA_PAIR_CAMERA, 1.0)),
-                               .light = value_of(&s, term(CA_PAIR_LIGHT, 1.0))};
-    if (!connects(&s)) return c;
+    ca_noise_coefficients c = {.pair = value_of(s, term(CA_PAIR_PAIR, 1.0)),
+                               .camera = value_of(s, term(CA_PAIR_CAMERA, 1.0)),
+                               .light = value_of(s, term(CA_PAIR_LIGHT, 1.0))};
+    if (!connects(s)) return c;
     combination own = {.connected2 = -1.0};
     own.means[CA_PAIR_CONNECTED_SQUARE] = 1.0;
-    c.connected = value_of(&s, own);
-    c.connected_pair = value_of(&s, connected_term(CA_PAIR_CONNECTED_PAIR, 1.0));
-    c.connected_camera = value_of(&s, connected_term(CA_PAIR_CONNECTED_CAMERA, 1.0));
-    c.connected_light = value_of(&s, connected_term(CA_PAIR_CONNECTED_LIGHT, 1.0));
+    c.connected = value_of(s, own);
+    c.connected_pair = value_of(s, connected_term(CA_PAIR_CONNECTED_PAIR, 1.0));
+    c.connected_camera = value_of(s, connected_term(CA_PAIR_CONNECTED_CAMERA, 1.0));
+    c.connected_light = value_of(s, connected_term(CA_PAIR_CONNECTED_LIGHT, 1.0));
     return c;
+}
+
+ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const ca_pair_film *other, size_t pixel)
+{
+    const pixel_sums s = sums_at(film, other, pixel);
+    return coefficients_of(&s);
+}
+
+ca_noise_coefficients ca_noise_coefficients_of(const ca_pair_film *film, uint32_t iterations, size_t pixel)
+{
+    assert(iterations >= 2 && film->means);
+    const ca_pair_pixel count = {.iterations = iterations};
+    return coefficients_of(&(pixel_sums){
+        .pixel = &count,
+        .means = &film->means[pixel],
+        .connected_means = film->connected_means ? &film->connected_means[pixel] : NULL,
+    });
+}
+
+void ca_noise_coefficients_add(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double weight)
+{
+    sum->pair += weight * c->pair;
+    sum->camera += weight * c->camera;
+    sum->light += weight * c->light;
+    sum->connected += weight * c->connected;
+    sum->connected_pair += weight * c->connected_pair;
+    sum->connected_camera += weight * c->connected_camera;
+    sum->connected_light += weight * c->connected_light;
+}
+
+void ca_noise_coefficients_mix(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double share)
+{
+    const ca_noise_coefficients before = *sum;
+    *sum = (ca_noise_coefficients){0};
+    ca_noise_coefficients_add(sum, &before, 1.0 - share);
+    ca_noise_coefficients_add(sum, c, share);
 }
 
 double ca_noise_variance(const ca_noise_coefficients *c, double light_paths, double camera_paths)
 {
-    const double of_pair = 1.0 / (light_paths * camera_paths), of_camera = (1.0 - 1.0 / light_paths) / camera_paths,
-                 of_light = (1.0 - 1.0 / camera_paths) / light_paths;
-    return of_pair * (c->pair + 2.0 * c->connected_pair) + of_camera * (c->camera + 2.0 * c->connected_camera) +
-           of_light * (c->light + 2.0 * c->connected_light) + c->connected / camera_paths;
+    const ca_noise_factors factors = ca_noise_factors_of(light_paths, camera_paths);
+    return factors.pair * (c->pair + 2.0 * c->connected_pair) +
+           factors.camera * (c->camera + 2.0 * c->connected_camera) +
+           factors.light * (c->light + 2.0 * c->connected_light) + c->connected / camera_paths;
 }
 
 ca_noise_terms ca_noise_terms_of(const ca_pair_pixel *pixel, double light_paths, double camera_paths)
@@ -243,7 +285,7 @@ ca_noise_terms ca_noise_terms_at(const ca_pair_film *film, size_t pixel, double 
 ca_noise_terms ca_noise_terms_of_other(const ca_pair_film *film, uint32_t other, size_t pixel)
 {
     const ca_pair_film *of = &film->others[other];
-    const pixel_sums sums = sums_at(film, &other, pixel);
+    const pixel_sums sums = sums_at(film, of, pixel);
     return terms_of(&sums, of->light_paths, of->camera_paths);
 }
 

@@ -38,6 +38,13 @@ typedef struct ca_noise_terms {
     ca_noise_value connect; /* the fourth term, in `predicted` too; may be negative; 0 without connections */
 } ca_noise_terms;
 
+/* What the law multiplies C - L^2, B - L^2 and F - L^2 by. */
+typedef struct ca_noise_factors {
+    double pair, camera, light;
+} ca_noise_factors;
+
+ca_noise_factors ca_noise_factors_of(double light_paths, double camera_paths);
+
 /* The law's coefficients alone, without errors; luminance and its square are L and L^2. */
 typedef struct ca_noise_excess {
     double luminance, luminance2;
@@ -66,8 +73,13 @@ typedef struct ca_noise_coefficients {
     double connected_pair, connected_camera, connected_light; /* and its covariances with the rest */
 } ca_noise_coefficients;
 
-/* Of a film's pixel, by its own weights (`other` NULL) or those of other numbers. Two camera paths at least. */
-ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const uint32_t *other, size_t pixel);
+/* Of a film's pixel, by its own weights (`other` NULL) or those of one of its others. Two camera paths at least. */
+ca_noise_coefficients ca_noise_coefficients_at(const ca_pair_film *film, const ca_pair_film *other, size_t pixel);
+/* The same of a film of means, after at least two iterations, by its own weights. */
+ca_noise_coefficients ca_noise_coefficients_of(const ca_pair_film *film, uint32_t iterations, size_t pixel);
+/* sum += weight c; and sum moved by a share of the way to c. */
+void ca_noise_coefficients_add(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double weight);
+void ca_noise_coefficients_mix(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double share);
 double ca_noise_variance(const ca_noise_coefficients *c, double light_paths, double camera_paths);
 
 /* Averages over a rectangle of pixels of the full film, as the paper prints them: of the roots of variances, those

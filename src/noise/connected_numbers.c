@@ -54,3 +54,19 @@ ca_ray_choice ca_connected_choose(const ca_connected_image *image, uint32_t most
         if (light_paths >= last) return best;
     }
 }
+
+ca_status ca_connected_numbers(const ca_connected_image *image, const ca_ray_settings *settings, size_t pixels,
+                               ca_ray_numbers *numbers, ca_error *error)
+{
+    const ca_ray_choice given = ca_connected_expect(image, settings->given_light_paths, settings->given_camera_paths);
+    const ca_ray_choice best = ca_connected_choose(image, settings->max_light_paths, settings->max_camera_paths);
+    *numbers = (ca_ray_numbers){0};
+    if (!(best.variance > 0.0 && given.variance > 0.0)) return CA_OK;
+    *numbers = (ca_ray_numbers){.best = best,
+                                .relaxed = best,
+                                .uniform = best,
+                                .given = given,
+                                .gain_over_given = given.variance * given.time / (best.variance * best.time),
+                                .gain_over_uniform = 1.0};
+    return ca_ray_numbers_use_uniform(numbers, &best, pixels, error);
+}

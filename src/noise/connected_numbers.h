@@ -11,6 +11,8 @@
 #include "noise/components.h"
 #include "noise/ray_numbers.h"
 
+enum { CA_CONNECTED_MOST_CAMERA_PATHS = 64 }; /* that are chosen */
+
 typedef struct ca_connected_node {
     double light_paths;
     ca_noise_coefficients sums; /* over pixels, each times its weight in the objective */
@@ -33,5 +35,11 @@ ca_ray_choice ca_connected_expect(const ca_connected_image *image, double light_
  * there are no others. */
 ca_ray_choice ca_connected_choose(const ca_connected_image *image, uint32_t most_light_paths,
                                   uint32_t most_camera_paths);
+
+/* The same as ca_ray_numbers_choose has it, for so many pixels: with the settings' largest and given numbers, both
+ * set. Without a map, and all 0, where the given numbers or all others have no positive variance. Errors:
+ * CA_ERROR_MEMORY. */
+ca_status ca_connected_numbers(const ca_connected_image *image, const ca_ray_settings *settings, size_t pixels,
+                               ca_ray_numbers *numbers, ca_error *error);
 
 #endif

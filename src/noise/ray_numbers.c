@@ -132,7 +132,7 @@ static void set_weights(chooser *c)
     for (size_t i = 0; i < c->search.count; i++) mean += c->luminance2[i] / count;
     const bool relative = c->settings->objective == CA_RAYS_RELATIVE && mean > 0.0;
     for (size_t i = 0; i < c->search.count; i++)
-        c->search.terms[i].weight = 1.0 / count / (relative ? c->luminance2[i] + 0.01 * mean : 1.0);
+        c->search.terms[i].weight = 1.0 / count / (relative ? c->luminance2[i] + CA_RAYS_RELATIVE_DELTA * mean : 1.0);
 }
 
 static double variance_of(const ca_ray_term *term, double light_paths, double camera_paths)
@@ -448,6 +448,16 @@ ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *ima
     if (enough) return CA_OK;
     ca_ray_numbers_destroy(numbers);
     return ca_fail_memory(error, "the choice of ray numbers");
+}
+
+ca_status ca_ray_numbers_use_uniform(ca_ray_numbers *numbers, const ca_ray_choice *uniform, size_t pixels,
+                                     ca_error *error)
+{
+    if (!numbers->camera_paths) numbers->camera_paths = ca_alloc(pixels, sizeof *numbers->camera_paths);
+    if (!numbers->camera_paths) return ca_fail_memory(error, "the numbers of rays");
+    for (size_t p = 0; p < pixels; p++) numbers->camera_paths[p] = (uint32_t)round(uniform->camera_paths);
+    numbers->best = *uniform;
+    return CA_OK;
 }
 
 void ca_ray_numbers_destroy(ca_ray_numbers *numbers)

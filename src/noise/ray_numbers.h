@@ -46,6 +46,9 @@ enum {
     CA_RAY_CHOICE_PIXEL_BYTES = 108,      /* what ca_ray_numbers_choose allocates for each pixel */
 };
 
+/* delta of the relative objective, over the image's mean L^2. */
+#define CA_RAYS_RELATIVE_DELTA 0.01
+
 /* Estimates of a pixel: noisy, negative where small. */
 typedef struct ca_ray_pixel {
     double pair, camera, light, luminance2; /* C, B, F, L^2 */
@@ -96,6 +99,9 @@ typedef struct ca_ray_numbers {
  * decile (a tenth of a second and five seconds for 512 x 512 pixels). */
 ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *image, const ca_ray_settings *settings,
                                 ca_error *error);
+/* Makes these the best numbers: the same camera paths for so many pixels. Errors: CA_ERROR_MEMORY. */
+ca_status ca_ray_numbers_use_uniform(ca_ray_numbers *numbers, const ca_ray_choice *uniform, size_t pixels,
+                                     ca_error *error);
 void ca_ray_numbers_destroy(ca_ray_numbers *numbers);
 
 #endif

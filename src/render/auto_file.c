@@ -372,7 +372,10 @@ static bool record_fits(ca_auto_rays *a, const ca_auto_place *place)
 static ca_status create_films(ca_auto_rays *a, const ca_auto_place *place, ca_error *error)
 {
     CA_TRY(ca_halved_film_create(&a->pilot, &a->frame, error));
-    if (place->stage != CA_AUTO_AT_RUN) return ca_auto_pilot_create(a, place->pilot, error);
+    if (place->stage != CA_AUTO_AT_RUN) {
+        CA_TRY(ca_auto_pilot_create(a, place->pilot, error));
+        return place->stage == CA_AUTO_AT_ORDINARY ? ca_auto_pilot_create_pairs(a, place->pilot, error) : CA_OK;
+    }
     a->known = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->known);
     if (!a->known) return ca_fail_memory(error, "the numbers of rays");
     CA_TRY(ca_ray_times_create(&a->times, a->frame.width, a->frame.height, a->plan->threads, error));

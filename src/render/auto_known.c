@@ -49,9 +49,10 @@ typedef struct noise_terms {
 
 static noise_terms terms_of(const ca_auto_known *known, double light_paths, double camera_paths)
 {
-    return (noise_terms){.camera = (1.0 - 1.0 / light_paths) * (double)known->camera / camera_paths,
-                         .light = (1.0 - 1.0 / camera_paths) * (double)known->light / light_paths,
-                         .pair = (double)known->pair / (light_paths * camera_paths)};
+    const ca_noise_factors factors = ca_noise_factors_of(light_paths, camera_paths);
+    return (noise_terms){.camera = factors.camera * (double)known->camera,
+                         .light = factors.light * (double)known->light,
+                         .pair = factors.pair * (double)known->pair};
 }
 
 double ca_auto_known_relative_variance(const ca_auto_known *known, size_t count, double light_paths,

@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "noise/ray_map.h"
 #include "render/light_pilot.h"
 #include "render/method_light.h"
 #include "render/method_trial.h"
@@ -502,21 +503,22 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
     return ca_render_plan_count_passes(plan, plan->camera_paths, error);
 }
 
+/* Where its numbers of rays were chosen, too, they are in the picture. */
 static ca_status choose_by_file(ca_render_plan *plan, ca_error *error)
 {
     ca_image_layers *image;
     CA_TRY(ca_layers_read(plan->settings->rays, &image, error));
     const ca_status status = use_described(plan, image, error);
+    const bool has_numbers = ca_layers_attribute(image, CA_RAY_MAP_LIGHT_PATHS) != NULL;
+    const bool uses = has_numbers && ca_integrator_has(plan->type, CA_RAYS_ABILITIES);
+    plan->rays = uses ? CA_RAYS_OF_FILE : CA_RAYS_OF_SETTINGS;
     ca_layers_destroy(image);
     return status;
 }
 
 ca_status ca_auto_method_choose(ca_render_plan *plan, ca_error *error)
 {
-    if (plan->rays == CA_RAYS_OF_FILE) {
-        plan->rays = CA_RAYS_OF_SETTINGS;
-        return choose_by_file(plan, error);
-    }
+    if (plan->rays == CA_RAYS_OF_FILE) return choose_by_file(plan, error);
     if (plan->scene->light_count > 0) return choose_by_trials(plan, error);
     const ca_method black = {.type = &ca_integrator_path};
     return use(plan, &black, NULL, error);

@@ -13,7 +13,7 @@ enum {
 static const double share_of_seconds = 0.06, share_of_samples = 0.125; /* of the render */
 static const double seconds_to_a_target = 2.0;                         /* where only the noise was given */
 /* A step has eight times the merges of the one before it. Gathering pairs takes longer by the second factor. */
-static const double cost_of_step = LIGHT_STEP * CAMERA_STEP, cost_of_pairs = 1.4;
+static const double cost_of_step = LIGHT_STEP * CAMERA_STEP, cost_of_pairs = 1.4, cost_of_connected_pairs = 2.3;
 /* Ordinary iterations are at least half as large, in camera paths, as the ramp's last ones. */
 static const double smallest_resize = 0.5;
 static const double shortest_seconds = 1e-9; /* the clock may not have moved */
@@ -63,7 +63,8 @@ static double pilot_seconds(const ca_auto_goal *goal)
 static double room_for(const ca_pilot_situation *s, uint32_t iterations)
 {
     return (pilot_seconds(&s->goal) - s->progress.seconds) /
-           (iterations * cost_of_pairs * fmax(s->iteration_seconds, shortest_seconds));
+           (iterations * (s->connects ? cost_of_connected_pairs : cost_of_pairs) *
+            fmax(s->iteration_seconds, shortest_seconds));
 }
 
 /* `step` times the camera paths and its square times the light paths, within what the image's own map can hold and

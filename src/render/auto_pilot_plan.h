@@ -49,6 +49,7 @@ typedef struct ca_pilot_situation {
     ca_pilot_numbers settings; /* what the settings say of the ordinary iterations */
     bool given;                /* did the user give these numbers? */
     bool one_camera_path;      /* ppm: all iterations have one camera path */
+    bool connects;             /* pairs are gathered of connections, with the weights of other numbers, too */
     uint32_t most_light_paths; /* that fit the memory */
     ca_pilot_group ramp;       /* so far */
     double iteration_seconds;  /* of the ramp's last iteration */

@@ -28,7 +28,10 @@ static ca_auto_decision choose(const ca_auto_situation *s, ca_auto_step step, ui
 {
     return (ca_auto_decision){
         .step = step,
-        .limits = {.iterations = iterations, .timed_light_paths = s->timed_light_paths, .reach = reach}};
+        .limits = {.iterations = iterations,
+                   .timed_light_paths = s->timed_light_paths,
+                   .reach = reach,
+                   .for_a_trial = step == CA_AUTO_CHOOSE_TRIAL}};
 }
 
 ca_auto_limits ca_auto_half_limits(double timed_light_paths)

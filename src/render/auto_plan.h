@@ -53,6 +53,7 @@ typedef struct ca_auto_limits {
     uint32_t iterations;      /* the rest of the render has time for at least so many with the chosen numbers */
     double timed_light_paths; /* N_F that times were measured with */
     uint32_t reach;           /* N_F is at most so many times that */
+    bool for_a_trial;         /* else no numbers are kept that are predicted to be worse than the pilot's */
 } ca_auto_limits;
 
 /* Which numbers a run has. */

@@ -20,6 +20,7 @@ void ca_auto_report(ca_auto_rays *a)
         .noise_passes = a->look_iterations,
         .noise_seconds = a->look_seconds,
         .checkpoint_failure = ca_checkpoint_failure(&a->kept.checkpoint),
+        .method = a->plan->method.reason[0] ? a->plan->method.reason : NULL,
         .render = a,
     };
     /* In the pilot and in a run's first iteration variances are not known, and the image cannot be joined. */
@@ -173,6 +174,10 @@ enum {
                CA_PILOT_HALVES * (sizeof(ca_film_pixel) + sizeof(ca_pair_means) + CA_RAY_TIMES_PIXEL_BYTES),
     AT_ITS_END = TWO_MAPS + LEARNING + CA_RAY_TIMES_PIXEL_BYTES + CA_PILOT_HALVES * sizeof(ca_pair_means) + CHOOSING,
     BETWEEN_RUNS = TWO_MAPS + LEARNING + sizeof(ca_joined_pixel) + CHOOSING,
+    /* Where paths connect: sums of connections, and films of other numbers; weights instead of what is known of each
+     * pixel. */
+    OTHER_FILMS = (int)sizeof(ca_pair_connected_means) + (int)CA_AUTO_MOST_OTHERS * (int)CA_PAIR_OTHER_MEANS_BYTES,
+
     IN_A_RUN = TWO_MAPS + CA_PASS_PIXEL_BYTES + LEARNING + sizeof(ca_joined_pixel) + sizeof(ca_film_pixel) +
                sizeof(ca_pair_means),
 };
@@ -181,13 +186,17 @@ _Static_assert(IN_PILOT == 628 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN
 _Static_assert((int)CA_AUTO_PIXEL_BYTES == (int)IN_PILOT, "auto_rays.h tells the most bytes of a pixel");
 _Static_assert(CA_AUTO_KEPT_PIXEL_BYTES == sizeof(ca_pair_moments) + CA_AUTO_MOST_RUNS * sizeof(uint32_t),
                "auto_rays.h tells what checkpoints take");
+_Static_assert((int)CA_AUTO_CONNECTED_PIXEL_BYTES == (int)IN_PILOT + (int)CA_PILOT_HALVES * (int)OTHER_FILMS,
+               "auto_rays.h tells the most bytes of a pixel where paths connect");
 
 /* The plan has counted one film, and what a pass takes. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
+    const bool connects = ca_integrator_has(plan->type, CA_ABILITY_CONNECTION_NOISE);
     const double pixels = ca_render_plan_pixels(plan);
-    const double kept = plan->settings->checkpoint_path ? CA_AUTO_KEPT_PIXEL_BYTES : 0.0;
-    const double bytes = (CA_AUTO_PIXEL_BYTES + kept - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
+    const double kept = plan->settings->checkpoint_path && !connects ? CA_AUTO_KEPT_PIXEL_BYTES : 0.0;
+    const double most = connects ? CA_AUTO_CONNECTED_PIXEL_BYTES : CA_AUTO_PIXEL_BYTES;
+    const double bytes = (most + kept - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (bytes >= plan->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -215,7 +224,10 @@ static ca_status create(ca_auto_rays *a, ca_error *error)
 {
     a->numbers.camera_paths = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->numbers.camera_paths);
     a->next.camera_path = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->next.camera_path);
-    return a->numbers.camera_paths && a->next.camera_path ? CA_OK : ca_fail_memory(error, "the numbers of rays");
+    if (!a->numbers.camera_paths || !a->next.camera_path) return ca_fail_memory(error, "the numbers of rays");
+    CA_TRY(ca_integrator_make_guide(a->plan->type, &a->plan->input, &a->guide, error));
+    a->plan->input.guide = a->guide;
+    return CA_OK;
 }
 
 static void destroy(ca_auto_rays *a)
@@ -223,6 +235,9 @@ static void destroy(ca_auto_rays *a)
     ca_free(a->numbers.camera_paths);
     ca_free(a->next.camera_path);
     ca_free(a->known);
+    ca_auto_nodes_destroy(&a->nodes);
+    a->plan->input.guide = NULL;
+    ca_emission_guide_destroy(a->guide);
     ca_ray_times_destroy(a->times);
     ca_halved_film_destroy(&a->pilot);
     ca_joined_film_destroy(&a->render);
@@ -247,7 +262,7 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
         .observer = observer,
         .frame = frame_of(plan),
         .progress.looks = ca_noise_looks_start(plan->settings->noise_percent, 0.0),
-        .start = ca_clock_seconds(),
+        .start = ca_clock_seconds() - plan->method.seconds, /* the method's choice is a part of the render */
         .predicted_gain = unknown,
         .costs = {.iteration = unknown, .light_path = unknown, .camera_path = unknown, .candidate = unknown},
     };

@@ -12,7 +12,14 @@ static ca_status hold_pairs(const ca_auto_rays *a, ca_auto_batch *batch, ca_erro
     return batch->gathered.made ? CA_OK : ca_fail_memory(error, "the noise components");
 }
 
-ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, uint32_t done, ca_error *error)
+static ca_status set_numbers(ca_auto_rays *a, ca_error *error)
+{
+    CA_TRY(ca_render_plan_set_light_paths(a->plan, a->numbers.light_paths, error));
+    return ca_auto_connects(a) ? ca_render_plan_set_camera_paths(a->plan, a->numbers.most, error) : CA_OK;
+}
+
+ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, const ca_pair_film *pairs,
+                              uint32_t done, ca_error *error)
 {
     ca_render_plan *plan = a->plan;
     *batch = (ca_auto_batch){
@@ -20,25 +27,45 @@ ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *fi
         .gathered = {.x0 = film->x0,
                      .y0 = film->y0,
                      .width = film->width,
-                     .height = film->height,
-                     .light_paths = a->numbers.light_paths},
+                     .height = film->height},
         .passes = done};
+    if (pairs) batch->gathered = *pairs;
+    batch->gathered.light_paths = a->numbers.light_paths;
     CA_TRY(hold_pairs(a, batch, error));
-    CA_TRY(ca_render_plan_set_light_paths(plan, a->numbers.light_paths, error));
+    CA_TRY(set_numbers(a, error));
     plan->input.first_light_path = a->next.light_path;
-    plan->input.pairs = &batch->gathered;
+    plan->input.pairs = pairs || !ca_auto_connects(a) ? &batch->gathered : NULL;
     CA_TRY(plan->type->create(&plan->input, &batch->integrator, error));
     return ca_pass_runner_create(&batch->runner, plan, batch->integrator, film, &batch->counts, error);
+}
+
+static void gather_into(ca_auto_batch *batch, const ca_pair_film *pairs)
+{
+    batch->runner.gathers_pairs = pairs != NULL;
+    batch->gathered.idle = !pairs;
+    if (!pairs) return;
+    batch->gathered.means = pairs->means;
+    batch->gathered.connected_means = pairs->connected_means;
+    batch->gathered.others = pairs->others;
+}
+
+/* What is made once belongs to no iteration's time. */
+static ca_status prepare(const ca_auto_rays *a, ca_auto_batch *batch, ca_error *error)
+{
+    const ca_integrator_type *type = a->plan->type;
+    ca_workers *workers = &batch->runner.workers;
+    if (batch->passes > 0 || !type->prepare) return CA_OK;
+    return type->prepare(batch->integrator, &workers->parallel, workers->list, error);
 }
 
 ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs,
                             ca_ray_times *times, double *seconds, ca_error *error)
 {
+    CA_TRY(prepare(a, batch, error));
     const double start = ca_clock_seconds();
     batch->runner.film = film;
     batch->runner.times = times;
-    batch->runner.gathers_pairs = pairs != NULL;
-    batch->gathered.means = pairs ? pairs->means : NULL;
+    gather_into(batch, pairs);
     CA_TRY(ca_pass_run(&batch->runner, batch->passes, error));
     if (batch->gathered.incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
     batch->passes++;

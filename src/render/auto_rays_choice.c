@@ -5,7 +5,7 @@
 #include <string.h>
 
 enum { SMOOTHING = 2 }; /* averages over 5 x 5 pixels: with fewer, the choice follows the noise of the estimates */
-enum { LEAST_LIGHT_PATHS = 2, LIMIT_STEPS = 40 };
+enum { LEAST_LIGHT_PATHS = 2, LIMIT_STEPS = 40, LEAST_GIVEN_ITERATIONS = 2 };
 static const double as_good = 1.03;           /* variance x time over the best */
 static const double shortest_seconds = 1e-10; /* what takes no measurable time still needs a time above 0 */
 
@@ -19,7 +19,7 @@ static void fill_pixels(const ca_auto_rays *a, const ca_ray_times *times, const 
             const size_t p = (size_t)y * a->frame.width + x;
             double camera_time, merge_time;
             ca_ray_times_of_pixel(times, costs, x, y, &camera_time, &merge_time);
-            pixels[p] = ca_auto_known_estimates(&a->known[p]);
+            pixels[p] = a->known ? ca_auto_known_estimates(&a->known[p]) : (ca_ray_pixel){0};
             pixels[p].camera_time = fmax(camera_time, shortest_seconds);
             pixels[p].merge_time = fmax(merge_time, 0.0);
         }
@@ -51,9 +51,53 @@ typedef struct chooser {
     ca_auto_rays *a;
     const ca_auto_basis *basis;
     ca_ray_image image;
+    ca_connected_node nodes[CA_AUTO_MOST_NODES]; /* where paths connect ... */
+    ca_connected_image connected;                /* ... instead of the pixels' estimates */
     ca_ray_settings settings; /* their limits are lowered from step to step */
     double speed; /* seconds of the clock for one of the processors' by the costs: threads, and what else it did */
 } chooser;
+
+/* Points into the chooser, which is not copied from here on. */
+static void sum_pixels(chooser *c)
+{
+    const ca_ray_image *image = &c->image;
+    c->connected = (ca_connected_image){.nodes = c->nodes,
+                                        .node_count = ca_auto_nodes_list(&c->a->nodes, true, c->nodes),
+                                        .fixed_time = image->fixed_time,
+                                        .light_time = image->light_time};
+    for (size_t p = 0; p < (size_t)image->width * image->height; p++) {
+        c->connected.camera_time += image->pixels[p].camera_time;
+        c->connected.merge_time += image->pixels[p].merge_time;
+    }
+}
+
+/* Without noise that is known, the given numbers as far as the limits allow. */
+static ca_status choose_given(const chooser *c, ca_ray_numbers *numbers, ca_error *error)
+{
+    const ca_ray_settings *s = &c->settings;
+    const double light_paths = fmin(s->given_light_paths, s->max_light_paths);
+    const double camera_paths = fmin(fmin(s->given_camera_paths, s->max_camera_paths), light_paths);
+    numbers->given = ca_connected_expect(&c->connected, s->given_light_paths, s->given_camera_paths);
+    numbers->gain_over_given = numbers->gain_over_uniform = 1.0;
+    const ca_ray_choice choice = ca_connected_expect(&c->connected, light_paths, camera_paths);
+    return ca_ray_numbers_use_uniform(numbers, &choice, ca_auto_pixels(c->a), error);
+}
+
+static ca_status choose_numbers(const chooser *c, ca_ray_numbers *numbers, ca_error *error)
+{
+    if (!ca_auto_connects(c->a)) return ca_ray_numbers_choose(numbers, &c->image, &c->settings, error);
+    *numbers = (ca_ray_numbers){0};
+    if (c->connected.node_count > 0)
+        CA_TRY(ca_connected_numbers(&c->connected, &c->settings, ca_auto_pixels(c->a), numbers, error));
+    return numbers->camera_paths ? CA_OK : choose_given(c, numbers, error);
+}
+
+static double relative_variance(const ca_auto_rays *a, const ca_ray_numbers *numbers)
+{
+    const ca_ray_choice *best = &numbers->best;
+    if (ca_auto_connects(a)) return ca_auto_nodes_relative_variance(&a->nodes, best->light_paths, best->camera_paths);
+    return ca_auto_known_relative_variance(a->known, ca_auto_pixels(a), best->light_paths, numbers->camera_paths);
+}
 
 static ca_auto_candidate candidate_of(const chooser *c, const ca_ray_numbers *numbers)
 {
@@ -62,8 +106,7 @@ static ca_auto_candidate candidate_of(const chooser *c, const ca_ray_numbers *nu
         .light_paths = best->light_paths,
         .camera_paths = best->camera_paths,
         .cost = best->variance * best->time,
-        .relative_variance = ca_auto_known_relative_variance(c->a->known, ca_auto_pixels(c->a), best->light_paths,
-                                                             numbers->camera_paths),
+        .relative_variance = relative_variance(c->a, numbers),
         .seconds = best->time * c->speed,
     };
 }
@@ -94,7 +137,7 @@ static ca_status choose_within_limits(chooser *c, uint32_t iterations, ca_ray_nu
     for (int step = 0; step < LIMIT_STEPS; step++) {
         bool fits = true;
         ca_ray_numbers_destroy(numbers);
-        CA_TRY(ca_ray_numbers_choose(numbers, &c->image, &c->settings, error));
+        CA_TRY(choose_numbers(c, numbers, error));
         const ca_auto_candidate candidate = candidate_of(c, numbers);
         const bool too_long =
             ca_auto_iterations_left(&c->a->goal, &c->basis->progress, &candidate) < (double)iterations;
@@ -113,14 +156,35 @@ static ca_status prefer_fewer_light_paths(chooser *c, ca_ray_numbers *numbers, c
         ca_ray_numbers fewer;
         c->settings.max_light_paths = (uint32_t)(numbers->best.light_paths / 2.0);
         if (c->settings.max_light_paths < c->settings.min_light_paths) return CA_OK;
-        CA_TRY(ca_ray_numbers_choose(&fewer, &c->image, &c->settings, error));
-        if (!(fewer.best.variance * fewer.best.time <= limit)) {
+        CA_TRY(choose_numbers(c, &fewer, error));
+        if (!(fewer.best.variance * fewer.best.time <= limit && limit > 0.0)) {
             ca_ray_numbers_destroy(&fewer);
             return CA_OK;
         }
         ca_ray_numbers_destroy(numbers);
         *numbers = fewer;
     }
+}
+
+/* Numbers that are predicted to be worse than the pilot's are not kept, as long as there is time for the pilot's. */
+static ca_status prefer_given(chooser *c, ca_ray_numbers *numbers, ca_error *error)
+{
+    if (!(numbers->gain_over_given < 1.0)) return CA_OK;
+    const ca_auto_candidate given = {.relative_variance = (double)NAN,
+                                     .camera_paths = numbers->given.camera_paths,
+                                     .seconds = numbers->given.time * c->speed};
+    if (ca_auto_iterations_left(&c->a->goal, &c->basis->progress, &given) < LEAST_GIVEN_ITERATIONS) return CA_OK;
+    numbers->gain_over_given = 1.0;
+    return ca_ray_numbers_use_uniform(numbers, &numbers->given, ca_auto_pixels(c->a), error);
+}
+
+/* Weights with other numbers of camera paths than were measured with are not known: no more than so many times as
+ * many. */
+static uint32_t most_camera_paths(const ca_auto_rays *a, uint32_t reach)
+{
+    if (ca_auto_one_camera_path(a)) return 1;
+    if (!ca_auto_connects(a)) return CA_RAY_MOST_CAMERA_PATHS;
+    return (uint32_t)fmin((double)reach * a->numbers.most, CA_CONNECTED_MOST_CAMERA_PATHS);
 }
 
 static ca_ray_settings settings_of(const ca_auto_rays *a, const ca_auto_limits *limits)
@@ -130,7 +194,7 @@ static ca_ray_settings settings_of(const ca_auto_rays *a, const ca_auto_limits *
                              .smoothing = SMOOTHING,
                              .min_light_paths = LEAST_LIGHT_PATHS,
                              .max_light_paths = ca_auto_most_light_paths(limits, a->plan->input.memory_bytes > 0.0),
-                             .max_camera_paths = ca_auto_one_camera_path(a) ? 1 : CA_RAY_MOST_CAMERA_PATHS,
+                             .max_camera_paths = most_camera_paths(a, limits->reach),
                              .given_light_paths = pilot.light_paths,
                              .given_camera_paths = pilot.camera_paths};
 }
@@ -145,8 +209,10 @@ ca_status ca_auto_choose(ca_auto_rays *a, const ca_auto_basis *basis, const ca_a
     chooser c = {
         .a = a, .basis = basis, .image = image_of(a, &choice->costs, pixels), .settings = settings_of(a, limits)};
     c.speed = basis->plain_seconds / iteration_time(&c.image, &a->numbers);
+    sum_pixels(&c);
     ca_status status = choose_within_limits(&c, limits->iterations, &choice->numbers, error);
     if (status == CA_OK) status = prefer_fewer_light_paths(&c, &choice->numbers, error);
+    if (status == CA_OK && !limits->for_a_trial) status = prefer_given(&c, &choice->numbers, error);
     if (status == CA_OK) choice->candidate = candidate_of(&c, &choice->numbers);
     ca_free(pixels);
     if (status != CA_OK) ca_auto_choice_destroy(choice);

@@ -94,6 +94,7 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     *statistics = a->counts;
     ca_render_summarise(&summary, statistics);
     statistics->seconds = a->progress.seconds;
+    statistics->method = a->plan->method;
     statistics->iterations = a->iterations;
     statistics->seed = a->plan->seed;
     statistics->notes = a->plan->scene->desc.notes.items;

@@ -32,10 +32,12 @@ static ca_status resume(ca_auto_rays *a, ca_error *error)
     return CA_OK;
 }
 
+/* What is known where paths connect, and how the method was chosen, is in no file. */
 ca_status ca_auto_keep_start(ca_auto_rays *a, ca_error *error)
 {
     const ca_render_plan *plan = a->plan;
     ca_auto_kept *kept = &a->kept;
+    if (ca_auto_connects(a) || plan->method.reason[0]) return CA_OK;
     CA_TRY(ca_pass_settings_make(plan, 0, &kept->settings, error));
     if (plan->rays == CA_RAYS_OF_RECORD)
         return ca_auto_record_read(&a->script, plan->settings->rays, kept->settings, ca_auto_pixels(a), error);

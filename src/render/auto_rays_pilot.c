@@ -1,5 +1,4 @@
 /* The pilot: iterations of two halves in turns, and what they tell. What it needs is freed when it ends. */
-#include "base/memory.h"
 #include "render/auto_rays_state.h"
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
@@ -10,7 +9,6 @@ ca_status ca_auto_pilot_create(const ca_auto_rays *a, ca_auto_pilot *p, ca_error
     for (int h = 0; h < CA_PILOT_HALVES; h++) {
         ca_auto_half *half = &p->halves[h];
         CA_TRY(ca_film_create(&half->film, frame->full_width, frame->full_height, a->plan->crop, error));
-        CA_TRY(ca_pair_film_create_means(&half->pairs, a->plan->crop, error));
         CA_TRY(ca_ray_times_create(&half->times, frame->width, frame->height, a->plan->threads, error));
     }
     return CA_OK;
@@ -109,7 +107,8 @@ static ca_status run_group(ca_auto_rays *a, ca_auto_pilot *p, ca_pilot_step step
     ca_auto_batch batch = {.integrator = NULL};
     ca_auto_use_uniform(a, group->numbers);
     CA_TRY(ca_auto_keep_group(a, step == CA_PILOT_RAMP ? CA_AUTO_GROUP_RAMP : CA_AUTO_GROUP_ORDINARY, false, error));
-    ca_status status = ca_auto_batch_begin(a, &batch, &p->halves[0].film, done, error);
+    const ca_pair_film *pairs = step == CA_PILOT_ORDINARY ? &p->halves[0].pairs : NULL;
+    ca_status status = ca_auto_batch_begin(a, &batch, &p->halves[0].film, pairs, done, error);
     const bool began = status == CA_OK;
     if (began) status = run_iterations_of(a, p, &batch, step, group, error);
     if (began && status != CA_OK) status = end_early(a, &batch, group, status);
@@ -146,6 +145,15 @@ static ca_pilot_decision decide_by_script(const ca_auto_rays *a)
     return decision;
 }
 
+/* Where paths connect, each camera path of a pixel has a light path of its own. */
+static ca_pilot_decision decide_numbers(const ca_auto_rays *a, const ca_pilot_situation *situation)
+{
+    ca_pilot_decision decision = ca_pilot_decide(situation);
+    if (ca_auto_connects(a) && decision.numbers.camera_paths > decision.numbers.light_paths)
+        decision.numbers.camera_paths = decision.numbers.light_paths;
+    return decision;
+}
+
 /* Decides again where the memory does not hold what was decided. */
 static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *decision, ca_error *error)
 {
@@ -155,15 +163,16 @@ static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *deci
                                     .settings = a->pilot_settings,
                                     .given = a->given,
                                     .one_camera_path = ca_auto_one_camera_path(a),
+                                    .connects = ca_auto_connects(a),
                                     .most_light_paths = UINT32_MAX,
                                     .ramp = a->ramp,
                                     .iteration_seconds = seconds};
-    *decision = ca_auto_repeats(a) ? decide_by_script(a) : ca_pilot_decide(&situation);
+    *decision = ca_auto_repeats(a) ? decide_by_script(a) : decide_numbers(a, &situation);
     if (decision->step == CA_PILOT_END || ca_auto_repeats(a)) return CA_OK;
     CA_TRY(fit_memory(a, decision, &light_paths, error));
     if (light_paths == decision->numbers.light_paths) return CA_OK;
     situation.most_light_paths = light_paths;
-    *decision = ca_pilot_decide(&situation);
+    *decision = decide_numbers(a, &situation);
     return CA_OK;
 }
 
@@ -179,11 +188,19 @@ static ca_status run_ramp(ca_auto_rays *a, ca_auto_pilot *p, ca_pilot_decision *
     return CA_OK;
 }
 
-/* The ramp's films make room for the ordinary iterations. */
-static void end_ramp(ca_auto_rays *a, ca_auto_pilot *p)
+ca_status ca_auto_pilot_create_pairs(const ca_auto_rays *a, ca_auto_pilot *p, ca_error *error)
 {
-    ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0);
+    const ca_pilot_numbers numbers = a->ordinary.numbers;
+    for (int h = 0; h < CA_PILOT_HALVES; h++)
+        CA_TRY(ca_auto_pairs_create(a, numbers.light_paths, numbers.camera_paths, &p->halves[h].pairs, error));
+    return CA_OK;
+}
+
+/* The ramp's films make room for the ordinary iterations. */
+static ca_status begin_ordinary(ca_auto_rays *a, ca_auto_pilot *p, ca_error *error)
+{
     for (int h = 0; h < CA_PILOT_HALVES; h++) ca_film_clear(&p->halves[h].film);
+    return ca_auto_survive(a, ca_auto_pilot_create_pairs(a, p, error));
 }
 
 /* `done` of the ordinary iterations were in a checkpoint, with all of the ramp. */
@@ -201,25 +218,13 @@ static ca_status run_iterations(ca_auto_rays *a, ca_auto_pilot *p, ca_error *err
 {
     ca_pilot_decision next = {.step = CA_PILOT_END};
     CA_TRY(ca_auto_survive(a, run_ramp(a, p, &next, error)));
-    end_ramp(a, p);
-    return a->progress.stopped || next.step == CA_PILOT_END ? CA_OK : run_ordinary(a, p, 0, error);
+    ca_halved_film_add(&a->pilot, &p->halves[0].film, &p->halves[1].film, 1.0);
+    if (a->progress.stopped || next.step == CA_PILOT_END) return CA_OK;
+    CA_TRY(begin_ordinary(a, p, error));
+    return a->progress.stopped ? CA_OK : run_ordinary(a, p, 0, error);
 }
 
 /* ---- What they tell -------------------------------------------------------------------------------------------- */
-
-static void add_known(ca_auto_rays *a, const ca_pair_film *pairs, uint32_t iterations)
-{
-    ca_auto_known_add(a->known, &(ca_auto_gathered){.pairs = pairs,
-                                                    .iterations = iterations,
-                                                    .light_paths = a->numbers.light_paths,
-                                                    .camera_paths = a->numbers.camera_paths,
-                                                    .one_camera_path = ca_auto_one_camera_path(a)});
-}
-
-static void forget(ca_auto_rays *a)
-{
-    for (size_t i = 0; i < ca_auto_pixels(a); i++) a->known[i] = (ca_auto_known){0};
-}
 
 /* From this half alone: its choice does not know the noise, which is that of both. */
 static ca_status judge_half(ca_auto_rays *a, const ca_auto_half *half, ca_pilot_verdict *verdict, ca_error *error)
@@ -228,8 +233,8 @@ static ca_status judge_half(ca_auto_rays *a, const ca_auto_half *half, ca_pilot_
     const ca_auto_limits limits = ca_auto_half_limits(a->ordinary.numbers.light_paths);
     ca_auto_basis basis = {half->times, half->plain_seconds / half->plain, a->progress};
     basis.progress.looks.noise = -1.0;
-    forget(a);
-    add_known(a, &half->pairs, half->gathering);
+    ca_auto_forget(a);
+    ca_auto_learn(a, &half->pairs, half->gathering);
     CA_TRY(ca_auto_choose(a, &basis, &limits, &own, error));
     *verdict = (ca_pilot_verdict){.gain = own.numbers.gain_over_given,
                                   .seconds_per_sample = own.candidate.seconds / own.candidate.camera_paths,
@@ -244,8 +249,8 @@ static void merge_halves(ca_auto_rays *a, ca_auto_pilot *p)
     ca_auto_half *first = &p->halves[0], *second = &p->halves[1];
     ca_pair_film_pool(&first->pairs, &second->pairs, 1);
     ca_ray_times_pool(first->times, second->times);
-    forget(a);
-    add_known(a, &first->pairs, first->gathering + second->gathering);
+    ca_auto_forget(a);
+    ca_auto_learn(a, &first->pairs, first->gathering + second->gathering);
     a->plain_seconds = (first->plain_seconds + second->plain_seconds) / (first->plain + second->plain);
     a->times = first->times;
     first->times = NULL;
@@ -254,8 +259,7 @@ static void merge_halves(ca_auto_rays *a, ca_auto_pilot *p)
 /* Where a record is repeated the halves decide nothing. */
 static ca_status learn(ca_auto_rays *a, ca_auto_pilot *p, ca_error *error)
 {
-    a->known = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->known);
-    if (!a->known) return ca_fail_memory(error, "the numbers of rays");
+    CA_TRY(ca_auto_known_create(a, error));
     for (int h = 0; h < CA_PILOT_HALVES && !ca_auto_repeats(a); h++)
         CA_TRY(judge_half(a, &p->halves[h], &a->verdicts[h], error));
     merge_halves(a, p);

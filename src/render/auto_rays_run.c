@@ -7,7 +7,8 @@ ca_status ca_auto_work_create(const ca_auto_rays *a, ca_auto_work_film *work, ca
 {
     const ca_film *frame = &a->frame;
     CA_TRY(ca_film_create(&work->film, frame->full_width, frame->full_height, a->plan->crop, error));
-    return work->run->measures ? ca_pair_film_create_means(&work->pairs, a->plan->crop, error) : CA_OK;
+    if (!work->run->measures) return CA_OK;
+    return ca_auto_pairs_create(a, a->numbers.light_paths, a->numbers.most, &work->pairs, error);
 }
 
 void ca_auto_work_destroy(ca_auto_work_film *work)
@@ -88,7 +89,8 @@ static ca_status run_iterations(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_w
 static ca_status iterate(ca_auto_rays *a, ca_auto_work_film *work, ca_error *error)
 {
     ca_auto_batch batch = {.integrator = NULL};
-    ca_status status = ca_auto_batch_begin(a, &batch, &work->film, work->iterations, error);
+    const ca_pair_film *pairs = work->run->measures ? &work->pairs : NULL;
+    ca_status status = ca_auto_batch_begin(a, &batch, &work->film, pairs, work->iterations, error);
     const bool began = status == CA_OK;
     a->work = work;
     if (began) status = run_iterations(a, &batch, work, error);
@@ -111,11 +113,7 @@ static void join(ca_auto_rays *a, const ca_auto_work_film *work)
     a->runs++;
     if (!work->run->measures || a->ended_early) return;
     a->plain_seconds = work->plain_seconds / work->plain; /* the second iteration is plain */
-    ca_auto_known_add(a->known, &(ca_auto_gathered){.pairs = &work->pairs,
-                                                    .iterations = work->gathering,
-                                                    .light_paths = a->numbers.light_paths,
-                                                    .camera_paths = a->numbers.camera_paths,
-                                                    .one_camera_path = ca_auto_one_camera_path(a)});
+    ca_auto_learn(a, &work->pairs, work->gathering);
 }
 
 static void describe(const ca_auto_rays *a, const ca_auto_work_film *work, ca_auto_outcome *outcome)

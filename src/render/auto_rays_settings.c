@@ -66,6 +66,11 @@ ca_status ca_auto_read_settings(ca_auto_rays *a, ca_error *error)
     a->given = ca_integrator_value(plan->type, &plan->input, "light_paths", 0.0) > 0.0 || plan->camera_paths > 1;
     CA_TRY(read_camera_paths(plan, &a->pilot_settings.camera_paths, error));
     CA_TRY(read_light_paths(plan, &a->pilot_settings.light_paths, error));
+    if (ca_auto_connects(a) && a->pilot_settings.light_paths < a->pilot_settings.camera_paths)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "each camera path of a pixel connects to a light path of its own: a pilot of %u camera paths "
+                       "per pixel needs as many light paths, not %u",
+                       a->pilot_settings.camera_paths, a->pilot_settings.light_paths);
     const double least = ca_pilot_least_samples(a->pilot_settings.camera_paths);
     if (a->goal.samples == 0.0 || a->goal.samples >= 2.0 * least) return CA_OK;
     return ca_fail(

@@ -6,6 +6,7 @@
 #define CA_RENDER_AUTO_RAYS_STATE_H
 
 #include "render/auto_known.h"
+#include "render/auto_nodes.h"
 #include "render/auto_pilot_plan.h"
 #include "render/auto_plan.h"
 #include "render/auto_rays.h"
@@ -105,12 +106,14 @@ typedef struct ca_auto_rays {
     double pilot_seconds, pilot_work;
 
     /* What is known, from the pilot's end on. */
-    ca_auto_known *known;  /* owned; of each pixel */
+    ca_auto_known *known;  /* owned; of each pixel; NULL where paths connect */
+    ca_auto_nodes nodes;   /* owned; where paths connect */
     ca_ray_times *times;   /* owned */
     double plain_seconds;  /* of the clock, of an iteration with the numbers in use that gathers no pairs */
     ca_ray_costs costs;    /* that the last choice was made with */
     double predicted_gain; /* of the numbers in use over the pilot's */
 
+    ca_emission_guide *guide; /* owned; of all iterations; NULL: light paths are not guided */
     ca_auto_situation situation; /* before the step at work, which is: */
     ca_auto_decision decision;
     ca_joined_film render;   /* sum of runs that are done, each times its share */
@@ -124,6 +127,11 @@ typedef struct ca_auto_rays {
 } ca_auto_rays;
 
 static inline size_t ca_auto_pixels(const ca_auto_rays *a) { return (size_t)a->frame.width * a->frame.height; }
+/* Do weights contain the numbers of paths? All pixels then have the same N_B. */
+static inline bool ca_auto_connects(const ca_auto_rays *a)
+{
+    return ca_integrator_has(a->plan->type, CA_ABILITY_CONNECTION_NOISE);
+}
 static inline bool ca_auto_one_camera_path(const ca_auto_rays *a) { return a->pilot_settings.camera_paths == 1; }
 static inline bool ca_auto_is_kept(const ca_auto_rays *a) { return a->kept.checkpoint.path != NULL; }
 
@@ -150,8 +158,10 @@ typedef struct ca_auto_batch {
     uint32_t passes;
 } ca_auto_batch;
 
-/* `film`: any of those that it is run with. `done`: iterations of the batch that were in a checkpoint. */
-ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, uint32_t done, ca_error *error);
+/* `film` and `pairs`: any of those that it is run with; NULL: it gathers none. `done`: iterations of the batch that
+ * were in a checkpoint. */
+ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, const ca_pair_film *pairs,
+                              uint32_t done, ca_error *error);
 /* One more iteration; `pairs` and `times` may be NULL. *seconds: of the clock. One that fails leaves film and counts
  * as they were; the pairs, from which nothing is learned any more, may be incomplete. */
 ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs,
@@ -168,6 +178,17 @@ ca_status ca_auto_survive(ca_auto_rays *a, ca_status status);
 
 /* Tells the caller how far the render is; asks whether it goes on. */
 void ca_auto_report(ca_auto_rays *a);
+
+/* ---- What is known --------------------------------------------------------------------------------------------- */
+
+/* A film of means for iterations with these numbers; where paths connect, with the weights of others, too. */
+ca_status ca_auto_pairs_create(const ca_auto_rays *a, uint32_t light_paths, uint32_t camera_paths,
+                               ca_pair_film *pairs, ca_error *error);
+/* Nothing is known yet, at the pilot's end. */
+ca_status ca_auto_known_create(ca_auto_rays *a, ca_error *error);
+void ca_auto_forget(ca_auto_rays *a);
+/* What iterations with the numbers in use have gathered. */
+void ca_auto_learn(ca_auto_rays *a, const ca_pair_film *pairs, uint32_t iterations);
 
 /* ---- Numbers --------------------------------------------------------------------------------------------------- */
 
@@ -199,6 +220,8 @@ ca_status ca_auto_pilot_run(ca_auto_rays *a, ca_error *error);
 
 /* One that has nothing yet; one that is empty may be destroyed. */
 ca_status ca_auto_pilot_create(const ca_auto_rays *a, ca_auto_pilot *pilot, ca_error *error);
+/* For its ordinary iterations, whose numbers are known. */
+ca_status ca_auto_pilot_create_pairs(const ca_auto_rays *a, ca_auto_pilot *pilot, ca_error *error);
 void ca_auto_pilot_destroy(ca_auto_pilot *pilot);
 
 /* The film of a run, and its pairs if it measures. */

@@ -1,16 +1,11 @@
 /* Numbers of paths where they connect: from a measurement with the weights of several numbers of light paths to the
  * numbers with the least variance x time (noise/connected_numbers.h). */
-#include "base/memory.h"
 #include "noise/connected_numbers.h"
 #include "render/noise.h"
 #include "render/noise_plan.h"
 
 #include <math.h>
 
-/* Camera paths of a pixel. */
-enum { MOST_CAMERA_PATHS = 64 };
-/* Of the image's mean L^2, as in ray_numbers.h. */
-static const double relative_delta = 0.01;
 /* Light paths to choose from, over those measured with: from 1 / GRID_STEP^GRID_REACH to its inverse. */
 enum { GRID_STEP = 4, GRID_REACH = 2 };
 
@@ -28,35 +23,23 @@ uint32_t ca_noise_grid(uint32_t light_paths, uint32_t camera_paths, ca_noise_cou
 
 /* Numbers of light paths whose weights are known: those measured with, and others with as many camera paths. */
 static uint32_t find_nodes(const ca_pair_film *film, ca_connected_node nodes[1 + CA_NOISE_MOST_OTHERS],
-                           const uint32_t *others[1 + CA_NOISE_MOST_OTHERS],
-                           uint32_t numbers[CA_NOISE_MOST_OTHERS])
+                           const ca_pair_film *others[1 + CA_NOISE_MOST_OTHERS])
 {
     uint32_t count = 1;
     nodes[0].light_paths = film->light_paths;
     others[0] = NULL;
     for (uint32_t i = 0; i < film->other_count; i++) {
-        if (film->others[i].camera_paths != film->camera_paths) continue;
+        const ca_pair_film *other = &film->others[i];
+        if (other->camera_paths != film->camera_paths) continue;
         uint32_t at = count++;
-        for (; at > 0 && nodes[at - 1].light_paths > film->others[i].light_paths; at--) {
+        for (; at > 0 && nodes[at - 1].light_paths > other->light_paths; at--) {
             nodes[at] = nodes[at - 1];
             others[at] = others[at - 1];
         }
-        numbers[i] = i;
-        nodes[at].light_paths = film->others[i].light_paths;
-        others[at] = &numbers[i];
+        nodes[at].light_paths = other->light_paths;
+        others[at] = other;
     }
     return count;
-}
-
-static void add_coefficients(ca_noise_coefficients *sum, const ca_noise_coefficients *c, double weight)
-{
-    sum->pair += weight * c->pair;
-    sum->camera += weight * c->camera;
-    sum->light += weight * c->light;
-    sum->connected += weight * c->connected;
-    sum->connected_pair += weight * c->connected_pair;
-    sum->connected_camera += weight * c->connected_camera;
-    sum->connected_light += weight * c->connected_light;
 }
 
 /* In the objective, as ray_numbers.h has it. */
@@ -65,7 +48,7 @@ static double pixel_weight(const ca_pair_film *film, size_t pixel, ca_ray_object
     const double pixels = (double)film->width * film->height;
     if (objective != CA_RAYS_RELATIVE || !(mean_luminance2 > 0.0)) return 1.0 / pixels;
     const double luminance2 = ca_noise_components_of(&film->pixels[pixel]).luminance2.value;
-    return 1.0 / (pixels * (fmax(luminance2, 0.0) + relative_delta * mean_luminance2));
+    return 1.0 / (pixels * (fmax(luminance2, 0.0) + CA_RAYS_RELATIVE_DELTA * mean_luminance2));
 }
 
 static double mean_luminance2(const ca_pair_film *film)
@@ -76,7 +59,7 @@ static double mean_luminance2(const ca_pair_film *film)
     return sum / (double)pixels;
 }
 
-static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, const uint32_t *const *others,
+static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, const ca_pair_film *const *others,
                       ca_connected_node *nodes, uint32_t count)
 {
     const double mean = mean_luminance2(film);
@@ -85,26 +68,9 @@ static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, cons
         const double weight = pixel_weight(film, p, objective, mean);
         for (uint32_t i = 0; i < count; i++) {
             const ca_noise_coefficients c = ca_noise_coefficients_at(film, others[i], p);
-            add_coefficients(&nodes[i].sums, &c, weight);
+            ca_noise_coefficients_add(&nodes[i].sums, &c, weight);
         }
     }
-}
-
-/* The same numbers for all pixels. */
-static ca_status fill_uniform(const ca_pair_film *film, const ca_ray_choice *best, const ca_ray_choice *given,
-                              ca_ray_numbers *numbers, ca_error *error)
-{
-    const size_t pixels = (size_t)film->width * film->height;
-    *numbers = (ca_ray_numbers){.best = *best,
-                                .relaxed = *best,
-                                .uniform = *best,
-                                .given = *given,
-                                .gain_over_given = given->variance * given->time / (best->variance * best->time),
-                                .gain_over_uniform = 1.0,
-                                .camera_paths = ca_alloc(pixels, sizeof *numbers->camera_paths)};
-    if (!numbers->camera_paths) return ca_fail_memory(error, "the numbers of paths");
-    for (size_t p = 0; p < pixels; p++) numbers->camera_paths[p] = (uint32_t)best->camera_paths;
-    return CA_OK;
 }
 
 ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times *times, const ca_ray_costs *costs,
@@ -112,10 +78,9 @@ ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times
                                     ca_error *error)
 {
     ca_connected_node nodes[1 + CA_NOISE_MOST_OTHERS];
-    const uint32_t *others[1 + CA_NOISE_MOST_OTHERS];
-    uint32_t indices[CA_NOISE_MOST_OTHERS];
+    const ca_pair_film *others[1 + CA_NOISE_MOST_OTHERS];
     ca_connected_image image = {.nodes = nodes,
-                                .node_count = find_nodes(film, nodes, others, indices),
+                                .node_count = find_nodes(film, nodes, others),
                                 .fixed_time = fmax(costs->iteration, 0.0),
                                 .light_time = fmax(costs->light_path, CA_NOISE_SHORTEST_SECONDS)};
     sum_nodes(film, objective, others, nodes, (uint32_t)image.node_count);
@@ -126,11 +91,11 @@ ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times
             image.camera_time += fmax(camera_time, CA_NOISE_SHORTEST_SECONDS);
             image.merge_time += fmax(merge_time, 0.0);
         }
-    const ca_ray_choice given = ca_connected_expect(&image, film->light_paths, film->camera_paths);
-    const ca_ray_choice best = ca_connected_choose(&image, most, MOST_CAMERA_PATHS);
-    if (best.variance > 0.0 && given.variance > 0.0) return fill_uniform(film, &best, &given, numbers, error);
-    *numbers = (ca_ray_numbers){0}; /* no noise was found */
-    return CA_OK;
+    const ca_ray_settings settings = {.max_light_paths = most,
+                                      .max_camera_paths = CA_CONNECTED_MOST_CAMERA_PATHS,
+                                      .given_light_paths = film->light_paths,
+                                      .given_camera_paths = film->camera_paths};
+    return ca_connected_numbers(&image, &settings, (size_t)film->width * film->height, numbers, error);
 }
 
 ca_status ca_noise_check_connected(const ca_pair_film *film, ca_ray_objective objective, ca_error *error)

@@ -114,12 +114,6 @@ static bool goes_on(void *user)
     return !t->interrupted;
 }
 
-static ca_status set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, ca_error *error)
-{
-    plan->camera_paths = camera_paths;
-    return ca_integrator_set_number(plan->type, "camera_paths", camera_paths, &plan->input, error);
-}
-
 /* Warm-up of memory and of a new integrator, not timed: all light paths, and one camera path of every pixel (all of
  * them where they are kept from round to round). */
 static ca_status warm_up(timing *t, ca_pass_runner *runner, ca_error *error)
@@ -162,7 +156,7 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
     ca_render_plan *plan = &t->p.plan;
     void *integrator = NULL;
     CA_TRY(ca_render_plan_set_light_paths(plan, light_paths, error));
-    CA_TRY(set_camera_paths(plan, camera_paths, error));
+    CA_TRY(ca_render_plan_set_camera_paths(plan, camera_paths, error));
     CA_TRY(create_integrator(plan, &integrator, error));
     const ca_status status = run_passes(t, integrator, error);
     plan->type->destroy(integrator);

@@ -195,7 +195,25 @@ static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
             "\"independent\", not \"%.100s\"",
             settings->sampler);
     plan->sampler.kind = CA_SAMPLER_INDEPENDENT;
-    return ca_integrator_set_number(plan->type, "alpha", 0.0, &plan->input, error);
+    return ca_render_plan_keep_radius(plan, error);
+}
+
+/* Numbers of light and camera paths are chosen by a law that these have. */
+static ca_status check_law(const ca_render_plan *plan, ca_error *error)
+{
+    char names[CA_INTEGRATOR_NAMES_SIZE];
+    ca_integrator_names(CA_RAYS_ABILITIES | CA_ABILITY_CHOOSES, " and ", names);
+    if (!ca_integrator_has(plan->type, CA_RAYS_ABILITIES | CA_ABILITY_CHOOSES))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "numbers of rays are chosen by a law of noise: rays are for integrators %s, not for %s", names,
+                       plan->type->name);
+    if (plan->objective != CA_RAYS_WORST_DECILE ||
+        !ca_integrator_has(plan->type, CA_ABILITY_CONNECTION_NOISE | CA_ABILITY_CHOOSES))
+        return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "where paths connect, as in %s, numbers are chosen for the mean or the relative variance, not for "
+                   "the worst decile",
+                   plan->type->name);
 }
 
 static ca_rays_source rays_source(const ca_render_settings *settings)
@@ -219,21 +237,14 @@ static ca_status plan_record(ca_render_plan *plan, ca_error *error)
 static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
-    char names[CA_INTEGRATOR_NAMES_SIZE];
     plan->rays = rays_source(settings);
     const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
-    if (chooses && plan->rays == CA_RAYS_AUTO) plan->rays = CA_RAYS_OF_SETTINGS; /* they are, with the method */
     CA_TRY(plan_objective(plan, error));
     if (chooses && plan->rays == CA_RAYS_OF_RECORD)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "a record of numbers of rays is repeated with the integrator that it was made with: name it");
-    if (chooses || plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
-    ca_integrator_names(CA_ABILITY_PAIR_LAW, " and ", names);
-    if (!ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "numbers of rays are chosen by the law of photon mapping: rays are for integrators %s, not "
-                       "for %s",
-                       names, plan->type->name);
+    if (plan->rays == CA_RAYS_OF_SETTINGS || (chooses && plan->rays == CA_RAYS_OF_FILE)) return CA_OK;
+    CA_TRY(check_law(plan, error));
     if (settings->strategies_directory)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
@@ -296,6 +307,12 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
                        "there is no part of such a render; an image of it, as file of rays, repeats its choice");
+    const bool asked = settings->checkpoint_path && (settings->resume || !settings->checkpoint_if_long);
+    if (plan->rays == CA_RAYS_AUTO && asked && !ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "with rays \"auto\" a checkpoint keeps renders whose light comes from merges alone, not those of "
+                       "%s",
+                       plan->type->name);
     if (settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are not kept in %s", what);
     if (settings->checkpoint_path && !settings->part_path && !settings->has_passes) return CA_OK;
@@ -526,11 +543,23 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     return ca_integrator_resolve(plan->type, &plan->input, error);
 }
 
-/* ---- Other numbers of light paths ------------------------------------------------------------------------------ */
+/* ---- Other numbers of paths ------------------------------------------------------------------------------------ */
 
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error)
 {
     return ca_integrator_set_number(plan->type, "light_paths", light_paths, &plan->input, error);
+}
+
+ca_status ca_render_plan_set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, ca_error *error)
+{
+    plan->camera_paths = camera_paths;
+    return ca_integrator_set_number(plan->type, "camera_paths", camera_paths, &plan->input, error);
+}
+
+ca_status ca_render_plan_keep_radius(ca_render_plan *plan, ca_error *error)
+{
+    if (!ca_integrator_has_parameter(plan->type, "alpha")) return CA_OK;
+    return ca_integrator_set_number(plan->type, "alpha", 0.0, &plan->input, error);
 }
 
 ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error)

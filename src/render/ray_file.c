@@ -22,10 +22,24 @@ static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_erro
     return status;
 }
 
+/* Where paths connect, weights contain one number of camera paths for all pixels. */
+static ca_status fit_connections(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
+{
+    if (!ca_integrator_has(plan->type, CA_ABILITY_CONNECTION_NOISE)) return CA_OK;
+    for (size_t p = 0; p < pixels_of(plan); p++)
+        if (file->camera_paths[p] != file->counts.most)
+            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                           "%.800s: pixels have different numbers of camera paths; where paths connect, as in %s, "
+                           "all have the same",
+                           plan->settings->rays, plan->type->name);
+    return ca_render_plan_set_camera_paths(plan, file->counts.most, error);
+}
+
 /* Given counts replace the integrator's own number of camera paths. */
 static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
 {
     CA_TRY(ca_render_plan_set_light_paths(plan, file->light_paths, error));
+    CA_TRY(fit_connections(file, plan, error));
     plan->camera_paths = file->counts.most;
     plan->samples_per_pass = file->mean;
     return ca_render_plan_count_passes(plan, file->counts.most, error);

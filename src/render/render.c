@@ -553,10 +553,25 @@ static ca_status render_passes(ca_render_plan *plan, ca_image_layers **image, ca
     return status;
 }
 
+/* A method without such numbers renders as it is; so does one whose choice the caller has ended. */
+static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                                   ca_error *error)
+{
+    CA_TRY(ca_auto_method_choose(plan, error));
+    if (ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && !plan->ended) {
+        CA_TRY(ca_render_plan_keep_radius(plan, error));
+        return ca_auto_rays_render(plan, NULL, image, statistics, error);
+    }
+    plan->rays = CA_RAYS_OF_SETTINGS;
+    return render_passes(plan, image, statistics, error);
+}
+
 static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                           ca_error *error)
 {
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
+    if (plan->rays == CA_RAYS_AUTO && ca_render_plan_chooses(plan))
+        return choose_and_render(plan, image, statistics, error);
     if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
     return render_passes(plan, image, statistics, error);
 }

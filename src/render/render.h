@@ -12,6 +12,9 @@
 #include "integrator/integrator.h"
 #include "noise/ray_numbers.h"
 
+/* Of integrators that rays are for. */
+enum { CA_RAYS_ABILITIES = CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE };
+
 /* Where the numbers of light paths and camera paths come from; OF_RECORD: a file tells all that was decided in a
  * render with rays "auto" (auto_record.h). */
 typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE, CA_RAYS_OF_RECORD } ca_rays_source;
@@ -78,7 +81,11 @@ double ca_render_plan_expected_passes(const ca_render_plan *plan);
 
 /* Light paths of a pass from now on. */
 ca_status ca_render_plan_set_light_paths(ca_render_plan *plan, uint32_t light_paths, ca_error *error);
-/* Sets them. *fits: all of them fit the memory that is allowed at once, in one round. */
+/* Likewise camera paths of every pixel. */
+ca_status ca_render_plan_set_camera_paths(ca_render_plan *plan, uint32_t camera_paths, ca_error *error);
+/* One radius for all passes: alpha 0, where there is such a parameter. */
+ca_status ca_render_plan_keep_radius(ca_render_plan *plan, ca_error *error);
+/* Sets light paths. *fits: all of them fit the memory that is allowed at once, in one round. */
 ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *fits, ca_error *error);
 
 /* Is a parameter set by the scene, or in the settings' text "name:a=1,b=2"? */

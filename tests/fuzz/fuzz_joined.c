@@ -28,7 +28,7 @@ static void destroy(ca_auto_rays *a, ca_auto_pilot *pilot, ca_auto_work_film *wo
 static void read_it(const char *path)
 {
     uint32_t camera_paths[WIDTH * HEIGHT] = {0}, first[WIDTH * HEIGHT] = {0};
-    ca_render_plan plan = {.crop = {0, 0, WIDTH, HEIGHT}, .threads = THREADS};
+    ca_render_plan plan = {.type = ca_integrator_of("bdpm"), .crop = {0, 0, WIDTH, HEIGHT}, .threads = THREADS};
     ca_auto_rays a = {.plan = &plan,
                       .frame = {.width = WIDTH, .height = HEIGHT, .full_width = WIDTH, .full_height = HEIGHT},
                       .numbers.camera_paths = camera_paths,
