@@ -133,9 +133,21 @@ static void add_groups(ca_pass_sums *sums, ca_group_sums *group, ca_pass_sums *o
     ca_binned_add(group->high, group->low, other_group->high, other_group->low, CA_BINNED_BINS * 4);
 }
 
+/* Of the same units. */
+static void add_counts(ca_pass_sums *sums, const ca_pass_sums *other)
+{
+    ca_binned_add(sums->high, sums->low, other->high, other->low, ALL_BINS);
+    ca_binned_add(sums->feature_high, sums->feature_low, other->feature_high, other->feature_low, CA_PASS_FEATURES);
+    sums->samples += other->samples;
+}
+
 void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pass_sums *other,
                            const ca_group_sums *other_group)
 {
+    if (!group && memcmp(sums->scale, other->scale, sizeof sums->scale) == 0) {
+        add_counts(sums, other);
+        return;
+    }
     ca_pass_sums copy = *other;
     for (int c = 0; c < 4; c++) {
         const uint8_t a = sums->scale[c], b = copy.scale[c], to = a > b ? a : b;
@@ -146,9 +158,7 @@ void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pa
         ca_group_sums copied = *other_group;
         add_groups(sums, group, &copy, &copied);
     }
-    ca_binned_add(sums->high, sums->low, copy.high, copy.low, ALL_BINS);
-    ca_binned_add(sums->feature_high, sums->feature_low, copy.feature_high, copy.feature_low, CA_PASS_FEATURES);
-    sums->samples += copy.samples;
+    add_counts(sums, &copy);
 }
 
 double ca_pass_sums_value(const ca_pass_sums *sums, const ca_group_sums *group, int i)
