@@ -7,7 +7,7 @@
 _Static_assert(sizeof(ca_pass_sums) == 260 && sizeof(ca_group_sums) == 104 && sizeof(ca_pass_addend) == 40,
                "pass_sums.h promises so many bytes per pixel");
 
-enum { ALL_BINS = CA_BINNED_BINS * CA_PASS_SUMS };
+enum { ALL_BINS = CA_BINNED_BINS * CA_PASS_SUMS, GROUP_BINS = CA_BINNED_BINS * 4 };
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
@@ -130,7 +130,7 @@ static void add_groups(ca_pass_sums *sums, ca_group_sums *group, ca_pass_sums *o
         rescale_group(sums, group, c, to);
         rescale_group(other, other_group, c, to);
     }
-    ca_binned_add(group->high, group->low, other_group->high, other_group->low, CA_BINNED_BINS * 4);
+    ca_binned_add(group->high, group->low, other_group->high, other_group->low, GROUP_BINS);
 }
 
 /* Of the same units. */
@@ -235,7 +235,7 @@ void ca_group_sums_write(const ca_group_sums *sums, unsigned char bytes[CA_GROUP
 {
     for (int c = 0; c < 3; c++, bytes += 8) ca_put_u64(bytes, ca_double_bits(sums->open[c]));
     memcpy(bytes, sums->scale, 4);
-    put_all(bytes + 4, sums->high, sums->low, CA_BINNED_BINS * 4);
+    put_all(bytes + 4, sums->high, sums->low, GROUP_BINS);
 }
 
 bool ca_group_sums_read(ca_group_sums *sums, uint32_t samples, const unsigned char bytes[CA_GROUP_SUMS_BYTES])
@@ -246,6 +246,6 @@ bool ca_group_sums_read(ca_group_sums *sums, uint32_t samples, const unsigned ch
         good = good && isfinite(sums->open[c]);
     }
     get_scales(bytes, sums->scale, &good);
-    get_all(bytes + 4, sums->high, sums->low, CA_BINNED_BINS * 4, samples, CA_BINNED_MOST_UNITS, &good);
+    get_all(bytes + 4, sums->high, sums->low, GROUP_BINS, samples, CA_BINNED_MOST_UNITS, &good);
     return good;
 }
