@@ -57,7 +57,8 @@ static void test_values(void **state)
             add(&sums, value);
         }
         for (int c = 0; c < 3; c++) {
-            const double got = ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + c), sum = ca_exact_sum_value(&exact[c]);
+            const double got = ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + c);
+            const double sum = ca_exact_sum_value(&exact[c]);
             if (!(fabs(got - sum) <= SAMPLES * 0x1p-48 * largest[c] + 0x1p-52 * fabs(sum)))
                 fail_msg("round %d: %.17g instead of %.17g", round, got, sum);
         }

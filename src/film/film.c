@@ -6,8 +6,11 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
+_Static_assert(sizeof(ca_film_sample) - offsetof(ca_film_sample, albedo) == CA_PASS_FEATURES * sizeof(float),
+               "albedo, normal and position lie next to each other");
 _Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_film_groups) == 56,
                "film.h promises so many bytes per pixel");
 
@@ -139,8 +142,8 @@ static const double feature_unit = 0x1p-22;
 
 bool ca_film_make_addend(const ca_film *film, const ca_film_sample *s, ca_pass_addend *addend)
 {
-    const float features[CA_PASS_FEATURES] = {s->albedo.r, s->albedo.g,   s->albedo.b,   s->normal.x,  s->normal.y,
-                                              s->normal.z, s->position.x, s->position.y, s->position.z};
+    /* Where they are: collected in an array they would be waited for. */
+    const float *features = (const float *)(const void *)((const char *)s + offsetof(ca_film_sample, albedo));
     const float unit = (float)(1.0 / feature_unit), scale[3] = {unit, unit, unit / film->extent};
     const bool good = value_of(s, addend->value);
     if (good)

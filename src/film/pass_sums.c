@@ -7,7 +7,7 @@
 _Static_assert(sizeof(ca_pass_sums) == 260 && sizeof(ca_group_sums) == 104 && sizeof(ca_pass_addend) == 40,
                "pass_sums.h promises so many bytes per pixel");
 
-enum { ALL_BINS = CA_BINNED_BINS * CA_PASS_SUMS };
+enum { ALL_BINS = CA_BINNED_BINS * CA_PASS_SUMS, GROUP_BINS = CA_BINNED_BINS * 4 };
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
@@ -130,12 +130,24 @@ static void add_groups(ca_pass_sums *sums, ca_group_sums *group, ca_pass_sums *o
         rescale_group(sums, group, c, to);
         rescale_group(other, other_group, c, to);
     }
-    ca_binned_add(group->high, group->low, other_group->high, other_group->low, CA_BINNED_BINS * 4);
+    ca_binned_add(group->high, group->low, other_group->high, other_group->low, GROUP_BINS);
+}
+
+/* Of the same units. */
+static void add_counts(ca_pass_sums *sums, const ca_pass_sums *other)
+{
+    ca_binned_add(sums->high, sums->low, other->high, other->low, ALL_BINS);
+    ca_binned_add(sums->feature_high, sums->feature_low, other->feature_high, other->feature_low, CA_PASS_FEATURES);
+    sums->samples += other->samples;
 }
 
 void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pass_sums *other,
                            const ca_group_sums *other_group)
 {
+    if (!group && memcmp(sums->scale, other->scale, sizeof sums->scale) == 0) {
+        add_counts(sums, other);
+        return;
+    }
     ca_pass_sums copy = *other;
     for (int c = 0; c < 4; c++) {
         const uint8_t a = sums->scale[c], b = copy.scale[c], to = a > b ? a : b;
@@ -146,9 +158,7 @@ void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pa
         ca_group_sums copied = *other_group;
         add_groups(sums, group, &copy, &copied);
     }
-    ca_binned_add(sums->high, sums->low, copy.high, copy.low, ALL_BINS);
-    ca_binned_add(sums->feature_high, sums->feature_low, copy.feature_high, copy.feature_low, CA_PASS_FEATURES);
-    sums->samples += copy.samples;
+    add_counts(sums, &copy);
 }
 
 double ca_pass_sums_value(const ca_pass_sums *sums, const ca_group_sums *group, int i)
@@ -225,7 +235,7 @@ void ca_group_sums_write(const ca_group_sums *sums, unsigned char bytes[CA_GROUP
 {
     for (int c = 0; c < 3; c++, bytes += 8) ca_put_u64(bytes, ca_double_bits(sums->open[c]));
     memcpy(bytes, sums->scale, 4);
-    put_all(bytes + 4, sums->high, sums->low, CA_BINNED_BINS * 4);
+    put_all(bytes + 4, sums->high, sums->low, GROUP_BINS);
 }
 
 bool ca_group_sums_read(ca_group_sums *sums, uint32_t samples, const unsigned char bytes[CA_GROUP_SUMS_BYTES])
@@ -236,6 +246,6 @@ bool ca_group_sums_read(ca_group_sums *sums, uint32_t samples, const unsigned ch
         good = good && isfinite(sums->open[c]);
     }
     get_scales(bytes, sums->scale, &good);
-    get_all(bytes + 4, sums->high, sums->low, CA_BINNED_BINS * 4, samples, CA_BINNED_MOST_UNITS, &good);
+    get_all(bytes + 4, sums->high, sums->low, GROUP_BINS, samples, CA_BINNED_MOST_UNITS, &good);
     return good;
 }

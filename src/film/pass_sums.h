@@ -2,7 +2,7 @@
  * a render add up to the whole (docs/decisions/021).
  *
  * Values, their squares and cubes are binned sums (binned_sum.h). Albedos and normals are summed in multiples of
- * 2^-22, positions in those of 2^-22 times the power of two that bounds the scene's coordinates. What is not less than
+ * 2^-22, positions in those of 2^-22 times the power of two that bounds the scene's coordinates. What is not under
  * twice these bounds, or is no number, adds nothing there.
  *
  * State: 260 bytes a pixel, 104 more where replicates are groups of passes; 40 bytes for what a pass adds.

@@ -40,18 +40,19 @@ static ca_film_sample mean_of_camera_paths(const ca_film_sample *samples, uint32
     return mean;
 }
 
-static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const ca_film_sample *samples,
-                         uint32_t count, uint64_t *rejects)
+/* The first of the samples becomes the pixel's. */
+static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, ca_film_sample *samples, uint32_t count,
+                         uint64_t *rejects)
 {
     const ca_render_plan *plan = runner->plan;
-    ca_film_sample sample = count == 1 ? samples[0] : mean_of_camera_paths(samples, count, rejects);
-    if (plan->type->splat)
-        sample.splat = ca_rgb_add(
-            sample.splat, plan->type->splat(runner->integrator, plan->crop[0] + x, plan->crop[1] + y));
     const size_t i = (size_t)y * runner->film->width + x;
+    if (count > 1) *samples = mean_of_camera_paths(samples, count, rejects);
+    if (plan->type->splat)
+        samples->splat = ca_rgb_add(
+            samples->splat, plan->type->splat(runner->integrator, plan->crop[0] + x, plan->crop[1] + y));
     if (runner->made)
-        runner->made[i] = sample;
-    else if (!ca_film_make_addend(runner->film, &sample, &runner->addends[i]))
+        runner->made[i] = *samples;
+    else if (!ca_film_make_addend(runner->film, samples, &runner->addends[i]))
         ++*rejects;
 }
 

@@ -6,8 +6,8 @@
  * pixels are traced together. In a pass of one round a pixel is finished with its group; with several rounds each
  * camera path keeps its sample from round to round in a buffer.
  *
- * State: 40 bytes a pixel, or 64 where the film's sums are in double precision; 64 bytes a camera path, of a pass with
- * several rounds, or of one group a thread. Threads:
+ * State: 40 bytes a pixel, or 64 where the film's sums are in double precision; 64 bytes a camera path, of a pass
+ * with several rounds, or of one group a thread. Threads:
  * a pass runs on plan->threads workers; the calls here belong to one thread. */
 #ifndef CA_RENDER_PASS_H
 #define CA_RENDER_PASS_H
