@@ -179,8 +179,8 @@ static const twin new_materials[] = {
              "<scale x='3' y='-2'/><translate y='2'/></transform></texture></bsdf></bsdf>")),
     NEW("mix of textures", /* by a board of ones and zeros */
         "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 1 \"float tex2\" 0\n"
-        "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9] \"rgb tex2\" [.9 .1 .1] \"texture amount\" \"w\"\n"
-        PBRT_TEXTURED, XML_BOARD(".9 .1 .1", ".1 .1 .9")),
+        "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9] \"rgb tex2\" [.9 .1 .1] "
+        "\"texture amount\" \"w\"\n" PBRT_TEXTURED, XML_BOARD(".9 .1 .1", ".1 .1 .9")),
     NEW("scale of textures", /* by a board of halves and ones */
         "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" .5 \"float tex2\" 1\n"
         "Texture \"c\" \"spectrum\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"rgb tex1\" [.9 .1 .1] "

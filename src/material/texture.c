@@ -163,7 +163,8 @@ static ca_surface moved_surface(const ca_texture *texture, const ca_surface *sur
 static ca_rgb scale_eval(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const ca_surface moved = moved_surface(texture, surface);
-    const ca_rgb value = ca_rgb_mul(texture->as.scale.factor, ca_texture_eval(table, texture->as.scale.child, &moved));
+    const ca_rgb value =
+        ca_rgb_mul(texture->as.scale.factor, ca_texture_eval(table, texture->as.scale.child, &moved));
     if (!texture->as.scale.varies) return value;
     return ca_rgb_mul(value, ca_texture_eval(table, texture->as.scale.by, surface));
 }

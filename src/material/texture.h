@@ -86,8 +86,8 @@ static inline ca_rgb ca_texture_eval(const ca_texture *table, ca_texture_id id, 
 }
 
 /* Luminance of the colour; of a grey texture the value itself. As a number a checkerboard has its two colours
- * exchanged, which is Mitsuba 3's way (3.9.1, by its pictures and its textures' answers); scaled and mixed numbers are
- * made of numbers. */
+ * exchanged, which is Mitsuba 3's way (3.9.1, by its pictures and its textures' answers); scaled and mixed numbers
+ * are made of numbers. */
 float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface);
 
 static inline float ca_texture_eval_scalar(const ca_texture *table, ca_texture_id id, const ca_surface *surface)

@@ -141,7 +141,8 @@ static ca_pbrt_value put_mix(const texture_reading *r, const ca_pbrt_value *a, c
 }
 
 /* Of two textures that vary; `number`: the second is one. */
-static ca_pbrt_value put_product(const texture_reading *r, const ca_pbrt_value *a, const ca_pbrt_value *b, bool number)
+static ca_pbrt_value put_product(const texture_reading *r, const ca_pbrt_value *a, const ca_pbrt_value *b,
+                                 bool number)
 {
     const ca_pbrt_value black = grey(0.0);
     if (number) return put_mix(r, &black, a, b);
