@@ -347,7 +347,7 @@ static void textures_multiply_and_mix(void **state)
 static void numbers_are_made_of_numbers(void **state)
 {
     (void)state;
-    ca_texture table[6] = {ca_texture_constant(ca_rgb_grey(0.25f)), ca_texture_constant(ca_rgb_grey(1.0f)),
+    ca_texture table[7] = {ca_texture_constant(ca_rgb_grey(0.25f)), ca_texture_constant(ca_rgb_grey(1.0f)),
                            {.kind = CA_TEXTURE_CHECKERBOARD,
                             .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
                             .as.checkerboard = {.color0 = 0, .color1 = 1}},
@@ -355,13 +355,16 @@ static void numbers_are_made_of_numbers(void **state)
                             .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
                             .as.scale = {.child = 2, .factor = {3.0f, 3.0f, 3.0f}}},
                            {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 0, .color1 = 1, .weight = 2}},
-                           {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 1, .color1 = 1, .weight = 3}}};
+                           {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 1, .color1 = 1, .weight = 3}},
+                           {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 2, .color1 = 2, .weight = 0}}};
     const ca_surface here = surface_at(0.2f, 0.3f);
     assert_near((double)ca_texture_eval(table, 2, &here).g, 0.25, 0.0);
     assert_near((double)ca_texture_eval(table, 3, &here).g, 0.75, 1e-7);
     assert_near((double)ca_texture_eval_scalar(table, 3, &here), 3.0, 1e-7);
     assert_near((double)ca_texture_eval(table, 4, &here).g, 1.0, 1e-7);
     assert_near((double)ca_texture_max(table, 5), 3.0, 1e-6); /* weights above 1 */
+    assert_near((double)ca_texture_eval(table, 6, &here).g, 0.25, 1e-7);
+    assert_near((double)ca_texture_eval_scalar(table, 6, &here), 1.0, 1e-7);
     table[1] = ca_texture_constant(ca_rgb_grey(0.0f));
     table[4].as.mix.weight = 3; /* exchanged: 0 here, and 0.75 in other fields */
     assert_near((double)ca_texture_eval(table, 4, &here).g, 0.25, 1e-7);
