@@ -56,6 +56,14 @@ typedef struct twin {
         name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, tolerance      \
     }
 
+#define SIX_BY_FOUR                                                                                                  \
+    "<transform name='to_uv'><scale x='3' y='-2'/><translate y='2'/></transform>"
+#define PBRT_SIX_BY_FOUR "\"float uscale\" 6 \"float vscale\" 4 "
+#define PBRT_TEXTURED "Material \"diffuse\" \"texture reflectance\" \"t\"\n" PBRT_BALL
+#define XML_BOARD(color0, color1)                                                                                    \
+    BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'>" SIX_BY_FOUR   \
+         "<rgb name='color0' value='" color0 "'/><rgb name='color1' value='" color1 "'/></texture></bsdf></bsdf>")
+
 static const twin shapes[] = {
     NEW("sphere", "Translate 0 1 0 Shape \"sphere\" \"float radius\" 0.75\n",
         "<shape type='sphere'><float name='radius' value='0.75'/><point name='center' x='0' y='1' z='0'/>" MATTE
@@ -169,6 +177,23 @@ static const twin new_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'>"
              "<rgb name='color0' value='.9 .1 .1'/><rgb name='color1' value='.1 .1 .9'/><transform name='to_uv'>"
              "<scale x='3' y='-2'/><translate y='2'/></transform></texture></bsdf></bsdf>")),
+    NEW("mix of textures", /* by a board of ones and zeros */
+        "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 1 \"float tex2\" 0\n"
+        "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9] \"rgb tex2\" [.9 .1 .1] "
+        "\"texture amount\" \"w\"\n" PBRT_TEXTURED, XML_BOARD(".9 .1 .1", ".1 .1 .9")),
+    NEW("scale of textures", /* by a board of halves and ones */
+        "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" .5 \"float tex2\" 1\n"
+        "Texture \"c\" \"spectrum\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"rgb tex1\" [.9 .1 .1] "
+        "\"rgb tex2\" [.1 .1 .9]\n"
+        "Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"c\" \"texture scale\" \"w\"\n" PBRT_TEXTURED,
+        XML_BOARD(".45 .05 .05", ".1 .1 .9")),
+    NEW("product of colours",
+        "Texture \"a\" \"spectrum\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"rgb tex1\" [.5 1 .25] "
+        "\"rgb tex2\" [1 .5 1]\n"
+        "Texture \"c\" \"spectrum\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"rgb tex1\" [.9 .1 .4] "
+        "\"rgb tex2\" [.1 .2 .9]\n"
+        "Texture \"t\" \"spectrum\" \"scale\" \"texture tex1\" \"c\" \"texture tex2\" \"a\"\n" PBRT_TEXTURED,
+        XML_BOARD(".45 .1 .1", ".1 .1 .9")),
     NEW("imagemap",
         "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.4\n"
         "Material \"diffuse\" \"texture reflectance\" \"t\"\n" PBRT_BALL,

@@ -290,6 +290,86 @@ static void scale_multiplies(void **state)
     assert_near((double)ca_texture_max(table, 1), 2.0 * (double)ca_texture_max(table, 0), 1e-6);
 }
 
+/* Slopes of textures 3 and 4, which are made of pictures 0, 1 and 2, by differences. */
+static void assert_slopes(const ca_texture *table, uint32_t id, const ca_surface *at)
+{
+    const float h = 1e-3f;
+    const ca_surface right = surface_at(at->uv.x + h, at->uv.y), left = surface_at(at->uv.x - h, at->uv.y);
+    const ca_surface above = surface_at(at->uv.x, at->uv.y + h), below = surface_at(at->uv.x, at->uv.y - h);
+    const ca_vec2 known = ca_texture_gradient(table, id, at);
+    const float x = ca_texture_eval_scalar(table, id, &right) - ca_texture_eval_scalar(table, id, &left);
+    const float y = ca_texture_eval_scalar(table, id, &above) - ca_texture_eval_scalar(table, id, &below);
+    assert_near((double)(x / (2.0f * h)), (double)known.x, 0.02);
+    assert_near((double)(y / (2.0f * h)), (double)known.y, 0.02);
+}
+
+/* A product of two pictures and a mix of two by a third: values, slopes, and bounds that hold. */
+static void textures_multiply_and_mix(void **state)
+{
+    (void)state;
+    float texels[3][16];
+    ca_image images[3];
+    ca_texture table[5];
+    for (int i = 0; i < 3; i++) {
+        images[i] = (ca_image){.width = 4, .height = 4, .channels = 1, .data = texels[i]};
+        fill_random(&images[i], (uint64_t)(20 + i));
+        table[i] = bitmap(&images[i], CA_FILTER_BILINEAR, CA_WRAP_REPEAT);
+    }
+    table[3] = (ca_texture){.kind = CA_TEXTURE_SCALE,
+                            .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                            .as.scale = {.child = 0, .factor = {2.0f, 2.0f, 2.0f}, .varies = true, .by = 1}};
+    table[4] = (ca_texture){.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 0, .color1 = 3, .weight = 2}};
+    ca_test_random random = ca_test_random_seed(9);
+    for (int i = 0; i < 200; i++) {
+        /* Away from kinks, which are at the texels' centres. */
+        const float u = 0.25f * (float)(i % 4) + uniform(&random, 0.13f, 0.37f);
+        const float v = 0.25f * (float)(i / 4 % 4) + uniform(&random, 0.13f, 0.37f);
+        const ca_surface here = surface_at(u, v);
+        double value[5];
+        for (uint32_t k = 0; k < 5; k++) {
+            value[k] = (double)ca_texture_eval_scalar(table, k, &here);
+            assert_near((double)ca_texture_eval(table, k, &here).g, value[k], 1e-6);
+            assert_true(value[k] <= (double)ca_texture_max(table, k) + 1e-6);
+        }
+        assert_near(value[3], 2.0 * value[0] * value[1], 1e-5);
+        assert_near(value[4], (1.0 - value[2]) * value[0] + value[2] * value[3], 1e-5);
+        assert_slopes(table, 3, &here);
+        assert_slopes(table, 4, &here);
+    }
+    const double mean[3] = {(double)ca_texture_mean(table, 0).g, (double)ca_texture_mean(table, 1).g,
+                            (double)ca_texture_mean(table, 2).g};
+    assert_near((double)ca_texture_mean(table, 3).g, 2.0 * mean[0] * mean[1], 1e-6);
+    assert_near((double)ca_texture_mean(table, 4).g,
+                (1.0 - mean[2]) * mean[0] + mean[2] * 2.0 * mean[0] * mean[1], 1e-6);
+}
+
+/* As a number a checkerboard has its colours exchanged, also where it is scaled or a weight. */
+static void numbers_are_made_of_numbers(void **state)
+{
+    (void)state;
+    ca_texture table[7] = {ca_texture_constant(ca_rgb_grey(0.25f)), ca_texture_constant(ca_rgb_grey(1.0f)),
+                           {.kind = CA_TEXTURE_CHECKERBOARD,
+                            .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                            .as.checkerboard = {.color0 = 0, .color1 = 1}},
+                           {.kind = CA_TEXTURE_SCALE,
+                            .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                            .as.scale = {.child = 2, .factor = {3.0f, 3.0f, 3.0f}}},
+                           {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 0, .color1 = 1, .weight = 2}},
+                           {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 1, .color1 = 1, .weight = 3}},
+                           {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = 2, .color1 = 2, .weight = 0}}};
+    const ca_surface here = surface_at(0.2f, 0.3f);
+    assert_near((double)ca_texture_eval(table, 2, &here).g, 0.25, 0.0);
+    assert_near((double)ca_texture_eval(table, 3, &here).g, 0.75, 1e-7);
+    assert_near((double)ca_texture_eval_scalar(table, 3, &here), 3.0, 1e-7);
+    assert_near((double)ca_texture_eval(table, 4, &here).g, 1.0, 1e-7);
+    assert_near((double)ca_texture_max(table, 5), 3.0, 1e-6); /* weights above 1 */
+    assert_near((double)ca_texture_eval(table, 6, &here).g, 0.25, 1e-7);
+    assert_near((double)ca_texture_eval_scalar(table, 6, &here), 1.0, 1e-7);
+    table[1] = ca_texture_constant(ca_rgb_grey(0.0f));
+    table[4].as.mix.weight = 3; /* exchanged: 0 here, and 0.75 in other fields */
+    assert_near((double)ca_texture_eval(table, 4, &here).g, 0.25, 1e-7);
+}
+
 static void mesh_attributes_are_interpolated(void **state)
 {
     (void)state;
@@ -343,6 +423,8 @@ int main(void)
         cmocka_unit_test(wild_coordinates_stay_in_the_picture),
         cmocka_unit_test(checkerboard_alternates),
         cmocka_unit_test(scale_multiplies),
+        cmocka_unit_test(textures_multiply_and_mix),
+        cmocka_unit_test(numbers_are_made_of_numbers),
         cmocka_unit_test(mesh_attributes_are_interpolated),
         cmocka_unit_test(mean_and_max_of_a_bitmap),
     };

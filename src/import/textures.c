@@ -99,7 +99,24 @@ static void import_mesh_attribute(ca_props *props, void *result)
     if (!texture->as.mesh_attribute.name) ca_import_fail_memory(props->importer, "textures");
 }
 
-/* 0.6: another texture times a number or colour. */
+/* 0.6: another texture times a number or colour; here also times a texture. */
+static bool has_name(const ca_xml_node *node, const char *wanted)
+{
+    const char *name = ca_xml_attribute_value(node, "name");
+    return name && strcmp(name, wanted) == 0;
+}
+
+static void import_factor(ca_props *props, ca_texture *texture)
+{
+    const ca_texture_id id = ca_props_texture(props, "scale", 1.0f, CA_COLOR_INDEX);
+    texture->as.scale.factor = ca_rgb_grey(1.0f);
+    if (!ca_import_good(props->importer)) return;
+    const ca_texture *factor = &props->importer->desc->textures.items[id];
+    texture->as.scale.varies = factor->kind != CA_TEXTURE_CONSTANT;
+    texture->as.scale.by = id;
+    if (!texture->as.scale.varies) texture->as.scale.factor = factor->as.constant;
+}
+
 static void import_scale(ca_props *props, void *result)
 {
     ca_texture *texture = result;
@@ -107,8 +124,11 @@ static void import_scale(ca_props *props, void *result)
     const ca_matrix identity = ca_matrix_identity();
     texture->kind = CA_TEXTURE_SCALE;
     set_to_uv(texture, &identity);
-    texture->as.scale.factor = ca_props_color(props, "scale", ca_rgb_grey(1.0f), CA_COLOR_INDEX);
-    ca_xml_node *child = ca_props_next_object(props, "texture", true, &cursor);
+    import_factor(props, texture);
+    ca_xml_node *child;
+    do
+        child = ca_props_next_object(props, "texture", true, &cursor);
+    while (child && has_name(cursor, "scale"));
     if (!child) {
         ca_import_fail(props->importer, &props->node->where, "scale needs a nested <texture>");
         return;
@@ -116,8 +136,21 @@ static void import_scale(ca_props *props, void *result)
     texture->as.scale.child = ca_import_texture(props->importer, child);
 }
 
+/* Ours: what pbrt has by that name. */
+static void import_mix(ca_props *props, void *result)
+{
+    ca_texture *texture = result;
+    const ca_matrix identity = ca_matrix_identity();
+    texture->kind = CA_TEXTURE_MIX;
+    set_to_uv(texture, &identity);
+    texture->as.mix.color0 = ca_props_texture(props, "color0", 0.0f, CA_COLOR_INDEX);
+    texture->as.mix.color1 = ca_props_texture(props, "color1", 1.0f, CA_COLOR_INDEX);
+    texture->as.mix.weight = ca_props_texture(props, "weight", 0.5f, CA_COLOR_INDEX);
+}
+
 static const ca_plugin plugins[] = {
     {"bitmap", import_bitmap},
+    {"mix", import_mix},
     {"scale", import_scale},
     {"checkerboard", import_checkerboard},
     {"mesh_attribute", import_mesh_attribute},

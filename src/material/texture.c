@@ -163,17 +163,73 @@ static ca_surface moved_surface(const ca_texture *texture, const ca_surface *sur
 static ca_rgb scale_eval(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const ca_surface moved = moved_surface(texture, surface);
-    return ca_rgb_mul(texture->as.scale.factor, ca_texture_eval(table, texture->as.scale.child, &moved));
+    const ca_rgb value =
+        ca_rgb_mul(texture->as.scale.factor, ca_texture_eval(table, texture->as.scale.child, &moved));
+    if (!texture->as.scale.varies) return value;
+    return ca_rgb_mul(value, ca_texture_eval(table, texture->as.scale.by, surface));
 }
 
-/* Exact where colour or factor is grey: the scalar of a product is the product of the scalars then. */
+static float scale_scalar(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const ca_surface moved = moved_surface(texture, surface);
+    const float value = ca_texture_scalar_of(texture->as.scale.factor) *
+                        ca_texture_eval_scalar(table, texture->as.scale.child, &moved);
+    if (!texture->as.scale.varies) return value;
+    return value * ca_texture_eval_scalar(table, texture->as.scale.by, surface);
+}
+
+/* By the product rule. */
 static ca_vec2 scale_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const ca_surface moved = moved_surface(texture, surface);
     const ca_vec2 g = ca_texture_gradient(table, texture->as.scale.child, &moved);
     const float factor = ca_texture_scalar_of(texture->as.scale.factor);
     const float(*m)[3] = texture->to_uv;
-    return (ca_vec2){factor * (m[0][0] * g.x + m[1][0] * g.y), factor * (m[0][1] * g.x + m[1][1] * g.y)};
+    const ca_vec2 slope = {factor * (m[0][0] * g.x + m[1][0] * g.y), factor * (m[0][1] * g.x + m[1][1] * g.y)};
+    const ca_texture_id by = texture->as.scale.by;
+    if (!texture->as.scale.varies) return slope;
+    const float value = factor * ca_texture_eval_scalar(table, texture->as.scale.child, &moved);
+    const float times = ca_texture_eval_scalar(table, by, surface);
+    const ca_vec2 more = ca_texture_gradient(table, by, surface);
+    return (ca_vec2){times * slope.x + value * more.x, times * slope.y + value * more.y};
+}
+
+static ca_rgb mix_eval(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const float weight = ca_texture_eval_scalar(table, texture->as.mix.weight, surface);
+    const ca_rgb a = ca_texture_eval(table, texture->as.mix.color0, surface);
+    const ca_rgb b = ca_texture_eval(table, texture->as.mix.color1, surface);
+    const ca_rgb value = ca_rgb_madd(ca_rgb_scale(a, 1.0f - weight), weight, b);
+    return (ca_rgb){fmaxf(value.r, 0.0f), fmaxf(value.g, 0.0f), fmaxf(value.b, 0.0f)};
+}
+
+static float mix_scalar(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const float weight = ca_texture_eval_scalar(table, texture->as.mix.weight, surface);
+    const float a = ca_texture_eval_scalar(table, texture->as.mix.color0, surface);
+    const float b = ca_texture_eval_scalar(table, texture->as.mix.color1, surface);
+    return fmaxf((1.0f - weight) * a + weight * b, 0.0f);
+}
+
+/* Of (1 - w) a + w b: that of both, weighted, and (b - a) times that of w. */
+static ca_vec2 mix_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const ca_texture_id color0 = texture->as.mix.color0, color1 = texture->as.mix.color1;
+    const float weight = ca_texture_eval_scalar(table, texture->as.mix.weight, surface);
+    const float rise =
+        ca_texture_eval_scalar(table, color1, surface) - ca_texture_eval_scalar(table, color0, surface);
+    const ca_vec2 a = ca_texture_gradient(table, color0, surface), b = ca_texture_gradient(table, color1, surface);
+    const ca_vec2 w = ca_texture_gradient(table, texture->as.mix.weight, surface);
+    return (ca_vec2){(1.0f - weight) * a.x + weight * b.x + rise * w.x,
+                     (1.0f - weight) * a.y + weight * b.y + rise * w.y};
+}
+
+/* The largest value lies at the least weight, 0 or more, or at the largest; colours are not negative. */
+static float mix_max(const ca_texture *table, const ca_texture *texture)
+{
+    const float a = ca_texture_max(table, texture->as.mix.color0), b = ca_texture_max(table, texture->as.mix.color1);
+    const float weight = ca_texture_max(table, texture->as.mix.weight);
+    return fmaxf(a, fmaxf(1.0f - weight, 0.0f) * a + weight * b);
 }
 
 /* ---- All kinds ------------------------------------------------------------------------------------------------- */
@@ -186,6 +242,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_CHECKERBOARD: return ca_texture_eval(table, checkerboard_color(texture, surface->uv), surface);
     case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
     case CA_TEXTURE_SCALE: return scale_eval(table, texture, surface);
+    case CA_TEXTURE_MIX: return mix_eval(table, texture, surface);
     case CA_TEXTURE_KIND_COUNT: break;
     }
     assert(false && "a texture of no kind");
@@ -194,6 +251,8 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
 
 float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
+    if (texture->kind == CA_TEXTURE_SCALE) return scale_scalar(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_MIX) return mix_scalar(table, texture, surface);
     if (texture->kind != CA_TEXTURE_CHECKERBOARD)
         return ca_texture_scalar_of(ca_texture_eval_varying(table, texture, surface));
     const bool first = checkerboard_color(texture, surface->uv) == texture->as.checkerboard.color0;
@@ -205,7 +264,16 @@ ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_
 {
     const ca_texture *texture = &table[id];
     if (texture->kind == CA_TEXTURE_SCALE) return scale_gradient(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_MIX) return mix_gradient(table, texture, surface);
     return texture->kind == CA_TEXTURE_BITMAP ? bitmap_gradient(texture, surface->uv) : (ca_vec2){0.0f, 0.0f};
+}
+
+/* As if factors that vary did so without regard to each other; likewise of a mix. */
+static ca_rgb scale_mean(const ca_texture *table, const ca_texture *texture)
+{
+    const ca_rgb mean = ca_rgb_mul(texture->as.scale.factor, ca_texture_mean(table, texture->as.scale.child));
+    if (!texture->as.scale.varies) return mean;
+    return ca_rgb_mul(mean, ca_texture_mean(table, texture->as.scale.by));
 }
 
 ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
@@ -217,8 +285,11 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_CHECKERBOARD:
         return ca_rgb_lerp(ca_texture_mean(table, texture->as.checkerboard.color0),
                            ca_texture_mean(table, texture->as.checkerboard.color1), 0.5f);
-    case CA_TEXTURE_SCALE:
-        return ca_rgb_mul(texture->as.scale.factor, ca_texture_mean(table, texture->as.scale.child));
+    case CA_TEXTURE_SCALE: return scale_mean(table, texture);
+    case CA_TEXTURE_MIX:
+        return ca_rgb_lerp(ca_texture_mean(table, texture->as.mix.color0),
+                           ca_texture_mean(table, texture->as.mix.color1),
+                           ca_texture_scalar_of(ca_texture_mean(table, texture->as.mix.weight)));
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }
@@ -235,7 +306,9 @@ float ca_texture_max(const ca_texture *table, ca_texture_id id)
         return fmaxf(ca_texture_max(table, texture->as.checkerboard.color0),
                      ca_texture_max(table, texture->as.checkerboard.color1));
     case CA_TEXTURE_SCALE: /* an upper bound where the factor is no grey */
-        return ca_rgb_max(texture->as.scale.factor) * ca_texture_max(table, texture->as.scale.child);
+        return ca_rgb_max(texture->as.scale.factor) * ca_texture_max(table, texture->as.scale.child) *
+               (texture->as.scale.varies ? ca_texture_max(table, texture->as.scale.by) : 1.0f);
+    case CA_TEXTURE_MIX: return mix_max(table, texture);
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }

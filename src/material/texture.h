@@ -19,6 +19,7 @@ typedef enum ca_texture_kind {
     CA_TEXTURE_CHECKERBOARD,
     CA_TEXTURE_MESH_ATTRIBUTE,
     CA_TEXTURE_SCALE,
+    CA_TEXTURE_MIX,
     CA_TEXTURE_KIND_COUNT
 } ca_texture_kind;
 
@@ -44,7 +45,14 @@ typedef struct ca_texture {
         struct {
             ca_texture_id child; /* looked up at (u', v'). No cycles */
             ca_rgb factor;
+            bool varies;      /* it is also multiplied by ... */
+            ca_texture_id by; /* ... this, at the surface's own coordinates */
         } scale;
+        struct {
+            /* (1 - weight) color0 + weight color1, 0 where that is negative. The weight is a number; all are looked
+             * up at the surface's own coordinates. No cycles. */
+            ca_texture_id color0, color1, weight;
+        } mix;
         struct {
             /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
              * none of that name. */
@@ -78,7 +86,8 @@ static inline ca_rgb ca_texture_eval(const ca_texture *table, ca_texture_id id, 
 }
 
 /* Luminance of the colour; of a grey texture the value itself. As a number a checkerboard has its two colours
- * exchanged, which is Mitsuba 3's way (3.9.1, by its pictures and its textures' answers). */
+ * exchanged, which is Mitsuba 3's way (3.9.1, by its pictures and its textures' answers); scaled and mixed numbers
+ * are made of numbers. */
 float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface);
 
 static inline float ca_texture_eval_scalar(const ca_texture *table, ca_texture_id id, const ca_surface *surface)

@@ -130,19 +130,39 @@ static void put_value(const texture_reading *r, ca_xml_node *object, const char 
 
 static ca_pbrt_value read_constant(const texture_reading *r) { return value_of(r, "value", 1.0); }
 
-/* Version 3: tex1 times tex2; version 4: tex times scale. Of two textures one must be constant. */
+static ca_pbrt_value put_mix(const texture_reading *r, const ca_pbrt_value *a, const ca_pbrt_value *b,
+                             const ca_pbrt_value *weight)
+{
+    ca_xml_node *node = add_texture(r->p, "mix", r->id);
+    put_value(r, node, "color0", a);
+    put_value(r, node, "color1", b);
+    ca_pbrt_put_number(r->p, node, "weight", weight);
+    return (ca_pbrt_value){.id = r->id};
+}
+
+/* Of two textures that vary; `number`: the second is one. */
+static ca_pbrt_value put_product(const texture_reading *r, const ca_pbrt_value *a, const ca_pbrt_value *b,
+                                 bool number)
+{
+    const ca_pbrt_value black = grey(0.0);
+    if (number) return put_mix(r, &black, a, b);
+    ca_xml_node *node = add_texture(r->p, "scale", r->id);
+    ca_tree_ref(&r->p->tree, node, "scale", b->id);
+    ca_tree_ref(&r->p->tree, node, NULL, a->id);
+    return (ca_pbrt_value){.id = r->id};
+}
+
+/* Version 3: tex1 times tex2; version 4: tex times scale, a number. */
 static ca_pbrt_value read_scale(const texture_reading *r)
 {
     ca_pbrt *p = r->p;
     const bool old = ca_pbrt_find(&p->params, "tex1") || ca_pbrt_find(&p->params, "tex2");
     const ca_pbrt_value a = value_of(r, old ? "tex1" : "tex", 1.0);
     const ca_pbrt_value b = old ? value_of(r, "tex2", 1.0) : ca_pbrt_number_value(p, "scale", 1.0);
-    if (a.id && b.id)
-        ca_import_fail(p->importer, &p->params.where, "%s: of the two at least one must be constant", p->params.what);
+    if (a.id && b.id) return put_product(r, &a, &b, !old || r->is_number);
     return a.id ? multiplied(p, &a, b.rgb) : multiplied(p, &b, a.rgb);
 }
 
-/* Of constants only. */
 static ca_pbrt_value read_mix(const texture_reading *r)
 {
     ca_pbrt *p = r->p;
@@ -152,8 +172,7 @@ static ca_pbrt_value read_mix(const texture_reading *r)
     const double t = amount.rgb[0];
     if (!amount.id && t == 0.0) return a;
     if (!amount.id && t == 1.0) return b;
-    if (a.id || b.id || amount.id)
-        ca_import_fail(p->importer, &p->params.where, "%s: only constants can be mixed", p->params.what);
+    if (a.id || b.id || amount.id) return put_mix(r, &a, &b, &amount);
     for (int i = 0; i < 3; i++) result.rgb[i] = (1.0 - t) * a.rgb[i] + t * b.rgb[i];
     return result;
 }
