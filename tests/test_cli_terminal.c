@@ -122,7 +122,7 @@ static void test_second_signal_kills(void **state)
     assert_string_equal(r.output, "");
 }
 
-/* A pass that takes minutes is given up soon; the picture is that of the passes before it, and here there are none. */
+/* A pass that takes minutes is given up soon; the picture is of the passes before it, and here there are none. */
 static void test_term_in_a_long_pass(void **state)
 {
     static const char *const words[] = {"render", "ball.xml", "-i", "vcm:radius=2,light_paths=300000",
