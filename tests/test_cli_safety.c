@@ -221,6 +221,47 @@ static void test_files_of_the_scene_are_kept(void **state)
                    "--output would overwrite map.png, from which the scene is read");
 }
 
+/* The same of pbrt's and of glTF's files. */
+static void write_scenes_of_other_formats(void **state)
+{
+    const char *folder = folder_of(state);
+    write_text(folder, "parts/more.pbrt", "Shape \"plymesh\" \"string filename\" \"parts/cube.ply\"\n");
+    write_text(folder, "many.pbrt",
+               "Camera \"perspective\"\nFilm \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 6\n"
+               "WorldBegin\n"
+               "LightSource \"infinite\" \"rgb L\" [1 1 1]\n"
+               "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"parts/map.png\"\n"
+               "Material \"diffuse\" \"texture reflectance\" \"t\"\nInclude \"parts/more.pbrt\"\n");
+    assert_shell(state, 0, "head -c 60 /dev/zero > parts/square.bin");
+    write_text(folder, "many.gltf",
+               "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],"
+               "\"nodes\":[{\"camera\":0},{\"mesh\":0}],\"cameras\":[{\"type\":\"perspective\","
+               "\"perspective\":{\"yfov\":0.75,\"aspectRatio\":1.5,\"znear\":0.125}}],\"meshes\":[{\"primitives\":"
+               "[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"material\":0}]}],\"materials\":"
+               "[{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}],\"textures\":[{\"source\":0}],"
+               "\"images\":[{\"uri\":\"parts/map.png\"}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,"
+               "\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":1,\"componentType\":5126,\"count\":3,"
+               "\"type\":\"VEC2\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},"
+               "{\"buffer\":0,\"byteOffset\":36,\"byteLength\":24}],"
+               "\"buffers\":[{\"uri\":\"parts/square.bin\",\"byteLength\":60}]}\n");
+}
+
+static void test_files_of_other_formats_are_kept(void **state)
+{
+    static const char *const lines[] = {"many.pbrt -o ./parts/map.png", "many.pbrt -o a.exr --stats ./parts/cube.ply",
+                                        "many.pbrt -o a.exr --stats ./parts/more.pbrt",
+                                        "many.gltf -o ./parts/map.png",
+                                        "many.gltf -o a.exr --stats ./parts/square.bin"};
+    write_scene_of_files(state);
+    write_scenes_of_other_formats(state);
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        char line[128];
+        snprintf(line, sizeof line, "$P render %s", lines[i]);
+        assert_refused(state, line, "from which the scene is read (as parts/");
+    }
+    assert_refused(state, "$P render many.gltf -o a.exr --stats many.gltf", "which is the scene");
+}
+
 static void test_links_hide_no_file(void **state)
 {
     assert_shell(state, 0,
@@ -231,6 +272,8 @@ static void test_links_hide_no_file(void **state)
     assert_refused(state, "$P render ball.xml -o soft.exr --stats nowhere.exr",
                    "--output soft.exr and --stats nowhere.exr are the same file");
     assert_refused(state, "$P render ball.xml -o here/a.exr -o a.exr", "--output here/a.exr and --output a.exr are");
+    assert_refused(state, "ln -sf ball.xml soft.part; $P render ball.xml -o a.exr --checkpoint soft.part --resume",
+                   "--checkpoint would overwrite soft.part, which is the scene (as ball.xml)");
 }
 
 static void test_outputs_differ(void **state)
@@ -257,6 +300,8 @@ static void test_inputs_of_commands_are_kept(void **state)
                    "--stats would overwrite p0.part, which is to be");
     assert_refused(state, "$P render ball.xml -i bdpm --rays ref.exr -o ref.exr",
                    "--output would overwrite ref.exr, from which --rays reads");
+    assert_refused(state, "$P render ball.xml -i bdpm --rays p0.part -o a.exr --stats ./p0.part",
+                   "--stats would overwrite ./p0.part, from which --rays reads (as p0.part)");
     assert_refused(state, "$P study --analyse a.json --stats a.json", "--stats would overwrite a.json, which holds");
     assert_refused(state, "$P compare ref.exr -r ref.exr --maps hard.exr",
                    "--maps would overwrite hard.exr, which is to be compared (as ref.exr)");
@@ -333,6 +378,7 @@ int main(void)
         PROGRAM_TEST(test_noise_writes_the_others),
         PROGRAM_TEST(test_comparison_is_written_without_its_page),
         PROGRAM_TEST(test_files_of_the_scene_are_kept),
+        PROGRAM_TEST(test_files_of_other_formats_are_kept),
         PROGRAM_TEST(test_links_hide_no_file),
         PROGRAM_TEST(test_outputs_differ),
         PROGRAM_TEST(test_inputs_of_commands_are_kept),

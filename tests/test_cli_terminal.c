@@ -1,5 +1,6 @@
 /* The program on a terminal: the progress line, and what signals do. */
 #define _GNU_SOURCE
+#include "base/clock.h"
 #include "support/program_test.h"
 
 #include <math.h>
@@ -7,6 +8,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
+#include <time.h>
 
 /* A terminal of that width: what is written to the slave can be read from the result. Where the machine has none to
  * give (a bare chroot without /dev/pts), the test is skipped, and says so. */
@@ -118,6 +120,29 @@ static void test_second_signal_kills(void **state)
     close(master);
     assert_int_equal(r.signal, SIGTERM);
     assert_string_equal(r.output, "");
+}
+
+/* A pass that takes minutes is given up soon; the picture is of the passes before it, and here there are none. */
+static void test_term_in_a_long_pass(void **state)
+{
+    static const char *const words[] = {"render", "ball.xml", "-i", "vcm:radius=2,light_paths=300000",
+                                        "-o", "a.pfm", "--resolution=600x400", "--spp=3", NULL};
+    ca_program_result r;
+    char text[4096];
+    int master;
+    const pid_t process = start_on_terminal(state, 80, words, &master);
+    const struct timespec pause = {.tv_sec = 1};
+    nanosleep(&pause, NULL);
+    const double start = ca_clock_seconds();
+    kill(process, SIGTERM);
+    read_until(master, NULL, text, sizeof text);
+    ca_program_finish(*state, process, &r);
+    const double seconds = ca_clock_seconds() - start;
+    close(master);
+    assert_exit(&r, 1);
+    assert_says(text, "ended before the first pass was complete: there is no image");
+    assert_false(exists(folder_of(state), "a.pfm"));
+    if (seconds > 4.0) fail_msg("it took %g s", seconds);
 }
 
 /* The system may send these again, and means nothing more by it (a shell that ends tells its jobs, too; SIGXCPU comes
@@ -440,6 +465,7 @@ int main(void)
         PROGRAM_TEST(test_signal_ends_with_an_image),
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
+        PROGRAM_TEST(test_term_in_a_long_pass),
         PROGRAM_TEST(test_system_signals_end_with_an_image),
         PROGRAM_TEST(test_signal_saves),
         PROGRAM_TEST(test_progress_line),

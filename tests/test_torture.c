@@ -1,8 +1,9 @@
 /* Every call that can fail does, in one run of the program after another (support/torture.h): over all commands that
  * read or write files, and all integrators.
  *
- * As a fast test it tries a few calls of each kind. CA_TORTURE_MINUTES (make torture): for so long, the first 500
- * calls of each kind in each command and one call of each call stack beyond them. CA_TORTURE_ONLY=NAME:KIND:N:STAYS:
+ * As a fast test it tries a few calls of each kind. CA_TORTURE_MINUTES (make torture): for so long, finding them
+ * included, the first 500 calls of each kind in each command and one call of each call stack beyond them; what is
+ * left out then is told. CA_TORTURE_ONLY=NAME:KIND:N:STAYS:
  * one run, as a failure names it. */
 #include "base/clock.h"
 #include "support/program_test.h"
@@ -151,27 +152,37 @@ static void run_both(void **state, const torture_calls *calls, size_t index, tor
     }
 }
 
-/* In turns, so that no command waits for the end of another one where the time is short. */
-static void run_in_turns(void **state, torture_calls jobs[JOBS], double seconds, torture_tally *tally)
+/* What the time was too short for: of each command and kind the calls behind those that were tried. */
+static void tell_what_is_left(const torture_calls jobs[JOBS], const size_t tried[JOBS])
 {
-    const double end = ca_clock_seconds() + seconds;
-    bool more = true;
     size_t left = 0;
+    for (int j = 0; j < JOBS; j++) {
+        left += jobs[j].count - tried[j];
+        if (tried[j] < jobs[j].count)
+            print_message("# left out: %s, %s: %zu of %zu calls\n", jobs[j].command->name,
+                          torture_kind_name(jobs[j].kind), jobs[j].count - tried[j], jobs[j].count);
+    }
+    print_message("# %zu calls were left when the time was over\n", left);
+}
+
+/* In turns, so that no command waits for the end of another one where the time is short. */
+static void run_in_turns(void **state, const torture_calls jobs[JOBS], double end, torture_tally *tally)
+{
+    static size_t tried[JOBS];
+    bool more = true;
     for (size_t turn = 0; more && ca_clock_seconds() < end; turn++) {
         more = false;
         for (int j = 0; j < JOBS && ca_clock_seconds() < end; j++) {
             if (turn >= jobs[j].count) continue;
             more = true;
             run_both(state, &jobs[j], turn, tally);
+            tried[j]++;
         }
         if (turn % 20 == 19) print_message("# %ld runs\n", tally->runs);
-        left = turn + 1;
     }
-    size_t undone = 0;
-    for (int j = 0; j < JOBS; j++) undone += jobs[j].count > left ? jobs[j].count - left : 0;
-    print_message("# %ld runs, in %ld a library ended the process; %zu calls were left when the time was over\n",
-                  tally->runs, tally->ended, undone);
+    print_message("# %ld runs, in %ld a library ended the process\n", tally->runs, tally->ended);
     for (long i = 0; i < tally->sites; i++) print_message("# ended in %s\n", tally->site[i]);
+    tell_what_is_left(jobs, tried);
 }
 
 /* "NAME:KIND:N:STAYS" */
@@ -194,12 +205,14 @@ static void run_long(void **state, double minutes)
 {
     static torture_calls jobs[JOBS];
     static torture_tally tally;
+    const double end = ca_clock_seconds() + 60.0 * minutes;
     for (int c = 0; c < COMMANDS; c++) {
         torture_keep_reference(*state, &commands[c]);
         for (int k = 0; k < TORTURE_KINDS; k++)
             torture_calls_find(&jobs[c * TORTURE_KINDS + k], *state, &commands[c], (torture_kind)k, 500);
     }
-    run_in_turns(state, jobs, 60.0 * minutes, &tally);
+    print_message("# the calls are found, %.0f s are left\n", end - ca_clock_seconds());
+    run_in_turns(state, jobs, end, &tally);
     for (int j = 0; j < JOBS; j++) torture_calls_free(&jobs[j]);
 }
 

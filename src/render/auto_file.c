@@ -21,8 +21,8 @@ static const ca_part_layout film_layout = {.doubles = 11, .floats = 9, .integers
                             difference_layout = {.floats = 3}, known_layout = {.floats = 6},
                             /* of one camera path some quantities are not known */
                             means_layout = {.doubles = 5, .may_be_nan = true};
-_Static_assert(sizeof(ca_film_pixel) == 11 * 8 + 10 * 4 && sizeof(ca_joined_pixel) == 15 * 8 + 10 * 4 &&
-                   sizeof(ca_auto_known) == 6 * 4 && sizeof(ca_pair_means) == 5 * 8,
+_Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_joined_pixel) == 160 && sizeof(ca_auto_known) == 24 &&
+                   sizeof(ca_pair_means) == 40,
                "what is written has no gaps");
 
 /* What a render must have in common with a file to go on from it. */

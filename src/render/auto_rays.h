@@ -50,7 +50,7 @@
 #include "render/render.h"
 
 enum { CA_AUTO_PIXEL_BYTES = 628, CA_AUTO_KEPT_PIXEL_BYTES = 100, CA_AUTO_CONNECTED_PIXEL_BYTES = 1508 };
-/* What a pixel of the image takes beside what all films need to be developed: a joined film where none is there yet. */
+/* What a pixel of the image takes beside what all films need to be developed: a joined film, where there is none. */
 enum { CA_AUTO_IMAGE_PIXEL_BYTES = sizeof(ca_joined_pixel) };
 
 /* What an image was joined of, for those who want to check it. */

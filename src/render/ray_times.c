@@ -171,6 +171,7 @@ static void read_other_list(ca_ray_times *t, sample_list *list, ca_part_exchange
 void ca_ray_times_exchange(ca_ray_times *t, ca_part_exchange *x)
 {
     uint32_t workers = t->workers;
+    assert(workers > 0);
     ca_part_exchange_u32(x, &workers);
     for (uint32_t w = 0; w < workers && x->good; w++)
         for (int kind = 0; kind < KINDS; kind++) {
