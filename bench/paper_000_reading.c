@@ -140,8 +140,9 @@ static void print_readings(paper_report *report, best found[READINGS][2][2])
             "merges at the last vertex; with BDD = 2, %d and %d. \"Below the center of the floor\" is the light at "
             "0.15 m in the rows that say so, and below the ceiling's center, 2.25 m, in the others.%s\n\n",
             close[FIRST], close[BOTH], close[LAST], close[LAST + 1], close[LAST + 2],
-            close[BOTH] > 0 && close[LAST] > 0 ? " The settings of the second and third kind are looked at again below."
-                                               : "");
+            close[BOTH] > 0 && close[LAST] > 0
+                ? " The settings of the second and third kind are looked at again below."
+                : "");
     paper_expect(report, close[FIRST] + close[BOTH] + close[LAST] > 0, close[FIRST] + close[BOTH] + close[LAST],
                  "> 0", "figure 0: settings and places within 25 %% of the paper");
     paper_expect(report, close[FIRST] == 0, close[FIRST], "0",

@@ -220,7 +220,7 @@ static void render_fifty(const ca_scene *scene, scene_run *run)
     static const char *const names[3] = {"R", "G", "B"};
     const size_t pixels = (size_t)run->width * run->height;
     for (int i = 0; i < 3; i++) {
-        const ca_render_settings settings = settings_of(run, which[i], 50, BATCH_SEED - 1);
+        const ca_render_settings settings = settings_of(run, which[i], 50, BATCH_SEED);
         ca_image_layers *image;
         ca_error error;
         if (ca_render(scene, &settings, &image, NULL, &error) != CA_OK) bench_die(settings.integrator, &error);

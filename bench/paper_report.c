@@ -55,7 +55,8 @@ void paper_cut(paper_report *report) { report->cut++; }
 bool paper_time_is_up(paper_report *report, const char *what)
 {
     if (ca_clock_seconds() < report->deadline) return false;
-    fprintf(report->out, "\nLeft out, for the section's share of the time is used up: %s and what follows.\n\n", what);
+    fprintf(report->out, "\nLeft out, for the section's share of the time is used up: %s and what follows.\n\n",
+            what);
     return true;
 }
 
@@ -137,7 +138,8 @@ static bool are_known(const options *chosen, const paper_section *sections, int 
 
 static int print_usage(const char *program, const paper_section *sections, int section_count, const char *more_usage)
 {
-    fprintf(stderr, "usage: %s [--quick | --full | --minutes N] [--only SECTION]... [--table FILE] [--pictures FOLDER]\n",
+    fprintf(stderr,
+            "usage: %s [--quick | --full | --minutes N] [--only SECTION]... [--table FILE] [--pictures FOLDER]\n",
             program);
     if (more_usage) fprintf(stderr, "       %s %s\n", program, more_usage);
     fputs("sections:", stderr);

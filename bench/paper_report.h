@@ -53,7 +53,7 @@ void paper_expect(paper_report *report, bool holds, double measured, const char 
 /* The program PROGRAM [--quick | --full | --minutes N] [--only SECTION]... [--table FILE] [--pictures FOLDER]: runs
  * the sections, or those named, and then prints the table of checks. Sections stop at their precision or at their
  * share of the time; minutes: of all sections together. Returns the exit status: 1 if one does not hold, 2 for wrong
- * usage. * `more_usage` (may be NULL) is a line more for the usage text. */
+ * usage. `more_usage` (may be NULL) is a line more for the usage text. */
 int paper_report_main(int argc, char **argv, paper_report *report, const paper_section *sections, int section_count,
                       const char *more_usage);
 
