@@ -30,10 +30,10 @@ help:
 	@echo "make bench      measures speed, writes bench/results.json"
 	@echo "make bench-peers  path against Mitsuba 3's in equal time, writes bench/peers.json (QUICK=1, ONLY=scene: print only)"
 	@echo "make gallery    the pictures of docs/pictures/gallery/, and path beside them in equal time (QUICK=1: small, to out/)"
-	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only)"
-	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only)"
+	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only; FULL=1)"
+	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only; FULL=1)"
 	@echo "make paper-003  paper 003's figures: the tables and pictures of docs/papers/003.md (QUICK=1: small, to out/)"
-	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only)"
+	@echo "make paper-004  paper 004's figures: the tables and plots of docs/papers/004.md (QUICK=1: print only; FULL=1)"
 	@echo "make lint       source rules; the binary interface against the last release's; gcc and clang with warnings as errors; clang-tidy"
 	@echo "make install    to PREFIX (default /usr/local); DESTDIR is honoured"
 	@echo "make package    a Debian package of program and library, to build/package/"
@@ -109,13 +109,15 @@ gallery: dependencies
 	@$(call build_targets,release,caustica,build)
 	@scripts/gallery.sh build $(if $(QUICK),--quick out/gallery)
 
+PAPER_OPTIONS = $(if $(QUICK),--quick) $(if $(FULL),--full) $(if $(MINUTES),--minutes $(MINUTES))
+
 paper-000: dependencies
 	@$(call build_targets,release,all paper_000,build)
-	@scripts/paper-figures.sh 000 build $(if $(QUICK),--quick)
+	@scripts/paper-figures.sh 000 build $(PAPER_OPTIONS)
 
 paper-002: dependencies
 	@$(call build_targets,release,all paper_002,build)
-	@scripts/paper-figures.sh 002 build $(if $(QUICK),--quick)
+	@scripts/paper-figures.sh 002 build $(PAPER_OPTIONS)
 
 paper-003: dependencies
 	@$(call build_targets,release,caustica long_paper_003,build)
@@ -123,7 +125,7 @@ paper-003: dependencies
 
 paper-004: dependencies
 	@$(call build_targets,release,all paper_004,build)
-	@scripts/paper-004.sh build $(if $(QUICK),--quick)
+	@scripts/paper-004.sh build $(PAPER_OPTIONS)
 
 lint:
 	@scripts/install-dependencies.sh build check

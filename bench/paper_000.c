@@ -1,7 +1,7 @@
 /* The figures of paper 000 (Ershov, Birukov, Voloboy, Galaktionov, "Calculation of Noise Components for Bidirectional
  * Path Tracing with Photon Maps").
  *
- *     paper_000 [--quick] [--only SECTION]... [--table FILE] [--pictures FOLDER]
+ *     paper_000 [--quick | --full | --minutes N] [--only SECTION]... [--table FILE] [--pictures FOLDER]
  *
  * Sections: pictures, reading (figure 0 of docs/papers/000.md), radius, law (1), numbers (2), pilot (3), grid (4),
  * confidence (5), target (6). The report is Markdown; exit status 1 when something that the figures should show is
@@ -9,10 +9,11 @@
 #include "paper_000.h"
 
 static const paper_section sections[] = {
-    {"pictures", paper_000_pictures},     {"reading", paper_000_reading}, {"radius", paper_000_radius},
-    {"law", paper_000_law},
-    {"numbers", paper_000_numbers_of_rays}, {"pilot", paper_000_pilot},     {"grid", paper_000_grid},
-    {"confidence", paper_000_confidence}, {"target", paper_000_target},
+    {"pictures", paper_000_pictures, 4.0},         {"reading", paper_000_reading, 10.0},
+    {"radius", paper_000_radius, 10.0},            {"law", paper_000_law, 20.0},
+    {"numbers", paper_000_numbers_of_rays, 14.0},  {"pilot", paper_000_pilot, 8.0},
+    {"grid", paper_000_grid, 22.0},                {"confidence", paper_000_confidence, 14.0},
+    {"target", paper_000_target, 8.0},
 };
 
 int main(int argc, char **argv)

@@ -50,8 +50,9 @@ typedef struct paper_000_run {
 } paper_000_run;
 
 /* Runs of different `seed` have nothing in common. `iterations` in all, at least two for each group. Where the report
- * is a quick one, these two, with a tenth of the paths, of the 8 x 8 pixels in the region's middle. */
-paper_000_run *paper_000_measure(const paper_report *report, const paper_000_scene *scene, uint32_t light_paths,
+ * is a quick one, these two, with a tenth of the paths, of the 8 x 8 pixels in the region's middle. One of the
+ * measurements of paper_plan: with fewer iterations where its share of the time is shorter. */
+paper_000_run *paper_000_measure(paper_report *report, const paper_000_scene *scene, uint32_t light_paths,
                                  uint32_t camera_paths, uint32_t iterations, uint64_t seed);
 void paper_000_release(paper_000_run *run); /* NULL is allowed */
 
@@ -59,6 +60,8 @@ void paper_000_release(paper_000_run *run); /* NULL is allowed */
 typedef struct paper_000_runs {
     paper_000_run *at_paper_numbers[PAPER_000_SCENES]; /* NULL: not asked for yet */
 } paper_000_runs;
+/* How many of the first so many scenes' runs at the paper's numbers are still to be made? For paper_plan. */
+int paper_000_runs_to_come(const paper_report *report, int scenes);
 /* The scene's run at the paper's numbers; made when it is first asked for. */
 const paper_000_run *paper_000_paper_run(paper_report *report, int scene);
 

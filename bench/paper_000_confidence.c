@@ -215,7 +215,7 @@ void paper_000_confidence(paper_report *report)
     extremes all[METHODS];
     print_head(report, renders);
     for (int k = 0; k < METHODS; k++) all[k] = (extremes){1.0, 0.0, 1.0};
-    for (int i = 0; i < BUNDLED; i++) {
+    for (int i = 0; i < BUNDLED && !paper_time_is_up(report, bundled[i].name); i++) {
         ca_scene *scene = paper_scene(bundled[i].file, NULL, 0);
         for (int k = 0; k < METHODS; k++) {
             const calibration c = calibrate(scene, &methods[k], renders);

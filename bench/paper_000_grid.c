@@ -341,6 +341,7 @@ void paper_000_grid(paper_report *report)
         ray_setting whole;
         ca_render_statistics statistics = {.size = sizeof statistics};
         c = (contest){.desc = &paper_000_scenes[i], .seed = 1000};
+        if (paper_time_is_up(report, c.desc->name)) return;
         c.scene = paper_000_load(c.desc);
         const ca_noise_recommendation r = recommend(&c, path);
         scan(&c);

@@ -120,6 +120,7 @@ void paper_000_numbers_of_rays(paper_report *report)
             "difference, from groups of iterations (pixels share light paths, so that errors of pixels do not add in "
             "squares).\n\n",
             3 * PAPER_000_CAMERA, 3 * PAPER_000_LIGHT, PAPER_000_LIGHT, PAPER_000_CAMERA);
+    paper_plan(report, 4 + paper_000_runs_to_come(report, 2));
     print_scene(report, 0, 40);
     print_scene(report, 1, 100);
     fputs("The paper: total 0.639 at 100, 0.414 at 300; camera term 0.595, then 0.344; light 0.229, then 0.230; pair "

@@ -145,5 +145,6 @@ void paper_000_radius(paper_report *report)
         "with the smallest radius, less what noise adds (<: below two standard errors). The terms are of one "
         "iteration and fall with more of them, the bias does not.\n\n",
         PAPER_000_LIGHT, PAPER_000_CAMERA, PAPER_000_PILOT_LIGHT, PAPER_000_PILOT_CAMERA);
+    paper_plan(report, PAPER_000_SCENES * RADII);
     for (int s = 0; s < PAPER_000_SCENES; s++) radius_of_scene(report, &paper_000_scenes[s]);
 }

@@ -1,4 +1,5 @@
 /* Scenes and measurements of paper 000's figures. */
+#include "base/clock.h"
 #include "bench_support.h"
 #include "paper_000.h"
 #include "render/noise.h"
@@ -91,9 +92,39 @@ static ca_pair_film empty_film(const paper_000_run *run)
     return film;
 }
 
+/* Seconds of one iteration; its paths are nobody else's. */
+static double time_iteration(const ca_scene *scene, const paper_000_run *run, uint64_t seed)
+{
+    enum { TRIED = 2 };
+    ca_render_settings settings = paper_000_settings(&run->scene, run->light_paths, run->camera_paths, seed);
+    ca_noise *noise;
+    ca_error error;
+    settings.threads = 0;
+    const double start = ca_clock_seconds();
+    if (ca_noise_measure(scene, &settings, TRIED, &noise, NULL, NULL, &error) != CA_OK)
+        bench_die(run->scene.name, &error);
+    const double seconds = ca_clock_seconds() - start;
+    ca_noise_release(noise);
+    return seconds / TRIED;
+}
+
+/* What fits into the measurement's share of the time, at least the two that a variance takes. */
+static void fit_iterations(paper_report *report, const ca_scene *scene, paper_000_run *run, uint64_t seed)
+{
+    enum { LEAST = 2 };
+    const double end = ca_clock_seconds() + paper_next_seconds(report);
+    if (isinf(end) || run->iterations <= LEAST) return;
+    const double each = PAPER_000_GROUPS * time_iteration(scene, run, seed);
+    const double fit = fmax(LEAST, (end - ca_clock_seconds()) / each);
+    if (fit >= run->iterations) return;
+    run->iterations = (uint32_t)fit;
+    paper_cut(report);
+}
+
 static void measure_group(const ca_scene *scene, paper_000_run *run, int group, uint64_t seed)
 {
-    const ca_render_settings settings = paper_000_settings(&run->scene, run->light_paths, run->camera_paths, seed);
+    ca_render_settings settings = paper_000_settings(&run->scene, run->light_paths, run->camera_paths, seed);
+    settings.threads = 0; /* the bits are the same */
     ca_render_statistics statistics = {.size = sizeof statistics};
     ca_noise *noise;
     ca_error error;
@@ -115,7 +146,7 @@ static void keep_the_middle(uint32_t region[4], uint32_t side)
     }
 }
 
-paper_000_run *paper_000_measure(const paper_report *report, const paper_000_scene *scene, uint32_t light_paths,
+paper_000_run *paper_000_measure(paper_report *report, const paper_000_scene *scene, uint32_t light_paths,
                                  uint32_t camera_paths, uint32_t iterations, uint64_t seed)
 {
     paper_000_run *run = paper_need(calloc(1, sizeof *run));
@@ -125,8 +156,9 @@ paper_000_run *paper_000_measure(const paper_report *report, const paper_000_sce
     run->iterations = (iterations + PAPER_000_GROUPS - 1) / PAPER_000_GROUPS;
     if (report->quick) keep_the_middle(run->scene.region, 8);
     if (report->quick || run->iterations < 2) run->iterations = 2;
-    run->all = empty_film(run);
     ca_scene *loaded = paper_000_load(scene);
+    fit_iterations(report, loaded, run, seed * 1000 + PAPER_000_GROUPS);
+    run->all = empty_film(run);
     for (int g = 0; g < PAPER_000_GROUPS; g++) measure_group(loaded, run, g, seed * 1000 + (uint64_t)g);
     ca_scene_release(loaded);
     fprintf(stderr, "  %s, %u light and %u camera paths: %u iterations, %.0f s\n", scene->name, run->light_paths,
@@ -140,6 +172,13 @@ void paper_000_release(paper_000_run *run)
     for (int g = 0; g < PAPER_000_GROUPS; g++) ca_pair_film_destroy(&run->groups[g]);
     ca_pair_film_destroy(&run->all);
     free(run);
+}
+
+int paper_000_runs_to_come(const paper_report *report, int scenes)
+{
+    int missing = 0;
+    for (int s = 0; s < scenes; s++) missing += !((const paper_000_runs *)report->shared)->at_paper_numbers[s];
+    return missing;
 }
 
 const paper_000_run *paper_000_paper_run(paper_report *report, int scene)

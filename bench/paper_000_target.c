@@ -20,6 +20,7 @@ void paper_000_target(paper_report *report)
             "| scene | predicted | at | took | predicted / took | noise reached |\n|---|---|---|---|---|---|\n");
     for (int i = 0; i < PAPER_000_SCENES; i++) {
         const paper_000_scene *desc = &paper_000_scenes[i];
+        if (paper_time_is_up(report, desc->name)) return;
         ca_scene *scene = paper_000_load(desc);
         ca_render_settings s = paper_000_settings(desc, 0, 0, 77);
         ca_render_statistics statistics = {.size = sizeof statistics};

@@ -2,11 +2,14 @@
  * merging with several rules of reuse, at a fixed radius and equal iteration counts, on eight scenes; beside them
  * path tracing and photon mapping.
  *
- *     paper_002 [--quick | --iterations N] [--only SCENE] [--table FILE] [--pictures FOLDER]
+ *     paper_002 [--quick | --iterations N | --full | --minutes N] [--only SCENE] [--table FILE] [--pictures FOLDER]
  *
  * All estimators get the same random numbers, batch by batch: they trace the same paths and differ in their weights.
+ * A scene is rendered until the intervals are as narrow as they should be or its share of the time is used up;
+ * --minutes: of all scenes together; --full: all estimators' intervals, however long that takes.
  * The report is Markdown; exit status 1 when something that the comparison should show is not so. */
 #include "paper_002.h"
+#include "base/clock.h"
 #include "bench_support.h"
 #include "scene/scene.h"
 
@@ -17,65 +20,65 @@
 
 enum { SIDE = 128, THREADS = 2, BATCH_SEED = 20020 };
 
-/* Radii: the default at this size (one side of a pixel where the camera sees something), rounded.
- * Iterations: what intervals of 1 % take, rounded up; vcm in Veach's room takes most. */
+/* Radii: the default at this size (one side of a pixel where the camera sees something), rounded. */
 static const comparison_scene scenes[] = {
     {.name = "veach-bidir",
      .file = "veach-bidir/scene.xml",
      .what = "Veach's room; the pixels of the egg and of the lamp are left out",
      .shared = true,
      .without_specular = true,
-     .iterations = 960,
+     .minutes = 36.0,
      .radius = 0.08,
      .closeup = {0.05, 0.1, 0.5}},
     {.name = "water-caustic",
      .file = "water-caustic/scene.xml",
      .what = "a caustic under water, seen through water; bdpt counts above the water only",
      .shared = true,
-     .iterations = 360,
+     .minutes = 16.0,
      .radius = 0.02,
      .closeup = {0.2, 0.15, 0.5}},
     {.name = "small-light-far",
      .file = "small-light-far/small-light-far.xml",
      .what = "a small light, far away",
-     .iterations = 100,
+     .minutes = 5.0,
      .radius = 0.035,
      .closeup = {0.25, 0.25, 0.5}},
     {.name = "rough-glass",
      .file = "rough-glass/rough-glass.xml",
      .what = "light through rough glass",
-     .iterations = 400,
+     .minutes = 16.0,
      .radius = 0.035,
      .closeup = {0.25, 0.25, 0.5}},
     {.name = "long-diffuse",
      .file = "long-diffuse/long-diffuse.xml",
      .what = "light that arrives after many diffuse bounces",
-     .iterations = 560,
+     .minutes = 13.0,
      .radius = 0.025,
      .closeup = {0.25, 0.25, 0.5}},
     {.name = "bare-wall",
      .file = "weights/bare-wall.xml",
      .what = "a bare wall: next event is almost without noise",
-     .iterations = 100,
+     .minutes = 5.0,
      .radius = 0.012,
      .closeup = {0.25, 0.25, 0.5}},
     {.name = "glass-balls",
      .file = "paper-002/glass-balls.xml",
      .what = "glass balls in a box with a small lamp, after the scene of Hachisuka that the paper names",
-     .iterations = 200,
+     .minutes = 13.0,
      .radius = 0.02,
      .closeup = {0.25, 0.45, 0.5}},
     {.name = "living-room",
      .file = "paper-002/living-room.xml",
      .what = "a furnished room, of the kind of the paper's PBRT scenes: light from a window and a bulb in glass",
-     .iterations = 200,
+     .minutes = 13.0,
      .radius = 0.04,
      .closeup = {0.25, 0.25, 0.5}},
 };
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
 
 typedef struct options {
-    uint32_t iterations; /* 0: as the scene says */
+    uint32_t iterations; /* 0: as many as it takes */
+    double minutes;      /* of all scenes; INFINITY: --full */
     const char *only, *table, *pictures;
 } options;
 
@@ -115,30 +118,36 @@ static double luminance_at(const float *const channels[3], size_t pixel)
            0.0722 * (double)channels[2][pixel];
 }
 
-/* Keeps a batch's statistics; estimators that merge find all light and are what the picture is made of. */
-static void keep_batch(scene_run *run, int which, uint32_t batch, const ca_image_layers *image)
+/* All that merge, vcm once. */
+enum { OF_THE_MEAN = ESTIMATORS - VCM - 1 };
+static bool is_of_the_mean(int which) { return which >= VCM && which != VCM_SUMS; }
+
+/* Adds to a batch's statistics; estimators that merge find all light and are what the picture is made of: here its
+ * sum over iterations. */
+static void keep_batch(scene_run *run, int which, uint32_t batch, uint32_t iterations, const ca_image_layers *image)
 {
     static const char *const names[3] = {"R", "G", "B"};
     const float *channels[3], *deviation = ca_image_channel(image, "StandardDeviation.Y");
     for (int c = 0; c < 3; c++) channels[c] = ca_image_channel(image, names[c]);
     const size_t pixels = (size_t)run->width * run->height;
     batches *b = &run->runs[which].samples;
-    const double n = b->iterations;
+    const double n = iterations, share = n / (run->iterations / BATCHES + n);
     for (size_t p = 0; p < pixels; p++) {
         const double mean = luminance_at(channels, p);
         const double variance = (double)deviation[p] * (double)deviation[p] * (n - 1.0) / n;
-        b->mean[p * BATCHES + batch] = mean;
-        b->mean_square[p * BATCHES + batch] = variance + mean * mean;
-        if (which < VCM) continue;
+        double *const kept[2] = {&b->mean[p * BATCHES + batch], &b->mean_square[p * BATCHES + batch]};
+        *kept[0] += share * (mean - *kept[0]);
+        *kept[1] += share * (variance + mean * mean - *kept[1]);
+        if (!is_of_the_mean(which)) continue;
         for (size_t c = 0; c < 3; c++)
-            run->picture[c * pixels + p] += channels[c][p] / (float)(BATCHES * (ESTIMATORS - VCM));
+            run->picture[c * pixels + p] += channels[c][p] * (float)iterations / (float)OF_THE_MEAN;
     }
 }
 
-static void render_batch(const ca_scene *scene, scene_run *run, int which, uint32_t batch)
+static void render_batch(const ca_scene *scene, scene_run *run, int which, uint32_t batch, uint32_t iterations)
 {
-    const uint32_t iterations = run->iterations / BATCHES;
-    const ca_render_settings settings = settings_of(run, which, iterations, BATCH_SEED + batch);
+    const uint64_t seed = BATCH_SEED + batch + (uint64_t)BATCHES * run->passes;
+    const ca_render_settings settings = settings_of(run, which, iterations, seed);
     ca_image_layers *image;
     ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error;
@@ -147,8 +156,8 @@ static void render_batch(const ca_scene *scene, scene_run *run, int which, uint3
         fprintf(stderr, "%s, %s: samples that are not finite\n", run->scene->name, settings.integrator);
         exit(1);
     }
-    run->runs[which].seconds[batch] = statistics.seconds / iterations;
-    keep_batch(run, which, batch, image);
+    run->runs[which].seconds[batch] += statistics.seconds; /* of a batch; finish_scene divides */
+    keep_batch(run, which, batch, iterations, image);
     ca_image_release(image);
 }
 
@@ -211,7 +220,7 @@ static void render_fifty(const ca_scene *scene, scene_run *run)
     static const char *const names[3] = {"R", "G", "B"};
     const size_t pixels = (size_t)run->width * run->height;
     for (int i = 0; i < 3; i++) {
-        const ca_render_settings settings = settings_of(run, which[i], 50, BATCH_SEED);
+        const ca_render_settings settings = settings_of(run, which[i], 50, BATCH_SEED - 1);
         ca_image_layers *image;
         ca_error error;
         if (ca_render(scene, &settings, &image, NULL, &error) != CA_OK) bench_die(settings.integrator, &error);
@@ -222,25 +231,32 @@ static void render_fifty(const ca_scene *scene, scene_run *run)
     }
 }
 
-static void render_scene(scene_run *run)
+/* So many iterations more of every estimator. */
+static void render_pass(const ca_scene *scene, scene_run *run, uint32_t iterations)
 {
-    ca_error error;
-    ca_scene *scene;
-    if (ca_scene_load(run->path, NULL, 0, &scene, &error) != CA_OK) bench_die(run->path, &error);
+    for (uint32_t batch = 0; batch < BATCHES; batch++) /* in turns, so that a slow minute slows all */
+        for (uint32_t turn = 0; turn < ESTIMATORS; turn++)
+            render_batch(scene, run, (int)((turn + batch) % ESTIMATORS), batch, iterations / BATCHES);
+    run->iterations += iterations;
+    run->passes++;
+    for (int which = 0; which < ESTIMATORS; which++) run->runs[which].samples.iterations = run->iterations / BATCHES;
+}
+
+static void create_scene(const ca_scene *scene, scene_run *run)
+{
     const size_t pixels = (size_t)run->width * run->height;
     run->picture = need(3 * pixels, sizeof *run->picture);
     run->left_out = need(pixels, sizeof *run->left_out);
+    run->common = need(pixels, sizeof *run->common);
+    run->merging = need(pixels, sizeof *run->merging);
     leave_emitters_out(scene, run);
     if (run->scene->without_specular) leave_specular_out(scene, run);
-    for (int which = 0; which < ESTIMATORS; which++)
-        if (!batches_create(&run->runs[which].samples, run->width, run->height, run->iterations / BATCHES))
-            die_of_memory();
-    for (uint32_t batch = 0; batch < BATCHES; batch++) /* in turns, so that a slow minute slows all */
-        for (uint32_t turn = 0; turn < ESTIMATORS; turn++)
-            render_batch(scene, run, (int)((turn + batch) % ESTIMATORS), batch);
-    if (run->scene->without_specular) render_fifty(scene, run);
-    ca_scene_release(scene);
-    run->rendered = true;
+    for (int which = 0; which < ESTIMATORS; which++) {
+        estimator_run *r = &run->runs[which];
+        r->counts = need(pixels, sizeof *r->counts);
+        r->deviation = need(pixels, sizeof *r->deviation);
+        if (!batches_create(&r->samples, run->width, run->height, 0)) die_of_memory();
+    }
 }
 
 /* ---- Statistics ------------------------------------------------------------------------------------------------ */
@@ -251,7 +267,8 @@ static double *reference_of(const scene_run *run)
     const size_t values = (size_t)run->width * run->height * BATCHES;
     double *reference = need(values, sizeof *reference);
     for (int which = VCM; which < ESTIMATORS; which++)
-        for (size_t i = 0; i < values; i++) reference[i] += run->runs[which].samples.mean[i] / (ESTIMATORS - VCM);
+        for (size_t i = 0; is_of_the_mean(which) && i < values; i++)
+            reference[i] += run->runs[which].samples.mean[i] / OF_THE_MEAN;
     return reference;
 }
 
@@ -276,13 +293,9 @@ static void analyse_scene(scene_run *run)
 {
     const size_t pixels = (size_t)run->width * run->height;
     double *reference = reference_of(run);
-    run->common = need(pixels, sizeof *run->common);
-    run->merging = need(pixels, sizeof *run->merging);
     for (size_t p = 0; p < pixels; p++) run->common[p] = run->merging[p] = true;
     for (int which = 0; which < ESTIMATORS; which++) {
         estimator_run *r = &run->runs[which];
-        r->counts = need(pixels, sizeof *r->counts);
-        r->deviation = need(pixels, sizeof *r->deviation);
         /* What bdpt never finds but for a lucky path or two must not pass for noise. */
         const double known = which <= BDPT ? 0.05 : (double)INFINITY;
         r->sharpness = find_consistent_pixels(&r->samples, reference, run->left_out, 0.01, known, r->counts);
@@ -302,6 +315,58 @@ static void analyse_scene(scene_run *run)
     compare_others(run, &table);
 }
 
+/* ---- Time ------------------------------------------------------------------------------------------------------ */
+
+/* Are the intervals as narrow as they should be? */
+static bool is_precise(const scene_run *run, bool full)
+{
+    return report_widest_interval(run, full ? PATH : BDPT) <= 0.01;
+}
+
+/* Passes until that is so, or until the next one would not fit into `seconds`. */
+static void render_until_precise(const ca_scene *scene, scene_run *run, double seconds)
+{
+    enum { PASS = 5 * BATCHES };
+    const double start = ca_clock_seconds();
+    double end = start, longest = 0.0;
+    do {
+        const double begin = end;
+        render_pass(scene, run, PASS);
+        analyse_scene(run);
+        end = ca_clock_seconds();
+        longest = fmax(longest, end - begin);
+    } while (!is_precise(run, isinf(seconds)) && end + longest < start + seconds);
+}
+
+/* Sums become means. */
+static void finish_scene(scene_run *run)
+{
+    const size_t values = 3 * (size_t)run->width * run->height;
+    for (size_t i = 0; i < values; i++) run->picture[i] /= (float)run->iterations;
+    for (int which = 0; which < ESTIMATORS; which++)
+        for (int batch = 0; batch < BATCHES; batch++)
+            run->runs[which].seconds[batch] *= (double)BATCHES / run->iterations;
+    run->rendered = true;
+}
+
+/* iterations: so many; 0: until precise, or for `seconds`. */
+static void measure_scene(scene_run *run, uint32_t iterations, double seconds)
+{
+    ca_error error;
+    ca_scene *scene;
+    if (ca_scene_load(run->path, NULL, 0, &scene, &error) != CA_OK) bench_die(run->path, &error);
+    create_scene(scene, run);
+    if (iterations > 0) {
+        render_pass(scene, run, iterations);
+        analyse_scene(run);
+    } else {
+        render_until_precise(scene, run, seconds);
+    }
+    if (run->scene->without_specular) render_fifty(scene, run);
+    ca_scene_release(scene);
+    finish_scene(run);
+}
+
 static void release_scene(scene_run *run)
 {
     for (int which = 0; which < ESTIMATORS; which++) {
@@ -318,9 +383,9 @@ static void release_scene(scene_run *run)
 
 /* ---- The program ----------------------------------------------------------------------------------------------- */
 
-static void start_scene(scene_run *run, const comparison_scene *scene, uint32_t iterations)
+static void start_scene(scene_run *run, const comparison_scene *scene)
 {
-    *run = (scene_run){.scene = scene, .width = SIDE, .height = SIDE, .iterations = iterations};
+    *run = (scene_run){.scene = scene, .width = SIDE, .height = SIDE};
     for (int which = 0; which < ESTIMATORS; which++) {
         char *integrator = run->runs[which].integrator;
         snprintf(integrator, sizeof run->runs[which].integrator, estimators[which].integrator, scene->radius);
@@ -355,6 +420,10 @@ static bool parse_options(int argc, char **argv, options *chosen)
         const bool more = i + 1 < argc;
         if (strcmp(argv[i], "--quick") == 0)
             chosen->iterations = 2 * BATCHES;
+        else if (strcmp(argv[i], "--full") == 0)
+            chosen->minutes = (double)INFINITY;
+        else if (more && strcmp(argv[i], "--minutes") == 0 && (chosen->minutes = strtod(argv[i + 1], NULL)) > 0.0)
+            i++;
         else if (more && strcmp(argv[i], "--iterations") == 0)
             chosen->iterations = (uint32_t)strtoul(argv[++i], NULL, 10) / BATCHES * BATCHES;
         else if (more && strcmp(argv[i], "--only") == 0)
@@ -369,34 +438,44 @@ static bool parse_options(int argc, char **argv, options *chosen)
     return chosen->iterations == 0 || chosen->iterations >= 2 * BATCHES; /* batches of two: they have a variance */
 }
 
+static void write_pictures(const scene_run *run, const char *folder)
+{
+    ca_error error;
+    if (write_closeups(run, folder, &error) != CA_OK) bench_die(folder, &error);
+    if (run->fifty[0] && write_figure_2(run, folder, &error) != CA_OK) bench_die(folder, &error);
+}
+
+static int print_usage(const char *program)
+{
+    fprintf(stderr,
+            "usage: %s [--quick | --iterations N | --full | --minutes N] [--only SCENE] [--table FILE] "
+            "[--pictures FOLDER]\n",
+            program);
+    return 2;
+}
+
 int main(int argc, char **argv)
 {
     static scene_run runs[SCENES];
     options chosen;
-    if (!parse_options(argc, argv, &chosen)) {
-        fprintf(stderr, "usage: %s [--quick | --iterations N] [--only SCENE] [--table FILE] [--pictures FOLDER]\n",
-                argv[0]);
-        return 2;
-    }
+    double all_minutes = 0.0;
+    if (!parse_options(argc, argv, &chosen)) return print_usage(argv[0]);
     FILE *table = chosen.table ? fopen(chosen.table, "w") : stdout;
     if (!table) return perror(chosen.table), 1;
     for (int i = 0; i < SCENES; i++) {
-        start_scene(&runs[i], &scenes[i], chosen.iterations ? chosen.iterations : scenes[i].iterations);
+        start_scene(&runs[i], &scenes[i]);
+        all_minutes += scenes[i].minutes;
         if (!chosen.only || strcmp(chosen.only, scenes[i].name) == 0) find_scene(&runs[i]);
         if (runs[i].path[0]) measure_memory(&runs[i]);
     }
+    const double scale = chosen.minutes > 0.0 ? chosen.minutes / all_minutes : 1.0;
     for (int i = 0; i < SCENES; i++) {
-        ca_error error;
         if (!runs[i].path[0]) continue;
+        measure_scene(&runs[i], chosen.iterations, 60.0 * scale * scenes[i].minutes);
         fprintf(stderr, "%s: %u iterations of %d estimators\n", runs[i].scene->name, runs[i].iterations, ESTIMATORS);
-        render_scene(&runs[i]);
-        analyse_scene(&runs[i]);
         report_scene(table, &runs[i]);
         fflush(table);
-        if (chosen.pictures && write_closeups(&runs[i], chosen.pictures, &error) != CA_OK)
-            bench_die(chosen.pictures, &error);
-        if (chosen.pictures && runs[i].fifty[0] && write_figure_2(&runs[i], chosen.pictures, &error) != CA_OK)
-            bench_die(chosen.pictures, &error);
+        if (chosen.pictures) write_pictures(&runs[i], chosen.pictures);
     }
     const int failed = report_checks(table, runs, SCENES);
     for (int i = 0; i < SCENES; i++) release_scene(&runs[i]);

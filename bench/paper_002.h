@@ -14,6 +14,7 @@ enum {
     PPM,
     BDPT,
     VCM,
+    VCM_SUMS,
     VCM_PLUS,
     VCM_PLUS_AUTHOR,
     VCM_STAR,
@@ -36,7 +37,7 @@ typedef struct comparison_scene {
     const char *name, *file, *what;
     bool shared;           /* file: within the folder of shared scenes, else within the project's scenes */
     bool without_specular; /* pixels that show glass or metal are left out */
-    uint32_t iterations;
+    double minutes;    /* its share of the whole's time, on two quiet processors */
     double radius;     /* of merges, m */
     double closeup[3]; /* left, top, side: fractions of the picture's width */
 } comparison_scene;
@@ -57,7 +58,8 @@ typedef struct estimator_run {
 typedef struct scene_run {
     const comparison_scene *scene;
     char path[1024]; /* of the scene file; empty: not to be found */
-    uint32_t width, height, iterations;
+    uint32_t width, height;
+    uint32_t iterations, passes; /* so far, of each estimator */
     estimator_run runs[ESTIMATORS];
     float *fifty[3]; /* owned, R G B of 50 iterations of bdpt, vcm, ovcm, [channel][pixel]; NULL: not made */
     float *picture; /* owned, mean R G B over the merging estimators, [channel][pixel] */
@@ -67,6 +69,8 @@ typedef struct scene_run {
     bool rendered;
 } scene_run;
 
+/* The widest 95 % interval of a sigma-bar over that, of the estimators from `first` on that count somewhere. */
+double report_widest_interval(const scene_run *run, int first);
 /* The scene's heading, table and pictures as Markdown. */
 void report_scene(FILE *out, const scene_run *run);
 /* What the comparison should show; returns how many checks failed. */
@@ -75,8 +79,8 @@ int report_checks(FILE *out, const scene_run *runs, int count);
 /* Writes FOLDER/<scene>-50.png: figure 2, the same 50 iterations of bdpt, vcm and ovcm side by side. */
 ca_status write_figure_2(const scene_run *run, const char *folder, ca_error *error);
 
-/* Writes FOLDER/<scene>.png: the picture, and the close-up's standard deviations of bdpt, vcm, vcm-star, ovcm at one
- * scale. */
+/* Writes FOLDER/<scene>.png: the picture, and the close-up's standard deviations of path, ppm, bdpt, vcm, vcm-star,
+ * ovcm at one scale, that of the last four. */
 ca_status write_closeups(const scene_run *run, const char *folder, ca_error *error);
 
 #endif

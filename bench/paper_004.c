@@ -1,6 +1,6 @@
 /* The figures of paper 004 (Keller, Grünschloß, Droske, "Quasi-Monte Carlo Progressive Photon Mapping").
  *
- *     paper_004 [--quick] [--only SECTION] [--table FILE] [--pictures FOLDER]
+ *     paper_004 [--quick | --full | --minutes N] [--only SECTION] [--table FILE] [--pictures FOLDER]
  *     paper_004 --difference IMAGE IMAGE
  *
  * Sections: transport, counter-examples, convergence, alpha, balance, ratio, recomputation, samples. The report is
@@ -15,14 +15,14 @@
 #include <string.h>
 
 static const paper_section sections[] = {
-    {"transport", paper_transport},
-    {"counter-examples", paper_counter_examples},
-    {"convergence", paper_convergence},
-    {"alpha", paper_alpha},
-    {"balance", paper_balance},
-    {"ratio", paper_ratio},
-    {"recomputation", paper_recomputation},
-    {"samples", paper_samples_saved},
+    {"transport", paper_transport, 2.0},
+    {"counter-examples", paper_counter_examples, 8.0},
+    {"convergence", paper_convergence, 40.0},
+    {"alpha", paper_alpha, 12.0},
+    {"balance", paper_balance, 20.0},
+    {"ratio", paper_ratio, 14.0},
+    {"recomputation", paper_recomputation, 2.0},
+    {"samples", paper_samples_saved, 12.0},
 };
 enum { SECTIONS = sizeof sections / sizeof sections[0] };
 

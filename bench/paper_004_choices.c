@@ -148,7 +148,7 @@ void paper_balance(paper_report *report)
         "and one camera path a pixel; RMSE over the mean, of %d seeds, bold where the radius' least is. The last "
         "row is the error over the least of each row, geometric mean.\n\n",
         WIDTH, HEIGHT, blocks, blocks, SEEDS);
-    for (int k = 0; k < SCENES; k++) {
+    for (int k = 0; k < SCENES && !paper_time_is_up(report, scenes[k].name); k++) {
         ca_scene *scene = paper_scene(scenes[k].file, NULL, 0);
         const paper_reference truth = reference_of(&scenes[k], scene, report->quick);
         const error_grid grid = measure_grid(&scenes[k], scene, &truth, report->quick);
@@ -257,6 +257,6 @@ void paper_ratio(paper_report *report)
             "| scene | camera paths a pixel | light paths | RMSE | noise at edges | elsewhere |\n"
             "|---|---|---|---|---|---|\n",
             blocks, blocks, WIDTH, HEIGHT);
-    for (int k = 0; k < SCENES; k++) ratio_of_scene(report, &scenes[k]);
+    for (int k = 0; k < SCENES && !paper_time_is_up(report, scenes[k].name); k++) ratio_of_scene(report, &scenes[k]);
     fputc('\n', report->out);
 }

@@ -293,6 +293,7 @@ void paper_convergence(paper_report *report)
     fputs("### Convergence\n\n", report->out);
     for (size_t k = 0; k < sizeof scenes / sizeof scenes[0]; k++) {
         const convergence_scene *what = &scenes[k];
+        if (paper_time_is_up(report, what->name)) return;
         ca_scene *scene = paper_scene(what->file, NULL, 0);
         const paper_reference truth = render_reference(what, scene, report->quick);
         const double unit = paper_mean(truth.luminance, truth.pixels);

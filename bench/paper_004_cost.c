@@ -136,6 +136,7 @@ void paper_samples_saved(paper_report *report)
           "|---|---|---|---|---|---|---|---|\n",
           report->out);
     for (int s = 0; s < SAVED_SCENES; s++) {
+        if (paper_time_is_up(report, saved_scenes[s][0])) return;
         ca_scene *scene = paper_scene(saved_scenes[s][1], NULL, 0);
         for (int i = 0; i < 3; i++) {
             double random_last, sobol_last;

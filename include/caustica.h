@@ -221,7 +221,9 @@ typedef struct ca_render_settings {
      * sampler `independent`, whatever the scene says (other settings are refused). Such an image depends on how fast
      * the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
      * Rays.Numbers) instead of light_paths and camera_paths, which must not be set beside it; the image is the same
-     * to the bit whatever the threads. See docs/papers/000.md, section D. */
+     * to the bit whatever the threads. Or the path of a .part, the checkpoint of a render with "auto": all that was
+     * decided up to it is repeated, with the same settings, to the bits of the image that this render would have had
+     * there; samples, time and noise must not be set beside it. See docs/papers/000.md, section D. */
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
                                    "worst-decile" */
@@ -271,7 +273,8 @@ typedef struct ca_render_settings {
      * its samples, time, noise target, threads and memory may be others, all else must be the same. Without
      * `resume` the file must not exist. The file is locked against other renders (PATH.lock). One that cannot be
      * written is told by the progress callback; the render goes on, and CA_ERROR_FILE is returned if the last one
-     * failed. Refused with numbers of rays that are chosen, and with strategies_directory. */
+     * failed. With rays "auto" the file has what was decided, too, and the bits are those of `rays` with that file.
+     * Refused with strategies_directory. */
     const char *checkpoint_path;
     double checkpoint_seconds;
     bool checkpoint_if_long; /* only where the whole render is expected to take more than ten minutes */

@@ -1,16 +1,20 @@
 #!/bin/sh
 # The figures of paper 004: renders, and writes its tables into docs/papers/004.md (between the two markers there) and
-# its plots and pictures to docs/pictures/paper-004/. Some twelve minutes on two processors.
+# its plots and pictures to docs/pictures/paper-004/. Less than two hours on two quiet processors: each section stops
+# when it is done, or at its share of the time.
 #
-#   scripts/paper-004.sh BUILD_FOLDER [--quick] [--only SECTION]
+#   scripts/paper-004.sh BUILD_FOLDER [--full | --minutes N] [--quick] [--only SECTION]
 #
-# --quick: less of everything; --only: one section. Either only prints, and leaves the document alone. Where
+# --full: no section looks at the time; --minutes: another time for all. --quick: less of everything; --only: one
+# section. Either of these only prints, and leaves the document alone. Where
 # build-clang/ has the program too, pictures of the two builds are compared.
 set -eu
 build=$(cd "$1" && pwd)
 shift
 cd "$(dirname "$0")/.."
-if [ $# -gt 0 ]; then exec "$build/paper_004" "$@"; fi
+case " $* " in
+*' --quick '* | *' --only '* | *' --iterations '*) exec "$build/paper_004" "$@" ;;
+esac
 
 document=docs/papers/004.md
 folder=$(mktemp -d)
@@ -52,7 +56,7 @@ compare_builds()
     echo
 }
 
-"$build/paper_004" --table "$table" --pictures docs/pictures/paper-004 || status=$?
+"$build/paper_004" "$@" --table "$table" --pictures docs/pictures/paper-004 || status=$?
 grep -q 'What it should show' "$table" # complete, whatever it shows
 compare_builds >"$folder/builds"
 awk -v builds="$folder/builds" '

@@ -66,7 +66,7 @@ static void test_joined_film(void **state)
     assert_near(pixel->luminance_variance, 0.7152 * 0.7152 * variance, 1e-12);
     assert_near((double)pixel->albedo[0], 0.5, 1e-6);
     ca_image_layers *image;
-    assert_int_equal(ca_joined_film_develop(&joined, 7, &out, &image, NULL), CA_OK);
+    assert_int_equal(ca_joined_film_develop(&joined, 7, &out, 2, &image, NULL), CA_OK);
     assert_near((double)ca_image_channel(image, "G")[0], 3.5, 1e-6);
     assert_near((double)ca_image_channel(image, "Variance.G")[0] / (double)ca_image_channel(image, "Samples.Y")[0],
                 variance, 1e-6);

@@ -54,7 +54,7 @@ static ca_block_film *create(bool extras)
 static ca_image_layers *develop(const ca_block_film *film)
 {
     ca_image_layers *layers;
-    assert_int_equal(ca_block_film_develop(film, &layers, NULL), CA_OK);
+    assert_int_equal(ca_block_film_develop(film, 2, &layers, NULL), CA_OK);
     return layers;
 }
 
@@ -483,7 +483,7 @@ static void test_out_of_memory(void **state)
     for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; failures++) {
         ca_image_layers *layers;
         ca_memory_fail_after(failures);
-        status = ca_block_film_develop(film, &layers, NULL);
+        status = ca_block_film_develop(film, 2, &layers, NULL);
         ca_memory_fail_after(-1);
         assert_true(status == CA_OK || status == CA_ERROR_MEMORY);
         ca_layers_destroy(layers);

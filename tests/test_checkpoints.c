@@ -8,61 +8,20 @@
 #include "render/checkpoint.h"
 #include "support/named_layer.h"
 #include "support/scene_text.h"
+#include "support/small_render.h"
 
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
-/* A ball of glass above a floor, a small light. */
-static const char *const scene_xml =
-    "<scene version='3.0.0'><default name='grey' value='0.5'/>"
-    "<sensor type='perspective'><float name='fov' value='40'/>"
-    "<transform name='to_world'><lookat origin='0,3,6' target='0,0.5,0' up='0,1,0'/></transform>"
-    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/></film></sensor>"
-    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
-    "<bsdf type='diffuse'><rgb name='reflectance' value='$grey'/></bsdf></shape>"
-    "<shape type='sphere'><point name='center' value='0,0.6,0'/><float name='radius' value='0.6'/>"
-    "<bsdf type='dielectric'/></shape>"
-    "<shape type='sphere'><point name='center' value='1,3,0'/><float name='radius' value='0.2'/>"
-    "<emitter type='area'><rgb name='radiance' value='30'/></emitter></shape></scene>";
-
-static char folder[] = "/tmp/caustica-checkpoints-XXXXXX";
-static ca_scene *scene;
-
-static const char *file(const char *name)
-{
-    static char paths[64][256];
-    char path[256];
-    int i = 0;
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    while (paths[i][0] && strcmp(paths[i], path) != 0) assert_true(++i < 64);
-    return memcpy(paths[i], path, sizeof path);
-}
-
 static bool is_there(const char *name) { return access(file(name), F_OK) == 0; }
-
-static ca_render_settings settings_of(const char *integrator, uint32_t samples, uint32_t threads)
-{
-    ca_render_settings s;
-    ca_render_settings_init(&s);
-    s.integrator = integrator;
-    s.samples_per_pixel = samples;
-    s.threads = threads;
-    s.has_max_depth = true;
-    s.max_depth = 4;
-    /* So that it need not be looked for. */
-    if (ca_integrator_of(integrator) && ca_integrator_has_parameter(ca_integrator_of(integrator), "radius"))
-        s.radius = 0.1;
-    return s;
-}
 
 static ca_render_settings kept(const char *integrator, uint32_t samples, uint32_t threads)
 {
@@ -71,24 +30,6 @@ static ca_render_settings kept(const char *integrator, uint32_t samples, uint32_
     s.resume = true;
     return s;
 }
-
-static uint64_t render(const ca_render_settings *settings, ca_render_statistics *statistics)
-{
-    ca_image_layers *image = NULL;
-    ca_error error = {""};
-    if (ca_render(scene, settings, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
-    const uint64_t hash = image_hash(image);
-    ca_image_release(image);
-    return hash;
-}
-
-static const char *integrator_at(size_t i)
-{
-    const ca_integrator_type *type = ca_integrator_at(i);
-    return type ? type->name : NULL;
-}
-
-static bool chooses(size_t i) { return ca_integrator_has(ca_integrator_at(i), CA_ABILITY_CHOOSES); }
 
 /* ---- Going on -------------------------------------------------------------------------------------------------- */
 
@@ -553,23 +494,6 @@ static void test_parts_that_do_not_fit(void **state)
     assert_non_null(strstr(error.message, "format 1"));
 }
 
-static int begin(void **state)
-{
-    (void)state;
-    if (!mkdtemp(folder)) return -1;
-    write_all("scene.xml", (const unsigned char *)scene_xml, strlen(scene_xml));
-    return ca_scene_load(file("scene.xml"), NULL, 0, &scene, NULL) == CA_OK ? 0 : -1;
-}
-
-static int end(void **state)
-{
-    (void)state;
-    char command[64];
-    ca_scene_release(scene);
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return system(command);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -588,5 +512,5 @@ int main(void)
         cmocka_unit_test(test_parts_of_every_integrator),
         cmocka_unit_test(test_parts_that_do_not_fit),
     };
-    return cmocka_run_group_tests(tests, begin, end);
+    return cmocka_run_group_tests(tests, begin_small_renders, end_small_renders);
 }

@@ -22,10 +22,11 @@ static uint64_t hash_of(void **state, const char *name)
 static void test_kills(void **state)
 {
     ca_test_random random = ca_test_random_seed(16);
-    static const ca_kill_job jobs[] = {{"path", "--spp=64", 0.06, 3},
-                                       {"bdpt", "--spp=32", 0.06, 2},
-                                       {"qmcppm:radius=0.1,max_depth=3", "--spp=9", 0.1, 2}};
-    for (int i = 0; i < 3; i++) expect_kills_lose_nothing(*state, &jobs[i], &random);
+    static const ca_kill_job jobs[] = {{"path", "--spp=64", 0.06, 3, false},
+                                       {"bdpt", "--spp=32", 0.06, 2, false},
+                                       {"qmcppm:radius=0.1,max_depth=3", "--spp=9", 0.1, 2, false},
+                                       {"bdpm:radius=0.1", "--spp=300", 0.1, 4, true}};
+    for (int i = 0; i < 4; i++) expect_kills_lose_nothing(*state, &jobs[i], &random);
 }
 
 static void wait_for(void **state, const char *name)

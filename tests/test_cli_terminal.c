@@ -300,6 +300,70 @@ static void test_plain_lines(void **state)
     assert_null(strpbrk(text, "\r\033[="));
 }
 
+/* A square of 2 * side^2 triangles. */
+static void write_large_mesh(const char *folder, int side)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/large.ply", folder);
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fprintf(file,
+            "ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face %d\nproperty list uchar int vertex_indices\nend_header\n",
+            (side + 1) * (side + 1), side * side);
+    for (int i = 0; i < (side + 1) * (side + 1); i++) fprintf(file, "%d %d 0\n", i % (side + 1), i / (side + 1));
+    for (int i = 0; i < side * side; i++) {
+        const int corner = i / side * (side + 1) + i % side;
+        fprintf(file, "4 %d %d %d %d\n", corner, corner + 1, corner + side + 2, corner + side + 1);
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+/* What the program says on a terminal if it is held for a second after a while: then there is something to tell. */
+static void run_with_pause(void **state, const char *const words[], useconds_t wait, char *text, size_t size)
+{
+    ca_program_result r;
+    int master;
+    const pid_t process = start_on_terminal(state, 80, words, &master);
+    usleep(wait);
+    kill(process, SIGSTOP);
+    usleep(1100000);
+    kill(process, SIGCONT);
+    read_until(master, NULL, text, size);
+    close(master);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 0);
+}
+
+/* From a second on it is told how far loading is, on one line, which is gone in the end; not with --quiet. */
+static void test_loading(void **state)
+{
+    static char text[1 << 16];
+    double percent, gone;
+    char word[16];
+    write_large_mesh(folder_of(state), 500);
+    write_text(folder_of(state), "large.xml",
+               "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>"
+               "<shape type=\"ply\"><string name=\"filename\" value=\"large.ply\"/></shape></scene>");
+    useconds_t wait = 50000; /* when it is in the middle of loading depends on the machine */
+    static const char *const info[] = {"info", "large.xml", NULL};
+    for (; wait < 700000 && !text[0]; wait += 100000) run_with_pause(state, info, wait, text, sizeof text);
+    const char *line = strstr(text, " %  ");
+    if (!line || line - text < 4 || sscanf(line - 3, "%lf %% %15s", &percent, word) != 2)
+        fail_msg("nothing is told: %s", text);
+    if (strcmp(word, "reading") == 0) assert_says(line, "reading large.ply  ");
+    assert_true(strcmp(word, "reading") == 0 || strcmp(word, "placing") == 0 || strcmp(word, "building") == 0);
+    assert_int_equal(sscanf(strstr(line, " s gone") - 3, "%lf s gone", &gone), 1);
+    assert_true(percent >= 0.0 && percent <= 100.0 && gone >= 1.0 && gone < 60.0);
+    assert_null(strchr(text, '\n'));
+    assert_true(longest_line(text) < 80);
+    assert_string_equal(text + strlen(text) - 4, "\r\033[K");
+    static const char *const quiet[] = {"render",           "large.xml", "-ipath",    "--quiet", "--spp=1",
+                                        "--resolution=8x8", "-o",        "large.pfm", NULL};
+    run_with_pause(state, quiet, wait - 100000, text, sizeof text);
+    assert_string_equal(text, "");
+}
+
 /* To a noise target: how long the whole will take, once that is known; in the end that is about what it took. */
 static void test_predicted_time(void **state)
 {
@@ -380,6 +444,7 @@ int main(void)
         PROGRAM_TEST(test_signal_saves),
         PROGRAM_TEST(test_progress_line),
         PROGRAM_TEST(test_noise_and_bar_fit),
+        PROGRAM_TEST(test_loading),
         PROGRAM_TEST(test_plain_lines),
         PROGRAM_TEST(test_predicted_time),
         PROGRAM_TEST(test_counts_passes),

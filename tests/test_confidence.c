@@ -110,7 +110,7 @@ static void add(ca_film *film, uint32_t pixel, double value)
 static ca_image_layers *develop(const ca_film *film)
 {
     ca_image_layers *layers;
-    assert_int_equal(ca_film_develop(film, &layers, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(film, 2, &layers, NULL), CA_OK);
     return layers;
 }
 
@@ -203,11 +203,11 @@ static void test_lonely_pixel(void **state)
     for (int rare = 0; rare < 2; rare++) {
         const ca_interval_kind expected = rare ? CA_INTERVAL_MARKED : CA_INTERVAL_ORDINARY;
         moments[40] = (ca_moments){.mean = 1.0, .variance = 1.0, .third = rare ? 7.0 : 1.0, .replicates = 64};
-        assert_int_equal(ca_confidence_judge(moments, 9, 9, verdicts, NULL), CA_OK);
+        assert_int_equal(ca_confidence_judge(moments, 9, 9, 1, verdicts, NULL), CA_OK);
         assert_int_equal(verdicts[40].kind, expected);
         assert_int_equal(verdicts[30].kind, CA_INTERVAL_WIDENED);
         expect_near(verdicts[30].variance[CA_ABOVE], 1.0 / 24.0, 1e-12);
-        assert_int_equal(ca_confidence_judge(&moments[40], 1, 1, verdicts, NULL), CA_OK);
+        assert_int_equal(ca_confidence_judge(&moments[40], 1, 1, 2, verdicts, NULL), CA_OK);
         assert_int_equal(verdicts[0].kind, expected);
     }
 }
@@ -293,20 +293,20 @@ static void test_uncertain_pixels(void **state)
     for (int varying = 0; varying < 2; varying++) {
         for (int i = 0; i < 49; i++)
             moments[i] = (ca_moments){.mean = 1.0, .variance = varying, .replicates = 8, .uncertain = true};
-        assert_int_equal(ca_confidence_judge(moments, 7, 7, verdicts, NULL), CA_OK);
+        assert_int_equal(ca_confidence_judge(moments, 7, 7, 2, verdicts, NULL), CA_OK);
         for (int i = 0; i < 49; i++)
             assert_int_equal(verdicts[i].kind, varying ? CA_INTERVAL_WIDENED : CA_INTERVAL_MARKED);
     }
     /* A picture of one black pixel has no neighbourhood. */
     moments[0].mean = moments[0].variance = 0.0;
-    assert_int_equal(ca_confidence_judge(moments, 1, 1, verdicts, NULL), CA_OK);
+    assert_int_equal(ca_confidence_judge(moments, 1, 1, 2, verdicts, NULL), CA_OK);
     assert_int_equal(verdicts[0].kind, CA_INTERVAL_MARKED);
 }
 
 static void test_rule(void **state)
 {
     (void)state;
-    enum { WIDTH = 37, HEIGHT = 23, COUNT = WIDTH * HEIGHT };
+    enum { WIDTH = 131, HEIGHT = 75, COUNT = WIDTH * HEIGHT }; /* of several tiles */
     static ca_moments moments[COUNT];
     static ca_verdict verdicts[COUNT];
     uint32_t kinds[3] = {0};
@@ -319,7 +319,7 @@ static void test_rule(void **state)
         if (uniform() < 0.05) m->mean = -m->mean;
         m->uncertain = uniform() < 0.03;
     }
-    assert_int_equal(ca_confidence_judge(moments, WIDTH, HEIGHT, verdicts, NULL), CA_OK);
+    assert_int_equal(ca_confidence_judge(moments, WIDTH, HEIGHT, 2, verdicts, NULL), CA_OK);
     for (int i = 0; i < COUNT; i++) {
         const neighbourhood near = neighbourhood_of(moments, WIDTH, HEIGHT, i % WIDTH, i / WIDTH);
         expect_verdict(&verdicts[i], &moments[i], &near);

@@ -142,7 +142,7 @@ static tally draw_picture(const struct rare_light *light, double quantile)
         levels[i] = (i % SIDE / 8 + i / SIDE / 8) % 2 ? light->levels : 1.0;
         moments[i] = draw_pixel(light, levels[i]);
     }
-    assert_int_equal(ca_confidence_judge(moments, SIDE, SIDE, verdicts, NULL), CA_OK);
+    assert_int_equal(ca_confidence_judge(moments, SIDE, SIDE, 2, verdicts, NULL), CA_OK);
     for (int i = 0; i < PIXELS; i++) {
         const double expectation = levels[i] * (1.0 + light->scale * light->share);
         const ca_interval interval = ca_confidence_judged_interval(&moments[i], &verdicts[i], quantile);

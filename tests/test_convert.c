@@ -369,6 +369,11 @@ static void test_the_program(void **state)
     assert_non_null(strstr(r.errors, "ours.xml:1:24: Mitsuba 3 has no integrator \"ovcm\"; it is written as it is"));
     RUN(&r, "convert", "ours.xml", "-o", "copy.xml", "--quiet");
     assert_string_equal(r.errors, "");
+    assert_int_equal(setenv("CAUSTICA_SCENE_MEMORY", "0.001", 1), 0);
+    RUN(&r, "convert", "ours.xml", "-o", "copy.xml");
+    assert_int_equal(unsetenv("CAUSTICA_SCENE_MEMORY"), 0);
+    assert_exit(&r, 1);
+    assert_says(r.errors, "more than the 0 MiB of memory that are allowed; CAUSTICA_SCENE_MEMORY");
 }
 
 int main(void)

@@ -39,7 +39,7 @@ static ca_film create(void)
 static ca_image_layers *develop(const ca_film *film)
 {
     ca_image_layers *layers;
-    assert_int_equal(ca_film_develop(film, &layers, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(film, 2, &layers, NULL), CA_OK);
     return layers;
 }
 
@@ -309,7 +309,7 @@ static void test_allocation_failures(void **state)
     for (ca_status status = CA_ERROR_MEMORY; status != CA_OK; failures++) {
         ca_image_layers *layers = NULL;
         ca_memory_fail_after(failures);
-        status = ca_film_develop(&film, &layers, &error);
+        status = ca_film_develop(&film, 2, &layers, &error);
         ca_memory_fail_after(-1);
         if (status == CA_OK) ca_layers_destroy(layers);
         else assert_null(layers);

@@ -51,7 +51,7 @@ static ca_image_layers *confidence_of(const ca_joined_film *joined)
 {
     ca_image_layers *layers;
     assert_int_equal(ca_layers_create(&layers, SIDE, SIDE, NULL), CA_OK);
-    assert_int_equal(ca_joined_film_add_confidence(joined, layers, NULL), CA_OK);
+    assert_int_equal(ca_joined_film_add_confidence(joined, 2, layers, NULL), CA_OK);
     assert_int_equal(layers->channel_count, 12);
     return layers;
 }
@@ -64,7 +64,7 @@ static void test_one_part(void **state)
     ca_image_layers *developed;
     ca_joined_film_add(&joined, &film, 2.0);
     ca_joined_film_scale(&joined, 0.5);
-    assert_int_equal(ca_film_develop(&film, &developed, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(&film, 2, &developed, NULL), CA_OK);
     ca_image_layers *layers = confidence_of(&joined);
     int marked = 0, widened = 0;
     for (size_t c = 0; c < layers->channel_count; c++)
@@ -177,7 +177,7 @@ static void test_as_a_film(void **state)
     ca_joined_film joined = joined_like(&film);
     ca_image_layers *image;
     ca_joined_film_add(&joined, &film, 1.0);
-    assert_int_equal(ca_joined_film_develop(&joined, SAMPLES, &film, &image, NULL), CA_OK);
+    assert_int_equal(ca_joined_film_develop(&joined, SAMPLES, &film, 2, &image, NULL), CA_OK);
     for (uint32_t i = 0; i < PIXELS; i++) {
         const ca_joined_pixel *pixel = &joined.pixels[i];
         expect_near((double)ca_layers_find(image, "B")[i], pixel->mean[2], 1e-6);
@@ -201,7 +201,7 @@ static void test_memory(void **state)
     assert_int_equal(ca_layers_create(&layers, SIDE, SIDE, NULL), CA_OK);
     for (int k = 0; k < 4; k++) {
         ca_memory_fail_after(k);
-        assert_int_equal(ca_joined_film_add_confidence(&joined, layers, &error), CA_ERROR_MEMORY);
+        assert_int_equal(ca_joined_film_add_confidence(&joined, 2, layers, &error), CA_ERROR_MEMORY);
         ca_memory_fail_after(-1);
         assert_non_null(strstr(error.message, "memory"));
     }

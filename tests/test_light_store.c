@@ -418,6 +418,11 @@ static void test_promised_bytes(void **state)
         assert_int_equal(layout.start_words * sizeof(float), cases[i].start);
         assert_int_equal(layout.vertex_words * sizeof(float), cases[i].vertex);
         assert_int_equal(layout.record_words * sizeof(float), cases[i].record);
+        ca_mis_rules with_sums = rules;
+        with_sums.photon_sums = true;
+        const ca_light_layout wider =
+            ca_light_layout_of(&with_sums, cases[i].wide ? SHAPES : 4096, cases[i].pairs, false);
+        assert_int_equal(wider.record_words * sizeof(float), cases[i].record + 12);
     }
 }
 

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -14,7 +15,7 @@
 
 enum { PATHS = 400000 };
 
-static uint64_t tails_checked[CA_TECHNIQUE_COUNT];
+static uint64_t tails_checked[CA_TECHNIQUE_COUNT], sums_checked;
 
 /* What is compared, for a failure's message. */
 typedef struct comparison {
@@ -64,6 +65,24 @@ static double tail_of(double grow(const ca_mis_rules *, const ca_path_vertex *, 
     return tail;
 }
 
+/* A merge's weight from what its photon keeps. The photon's density and its segment are made up for the split: what
+ * counts of them are the densities that they lead to. */
+static void check_sums(const comparison *of, const ca_mis_rules *rules, const ca_mis_path *path, double expected)
+{
+    ca_path_vertex light[CA_FULL_PATH_MAX + 1];
+    const uint32_t count = path->light.count;
+    memcpy(light, path->light.vertices, count * sizeof *light);
+    light[0].next_event_ratio = path->next_event_ratio;
+    if (count > 1) light[count - 2].pdf_reverse = path->light.pdf_before;
+    light[count] = (ca_path_vertex){.pdf_forward = path->camera.pdf_last, .to_previous = 0.25f};
+    const double tail =
+        ca_mis_light_tail(rules, light, count, count > 1 ? tail_of(ca_mis_light_tail, rules, &path->light) : 0.0);
+    const ca_photon_sums sums = ca_mis_photon_sums(rules, light, count, tail);
+    check_equal(of, "weight by sums", of->s,
+                (double)ca_mis_merge_weight(rules, &path->camera, &sums, path->light.pdf_last.v / 0.25f), expected);
+    sums_checked++;
+}
+
 /* The same weight from the sides' tails, where there are any. */
 static void check_tails(const comparison *of, const ca_mis_path *split, double expected)
 {
@@ -74,6 +93,7 @@ static void check_tails(const comparison *of, const ca_mis_path *split, double e
     path.camera.tail = tail_of(ca_mis_camera_tail, &rules, &path.camera);
     path.light.tail = tail_of(ca_mis_light_tail, &rules, &path.light);
     assert_true(path.camera.tail >= 0.0 && path.light.tail >= 0.0);
+    if (of->technique == CA_TECHNIQUE_MERGE) check_sums(of, &rules, &path, expected);
     check_equal(of, "weight by tails", of->s, (double)ca_mis_weight(&rules, &path, of->technique), expected);
     tails_checked[of->technique]++;
 }
@@ -134,6 +154,7 @@ static void test_random_paths(void **state)
     assert_true(tails_checked[CA_TECHNIQUE_CONNECT] > PATHS / 10);
     assert_true(tails_checked[CA_TECHNIQUE_NEXT_EVENT] > PATHS / 100);
     assert_true(tails_checked[CA_TECHNIQUE_SPLAT] > PATHS / 100);
+    assert_true(sums_checked > PATHS / 100);
 }
 
 /* A technique that the rules leave out, or that cannot make the path, weighs nothing. */

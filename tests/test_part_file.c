@@ -86,7 +86,7 @@ static ca_part make_part(unsigned extras)
 static uint64_t developed_hash(const ca_block_film *film)
 {
     ca_image_layers *layers;
-    assert_int_equal(ca_block_film_develop(film, &layers, NULL), CA_OK);
+    assert_int_equal(ca_block_film_develop(film, 2, &layers, NULL), CA_OK);
     const uint64_t hash = image_hash(layers);
     ca_layers_destroy(layers);
     return hash;

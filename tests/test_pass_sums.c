@@ -57,8 +57,8 @@ static void test_values(void **state)
             add(&sums, value);
         }
         for (int c = 0; c < 3; c++) {
-            const double got = ca_pass_sums_value(&sums, CA_PASS_VALUES + c), sum = ca_exact_sum_value(&exact[c]);
-            if (!(fabs(got - sum) <= SAMPLES * 0x1p-40 * largest[c] + 0x1p-52 * fabs(sum)))
+            const double got = ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + c), sum = ca_exact_sum_value(&exact[c]);
+            if (!(fabs(got - sum) <= SAMPLES * 0x1p-48 * largest[c] + 0x1p-52 * fabs(sum)))
                 fail_msg("round %d: %.17g instead of %.17g", round, got, sum);
         }
     }
@@ -73,10 +73,10 @@ static void test_equal_values(void **state)
         ca_pass_sums sums = {.samples = 0};
         const double v = (double)(float)any_value(60), value[4] = {v, v, v, v};
         for (int i = 0; i < 8; i++) add(&sums, value);
-        assert_true(ca_pass_sums_value(&sums, CA_PASS_VALUES) == 8.0 * v);
-        assert_true(ca_pass_sums_value(&sums, CA_PASS_SQUARES + 3) == 8.0 * v * v);
-        const double cubes = ca_pass_sums_value(&sums, CA_PASS_CUBES + 3);
-        assert_true(fabs(cubes - 8.0 * v * v * v) <= 8.0 * 0x1.01p-40 * fabs(v * v * v));
+        assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES) == 8.0 * v);
+        assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_SQUARES + 3) == 8.0 * v * v);
+        const double cubes = ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 3);
+        assert_true(fabs(cubes - 8.0 * v * v * v) <= 8.0 * 0x1.01p-48 * fabs(v * v * v));
     }
 }
 
@@ -88,12 +88,12 @@ static void test_extremes(void **state)
     const double most = 0x1.fffffep127, least = 0x1p-149;
     const double large[4] = {most, -most, 0.0, most}, small[4] = {least, least, -least, 0.0};
     add(&sums, small);
-    assert_true(ca_pass_sums_value(&sums, CA_PASS_VALUES) == least);
-    assert_true(ca_pass_sums_value(&sums, CA_PASS_SQUARES + 2) == 0x1p-298);
-    assert_true(ca_pass_sums_value(&sums, CA_PASS_CUBES + 2) == -0x1p-447);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES) == least);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_SQUARES + 2) == 0x1p-298);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 2) == -0x1p-447);
     add(&sums, large);
-    assert_true(ca_pass_sums_value(&sums, CA_PASS_VALUES + 1) == -most);
-    assert_true(fabs(ca_pass_sums_value(&sums, CA_PASS_CUBES) / (most * most * most) - 1.0) < 0x1p-39);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + 1) == -most);
+    assert_true(fabs(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES) / (most * most * most) - 1.0) < 0x1p-47);
 }
 
 static void shuffle(int *order, int count)
@@ -123,8 +123,8 @@ static void test_order_and_grouping(void **state)
         for (int i = 0; i < SAMPLES; i++) add(&parts[below(PARTS)], values[order[i]]);
         int part_order[PARTS] = {0, 1, 2, 3, 4};
         shuffle(part_order, PARTS);
-        ca_pass_sums_add_sums(&parts[part_order[1]], &parts[part_order[0]]);
-        for (int i = 1; i < PARTS; i++) ca_pass_sums_add_sums(&sum, &parts[part_order[i]]);
+        ca_pass_sums_add_sums(&parts[part_order[1]], NULL, &parts[part_order[0]], NULL);
+        for (int i = 1; i < PARTS; i++) ca_pass_sums_add_sums(&sum, NULL, &parts[part_order[i]], NULL);
         unsigned char a[CA_PASS_SUMS_BYTES], b[CA_PASS_SUMS_BYTES];
         ca_pass_sums_write(&one, a);
         ca_pass_sums_write(&sum, b);
@@ -177,8 +177,8 @@ static void add_film(ca_film *to, const ca_film *from, uint32_t samples, bool fi
 static void expect_same_images(const ca_film *a, const ca_film *b)
 {
     ca_image_layers *x, *y;
-    assert_int_equal(ca_film_develop(a, &x, NULL), CA_OK);
-    assert_int_equal(ca_film_develop(b, &y, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(a, 1, &x, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(b, 2, &y, NULL), CA_OK);
     assert_true(x->channel_count == y->channel_count);
     for (uint32_t l = 0; l < x->channel_count; l++) {
         const float *u = x->channels[l].data, *v = ca_layers_find(y, x->channels[l].name);
@@ -252,8 +252,8 @@ static void test_same_as_doubles(void **state)
             assert_true(ca_film_add(&doubles, p % WIDTH, p / WIDTH, &sample));
         }
     ca_image_layers *x, *y;
-    assert_int_equal(ca_film_develop(&parts, &x, NULL), CA_OK);
-    assert_int_equal(ca_film_develop(&doubles, &y, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(&parts, 2, &x, NULL), CA_OK);
+    assert_int_equal(ca_film_develop(&doubles, 1, &y, NULL), CA_OK);
     for (uint32_t l = 0; l < x->channel_count; l++)
         for (int p = 0; p < PIXELS; p++) {
             const double u = (double)x->channels[l].data[p], v = (double)ca_layers_find(y, x->channels[l].name)[p];
@@ -265,6 +265,30 @@ static void test_same_as_doubles(void **state)
     ca_film_destroy(&doubles);
 }
 
+/* Equal samples have no variance at all, in no channel, of one sample or of groups. */
+static void test_equal_samples(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"Variance.R", "Variance.G", "Variance.B", "StandardDeviation.Y"};
+    for (uint32_t each = 1; each <= 4; each += 3) {
+        ca_film film = create_film(each);
+        ca_image_layers *image;
+        for (uint32_t p = 0; p < PIXELS; p++) {
+            const ca_film_sample sample = any_sample();
+            for (int i = 0; i < SAMPLES; i++) assert_true(ca_film_add(&film, p % WIDTH, p / WIDTH, &sample));
+        }
+        assert_int_equal(ca_film_develop(&film, 2, &image, NULL), CA_OK);
+        for (int l = 0; l < 4; l++)
+            for (uint32_t p = 0; p < PIXELS; p++) assert_true(layer_at(image, names[l], p) == 0.0f);
+        for (uint32_t p = 0; p < PIXELS; p++) {
+            const float mean = layer_at(image, "G", p), high = layer_at(image, "ConfidenceHigh.G", p);
+            assert_true(high - mean <= 0x1.8p-21f * mean); /* what rounding may do */
+        }
+        ca_layers_destroy(image);
+        ca_film_destroy(&film);
+    }
+}
+
 /* First hits that are no numbers or far out of bounds add nothing; samples that are none, likewise. */
 static void test_gate(void **state)
 {
@@ -272,11 +296,13 @@ static void test_gate(void **state)
     ca_film film = create_film(1);
     ca_film_sample sample = any_sample();
     sample.position = (ca_vec3){NAN, 1e30f, 3.0f};
-    sample.albedo = (ca_rgb){INFINITY, 17.0f, 0.5f};
+    sample.albedo = (ca_rgb){INFINITY, 2.0f, 0.5f};
+    sample.normal = (ca_vec3){-2.0f, -0x1.fffff8p0f, 0x1.fffff8p0f}; /* the last two are the largest ones */
     assert_true(ca_film_add(&film, 0, 0, &sample));
     const ca_film_pixel pixel = ca_film_pixel_at(&film, 0);
     assert_true(pixel.position[0] == 0.0f && pixel.position[1] == 0.0f && pixel.position[2] == 3.0f);
     assert_true(pixel.albedo[0] == 0.0f && pixel.albedo[1] == 0.0f && pixel.albedo[2] == 0.5f);
+    assert_true(pixel.normal[0] == 0.0f && pixel.normal[1] == -0x1.fffff8p0f && pixel.normal[2] == 0x1.fffff8p0f);
     sample = any_sample();
     sample.radiance.g = 0x1p127f;
     sample.filter_weight = 4.0f; /* together they are no float */
@@ -293,24 +319,48 @@ static void test_bytes_that_are_no_sums(void **state)
     (void)state;
     ca_pass_sums sums = {.samples = 3}, read;
     unsigned char bytes[CA_PASS_SUMS_BYTES];
-    sums.high[4] = 3 * (INT64_C(1) << 39);
+    sums.high[4] = 3 << 7; /* in 2^16 units */
     ca_pass_sums_write(&sums, bytes);
-    assert_true(ca_pass_sums_read(&read, bytes) && read.high[4] == sums.high[4]);
-    sums.high[4]++;
-    ca_pass_sums_write(&sums, bytes);
-    assert_false(ca_pass_sums_read(&read, bytes));
-    sums.high[4] = 0;
-    sums.features[8] = -3 * (INT64_C(1) << 32) - 1;
+    assert_true(ca_pass_sums_read(&read, bytes) && memcmp(&read, &sums, sizeof sums) == 0);
+    sums.low[4]++;
     ca_pass_sums_write(&sums, bytes);
     assert_false(ca_pass_sums_read(&read, bytes));
-    sums.features[8] = 0;
-    sums.bin[10] = CA_BINNED_SUM_BINS;
+    sums.low[4] = 0;
+    sums.feature_high[8] = -(3 << 7);
+    sums.feature_low[8] = 3;
+    ca_pass_sums_write(&sums, bytes);
+    assert_true(ca_pass_sums_read(&read, bytes) && ca_pass_sums_feature(&read, 8) == -3.0 * 0x7fffffp0);
+    sums.feature_low[8]--;
     ca_pass_sums_write(&sums, bytes);
     assert_false(ca_pass_sums_read(&read, bytes));
-    sums.bin[10] = CA_BINNED_SUM_BINS - 1;
+    sums.feature_high[8] = sums.feature_low[8] = 0;
+    sums.scale[3] = CA_BINNED_SCALES;
+    ca_pass_sums_write(&sums, bytes);
+    assert_false(ca_pass_sums_read(&read, bytes));
+    sums.scale[3] = CA_BINNED_SCALES - 1;
     sums.samples = CA_BINNED_SUM_MOST_VALUES + 1;
     ca_pass_sums_write(&sums, bytes);
     assert_false(ca_pass_sums_read(&read, bytes));
+}
+
+/* The bins of as many of the largest terms as there may be: the last sum that fits. */
+static void test_most_values(void **state)
+{
+    (void)state;
+    ca_pass_sums sums = {.samples = 0};
+    const double least = 0x1p-20, value[4] = {least, -least, least, 0x1p128};
+    add(&sums, value);
+    for (int i = 1; i < 24; i++) { /* 2^i - 1 */
+        const ca_pass_sums before = sums;
+        ca_pass_sums_add_sums(&sums, NULL, &before, NULL);
+        add(&sums, value);
+    }
+    assert_int_equal(sums.samples, CA_BINNED_SUM_MOST_VALUES);
+    const double n = CA_BINNED_SUM_MOST_VALUES;
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + 1) == -least * n);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 1) == -least * least * least * n);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_SQUARES + 3) == 0x1p256 * n);
+    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 3) == 0x1p384 * n);
 }
 
 int main(void)
@@ -323,8 +373,10 @@ int main(void)
         cmocka_unit_test(test_films_of_parts),
         cmocka_unit_test(test_going_on),
         cmocka_unit_test(test_same_as_doubles),
+        cmocka_unit_test(test_equal_samples),
         cmocka_unit_test(test_gate),
         cmocka_unit_test(test_bytes_that_are_no_sums),
+        cmocka_unit_test(test_most_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -76,19 +76,32 @@ static void take_time(ca_test_random *random)
     while (ca_clock_seconds() < until) continue;
 }
 
-/* *made: so many of the range. */
-static ca_status make(const plan *p, ca_rank_work *work, tally *t, ca_work_range range, uint64_t most, uint64_t *made,
-                      ca_test_random *random)
+/* A rank at work. */
+typedef struct rank {
+    plan *p;
+    ca_rank_work work;
+    tally sums;
+    uint32_t number, ranges; /* so many are made */
+    ca_test_random random;
+} rank;
+
+/* ca_rank_work.make */
+static ca_status make(void *user, ca_work_range range, uint64_t *made, ca_error *error)
 {
+    rank *r = user;
+    const plan *p = r->p;
     const uint64_t run = range.end - range.begin;
+    const bool may_fail = r->number > 0 && r->number == p->failing, fails = may_fail && r->ranges == 1;
     assert_true(run <= p->run && range.end <= p->limit);
     assert_true((range.end - p->first) % p->run == 0 || range.end == p->limit);
+    assert_true(!may_fail || r->ranges < 2); /* it gets no more */
+    r->ranges++;
     for (*made = 0; *made < run; ++*made) {
-        take_time(random);
-        ca_rank_work_between(work);
-        if (*made == most) return CA_ERROR_MEMORY;
-        if (!ca_rank_work_may_add(work)) return CA_ERROR_INTERRUPTED;
-        add(t, range.begin + *made);
+        take_time(&r->random);
+        ca_rank_work_between(&r->work);
+        if (fails && *made == p->failing_after) return ca_fail(error, CA_ERROR_MEMORY, NULL, "it failed");
+        if (!ca_rank_work_may_add(&r->work)) return CA_ERROR_INTERRUPTED;
+        add(&r->sums, range.begin + *made);
     }
     return CA_OK;
 }
@@ -100,82 +113,58 @@ static void expect_gathered(const plan *p, const ca_rank_work *work, const tally
     assert_true(work->in_sums == border - p->first);
 }
 
-static void make_own(const plan *p, ca_rank_work *work, tally *t, ca_work_range range, ca_test_random *random)
+static void lead(plan *p, rank *r)
 {
-    uint64_t made;
-    make(p, work, t, range, UINT64_MAX, &made, random);
-    ca_rank_work_done(work, range, made);
-}
-
-static void gather(const plan *p, ca_rank_work *work, tally *t, ca_test_random *random)
-{
-    while (!ca_rank_work_gather(work)) {
-        ca_work_range range;
-        if (ca_rank_work_take(work, &range)) make_own(p, work, t, range, random);
-    }
-}
-
-static void lead(plan *p, ca_rank_work *work, tally *t, ca_test_random *random)
-{
+    ca_rank_work *work = &r->work;
     ca_work_range range;
+    ca_error error = {""};
     /* The others make all until then. */
     while (p->failing > 0 && work->status == CA_OK && work->next <= work->look) ca_rank_work_between(work);
     for (uint64_t own = 0;; own++) {
         if (ca_rank_work_take(work, &range)) {
-            make_own(p, work, t, range, random);
+            assert_int_equal(ca_rank_work_make(work, range, NULL), CA_OK);
             if (own + 1 != p->gather_at) continue;
-            gather(p, work, t, random);
-            if (!work->lost) expect_gathered(p, work, t, work->border);
+            assert_int_equal(ca_rank_work_gather(work, NULL), CA_OK);
+            if (!work->lost) expect_gathered(p, work, &r->sums, work->border);
             ca_rank_work_go_on(work, work->look);
         } else if (work->next >= work->look && work->look < p->limit) {
-            gather(p, work, t, random);
-            expect_gathered(p, work, t, work->look);
+            while (p->ends_at_look && work->next == work->look) ca_rank_work_between(work); /* one holds more */
+            assert_int_equal(ca_rank_work_gather(work, NULL), CA_OK);
+            expect_gathered(p, work, &r->sums, work->look);
             if (p->ends_at_look) break;
-            ca_rank_work_go_on(work, work->look + 1 + ca_test_random_u32(random) % 2);
+            ca_rank_work_go_on(work, work->look + 1 + ca_test_random_u32(&r->random) % 2);
         } else {
             break;
         }
     }
-    work->closed = true;
-    gather(p, work, t, random);
+    p->status = ca_rank_work_finish(work, CA_OK, &error);
+    assert_string_equal(error.message, p->status == CA_OK ? "" : "it failed");
     p->border = work->border;
     p->whole = ca_rank_work_is_whole(work);
     ca_rank_work_end(work);
+    assert_true(ca_rank_work_is_whole(work) == p->whole && !ca_rank_work_is_open(work));
+    assert_int_equal(ca_rank_work_check_whole(work, "x", "passes", NULL), p->whole ? CA_OK : CA_ERROR_FILE);
     p->made = work->made;
-    p->status = work->status;
-    p->sums = *t;
-}
-
-static void help(const plan *p, ca_rank_work *work, tally *t, uint32_t rank, ca_test_random *random)
-{
-    const ca_error error = {"it failed"};
-    ca_work_range range;
-    uint64_t made;
-    for (int ranges = 0; ca_rank_work_next(work, &range); ranges++) {
-        const bool fails = rank == p->failing && ranges == 1;
-        const ca_status status = make(p, work, t, range, fails ? p->failing_after : UINT64_MAX, &made, random);
-        assert_true(ranges < 2 || rank != p->failing); /* it gets no more */
-        ca_rank_work_made(work, made, p->spoils && fails, status == CA_ERROR_MEMORY ? status : CA_OK, &error);
-    }
+    p->sums = r->sums;
 }
 
 static void run_rank(void *user, const ca_ranks *ranks)
 {
     plan *p = user;
-    ca_rank_work work;
-    tally t = {{0}};
-    ca_test_random random = ca_test_random_seed(100 + ranks->rank);
-    const ca_rank_sums sums = {&t, 2, 8, write_row, add_row, clear, count};
-    assert_int_equal(ca_rank_work_create(&work, ranks, &sums, p->first, p->before, NULL), CA_OK);
-    work.limit = p->limit;
-    work.look = p->look ? p->look : UINT64_MAX;
-    work.run = p->run;
-    for (uint64_t i = 0; ranks->rank == 0 && i < p->before; i++) add(&t, p->first + i);
+    rank r = {.p = p, .number = ranks->rank, .random = ca_test_random_seed(100 + ranks->rank)};
+    const ca_rank_sums sums = {&r.sums, 2, 8, write_row, add_row, clear, count};
+    assert_int_equal(ca_rank_work_create(&r.work, ranks, &sums, p->first, p->before, NULL), CA_OK);
+    r.work.limit = p->limit;
+    r.work.look = p->look ? p->look : UINT64_MAX;
+    r.work.run = p->run;
+    r.work.make = make;
+    r.work.make_user = &r;
+    for (uint64_t i = 0; ranks->rank == 0 && i < p->before; i++) add(&r.sums, p->first + i);
     if (ranks->rank == 0)
-        lead(p, &work, &t, &random);
+        lead(p, &r);
     else
-        help(p, &work, &t, ranks->rank, &random);
-    ca_rank_work_destroy(&work);
+        ca_rank_work_help(&r.work, p->spoils ? p->run : 1);
+    ca_rank_work_destroy(&r.work);
 }
 
 static void run(plan *p) { ca_run_ranks(p->ranks, p->lateness, run_rank, p); }

@@ -5,47 +5,18 @@
 #include "film/pass_part.h"
 #include "integrator/integrator.h"
 #include "support/scene_text.h"
+#include "support/small_render.h"
 #include "support/thread_ranks.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
-
-/* A ball of glass above a floor, a small light. */
-static const char *const scene_xml =
-    "<scene version='3.0.0'><default name='grey' value='0.5'/>"
-    "<sensor type='perspective'><float name='fov' value='40'/>"
-    "<transform name='to_world'><lookat origin='0,3,6' target='0,0.5,0' up='0,1,0'/></transform>"
-    "<film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='6'/></film></sensor>"
-    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"
-    "<bsdf type='diffuse'><rgb name='reflectance' value='$grey'/></bsdf></shape>"
-    "<shape type='sphere'><point name='center' value='0,0.6,0'/><float name='radius' value='0.6'/>"
-    "<bsdf type='dielectric'/></shape>"
-    "<shape type='sphere'><point name='center' value='1,3,0'/><float name='radius' value='0.2'/>"
-    "<emitter type='area'><rgb name='radiance' value='30'/></emitter></shape></scene>";
-
-static char folder[] = "/tmp/caustica-ranks-XXXXXX";
-static ca_scene *scene;
-
-static ca_render_settings settings_of(const char *integrator, uint32_t samples)
-{
-    ca_render_settings s;
-    ca_render_settings_init(&s);
-    s.integrator = integrator;
-    s.samples_per_pixel = samples;
-    s.threads = 1;
-    s.has_max_depth = true;
-    s.max_depth = 4;
-    if (ca_integrator_of(integrator) && ca_integrator_has_parameter(ca_integrator_of(integrator), "radius"))
-        s.radius = 0.1;
-    return s;
-}
 
 /* ---- A render by ranks ----------------------------------------------------------------------------------------- */
 
@@ -99,42 +70,16 @@ static uint64_t hash_by(job *j, uint32_t ranks, uint32_t lateness)
     return hash;
 }
 
-static uint64_t hash_alone(const ca_render_settings *settings, ca_render_statistics *statistics)
-{
-    ca_image_layers *image = NULL;
-    ca_error error = {""};
-    if (statistics) ca_render_statistics_init(statistics);
-    if (ca_render(scene, settings, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
-    const uint64_t hash = image_hash(image);
-    ca_image_release(image);
-    return hash;
-}
-
-static const char *in_folder(const char *name)
-{
-    static char paths[8][256];
-    static int next;
-    char *path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
-
 /* ---- The bits -------------------------------------------------------------------------------------------------- */
-
-static const char *integrator_at(size_t i)
-{
-    const ca_integrator_type *type = ca_integrator_at(i);
-    return type ? type->name : NULL;
-}
 
 static void test_every_integrator(void **state)
 {
     (void)state;
     for (size_t i = 0; integrator_at(i); i++) {
-        if (ca_integrator_has(ca_integrator_at(i), CA_ABILITY_CHOOSES)) continue;
+        if (chooses(i)) continue;
         ca_render_statistics one = {.size = sizeof one};
-        job j = {.settings = settings_of(integrator_at(i), 9), .many_threads = true};
-        const uint64_t hash = hash_alone(&j.settings, &one);
+        job j = {.settings = settings_of(integrator_at(i), 9, 1), .many_threads = true};
+        const uint64_t hash = render(&j.settings, &one);
         for (uint32_t ranks = 2; ranks <= 4; ranks++) {
             if (hash_by(&j, ranks, i % 2 ? 3 : 0) != hash)
                 fail_msg("%s, %u ranks: another image", integrator_at(i), ranks);
@@ -147,17 +92,30 @@ static void test_every_integrator(void **state)
     }
 }
 
-/* Replicates of several passes stay together. */
+/* Rank 0 waits after each of its ranges, so that the others get some, too, and counts them. */
+static bool wait_for_others(const ca_render_progress *progress, void *user)
+{
+    const struct timespec pause = {.tv_nsec = 2000000};
+    (void)progress;
+    ++*(uint32_t *)user;
+    nanosleep(&pause, NULL);
+    return true;
+}
+
+/* Replicates of several passes stay together, and each has its own seed, whichever rank makes it. */
 static void test_replicates(void **state)
 {
     (void)state;
     static const char *const samplers[] = {"independent", "sobol"};
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of("vcm", 12)};
+        uint32_t own = 0;
+        job j = {.settings = settings_of("vcm", 24, 1)};
         j.settings.sampler = samplers[i];
-        j.settings.replicates = 4;
-        const uint64_t hash = hash_alone(&j.settings, NULL);
-        assert_true(hash_by(&j, 3, 0) == hash);
+        j.settings.replicates = 8;
+        const uint64_t hash = render(&j.settings, NULL);
+        j.settings.progress = wait_for_others;
+        j.settings.progress_user = &own;
+        assert_true(hash_by(&j, 3, 0) == hash && own < 8);
     }
 }
 
@@ -166,14 +124,14 @@ static void test_auto(void **state)
 {
     (void)state;
     char method[1024];
-    job j = {.settings = settings_of("auto", 6)};
+    job j = {.settings = settings_of("auto", 6, 1)};
     run(&j, 3, 0);
     assert_int_equal(j.status, CA_OK);
     assert_true(j.statistics.method.reason[0]);
     snprintf(method, sizeof method, "%s", attribute_text(j.image, "caustica.integrator"));
-    ca_render_settings s = settings_of(method, 6);
+    ca_render_settings s = settings_of(method, 6, 1);
     s.radius = 0.0;
-    assert_true(hash_alone(&s, NULL) == image_hash(j.image));
+    assert_true(render(&s, NULL) == image_hash(j.image));
     ca_image_release(j.image);
 }
 
@@ -186,18 +144,19 @@ static void test_noise(void **state)
     static const double targets[] = {30.0, 12.0, 9.0};
     for (int i = 0; i < 3; i++) {
         ca_render_statistics one = {.size = sizeof one};
-        job j = {.settings = settings_of("path", 0), .many_threads = true};
+        job j = {.settings = settings_of("path", 0, 1), .many_threads = true};
         j.settings.noise_percent = targets[i];
-        const uint64_t hash = hash_alone(&j.settings, &one);
+        const uint64_t hash = render(&j.settings, &one);
         for (uint32_t ranks = 2; ranks <= 4; ranks += 2) {
             const uint64_t by_ranks = hash_by(&j, ranks, i == 1 ? 4 : 0);
             assert_int_equal(j.statistics.iterations, one.iterations);
             assert_true(by_ranks == hash && j.statistics.noise_percent == one.noise_percent);
+            assert_int_equal(j.statistics.passes[1], one.passes[1]); /* those beyond were not made */
         }
-        ca_render_settings passes = settings_of("path", 0);
+        ca_render_settings passes = settings_of("path", 0, 1);
         passes.has_passes = true;
         passes.passes[1] = one.passes[1];
-        assert_true(hash_alone(&passes, NULL) == hash);
+        assert_true(render(&passes, NULL) == hash);
     }
 }
 
@@ -207,18 +166,18 @@ static void test_time(void **state)
     (void)state;
     static const char *const integrators[] = {"ovcm", "qmcppm"};
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of(integrators[i], 0)};
+        job j = {.settings = settings_of(integrators[i], 0, 1)};
         j.settings.seconds = 0.05;
         const uint64_t hash = hash_by(&j, 3, 0);
         const ca_render_statistics *s = &j.statistics;
-        ca_render_settings same = settings_of(integrators[i], 0);
+        ca_render_settings same = settings_of(integrators[i], 0, 1);
         assert_true(s->iterations > 0 && s->seconds >= 0.05);
         same.has_blocks = i == 1;
         same.has_passes = i == 0;
         same.blocks[1] = s->blocks[1];
         same.passes[1] = s->passes[1];
         assert_int_equal(i == 1 ? s->blocks[1] : s->passes[1], s->iterations);
-        assert_true(hash_alone(&same, NULL) == hash);
+        assert_true(render(&same, NULL) == hash);
     }
 }
 
@@ -255,17 +214,17 @@ static void test_picture_on_the_way(void **state)
     static const char *const integrators[] = {"vavcm", "qmcppm"};
     for (int i = 0; i < 2; i++) {
         watcher w = {.gather_at = 2};
-        job j = {.settings = settings_of(integrators[i], 16)};
+        job j = {.settings = settings_of(integrators[i], 16, 1)};
         j.settings.progress = watch;
         j.settings.progress_user = &w;
         const uint64_t hash = hash_by(&j, 3, 0);
-        ca_render_settings s = settings_of(integrators[i], 16);
-        assert_true(hash_alone(&s, NULL) == hash && w.passes > 0);
+        ca_render_settings s = settings_of(integrators[i], 16, 1);
+        assert_true(render(&s, NULL) == hash && w.passes > 0);
         s.samples_per_pixel = 0;
         s.has_blocks = i == 1;
         s.has_passes = i == 0;
         s.blocks[1] = s.passes[1] = w.passes;
-        assert_true(hash_alone(&s, NULL) == w.hash);
+        assert_true(render(&s, NULL) == w.hash);
     }
 }
 
@@ -276,13 +235,13 @@ static void test_early_end(void **state)
     const int stop = 1;
     for (int i = 0; i < 2; i++) {
         watcher w = {.stop_after = i == 0 ? 5 : 0};
-        job j = {.settings = settings_of("path", 100000), .last_stop = i == 1 ? &stop : NULL};
+        job j = {.settings = settings_of("path", 100000, 1), .last_stop = i == 1 ? &stop : NULL};
         j.settings.progress = watch;
         j.settings.progress_user = &w;
         const uint64_t hash = hash_by(&j, 4, 0);
         assert_true(j.statistics.interrupted && j.statistics.iterations < 100000);
-        ca_render_settings s = settings_of("path", (uint32_t)j.statistics.iterations);
-        assert_true(hash_alone(&s, NULL) == hash);
+        ca_render_settings s = settings_of("path", (uint32_t)j.statistics.iterations, 1);
+        assert_true(render(&s, NULL) == hash);
     }
 }
 
@@ -294,10 +253,10 @@ static void test_checkpoints(void **state)
     (void)state;
     static const char *const integrators[] = {"cavcm", "qmcppm"};
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of(integrators[i], 9)};
-        ca_render_settings all = settings_of(integrators[i], 25);
-        const uint64_t hash = hash_alone(&all, NULL);
-        j.settings.checkpoint_path = in_folder("c.part");
+        job j = {.settings = settings_of(integrators[i], 9, 1)};
+        ca_render_settings all = settings_of(integrators[i], 25, 1);
+        const uint64_t hash = render(&all, NULL);
+        j.settings.checkpoint_path = file("c.part");
         j.settings.checkpoint_seconds = 1e-9;
         j.settings.resume = true;
         hash_by(&j, 3, 0);
@@ -308,7 +267,7 @@ static void test_checkpoints(void **state)
         all.checkpoint_path = j.settings.checkpoint_path;
         all.resume = true;
         ca_render_statistics s = {.size = sizeof s};
-        assert_true(hash_alone(&all, &s) == hash && s.passes_resumed == j.statistics.iterations);
+        assert_true(render(&all, &s) == hash && s.passes_resumed == j.statistics.iterations);
         unlink(all.checkpoint_path);
     }
 }
@@ -318,13 +277,13 @@ static void test_open_replicate(void **state)
 {
     (void)state;
     watcher w = {.stop_after = 4};
-    ca_render_settings first = settings_of("path", 12), all = first;
+    ca_render_settings first = settings_of("path", 12, 1), all = first;
     all.replicates = first.replicates = 4;
-    const uint64_t hash = hash_alone(&all, NULL);
-    first.checkpoint_path = in_folder("open.part");
+    const uint64_t hash = render(&all, NULL);
+    first.checkpoint_path = file("open.part");
     first.progress = watch;
     first.progress_user = &w;
-    hash_alone(&first, NULL);
+    render(&first, NULL);
     job j = {.settings = all};
     j.settings.checkpoint_path = first.checkpoint_path;
     j.settings.resume = true;
@@ -335,12 +294,12 @@ static void test_open_replicate(void **state)
 static void test_parts(void **state)
 {
     (void)state;
-    job j = {.settings = settings_of("bdpt", 0)};
-    ca_render_settings all = settings_of("bdpt", 12);
-    const char *paths[2] = {in_folder("a.part"), in_folder("b.part")};
+    job j = {.settings = settings_of("bdpt", 0, 1)};
+    ca_render_settings all = settings_of("bdpt", 12, 1);
+    const char *paths[2] = {file("a.part"), file("b.part")};
     ca_image_layers *image = NULL;
     ca_render_statistics s = {.size = sizeof s}, one = {.size = sizeof one};
-    const uint64_t hash = hash_alone(&all, &one);
+    const uint64_t hash = render(&all, &one);
     j.settings.has_passes = true;
     for (int i = 0; i < 2; i++) {
         j.settings.passes[0] = i == 0 ? 0 : 7;
@@ -373,39 +332,20 @@ static void test_refusals(void **state)
     snprintf(grey, sizeof grey, "%.*svalue='0.6'%s", (int)(place - scene_xml), scene_xml, place + 11);
     ca_scene *other = scene_from_text(grey);
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of(integrators[i], 2), .last_scene = other};
+        job j = {.settings = settings_of(integrators[i], 2, 1), .last_scene = other};
         expect_refused(&j, CA_ERROR_ARGUMENT, "): this is another scene than that of rank 0");
         assert_true(strncmp(j.error.message, "rank 2 (", 8) == 0);
-        j = (job){.settings = settings_of(integrators[i], 2)};
+        j = (job){.settings = settings_of(integrators[i], 2, 1)};
         j.settings.checkpoint_path = "/nowhere/c.part";
         expect_refused(&j, CA_ERROR_FILE, "/nowhere/c.part");
     }
     ca_scene_release(other);
-    job j = {.settings = settings_of("bdpm", 2)};
+    job j = {.settings = settings_of("bdpm", 2, 1)};
     j.settings.rays = "auto";
     expect_refused(&j, CA_ERROR_ARGUMENT, "one rank makes them");
-    j = (job){.settings = settings_of("bdpt", 2)};
-    j.settings.strategies_directory = in_folder("s");
+    j = (job){.settings = settings_of("bdpt", 2, 1)};
+    j.settings.strategies_directory = file("s");
     expect_refused(&j, CA_ERROR_ARGUMENT, "images of the strategies are made by one rank");
-}
-
-/* ---- All of it ------------------------------------------------------------------------------------------------- */
-
-static int set_up(void **state)
-{
-    (void)state;
-    scene = scene_from_text(scene_xml);
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"a.part", "b.part", "c.part", "open.part"};
-    for (int i = 0; i < 4; i++) unlink(in_folder(names[i]));
-    rmdir(folder);
-    ca_scene_release(scene);
-    return 0;
 }
 
 int main(void)
@@ -423,5 +363,5 @@ int main(void)
         cmocka_unit_test(test_parts),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests_name("renders by ranks", tests, set_up, tear_down);
+    return cmocka_run_group_tests_name("renders by ranks", tests, begin_small_renders, end_small_renders);
 }

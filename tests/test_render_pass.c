@@ -94,7 +94,7 @@ static void fake_camera_path(const script *s, const ca_camera_path *path, uint32
     sample->normal.x = 100.0f * (float)index + (float)(round + 1);
     sample->filter_weight = filter_weight_of(index);
     sample->radiance = ca_rgb_add(sample->radiance, ca_rgb_grey(radiance_of(x, y, index, round)));
-    sample->albedo = ca_rgb_grey((float)index);
+    sample->albedo = ca_rgb_grey(0.125f * (float)index);
     if (round == 0) worker->counters.camera_paths++;
     if (!s->bad_samples || x != 5 || y != 4) return;
     if (index % s->camera_paths == 0) sample->radiance.g = -1.0f;
@@ -165,7 +165,7 @@ static void expect_image(const ca_image_layers *image)
                     for (uint32_t round = 0; round < play.rounds; round++)
                         value +=
                             (double)(filter_weight_of(index) * radiance_of(x, y, index, round)) / play.camera_paths;
-                    indices += (double)index / play.camera_paths;
+                    indices += 0.125 * index / play.camera_paths;
                 }
                 sum += value;
                 squares += value * value;
@@ -274,7 +274,7 @@ static void test_a_stopped_pass_is_finished(void **state)
 static void test_memory_for_light_paths(void **state)
 {
     (void)state;
-    const double film = WIDTH * HEIGHT * (ca_film_pixel_bytes(1) + CA_PASS_PIXEL_BYTES);
+    const double film = WIDTH * HEIGHT * (ca_film_pixel_bytes(1) + CA_PASS_PART_BYTES);
     const double buffer = WIDTH * HEIGHT * 2.0 * (double)sizeof(ca_film_sample);
     ca_render_settings settings;
     ca_render_settings_init(&settings);
@@ -294,7 +294,7 @@ static void test_memory_for_light_paths(void **state)
     play = (script){.rounds = 2, .camera_paths = 2};
     ca_error error = {""};
     assert_int_equal(run(&settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "the film and the samples of a pass need 0.4 MiB, more than the 0.4 MiB"));
+    assert_non_null(strstr(error.message, "the film and the samples of a pass need 0.3 MiB, more than the 0.3 MiB"));
     settings.memory_mib = 0.0;
     play = (script){.rounds = 2, .camera_paths = 2};
     assert_int_equal(run(&settings, &image, NULL, NULL), CA_OK);

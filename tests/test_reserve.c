@@ -13,7 +13,7 @@
 static ca_reserve *reserve_of(size_t bytes)
 {
     ca_reserve *reserve;
-    assert_int_equal(ca_reserve_create(&reserve, bytes, "a test", NULL), CA_OK);
+    assert_int_equal(ca_reserve_create(&reserve, bytes, "a test", NULL, NULL), CA_OK);
     return reserve;
 }
 
@@ -110,7 +110,7 @@ static void test_too_large(void **state)
     (void)state;
     ca_reserve *reserve;
     ca_error error = {""};
-    assert_int_equal(ca_reserve_create(&reserve, SIZE_MAX - 100, "the image", &error), CA_ERROR_MEMORY);
+    assert_int_equal(ca_reserve_create(&reserve, SIZE_MAX - 100, "the image", NULL, &error), CA_ERROR_MEMORY);
     assert_null(reserve);
     assert_string_equal(error.message, "out of memory: the image");
 }
@@ -164,6 +164,51 @@ static void test_image_without_memory(void **state)
             ca_image_release(image);
         }
     }
+    ca_scene_release(scene);
+}
+
+/* Ends after so many iterations, or takes all memory then. */
+typedef struct end_of_memory {
+    uint32_t after;
+    bool ends;
+} end_of_memory;
+
+static bool end_without_memory(const ca_render_progress *progress, void *user)
+{
+    const end_of_memory *end = user;
+    if (progress->passes_done >= end->after) ca_memory_fail_from(0);
+    return !(end->ends && progress->passes_done >= end->after);
+}
+
+/* In the pilot, whose two films are joined to one, and behind it; ended there, or by the memory that is missing. */
+static void test_chosen_rays_without_memory(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(box);
+    for (uint32_t after = 2; after <= 26; after += 4)
+        for (int ends = 0; ends < 2; ends++) {
+            end_of_memory end = {after, ends == 1};
+            ca_render_settings settings;
+            ca_image_layers *image;
+            ca_render_statistics statistics = {.size = sizeof statistics};
+            ca_error error = {""};
+            ca_render_settings_init(&settings);
+            settings.integrator = "bdpm:radius=0.2,max_depth=4";
+            settings.rays = "auto";
+            settings.light_paths = 100;
+            settings.samples_per_pixel = 300;
+            settings.width = 80;
+            settings.height = 60;
+            settings.threads = 2;
+            settings.progress = end_without_memory;
+            settings.progress_user = &end;
+            const ca_status status = ca_render(scene, &settings, &image, &statistics, &error);
+            ca_memory_fail_after(-1);
+            if (!image || (ends == 1 && status != CA_OK) || (status != CA_OK && status != CA_ERROR_MEMORY))
+                fail_msg("%u iterations: status %d: %s", after, (int)status, error.message);
+            assert_true(statistics.iterations >= 2);
+            ca_image_release(image);
+        }
     ca_scene_release(scene);
 }
 
@@ -222,6 +267,7 @@ int main(void)
         cmocka_unit_test(test_blocks_live_on),
         cmocka_unit_test(test_too_large),
         cmocka_unit_test(test_image_without_memory),
+        cmocka_unit_test(test_chosen_rays_without_memory),
         cmocka_unit_test(test_reserved_before_the_first_pass),
     };
     return cmocka_run_group_tests_name("reserve", tests, NULL, NULL);

@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "base/memory.h"
 #include "caustica.h"
+#include "import/import.h"
 #include "support/sample_files.h"
 #include "support/sample_folder.h"
 
@@ -75,6 +76,25 @@ static void test_picture(void **state)
     assert_says(&error, "image: reading this takes more than the 3");
     assert_says(&error, "CAUSTICA_SCENE_MEMORY");
     assert_int_equal(load("bomb.xml", 80.0, &error), CA_OK);
+}
+
+/* A conversion reads within the same limit; what it writes is not counted. */
+static void test_conversion(void **state)
+{
+    (void)state;
+    ca_error error = {""};
+    ca_scene_desc desc;
+    char from[128], to[128];
+    snprintf(from, sizeof from, "%s", path_to("bomb.xml"));
+    snprintf(to, sizeof to, "%s", path_to("converted.xml"));
+    const ca_scene_source strict = {.path = from, .memory_mib = 30.0}, wide = {.path = from, .memory_mib = 80.0};
+    assert_int_equal(ca_import_convert(&strict, to, &desc, &error), CA_ERROR_MEMORY);
+    assert_says(&error, "bomb.xml:2:");
+    assert_says(&error, "CAUSTICA_SCENE_MEMORY");
+    assert_int_equal(ca_import_convert(&wide, to, &desc, &error), CA_OK);
+    assert_null(ca_memory_budget_exceeded());
+    ca_scene_desc_destroy(&desc);
+    assert_int_equal(load("converted.xml", 80.0, &error), CA_OK);
 }
 
 /* The same file over and over counts once, whatever it grows to. */
@@ -186,6 +206,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_picture),
+        cmocka_unit_test(test_conversion),
         cmocka_unit_test(test_includes),
         cmocka_unit_test(test_in_proportion),
         cmocka_unit_test(test_budget_of_memory),

@@ -96,12 +96,38 @@ static void tables_have_equal_areas(void **state)
     assert_near((float)z, 1.0, 4e-4);
 }
 
+static void values_between_and_beyond(void **state)
+{
+    (void)state;
+    const ca_spectrum_sample list[] = {{400.0, 1.0}, {500.0, 3.0}, {600.0, 2.0}};
+    const double wavelengths[] = {100.0, 400.0, 425.0, 500.0, 590.0, 600.0, 900.0};
+    const double values[] = {1.0, 1.0, 1.5, 3.0, 2.1, 2.0, 2.0};
+    for (int i = 0; i < 7; i++)
+        assert_true(fabs(ca_spectrum_value(list, 3, wavelengths[i]) - values[i]) < 1e-12);
+    assert_true(ca_spectrum_value(list, 1, 900.0) == 1.0);
+}
+
+/* At 5000 K Planck's law has 12107 W m^-2 sr^-1 nm^-1 at 500 nm and its peak of 4.0957e-15 T^5 at 579.55 nm. */
+static void black_body_radiates_by_planck(void **state)
+{
+    (void)state;
+    ca_spectrum_sample samples[CA_BLACKBODY_SAMPLES];
+    ca_spectrum_blackbody(5000.0, samples);
+    const double peak = ca_spectrum_blackbody_peak(5000.0);
+    assert_true(fabs(peak / (4.0957e-15 * pow(5000.0, 5.0)) - 1.0) < 1e-4);
+    assert_true(samples[0].wavelength_nm == 360.0 && samples[CA_BLACKBODY_SAMPLES - 1].wavelength_nm == 830.0);
+    assert_true(fabs(samples[28].value / 12107.0 - 1.0) < 1e-3);
+    for (int i = 0; i < CA_BLACKBODY_SAMPLES; i++) assert_true(samples[i].value > 0.0 && samples[i].value < peak);
+    assert_true(samples[44].value > 0.99999 * peak);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(constant_reflectance_is_grey), cmocka_unit_test(constant_emission_has_luminance_one),
         cmocka_unit_test(narrow_line_is_not_missed),    cmocka_unit_test(nothing_outside_of_the_list),
         cmocka_unit_test(refinement_changes_nothing),   cmocka_unit_test(tables_have_equal_areas),
+        cmocka_unit_test(values_between_and_beyond),    cmocka_unit_test(black_body_radiates_by_planck),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

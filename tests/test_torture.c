@@ -70,6 +70,14 @@ static const torture_command commands[] = {
     {.name = "render-auto", /* which method it is depends on times, and so do the bits */
      .words = {"render", "room.xml", "-i", "auto", "--threads=2", "--spp=2", "--quiet", "-o", "o.exr"},
      .outputs = {"o.exr"}},
+    {.name = "rays", /* likewise */
+     .words = {"render", "room.xml", "-i", "bdpm", "--threads=2", "--spp=48", "--quiet", "--rays=auto",
+               "--checkpoint=q.part", "--resume", "--checkpoint-every=0.000001", "-o", "q.exr"},
+     .outputs = {"q.exr", "q.part"},
+     .kept = "q.part"},
+    {.name = "repeat",
+     .words = {"render", "room.xml", "-i", "bdpm", "--threads=2", "--quiet", "--rays=r.part", "-o", "s.pfm"},
+     .outputs = {"s.pfm"}},
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0], JOBS = COMMANDS * TORTURE_KINDS };
 
@@ -81,6 +89,14 @@ static void write_sample(const char *name, sample_bytes bytes, void **state)
     snprintf(path, sizeof path, "%s/%s", folder_of(state), name);
     sample_write(path, bytes.data, bytes.size);
     sample_free(&bytes);
+}
+
+static void take_ending_off(void **state, const char *name)
+{
+    char from[256], to[256];
+    snprintf(from, sizeof from, "%s/%s", folder_of(state), name);
+    snprintf(to, sizeof to, "%.*s", (int)(strlen(from) - strlen(".part")), from);
+    assert_int_equal(rename(from, to), 0);
 }
 
 static void prepare(void **state)
@@ -100,10 +116,14 @@ static void prepare(void **state)
     assert_exit(&result, 0);
     RUN(&result, "render", "room.xml", "-i", "bdpt", "--quiet", "--max-depth=5", "--spp=2", "-o", "k.part.kept.part");
     assert_exit(&result, 0);
-    char from[256], to[256];
-    snprintf(from, sizeof from, "%s/k.part.kept.part", folder_of(state));
-    snprintf(to, sizeof to, "%s/k.part.kept", folder_of(state));
-    assert_int_equal(rename(from, to), 0);
+    RUN(&result, "render", "room.xml", "-i", "bdpm", "--quiet", "--spp=32", "--rays=auto",
+        "--checkpoint=q.part.kept.part", "-o", "r.exr");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "bdpm", "--quiet", "--spp=32", "--rays=auto", "--checkpoint=r.part",
+        "-o", "r.exr");
+    assert_exit(&result, 0);
+    take_ending_off(state, "k.part.kept.part");
+    take_ending_off(state, "q.part.kept.part");
 }
 
 /* ---- Which runs ------------------------------------------------------------------------------------------------ */

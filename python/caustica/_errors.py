@@ -60,7 +60,7 @@ def check(status, error):
     message = ffi.string(error.message).decode(errors="replace")
     place = _PLACE.fullmatch(message)
     file, line, column = (place["file"], int(place["line"]), int(place["column"])) if place else (None, None, None)
-    raise _KINDS[status](message, file, line, column)
+    raise _KINDS.get(status, Error)(message, file, line, column)
 
 
 @contextlib.contextmanager

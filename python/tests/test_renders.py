@@ -1,4 +1,5 @@
 """Renders: the same bits as the program's, arrays that own their picture, errors, callbacks, Ctrl-C."""
+import csv
 import gc
 import math
 import os
@@ -191,6 +192,34 @@ def test_noise(scene):
     assert noise.average(1000, 4, (0, 0, 8, 8))["pixels"] == 64
     best = noise.recommend()
     assert best["best"]["light_paths"] >= 1 and "Rays.Numbers" in "".join(noise.image.channels)
+
+
+@pytest.mark.skipif(not PROGRAM, reason="CA_PROGRAM names no program")
+def test_converge_is_the_programs(tmp_path):
+    file, out = tmp_path / "scene.xml", tmp_path / "results"
+    file.write_text(TEXT)
+    scene = caustica.load_file(file)
+    reference = caustica.render(scene, spp=64, seed=9)
+    reference.save(tmp_path / "reference.exr")
+    subprocess.run([PROGRAM, "converge", file, "-i", "path;ovcm", "--spp", "1,4", "--repeats", "2", "--reference",
+                    tmp_path / "reference.exr", "-o", out, "--quiet"], check=True)
+    with open(out / "renders.csv") as lines:
+        theirs = list(csv.DictReader(lines))
+    told = []
+    ours = caustica.converge(scene, reference, ["path", "ovcm"], spp=[1, 4], repeats=2, progress=told.append)
+    assert len(ours) == 8 and told == ours and list(ours[0]) == [name for name in theirs[0] if name != "file"]
+    for a, b in zip(ours, theirs):
+        assert a["integrator"] == b["integrator"]
+        for name in set(a) - {"integrator", "seconds"}:
+            assert math.isclose(a[name], float(b[name] or "nan"), rel_tol=1e-5) or not b[name] and math.isnan(a[name]), name
+    assert ours[0]["relmse"] > ours[-1]["relmse"]
+
+
+def test_converge_by_time(scene, image):
+    ours = caustica.converge(scene, image, ["path"], seconds=[0.01, 0.02], seed=4, threads=1)
+    assert [record["time"] for record in ours] == [0.01, 0.02] and ours[0]["seed"] != ours[1]["seed"]
+    with pytest.raises(TypeError, match="one of spp and seconds"):
+        caustica.converge(scene, image, ["path"])
 
 
 def test_variants():

@@ -8,8 +8,9 @@ import pytest
 
 import caustica
 
-STUBS = {node.name: node for node in ast.parse((pathlib.Path(caustica.__file__).resolve().parent / "__init__.pyi").read_text()).body
-         if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+TREE = ast.parse((pathlib.Path(caustica.__file__).resolve().parent / "__init__.pyi").read_text())
+STUBS = {node.name: node for node in TREE.body
+         if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_")}
 
 
 def parameters(node):

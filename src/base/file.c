@@ -2,6 +2,7 @@
 #include "base/file.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 
 #include <errno.h>
@@ -44,6 +45,7 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error)
 {
     *bytes = (ca_bytes){0};
+    ca_loading_file(path);
     /* Without O_NONBLOCK, opening a pipe would wait for its writer before the kind of file can be asked. */
     const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
     FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
@@ -264,6 +266,21 @@ ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *erro
     if (descriptor >= 0 && !*stream) close(descriptor);
     ca_free(name);
     return status;
+}
+
+bool ca_file_identify(const char *path, ca_file_identity *identity)
+{
+    struct stat info;
+    if (stat(path, &info) != 0) return false;
+    *identity = (ca_file_identity){.device = (uint64_t)info.st_dev, .inode = (uint64_t)info.st_ino};
+    return true;
+}
+
+int ca_file_identity_compare(const void *a, const void *b)
+{
+    const ca_file_identity *x = a, *y = b;
+    if (x->inode != y->inode) return x->inode < y->inode ? -1 : 1;
+    return x->device < y->device ? -1 : x->device > y->device;
 }
 
 char *ca_path_resolve(const char *base_file, const char *path)

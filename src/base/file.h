@@ -10,6 +10,7 @@
 #include "base/status.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 
 typedef struct ca_bytes {
@@ -59,6 +60,16 @@ void ca_file_lock_release(ca_file_lock *lock);
 /* A file without a name on the disk of `beside`, for writing and reading; gone when it is closed, also by a kill. The
  * caller's to close; NULL on failure. */
 ca_status ca_file_open_scratch(FILE **stream, const char *beside, ca_error *error);
+
+/* Which file that is, by whatever name and links. */
+typedef struct ca_file_identity {
+    uint64_t device, inode;
+} ca_file_identity;
+
+/* False where there is no such file. */
+bool ca_file_identify(const char *path, ca_file_identity *identity);
+/* An order of them: negative, 0 (the same file) or positive; for qsort and bsearch. */
+int ca_file_identity_compare(const void *a, const void *b);
 
 /* `path` itself if absolute, else seen from the folder that holds `base_file`. Caller frees with ca_free; NULL
  * when out of memory. */

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/stop.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -176,4 +177,13 @@ ca_status ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parall
     parallel->seconds->tasks += loop.task_seconds;
     parallel->seconds->calling_thread += ca_clock_thread_seconds() - start;
     return status;
+}
+
+void ca_parallel_surely(uint32_t workers, uint32_t count, ca_parallel_task task, void *user)
+{
+    const ca_parallel parallel = {.workers = workers}, alone = {.workers = 1};
+    if (ca_parallel_for(&parallel, count, task, user, NULL) == CA_OK) return;
+    const ca_status status = ca_parallel_for(&alone, count, task, user, NULL);
+    assert(status == CA_OK);
+    (void)status;
 }

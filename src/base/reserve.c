@@ -1,7 +1,8 @@
-#define _GNU_SOURCE /* MAP_POPULATE */
+#define _GNU_SOURCE /* MAP_ANONYMOUS */
 #include "base/reserve.h"
 
 #include "base/memory.h"
+#include "base/stop.h"
 
 #include <assert.h>
 #include <pthread.h>
@@ -41,13 +42,29 @@ static size_t first_offset(void) { return round_up(sizeof(ca_reserve), ALIGNMENT
 
 static block_head *head_at(ca_reserve *reserve, size_t offset) { return (block_head *)((char *)reserve + offset); }
 
-ca_status ca_reserve_create(ca_reserve **reserve, size_t bytes, const char *what, ca_error *error)
+/* Has the system give all pages, which takes long enough to ask now and then. */
+static ca_status take_pages(char *memory, size_t bytes, const int *stop, ca_error *error)
+{
+    enum { BETWEEN_QUESTIONS = 1 << 24 };
+    for (size_t at = 0; at < bytes; at += PAGE) {
+        if (at % BETWEEN_QUESTIONS == 0) CA_TRY(ca_stop_check(stop, error));
+        *(volatile char *)(memory + at) = 0;
+    }
+    return CA_OK;
+}
+
+ca_status ca_reserve_create(ca_reserve **reserve, size_t bytes, const char *what, const int *stop, ca_error *error)
 {
     *reserve = NULL;
     if (bytes > SIZE_MAX / 2) return ca_fail_memory(error, what);
     const size_t size = round_up(bytes + first_offset(), PAGE);
-    void *memory = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+    void *memory = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) return ca_fail_memory(error, what);
+    const ca_status status = take_pages(memory, size, stop, error);
+    if (status != CA_OK) {
+        munmap(memory, size);
+        return status;
+    }
     ca_reserve *made = memory;
     *made = (ca_reserve){.bytes = size, .top = first_offset(), .last = SIZE_MAX};
     made->heap = ca_alloc(CA_RESERVE_HEAP_BYTES, 1);

@@ -22,8 +22,9 @@ typedef struct ca_reserve ca_reserve;
 
 enum { CA_RESERVE_HEAP_BYTES = 1 << 20 };
 
-/* `what` it is for, in errors. */
-ca_status ca_reserve_create(ca_reserve **reserve, size_t bytes, const char *what, ca_error *error);
+/* `what` it is for, in errors. CA_ERROR_INTERRUPTED: stopped (base/stop.h; NULL: it cannot be). Cost: a quarter of a
+ * second for each GiB. */
+ca_status ca_reserve_create(ca_reserve **reserve, size_t bytes, const char *what, const int *stop, ca_error *error);
 /* Closes it, too. NULL is allowed; likewise: */
 void ca_reserve_release(ca_reserve *reserve);
 

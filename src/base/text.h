@@ -39,5 +39,7 @@ bool ca_parse_double(const char *text, double *value);
 bool ca_parse_digits(const char *text, size_t length, uint64_t limit, uint64_t *value);
 /* The whole of text[0, length) as a decimal integer, with or without a sign. */
 bool ca_parse_integer(const char *text, size_t length, int64_t *value);
+/* What a hexadecimal digit counts; -1: it is none. */
+int ca_hex_digit(char digit);
 
 #endif

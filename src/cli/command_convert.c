@@ -49,13 +49,12 @@ static int print_help(void)
 
 static ca_status convert(const convert_options *o, const ca_text_list *operands, ca_error *error)
 {
-    ca_scene_source source = {0};
+    ca_scene_source source;
     ca_define_words words;
-    CA_TRY(ca_options_scene_operand(operands, &source.path, error));
+    const char *path;
+    CA_TRY(ca_options_scene_operand(operands, &path, error));
     if (!o->output) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "no output is named: -o NAME.xml");
-    ca_status status = ca_options_read_defines(&o->define_words, &words, error);
-    source.defines = words.defines;
-    source.define_count = o->define_words.count;
+    ca_status status = ca_options_open_source(path, &o->define_words, &words, &source, error);
     ca_scene_desc desc = {0};
     if (status == CA_OK) status = ca_import_convert(&source, o->output, &desc, error);
     for (size_t i = 0; i < desc.notes.count && status == CA_OK && !o->quiet; i++)

@@ -254,7 +254,7 @@ static ca_status load_and_print(const info_options *o, const ca_text_list *opera
     const char *path;
     ca_scene *scene;
     CA_TRY(ca_options_scene_operand(operands, &path, error));
-    CA_TRY(ca_options_load_sensor(path, &o->define_words, o->sensor, o->camera, &scene, error));
+    CA_TRY(ca_options_load_sensor(path, &o->define_words, o->sensor, o->camera, true, &scene, error));
     const ca_status status = check(scene, error);
     if (status == CA_OK) print_scene(path, scene);
     ca_scene_release(scene);

@@ -493,7 +493,7 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
 static ca_status load_and_measure(noise_options *o, ca_noise_report *report, ca_error *error)
 {
     ca_scene *scene;
-    CA_TRY(ca_options_load_scene(o->scene, &o->define_words, &scene, error));
+    CA_TRY(ca_options_load_scene(o->scene, &o->define_words, !o->quiet, &scene, error));
     ca_status status = ca_places_read_scene(&o->places, scene, error);
     if (status == CA_OK) status = measure(o, scene, report, error);
     ca_scene_release(scene);

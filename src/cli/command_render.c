@@ -9,6 +9,7 @@
 #include "cli/progress.h"
 #include "cli/say.h"
 #include "cli/signals.h"
+#include "film/part_file.h"
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "sampling/sampler.h"
@@ -161,11 +162,11 @@ static const ca_option options[] = {
      AT(settings.camera_paths),
      .help = "camera paths per pixel of a pass (default: the scene's, else 1)"},
     {.name = "rays",
-     .argument = "auto|FILE.exr",
+     .argument = "auto|FILE",
      .kind = CA_OPTION_TEXT,
      AT(settings.rays),
-     .help = "numbers of light paths and of camera paths of each pixel: chosen from a pilot, or those kept in an "
-             "image"},
+     .help = "numbers of light paths and of camera paths of each pixel: chosen from a pilot, or those of an image or "
+             "a checkpoint"},
     {.name = "objective",
      .argument = "NAME",
      .kind = CA_OPTION_TEXT,
@@ -270,12 +271,12 @@ static int print_help(void)
         "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The "
         "law of noise needs independent random numbers and one radius: the scene's sampler and alpha are not used. "
         "The numbers depend on measured times, those of --rays FILE.exr (an image of --rays auto or of "
-        "`caustica noise`) do not.\n"
+        "`caustica noise`) do not; --rays FILE.part makes the image of that checkpoint again.\n"
         "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of "
         "them (--passes, --blocks), to the bits of one render.\n"
         "--checkpoint with --resume: the same line again goes on where the last run ended, to the same bits; "
         "samples, time, threads and outputs may differ. Renders over ten minutes keep OUTPUT.checkpoint.part until "
-        "they end. Not with --rays auto, --dump-strategies.\n"
+        "they end. Not with --dump-strategies.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 end the render after the pass, or after a second, and "
         "write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
         "once. SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
@@ -347,9 +348,9 @@ static ca_status check_sampler(const char *name, ca_error *error)
 static ca_status choose_checkpoint(render_options *o, ca_error *error)
 {
     const ca_render_settings *settings = &o->settings;
-    const bool chooses_rays = settings->rays && strcmp(settings->rays, "auto") == 0;
+    const bool repeats = settings->rays && ca_part_is_path(settings->rays);
     const bool asked = o->keep.wanted || o->keep.resume || o->keep.seconds > 0.0;
-    if (!asked && (chooses_rays || settings->strategies_directory)) return CA_OK;
+    if (!asked && (repeats || settings->strategies_directory)) return CA_OK;
     return ca_keep_choose(&o->keep, o->outputs.items[0], &o->places, error);
 }
 
@@ -573,7 +574,9 @@ static ca_status load_and_render(render_options *o, ca_error *error)
 {
     ca_scene *scene = NULL;
     const ca_ranks *ranks = ca_mpi_ranks();
-    ca_status status = ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, &scene, error);
+    const bool draws = !o->quiet && !ca_ranks_helps(ranks);
+    ca_status status =
+        ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, draws, &scene, error);
     if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
     status = ca_ranks_agree(ranks, status, error);
     if (status == CA_OK)

@@ -411,7 +411,7 @@ ca_status ca_converge_open(ca_converge *c, const ca_converge_options *options, c
     CA_TRY(plan_integrators(c, error));
     CA_TRY(ca_layers_read(options->reference, &c->reference, error));
     CA_TRY(plan_region(c, error));
-    CA_TRY(ca_options_load_scene(options->scene, &options->defines, &c->scene, error));
+    CA_TRY(ca_options_load_scene(options->scene, &options->defines, !options->quiet, &c->scene, error));
     CA_TRY(plan_renders(c, error));
     find_reference_noise(c);
     CA_TRY(make_folder(options->folder, error));

@@ -1,7 +1,10 @@
 #include "cli/options.h"
 
+#include "base/clock.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/progress.h"
 #include "cli/say.h"
 #include "cli/signals.h"
 #include "cli/values.h"
@@ -197,7 +200,7 @@ void ca_define_words_destroy(ca_define_words *words)
     ca_free(words->storage);
 }
 
-ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error)
+static ca_status read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error)
 {
     size_t bytes = 0;
     for (size_t i = 0; i < words->count; i++) bytes += strlen(words->items[i]) + 1;
@@ -218,9 +221,10 @@ ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *re
     return CA_OK;
 }
 
-ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene, ca_error *error)
+ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, bool draws, ca_scene **scene,
+                                ca_error *error)
 {
-    return ca_options_load_sensor(path, define_words, 0, NULL, scene, error);
+    return ca_options_load_sensor(path, define_words, 0, NULL, draws, scene, error);
 }
 
 /* MiB; 0: as usual. What is no number is none. */
@@ -231,20 +235,51 @@ static double scene_memory(void)
     return mib > 0.0 ? mib : 0.0;
 }
 
+ca_status ca_options_open_source(const char *path, const ca_text_list *define_words, ca_define_words *read,
+                                 ca_scene_source *source, ca_error *error)
+{
+    const ca_status status = read_defines(define_words, read, error);
+    *source = (ca_scene_source){.path = path,
+                                .defines = read->defines,
+                                .define_count = define_words->count,
+                                .stop = ca_signals_stop(),
+                                .memory_mib = scene_memory()};
+    return status;
+}
+
+typedef struct loading_line {
+    ca_progress_line line;
+    double start;
+} loading_line;
+
+/* Small scenes are there before anything is drawn. */
+static void draw_loading(const char *what, double fraction, void *user)
+{
+    loading_line *loading = user;
+    const double first = 1.0, seconds = ca_clock_seconds() - loading->start;
+    if (seconds >= first) ca_progress_draw_loading(&loading->line, what, fraction, seconds);
+}
+
+static ca_status parse_drawing(const ca_scene_source *source, bool draws, ca_scene **scene, ca_error *error)
+{
+    loading_line loading = {.line = ca_progress_start(draws), .start = ca_clock_seconds()};
+    if (loading.line.stream) ca_loading_begin(draw_loading, &loading);
+    const ca_status status = ca_scene_parse(source, scene, error);
+    ca_loading_end();
+    ca_progress_clear(&loading.line);
+    return status;
+}
+
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
-                                 const char *camera, ca_scene **scene, ca_error *error)
+                                 const char *camera, bool draws, ca_scene **scene, ca_error *error)
 {
     ca_define_words read;
+    ca_scene_source source;
     *scene = NULL;
-    ca_status status = ca_options_read_defines(define_words, &read, error);
-    const ca_scene_source source = {.path = path,
-                                    .defines = read.defines,
-                                    .define_count = define_words->count,
-                                    .sensor = sensor,
-                                    .camera = camera,
-                                    .stop = ca_signals_stop(),
-                                    .memory_mib = scene_memory()};
-    if (status == CA_OK) status = ca_scene_parse(&source, scene, error);
+    ca_status status = ca_options_open_source(path, define_words, &read, &source, error);
+    source.sensor = sensor;
+    source.camera = camera;
+    if (status == CA_OK) status = parse_drawing(&source, draws, scene, error);
     ca_define_words_destroy(&read);
     if (status == CA_OK) ca_options_say_notes(*scene);
     return status;

@@ -81,18 +81,22 @@ typedef struct ca_define_words {
     char *storage;      /* owned; their texts */
 } ca_define_words;
 
-ca_status ca_options_read_defines(const ca_text_list *words, ca_define_words *read, ca_error *error);
 void ca_define_words_destroy(ca_define_words *words);
+
+/* A scene's file as the library reads it: with the defines, and the limit of memory that the environment has
+ * (CAUSTICA_SCENE_MEMORY, in MiB). `read` holds what *source borrows. */
+ca_status ca_options_open_source(const char *path, const ca_text_list *define_words, ca_define_words *read,
+                                 ca_scene_source *source, ca_error *error);
 
 /* Says on standard error what the scene's file says and is read otherwise. */
 void ca_options_say_notes(const ca_scene *scene);
 
 /* Loads the scene with the "NAME=VALUE" words of --define, and says its notes; its first sensor, or another by its
- * number or, where `camera` is not NULL, its id. */
-ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, ca_scene **scene,
+ * number or, where `camera` is not NULL, its id. `draws`: shows how far that is (progress.h). */
+ca_status ca_options_load_scene(const char *path, const ca_text_list *define_words, bool draws, ca_scene **scene,
                                 ca_error *error);
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
-                                 const char *camera, ca_scene **scene, ca_error *error);
+                                 const char *camera, bool draws, ca_scene **scene, ca_error *error);
 
 /* The options, aligned; help that is longer than a line of 100 columns goes on below itself. */
 void ca_options_print(const ca_option_table *table, FILE *stream);

@@ -182,7 +182,7 @@ ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint3
     size_t bytes = SMALL_THINGS;
     if (has_exr) bytes += (size_t)LINES * BUFFERS * MOST_LAYERS * sizeof(float) * width;
     if (has_png && files->look.tone != CA_TONE_SRGB) bytes += (size_t)PLANES * sizeof(float) * width * height;
-    return ca_reserve_create(reserve, bytes, "the files of the image", error);
+    return ca_reserve_create(reserve, bytes, "the files of the image", NULL, error);
 }
 
 void ca_outputs_warn(const ca_render_statistics *s)

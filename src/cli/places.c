@@ -1,13 +1,10 @@
-#define _POSIX_C_SOURCE 200809L
 #include "cli/places.h"
 
-#include "base/file.h"
 #include "base/memory.h"
 #include "scene/scene.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 static void destroy_place(ca_place *place)
 {
@@ -24,21 +21,13 @@ void ca_places_destroy(ca_places *places)
 
 /* ---- Which file that is ---------------------------------------------------------------------------------------- */
 
-static void take_identity(ca_place *place, const struct stat *info)
-{
-    place->is_known = true;
-    place->device = info->st_dev;
-    place->inode = info->st_ino;
-}
-
 /* Of a file that is not there: its folder. `end` is where the links of its name end; it becomes its name alone. */
 static void find_folder(ca_place *place, char *end)
 {
-    struct stat info;
     char *slash = strrchr(end, '/');
     if (slash) *slash = '\0';
     const char *folder = !slash ? "." : slash == end ? "/" : end;
-    if (stat(folder, &info) == 0) take_identity(place, &info);
+    place->is_known = ca_file_identify(folder, &place->identity);
     if (slash && place->is_known) memmove(end, slash + 1, strlen(slash + 1) + 1);
     if (slash && !place->is_known) *slash = '/';
     place->name = end;
@@ -46,11 +35,8 @@ static void find_folder(ca_place *place, char *end)
 
 static ca_status identify(ca_place *place, ca_error *error)
 {
-    struct stat info;
-    if (stat(place->path, &info) == 0) {
-        take_identity(place, &info);
-        return CA_OK;
-    }
+    place->is_known = ca_file_identify(place->path, &place->identity);
+    if (place->is_known) return CA_OK;
     char *end = ca_path_follow(place->path);
     if (!end) end = ca_path_resolve(NULL, place->path); /* links without an end are files of their own */
     if (!end) return ca_fail_memory(error, place->path);
@@ -62,7 +48,7 @@ static bool is_same(const ca_place *a, const ca_place *b)
 {
     if (a->is_known != b->is_known || !a->name != !b->name || (a->name && strcmp(a->name, b->name) != 0))
         return false;
-    return !a->is_known || (a->device == b->device && a->inode == b->inode);
+    return !a->is_known || ca_file_identity_compare(&a->identity, &b->identity) == 0;
 }
 
 /* ---- Whether it may be written --------------------------------------------------------------------------------- */

@@ -7,17 +7,14 @@
 #ifndef CA_CLI_PLACES_H
 #define CA_CLI_PLACES_H
 
-#include "base/status.h"
-
-#include <sys/types.h>
+#include "base/file.h"
 
 typedef struct ca_place {
     char *path;         /* owned */
     const char *option; /* that writes it: "--stats"; NULL: it is read ... */
     const char *use;    /* ... and this is said of it: "which is the scene" */
     bool is_known;      /* false: not even its folder is there; then no place but the same text is the same */
-    dev_t device;       /* of the file, or of the folder in which it would be made */
-    ino_t inode;
+    ca_file_identity identity; /* of the file, or of the folder in which it would be made */
     char *name; /* owned; in that folder; NULL: the file is there */
 } ca_place;
 

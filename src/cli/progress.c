@@ -37,10 +37,20 @@ void ca_format_seconds(double seconds, char *text, size_t size)
 typedef enum line_part { PERCENT, PASSES, LEFT, GONE, WHOLE, NOISE, BAR, PART_COUNT } line_part;
 
 typedef struct line_parts {
-    char texts[PART_COUNT][64]; /* "": there is none. Of the bar: the shortest */
+    char texts[PART_COUNT][96]; /* "": there is none. Of the bar: the shortest */
     bool shown[PART_COUNT];
     size_t used; /* columns */
+    double fraction, seconds; /* done, negative: nobody knows; and gone */
+    bool to_noise;            /* the noise is what ends the work */
 } line_parts;
+
+static void write_bar(line_parts *parts)
+{
+    const size_t size = sizeof parts->texts[0];
+    if (parts->fraction < 0.0) return;
+    snprintf(parts->texts[PERCENT], size, "%3.0f %%", floor(100.0 * parts->fraction));
+    snprintf(parts->texts[BAR], size, "[%*s]", NARROWEST_BAR, "");
+}
 
 static void write_times(const ca_render_progress *p, double fraction, line_parts *parts)
 {
@@ -57,27 +67,40 @@ static void write_times(const ca_render_progress *p, double fraction, line_parts
     snprintf(parts->texts[WHOLE], size, "of %s", time);
 }
 
-static void write_parts(const ca_render_progress *p, double fraction, bool with_bar, line_parts *parts)
+static line_parts render_parts(const ca_render_progress *p)
 {
-    const size_t size = sizeof parts->texts[0];
+    line_parts parts = {
+        .fraction = ca_progress_fraction(p), .seconds = p->seconds, .to_noise = p->noise_target > 0.0};
+    const size_t size = sizeof parts.texts[0];
     const char *what = p->blocks ? "block" : "pass";
-    if (fraction >= 0.0) snprintf(parts->texts[PERCENT], size, "%3.0f %%", floor(100.0 * fraction));
     if (p->passes_total > 0)
-        snprintf(parts->texts[PASSES], size, "%s %u/%u", what, p->passes_done, p->passes_total);
+        snprintf(parts.texts[PASSES], size, "%s %u/%u", what, p->passes_done, p->passes_total);
     else
-        snprintf(parts->texts[PASSES], size, "%s %u", what, p->passes_done);
-    write_times(p, fraction, parts);
-    if (p->noise_percent >= 0.0) snprintf(parts->texts[NOISE], size, "noise %.3g %%", p->noise_percent);
-    if (fraction >= 0.0 && with_bar) snprintf(parts->texts[BAR], size, "[%*s]", NARROWEST_BAR, "");
+        snprintf(parts.texts[PASSES], size, "%s %u", what, p->passes_done);
+    write_bar(&parts);
+    write_times(p, parts.fraction, &parts);
+    if (p->noise_percent >= 0.0) snprintf(parts.texts[NOISE], size, "noise %.3g %%", p->noise_percent);
+    return parts;
+}
+
+static line_parts loading_parts(const char *what, double fraction, double seconds)
+{
+    line_parts parts = {.fraction = fraction, .seconds = seconds};
+    char time[32];
+    ca_format_seconds(seconds, time, sizeof time);
+    snprintf(parts.texts[PASSES], sizeof parts.texts[0], "%s", what);
+    snprintf(parts.texts[GONE], sizeof parts.texts[0], "%s gone", time);
+    write_bar(&parts);
+    return parts;
 }
 
 /* The most important part first; what does not fit beside those before it is left out whole. */
-static void choose_parts(const ca_render_progress *p, size_t width, line_parts *parts)
+static void choose_parts(size_t width, line_parts *parts)
 {
     static const line_part to_noise[PART_COUNT] = {PERCENT, NOISE, BAR, LEFT, PASSES, GONE, WHOLE};
     static const line_part others[PART_COUNT] = {PERCENT, PASSES, LEFT, BAR, NOISE, GONE, WHOLE};
     for (int i = 0; i < PART_COUNT; i++) {
-        const line_part part = p->noise_target > 0.0 ? to_noise[i] : others[i];
+        const line_part part = parts->to_noise ? to_noise[i] : others[i];
         const size_t length = strlen(parts->texts[part]), gap = parts->used > 0 ? 2 : 0;
         const bool follows = part != WHOLE || parts->shown[GONE]; /* "1.0 s gone  of 3.0 s" */
         if (length == 0 || !follows || parts->used + gap + length > width) continue;
@@ -98,19 +121,16 @@ static void draw_bar(double fraction, size_t room, char *bar)
     bar[length + 2] = '\0';
 }
 
-static void compose(const ca_render_progress *p, size_t width, bool with_bar, char line[LINE_LIMIT])
+static void compose(line_parts *parts, size_t width, char line[LINE_LIMIT])
 {
-    line_parts parts = {.used = 0};
-    const double fraction = ca_progress_fraction(p);
     if (width > LINE_LIMIT - 1) width = LINE_LIMIT - 1;
-    write_parts(p, fraction, with_bar, &parts);
-    choose_parts(p, width, &parts);
-    if (parts.shown[BAR]) draw_bar(fraction, width - parts.used, parts.texts[BAR]);
+    choose_parts(width, parts);
+    if (parts->shown[BAR]) draw_bar(parts->fraction, width - parts->used, parts->texts[BAR]);
     line[0] = '\0';
     for (int part = 0; part < PART_COUNT; part++) {
         const size_t used = strlen(line);
-        if (parts.shown[part])
-            snprintf(line + used, LINE_LIMIT - used, "%s%s", used > 0 ? "  " : "", parts.texts[part]);
+        if (parts->shown[part])
+            snprintf(line + used, LINE_LIMIT - used, "%s%s", used > 0 ? "  " : "", parts->texts[part]);
     }
 }
 
@@ -122,37 +142,47 @@ static size_t terminal_width(void)
 }
 
 /* Soon after the last line in the beginning, later rarely: a log shows that the work goes on. */
-static void write_plain(ca_progress_line *line, const ca_render_progress *progress)
+static void write_plain(ca_progress_line *line, line_parts *parts)
 {
     const double first = 5.0, most = 60.0, last = line->last_drawn;
     char text[LINE_LIMIT];
-    if (progress->seconds < (last < 0.0 ? first : last + fmin(last, most))) return;
-    compose(progress, LINE_LIMIT, false, text);
+    if (parts->seconds < (last < 0.0 ? first : last + fmin(last, most))) return;
+    parts->texts[BAR][0] = '\0';
+    compose(parts, LINE_LIMIT, text);
     fprintf(line->stream, "caustica: %s\n", text + strspn(text, " "));
     fflush(line->stream);
-    line->last_drawn = progress->seconds;
+    line->last_drawn = parts->seconds;
 }
 
-static void draw_over(ca_progress_line *line, const ca_render_progress *progress)
+static void draw_over(ca_progress_line *line, line_parts *parts)
 {
     const double redraw_seconds = 0.1;
     char text[LINE_LIMIT];
-    if (line->last_drawn >= 0.0 && progress->seconds - line->last_drawn < redraw_seconds) return;
+    if (line->last_drawn >= 0.0 && parts->seconds - line->last_drawn < redraw_seconds) return;
     /* Some terminals wrap when the last column is written. */
-    compose(progress, terminal_width() - 1, true, text);
+    compose(parts, terminal_width() - 1, text);
     fprintf(line->stream, "\r%s\033[K", text);
     fflush(line->stream);
     line->shown = true;
-    line->last_drawn = progress->seconds;
+    line->last_drawn = parts->seconds;
+}
+
+static void draw(ca_progress_line *line, line_parts parts)
+{
+    if (line->plain)
+        write_plain(line, &parts);
+    else
+        draw_over(line, &parts);
 }
 
 void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress)
 {
-    if (!line->stream) return;
-    if (line->plain)
-        write_plain(line, progress);
-    else
-        draw_over(line, progress);
+    if (line->stream) draw(line, render_parts(progress));
+}
+
+void ca_progress_draw_loading(ca_progress_line *line, const char *what, double fraction, double seconds)
+{
+    if (line->stream) draw(line, loading_parts(what, fraction, seconds));
 }
 
 void ca_progress_clear(ca_progress_line *line)

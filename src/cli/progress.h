@@ -21,6 +21,8 @@ typedef struct ca_progress_line {
 ca_progress_line ca_progress_start(bool wanted);
 void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress);
 void ca_progress_clear(ca_progress_line *line);
+/* While a scene is loaded (base/loading.h), in place of passes `what` is done. */
+void ca_progress_draw_loading(ca_progress_line *line, const char *what, double fraction, double seconds);
 
 /* For ca_render_settings.progress, with the line as its user: draws it; false once a signal has arrived
  * (signals.h). */

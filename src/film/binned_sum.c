@@ -3,53 +3,46 @@
 #include <assert.h>
 #include <math.h>
 
-/* 2^exponent of bin 0, in another one. */
-static double unit(uint8_t bin, int exponent)
+uint8_t ca_binned_scale_of(uint8_t scale, double value)
 {
-    return ca_bits_double(CA_BINNED_EXPONENT(exponent) + bin * CA_BINNED_STEP);
+    int exponent;
+    assert(isfinite(value));
+    const double fraction = frexp(fabs(value), &exponent);
+    if (fraction == 0.0) return scale;
+    if (fraction == 0.5) exponent--; /* |value| <= 2^exponent */
+    const int needed = exponent <= -152 ? 0 : (exponent + 152 + 3) / 4;
+    assert(needed < CA_BINNED_SCALES);
+    return needed > scale ? (uint8_t)needed : scale;
 }
 
-static void move_down(const ca_binned_sums *sums, int i, uint8_t bin)
+void ca_binned_move(int32_t *high, uint16_t *low, size_t count, int power, uint8_t from, uint8_t to)
 {
-    assert(bin < CA_BINNED_SUM_BINS);
-    for (; sums->bin[i] < bin; sums->bin[i]++) {
-        if (i < sums->with_low) sums->low[i] = sums->middle[i];
-        sums->middle[i] = sums->high[i];
-        sums->high[i] = 0;
+    const int steps = ca_binned_highest(power, to) - ca_binned_highest(power, from);
+    assert(steps >= 0);
+    for (int bin = CA_BINNED_BINS - 1; bin >= 0 && steps > 0; bin--) {
+        const size_t at = (size_t)bin * count, from_bin = (size_t)(bin - steps) * count;
+        high[at] = bin < steps ? 0 : high[from_bin];
+        low[at] = bin < steps ? 0 : low[from_bin];
     }
 }
 
-void ca_binned_sums_raise(const ca_binned_sums *sums, const double *value)
+void ca_binned_add(int32_t *high, uint16_t *low, const int32_t *more_high, const uint16_t *more_low, size_t bins)
 {
-    for (int i = 0; i < sums->count; i++) {
-        uint8_t bin = sums->bin[i];
-        assert(isfinite(value[i]));
-        while (fabs(value[i]) > unit(bin, -401)) bin++;
-        move_down(sums, i, bin);
+    for (size_t i = 0; i < bins; i++) {
+        const int32_t sum = low[i] + more_low[i];
+        high[i] += more_high[i] + (sum >> 16);
+        low[i] = (uint16_t)sum;
     }
 }
 
-/* What `down` bins below its own sum i has in its place-th bin (0: high); 0 where there is none. */
-static int64_t bin_below(const ca_binned_sums *sums, int i, int place)
+double ca_binned_value(const int32_t *high, const uint16_t *low, size_t count, int power, uint8_t scale)
 {
-    if (place == 0) return sums->high[i];
-    if (place == 1) return sums->middle[i];
-    return place == 2 && i < sums->with_low ? sums->low[i] : 0;
-}
-
-void ca_binned_sums_add_sums(const ca_binned_sums *sums, const ca_binned_sums *other)
-{
-    assert(sums->count == other->count && sums->with_low == other->with_low);
-    for (int i = 0; i < sums->count; i++) {
-        if (sums->bin[i] < other->bin[i]) move_down(sums, i, other->bin[i]);
-        const int up = sums->bin[i] - other->bin[i]; /* by so many bins the other one's lie lower */
-        if (up == 0) sums->high[i] += other->high[i];
-        if (up <= 1) sums->middle[i] += bin_below(other, i, 1 - up);
-        if (up <= 2 && i < sums->with_low) sums->low[i] += bin_below(other, i, 2 - up);
+    const int highest = CA_BINNED_STEP * ca_binned_highest(power, scale) - 152 * power - 23;
+    double value = 0.0;
+    for (int bin = CA_BINNED_BINS - 1; bin >= 0; bin--) {
+        const size_t at = (size_t)bin * count;
+        const double unit = ca_bits_double(CA_BINNED_EXPONENT(highest - CA_BINNED_STEP * bin));
+        value += ((double)high[at] * 0x1p16 + low[at]) * unit;
     }
-}
-
-double ca_binned_value(uint8_t bin, int64_t high, int64_t middle, int64_t low)
-{
-    return (double)high * unit(bin, -440) + ((double)middle * unit(bin, -480) + (double)low * unit(bin, -520));
+    return value;
 }

@@ -365,12 +365,13 @@ static void find_errors(const ca_block_film *film, bar_work *work)
     }
 }
 
-static ca_status fill_bars(const ca_block_film *film, bar_work *work, ca_image_layers *layers, ca_error *error)
+static ca_status fill_bars(const ca_block_film *film, uint32_t threads, bar_work *work, ca_image_layers *layers,
+                           ca_error *error)
 {
     ca_interval_layers intervals;
     CA_TRY(ca_interval_layers_add(&intervals, layers, 'Y', error));
     find_errors(film, work);
-    CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, work->verdicts, error));
+    CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, threads, work->verdicts, error));
     for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
         const bool known = work->degrees[i] > 0.0;
         if (!known) work->verdicts[i].kind = CA_INTERVAL_MARKED;
@@ -380,21 +381,23 @@ static ca_status fill_bars(const ca_block_film *film, bar_work *work, ca_image_l
     return CA_OK;
 }
 
-static ca_status develop_bars(const ca_block_film *film, ca_image_layers *layers, ca_error *error)
+static ca_status develop_bars(const ca_block_film *film, uint32_t threads, ca_image_layers *layers, ca_error *error)
 {
     const size_t count = (size_t)film->width * film->height;
     bar_work work = {.moments = ca_alloc(count, sizeof *work.moments),
                      .degrees = ca_alloc(count, sizeof *work.degrees),
                      .verdicts = ca_alloc(count, sizeof *work.verdicts)};
     const bool room = work.moments && work.degrees && work.verdicts;
-    const ca_status status = room ? fill_bars(film, &work, layers, error) : ca_fail_memory(error, "the error bars");
+    const ca_status status =
+        room ? fill_bars(film, threads, &work, layers, error) : ca_fail_memory(error, "the error bars");
     ca_free(work.moments);
     ca_free(work.degrees);
     ca_free(work.verdicts);
     return status;
 }
 
-ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **layers, ca_error *error)
+ca_status ca_block_film_develop(const ca_block_film *film, uint32_t threads, ca_image_layers **layers,
+                                ca_error *error)
 {
     CA_TRY(ca_layers_create(layers, film->width, film->height, error));
     (*layers)->full_width = film->desc.full_width;
@@ -402,7 +405,7 @@ ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **lay
     (*layers)->x0 = (int32_t)film->desc.crop[0];
     (*layers)->y0 = (int32_t)film->desc.crop[1];
     ca_status status = develop_layers(film, *layers, error);
-    if (status == CA_OK && film->bars) status = develop_bars(film, *layers, error);
+    if (status == CA_OK && film->bars) status = develop_bars(film, threads, *layers, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*layers);
     *layers = NULL;

@@ -76,7 +76,9 @@ void ca_block_film_clear(ca_block_film *film);
 /* Mean luminance so far. */
 double ca_block_film_mean_luminance(const ca_block_film *film);
 
-ca_status ca_block_film_develop(const ca_block_film *film, ca_image_layers **layers, ca_error *error);
+/* `threads`: as ca_film_develop. */
+ca_status ca_block_film_develop(const ca_block_film *film, uint32_t threads, ca_image_layers **layers,
+                                ca_error *error);
 
 /* Sums as bytes, row by row of the crop, the same on every machine: a multiple of 8. Reading replaces the row. */
 size_t ca_block_film_row_bytes(const ca_block_film_desc *desc);

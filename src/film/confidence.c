@@ -1,6 +1,7 @@
 #include "film/confidence.h"
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "metrics/significance.h"
 
 #include <math.h>
@@ -19,11 +20,11 @@ ca_moments ca_moments_of(double sum, double sum_squares, double sum_cubes, uint3
     }
     const double squares = sum_squares / n - m.mean * m.mean;
     const double cubes = sum_cubes / n - 3.0 * m.mean * sum_squares / n + 2.0 * m.mean * m.mean * m.mean;
-    /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. */
-    const double rounding = n * 0x1p-50, size = fabs(m.mean);
+    /* A sum of n terms is rounded n times, by 2^-53 of it at most; the differences above hold up to six of them. Or
+     * each term is, by 2^-48 (binned_sum.h). */
+    const double rounding = fmax(n * 0x1p-50, 0x1p-45), size = fabs(m.mean);
     if (squares > rounding * size * size) m.variance = squares * n / (n - 1.0);
-    /* Cubes in two bins are kept to 2^-40 (binned_sum.h). */
-    if (m.variance > 0.0 && fabs(cubes) > fmax(rounding, 0x1p-38) * size * size * size)
+    if (m.variance > 0.0 && fabs(cubes) > rounding * size * size * size)
         m.third = cubes * n * n / ((n - 1.0) * (n - 2.0));
     return m;
 }
@@ -189,32 +190,63 @@ static bool is_ordinary(const ca_moments *m, const pool *near, double others, do
            variance * (variance / fabs(third)) <= harm;
 }
 
-/* Sums along each pixel's row; `lone`: room for a row. */
-static void pool_row(const ca_moments *row, uint32_t width, double *lone, pool *sums)
+/* Pixels that are judged together, in tiles: what is near them then stays in the caches. */
+enum { TILE = 64, MOST_NEAR = TILE + 2 * CA_CONFIDENCE_REACH, MOST_FAR = TILE + 2 * CA_CONFIDENCE_FAR_REACH };
+
+typedef struct judgement {
+    const ca_moments *moments;
+    uint32_t width, height;
+    pool *rows; /* sums along each pixel's row */
+    ca_verdict *verdicts;
+} judgement;
+
+/* The pixels of a row from x0 to before x1, and those near them, each alone; returns the first one's place. */
+static uint32_t pool_pixels(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *pixels)
 {
-    for (uint32_t x = 0; x < width; x++) lone[x] = lone_part(&row[x]);
-    for (uint32_t x = 0; x < width; x++) {
-        sums[x] = (pool){0};
-        for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
-            pool_moments(&sums[x], &row[i]);
+    const uint32_t first = reach_from(x0, CA_CONFIDENCE_REACH), last = reach_to(x1 - 1, CA_CONFIDENCE_REACH, width);
+    for (uint32_t x = first; x <= last; x++) {
+        pixels[x - first] = (pool){0};
+        pool_moments(&pixels[x - first], &row[x]);
+    }
+    return first;
+}
+
+static void pool_lone(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *sums)
+{
+    double lone[MOST_FAR];
+    const uint32_t first = reach_from(x0, CA_CONFIDENCE_FAR_REACH);
+    const uint32_t last = reach_to(x1 - 1, CA_CONFIDENCE_FAR_REACH, width);
+    for (uint32_t x = first; x <= last; x++) lone[x - first] = lone_part(&row[x]);
+    for (uint32_t x = x0; x < x1; x++)
         for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
              i++) {
             const int side = row[i].third < 0.0 ? CA_BELOW : CA_ABOVE;
-            sums[x].lone[side] += lone[i];
-            sums[x].squares[side] += lone[i] * lone[i];
+            sums[x].lone[side] += lone[i - first];
+            sums[x].squares[side] += lone[i - first] * lone[i - first];
         }
-    }
 }
 
-/* Of the pixels near one that are not this one. */
-static pool pool_neighbours(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
-                            uint32_t y)
+/* Sums along the row of each pixel from x0 to before x1. */
+static void pool_row(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *sums)
+{
+    pool pixels[MOST_NEAR];
+    const uint32_t first = pool_pixels(row, width, x0, x1, pixels);
+    for (uint32_t x = x0; x < x1; x++) {
+        sums[x] = (pool){0};
+        for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
+            pool_add(&sums[x], &pixels[i - first]);
+    }
+    pool_lone(row, width, x0, x1, sums);
+}
+
+/* Of the pixels near one that are not this one; `pixels`: those of its row, from the place `first` on. */
+static pool pool_neighbours(const judgement *j, const pool *pixels, uint32_t first, uint32_t x, uint32_t y)
 {
     pool near = {0};
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, height); i++)
-        if (i != y) pool_add(&near, &rows[(size_t)i * width + x]);
-    for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
-        if (i != x) pool_moments(&near, &moments[(size_t)y * width + i]);
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, j->height); i++)
+        if (i != y) pool_add(&near, &j->rows[(size_t)i * j->width + x]);
+    for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, j->width); i++)
+        if (i != x) pool_add(&near, &pixels[i - first]);
     return near;
 }
 
@@ -226,25 +258,25 @@ static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_
     return (double)columns * rows;
 }
 
-static void pool_far(pool *sum, const pool *rows, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+static void pool_far(pool *sum, const judgement *j, uint32_t x, uint32_t y)
 {
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= reach_to(y, CA_CONFIDENCE_FAR_REACH, height); i++)
+    const uint32_t last = reach_to(y, CA_CONFIDENCE_FAR_REACH, j->height);
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= last; i++)
         for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
-            sum->lone[side] += rows[(size_t)i * width + x].lone[side];
-            sum->squares[side] += rows[(size_t)i * width + x].squares[side];
+            sum->lone[side] += j->rows[(size_t)i * j->width + x].lone[side];
+            sum->squares[side] += j->rows[(size_t)i * j->width + x].squares[side];
         }
 }
 
-static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t width, uint32_t height, uint32_t x,
-                        uint32_t y)
+static ca_verdict judge(const judgement *j, const pool *pixels, uint32_t first, uint32_t x, uint32_t y)
 {
-    const ca_moments *own = &moments[(size_t)y * width + x];
-    const double others = window_pixels(width, height, x, y, CA_CONFIDENCE_REACH) - 1.0,
-                 far = window_pixels(width, height, x, y, CA_CONFIDENCE_FAR_REACH);
-    pool near = pool_neighbours(moments, rows, width, height, x, y);
+    const ca_moments *own = &j->moments[(size_t)y * j->width + x];
+    const double others = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_REACH) - 1.0,
+                 far = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_FAR_REACH);
+    pool near = pool_neighbours(j, pixels, first, x, y);
     const bool alone = near.pixels == 0 && own->mean != 0.0;
     if (near.pixels == 0) pool_moments(&near, own);
-    pool_far(&near, rows, width, height, x, y);
+    pool_far(&near, j, x, y);
     if (is_ordinary(own, &near, others, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
     if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying <= 0.5 * others))
         return (ca_verdict){.kind = CA_INTERVAL_MARKED};
@@ -256,18 +288,65 @@ static ca_verdict judge(const ca_moments *moments, const pool *rows, uint32_t wi
     return verdict;
 }
 
-ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, ca_verdict *verdicts,
-                              ca_error *error)
+/* ---- Tiles ----------------------------------------------------------------------------------------------------- */
+
+static uint32_t tiles_along(uint32_t pixels) { return (pixels + TILE - 1) / TILE; }
+
+/* From x0, y0 to before x1, y1. */
+typedef struct tile {
+    uint32_t x0, y0, x1, y1;
+} tile;
+
+static tile tile_at(const judgement *j, uint32_t task)
 {
-    pool *rows = ca_alloc((size_t)width * height, sizeof *rows);
-    double *lone = ca_alloc(width, sizeof *lone);
-    const ca_status status = rows && lone ? CA_OK : ca_fail_memory(error, "the error bars");
-    for (uint32_t y = 0; y < height && status == CA_OK; y++)
-        pool_row(&moments[(size_t)y * width], width, lone, &rows[(size_t)y * width]);
-    for (uint32_t y = 0; y < height && status == CA_OK; y++)
-        for (uint32_t x = 0; x < width; x++)
-            verdicts[(size_t)y * width + x] = judge(moments, rows, width, height, x, y);
-    ca_free(lone);
-    ca_free(rows);
-    return status;
+    const uint32_t columns = tiles_along(j->width), x0 = task % columns * TILE, y0 = task / columns * TILE;
+    return (tile){x0, y0, x0 + TILE < j->width ? x0 + TILE : j->width, y0 + TILE < j->height ? y0 + TILE : j->height};
+}
+
+static void pool_tile(void *user, uint32_t task, uint32_t worker)
+{
+    (void)worker;
+    const judgement *j = user;
+    const tile t = tile_at(j, task);
+    for (size_t y = t.y0; y < t.y1; y++)
+        pool_row(&j->moments[y * j->width], j->width, t.x0, t.x1, &j->rows[y * j->width]);
+}
+
+static void judge_tile(void *user, uint32_t task, uint32_t worker)
+{
+    (void)worker;
+    const judgement *j = user;
+    const tile t = tile_at(j, task);
+    pool pixels[MOST_NEAR];
+    for (uint32_t y = t.y0; y < t.y1; y++) {
+        const size_t row = (size_t)y * j->width;
+        const uint32_t first = pool_pixels(&j->moments[row], j->width, t.x0, t.x1, pixels);
+        for (uint32_t x = t.x0; x < t.x1; x++) j->verdicts[row + x] = judge(j, pixels, first, x, y);
+    }
+}
+
+/* Those of an early end: all of them marked, whatever is near them. */
+static bool have_too_few(const ca_moments *moments, size_t count)
+{
+    size_t i = 0;
+    while (i < count && moments[i].replicates < CA_CONFIDENCE_MIN_REPLICATES) i++;
+    return i == count;
+}
+
+ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, uint32_t threads,
+                              ca_verdict *verdicts, ca_error *error)
+{
+    const size_t count = (size_t)width * height;
+    const uint32_t tiles = tiles_along(width) * tiles_along(height);
+    judgement j = {.moments = moments, .width = width, .height = height, .verdicts = verdicts};
+    if (have_too_few(moments, count)) {
+        for (size_t i = 0; i < count; i++) verdicts[i] = (ca_verdict){.kind = CA_INTERVAL_MARKED};
+        return CA_OK;
+    }
+    j.rows = ca_alloc(count, sizeof *j.rows);
+    if (!j.rows) return ca_fail_memory(error, "the error bars");
+    ca_parallel_surely(threads, tiles, pool_tile, &j);
+    ca_parallel_surely(threads, tiles, judge_tile, &j);
+    ca_free(j.rows);
+    return CA_OK;
 }

@@ -1,6 +1,7 @@
 #include "film/film.h"
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "film/interval_layers.h"
 
 #include <assert.h>
@@ -47,7 +48,7 @@ ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error)
     assert(film->replicate_samples == 1 && extent > 0.0f);
     ca_free(film->pixels);
     film->pixels = NULL;
-    film->extent = fminf(exp2f(ceilf(log2f(extent))), 0x1p127f);
+    film->extent = fmaxf(0x1p-100f, fminf(exp2f(ceilf(log2f(extent))), 0x1p127f));
     film->parts = ca_alloc_large_zeroed((size_t)film->width * film->height, sizeof *film->parts);
     return film->parts ? CA_OK : ca_fail_memory(error, "the film");
 }
@@ -70,7 +71,7 @@ ca_status ca_film_set_replicates(ca_film *film, uint32_t samples, ca_error *erro
 
 double ca_film_pixel_bytes(uint32_t replicate_samples)
 {
-    return CA_PASS_SUMS_BYTES + (replicate_samples > 1 ? CA_GROUP_SUMS_BYTES : 0);
+    return sizeof(ca_pass_sums) + (replicate_samples > 1 ? sizeof(ca_group_sums) : 0);
 }
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
@@ -97,8 +98,10 @@ static void close_group(ca_film_pixel *pixel, ca_film_groups *groups, uint32_t s
     }
 }
 
-static void add_value(const ca_film *film, ca_film_pixel *pixel, const ca_film_sample *sample, const double value[4])
+static void add_value(const ca_film *film, ca_film_pixel *pixel, const ca_film_sample *sample, const float rgb[3])
 {
+    double value[4] = {(double)rgb[0], (double)rgb[1], (double)rgb[2]};
+    value[3] = ca_film_luminance(value);
     for (int c = 0; c < 3; c++) {
         pixel->sum[c] += value[c];
         pixel->sum_squares[c] += value[c] * value[c];
@@ -111,53 +114,70 @@ static void add_value(const ca_film *film, ca_film_pixel *pixel, const ca_film_s
     add3(pixel->position, sample->position.x, sample->position.y, sample->position.z);
 }
 
-/* Units of the first-hit sums. */
-static const double feature_unit = 0x1p-28;
-
-static void add_to_part(const ca_film *film, size_t i, const ca_film_sample *s, const double value[4])
-{
-    const float features[CA_PASS_FEATURES] = {s->albedo.r, s->albedo.g,   s->albedo.b,   s->normal.x,  s->normal.y,
-                                              s->normal.z, s->position.x, s->position.y, s->position.z};
-    const double unit = 1.0 / feature_unit, scale[3] = {unit, unit, unit / (double)film->extent};
-    ca_pass_sums_add(&film->parts[i], value, film->replicate_samples == 1);
-    ca_pass_sums_add_features(&film->parts[i], features, scale);
-    for (int c = 0; film->group_parts && c < 3; c++) film->group_parts[i].open[c] += value[c];
-}
-
-/* The gate; what passes it is in value[]: R, G, B and luminance. */
-static bool value_of(const ca_film_sample *sample, double value[4])
+/* The gate; what passes it is in value[]: R, G, B. */
+static bool value_of(const ca_film_sample *sample, float value[3])
 {
     const ca_rgb r = sample->radiance;
     if (!(ca_rgb_is_finite(r) && r.r >= 0.0f && r.g >= 0.0f && r.b >= 0.0f && ca_rgb_is_finite(sample->splat)))
         return false;
     const ca_rgb sum = ca_rgb_add(ca_rgb_scale(r, sample->filter_weight), sample->splat);
-    value[0] = (double)sum.r;
-    value[1] = (double)sum.g;
-    value[2] = (double)sum.b;
-    value[3] = ca_film_luminance(value);
+    value[0] = sum.r;
+    value[1] = sum.g;
+    value[2] = sum.b;
     return ca_rgb_is_finite(sum);
 }
 
+
 static void end_sample(const ca_film *film, size_t i)
 {
-    const uint32_t each = film->replicate_samples;
-    const uint32_t samples = film->parts ? ++film->parts[i].samples : ++film->pixels[i].samples;
-    if (each <= 1 || samples % each != 0) return;
-    if (film->parts)
-        ca_pass_sums_close_group(&film->parts[i], &film->group_parts[i], each);
+    const uint32_t each = film->replicate_samples, samples = ++film->pixels[i].samples;
+    if (each > 1 && samples % each == 0) close_group(&film->pixels[i], &film->groups[i], each);
+}
+
+/* Units of the first-hit sums. */
+static const double feature_unit = 0x1p-22;
+
+bool ca_film_make_addend(const ca_film *film, const ca_film_sample *s, ca_pass_addend *addend)
+{
+    const float features[CA_PASS_FEATURES] = {s->albedo.r, s->albedo.g,   s->albedo.b,   s->normal.x,  s->normal.y,
+                                              s->normal.z, s->position.x, s->position.y, s->position.z};
+    const float unit = (float)(1.0 / feature_unit), scale[3] = {unit, unit, unit / film->extent};
+    const bool good = value_of(s, addend->value);
+    if (good)
+        ca_pass_addend_set_features(addend, features, scale);
     else
-        close_group(&film->pixels[i], &film->groups[i], each);
+        *addend = (ca_pass_addend){.value = {0.0f}};
+    return good;
+}
+
+void ca_film_add_addends(ca_film *film, uint32_t x, uint32_t y, uint32_t count, const ca_pass_addend *addends)
+{
+    const uint32_t each = film->replicate_samples;
+    const size_t first = (size_t)y * film->width + x;
+    ca_pass_sums_add_row(&film->parts[first], addends, count, each == 1);
+    for (uint32_t i = 0; film->group_parts && i < count; i++) {
+        ca_pass_sums *sums = &film->parts[first + i];
+        ca_group_sums *group = &film->group_parts[first + i];
+        for (int c = 0; c < 3; c++) group->open[c] += (double)addends[i].value[c];
+        if (sums->samples % each == 0) ca_pass_sums_close_group(sums, group, each);
+    }
+}
+
+static bool add_to_parts(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
+{
+    ca_pass_addend addend;
+    const bool good = ca_film_make_addend(film, sample, &addend);
+    ca_film_add_addends(film, x, y, 1, &addend);
+    return good;
 }
 
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample)
 {
+    if (film->parts) return add_to_parts(film, x, y, sample);
     const size_t i = (size_t)y * film->width + x;
-    double value[4];
+    float value[3];
     const bool good = value_of(sample, value);
-    if (good && film->parts)
-        add_to_part(film, i, sample, value);
-    else if (good)
-        add_value(film, &film->pixels[i], sample, value);
+    if (good) add_value(film, &film->pixels[i], sample, value);
     end_sample(film, i);
     return good;
 }
@@ -167,16 +187,17 @@ bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sa
 static ca_film_pixel pixel_of_parts(const ca_film *film, size_t i)
 {
     const ca_pass_sums *from = &film->parts[i];
+    const ca_group_sums *group = film->group_parts ? &film->group_parts[i] : NULL;
     ca_film_pixel to = {.samples = from->samples};
     for (int c = 0; c < 3; c++) {
-        to.sum[c] = ca_pass_sums_value(from, CA_PASS_VALUES + c);
-        to.sum_squares[c] = ca_pass_sums_value(from, CA_PASS_SQUARES + c);
-        to.albedo[c] = (float)((double)from->features[c] * feature_unit);
-        to.normal[c] = (float)((double)from->features[3 + c] * feature_unit);
-        to.position[c] = (float)((double)from->features[6 + c] * feature_unit * (double)film->extent);
+        to.sum[c] = ca_pass_sums_value(from, group, CA_PASS_VALUES + c);
+        to.sum_squares[c] = ca_pass_sums_value(from, group, CA_PASS_SQUARES + c);
+        to.albedo[c] = (float)(ca_pass_sums_feature(from, c) * feature_unit);
+        to.normal[c] = (float)(ca_pass_sums_feature(from, 3 + c) * feature_unit);
+        to.position[c] = (float)(ca_pass_sums_feature(from, 6 + c) * feature_unit * (double)film->extent);
     }
-    to.sum_squares_luminance = ca_pass_sums_value(from, CA_PASS_SQUARES + 3);
-    for (int c = 0; c < 4; c++) to.sum_cubes[c] = ca_pass_sums_value(from, CA_PASS_CUBES + c);
+    to.sum_squares_luminance = ca_pass_sums_value(from, group, CA_PASS_SQUARES + 3);
+    for (int c = 0; c < 4; c++) to.sum_cubes[c] = ca_pass_sums_value(from, group, CA_PASS_CUBES + c);
     return to;
 }
 
@@ -190,19 +211,25 @@ static ca_film_groups groups_at(const ca_film *film, size_t i)
     if (!film->group_parts) return film->groups[i];
     const ca_group_sums *from = &film->group_parts[i];
     ca_film_groups to;
-    for (int c = 0; c < 3; c++) to.sum[c] = ca_pass_sums_value(&film->parts[i], CA_PASS_VALUES + c) - from->open[c];
+    for (int c = 0; c < 3; c++)
+        to.sum[c] = ca_pass_sums_value(&film->parts[i], from, CA_PASS_VALUES + c) - from->open[c];
     for (int c = 0; c < 4; c++) to.sum_squares[c] = ca_group_sums_value(from, c);
     return to;
 }
 
-size_t ca_film_row_bytes(const ca_film *film)
+size_t ca_film_row_bytes_of(uint32_t width, uint32_t replicate_samples)
 {
-    return film->width * (size_t)(CA_PASS_SUMS_BYTES + (film->group_parts ? CA_GROUP_SUMS_BYTES : 0));
+    const size_t pixel = CA_PASS_SUMS_BYTES + (replicate_samples > 1 ? CA_GROUP_SUMS_BYTES : 0);
+    return (width * pixel + 7) / 8 * 8;
 }
 
+size_t ca_film_row_bytes(const ca_film *film) { return ca_film_row_bytes_of(film->width, film->replicate_samples); }
+
+/* Filled up with zeros. */
 void ca_film_write_row(const ca_film *film, uint32_t row, unsigned char *bytes)
 {
     const size_t first = (size_t)row * film->width;
+    memset(bytes + ca_film_row_bytes(film) - 8, 0, 8);
     for (size_t i = first; i < first + film->width; i++) {
         ca_pass_sums_write(&film->parts[i], bytes);
         bytes += CA_PASS_SUMS_BYTES;
@@ -217,42 +244,41 @@ static bool is_open(const ca_group_sums *group)
     return group->open[0] != 0.0 || group->open[1] != 0.0 || group->open[2] != 0.0;
 }
 
-static bool add_groups(ca_film *film, size_t i, uint32_t samples, const unsigned char *bytes, bool first)
+static bool read_group(const ca_film *film, uint32_t samples, const unsigned char *bytes, bool first,
+                       ca_group_sums *group)
 {
-    ca_group_sums group;
-    if (!ca_group_sums_read(&group, samples, bytes)) return false;
-    if (is_open(&group) && (!first || samples % film->replicate_samples == 0)) return false;
-    if (first)
-        film->group_parts[i] = group;
-    else
-        ca_group_sums_add_sums(&film->group_parts[i], &group);
-    return true;
+    if (!ca_group_sums_read(group, samples, bytes)) return false;
+    return !is_open(group) || (first && samples % film->replicate_samples != 0);
 }
 
 bool ca_film_add_row(ca_film *film, uint32_t row, const unsigned char *bytes, uint32_t samples, bool first)
 {
     const size_t begin = (size_t)row * film->width;
     for (size_t i = begin; i < begin + film->width; i++) {
+        ca_group_sums *const group = film->group_parts ? &film->group_parts[i] : NULL, read;
         ca_pass_sums sums;
         if (!ca_pass_sums_read(&sums, bytes) || sums.samples != samples) return false;
         bytes += CA_PASS_SUMS_BYTES;
-        if (first)
+        if (group && !read_group(film, samples, bytes, first, &read)) return false;
+        if (group) bytes += CA_GROUP_SUMS_BYTES;
+        if (first) {
             film->parts[i] = sums;
-        else
-            ca_pass_sums_add_sums(&film->parts[i], &sums);
-        if (!film->group_parts) continue;
-        if (!add_groups(film, i, samples, bytes, first)) return false;
-        bytes += CA_GROUP_SUMS_BYTES;
+            if (group) *group = read;
+        } else {
+            ca_pass_sums_add_sums(&film->parts[i], group, &sums, &read);
+        }
     }
     return true;
 }
 
 /* ---- What is known of the image -------------------------------------------------------------------------------- */
 
-/* Unbiased sample variance from sums; 0 under two samples. */
+/* Unbiased sample variance from sums; 0 under two samples, and where it may be nothing but the rounding of squares
+ * (binned_sum.h). */
 static double variance(double sum, double sum_squares, double n)
 {
-    return n < 2.0 ? 0.0 : fmax(0.0, (sum_squares - sum * sum / n) / (n - 1.0));
+    const double difference = sum_squares - sum * sum / n;
+    return n < 2.0 || difference < 0x1p-46 * sum_squares ? 0.0 : difference / (n - 1.0);
 }
 
 static double luminance_sum(const ca_film_pixel *pixel) { return ca_film_luminance(pixel->sum); }
@@ -346,17 +372,44 @@ static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity,
 
 enum { LAYERS = sizeof film_layers / sizeof film_layers[0] };
 
-static ca_status develop_layers(const ca_film *film, const ca_film_source *source, ca_image_layers *layers,
-                                ca_error *error)
-{
+typedef struct layer_work {
+    const ca_film_source *source;
     float *data[LAYERS];
-    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &data[l], error));
-    const size_t count = (size_t)film->width * film->height;
-    for (size_t i = 0; i < count; i++) {
-        const ca_film_pixel pixel = source->pixel(source->user, i);
+    size_t count; /* of pixels; likewise: */
+} layer_work;
+
+/* So many pixels are developed together. */
+enum { PIXELS_OF_A_TASK = 4096 };
+
+static uint32_t development_tasks(size_t count)
+{
+    return (uint32_t)((count + PIXELS_OF_A_TASK - 1) / PIXELS_OF_A_TASK);
+}
+
+static size_t end_of_task(uint32_t task, size_t count)
+{
+    const size_t end = ((size_t)task + 1) * PIXELS_OF_A_TASK;
+    return end < count ? end : count;
+}
+
+static void develop_pixels(void *user, uint32_t task, uint32_t worker)
+{
+    (void)worker;
+    const layer_work *work = user;
+    const size_t end = end_of_task(task, work->count);
+    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++) {
+        const ca_film_pixel pixel = work->source->pixel(work->source->user, i);
         for (int l = 0; l < LAYERS; l++)
-            data[l][i] = (float)pixel_quantity(&pixel, film_layers[l].quantity, film_layers[l].component);
+            work->data[l][i] = (float)pixel_quantity(&pixel, film_layers[l].quantity, film_layers[l].component);
     }
+}
+
+static ca_status develop_layers(const ca_film *film, const ca_film_source *source, uint32_t threads,
+                                ca_image_layers *layers, ca_error *error)
+{
+    layer_work work = {.source = source, .count = (size_t)film->width * film->height};
+    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &work.data[l], error));
+    ca_parallel_surely(threads, development_tasks(work.count), develop_pixels, &work);
     return CA_OK;
 }
 
@@ -377,59 +430,80 @@ static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
     return ca_moments_of(sum / samples, groups.sum_squares[c], cubes, replicates);
 }
 
-static void fill_intervals(const ca_moments *moments, const ca_verdict *verdicts, size_t count,
-                           const ca_interval_layers *intervals)
+/* Of a channel of every pixel, while its error bars are developed. */
+typedef struct bar_work {
+    const ca_film *film;
+    int channel;
+    ca_moments *moments;
+    ca_verdict *verdicts;
+    ca_interval_layers intervals;
+    size_t count;
+} bar_work;
+
+static void find_moments(void *user, uint32_t task, uint32_t worker)
 {
+    (void)worker;
+    const bar_work *work = user;
+    const size_t end = end_of_task(task, work->count);
+    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++)
+        work->moments[i] = replicate_moments(work->film, i, work->channel);
+}
+
+static void fill_intervals(void *user, uint32_t task, uint32_t worker)
+{
+    (void)worker;
+    const bar_work *work = user;
+    const size_t end = end_of_task(task, work->count);
     uint32_t replicates = 0;
     double quantile = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        if (verdicts[i].kind != CA_INTERVAL_MARKED && moments[i].replicates != replicates) {
-            replicates = moments[i].replicates;
+    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++) {
+        const ca_moments *moments = &work->moments[i];
+        if (work->verdicts[i].kind != CA_INTERVAL_MARKED && moments->replicates != replicates) {
+            replicates = moments->replicates;
             quantile = ca_student_two_sided_quantile(0.05, replicates - 1.0);
         }
-        ca_interval_layers_set(intervals, i, &moments[i], &verdicts[i], quantile);
+        ca_interval_layers_set(&work->intervals, i, moments, &work->verdicts[i], quantile);
     }
 }
 
-/* `moments` and `verdicts`: room for every pixel. */
-static ca_status develop_confidence(const ca_film *film, ca_moments *moments, ca_verdict *verdicts,
-                                    ca_image_layers *layers, ca_error *error)
+static ca_status develop_confidence(bar_work *work, uint32_t threads, ca_image_layers *layers, ca_error *error)
 {
-    const size_t count = (size_t)film->width * film->height;
-    for (int c = 0; c < 4; c++) {
-        ca_interval_layers intervals;
-        CA_TRY(ca_interval_layers_add(&intervals, layers, "RGBY"[c], error));
-        for (size_t i = 0; i < count; i++) moments[i] = replicate_moments(film, i, c);
-        CA_TRY(ca_confidence_judge(moments, film->width, film->height, verdicts, error));
-        fill_intervals(moments, verdicts, count, &intervals);
+    const ca_film *film = work->film;
+    const uint32_t tasks = development_tasks(work->count);
+    for (work->channel = 0; work->channel < 4; work->channel++) {
+        CA_TRY(ca_interval_layers_add(&work->intervals, layers, "RGBY"[work->channel], error));
+        ca_parallel_surely(threads, tasks, find_moments, work);
+        CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, threads, work->verdicts, error));
+        ca_parallel_surely(threads, tasks, fill_intervals, work);
     }
     return CA_OK;
 }
 
-static ca_status add_confidence(const ca_film *film, ca_image_layers *layers, ca_error *error)
+static ca_status add_confidence(const ca_film *film, uint32_t threads, ca_image_layers *layers, ca_error *error)
 {
     if (film->replicate_samples == 0) return CA_OK;
-    const size_t count = (size_t)film->width * film->height;
-    ca_moments *moments = ca_alloc(count, sizeof *moments);
-    ca_verdict *verdicts = ca_alloc(count, sizeof *verdicts);
-    const ca_status status = moments && verdicts ? develop_confidence(film, moments, verdicts, layers, error)
-                                                 : ca_fail_memory(error, "the error bars");
-    ca_free(moments);
-    ca_free(verdicts);
+    bar_work work = {.film = film, .count = (size_t)film->width * film->height};
+    work.moments = ca_alloc(work.count, sizeof *work.moments);
+    work.verdicts = ca_alloc(work.count, sizeof *work.verdicts);
+    const bool fits = work.moments && work.verdicts;
+    const ca_status status =
+        fits ? develop_confidence(&work, threads, layers, error) : ca_fail_memory(error, "the error bars");
+    ca_free(work.moments);
+    ca_free(work.verdicts);
     return status;
 }
 
 /* ---- All of it ------------------------------------------------------------------------------------------------- */
 
-ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
-                                 ca_error *error)
+ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, uint32_t threads,
+                                 ca_image_layers **layers, ca_error *error)
 {
     CA_TRY(ca_layers_create(layers, film->width, film->height, error));
     (*layers)->full_width = film->full_width;
     (*layers)->full_height = film->full_height;
     (*layers)->x0 = (int32_t)film->x0;
     (*layers)->y0 = (int32_t)film->y0;
-    const ca_status status = develop_layers(film, source, *layers, error);
+    const ca_status status = develop_layers(film, source, threads, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;
@@ -446,10 +520,10 @@ size_t ca_film_develop_bytes(bool error_bars)
     return error_bars ? layers + INTERVAL_LAYERS * sizeof(float) + work : layers;
 }
 
-ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error)
+ca_status ca_film_develop(const ca_film *film, uint32_t threads, ca_image_layers **layers, ca_error *error)
 {
-    CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, layers, error));
-    const ca_status status = add_confidence(film, *layers, error);
+    CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, threads, layers, error));
+    const ca_status status = add_confidence(film, threads, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;

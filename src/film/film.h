@@ -11,7 +11,7 @@
  *
  * A film keeps its sums in one of two ways. As it is created: in double precision, 128 bytes per pixel, 56 more
  * where replicates are groups of samples; for sums that stay in this process. After ca_film_add_up_in_parts: such
- * that films of parts add up to the whole to the bit (pass_sums.h), 296 bytes per pixel and 128 more. A pixel is
+ * that films of parts add up to the whole to the bit (pass_sums.h), 260 bytes per pixel and 104 more. A pixel is
  * written by one thread at a time, in the order of its samples, so the sums do not depend on the number of threads.
  * The film sees no scene. */
 #ifndef CA_FILM_FILM_H
@@ -80,6 +80,7 @@ ca_status ca_film_add_up_in_parts(ca_film *film, float extent, ca_error *error);
 ca_film_pixel ca_film_pixel_at(const ca_film *film, size_t i);
 
 /* Of a film that adds up in parts, as bytes, row by row, the same on every machine: a multiple of 8. */
+size_t ca_film_row_bytes_of(uint32_t width, uint32_t replicate_samples);
 size_t ca_film_row_bytes(const ca_film *film);
 void ca_film_write_row(const ca_film *film, uint32_t row, unsigned char *bytes);
 /* Adds a row of other passes; where there are groups, none of them is open. `first`: replaces it instead, and a group
@@ -91,11 +92,12 @@ bool ca_film_add_row(ca_film *film, uint32_t row, const unsigned char *bytes, ui
  * replaced by zero, and false is returned so that the caller counts it. */
 bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sample);
 
-/* The luminance of a value or of a sum, in double precision: rounding one of them would be seen as variance. */
-static inline double ca_film_luminance(const double rgb[3])
-{
-    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-}
+/* The same in two steps, of a film that adds up in parts: what passes the gate, as it can be kept until it is added;
+ * and adding it to the count pixels from (x, y) on. */
+bool ca_film_make_addend(const ca_film *film, const ca_film_sample *sample, ca_pass_addend *addend);
+void ca_film_add_addends(ca_film *film, uint32_t x, uint32_t y, uint32_t count, const ca_pass_addend *addends);
+
+static inline double ca_film_luminance(const double rgb[3]) { return ca_pass_luminance(rgb[0], rgb[1], rgb[2]); }
 
 /* What is known of the image so far. */
 typedef struct ca_film_summary {
@@ -106,7 +108,8 @@ typedef struct ca_film_summary {
 } ca_film_summary;
 ca_film_summary ca_film_summarise(const ca_film *film);
 
-ca_status ca_film_develop(const ca_film *film, ca_image_layers **layers, ca_error *error);
+/* By so many threads, fewer where there are none; no bit depends on them. */
+ca_status ca_film_develop(const ca_film *film, uint32_t threads, ca_image_layers **layers, ca_error *error);
 
 /* Memory that developing takes for each pixel, the layers included, of films of every kind; with error bars or
  * without. */
@@ -120,7 +123,7 @@ typedef struct ca_film_source {
 } ca_film_source;
 
 ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_source *source);
-ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, ca_image_layers **layers,
-                                 ca_error *error);
+ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *source, uint32_t threads,
+                                 ca_image_layers **layers, ca_error *error);
 
 #endif

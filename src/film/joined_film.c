@@ -161,12 +161,12 @@ ca_film_summary ca_joined_film_summarise(const ca_joined_film *joined, uint32_t 
 }
 
 ca_status ca_joined_film_develop(const ca_joined_film *joined, uint32_t samples, const ca_film *like,
-                                 ca_image_layers **layers, ca_error *error)
+                                 uint32_t threads, ca_image_layers **layers, ca_error *error)
 {
     const film_of_joined user = {joined, samples};
     assert(samples >= 2 && joined->count == (size_t)like->width * like->height);
-    CA_TRY(ca_film_develop_source(like, &(ca_film_source){pixel_of_joined, &user}, layers, error));
-    const ca_status status = ca_joined_film_add_confidence(joined, *layers, error);
+    CA_TRY(ca_film_develop_source(like, &(ca_film_source){pixel_of_joined, &user}, threads, layers, error));
+    const ca_status status = ca_joined_film_add_confidence(joined, threads, *layers, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*layers);
     *layers = NULL;
@@ -229,14 +229,14 @@ static ca_moments value_moments(const ca_joined_pixel *pixel, int c, double *deg
 }
 
 /* Channel c; `moments` and `verdicts`: room for every pixel. */
-static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *moments, ca_verdict *verdicts,
-                               ca_image_layers *layers, ca_error *error)
+static ca_status add_intervals(const ca_joined_film *joined, int c, uint32_t threads, ca_moments *moments,
+                               ca_verdict *verdicts, ca_image_layers *layers, ca_error *error)
 {
     ca_interval_layers intervals;
     double degrees;
     CA_TRY(ca_interval_layers_add(&intervals, layers, "RGBY"[c], error));
     for (size_t i = 0; i < joined->count; i++) moments[i] = value_moments(&joined->pixels[i], c, &degrees);
-    CA_TRY(ca_confidence_judge(moments, layers->width, layers->height, verdicts, error));
+    CA_TRY(ca_confidence_judge(moments, layers->width, layers->height, threads, verdicts, error));
     for (size_t i = 0; i < joined->count; i++) {
         (void)value_moments(&joined->pixels[i], c, &degrees);
         ca_interval_layers_set(&intervals, i, &moments[i], &verdicts[i], ca_pair_student_quantile(degrees));
@@ -244,14 +244,15 @@ static ca_status add_intervals(const ca_joined_film *joined, int c, ca_moments *
     return CA_OK;
 }
 
-ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, ca_image_layers *layers, ca_error *error)
+ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, uint32_t threads, ca_image_layers *layers,
+                                        ca_error *error)
 {
     assert(joined->count == (size_t)layers->width * layers->height);
     ca_moments *moments = ca_alloc(joined->count, sizeof *moments);
     ca_verdict *verdicts = ca_alloc(joined->count, sizeof *verdicts);
     ca_status status = moments && verdicts ? CA_OK : ca_fail_memory(error, "the error bars");
     for (int c = 0; c < 4 && status == CA_OK; c++)
-        status = add_intervals(joined, c, moments, verdicts, layers, error);
+        status = add_intervals(joined, c, threads, moments, verdicts, layers, error);
     ca_free(moments);
     ca_free(verdicts);
     return status;

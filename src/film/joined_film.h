@@ -48,7 +48,7 @@ void ca_joined_film_scale(ca_joined_film *joined, double factor);
  * of ca_joined_film_add_confidence. */
 ca_film_summary ca_joined_film_summarise(const ca_joined_film *joined, uint32_t samples, const ca_film *like);
 ca_status ca_joined_film_develop(const ca_joined_film *joined, uint32_t samples, const ca_film *like,
-                                 ca_image_layers **layers, ca_error *error);
+                                 uint32_t threads, ca_image_layers **layers, ca_error *error);
 
 /* Sums over all pixels of a part's luminance and of that luminance's variance. Parts are independent, so those of
  * joined parts are the parts' own, times the weight and its square: an image's noise is known without joining it. */
@@ -66,7 +66,8 @@ static inline ca_joined_sums ca_joined_sums_add(ca_joined_sums x, ca_joined_sums
 
 /* Adds the layers Confidence*.* of film.h to those of a picture of the same size. Pixels are
  * marked where confidence.h says so, and where there are fewer degrees of freedom than CA_CONFIDENCE_MIN_REPLICATES
- * samples have. Memory: 160 bytes a pixel while it runs. */
-ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, ca_image_layers *layers, ca_error *error);
+ * samples have. Memory: 160 bytes a pixel while it runs. `threads`: as ca_film_develop. */
+ca_status ca_joined_film_add_confidence(const ca_joined_film *joined, uint32_t threads, ca_image_layers *layers,
+                                        ca_error *error);
 
 #endif

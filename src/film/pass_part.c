@@ -80,8 +80,7 @@ ca_status ca_pass_film_create(ca_film *film, const ca_pass_film_desc *desc, ca_e
 
 static uint64_t row_bytes(const ca_pass_film_desc *film)
 {
-    const uint64_t pixel = CA_PASS_SUMS_BYTES + (film->replicate_samples > 1 ? CA_GROUP_SUMS_BYTES : 0);
-    return (film->crop[2] - film->crop[0]) * pixel;
+    return ca_film_row_bytes_of(film->crop[2] - film->crop[0], film->replicate_samples);
 }
 
 /* Every number that goes in is checked to be small before: no overflow. */
@@ -256,6 +255,17 @@ static ca_status read_header(ca_pass_reader *reader, uint64_t size, ca_error *er
     return read_body(reader, f, error);
 }
 
+static ca_status fail_format(const char *path, uint64_t format, ca_error *error)
+{
+    if (format == CA_JOINED_PART_FORMAT)
+        return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                       "%s: the checkpoint of a render with rays \"auto\", which has no passes that add up: only "
+                       "such a render goes on from it",
+                       path);
+    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: a part file of format %llu, but passes are of format %d", path,
+                   (unsigned long long)format, CA_PASS_PART_FORMAT);
+}
+
 ca_status ca_pass_reader_open(ca_pass_reader *reader, const char *path, ca_error *error)
 {
     uint64_t size, format;
@@ -263,10 +273,7 @@ ca_status ca_pass_reader_open(ca_pass_reader *reader, const char *path, ca_error
     errno = 0;
     CA_TRY(ca_part_open(path, &reader->stream, &size, &format, error));
     const ca_status status =
-        format == CA_PASS_PART_FORMAT
-            ? read_header(reader, size, error)
-            : ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: a part file of format %llu, but passes are of format %d",
-                      path, (unsigned long long)format, CA_PASS_PART_FORMAT);
+        format == CA_PASS_PART_FORMAT ? read_header(reader, size, error) : fail_format(path, format, error);
     if (status != CA_OK) ca_pass_reader_close(reader);
     return status;
 }

@@ -4,7 +4,7 @@
  * Layout: pieces as in part_stream.h. The magic; the format's number, CA_PASS_PART_FORMAT (blocks of pairs have
  * another one, part_file.h); the fields of pass_part.c; the ranges of passes, two numbers each; three texts
  * (settings, record, scene path); the film row by row (film.h); a hash of all before it. Size: that of the film in
- * memory, and some hundred bytes. Reading trusts nothing: a file that is too short or too long, damaged or of
+ * memory or less, and some hundred bytes. Reading trusts nothing: a file that is too short or too long, damaged or of
  * another version is refused (CA_ERROR_FORMAT) before memory is taken for what it claims to hold. Only a row of a
  * file is in memory. */
 #ifndef CA_FILM_PASS_PART_H
@@ -13,7 +13,7 @@
 #include "film/film.h"
 #include "film/part_file.h"
 
-enum { CA_PASS_PART_FORMAT = 2, CA_PASS_PART_RANGES = 1 << 16 /* at most */ };
+enum { CA_PASS_PART_FORMAT = 3, CA_PASS_PART_RANGES = 1 << 16 /* at most */ };
 
 /* Passes, half open. */
 typedef struct ca_pass_range {

@@ -3,82 +3,107 @@
 #include "base/little_endian.h"
 
 #include <math.h>
-#include <string.h>
 
-_Static_assert(sizeof(ca_pass_sums) == 296 && sizeof(ca_group_sums) == 128,
+_Static_assert(sizeof(ca_pass_sums) == 260 && sizeof(ca_group_sums) == 104 && sizeof(ca_pass_addend) == 40,
                "pass_sums.h promises so many bytes per pixel");
+
+enum { ALL_BINS = CA_BINNED_BINS * CA_PASS_SUMS };
 
 /* ---- Adding ---------------------------------------------------------------------------------------------------- */
 
-static inline ca_binned_sums binned(ca_pass_sums *s)
+static void move(ca_pass_sums *sums, int i, int power, uint8_t from, uint8_t to)
 {
-    return (ca_binned_sums){s->high, s->middle, s->low, s->bin, CA_PASS_SUMS, CA_PASS_VALUES};
+    ca_binned_move(sums->high + i, sums->low + i, CA_PASS_SUMS, power, from, to);
 }
 
-static inline ca_binned_sums binned_group(ca_group_sums *s)
+/* Makes the scale of channel c larger. */
+static void rescale(ca_pass_sums *sums, int c, bool cubes, uint8_t to)
 {
-    return (ca_binned_sums){s->high, s->middle, s->low, s->bin, 4, 4};
+    move(sums, CA_PASS_SQUARES + c, 2, sums->scale[c], to);
+    if (c < 3) move(sums, CA_PASS_VALUES + c, 1, sums->scale[c], to);
+    if (cubes) move(sums, CA_PASS_CUBES + c, 3, sums->scale[c], to);
+    sums->scale[c] = to;
 }
 
-/* What is added to the sums. */
-typedef struct terms {
-    ca_binned_d4 squares, values, cubes; /* values: R, G, B, and 0 for the first of the cubes */
-} terms;
-
-static void raise_for(ca_pass_sums *sums, const terms *t)
+static void rescale_group(ca_pass_sums *sums, ca_group_sums *group, int c, uint8_t to)
 {
-    const ca_binned_sums to = binned(sums);
-    const double all[CA_PASS_SUMS] = {t->squares[0], t->squares[1], t->squares[2], t->squares[3],
-                                      t->values[0],  t->values[1],  t->values[2],  t->cubes[0],
-                                      t->cubes[1],   t->cubes[2],   t->cubes[3]};
-    ca_binned_sums_raise(&to, all);
+    move(sums, CA_PASS_CUBES + c, 3, group->scale[c], to);
+    ca_binned_move(group->high + c, group->low + c, 4, 2, group->scale[c], to);
+    group->scale[c] = to;
 }
 
-/* Eleven sums are three times four: one is met twice, the first time with a 0. */
-static inline void add_terms(ca_pass_sums *sums, const terms *t)
+__attribute__((noinline, cold)) static void make_room(ca_pass_sums *sums, bool cubes, ca_binned_d4 value)
 {
-    const uint8_t *bin = sums->bin;
-    ca_binned_u4 squares = ca_binned_raised(bin), values = ca_binned_raised(bin + 4),
-                 cubes = ca_binned_raised(bin + 7);
-    const ca_binned_u4 over =
-        ca_binned_over(t->squares, squares) | ca_binned_over(t->values, values) | ca_binned_over(t->cubes, cubes);
-    if (ca_binned_is_any(over)) {
-        raise_for(sums, t);
-        squares = ca_binned_raised(bin);
-        values = ca_binned_raised(bin + 4);
-        cubes = ca_binned_raised(bin + 7);
+    for (int c = 0; c < 4; c++) rescale(sums, c, cubes, ca_binned_scale_of(sums->scale[c], value[c]));
+}
+
+/* Eleven sums are three times four: one is met twice, by the values with a 0. */
+__attribute__((always_inline)) static inline void add_value(ca_pass_sums *sums, ca_binned_d4 v, bool cubes)
+{
+    const ca_binned_d4 rgb = {v[0], v[1], v[2], 0.0};
+    ca_binned_i4 scales = ca_binned_scales(sums->scale);
+    if (ca_binned_is_over(v, scales)) {
+        make_room(sums, cubes, v);
+        scales = ca_binned_scales(sums->scale);
     }
-    ca_binned_add4(sums->high, sums->middle, sums->low, t->squares, squares);
-    ca_binned_add4(sums->high + 4, sums->middle + 4, NULL, t->values, values);
-    ca_binned_add4(sums->high + 7, sums->middle + 7, NULL, t->cubes, cubes);
+    const ca_binned_terms first = {v * v, ca_binned_units(scales, 2)}, second = {rgb, ca_binned_units(scales, 1)},
+                          third = {v * v * v * (cubes ? 1.0 : 0.0), ca_binned_units(scales, 3)};
+    ca_binned_add12(sums->high, sums->low, CA_PASS_SUMS, first, second, CA_PASS_CUBES, third);
 }
 
 void ca_pass_sums_add(ca_pass_sums *sums, const double value[4], bool cubes)
 {
-    const ca_binned_d4 v = {value[0], value[1], value[2], value[3]}, rgb = {value[0], value[1], value[2], 0.0};
-    const terms t = {.squares = v * v, .values = rgb, .cubes = v * v * v * (cubes ? 1.0 : 0.0)};
-    add_terms(sums, &t);
+    const ca_binned_d4 v = {value[0], value[1], value[2], value[3]};
+    add_value(sums, v, cubes);
 }
 
-/* Units in a double next to 1.5 * 2^52 are its last places. */
-static inline ca_binned_u4 whole_numbers(ca_binned_d4 units)
+static inline void add_features(ca_pass_sums *sums, const ca_pass_addend *addend)
 {
-    const ca_binned_u4 size = (ca_binned_u4)units & ~(UINT64_C(1) << 63);
-    const ca_binned_u4 within = (ca_binned_u4)((ca_binned_d4)size <= 0x1p32);
-    const ca_binned_d4 kept = (ca_binned_d4)((ca_binned_u4)units & within);
-    return (ca_binned_u4)(kept + 0x1.8p52) - CA_BINNED_EXPONENT(52) - (UINT64_C(1) << 51);
+    for (int i = 0; i < CA_PASS_FEATURES; i++) {
+        const int32_t low = sums->feature_low[i] + addend->feature_low[i];
+        sums->feature_high[i] += addend->feature_high[i] + (low >> 16);
+        sums->feature_low[i] = (uint16_t)low;
+    }
 }
 
-void ca_pass_sums_add_features(ca_pass_sums *sums, const float value[CA_PASS_FEATURES], const double scale[3])
+void ca_pass_sums_add_row(ca_pass_sums *sums, const ca_pass_addend *addends, size_t count, bool cubes)
 {
-    double units[CA_PASS_FEATURES];
-    for (int i = 0; i < CA_PASS_FEATURES; i++) units[i] = (double)value[i] * scale[i / 3];
-    const ca_binned_d4 first = {units[0], units[1], units[2], units[3]},
-                       second = {units[4], units[5], units[6], units[7]}, last = {units[8]};
-    int64_t *to = sums->features;
-    ca_binned_store(to, ca_binned_load(to) + whole_numbers(first));
-    ca_binned_store(to + 4, ca_binned_load(to + 4) + whole_numbers(second));
-    to[8] += (int64_t)whole_numbers(last)[0];
+    for (size_t i = 0; i < count; i++) {
+        const double r = (double)addends[i].value[0], g = (double)addends[i].value[1],
+                     b = (double)addends[i].value[2];
+        const ca_binned_d4 value = {r, g, b, ca_pass_luminance(r, g, b)};
+        add_value(&sums[i], value, cubes);
+        add_features(&sums[i], &addends[i]);
+        sums[i].samples++;
+    }
+}
+
+/* Rounded, a half away from 0; 0 where they are too large or no numbers. */
+static inline ca_binned_i8 whole_numbers(ca_binned_f8 units)
+{
+    const ca_binned_f8 half = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
+    const ca_binned_i8 sign = (ca_binned_i8)units & INT32_MIN;
+    const ca_binned_f8 sum = units + (ca_binned_f8)((ca_binned_i8)half | sign),
+                       size = (ca_binned_f8)((ca_binned_i8)sum & INT32_MAX);
+    const ca_binned_i8 kept = (ca_binned_i8)sum & (ca_binned_i8)(size < (float)CA_BINNED_MOST_UNITS);
+    return __builtin_convertvector((ca_binned_f8)kept, ca_binned_i8);
+}
+
+void ca_pass_addend_set_features(ca_pass_addend *addend, const float value[CA_PASS_FEATURES], const float scale[3])
+{
+    typedef int8_t b8 __attribute__((vector_size(8)));
+    const ca_binned_f8 scales = {scale[0], scale[0], scale[0], scale[1], scale[1], scale[1], scale[2], scale[2]};
+    const ca_binned_f8 last = {value[8] * scale[2]};
+    ca_binned_f8 eight;
+    memcpy(&eight, value, sizeof eight);
+    const ca_binned_i8 units = whole_numbers(eight * scales);
+    const ca_binned_h8 low = __builtin_convertvector(units, ca_binned_h8);
+    const b8 high = __builtin_convertvector(units >> 16, b8);
+    const int32_t ninth = whole_numbers(last)[0];
+    memcpy(addend->feature_low, &low, sizeof low);
+    memcpy(addend->feature_high, &high, sizeof high);
+    addend->feature_low[8] = (uint16_t)ninth;
+    addend->feature_high[8] = (int8_t)(ninth >> 16);
 }
 
 void ca_pass_sums_close_group(ca_pass_sums *sums, ca_group_sums *group, uint32_t samples)
@@ -88,106 +113,119 @@ void ca_pass_sums_close_group(ca_pass_sums *sums, ca_group_sums *group, uint32_t
         value[c] = group->open[c] / samples;
         group->open[c] = 0.0;
     }
-    value[3] = 0.2126 * value[0] + 0.7152 * value[1] + 0.0722 * value[2];
-    const terms t = {.cubes = value * value * value};
-    const double squares[4] = {value[0] * value[0], value[1] * value[1], value[2] * value[2], value[3] * value[3]};
-    const ca_binned_sums of_group = binned_group(group);
-    add_terms(sums, &t);
-    ca_binned_sums_raise(&of_group, squares);
-    ca_binned_add4(group->high, group->middle, group->low, value * value, ca_binned_raised(group->bin));
+    value[3] = ca_pass_luminance(value[0], value[1], value[2]);
+    for (int c = 0; c < 4; c++) rescale_group(sums, group, c, ca_binned_scale_of(group->scale[c], value[c]));
+    const ca_binned_i4 scales = ca_binned_scales(group->scale);
+    const ca_binned_terms squares = {value * value, ca_binned_units(scales, 2)},
+                          cubes = {value * value * value, ca_binned_units(scales, 3)};
+    ca_binned_add4(sums->high + CA_PASS_CUBES, sums->low + CA_PASS_CUBES, CA_PASS_SUMS, cubes);
+    ca_binned_add4(group->high, group->low, 4, squares);
 }
 
-void ca_pass_sums_add_sums(ca_pass_sums *sums, const ca_pass_sums *other)
+/* To the larger scale of both. */
+static void add_groups(ca_pass_sums *sums, ca_group_sums *group, ca_pass_sums *other, ca_group_sums *other_group)
+{
+    for (int c = 0; c < 4; c++) {
+        const uint8_t a = group->scale[c], b = other_group->scale[c], to = a > b ? a : b;
+        rescale_group(sums, group, c, to);
+        rescale_group(other, other_group, c, to);
+    }
+    ca_binned_add(group->high, group->low, other_group->high, other_group->low, CA_BINNED_BINS * 4);
+}
+
+void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pass_sums *other,
+                           const ca_group_sums *other_group)
 {
     ca_pass_sums copy = *other;
-    const ca_binned_sums to = binned(sums), from = binned(&copy);
-    ca_binned_sums_add_sums(&to, &from);
-    for (int i = 0; i < CA_PASS_FEATURES; i++) sums->features[i] += other->features[i];
-    sums->samples += other->samples;
+    for (int c = 0; c < 4; c++) {
+        const uint8_t a = sums->scale[c], b = copy.scale[c], to = a > b ? a : b;
+        rescale(sums, c, !group, to);
+        rescale(&copy, c, !group, to);
+    }
+    if (group) {
+        ca_group_sums copied = *other_group;
+        add_groups(sums, group, &copy, &copied);
+    }
+    ca_binned_add(sums->high, sums->low, copy.high, copy.low, ALL_BINS);
+    ca_binned_add(sums->feature_high, sums->feature_low, copy.feature_high, copy.feature_low, CA_PASS_FEATURES);
+    sums->samples += copy.samples;
 }
 
-void ca_group_sums_add_sums(ca_group_sums *sums, const ca_group_sums *other)
+double ca_pass_sums_value(const ca_pass_sums *sums, const ca_group_sums *group, int i)
 {
-    ca_group_sums copy = *other;
-    const ca_binned_sums to = binned_group(sums), from = binned_group(&copy);
-    ca_binned_sums_add_sums(&to, &from);
-}
-
-double ca_pass_sums_value(const ca_pass_sums *sums, int i)
-{
-    return ca_binned_value(sums->bin[i], sums->high[i], sums->middle[i], i < CA_PASS_VALUES ? sums->low[i] : 0);
+    int power = 2, channel = i - CA_PASS_SQUARES;
+    if (i >= CA_PASS_VALUES) power = 1, channel = i - CA_PASS_VALUES;
+    if (i >= CA_PASS_CUBES) power = 3, channel = i - CA_PASS_CUBES;
+    const uint8_t *scale = power == 3 && group ? group->scale : sums->scale;
+    return ca_binned_value(sums->high + i, sums->low + i, CA_PASS_SUMS, power, scale[channel]);
 }
 
 double ca_group_sums_value(const ca_group_sums *sums, int i)
 {
-    return ca_binned_value(sums->bin[i], sums->high[i], sums->middle[i], sums->low[i]);
+    return ca_binned_value(sums->high + i, sums->low + i, 4, 2, sums->scale[i]);
+}
+
+double ca_pass_sums_feature(const ca_pass_sums *sums, int i)
+{
+    return (double)sums->feature_high[i] * 0x1p16 + sums->feature_low[i];
 }
 
 /* ---- Bytes ----------------------------------------------------------------------------------------------------- */
 
-static unsigned char *put_all(unsigned char *bytes, const int64_t *values, int count)
+static unsigned char *put_all(unsigned char *bytes, const int32_t *high, const uint16_t *low, int count)
 {
-    for (int i = 0; i < count; i++, bytes += 8) ca_put_u64(bytes, (uint64_t)values[i]);
+    for (int i = 0; i < count; i++, bytes += 6) {
+        ca_put_bytes(bytes, low[i], 2);
+        ca_put_bytes(bytes + 2, (uint32_t)high[i], 4);
+    }
     return bytes;
 }
 
-static const unsigned char *get_all(const unsigned char *bytes, int64_t *values, int count)
-{
-    for (int i = 0; i < count; i++, bytes += 8) values[i] = (int64_t)ca_get_u64(bytes);
-    return bytes;
-}
-
-/* No sum of so many terms, each of `most` units at most, is larger. */
-static bool are_sums(const int64_t *values, int count, uint32_t samples, int64_t most)
+/* No sum of so many terms, each of `most` units at most, is larger: or *good is false. */
+static const unsigned char *get_all(const unsigned char *bytes, int32_t *high, uint16_t *low, int count,
+                                    uint32_t samples, int64_t most, bool *good)
 {
     const int64_t limit = samples * most;
-    bool good = true;
-    for (int i = 0; i < count; i++) good = good && values[i] <= limit && values[i] >= -limit;
-    return good;
+    for (int i = 0; i < count; i++, bytes += 6) {
+        low[i] = (uint16_t)ca_get_bytes(bytes, 2);
+        high[i] = (int32_t)ca_get_bytes(bytes + 2, 4);
+        const int64_t value = (int64_t)high[i] * 65536 + low[i];
+        *good = *good && value <= limit && value >= -limit;
+    }
+    return bytes;
 }
 
-static bool are_bins(const uint8_t *bin, int count)
+static void get_scales(const unsigned char *bytes, uint8_t scale[4], bool *good)
 {
-    bool good = true;
-    for (int i = 0; i < count; i++) good = good && bin[i] < CA_BINNED_SUM_BINS;
-    return good;
+    memcpy(scale, bytes, 4);
+    for (int c = 0; c < 4; c++) *good = *good && scale[c] < CA_BINNED_SCALES;
 }
 
-static const int64_t most_units = INT64_C(1) << 39, most_feature_units = INT64_C(1) << 32;
-
-/* The samples and four bins share eight bytes. */
 void ca_pass_sums_write(const ca_pass_sums *sums, unsigned char bytes[CA_PASS_SUMS_BYTES])
 {
-    bytes = put_all(bytes, sums->high, CA_PASS_SUMS);
-    bytes = put_all(bytes, sums->middle, CA_PASS_SUMS);
-    bytes = put_all(bytes, sums->low, CA_PASS_VALUES);
-    bytes = put_all(bytes, sums->features, CA_PASS_FEATURES);
-    ca_put_u64(bytes, sums->samples);
-    memcpy(bytes + 4, sums->bin, sizeof sums->bin);
+    ca_put_bytes(bytes, sums->samples, 4);
+    memcpy(bytes + 4, sums->scale, 4);
+    bytes = put_all(bytes + 8, sums->high, sums->low, ALL_BINS);
+    put_all(bytes, sums->feature_high, sums->feature_low, CA_PASS_FEATURES);
 }
 
 bool ca_pass_sums_read(ca_pass_sums *sums, const unsigned char bytes[CA_PASS_SUMS_BYTES])
 {
-    bytes = get_all(bytes, sums->high, CA_PASS_SUMS);
-    bytes = get_all(bytes, sums->middle, CA_PASS_SUMS);
-    bytes = get_all(bytes, sums->low, CA_PASS_VALUES);
-    bytes = get_all(bytes, sums->features, CA_PASS_FEATURES);
-    sums->samples = (uint32_t)ca_get_u64(bytes);
-    memcpy(sums->bin, bytes + 4, sizeof sums->bin);
-    return sums->samples <= CA_BINNED_SUM_MOST_VALUES && are_bins(sums->bin, CA_PASS_SUMS) &&
-           are_sums(sums->high, CA_PASS_SUMS, sums->samples, most_units) &&
-           are_sums(sums->middle, CA_PASS_SUMS, sums->samples, most_units) &&
-           are_sums(sums->low, CA_PASS_VALUES, sums->samples, most_units) &&
-           are_sums(sums->features, CA_PASS_FEATURES, sums->samples, most_feature_units);
+    const uint32_t samples = (uint32_t)ca_get_bytes(bytes, 4);
+    bool good = samples <= CA_BINNED_SUM_MOST_VALUES;
+    get_scales(bytes + 4, sums->scale, &good);
+    sums->samples = samples;
+    bytes = get_all(bytes + 8, sums->high, sums->low, ALL_BINS, samples, CA_BINNED_MOST_UNITS, &good);
+    get_all(bytes, sums->feature_high, sums->feature_low, CA_PASS_FEATURES, samples, CA_BINNED_MOST_UNITS - 1,
+            &good);
+    return good;
 }
 
 void ca_group_sums_write(const ca_group_sums *sums, unsigned char bytes[CA_GROUP_SUMS_BYTES])
 {
     for (int c = 0; c < 3; c++, bytes += 8) ca_put_u64(bytes, ca_double_bits(sums->open[c]));
-    bytes = put_all(bytes, sums->high, 4);
-    bytes = put_all(bytes, sums->middle, 4);
-    bytes = put_all(bytes, sums->low, 4);
-    memcpy(bytes, sums->bin, sizeof sums->bin);
+    memcpy(bytes, sums->scale, 4);
+    put_all(bytes + 4, sums->high, sums->low, CA_BINNED_BINS * 4);
 }
 
 bool ca_group_sums_read(ca_group_sums *sums, uint32_t samples, const unsigned char bytes[CA_GROUP_SUMS_BYTES])
@@ -197,10 +235,7 @@ bool ca_group_sums_read(ca_group_sums *sums, uint32_t samples, const unsigned ch
         sums->open[c] = ca_bits_double(ca_get_u64(bytes));
         good = good && isfinite(sums->open[c]);
     }
-    bytes = get_all(bytes, sums->high, 4);
-    bytes = get_all(bytes, sums->middle, 4);
-    bytes = get_all(bytes, sums->low, 4);
-    memcpy(sums->bin, bytes, sizeof sums->bin);
-    return good && are_bins(sums->bin, 4) && are_sums(sums->high, 4, samples, most_units) &&
-           are_sums(sums->middle, 4, samples, most_units) && are_sums(sums->low, 4, samples, most_units);
+    get_scales(bytes, sums->scale, &good);
+    get_all(bytes + 4, sums->high, sums->low, CA_BINNED_BINS * 4, samples, CA_BINNED_MOST_UNITS, &good);
+    return good;
 }

@@ -1,55 +1,69 @@
 /* What passes add to a pixel, as sums whose bits do not depend on the order or the grouping of the passes: parts of
  * a render add up to the whole (docs/decisions/021).
  *
- * Values, their squares and cubes are binned sums (binned_sum.h): squares in three bins, since the variance is a
- * small difference of large sums; the others in two. Albedos and normals are summed in multiples of 2^-28,
- * positions in those of 2^-28 times the power of two that bounds the scene's coordinates: a sixteenth of what a
- * float of that size resolves. Values over 16 times these bounds, or that are no numbers, add nothing there.
+ * Values, their squares and cubes are binned sums (binned_sum.h). Albedos and normals are summed in multiples of
+ * 2^-22, positions in those of 2^-22 times the power of two that bounds the scene's coordinates. What is not less than
+ * twice these bounds, or is no number, adds nothing there.
  *
- * State: 296 bytes a pixel, 128 more where replicates are groups of passes. CA_BINNED_SUM_MOST_VALUES passes at
- * most. */
+ * State: 260 bytes a pixel, 104 more where replicates are groups of passes; 40 bytes for what a pass adds.
+ * CA_BINNED_SUM_MOST_VALUES passes at most. */
 #ifndef CA_FILM_PASS_SUMS_H
 #define CA_FILM_PASS_SUMS_H
 
 #include "film/binned_sum.h"
 
-#include <stdbool.h>
-
-/* In the order of the binned sums: the squares have three bins. */
+/* In the order of the binned sums. */
 enum { CA_PASS_SQUARES = 0, CA_PASS_VALUES = 4, CA_PASS_CUBES = 7, CA_PASS_SUMS = 11, CA_PASS_FEATURES = 9 };
 
 typedef struct ca_pass_sums {
-    int64_t high[CA_PASS_SUMS], middle[CA_PASS_SUMS], low[CA_PASS_VALUES];
-    int64_t features[CA_PASS_FEATURES]; /* albedo, normal, position of first hits */
+    int32_t high[CA_BINNED_BINS * CA_PASS_SUMS];
+    int32_t feature_high[CA_PASS_FEATURES]; /* albedo, normal, position of first hits: 2^16 high + low */
     uint32_t samples;
-    uint8_t bin[CA_PASS_SUMS + 1]; /* the last one is not used */
+    uint16_t low[CA_BINNED_BINS * CA_PASS_SUMS];
+    uint16_t feature_low[CA_PASS_FEATURES];
+    uint8_t scale[4]; /* of R, G, B, Y; of the cubes only where each sample is a replicate */
 } ca_pass_sums;
 
 /* Where replicates are groups of passes that follow each other. */
 typedef struct ca_group_sums {
-    double open[3];                     /* of R, G, B, over the samples of the group that is not complete yet */
-    int64_t high[4], middle[4], low[4]; /* binned sums of squares of R, G, B, Y of one group's mean */
-    uint8_t bin[8];                     /* the last four are not used */
+    double open[3];                  /* of R, G, B, over the samples of the group that is not complete yet */
+    int32_t high[CA_BINNED_BINS * 4]; /* binned sums of squares of R, G, B, Y of one group's mean */
+    uint16_t low[CA_BINNED_BINS * 4];
+    uint8_t scale[4]; /* of these means, also for the cubes */
 } ca_group_sums;
 
-enum { CA_PASS_SUMS_BYTES = sizeof(ca_pass_sums), CA_GROUP_SUMS_BYTES = sizeof(ca_group_sums) };
+/* What one pass adds to a pixel. All zero: a sample of nothing. */
+typedef struct ca_pass_addend {
+    float value[3]; /* R, G, B */
+    uint16_t feature_low[CA_PASS_FEATURES];
+    int8_t feature_high[CA_PASS_FEATURES];
+} ca_pass_addend;
 
-/* Adds one sample: R, G, B, Y; the cubes only where each sample is a replicate. */
+/* Features times these scales, albedo, normal, position, to whole units. */
+void ca_pass_addend_set_features(ca_pass_addend *addend, const float value[CA_PASS_FEATURES], const float scale[3]);
+
+/* The luminance of a value or of a sum, in double precision: rounding one of them would be seen as variance. */
+static inline double ca_pass_luminance(double r, double g, double b) { return 0.2126 * r + 0.7152 * g + 0.0722 * b; }
+
+/* Adds R, G, B, Y; the cubes only where each sample is a replicate. */
 void ca_pass_sums_add(ca_pass_sums *sums, const double value[4], bool cubes);
-/* Of features times these scales, albedo, normal, position. */
-void ca_pass_sums_add_features(ca_pass_sums *sums, const float value[CA_PASS_FEATURES], const double scale[3]);
+/* Adds a sample to each of so many pixels. */
+void ca_pass_sums_add_row(ca_pass_sums *sums, const ca_pass_addend *addends, size_t count, bool cubes);
 /* Adds a group's mean, which is complete. */
 void ca_pass_sums_close_group(ca_pass_sums *sums, ca_group_sums *group, uint32_t samples);
 
-/* Adds the sums of other passes. Of groups: neither has an open one. */
-void ca_pass_sums_add_sums(ca_pass_sums *sums, const ca_pass_sums *other);
-void ca_group_sums_add_sums(ca_group_sums *sums, const ca_group_sums *other);
+/* Adds the sums of other passes. Groups are NULL where there are none; neither has an open one. */
+void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pass_sums *other,
+                           const ca_group_sums *other_group);
 
-/* The i-th of the binned sums. */
-double ca_pass_sums_value(const ca_pass_sums *sums, int i);
+/* The i-th of the binned sums; `group` is NULL where there is none. */
+double ca_pass_sums_value(const ca_pass_sums *sums, const ca_group_sums *group, int i);
 double ca_group_sums_value(const ca_group_sums *sums, int i);
+/* Of the i-th feature, in units. */
+double ca_pass_sums_feature(const ca_pass_sums *sums, int i);
 
 /* As bytes in files, the same on every machine. Reading trusts nothing: false where no sums look like that. */
+enum { CA_PASS_SUMS_BYTES = 260, CA_GROUP_SUMS_BYTES = 100 };
 void ca_pass_sums_write(const ca_pass_sums *sums, unsigned char bytes[CA_PASS_SUMS_BYTES]);
 bool ca_pass_sums_read(ca_pass_sums *sums, const unsigned char bytes[CA_PASS_SUMS_BYTES]);
 void ca_group_sums_write(const ca_group_sums *sums, unsigned char bytes[CA_GROUP_SUMS_BYTES]);

@@ -84,6 +84,7 @@ bool ca_accel_intersect(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction
         const ca_shape *quadric = &accel->shapes[accel->apart[i]];
         if (ca_quadric_intersect(quadric, origin, direction, t_min, hit->t, &hit->t)) hit->shape = accel->apart[i];
     }
+    ca_facets_intersect(&accel->facets, origin, direction, t_min, hit);
     if (accel->world_scene) ca_accel_meet_world(accel, origin, direction, t_min, hit);
     if (accel->top_scene) ca_accel_meet_instances(accel, origin, direction, t_min, hit);
     return hit->shape != CA_NONE;
@@ -97,6 +98,7 @@ bool ca_accel_occluded(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction,
         float t;
         if (ca_quadric_intersect(&accel->shapes[accel->apart[i]], origin, direction, t_min, t_max, &t)) return true;
     }
+    if (ca_facets_occlude(&accel->facets, origin, direction, t_min, t_max)) return true;
     struct RTCRay ray = make_ray(origin, direction, t_min, t_max);
     if (accel->world_scene) occluded1(accel->world_scene, &ray);
     if (accel->top_scene && ray.tfar >= 0.0f) occluded1(accel->top_scene, &ray);

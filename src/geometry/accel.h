@@ -1,4 +1,5 @@
-/* Ray intersection by Embree, behind this one file. Compiles against Embree 3.13 and 4.
+/* Ray intersection by Embree, and without it for a few quadrics and flat pieces, behind this one file. Compiles
+ * against Embree 3.13 and 4.
  *
  * The instruction set is pinned (AVX2) because hits differ in the last bit across instruction sets; across threads,
  * builds and call types they do not. Single-level instancing. Rays are checked here: one that is not finite is
@@ -71,6 +72,10 @@ static inline ca_segment ca_segment_between(ca_vec3 a, ca_vec3 a_error, ca_vec3 
  * zero means that the point lies on no surface. */
 bool ca_accel_visible(const ca_accel *accel, ca_vec3 a, ca_vec3 a_error, ca_vec3 a_ng, ca_vec3 b, ca_vec3 b_error,
                       ca_vec3 b_ng);
+
+/* Whether structures made from now on keep quadrics and flat pieces out of Embree where they are few, as they do
+ * unless this says otherwise: for tests and measurements, while no other thread makes one. */
+void ca_accel_keep_apart(bool keep);
 
 /* Of Embree's structures, without the meshes; of all those that share some. */
 size_t ca_accel_bytes(const ca_accel *accel);

@@ -24,6 +24,16 @@ static ca_m8 sort_keys(const ca_accel *accel, ca_v8 origin, ca_v8 direction)
     return (octant << 6 | cell) & (KEYS - 1);
 }
 
+static inline bool asks_embree(const ca_accel *accel) { return accel->world_scene || accel->top_scene; }
+
+/* Keys of eight rays, of those that are asked. */
+static inline void set_keys(const ca_accel *accel, ca_v8 origin, ca_v8 direction, ca_m8 asked, uint32_t *keys,
+                            uint32_t i)
+{
+    if (!asks_embree(accel)) return;
+    ca_store8_u32(keys, i, ca_select8_int(asked, sort_keys(accel, origin, direction), ca_m8_all(LEFT_OUT)));
+}
+
 /* A stable counting sort; returns how many rays are not left out. */
 static uint32_t sort_rays(const uint32_t *keys, uint32_t count, uint16_t *order)
 {
@@ -133,11 +143,10 @@ static void unpack_hit(const struct RTCRayHit8 *packet, uint32_t lane, uint32_t 
 
 /* ---- Nearest hits ---------------------------------------------------------------------------------------------- */
 
-/* What the rays meet of the quadrics that lie apart, and the rays' keys. */
+/* What the rays meet of quadrics and flat pieces that lie apart, and the rays' keys. */
 static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits,
                        uint32_t *keys)
 {
-    const ca_f8 zero = ca_f8_all(0.0f);
     for (uint32_t i = 0; i < count; i += CA_LANES) {
         const ray_lanes r = load_rays(accel, rays, i, count);
         ca_f8 t = r.t_max;
@@ -149,12 +158,14 @@ static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t
             shape = (met & (int32_t)accel->apart[k]) | (~met & shape);
             t = ca_select8(met, nearer, t);
         }
-        ca_store8(hits->t, i, t), ca_store8(hits->u, i, zero), ca_store8(hits->v, i, zero);
-        ca_column3_store(&hits->ng, i, (ca_v8){zero, zero, zero});
-        ca_store8_u32(hits->shape, i, shape);
-        ca_store8_u32(hits->primitive, i, (ca_m8){0});
+        ca_facet_hits met = {.t = t, .shape = shape};
+        ca_facets_intersect8(&accel->facets, r.origin, r.direction, r.t_min, r.valid, &met);
+        ca_store8(hits->t, i, met.t), ca_store8(hits->u, i, met.u), ca_store8(hits->v, i, met.v);
+        ca_column3_store(&hits->ng, i, met.ng);
+        ca_store8_u32(hits->shape, i, met.shape);
+        ca_store8_u32(hits->primitive, i, met.primitive);
         ca_store8_u32(hits->instance, i, ca_m8_all((int32_t)CA_NONE));
-        ca_store8_u32(keys, i, (r.valid & sort_keys(accel, r.origin, r.direction)) | (~r.valid & LEFT_OUT));
+        set_keys(accel, r.origin, r.direction, r.valid, keys, i);
     }
 }
 
@@ -201,6 +212,7 @@ void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, u
     _Alignas(32) uint32_t keys[CA_RAY_BATCH];
     uint16_t order[CA_RAY_BATCH];
     meet_apart(accel, rays, count, hits, keys);
+    if (!asks_embree(accel)) return;
     const uint32_t valid = sort_rays(keys, count, order);
     if (accel->world_scene && accel->world_meshes)
         intersect_packets(accel, rays, valid, order, hits);
@@ -211,21 +223,20 @@ void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, u
 
 /* ---- Visibility ------------------------------------------------------------------------------------------------ */
 
-/* Keys of the rays that are valid and end at no quadric that lies apart; the others are answered. */
+/* Keys of the rays that are valid and end at nothing that lies apart; the others are answered. */
 static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded,
                               uint32_t *keys)
 {
     for (uint32_t i = 0; i < count; i += CA_LANES) {
         const ray_lanes r = load_rays(accel, rays, i, count);
-        ca_m8 hidden = {0};
+        ca_m8 hidden = ca_facets_occlude8(&accel->facets, r.origin, r.direction, r.t_min, r.t_max);
         for (uint32_t k = 0; k < accel->apart_count; k++) {
             const ca_shape *quadric = &accel->shapes[accel->apart[k]];
             hidden |= ca_quadric_intersect8(quadric, r.origin, r.direction, r.t_min, r.t_max) < r.t_max;
         }
         const uint32_t bits = ca_mask_bits(r.valid & hidden);
         for (uint32_t lane = 0; lane < CA_LANES && i + lane < count; lane++) occluded[i + lane] = bits >> lane & 1;
-        const ca_m8 asked = r.valid & ~hidden;
-        ca_store8_u32(keys, i, (asked & sort_keys(accel, r.origin, r.direction)) | (~asked & LEFT_OUT));
+        set_keys(accel, r.origin, r.direction, r.valid & ~hidden, keys, i);
     }
 }
 
@@ -245,6 +256,7 @@ void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, ui
     _Alignas(32) int valid[CA_LANES];
     struct RTCRay8 packet;
     hide_behind_apart(accel, rays, count, occluded, keys);
+    if (!asks_embree(accel)) return;
     const uint32_t asked = sort_rays(keys, count, order);
     for (uint32_t first = 0; first < asked; first += CA_LANES) {
         const uint32_t lanes = lanes_for(asked - first);

@@ -1,6 +1,7 @@
 /* Building Embree's structures, and sharing those that a scene's previous version has. */
 #include "geometry/accel_embree.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/stop.h"
 #include "geometry/curve.h"
@@ -157,8 +158,8 @@ static ca_accel_part *share_part(ca_accel_part *part)
 /* Embree asks now and then while it builds; false cancels that. */
 static bool goes_on(void *user, double done)
 {
-    (void)done;
     const ca_accel *accel = user;
+    ca_loading_tell(done);
     return !ca_stop_asked(accel->stop);
 }
 
@@ -277,10 +278,16 @@ static bool same_shapes(const ca_accel_part *part, const ca_shape *shapes, uint3
 
 /* ---- The world ------------------------------------------------------------------------------------------------- */
 
+<<<<<<< HEAD
 static bool is_quadric(const ca_shape *shape)
 {
     return shape->kind != CA_SHAPE_MESH && shape->kind != CA_SHAPE_CURVE;
 }
+=======
+static bool keeps_apart = true;
+
+void ca_accel_keep_apart(bool keep) { keeps_apart = keep; }
+>>>>>>> main
 
 /* The world's quadrics, unless they are too many. */
 static void set_quadrics_apart(ca_accel *accel)
@@ -298,10 +305,15 @@ static void set_quadrics_apart(ca_accel *accel)
 
 static bool is_embrees(const ca_accel *accel, uint32_t shape)
 {
+<<<<<<< HEAD
     return !is_quadric(&accel->shapes[shape]) || accel->apart_count == 0;
+=======
+    if (accel->shapes[shape].kind == CA_SHAPE_MESH) return !ca_facets_have(&accel->facets, shape);
+    return accel->apart_count == 0;
+>>>>>>> main
 }
 
-/* Quadrics that are apart may be others. */
+/* Shapes that are apart may be others. */
 static bool same_world(const ca_accel *accel, const ca_accel *previous)
 {
     bool same = previous->world && previous->world_count == accel->world_count;
@@ -428,11 +440,12 @@ static void set_cells(ca_accel *accel)
     accel->low = ca_neg(high);
     add_bounds(accel->world_scene, &accel->low, &high);
     add_bounds(accel->top_scene, &accel->low, &high);
-    for (uint32_t i = 0; i < accel->apart_count; i++) {
-        ca_vec3 quadric_low, quadric_high;
-        ca_shape_bounds(&accel->shapes[accel->apart[i]], &quadric_low, &quadric_high);
-        accel->low = ca_min_vec3(accel->low, quadric_low);
-        high = ca_max_vec3(high, quadric_high);
+    for (uint32_t i = 0; i < accel->world_count; i++) {
+        if (is_embrees(accel, i)) continue;
+        ca_vec3 shape_low, shape_high;
+        ca_shape_bounds(&accel->shapes[i], &shape_low, &shape_high);
+        accel->low = ca_min_vec3(accel->low, shape_low);
+        high = ca_max_vec3(high, shape_high);
     }
     const ca_vec3 size = ca_sub(high, accel->low);
     accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
@@ -452,10 +465,15 @@ static ca_status set_reach(ca_accel *accel, ca_error *error)
 /* In an order in which each finds what it borrows. */
 static ca_status build_parts(ca_accel *accel, const ca_accel *previous, ca_error *error)
 {
+    const size_t instances = accel->instance_count, steps = instances > 0 ? instances + 2 : 1;
+    ca_loading_step("building", 0, steps);
     bool good = build_world(accel, previous);
-    for (uint32_t i = 0; i < accel->instance_count && good && goes_on(accel, 0.0); i++)
+    for (uint32_t i = 0; i < instances && good && goes_on(accel, 0.0); i++) {
+        ca_loading_step("building", i + 1, steps);
         good = build_group(accel, previous, &accel->instances[i]);
+    }
     CA_TRY(ca_stop_check(accel->stop, error));
+    if (instances > 0) ca_loading_step("building", instances + 1, steps);
     if (good) good = build_top(accel, previous);
     CA_TRY(ca_stop_check(accel->stop, error));
     return good ? CA_OK : ca_fail_memory(error, "the acceleration structure");
@@ -468,7 +486,11 @@ static ca_status build(ca_accel *accel, const ca_accel *previous, uint32_t threa
         accel->device = share_device(previous->device);
     else
         CA_TRY(create_device(threads, &accel->device, error));
-    set_quadrics_apart(accel);
+    if (keeps_apart) {
+        set_quadrics_apart(accel);
+        if (!ca_facets_fill(&accel->facets, accel->shapes, accel->world_count))
+            return ca_fail_memory(error, "the acceleration structure");
+    }
     CA_TRY(build_parts(accel, previous, error));
     set_cells(accel);
     const enum RTCError code = rtcGetDeviceError(accel->device->device);

@@ -3,6 +3,7 @@
 #define CA_GEOMETRY_ACCEL_EMBREE_H
 
 #include "geometry/accel.h"
+#include "geometry/facets.h"
 
 #include <stdatomic.h>
 
@@ -46,7 +47,8 @@ struct ca_accel {
     uint32_t instance_count;
     uint32_t builds;             /* of these structures, so many were built for this one */
     ca_vec3 low, cells_per_meter; /* the scene's bounds in a few cells along each axis: rays are sorted by them */
-    uint32_t apart[CA_QUADRICS_APART], apart_count; /* their shapes */
+    uint32_t apart[CA_QUADRICS_APART], apart_count; /* quadrics that Embree does not know */
+    ca_facets facets;                               /* flat pieces that it does not know */
     float origin_length2, direction_length2; /* rays are valid below these: ray_reach.h */
     bool world_meshes; /* of the world Embree knows nothing else: accel_batch.c */
     const int *stop; /* while it is built */

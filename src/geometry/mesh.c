@@ -98,6 +98,37 @@ void ca_mesh_borrow(ca_mesh *mesh, ca_mesh_lender *lender, unsigned lent)
     mesh->owners->lent = lent;
 }
 
+typedef struct lent_arrays {
+    float *uvs, *positions;
+    uint32_t *indices;
+} lent_arrays;
+
+static void free_lent_arrays(void *user)
+{
+    lent_arrays *arrays = user;
+    ca_free(arrays->uvs);
+    ca_free(arrays->positions);
+    ca_free(arrays->indices);
+    ca_free(arrays);
+}
+
+ca_status ca_mesh_lend(ca_mesh *mesh, unsigned lent, ca_error *error)
+{
+    if (mesh->owners->lender) return CA_OK;
+    lent_arrays *arrays = ca_alloc_zeroed(1, sizeof *arrays);
+    ca_mesh_lender *lender = arrays ? ca_mesh_lender_create(free_lent_arrays, arrays) : NULL;
+    if (!lender) {
+        ca_free(arrays);
+        return ca_fail_memory(error, "mesh");
+    }
+    if (lent & CA_MESH_UVS) arrays->uvs = mesh->uvs;
+    if (lent & CA_MESH_POSITIONS) arrays->positions = mesh->positions;
+    if (lent & CA_MESH_INDICES) arrays->indices = mesh->indices;
+    ca_mesh_borrow(mesh, lender, lent);
+    ca_mesh_lender_drop(lender);
+    return CA_OK;
+}
+
 static size_t attribute_length(const ca_mesh *mesh, const ca_mesh_attribute *attribute)
 {
     return (size_t)attribute->components * (attribute->per_face ? mesh->triangle_count : mesh->vertex_count);
@@ -126,6 +157,48 @@ ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t compon
     mesh->attributes[mesh->attribute_count++] = attribute;
     *values = attribute.values;
     return CA_OK;
+}
+
+static ca_status copy_attributes(const ca_mesh *from, ca_mesh *mesh, ca_error *error)
+{
+    for (uint32_t i = 0; i < from->attribute_count; ++i) {
+        const ca_mesh_attribute *attribute = &from->attributes[i];
+        float *values;
+        CA_TRY(ca_mesh_add_attribute(mesh, attribute->name, attribute->components, attribute->per_face, &values,
+                                     error));
+        memcpy(values, attribute->values, attribute_length(from, attribute) * sizeof *values);
+    }
+    return CA_OK;
+}
+
+/* `count` numbers of four bytes with one of padding behind them; the array itself where it is shared; NULL where
+ * there is none, or when out of memory. */
+static void *copy_array(const void *values, size_t count, bool shared)
+{
+    if (!values || shared) return (void *)(uintptr_t)values; /* nobody writes to what is shared */
+    unsigned char *copy = ca_alloc(count + 1, 4);
+    if (!copy) return NULL;
+    memcpy(copy, values, 4 * count);
+    memset(copy + 4 * count, 0, 4);
+    return copy;
+}
+
+ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error)
+{
+    const size_t vertices = from->vertex_count, triangles = from->triangle_count;
+    CA_TRY(ca_mesh_begin(mesh, vertices, triangles, error));
+    shared &= from->owners->lent;
+    ca_mesh_borrow(mesh, from->owners->lender, shared);
+    mesh->positions = copy_array(from->positions, 3 * vertices, shared & CA_MESH_POSITIONS);
+    mesh->indices = copy_array(from->indices, 3 * triangles, shared & CA_MESH_INDICES);
+    mesh->normals = copy_array(from->normals, 3 * vertices, false);
+    mesh->uvs = copy_array(from->uvs, 2 * vertices, shared & CA_MESH_UVS);
+    mesh->content_hash = from->content_hash;
+    const bool missing = !mesh->positions || !mesh->indices || (from->normals && !mesh->normals) ||
+                         (from->uvs && !mesh->uvs);
+    const ca_status status = missing ? ca_fail_memory(error, "mesh") : copy_attributes(from, mesh, error);
+    if (status != CA_OK) ca_mesh_destroy(mesh);
+    return status;
 }
 
 const ca_mesh_attribute *ca_mesh_find_attribute(const ca_mesh *mesh, const char *name)
@@ -266,46 +339,6 @@ double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle)
     edge(p[0], p[2], b);
     cross(a, b, n);
     return 0.5 * sqrt(dot(n, n));
-}
-
-/* Adds the triangle's unit normal, weighted by its angle at each corner, to the corners' sums. */
-static void add_corner_normals(const ca_mesh *mesh, size_t triangle, double *sums)
-{
-    double p[3][3], a[3], b[3], n[3], crossed[3];
-    load_triangle(mesh, triangle, p);
-    edge(p[0], p[1], a);
-    edge(p[0], p[2], b);
-    cross(a, b, n);
-    const double length = sqrt(dot(n, n));
-    if (!(length > 0.0)) return;
-    for (int k = 0; k < 3; ++k) {
-        edge(p[k], p[(k + 1) % 3], a);
-        edge(p[k], p[(k + 2) % 3], b);
-        cross(a, b, crossed);
-        const double angle = atan2(sqrt(dot(crossed, crossed)), dot(a, b));
-        double *sum = sums + (size_t)3 * mesh->indices[3 * triangle + (size_t)k];
-        for (int i = 0; i < 3; ++i) sum[i] += n[i] / length * angle;
-    }
-}
-
-ca_status ca_mesh_compute_normals(ca_mesh *mesh, ca_error *error)
-{
-    const size_t value_count = (size_t)3 * mesh->vertex_count;
-    double *sums = ca_alloc_zeroed(value_count, sizeof *sums);
-    if (!mesh->normals) mesh->normals = ca_alloc(value_count, sizeof *mesh->normals);
-    if (!sums || !mesh->normals) {
-        ca_free(sums);
-        ca_mesh_drop_normals(mesh);
-        return ca_fail_memory(error, "mesh normals");
-    }
-    for (size_t t = 0; t < mesh->triangle_count; ++t) add_corner_normals(mesh, t, sums);
-    for (size_t v = 0; v < mesh->vertex_count; ++v) {
-        const double length = sqrt(dot(sums + 3 * v, sums + 3 * v));
-        for (size_t i = 3 * v; i < 3 * v + 3; ++i)
-            mesh->normals[i] = length > 0.0 ? (float)(sums[i] / length) : 0.0f;
-    }
-    ca_free(sums);
-    return CA_OK;
 }
 
 size_t ca_mesh_bytes(const ca_mesh *mesh)

@@ -71,6 +71,12 @@ void ca_mesh_lender_drop(ca_mesh_lender *lender); /* a user less; NULL is allowe
 /* Notes that these arrays of a new mesh are the lender's. */
 void ca_mesh_borrow(ca_mesh *mesh, ca_mesh_lender *lender, unsigned lent);
 
+/* The mesh's own arrays of these become lent ones that its copies can share, and are freed with the last user. One
+ * that has a lender stays as it is. */
+ca_status ca_mesh_lend(ca_mesh *mesh, unsigned lent, ca_error *error);
+/* A new mesh of the same values. Arrays in `shared` that `from` borrows are borrowed again, the others are copied. */
+ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error);
+
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
 ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
                                 ca_error *error);
@@ -92,8 +98,9 @@ bool ca_mesh_normals_are_flat(const ca_mesh *mesh);
 
 /* Smooth normals for files that carry none: at each vertex the faces' unit normals weighted by their angle there, as
  * Mitsuba does (Thürmer and Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets"); zero where only faces
- * without area meet. */
-ca_status ca_mesh_compute_normals(ca_mesh *mesh, ca_error *error);
+ * without area meet. By so many threads, 0: one per processor; the bits do not depend on it. CA_ERROR_MEMORY: the mesh
+ * has no normals then. */
+ca_status ca_mesh_compute_normals(ca_mesh *mesh, uint32_t threads, ca_error *error);
 
 double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle);
 size_t ca_mesh_bytes(const ca_mesh *mesh);

@@ -2,9 +2,10 @@
  *
  * A ray's answer is the one that ca_accel_intersect or ca_accel_occluded gives for it alone, to the bit, whatever
  * else is in the batch: packets of eight go through Embree without its coherent mode, which lets neighbours decide
- * ties; where Embree knows quadrics (the world has more than eight) or instances, of which neighbours decide ties
- * too, nearest hits are asked for one by one. Rays are sorted by the octant of their direction and the place of their
- * origin before they are packed; answers come in the order of the questions.
+ * ties; quadrics and flat pieces that lie apart are met in a fixed order; where Embree knows quadrics (the world has
+ * more than eight) or instances, of which neighbours decide ties too, nearest hits are asked for one by one. Rays for
+ * Embree are sorted by the octant of their direction and the place of their origin before they are packed; answers
+ * come in the order of the questions.
  *
  * Arrays are aligned to 32 bytes and hold a whole number of groups of eight (math/lanes.h). */
 #ifndef CA_GEOMETRY_RAY_BATCH_H

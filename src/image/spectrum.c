@@ -1,5 +1,7 @@
 #include "image/spectrum.h"
 
+#include <math.h>
+
 enum { TABLE_COUNT = 95, TABLE_FIRST_NM = 360, TABLE_STEP_NM = 5 };
 
 /* CIE 1931 2 degree colour matching functions and the CIE standard illuminant D65 (100 at 560 nm), 360 to 830 nm.
@@ -138,3 +140,29 @@ ca_rgb ca_spectrum_emission(const ca_spectrum_sample *samples, size_t count)
 {
     return scaled_to_rec709(integrate(samples, count, NULL), 1.0 / integrate(constant_one, 2, NULL).y);
 }
+
+double ca_spectrum_value(const ca_spectrum_sample *samples, size_t count, double wavelength_nm)
+{
+    size_t i = 0;
+    while (i < count && samples[i].wavelength_nm < wavelength_nm) i++;
+    if (i == 0) return samples[0].value;
+    return i == count ? samples[i - 1].value : list_at(&samples[i - 1], &samples[i], wavelength_nm);
+}
+
+static double planck(double wavelength_nm, double kelvin)
+{
+    const double h = 6.62607015e-34, c = 299792458.0, k = 1.380649e-23, lambda = 1e-9 * wavelength_nm;
+    return 1e-9 * 2.0 * h * c * c / (pow(lambda, 5.0) * expm1(h * c / (lambda * k * kelvin)));
+}
+
+void ca_spectrum_blackbody(double kelvin, ca_spectrum_sample samples[CA_BLACKBODY_SAMPLES])
+{
+    _Static_assert((int)CA_BLACKBODY_SAMPLES == (int)TABLE_COUNT, "a sample for each row of the table");
+    for (int i = 0; i < CA_BLACKBODY_SAMPLES; i++) {
+        const double wavelength = TABLE_FIRST_NM + TABLE_STEP_NM * i;
+        samples[i] = (ca_spectrum_sample){.wavelength_nm = wavelength, .value = planck(wavelength, kelvin)};
+    }
+}
+
+/* At Wien's displacement: wavelength times temperature is 2.897771955 mm K. */
+double ca_spectrum_blackbody_peak(double kelvin) { return planck(2.897771955e6 / kelvin, kelvin); }

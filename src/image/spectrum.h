@@ -23,4 +23,13 @@ ca_rgb ca_spectrum_reflectance(const ca_spectrum_sample *samples, size_t count);
  * spectrum, slightly reddish in Rec. 709). */
 ca_rgb ca_spectrum_emission(const ca_spectrum_sample *samples, size_t count);
 
+/* The value of a list that is not empty at a wavelength; outside of it that of the nearer end. */
+double ca_spectrum_value(const ca_spectrum_sample *samples, size_t count, double wavelength_nm);
+
+/* What a black body of that temperature radiates, in W m^-2 sr^-1 nm^-1, at the wavelengths of the observer's table;
+ * and the most that it does at any wavelength. Planck's law with the constants of the SI (2019). */
+enum { CA_BLACKBODY_SAMPLES = 95 };
+void ca_spectrum_blackbody(double kelvin, ca_spectrum_sample samples[CA_BLACKBODY_SAMPLES]);
+double ca_spectrum_blackbody_peak(double kelvin);
+
 #endif

@@ -6,6 +6,7 @@
 #include "import/reuse.h"
 #include "base/text.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -196,39 +197,11 @@ ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, c
 
 /* ---- What readers made ----------------------------------------------------------------------------------------- */
 
-ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error)
-{
-    const size_t vertices = from->vertex_count, triangles = from->triangle_count;
-    CA_TRY(ca_mesh_create(mesh, vertices, triangles, from->normals, from->uvs, error));
-    memcpy(mesh->positions, from->positions, 3 * vertices * sizeof(float));
-    memcpy(mesh->indices, from->indices, 3 * triangles * sizeof(uint32_t));
-    if (from->normals) memcpy(mesh->normals, from->normals, 3 * vertices * sizeof(float));
-    if (from->uvs) memcpy(mesh->uvs, from->uvs, 2 * vertices * sizeof(float));
-    for (uint32_t i = 0; i < from->attribute_count; i++) {
-        const ca_mesh_attribute *attribute = &from->attributes[i];
-        const size_t count = attribute->components * (attribute->per_face ? triangles : vertices);
-        float *values;
-        const ca_status status = ca_mesh_add_attribute(mesh, attribute->name, attribute->components,
-                                                       attribute->per_face, &values, error);
-        if (status != CA_OK) {
-            ca_mesh_destroy(mesh);
-            return status;
-        }
-        memcpy(values, attribute->values, count * sizeof(float));
-    }
-    mesh->content_hash = from->content_hash;
-    return CA_OK;
-}
-
 ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error)
 {
-    *mesh = (ca_mesh){0};
-    if (made->once) {
-        *mesh = made->mesh;
-        made->mesh = (ca_mesh){0};
-    } else {
-        CA_TRY(ca_import_copy_mesh(&made->mesh, mesh, error));
-    }
+    assert(made->mesh.owners); /* one shape took it over, and others have shared it from there */
+    *mesh = made->mesh;
+    made->mesh = (ca_mesh){0};
     const ca_status status = ca_mesh_validate(mesh, made->name, error);
     if (status == CA_OK)
         ca_mesh_normalize_normals(mesh);

@@ -2,26 +2,19 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/text.h"
 #include "image/spectrum.h"
 #include "import/number.h"
 
 #include <float.h>
 #include <string.h>
 
-static int hex_digit(char c)
-{
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
 /* #rrggbb as fractions of 255. */
 static bool parse_hex(const char *text, double rgb[3])
 {
     if (text[0] != '#' || strlen(text) != 7) return false;
     for (int i = 0; i < 3; i++) {
-        const int high = hex_digit(text[1 + 2 * i]), low = hex_digit(text[2 + 2 * i]);
+        const int high = ca_hex_digit(text[1 + 2 * i]), low = ca_hex_digit(text[2 + 2 * i]);
         if (high < 0 || low < 0) return false;
         rgb[i] = (16 * high + low) / 255.0;
     }

@@ -7,7 +7,7 @@
 
 /* Reads a Mitsuba 3 XML scene (0.6 spellings too), or where the name ends in .pbrt one of pbrt's, with its meshes and
  * textures. On failure *desc is empty and the error names file, line and column. Relative paths are seen from the
- * scene file. */
+ * scene file. Reading has a budget of memory, for small files may take much (ca_scene_source.memory_mib). */
 ca_status ca_import_scene(const char *path, const ca_define *defines, size_t define_count, ca_scene_desc *desc,
                           ca_error *error);
 /* The same for a scene that is in memory, or with another sensor; CA_ERROR_ARGUMENT where there are fewer. */

@@ -9,6 +9,7 @@
 #ifndef CA_IMPORT_IMPORTER_H
 #define CA_IMPORT_IMPORTER_H
 
+#include "base/key_table.h"
 #include "image/spectrum.h"
 #include "import/document.h"
 #include "import/properties.h"
@@ -27,8 +28,7 @@ typedef struct ca_import_image {
 /* What the reader of another format made for `data` to name (tree_build.h). */
 typedef struct ca_import_mesh {
     const char *name;
-    ca_mesh mesh;
-    bool once; /* one shape takes it over; else each gets a copy */
+    ca_mesh mesh; /* empty once a shape has taken it over, with which others then share it (shared_meshes.h) */
 } ca_import_mesh;
 
 typedef struct ca_import_arrays {
@@ -38,6 +38,12 @@ typedef struct ca_import_arrays {
 } ca_import_arrays;
 
 void ca_import_arrays_destroy(ca_import_arrays *arrays);
+
+/* Of the description's meshes, by what tells them from others (shared_meshes.h). */
+typedef struct ca_shared_meshes {
+    ca_key_table by_place;   /* where they lie */
+    ca_key_table by_content; /* before they are placed: twice the number, and 1 where placing keeps the indices */
+} ca_shared_meshes;
 
 typedef struct ca_importer {
     const ca_scene_source *source;
@@ -52,6 +58,7 @@ typedef struct ca_importer {
     bool has_camera;               /* the sensor of the wanted id was there */
     size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
     CA_TABLE(ca_import_image) images;
+    ca_shared_meshes shared;
     ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
 } ca_importer;
 
@@ -107,7 +114,6 @@ ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, c
 /* What a reader made by that name, NULL: nothing; and its mesh, checked. Errors: as above. */
 ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name);
 ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error);
-ca_status ca_import_copy_mesh(const ca_mesh *from, ca_mesh *mesh, ca_error *error);
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);

@@ -286,7 +286,7 @@ static ca_status fill_mesh(const obj_reader *reader, ca_mesh *mesh, ca_error *er
         all_normals &= corner->vn != CA_NONE;
     }
     if (!mesh->normals) return CA_OK;
-    if (!all_normals) CA_TRY(ca_mesh_compute_normals(mesh, error));
+    if (!all_normals) CA_TRY(ca_mesh_compute_normals(mesh, 0, error));
     for (size_t i = 0; i < reader->corner_count; ++i)
         if (reader->corners[i].vn != CA_NONE)
             memcpy(mesh->normals + 3 * i, reader->normals.values + 3 * (size_t)reader->corners[i].vn,

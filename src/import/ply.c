@@ -9,6 +9,7 @@
 #include "import/ply.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 #include "image/image.h"
 #include "import/import.h"
 #include "import/inflate.h"
@@ -279,13 +280,22 @@ static ca_status bind_vertices(ply_reader *reader, const ca_ply_element *element
     return bind_others(element, reader->mesh, false, error);
 }
 
+/* Now and then, how far that is. */
+static void tell_place(const ply_reader *reader, uint64_t row)
+{
+    if (row % 65536 != 0) return;
+    ca_loading_tell((double)(reader->scan.cursor - reader->data) / (double)(reader->scan.end - reader->data));
+}
+
 static ca_status read_vertices(ply_reader *reader, const ca_ply_element *element, ca_error *error)
 {
     CA_TRY(refuse_lists(element, NULL, NULL, error));
     CA_TRY(bind_vertices(reader, element, error));
-    for (uint64_t row = 0; row < element->count; ++row)
+    for (uint64_t row = 0; row < element->count; ++row) {
+        tell_place(reader, row);
         for (size_t i = 0; i < element->property_count; ++i)
             CA_TRY(read_scalar(reader, element, row, &element->properties[i], error));
+    }
     return CA_OK;
 }
 
@@ -381,8 +391,10 @@ static ca_status read_faces(ply_reader *reader, const ca_ply_element *element, c
         reader->corner_counts = ca_alloc(element->count, sizeof *reader->corner_counts);
         if (!reader->corner_counts) return ca_fail_memory(error, reader->scan.where.file);
     }
-    for (uint64_t row = 0; row < element->count; ++row)
+    for (uint64_t row = 0; row < element->count; ++row) {
+        tell_place(reader, row);
         CA_TRY(read_face(reader, element, row, list, texcoords, error));
+    }
     return CA_OK;
 }
 
@@ -445,7 +457,7 @@ static ca_status finish(ply_reader *reader, ca_error *error)
     CA_TRY(spread_face_attributes(reader, error));
     CA_TRY(ca_mesh_validate(mesh, reader->scan.where.file, error));
     if (reader->face_uv_count > 0) {
-        if (!mesh->normals) CA_TRY(ca_mesh_compute_normals(mesh, error)); /* smooth across seams of the texture */
+        if (!mesh->normals) CA_TRY(ca_mesh_compute_normals(mesh, 0, error)); /* smooth across seams of the texture */
         CA_TRY(spread_texcoords(reader, error));
     }
     ca_mesh_normalize_normals(mesh);

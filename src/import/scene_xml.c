@@ -4,10 +4,12 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/text.h"
 #include "import/gltf/gltf.h"
 #include "import/pbrt/pbrt.h"
 #include "import/reuse.h"
+#include "import/shared_meshes.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -303,8 +305,12 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
 static void import_scene(ca_importer *importer)
 {
     ca_xml_node *scene = importer->document.root, *integrator = NULL;
-    for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
+    size_t objects = 0, done = 0;
+    for (const ca_xml_node *node = scene->first_child; node; node = node->next) objects++;
+    for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next) {
+        ca_loading_step("reading", done++, objects);
         import_object(importer, node, &integrator);
+    }
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
     const char *camera = importer->source->camera;
@@ -334,16 +340,12 @@ static uint64_t content_hash(const ca_importer *importer)
     return hash;
 }
 
-static ca_status import_document(ca_importer *importer, ca_import_then then, void *user)
+/* The last step of all: the description gets what the document knows. */
+static void finish_description(ca_importer *importer)
 {
-    importer->desc->path = importer->document.path;
-    import_scene(importer);
-    if (then && ca_import_good(importer)) then(importer, user);
     importer->desc->content_hash = content_hash(importer);
     importer->desc->files = importer->document.files;
     importer->document.files = (ca_path_table){0};
-    ca_free(importer->images.items);
-    return importer->status;
 }
 
 /* ---- Formats --------------------------------------------------------------------------------------------------- */
@@ -382,15 +384,49 @@ static ca_status load_document(ca_importer *importer)
     return importer->status;
 }
 
+/* ---- The whole ------------------------------------------------------------------------------------------------- */
+
+static ca_status read_all(ca_importer *importer)
+{
+    ca_loading_step("reading", 0, 0);
+    CA_TRY(ca_import_begin_lending(importer));
+    CA_TRY(load_document(importer));
+    importer->desc->path = importer->document.path;
+    import_scene(importer);
+    return importer->status;
+}
+
+/* Files of strangers may be small and take much: nested includes, pictures of one colour. A scene that is worth it
+ * has files in proportion: 50 million triangles take 7 bytes of memory for each byte of a binary PLY file. */
+static ca_status read_within_budget(ca_importer *importer)
+{
+    enum { BYTES_PER_BYTE = 64 };
+    const ca_scene_source *source = importer->source;
+    const double mib = source->memory_mib > 0.0 ? source->memory_mib : CA_SCENE_MEMORY_MIB;
+    ca_memory_budget budget = {
+        .limit = mib < 0x1p43 ? (size_t)(mib * 0x1p20) : SIZE_MAX,
+        .per_byte = BYTES_PER_BYTE,
+        .way = "CAUSTICA_SCENE_MEMORY=MIB in the environment (of the library, memory_mib of the source) allows more",
+    };
+    ca_memory_budget_begin(&budget);
+    ca_memory_budget_read(0, source->text ? source->size : 0);
+    const ca_status status = read_all(importer);
+    ca_memory_budget_end();
+    return status;
+}
+
 ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
                                ca_error *error)
 {
     ca_scene_desc_init(desc);
     ca_importer importer = {
         .source = source, .desc = desc, .error = error, .status = CA_OK, .sensor = source->sensor};
-    ca_status status = ca_import_begin_lending(&importer);
-    if (status == CA_OK) status = load_document(&importer);
-    if (status == CA_OK) status = import_document(&importer, then, user);
+    ca_status status = read_within_budget(&importer);
+    if (status == CA_OK && then) then(&importer, user);
+    if (status == CA_OK) status = importer.status;
+    if (status == CA_OK) finish_description(&importer);
+    ca_free(importer.images.items);
+    ca_shared_meshes_destroy(&importer.shared);
     ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);
     ca_import_arrays_destroy(&importer.arrays);

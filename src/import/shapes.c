@@ -1,25 +1,27 @@
 /* Shapes. Result of each: ca_shape_desc. Groups and instances have their own tables in the description. */
 #include "import/importer.h"
 
-#include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "import/reuse.h"
+#include "import/shared_meshes.h"
 
 #include <string.h>
 
 /* ---- Meshes ---------------------------------------------------------------------------------------------------- */
 
-/* Takes the mesh over. */
+/* One that no other shape can have. Takes it over. */
 static void add_mesh(ca_props *props, ca_shape_desc *shape, ca_mesh *mesh)
 {
-    ca_scene_desc *desc = props->importer->desc;
-    if (!ca_import_good(props->importer) || !CA_TABLE_ADD(&desc->meshes)) {
-        ca_mesh_destroy(mesh);
-        ca_import_fail_memory(props->importer, "meshes");
-        return;
-    }
-    shape->as.mesh.index = (uint32_t)(desc->meshes.count - 1);
-    desc->meshes.items[shape->as.mesh.index] = *mesh;
+    const ca_mesh_key unknown = {0};
+    shape->as.mesh.index = ca_shared_mesh_add(props->importer, &unknown, mesh);
+}
+
+/* False where the mesh has to be read; else the shape has it, or that failed. */
+static bool has_mesh(ca_props *props, ca_shape_desc *shape, const ca_mesh_key *key)
+{
+    shape->as.mesh.index = ca_shared_mesh(props->importer, key);
+    return shape->as.mesh.index != CA_NONE || !ca_import_good(props->importer);
 }
 
 static void add_built_in(ca_props *props, ca_shape_desc *shape, ca_status (*create)(ca_mesh *, ca_error *))
@@ -52,16 +54,6 @@ static ca_mesh_use import_use(ca_props *props, const ca_shape_desc *shape, bool 
                          .flip_tex_coords = ca_props_boolean(props, "flip_tex_coords", flips)};
 }
 
-/* What a mesh in its place is made of, if `content` tells what is in the file or the arrays. */
-static uint64_t made_of(uint64_t content, uint64_t kind, const ca_mesh_use *use)
-{
-    if (content == 0) return 0;
-    const uint64_t flags = kind << 3 | (uint64_t)use->flip_normals << 2 | (uint64_t)use->face_normals << 1 |
-                           (uint64_t)use->flip_tex_coords;
-    const uint64_t hash = ca_hash_add(content, flags);
-    return ca_hash_bytes(hash, &use->to_world, sizeof use->to_world) | 1;
-}
-
 /* As Mitsuba does: face_normals drops the file's vertex normals, and without it a file that has none gets smooth
  * ones. */
 static ca_status finish_mesh(ca_mesh *mesh, const ca_mesh_use *use, ca_error *error)
@@ -71,7 +63,8 @@ static ca_status finish_mesh(ca_mesh *mesh, const ca_mesh_use *use, ca_error *er
         ca_mesh_drop_normals(mesh);
         return CA_OK;
     }
-    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, error);
+    ca_loading_part(0.5, 1.0);
+    return mesh->normals ? CA_OK : ca_mesh_compute_normals(mesh, 0, error);
 }
 
 typedef enum mesh_format { FORMAT_OBJ, FORMAT_PLY, FORMAT_SERIALIZED, FORMAT_ARRAYS } mesh_format;
@@ -88,16 +81,15 @@ static ca_status read_mesh(mesh_format format, const char *path, uint32_t index,
 }
 
 /* `status` tells whether there is a mesh, `reason` why not. Takes the mesh over. */
-static void add_read_mesh(ca_props *props, ca_shape_desc *shape, const ca_mesh_use *use, uint64_t made_of_what,
+static void add_read_mesh(ca_props *props, ca_shape_desc *shape, const ca_mesh_use *use, const ca_mesh_key *key,
                           ca_mesh *mesh, ca_status status, ca_error *reason)
 {
     if (status == CA_OK) {
         status = finish_mesh(mesh, use, reason);
         if (status != CA_OK) ca_mesh_destroy(mesh);
     }
-    mesh->made_of = made_of_what;
     if (status == CA_OK)
-        add_mesh(props, shape, mesh);
+        shape->as.mesh.index = ca_shared_mesh_add(props->importer, key, mesh);
     else
         ca_import_fail_file(props->importer, &props->node->where, status, reason);
 }
@@ -112,13 +104,12 @@ static void import_mesh_file(ca_props *props, ca_shape_desc *shape, mesh_format 
     if (!path || !ca_import_good(props->importer)) return;
     ca_mesh mesh = {0};
     ca_error reason;
-    const uint64_t what = made_of(ca_reuse_file(path), (uint64_t)format << 32 | index, &use);
-    if (what && ca_reuse_mesh(props->importer, what, &mesh)) {
-        add_mesh(props, shape, &mesh);
-        return;
-    }
+    ca_mesh_key key = ca_mesh_key_of(ca_reuse_file(path), (uint64_t)format << 32 | index, &use);
+    key.lasts = true;
+    if (has_mesh(props, shape, &key)) return;
+    ca_loading_part(0.0, 0.5); /* the rest: its normals */
     const ca_status status = read_mesh(format, path, index, &mesh, &reason);
-    add_read_mesh(props, shape, &use, what, &mesh, status, &reason);
+    add_read_mesh(props, shape, &use, &key, &mesh, status, &reason);
 }
 
 /* Arrays of the program that hands us the scene. */
@@ -126,15 +117,14 @@ static void add_mesh_data(ca_props *props, ca_shape_desc *shape, const ca_mesh_d
 {
     ca_mesh mesh = {0};
     ca_error reason;
-    const uint64_t content = ca_reuse_arrays(data), what = made_of(content, FORMAT_ARRAYS, use);
+    const uint64_t content = ca_reuse_arrays(data);
+    ca_mesh_key key = ca_mesh_key_of(content, FORMAT_ARRAYS, use);
+    key.lasts = true;
     ca_memory_budget_read(0, 12 * (data->vertex_count + data->triangle_count));
-    if (ca_reuse_mesh(props->importer, what, &mesh)) {
-        add_mesh(props, shape, &mesh);
-        return;
-    }
+    if (has_mesh(props, shape, &key)) return;
     const ca_status status = ca_import_mesh_data(props->importer, data, use, &mesh, &reason);
     mesh.content_hash = content;
-    add_read_mesh(props, shape, use, what, &mesh, status, &reason);
+    add_read_mesh(props, shape, use, &key, &mesh, status, &reason);
 }
 
 /* Of the reader of another format; a later version of the scene makes it anew. */
@@ -142,8 +132,11 @@ static void add_made_mesh(ca_props *props, ca_shape_desc *shape, ca_import_mesh 
 {
     ca_mesh mesh;
     ca_error reason;
+    const uint64_t number = (uint64_t)(made - props->importer->arrays.meshes.items) + 1;
+    const ca_mesh_key key = ca_mesh_key_of(number, FORMAT_ARRAYS, use);
+    if (has_mesh(props, shape, &key)) return;
     const ca_status status = ca_import_made_mesh(made, &mesh, &reason);
-    add_read_mesh(props, shape, use, 0, &mesh, status, &reason);
+    add_read_mesh(props, shape, use, &key, &mesh, status, &reason);
 }
 
 static void import_mesh_data(ca_props *props, void *result)

@@ -94,24 +94,13 @@ static ca_rgb import_regular(ca_props *props, ca_color_role role)
 
 /* ---- Lights ---------------------------------------------------------------------------------------------------- */
 
-/* Planck's law, W m^-2 sr^-1 nm^-1, with the constants of the SI (2019). */
-static double planck(double wavelength_nm, double kelvin)
-{
-    const double h = 6.62607015e-34, c = 299792458.0, k = 1.380649e-23, lambda = 1e-9 * wavelength_nm;
-    return 1e-9 * 2.0 * h * c * c / (pow(lambda, 5.0) * expm1(h * c / (lambda * k * kelvin)));
-}
-
 static ca_rgb import_blackbody(ca_props *props, ca_color_role role)
 {
-    enum { FIRST = 360, LAST = 830, STEP = 5, COUNT = (LAST - FIRST) / STEP + 1 };
-    ca_spectrum_sample samples[COUNT];
+    ca_spectrum_sample samples[CA_BLACKBODY_SAMPLES];
     if (!ca_props_find(props, "temperature")) ca_props_fail(props, "temperature", "is missing");
     const double kelvin = ca_props_number_in(props, "temperature", 5000.0, 100.0, 1e5);
-    for (int i = 0; i < COUNT; i++) {
-        const double wavelength = FIRST + STEP * i;
-        samples[i] = (ca_spectrum_sample){.wavelength_nm = wavelength, .value = planck(wavelength, kelvin)};
-    }
-    return ca_import_samples(props->importer, props->node, samples, COUNT, role);
+    ca_spectrum_blackbody(kelvin, samples);
+    return ca_import_samples(props->importer, props->node, samples, CA_BLACKBODY_SAMPLES, role);
 }
 
 /* The white of Rec. 709. */

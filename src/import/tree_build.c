@@ -199,7 +199,7 @@ static void fail_array(ca_tree *tree, ca_status status, const ca_error *reason)
 }
 
 /* Takes the mesh over. */
-static const char *keep_mesh(ca_tree *tree, const ca_mesh *mesh, bool once)
+static const char *keep_mesh(ca_tree *tree, const ca_mesh *mesh)
 {
     ca_import_arrays *arrays = &tree->importer->arrays;
     if (!CA_TABLE_ADD(&arrays->meshes)) {
@@ -209,8 +209,7 @@ static const char *keep_mesh(ca_tree *tree, const ca_mesh *mesh, bool once)
         return NULL;
     }
     const size_t index = arrays->meshes.count - 1;
-    arrays->meshes.items[index] =
-        (ca_import_mesh){.name = name_array(tree, "mesh", index), .mesh = *mesh, .once = once};
+    arrays->meshes.items[index] = (ca_import_mesh){.name = name_array(tree, "mesh", index), .mesh = *mesh};
     if (!arrays->meshes.items[index].name) arrays->meshes.items[index].name = "";
     return arrays->meshes.items[index].name;
 }
@@ -219,7 +218,7 @@ bool ca_tree_take_mesh(ca_tree *tree, ca_mesh *mesh, const char **name)
 {
     const bool good = ca_import_good(tree->importer);
     if (good)
-        *name = keep_mesh(tree, mesh, true);
+        *name = keep_mesh(tree, mesh);
     else
         ca_mesh_destroy(mesh);
     *mesh = (ca_mesh){0};
@@ -237,7 +236,7 @@ bool ca_tree_add_mesh(ca_tree *tree, size_t vertex_count, size_t triangle_count,
         fail_array(tree, status, &reason);
         return false;
     }
-    *name = keep_mesh(tree, &made, false);
+    *name = keep_mesh(tree, &made);
     if (!ca_import_good(tree->importer)) return false;
     *mesh = &tree->importer->arrays.meshes.items[tree->importer->arrays.meshes.count - 1].mesh;
     return true;

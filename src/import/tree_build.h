@@ -46,8 +46,8 @@ void ca_tree_ref(ca_tree *tree, ca_xml_node *object, const char *name, const cha
 /* Meshes and pixels for `data` to name. False, with nothing made, after failing; *name then is not set.
  *
  * ca_tree_add_mesh makes a zeroed mesh (ca_mesh_create) for the reader to fill at once: the pointer is good until
- * the next is made. Any number of shapes may name it, each gets a copy. ca_tree_take_mesh takes over one that exists,
- * for one shape to take over in turn; it is gone also on failure. */
+ * the next is made. ca_tree_take_mesh takes over one that exists; it is gone also on failure. Any number of shapes
+ * may name a mesh, all with the same face_normals and flip_tex_coords: they share it. */
 bool ca_tree_add_mesh(ca_tree *tree, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
                       const char **name, ca_mesh **mesh);
 bool ca_tree_take_mesh(ca_tree *tree, ca_mesh *mesh, const char **name);

@@ -187,9 +187,18 @@ static ca_status create_vavcm(const ca_integrator_input *input, void **state, ca
     return ca_bidirectional_create(&ca_integrator_vavcm, &vavcm_rules, input, state, error);
 }
 
-static const ca_parameter_spec vcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
-                                                   RADIUS_PARAMETERS(RANDOM_ALPHA), GUIDE_PARAMETER,
-                                                   END_OF_PARAMETERS};
+/* merge_sums: weights of merges from sums that photons keep (path/mis.h), for comparison. */
+static const ca_parameter_spec vcm_parameters[] = {
+    PATH_PARAMETERS,
+    HEURISTIC_PARAMETER,
+    COUNT_PARAMETERS,
+    RADIUS_PARAMETERS(RANDOM_ALPHA),
+    GUIDE_PARAMETER,
+    {"merge_sums", CA_SPEC_BOOLEAN, .number = 0},
+    END_OF_PARAMETERS};
+static const ca_parameter_spec cavcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
+                                                     RADIUS_PARAMETERS(RANDOM_ALPHA), GUIDE_PARAMETER,
+                                                     END_OF_PARAMETERS};
 /* densities: as `author` of path/reuse.h. */
 static const ca_parameter_spec density_parameters[] = {
     PATH_PARAMETERS,
@@ -244,7 +253,7 @@ const ca_integrator_type ca_integrator_ovcm = {
 };
 const ca_integrator_type ca_integrator_cavcm = {
     .name = "cavcm",
-    .parameters = vcm_parameters,
+    .parameters = cavcm_parameters,
     .rules = &cavcm_rules,
     .create = create_cavcm,
     ENGINE_FUNCTIONS,

@@ -30,6 +30,7 @@ static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, cons
     const bool others = input->pairs && input->pairs->other_count > 0;
     b->weighs_merges = input->observer || others || !ca_mis_has_one_technique(rules);
     rules->has_tails = ca_mis_has_tails(rules);
+    rules->photon_sums = ca_integrator_value(type, input, "merge_sums", 0.0) != 0.0 && !input->observer && !others;
     rules->splat_count = (float)((double)b->light_paths / b->camera_paths);
     rules->reuse.light_paths = (float)b->light_paths;
 }
@@ -50,6 +51,9 @@ static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *ty
     b->camera_paths = (uint32_t)ca_integrator_value(type, input, "camera_paths", 1.0);
     b->alpha = (float)ca_integrator_value(type, input, "alpha", 0.5);
     read_rules(b, type, input);
+    if (b->rules.photon_sums && !b->rules.has_tails)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                       "integrator \"%s\": merge_sums needs the balance heuristic", type->name);
     if (ca_bidirectional_merges(b)) CA_TRY(ca_first_radius(type, input, &b->radius0, error));
     return check_depths(b, type->name, error);
 }

@@ -91,6 +91,7 @@ static float next_event_ratio_of_start(const ca_bidirectional *b, const ca_light
            ca_emission_ratio(b->guide, &b->input.scene->light_choice, &receiver, point->shape);
 }
 
+/* An event tells nothing of its own vertex' sums, so they are known on arrival. */
 static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_light_block *block, ca_worker *worker)
 {
     const ca_walk *w = &walk->walk;
@@ -101,6 +102,8 @@ static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_ligh
                                                   .matte = b->input.scene->mattes[w->last.shape].is_matte,
                                                   .point = ca_vertex_point(&w->last)};
     if (!capable || !ca_bidirectional_merges(b)) return;
+    if (b->rules.photon_sums)
+        walk->vertices[w->vertex].sums = ca_mis_photon_sums(&b->rules, w->densities, w->vertex, w->tail);
     block->photons++;
     worker->counters.photons++;
 }

@@ -5,12 +5,26 @@
 
 /* ---- One merge ------------------------------------------------------------------------------------------------- */
 
+/* Nothing of the photon's path is looked at. Rules whose paths have tails know no footprints. */
+static float weight_by_sums(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
+                            const ca_bsdf_value *value)
+{
+    const ca_mis_rules *rules = &walk->b->rules;
+    const ca_photon_sums *sums = ca_light_record_sums(&store->layout, photon);
+    const ca_walk *w = &walk->walk;
+    const ca_mis_side camera =
+        ca_join_scattering(w->densities, w->vertex + 1, (ca_arrival){.pdf = {sums->pdf_forward}}, value->pdf_reverse,
+                           1.0f, &rules->reuse, w->tail);
+    return ca_mis_merge_weight(rules, &camera, sums, value->pdf.v);
+}
+
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one. */
 float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
                       const ca_bsdf_value *value)
 {
     if (!walk->b->weighs_merges) return 1.0f;
+    if (walk->b->rules.photon_sums) return weight_by_sums(walk, store, photon, value);
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
     const float *start = ca_light_record_start(&store->layout, photon);
     ca_path_vertex *light = walk->scratch->merged, *l = &light[photon->index];
@@ -82,13 +96,16 @@ static inline bool may_merge(const ca_camera_walk *walk, const ca_light_record *
 static void select_photons(merge_query *m)
 {
     const ca_light_store *store = &m->walk->b->store;
-    const bool weighs = m->walk->b->weighs_merges;
+    const bool weighs = m->walk->b->weighs_merges, sums = m->walk->b->rules.photon_sums;
     uint32_t kept = 0;
     for (uint32_t i = 0; i < m->count; i++) {
         const ca_light_record *photon = ca_light_record_at(store, m->found[i]);
         if (!may_merge(m->walk, photon)) continue;
         m->found[kept++] = m->found[i];
-        if (weighs) ca_light_densities_prefetch(store, photon);
+        if (sums)
+            __builtin_prefetch(ca_light_record_sums(&store->layout, photon));
+        else if (weighs)
+            ca_light_densities_prefetch(store, photon);
     }
     m->count = kept;
 }

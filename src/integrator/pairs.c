@@ -39,7 +39,7 @@ ca_status ca_pairs_check(const ca_bidirectional *b, const ca_integrator_type *ty
 static ca_mis_rules rules_of(const ca_bidirectional *b, const ca_pair_numbers *numbers)
 {
     ca_mis_rules rules = b->rules;
-    rules.has_tails = false;
+    rules.has_tails = rules.photon_sums = false;
     rules.splat_count = (float)((double)numbers->light_paths / numbers->camera_paths);
     rules.reuse.light_paths = (float)numbers->light_paths;
     return rules;

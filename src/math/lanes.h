@@ -61,6 +61,11 @@ static inline ca_f8 ca_select8(ca_m8 mask, ca_f8 a, ca_f8 b)
 #endif
 }
 
+static inline ca_m8 ca_select8_int(ca_m8 mask, ca_m8 a, ca_m8 b)
+{
+    return (ca_m8)ca_select8(mask, (ca_f8)a, (ca_f8)b);
+}
+
 static inline ca_f8 ca_sqrt8(ca_f8 v)
 {
 #ifdef __AVX__
@@ -119,6 +124,28 @@ static inline ca_v8 ca_permute_v8(ca_v8 v, ca_m8 places)
     return (ca_v8){ca_permute8(v.x, places), ca_permute8(v.y, places), ca_permute8(v.z, places)};
 }
 
+/* Elements of an array at eight places. */
+static inline ca_f8 ca_gather8(const float *array, ca_m8 places)
+{
+#ifdef __AVX2__
+    return (ca_f8)_mm256_i32gather_ps(array, (__m256i)places, sizeof *array);
+#else
+    ca_f8 gathered;
+    for (int i = 0; i < CA_LANES; i++) gathered[i] = array[places[i]];
+    return gathered;
+#endif
+}
+static inline ca_m8 ca_gather8_u32(const uint32_t *array, ca_m8 places)
+{
+#ifdef __AVX2__
+    return (ca_m8)_mm256_i32gather_epi32((const int *)array, (__m256i)places, sizeof *array);
+#else
+    ca_m8 gathered;
+    for (int i = 0; i < CA_LANES; i++) gathered[i] = (int32_t)array[places[i]];
+    return gathered;
+#endif
+}
+
 /* In each lane the sum up to it: of pairs, then of fours, then of all. */
 static inline ca_f8 ca_sums8(ca_f8 v)
 {
@@ -134,8 +161,33 @@ static inline ca_f8 ca_copysign8(ca_f8 v, ca_f8 sign)
 {
     return (ca_f8)(((ca_m8)v & ca_m8_all(INT32_MAX)) | ((ca_m8)sign & ca_m8_all(INT32_MIN)));
 }
-static inline ca_f8 ca_min8(ca_f8 a, ca_f8 b) { return ca_select8(a < b, a, b); } /* as ca_min: with a NaN, b */
-static inline ca_f8 ca_max8(ca_f8 a, ca_f8 b) { return ca_select8(a > b, a, b); }
+/* As ca_min and ca_max: with a NaN, b. */
+static inline ca_f8 ca_min8(ca_f8 a, ca_f8 b)
+{
+#ifdef __AVX__
+    return (ca_f8)_mm256_min_ps((__m256)a, (__m256)b);
+#else
+    return ca_select8(a < b, a, b);
+#endif
+}
+static inline ca_f8 ca_max8(ca_f8 a, ca_f8 b)
+{
+#ifdef __AVX__
+    return (ca_f8)_mm256_max_ps((__m256)a, (__m256)b);
+#else
+    return ca_select8(a > b, a, b);
+#endif
+}
+/* a b + c, rounded once. */
+static inline ca_f8 ca_fma8(ca_f8 a, ca_f8 b, ca_f8 c)
+{
+#ifdef __FMA__
+    return (ca_f8)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#else
+    for (int i = 0; i < CA_LANES; i++) c[i] = fmaf(a[i], b[i], c[i]);
+    return c;
+#endif
+}
 
 static inline ca_v8 ca_v8_all(ca_vec3 v) { return (ca_v8){ca_f8_all(v.x), ca_f8_all(v.y), ca_f8_all(v.z)}; }
 static inline ca_v8 ca_select_v8(ca_m8 mask, ca_v8 a, ca_v8 b)

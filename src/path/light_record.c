@@ -22,14 +22,15 @@ ca_light_layout ca_light_layout_of(const ca_mis_rules *rules, uint32_t shapes, b
     ca_light_layout layout = {.connects = rules->connect,
                               .wide_shapes = rules->connect && shapes > 1 << CA_LIGHT_SHAPE_BITS,
                               .pairs = pairs,
+                              .sums = rules->photon_sums,
                               .classes = rules->factors};
     set_wishes(&layout, &rules->reuse, observed);
     const uint32_t points = layout.points ? CA_LIGHT_POINT_WORDS : 0;
     layout.start_words = 2 + 2 * (uint32_t)layout.starts + layout.classes + points;
     layout.event_words = 1 + (uint32_t)layout.footprints + layout.tilts;
     layout.vertex_words = layout.event_words + 2 + 2 * (uint32_t)layout.footprints + layout.photon_densities + points;
-    layout.record_words =
-        (uint32_t)(sizeof(ca_light_record) / sizeof(float)) + layout.connects + layout.wide_shapes + layout.pairs;
+    layout.record_words = (uint32_t)(sizeof(ca_light_record) / sizeof(float)) + layout.connects +
+                          layout.wide_shapes + layout.pairs + (layout.sums ? CA_LIGHT_SUMS_WORDS : 0);
     return layout;
 }
 
@@ -106,6 +107,10 @@ static void pack_record(const ca_light_layout *layout, const ca_light_vertex *v,
     to += sizeof record / sizeof *to;
     if (layout->connects) *to++ = v->point.position_error;
     if (layout->wide_shapes) memcpy(to++, &v->point.shape, sizeof *to);
+    if (layout->sums) {
+        memcpy(to, &v->sums, sizeof v->sums);
+        to += CA_LIGHT_SUMS_WORDS;
+    }
     if (layout->pairs) memcpy(to, &path, sizeof *to);
 }
 

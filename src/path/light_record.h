@@ -15,7 +15,8 @@
  *     start      8   densities; 8 more for footprints and the correlation rule: light choice and area; 4 for factors
  *     densities 12   + 12 for footprints, + 4 where they follow the tilt, + 4 for densities of photons; of the last
  *                    vertex 4 less, 8 less with footprints, 12 where they follow the tilt
- *     record    52   + 4 for connections, + 4 for these in scenes of more than 4096 shapes, + 4 for pairs
+ *     record    52   + 4 for connections, + 4 for these in scenes of more than 4096 shapes, + 4 for pairs,
+ *                    + 12 for a photon's sums
  *     place     16   of a record that is not matte (scene/matte.h), for connections
  *
  * so 68 a matte vertex of `vcm` and 80 of `ovcm`. For an observer there are more (ca_light_layout.points). */
@@ -31,6 +32,7 @@
 typedef struct ca_light_vertex {
     ca_vec3 wi;        /* unit, towards the previous vertex */
     ca_rgb throughput; /* flux that arrives, W, before scattering here */
+    ca_photon_sums sums; /* where the layout has them */
     bool capable;      /* its surface can scatter smoothly: it has a record */
     bool matte;        /* its shape is (scene/matte.h) */
     ca_surface_point point;
@@ -56,6 +58,7 @@ typedef struct ca_light_layout {
     bool connects;         /* error bounds, shapes, and places that are not matte */
     bool wide_shapes;      /* in a word of their own */
     bool pairs;            /* the path's number in its chunk */
+    bool sums;             /* ca_photon_sums */
     bool starts;           /* light choice and area of v[0] */
     bool classes;          /* of its light */
     bool footprints;       /* spreads and distances */
@@ -72,7 +75,8 @@ enum {
     CA_LIGHT_POINT_WORDS = sizeof(ca_surface_point) / sizeof(float),
     CA_LIGHT_START_MOST = 5 + CA_LIGHT_POINT_WORDS,
     CA_LIGHT_VERTEX_MOST = 8 + CA_LIGHT_POINT_WORDS,
-    CA_LIGHT_RECORD_MOST = sizeof(ca_light_record) / sizeof(float) + 3,
+    CA_LIGHT_SUMS_WORDS = sizeof(ca_photon_sums) / sizeof(float),
+    CA_LIGHT_RECORD_MOST = sizeof(ca_light_record) / sizeof(float) + 3 + CA_LIGHT_SUMS_WORDS,
     /* Words of a path at most. */
     CA_LIGHT_PATH_MOST =
         CA_LIGHT_START_MOST +
@@ -127,6 +131,13 @@ static inline const float *ca_light_record_start(const ca_light_layout *layout, 
 static inline uint32_t ca_light_record_path(const ca_light_layout *layout, const ca_light_record *record)
 {
     return ((const uint32_t *)(const void *)record)[layout->record_words - 1];
+}
+
+/* Where the layout has them. */
+static inline const ca_photon_sums *ca_light_record_sums(const ca_light_layout *layout, const ca_light_record *record)
+{
+    const float *behind = (const float *)(const void *)(record + 1);
+    return (const ca_photon_sums *)(const void *)(behind + layout->connects + layout->wide_shapes);
 }
 
 /* For connections: the record's shape, and its whole point; `place`: of those that are not matte the record's, else

@@ -194,10 +194,19 @@ static inline double light_split(const ca_mis_rules *rules, const ca_path_vertex
     return rules->connect && at && vertices[i - 1].connectable ? 1.0 : 0.0;
 }
 
-/* One more vertex, `v`, on whose other side the split lies. */
+/* One more vertex, `v`, on whose other side the split lies, over its density as sampled from that side. */
 static inline double grow_tail(const ca_path_vertex *v, double merge, double split, double before)
 {
-    return (double)v->pdf_reverse.v * (merge + (split + before) / (double)v->pdf_forward.v);
+    return merge + (split + before) / (double)v->pdf_forward.v;
+}
+
+/* A light's vertex i, whose event has happened. */
+static inline double grow_light_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t i,
+                                     double before)
+{
+    const bool connectable = i > 0 && vertices[i].connectable;
+    return grow_tail(&vertices[i], connectable ? merge_factor(rules) : 0.0,
+                     light_split(rules, vertices, i, connectable), before);
 }
 
 double ca_mis_camera_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before)
@@ -205,18 +214,25 @@ double ca_mis_camera_tail(const ca_mis_rules *rules, const ca_path_vertex *verti
     if (!rules->has_tails) return CA_MIS_NO_TAIL;
     if (last < 3) return 0.0;
     const ca_path_vertex *v = &vertices[last - 2];
-    return grow_tail(v, v->connectable ? merge_factor(rules) : 0.0,
-                     camera_split(rules, vertices, last - 2, v->connectable), before);
+    return (double)v->pdf_reverse.v * grow_tail(v, v->connectable ? merge_factor(rules) : 0.0,
+                                                camera_split(rules, vertices, last - 2, v->connectable), before);
 }
 
 double ca_mis_light_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before)
 {
     if (!rules->has_tails) return CA_MIS_NO_TAIL;
     if (last < 2) return 0.0;
-    const ca_path_vertex *v = &vertices[last - 2];
-    const bool connectable = last > 2 && v->connectable;
-    return grow_tail(v, connectable ? merge_factor(rules) : 0.0,
-                     light_split(rules, vertices, last - 2, connectable), before);
+    return (double)vertices[last - 2].pdf_reverse.v * grow_light_tail(rules, vertices, last - 2, before);
+}
+
+ca_photon_sums ca_mis_photon_sums(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last,
+                                  double tail)
+{
+    const ca_path_vertex *photon = &vertices[last];
+    return (ca_photon_sums){
+        .pdf_forward = photon->pdf_forward.v,
+        .split = (float)light_split(rules, vertices, last, true),
+        .towards = (float)((double)photon->to_previous * grow_light_tail(rules, vertices, last - 1, tail))};
 }
 
 /* Techniques with the split at or before the side's last vertex, over D_s. split_last, split_before: of the last two
@@ -260,6 +276,15 @@ static inline float weight_by_tails(const ca_mis_rules *rules, const ca_mis_path
                        : technique == CA_TECHNIQUE_NEXT_EVENT ? (double)path->next_event_ratio
                                                               : 1.0;
     const double total = own + camera_total(rules, &path->camera) + light_total(rules, &path->light);
+    return own > 0.0 ? (float)(own / total) : 0.0f;
+}
+
+float ca_mis_merge_weight(const ca_mis_rules *rules, const ca_mis_side *camera, const ca_photon_sums *photon,
+                          float pdf)
+{
+    const double own = (double)camera->pdf_last.v * merge_factor(rules);
+    const double total =
+        (double)photon->split + camera_total(rules, camera) + (double)photon->towards * (double)pdf;
     return own > 0.0 ? (float)(own / total) : 0.0f;
 }
 

@@ -44,6 +44,7 @@ typedef struct ca_mis_rules {
     ca_merge_rule merge;
     uint32_t merge_limit; /* merges at the first so many connectable vertices from the camera; UINT32_MAX: all */
     bool has_tails;       /* ca_mis_has_tails; may be false where it is true */
+    bool photon_sums;     /* photons keep ca_photon_sums, and merges are weighted by these; with tails only */
     float splat_count;    /* N_F / N_B */
     float merge_area;     /* pi r^2, m^2 */
     ca_reuse_rules reuse;
@@ -68,6 +69,21 @@ bool ca_mis_has_tails(const ca_mis_rules *rules);
  * where last < 3 (camera) or < 2 (light). Where the rules have no tails, CA_MIS_NO_TAIL. */
 double ca_mis_camera_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before);
 double ca_mis_light_tail(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last, double before);
+
+/* What a photon at a light path's v[i], i >= 1, knows of its path, so that a merge's weight costs the same whatever
+ * the path's length: three numbers, as the dVCM, dVC and dVM of Georgiev 2012. */
+typedef struct ca_photon_sums {
+    float pdf_forward;
+    float split;   /* what the split before the photon counts: next event, or a connection with v[i-1] */
+    float towards; /* all techniques nearer to the light, over the density per solid angle of going on to v[i-1] */
+} ca_photon_sums;
+/* tail: ca_mis_light_tail of v[last]. */
+ca_photon_sums ca_mis_photon_sums(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t last,
+                                  double tail);
+/* Of the merge of the camera's last vertex with a photon; pdf: per solid angle, of the camera path's going on along
+ * the photon's path. */
+float ca_mis_merge_weight(const ca_mis_rules *rules, const ca_mis_side *camera, const ca_photon_sums *photon,
+                          float pdf);
 
 /* Have the paths that these rules find one technique each? Its weight is then 1, but for hits. */
 bool ca_mis_has_one_technique(const ca_mis_rules *rules);

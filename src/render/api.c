@@ -1,5 +1,4 @@
 /* The public calls of caustica.h that only pass things on. */
-#include "base/memory.h"
 #include "image/image.h"
 #include "import/import.h"
 #include "metrics/image_metrics.h"
@@ -16,29 +15,11 @@ const char *ca_version(void)
     return CA_TEXT(CA_VERSION_MAJOR) "." CA_TEXT(CA_VERSION_MINOR) "." CA_TEXT(CA_VERSION_PATCH);
 }
 
-/* Files of strangers may be small and take much: nested includes, pictures of one colour. A scene that is worth it
- * has files in proportion: 50 million triangles take 7 bytes of memory for each byte of a binary PLY file. */
-static ca_status import_within_budget(const ca_scene_source *source, ca_scene_desc *desc, ca_error *error)
-{
-    enum { BYTES_PER_BYTE = 64 };
-    const double mib = source->memory_mib > 0.0 ? source->memory_mib : CA_SCENE_MEMORY_MIB;
-    ca_memory_budget budget = {
-        .limit = mib < 0x1p43 ? (size_t)(mib * 0x1p20) : SIZE_MAX,
-        .per_byte = BYTES_PER_BYTE,
-        .way = "CAUSTICA_SCENE_MEMORY=MIB in the environment (of the library, memory_mib of the source) allows more",
-    };
-    ca_memory_budget_begin(&budget);
-    ca_memory_budget_read(0, source->text ? source->size : 0);
-    const ca_status status = ca_import_scene_source(source, desc, error);
-    ca_memory_budget_end();
-    return status;
-}
-
 ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_error *error)
 {
     *scene = NULL;
     ca_scene_desc desc;
-    CA_TRY(import_within_budget(source, &desc, error));
+    CA_TRY(ca_import_scene_source(source, &desc, error));
     return ca_scene_compile_after(&desc, source->previous, source->stop, scene, error);
 }
 
@@ -53,7 +34,7 @@ ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene
 {
     *view = NULL;
     ca_scene_desc desc;
-    CA_TRY(import_within_budget(source, &desc, error));
+    CA_TRY(ca_import_scene_source(source, &desc, error));
     return ca_scene_view_create(scene, &desc, view, error);
 }
 

@@ -39,4 +39,12 @@ static inline bool ca_auto_is_over(const ca_auto_goal *goal, const ca_auto_progr
            ca_noise_looks_reached(&progress->looks);
 }
 
+/* A limit of a render that goes on: what is done stays done, and counts as it would have with the limit before. 0:
+ * there is none. */
+static inline double ca_auto_limit_to(double wanted, double before, double done)
+{
+    if (wanted == 0.0) return 0.0;
+    return fmax(wanted, before > 0.0 ? fmin(before, done) : done);
+}
+
 #endif

@@ -227,6 +227,17 @@ ca_auto_decision ca_auto_decide(const ca_auto_situation *s)
     return (ca_auto_decision){.step = CA_AUTO_END};
 }
 
+ca_auto_decision ca_auto_decision_to(const ca_auto_decision *decision, const ca_auto_goal *goal)
+{
+    ca_auto_decision to = *decision;
+    const double end = ca_auto_work_end(goal);
+    if (to.step != CA_AUTO_PHASE) return to;
+    for (uint32_t k = 0; k < to.schedule.count; k++)
+        to.schedule.ends[k] = k + 1 < to.schedule.count ? fmin(to.schedule.ends[k], end) : end;
+    to.run.end = to.schedule.ends[to.schedule.done - 1];
+    return to;
+}
+
 /* ---- What was done --------------------------------------------------------------------------------------------- */
 
 ca_auto_situation ca_auto_plan_start(const ca_auto_goal *goal, const ca_auto_progress *progress, double light_paths)

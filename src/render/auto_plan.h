@@ -119,6 +119,8 @@ typedef struct ca_auto_outcome {
 /* The situation at the pilot's end. */
 ca_auto_situation ca_auto_plan_start(const ca_auto_goal *goal, const ca_auto_progress *progress, double light_paths);
 ca_auto_decision ca_auto_decide(const ca_auto_situation *situation);
+/* A decision whose run goes on to another goal: a phase ends no later than the render, the last one with it. */
+ca_auto_decision ca_auto_decision_to(const ca_auto_decision *decision, const ca_auto_goal *goal);
 /* The situation after a step. */
 ca_auto_situation ca_auto_note(const ca_auto_situation *situation, const ca_auto_decision *decision,
                                const ca_auto_outcome *outcome);

@@ -19,6 +19,7 @@ void ca_auto_report(ca_auto_rays *a)
         .noise_target = settings->noise_percent,
         .noise_passes = a->look_iterations,
         .noise_seconds = a->look_seconds,
+        .checkpoint_failure = ca_checkpoint_failure(&a->kept.checkpoint),
         .render = a,
     };
     /* In the pilot and in a run's first iteration variances are not known, and the image cannot be joined. */
@@ -27,6 +28,7 @@ void ca_auto_report(ca_auto_rays *a)
         const double left = (a->goal.samples - a->progress.camera_paths) / a->numbers.mean;
         progress.passes_total = a->iterations + (left > 0.0 ? (uint32_t)ceil(left) : 0);
     }
+    if (ca_auto_repeats(a)) progress.passes_total = ca_auto_record_iterations(&a->script);
     a->interrupted = !ca_render_tell(a->plan, &progress, &a->start);
     a->progress.stopped = a->interrupted || a->next.largest + a->numbers.most > (double)UINT32_MAX;
 }
@@ -38,6 +40,13 @@ void ca_auto_end_early(ca_auto_rays *a, ca_status status)
         a->interrupted = true;
     else
         a->failure = status;
+}
+
+ca_status ca_auto_survive(ca_auto_rays *a, ca_status status)
+{
+    if (status == CA_OK || a->iterations < CA_PILOT_HALVES) return status;
+    ca_auto_end_early(a, status);
+    return CA_OK;
 }
 
 /* ---- Steps ----------------------------------------------------------------------------------------------------- */
@@ -71,7 +80,7 @@ static void predict(ca_auto_rays *a, const ca_auto_prediction *prediction, step_
 static ca_status run(ca_auto_rays *a, const ca_auto_run *run, step_memory *memory, ca_auto_outcome *outcome,
                      ca_error *error)
 {
-    if (run->numbers != CA_AUTO_UNCHANGED)
+    if (run->numbers != CA_AUTO_UNCHANGED && !a->kept.resumed)
         ca_auto_use(a, run->numbers == CA_AUTO_BEST ? &memory->best : &memory->tried);
     ca_auto_choice_destroy(&memory->best);
     ca_auto_choice_destroy(&memory->tried);
@@ -94,29 +103,62 @@ static ca_status perform(ca_auto_rays *a, const ca_auto_decision *decision, step
     return CA_OK;
 }
 
+/* The step at work goes on as it was decided; what follows knows the goal as it is now. */
+static void decide(ca_auto_rays *a)
+{
+    if (a->kept.resumed) {
+        a->situation.goal = a->goal;
+        a->decision = ca_auto_decision_to(&a->decision, &a->goal);
+    } else {
+        a->decision = ca_auto_decide(&a->situation);
+    }
+}
+
 static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *error)
 {
-    ca_auto_situation situation = ca_auto_plan_start(&a->goal, &a->progress, a->ordinary.numbers.light_paths);
+    if (!a->kept.resumed)
+        a->situation = ca_auto_plan_start(&a->goal, &a->progress, a->ordinary.numbers.light_paths);
     for (;;) {
-        const ca_auto_decision decision = ca_auto_decide(&situation);
         ca_auto_outcome outcome = {0};
-        if (decision.step == CA_AUTO_END) return CA_OK;
-        CA_TRY(perform(a, &decision, memory, &outcome, error));
+        decide(a);
+        if (a->decision.step == CA_AUTO_END) return CA_OK;
+        CA_TRY(perform(a, &a->decision, memory, &outcome, error));
         outcome.progress = a->progress;
-        situation = ca_auto_note(&situation, &decision, &outcome);
+        a->situation = ca_auto_note(&a->situation, &a->decision, &outcome);
     }
+}
+
+/* The runs of a record. One of fewer than two iterations is left out. */
+static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
+{
+    const ca_auto_group *group;
+    for (; (group = ca_auto_script_group(a)) != NULL && !a->progress.stopped; a->script_next++) {
+        ca_auto_outcome outcome;
+        const ca_auto_run run = {.measures = group->measures};
+        if (group->kind != CA_AUTO_GROUP_RUN || group->iterations < 2) continue;
+        ca_auto_use_map(a, group->light_paths, group->map);
+        CA_TRY(ca_auto_run_do(a, &run, 0.0, &outcome, error));
+    }
+    return CA_OK;
+}
+
+/* Those behind the pilot. */
+static ca_status run_rest(ca_auto_rays *a, ca_error *error)
+{
+    step_memory memory = {0};
+    if (!a->render.pixels) CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
+    const ca_status status = ca_auto_repeats(a) ? repeat_all(a, error) : perform_all(a, &memory, error);
+    ca_auto_choice_destroy(&memory.best);
+    ca_auto_choice_destroy(&memory.tried);
+    return status;
 }
 
 static ca_status run_all(ca_auto_rays *a, ca_error *error)
 {
-    step_memory memory = {0};
-    CA_TRY(ca_auto_pilot_run(a, error));
-    if (!a->times) return CA_OK; /* the render ended in its pilot */
-    CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
-    const ca_status status = perform_all(a, &memory, error);
-    ca_auto_choice_destroy(&memory.best);
-    ca_auto_choice_destroy(&memory.tried);
-    return status;
+    const bool has_pilot = a->kept.resumed && a->kept.resumed->stage == CA_AUTO_AT_RUN;
+    if (!has_pilot) CA_TRY(ca_auto_pilot_run(a, error));
+    if (!a->times || a->progress.stopped) return CA_OK; /* the render ended in its pilot */
+    return ca_auto_survive(a, run_rest(a, error));
 }
 
 /* ---- Memory ---------------------------------------------------------------------------------------------------- */
@@ -137,12 +179,15 @@ enum {
 _Static_assert(IN_PILOT == 628 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN_A_RUN == 620,
                "auto_rays.h tells the bytes of a pixel");
 _Static_assert((int)CA_AUTO_PIXEL_BYTES == (int)IN_PILOT, "auto_rays.h tells the most bytes of a pixel");
+_Static_assert(CA_AUTO_KEPT_PIXEL_BYTES == sizeof(ca_pair_moments) + CA_AUTO_MOST_RUNS * sizeof(uint32_t),
+               "auto_rays.h tells what checkpoints take");
 
 /* The plan has counted one film, and what a pass takes. */
 static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double pixels = ca_render_plan_pixels(plan);
-    const double bytes = (CA_AUTO_PIXEL_BYTES - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
+    const double kept = plan->settings->checkpoint_path ? CA_AUTO_KEPT_PIXEL_BYTES : 0.0;
+    const double bytes = (CA_AUTO_PIXEL_BYTES + kept - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;
     if (bytes >= plan->input.memory_bytes)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -181,6 +226,16 @@ static void destroy(ca_auto_rays *a)
     ca_ray_times_destroy(a->times);
     ca_halved_film_destroy(&a->pilot);
     ca_joined_film_destroy(&a->render);
+    ca_auto_keep_end(a);
+}
+
+/* The image is there whether its checkpoint could be written or not. */
+static ca_status tell_of_checkpoint(const ca_auto_rays *a, ca_status status, ca_error *error)
+{
+    const ca_checkpoint *checkpoint = &a->kept.checkpoint;
+    if (status != CA_OK || checkpoint->status == CA_OK) return status;
+    if (error) *error = checkpoint->failure;
+    return checkpoint->status;
 }
 
 ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *observer, ca_image_layers **image,
@@ -199,9 +254,11 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
     CA_TRY(plan_memory(plan, error));
     CA_TRY(ca_auto_read_settings(&a, error));
     ca_status status = create(&a, error);
+    if (status == CA_OK) status = ca_auto_keep_start(&a, error);
     if (status == CA_OK) status = run_all(&a, error);
     ca_reserve_open(plan->reserve);
     if (status == CA_OK) status = ca_auto_finish(&a, image, statistics, a.failure == CA_OK ? error : NULL);
+    if (a.failure == CA_OK) status = tell_of_checkpoint(&a, status, error);
     destroy(&a);
     return a.failure == CA_OK ? status : a.failure;
 }

@@ -31,9 +31,16 @@
  *     choosing numbers                             164            164
  *     all                               628        496            552        620
  *
- * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
+ * A render that is kept in a checkpoint takes 100 more: what an iteration adds to the pairs before it is complete,
+ * 72, and the numbers of each run, 7 x 4. A picture while the render goes on takes 320 more while it is made, beside
+ * its layers. The light paths of an
  * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
- * Threads: the samples do not depend on them, but the numbers depend on measured times. */
+ * Threads: the samples do not depend on them, but the numbers depend on measured times.
+ *
+ * Checkpoints hold all of this as it is after an iteration, and what was decided so far (auto_record.h): a render
+ * goes on from one with the sums, the estimates and the times that it had. Numbers that are chosen after that follow
+ * from the times of both processes; the image is always the one that its record tells, to the bit. With
+ * CA_RAYS_OF_RECORD the record of such a file decides all. */
 #ifndef CA_RENDER_AUTO_RAYS_H
 #define CA_RENDER_AUTO_RAYS_H
 
@@ -41,7 +48,9 @@
 #include "render/auto_pilot_plan.h"
 #include "render/render.h"
 
-enum { CA_AUTO_PIXEL_BYTES = 628 };
+enum { CA_AUTO_PIXEL_BYTES = 628, CA_AUTO_KEPT_PIXEL_BYTES = 100 };
+/* What a pixel of the image takes beside what all films need to be developed: a joined film where none is there yet. */
+enum { CA_AUTO_IMAGE_PIXEL_BYTES = sizeof(ca_joined_pixel) };
 
 /* What an image was joined of, for those who want to check it. */
 typedef struct ca_auto_parts {
@@ -56,8 +65,8 @@ typedef struct ca_auto_observer {
     void *user;
 } ca_auto_observer;
 
-/* Renders a plan with plan->rays CA_RAYS_AUTO; `observer` may be NULL. Errors: those of ca_render_plan_run;
- * CA_ERROR_ARGUMENT where there are too few samples, paths or bytes for a pilot. */
+/* Renders a plan with plan->rays CA_RAYS_AUTO or CA_RAYS_OF_RECORD; `observer` may be NULL. Errors: those of
+ * ca_render_plan_run; CA_ERROR_ARGUMENT where there are too few samples, paths or bytes for a pilot. */
 ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *observer, ca_image_layers **image,
                               ca_render_statistics *statistics, ca_error *error);
 

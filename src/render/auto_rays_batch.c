@@ -1,8 +1,18 @@
 /* Iterations with the numbers in use. */
 #include "base/clock.h"
+#include "base/memory.h"
 #include "render/auto_rays_state.h"
 
-ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_error *error)
+/* Of a render that is kept an iteration's pairs count from its end on: a checkpoint is written after one that failed,
+ * too. */
+static ca_status hold_pairs(const ca_auto_rays *a, ca_auto_batch *batch, ca_error *error)
+{
+    if (!ca_auto_is_kept(a)) return CA_OK;
+    batch->gathered.made = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *batch->gathered.made);
+    return batch->gathered.made ? CA_OK : ca_fail_memory(error, "the noise components");
+}
+
+ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, uint32_t done, ca_error *error)
 {
     ca_render_plan *plan = a->plan;
     *batch = (ca_auto_batch){
@@ -11,7 +21,9 @@ ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *fi
                      .y0 = film->y0,
                      .width = film->width,
                      .height = film->height,
-                     .light_paths = a->numbers.light_paths}};
+                     .light_paths = a->numbers.light_paths},
+        .passes = done};
+    CA_TRY(hold_pairs(a, batch, error));
     CA_TRY(ca_render_plan_set_light_paths(plan, a->numbers.light_paths, error));
     plan->input.first_light_path = a->next.light_path;
     plan->input.pairs = &batch->gathered;
@@ -59,6 +71,7 @@ void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch)
     if (batch->runner.workers.list) ca_workers_count(&batch->runner.workers, &a->counts);
     ca_pass_runner_destroy(&batch->runner);
     if (batch->integrator) a->plan->type->destroy(batch->integrator);
+    ca_free(batch->gathered.made);
     a->plan->input.pairs = NULL;
     *batch = (ca_auto_batch){0};
 }

@@ -165,15 +165,19 @@ void ca_auto_use_uniform(ca_auto_rays *a, ca_pilot_numbers numbers)
     a->numbers.mean = numbers.camera_paths;
 }
 
-void ca_auto_use(ca_auto_rays *a, const ca_auto_choice *choice)
+void ca_auto_use_map(ca_auto_rays *a, uint32_t light_paths, const uint32_t *camera_paths)
 {
-    const ca_ray_numbers *from = &choice->numbers;
     const size_t count = ca_auto_pixels(a);
     double sum = 0.0;
-    memcpy(a->numbers.camera_paths, from->camera_paths, count * sizeof *from->camera_paths);
-    for (size_t p = 0; p < count; p++) sum += from->camera_paths[p];
-    a->numbers.light_paths = (uint32_t)from->best.light_paths;
-    a->numbers.most = largest(from->camera_paths, count);
+    memcpy(a->numbers.camera_paths, camera_paths, count * sizeof *camera_paths);
+    for (size_t p = 0; p < count; p++) sum += camera_paths[p];
+    a->numbers.light_paths = light_paths;
+    a->numbers.most = largest(camera_paths, count);
     a->numbers.mean = sum / (double)count;
-    a->predicted_gain = from->gain_over_given;
+}
+
+void ca_auto_use(ca_auto_rays *a, const ca_auto_choice *choice)
+{
+    ca_auto_use_map(a, (uint32_t)choice->numbers.best.light_paths, choice->numbers.camera_paths);
+    a->predicted_gain = choice->numbers.gain_over_given;
 }

@@ -11,9 +11,12 @@
 
 static double pilot_worth(const ca_auto_rays *a) { return ca_pilot_worth(&a->ramp, &a->ordinary); }
 
-/* w_A, w_B of auto_rays.h. */
-static void set_weights(const ca_auto_rays *a, double weights[CA_PILOT_HALVES])
+void ca_auto_weights(const ca_auto_rays *a, double weights[CA_PILOT_HALVES])
 {
+    if (ca_auto_repeats(a)) {
+        for (int h = 0; h < CA_PILOT_HALVES; h++) weights[h] = a->render_iterations == 0 ? 0.0 : a->script.weights[h];
+        return;
+    }
     const double now = fmin(ca_auto_work(&a->goal, &a->progress), ca_auto_work_end(&a->goal));
     for (int h = 0; h < CA_PILOT_HALVES; h++)
         weights[h] = a->render_iterations == 0
@@ -21,9 +24,15 @@ static void set_weights(const ca_auto_rays *a, double weights[CA_PILOT_HALVES])
                          : ca_pilot_render_weight(&a->verdicts[h], &a->goal, now - a->pilot_work, pilot_worth(a));
 }
 
+double ca_auto_share_at_work(const ca_auto_rays *a, const ca_auto_run *run)
+{
+    if (ca_auto_repeats(a)) return ca_auto_script_group(a)->share;
+    return ca_auto_run_share(run, ca_auto_work(&a->goal, &a->progress));
+}
+
 static double share_at_work(const ca_auto_rays *a)
 {
-    return a->work ? ca_auto_run_share(a->work->run, ca_auto_work(&a->goal, &a->progress)) : 0.0;
+    return a->work ? ca_auto_share_at_work(a, a->work->run) : 0.0;
 }
 
 /* ---- The noise so far ------------------------------------------------------------------------------------------ */
@@ -42,7 +51,7 @@ static double noise_of(ca_auto_rays *a, ca_joined_sums sums)
 double ca_auto_look(ca_auto_rays *a)
 {
     double weights[CA_PILOT_HALVES];
-    set_weights(a, weights);
+    ca_auto_weights(a, weights);
     ca_joined_sums sums = ca_halved_film_sums(&a->pilot, 0.5 * (1.0 - weights[1]), 0.5 * (1.0 - weights[0]));
     const double share = share_at_work(a), factor = 0.5 * (weights[0] + weights[1]) / (a->shares + share);
     if (a->shares > 0.0) sums = ca_joined_sums_add(sums, ca_joined_sums_of(&a->render), factor);
@@ -63,7 +72,7 @@ double ca_auto_look_in_pilot(ca_auto_rays *a, const ca_film *films)
 static void join_pilot(const ca_auto_rays *a, ca_joined_film *image)
 {
     double weights[CA_PILOT_HALVES];
-    set_weights(a, weights);
+    ca_auto_weights(a, weights);
     ca_joined_film_scale(image, 0.5 * (weights[0] + weights[1]));
     ca_halved_film_join(&a->pilot, 0.5 * (1.0 - weights[1]), 0.5 * (1.0 - weights[0]), image);
 }
@@ -73,7 +82,7 @@ static void show_parts(const ca_auto_rays *a, const ca_joined_film *render)
     ca_auto_parts parts = {.pilot = &a->pilot, .render_iterations = a->render_iterations};
     if (!a->observer) return;
     if (a->render_iterations > 0) parts.render = render;
-    set_weights(a, parts.weights);
+    ca_auto_weights(a, parts.weights);
     a->observer->parts(&parts, a->observer->user);
 }
 
@@ -91,6 +100,7 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     statistics->note_count = a->plan->scene->desc.notes.count;
     statistics->samples_per_pixel = a->progress.camera_paths;
     statistics->interrupted = a->interrupted;
+    statistics->passes_resumed = a->kept.iterations;
     statistics->first_predicted_seconds = a->progress.looks.first_predicted_seconds;
     statistics->first_predicted_at = a->progress.looks.first_predicted_at;
     statistics->numbers_of_rays = (ca_rays_statistics){
@@ -124,8 +134,9 @@ static ca_status add_layers(const ca_auto_rays *a, const ca_render_statistics *s
     CA_TRY(ca_ray_map_add(image, a->numbers.light_paths, a->numbers.camera_paths, error));
     CA_TRY(ca_auto_known_add_layers(a->known, a->numbers.light_paths, a->numbers.camera_paths, image, error));
     snprintf(text, sizeof text,
-             "auto: %u %s and %.4g %s per pixel in the last iterations; pilot %.3g s of %.3g s",
-             a->numbers.light_paths, ca_noun(a->numbers.light_paths, "light path", "light paths"), a->numbers.mean,
+             "%s: %u %s and %.4g %s per pixel in the last iterations; pilot %.3g s of %.3g s",
+             ca_auto_repeats(a) ? "repeated" : "auto", a->numbers.light_paths,
+             ca_noun(a->numbers.light_paths, "light path", "light paths"), a->numbers.mean,
              ca_noun(a->numbers.mean, "camera path", "camera paths"), a->pilot_seconds, a->progress.seconds);
     return ca_layers_set_text(image, "caustica.rays", text, error);
 }
@@ -134,7 +145,7 @@ static ca_status develop(const ca_auto_rays *a, const ca_joined_film *joined, ca
                          ca_render_statistics *statistics, ca_error *error)
 {
     fill_statistics(a, joined, statistics);
-    CA_TRY(ca_joined_film_develop(joined, a->iterations, &a->frame, image, error));
+    CA_TRY(ca_joined_film_develop(joined, a->iterations, &a->frame, a->plan->threads, image, error));
     const ca_status status = add_layers(a, statistics, *image, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*image);

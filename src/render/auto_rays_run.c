@@ -3,13 +3,17 @@
 
 enum { TIMES_KEPT = 8 }; /* of each kind, measured with other numbers before (ray_times.h) */
 
-static ca_status create(ca_auto_rays *a, ca_auto_work_film *work, ca_error *error)
+ca_status ca_auto_work_create(const ca_auto_rays *a, ca_auto_work_film *work, ca_error *error)
 {
     const ca_film *frame = &a->frame;
     CA_TRY(ca_film_create(&work->film, frame->full_width, frame->full_height, a->plan->crop, error));
-    if (!work->run->measures) return CA_OK;
-    ca_ray_times_thin(a->times, TIMES_KEPT);
-    return ca_pair_film_create_means(&work->pairs, a->plan->crop, error);
+    return work->run->measures ? ca_pair_film_create_means(&work->pairs, a->plan->crop, error) : CA_OK;
+}
+
+void ca_auto_work_destroy(ca_auto_work_film *work)
+{
+    ca_film_destroy(&work->film);
+    ca_pair_film_destroy(&work->pairs);
 }
 
 static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_work_film *work, ca_error *error)
@@ -27,7 +31,6 @@ static ca_status run_iteration(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_wo
         work->plain_seconds += seconds;
     }
     a->render_iterations++;
-    ca_auto_report(a);
     return CA_OK;
 }
 
@@ -52,16 +55,43 @@ static void end_early(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_work_film *
     ca_auto_batch_drop(a, batch);
 }
 
+static bool is_over(const ca_auto_rays *a, const ca_auto_work_film *work)
+{
+    if (!ca_auto_repeats(a)) return ca_auto_run_is_over(work->run, &a->goal, &a->progress, work->iterations);
+    const bool stopped = a->progress.stopped && work->iterations >= 2;
+    return stopped || work->iterations >= ca_auto_script_group(a)->iterations;
+}
+
+/* Nothing follows this run. */
+static bool render_is_over(const ca_auto_rays *a)
+{
+    return ca_auto_work(&a->goal, &a->progress) >= ca_auto_work_end(&a->goal) ||
+           ca_auto_is_over(&a->goal, &a->progress);
+}
+
+static ca_status run_iterations(ca_auto_rays *a, ca_auto_batch *batch, ca_auto_work_film *work, ca_error *error)
+{
+    const ca_auto_place place = {CA_AUTO_AT_RUN, NULL, work, &batch->runner.workers};
+    ca_status status = CA_OK;
+    while (status == CA_OK && !is_over(a, work)) {
+        status = run_iteration(a, batch, work, error);
+        if (status != CA_OK) break;
+        ca_auto_report(a);
+        look(a, work);
+        ca_auto_keep(a, &place, work->iterations);
+    }
+    if (status != CA_OK || render_is_over(a))
+        ca_auto_keep_last(a, &place, work->iterations, status != CA_OK || a->interrupted);
+    return status;
+}
+
 static ca_status iterate(ca_auto_rays *a, ca_auto_work_film *work, ca_error *error)
 {
-    ca_auto_batch batch;
-    ca_status status = ca_auto_batch_begin(a, &batch, &work->film, error);
-    a->work = work;
+    ca_auto_batch batch = {.integrator = NULL};
+    ca_status status = ca_auto_batch_begin(a, &batch, &work->film, work->iterations, error);
     const bool began = status == CA_OK;
-    while (status == CA_OK && !ca_auto_run_is_over(work->run, &a->goal, &a->progress, work->iterations)) {
-        status = run_iteration(a, &batch, work, error);
-        if (status == CA_OK) look(a, work);
-    }
+    a->work = work;
+    if (began) status = run_iterations(a, &batch, work, error);
     if (began && status != CA_OK) {
         end_early(a, &batch, work, status);
         status = CA_OK;
@@ -71,9 +101,11 @@ static ca_status iterate(ca_auto_rays *a, ca_auto_work_film *work, ca_error *err
     return status;
 }
 
-static void keep(ca_auto_rays *a, const ca_auto_work_film *work)
+/* The run becomes a part of R. */
+static void join(ca_auto_rays *a, const ca_auto_work_film *work)
 {
-    const double share = ca_auto_run_share(work->run, ca_auto_work(&a->goal, &a->progress));
+    const double share = ca_auto_share_at_work(a, work->run);
+    if (ca_auto_is_kept(a)) ca_auto_record_last(&a->record)->share = share;
     ca_joined_film_add(&a->render, &work->film, share);
     a->shares += share;
     a->runs++;
@@ -95,17 +127,31 @@ static void describe(const ca_auto_rays *a, const ca_auto_work_film *work, ca_au
     outcome->plain_seconds = a->plain_seconds;
 }
 
+/* One that is gone on with, or a new one. */
+static ca_status begin(ca_auto_rays *a, const ca_auto_run *run, ca_auto_work_film *work, ca_error *error)
+{
+    if (a->kept.resumed) {
+        *work = a->kept.resumed->work;
+        work->run = run;
+        ca_free(a->kept.resumed);
+        a->kept.resumed = NULL;
+        return CA_OK;
+    }
+    if (run->measures) ca_ray_times_thin(a->times, TIMES_KEPT);
+    CA_TRY(ca_auto_work_create(a, work, error));
+    return ca_auto_keep_group(a, CA_AUTO_GROUP_RUN, run->measures, error);
+}
+
 ca_status ca_auto_run_do(ca_auto_rays *a, const ca_auto_run *run, double passes_before, ca_auto_outcome *outcome,
                          ca_error *error)
 {
     ca_auto_work_film work = {.run = run, .passes_before = passes_before};
-    ca_status status = create(a, &work, error);
+    ca_status status = begin(a, run, &work, error);
     if (status == CA_OK) status = iterate(a, &work, error);
     if (status == CA_OK && work.iterations > 0) {
-        keep(a, &work);
+        join(a, &work);
         describe(a, &work, outcome);
     }
-    ca_film_destroy(&work.film);
-    ca_pair_film_destroy(&work.pairs);
+    ca_auto_work_destroy(&work);
     return status;
 }

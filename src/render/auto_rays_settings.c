@@ -52,6 +52,7 @@ static ca_status read_light_paths(const ca_render_plan *plan, uint32_t *light_pa
 static void read_goal(ca_auto_rays *a)
 {
     const ca_render_settings *settings = a->plan->settings;
+    if (a->plan->rays == CA_RAYS_OF_RECORD) return; /* that is the end */
     a->goal.seconds = settings->seconds; /* may be set beside a number of samples, too */
     if (a->plan->open_ended) return;
     a->goal.samples =

@@ -1,7 +1,7 @@
 /* What the pieces of a render with rays "auto" share: auto_rays.c (from beginning to end), auto_rays_settings.c,
  * auto_rays_pilot.c, auto_rays_run.c (a trial, the validation run, a phase), auto_rays_choice.c (from estimates to
- * numbers), auto_rays_batch.c (iterations), auto_rays_image.c (joining). What is decided is not in them:
- * auto_pilot_plan.h, auto_plan.h. */
+ * numbers), auto_rays_batch.c (iterations), auto_rays_image.c (joining), auto_rays_keep.c (checkpoints). What is
+ * decided is not in them: auto_pilot_plan.h, auto_plan.h. */
 #ifndef CA_RENDER_AUTO_RAYS_STATE_H
 #define CA_RENDER_AUTO_RAYS_STATE_H
 
@@ -9,6 +9,8 @@
 #include "render/auto_pilot_plan.h"
 #include "render/auto_plan.h"
 #include "render/auto_rays.h"
+#include "render/auto_record.h"
+#include "render/checkpoint.h"
 #include "render/pass.h"
 
 /* Numbers of paths that iterations have. */
@@ -35,6 +37,46 @@ typedef struct ca_auto_work_film {
     uint32_t iterations, gathering, plain; /* so far; those that gathered pairs; those that were timed without */
     double seconds, plain_seconds;         /* of the clock: all iterations; plain ones */
 } ca_auto_work_film;
+
+/* What is made of one half's samples alone, in the pilot. */
+typedef struct ca_auto_half {
+    ca_film film;       /* of the group at work: the ramp, then ordinary iterations */
+    ca_pair_film pairs; /* of ordinary iterations */
+    ca_ray_times *times;
+    double plain_seconds; /* of the clock, of ordinary iterations that gathered no pairs ... */
+    uint32_t plain;       /* ... and how many these are */
+    uint32_t gathering;   /* the others */
+} ca_auto_half;
+
+typedef struct ca_auto_pilot {
+    ca_auto_half halves[CA_PILOT_HALVES];
+    double seconds; /* of its last iteration */
+} ca_auto_pilot;
+
+/* Where a render is when it is kept: after whole iterations of the ramp, which come by twos, of the pilot's ordinary
+ * ones or of a run. */
+typedef enum ca_auto_stage { CA_AUTO_AT_RAMP, CA_AUTO_AT_ORDINARY, CA_AUTO_AT_RUN } ca_auto_stage;
+
+typedef struct ca_auto_place {
+    ca_auto_stage stage;
+    ca_auto_pilot *pilot;      /* borrowed; of the first two stages */
+    ca_auto_work_film *work;   /* borrowed; of the third */
+    const ca_workers *workers; /* borrowed; whose counts are not in those of the render yet; NULL: nobody's */
+} ca_auto_place;
+
+/* What a checkpoint had when the render began, until the stage that it belongs to goes on with it. */
+typedef struct ca_auto_resumed {
+    ca_auto_stage stage;
+    ca_auto_pilot pilot;
+    ca_auto_work_film work;
+} ca_auto_resumed;
+
+typedef struct ca_auto_kept {
+    ca_checkpoint checkpoint;
+    char *settings, *choices; /* owned; what a file must have, too: of the image; of what decides */
+    ca_auto_resumed *resumed; /* owned; NULL: nothing is left to go on with */
+    uint32_t iterations;      /* that were in the checkpoint */
+} ca_auto_kept;
 
 typedef struct ca_auto_rays {
     ca_render_plan *plan;
@@ -69,13 +111,28 @@ typedef struct ca_auto_rays {
     ca_ray_costs costs;    /* that the last choice was made with */
     double predicted_gain; /* of the numbers in use over the pilot's */
 
+    ca_auto_situation situation; /* before the step at work, which is: */
+    ca_auto_decision decision;
     ca_joined_film render;   /* sum of runs that are done, each times its share */
     double shares;           /* sum of these */
     ca_auto_work_film *work; /* borrowed; NULL: no run is at work */
+
+    ca_auto_kept kept;
+    ca_auto_record record; /* of this render; of a render that is kept alone */
+    ca_auto_record script; /* that decides instead of the planners; empty: they do */
+    uint32_t script_next;  /* its next group */
 } ca_auto_rays;
 
 static inline size_t ca_auto_pixels(const ca_auto_rays *a) { return (size_t)a->frame.width * a->frame.height; }
 static inline bool ca_auto_one_camera_path(const ca_auto_rays *a) { return a->pilot_settings.camera_paths == 1; }
+static inline bool ca_auto_is_kept(const ca_auto_rays *a) { return a->kept.checkpoint.path != NULL; }
+
+/* Of a render that repeats a record: its group at work or to come; NULL: it decides for itself, or there is none. */
+static inline const ca_auto_group *ca_auto_script_group(const ca_auto_rays *a)
+{
+    return a->script_next < a->script.count ? &a->script.groups[a->script_next] : NULL;
+}
+static inline bool ca_auto_repeats(const ca_auto_rays *a) { return a->script.count > 0; }
 
 /* ---- Settings -------------------------------------------------------------------------------------------------- */
 
@@ -93,8 +150,8 @@ typedef struct ca_auto_batch {
     uint32_t passes;
 } ca_auto_batch;
 
-/* `film`: any of those that it is run with. */
-ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_error *error);
+/* `film`: any of those that it is run with. `done`: iterations of the batch that were in a checkpoint. */
+ca_status ca_auto_batch_begin(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, uint32_t done, ca_error *error);
 /* One more iteration; `pairs` and `times` may be NULL. *seconds: of the clock. One that fails leaves film and counts
  * as they were; the pairs, from which nothing is learned any more, may be incomplete. */
 ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film, ca_pair_film *pairs,
@@ -106,6 +163,8 @@ void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch);
 
 /* The render ends with what it has, since an iteration has failed: with this status, or it was stopped. */
 void ca_auto_end_early(ca_auto_rays *a, ca_status status);
+/* The same of a step between iterations, if there are enough of them for an image: else its status. */
+ca_status ca_auto_survive(ca_auto_rays *a, ca_status status);
 
 /* Tells the caller how far the render is; asks whether it goes on. */
 void ca_auto_report(ca_auto_rays *a);
@@ -128,8 +187,9 @@ typedef struct ca_auto_basis {
 ca_status ca_auto_choose(ca_auto_rays *a, const ca_auto_basis *basis, const ca_auto_limits *limits,
                          ca_auto_choice *choice, ca_error *error);
 void ca_auto_choice_destroy(ca_auto_choice *choice);
-/* Puts a choice's numbers, or the same for all pixels, to use. */
+/* Puts a choice's numbers, given ones, or the same for all pixels, to use. */
 void ca_auto_use(ca_auto_rays *a, const ca_auto_choice *choice);
+void ca_auto_use_map(ca_auto_rays *a, uint32_t light_paths, const uint32_t *camera_paths);
 void ca_auto_use_uniform(ca_auto_rays *a, ca_pilot_numbers numbers);
 
 /* ---- Stages ---------------------------------------------------------------------------------------------------- */
@@ -137,9 +197,39 @@ void ca_auto_use_uniform(ca_auto_rays *a, ca_pilot_numbers numbers);
 /* Its iterations; and, if the render goes on, what they tell: weights, times, a->known. */
 ca_status ca_auto_pilot_run(ca_auto_rays *a, ca_error *error);
 
+/* One that has nothing yet; one that is empty may be destroyed. */
+ca_status ca_auto_pilot_create(const ca_auto_rays *a, ca_auto_pilot *pilot, ca_error *error);
+void ca_auto_pilot_destroy(ca_auto_pilot *pilot);
+
+/* The film of a run, and its pairs if it measures. */
+ca_status ca_auto_work_create(const ca_auto_rays *a, ca_auto_work_film *work, ca_error *error);
+void ca_auto_work_destroy(ca_auto_work_film *work);
+
 /* A run with the numbers in use becomes a part of R, and what it gathered joins what is known. */
 ca_status ca_auto_run_do(ca_auto_rays *a, const ca_auto_run *run, double passes_before, ca_auto_outcome *outcome,
                          ca_error *error);
+
+/* ---- Checkpoints and records ----------------------------------------------------------------------------------- */
+
+/* Locks the checkpoint, and reads what is in it where the render goes on; or the record that is repeated. */
+ca_status ca_auto_keep_start(ca_auto_rays *a, ca_error *error);
+void ca_auto_keep_end(ca_auto_rays *a);
+/* A group of iterations with the numbers in use begins: notes it, if the render is kept. */
+ca_status ca_auto_keep_group(ca_auto_rays *a, ca_auto_group_kind kind, bool measures, ca_error *error);
+/* After so many iterations of the group: writes the checkpoint if it is due. */
+void ca_auto_keep(ca_auto_rays *a, const ca_auto_place *place, uint32_t iterations);
+/* The same before the last group is joined; `early`: the render was ended before its time. */
+void ca_auto_keep_last(ca_auto_rays *a, const ca_auto_place *place, uint32_t iterations, bool early);
+
+/* The file of a checkpoint (auto_file.c). The record's last group is the one at work; place->work or place->pilot,
+ * which are empty, are filled when one is read. */
+ca_status ca_auto_file_write(ca_auto_rays *a, const ca_auto_place *place, const char *path, ca_error *error);
+ca_status ca_auto_file_read(ca_auto_rays *a, ca_auto_place *place, const char *path, ca_error *error);
+
+/* w_A, w_B of auto_rays.h, as they are now. */
+void ca_auto_weights(const ca_auto_rays *a, double weights[CA_PILOT_HALVES]);
+/* The share in R of the run at work if it ended now. */
+double ca_auto_share_at_work(const ca_auto_rays *a, const ca_auto_run *run);
 
 /* ---- The image ------------------------------------------------------------------------------------------------- */
 

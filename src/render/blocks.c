@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/processors.h"
 #include "base/stop.h"
 #include "base/text.h"
 #include "render/checkpoint.h"
@@ -186,20 +187,15 @@ static bool report_progress(block_render *r, uint64_t limit)
 
 /* ---- With other ranks ------------------------------------------------------------------------------------------ */
 
-/* *made: so many of its blocks are in the film. */
-static ca_status make_range(block_render *r, ca_work_range range, uint64_t *made, ca_error *error)
+/* ca_rank_work.make */
+static ca_status make_range(void *user, ca_work_range range, uint64_t *made, ca_error *error)
 {
-    for (*made = 0; *made < range.end - range.begin; ++*made) CA_TRY(render_block(r, range.begin + *made, error));
-    return CA_OK;
-}
-
-/* On rank 0. */
-static ca_status make_own_range(block_render *r, ca_work_range range, ca_error *error)
-{
-    uint64_t made;
-    const ca_status status = make_range(r, range, &made, error);
-    ca_rank_work_done(&r->work, range, made);
-    r->part.blocks[1] = r->part.blocks[0] + r->work.made;
+    block_render *r = user;
+    ca_status status = CA_OK;
+    for (*made = 0; *made < range.end - range.begin; ++*made) {
+        status = render_block(r, range.begin + *made, error);
+        if (status != CA_OK) break;
+    }
     r->part.seconds = ca_clock_seconds() - r->start;
     return status;
 }
@@ -207,15 +203,8 @@ static ca_status make_own_range(block_render *r, ca_work_range range, ca_error *
 /* The film then has all blocks that were handed out. */
 static ca_status gather(block_render *r, ca_error *error)
 {
-    ca_rank_work *work = &r->work;
-    ca_status status = CA_OK;
-    while (!ca_rank_work_gather(work)) {
-        ca_work_range range;
-        if (!ca_rank_work_take(work, &range)) continue;
-        const ca_status made = make_own_range(r, range, status == CA_OK ? error : NULL);
-        if (status == CA_OK) status = made;
-    }
-    r->part.blocks[1] = r->part.blocks[0] + work->in_sums;
+    const ca_status status = ca_rank_work_gather(&r->work, error);
+    r->part.blocks[1] = r->part.blocks[0] + r->work.in_sums;
     return status;
 }
 
@@ -227,19 +216,12 @@ static void gather_for_progress(const ca_render_progress *progress)
     ca_rank_work_go_on(&r->work, UINT64_MAX);
 }
 
-/* Of blocks with a gap nothing can be said. */
-static ca_status check_whole(const block_render *r, const char *path, ca_error *error)
-{
-    if (!r->ranks || ca_rank_work_is_whole(&r->work)) return CA_OK;
-    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not all blocks from the first on could be made", path);
-}
-
 /* ---- Checkpoints ----------------------------------------------------------------------------------------------- */
 
 static ca_status write_film(block_render *r, const char *path, ca_error *error)
 {
     count_what_is_done(r);
-    CA_TRY(check_whole(r, path, error));
+    CA_TRY(ca_rank_work_check_whole(&r->work, path, "blocks", error));
     return ca_part_write(&r->part, path, error);
 }
 
@@ -247,10 +229,10 @@ static ca_status write_film(block_render *r, const char *path, ca_error *error)
 static ca_status write_part(void *user, const char *path, ca_error *error)
 {
     block_render *r = user;
-    const bool gathers = r->ranks && !r->work.ended;
+    const bool gathers = ca_rank_work_is_open(&r->work);
     if (gathers) CA_TRY(gather(r, error));
     const ca_status status = write_film(r, path, error);
-    if (gathers) ca_rank_work_go_on(&r->work, UINT64_MAX);
+    if (gathers) ca_rank_work_go_on(&r->work, r->work.look);
     return status;
 }
 
@@ -261,7 +243,7 @@ static void keep(block_render *r, uint64_t limit)
     const double given = settings->seconds > 0.0 ? settings->seconds : (double)INFINITY;
     const double whole =
         r->plan->open_ended || limit == UINT64_MAX ? given : fmin(given, r->part.seconds / done * all);
-    if (ca_checkpoint_is_due(&r->checkpoint, settings, whole)) ca_checkpoint_write(&r->checkpoint, write_part, r);
+    ca_checkpoint_keep(&r->checkpoint, settings, whole, write_part, r);
 }
 
 static bool is_done(const block_render *r)
@@ -297,22 +279,6 @@ static uint64_t limit_for_ranks(block_render *r)
     return limit;
 }
 
-/* The first failure is the one that is told. */
-static ca_status finish_with_others(block_render *r, ca_status status, ca_error *error)
-{
-    ca_rank_work *work = &r->work;
-    work->closed = true;
-    const ca_status gathered = gather(r, status == CA_OK ? error : NULL);
-    if (status == CA_OK) status = gathered;
-    if (status == CA_OK && work->status != CA_OK) {
-        status = work->status;
-        if (error) *error = work->failure;
-    }
-    r->part.seconds = ca_clock_seconds() - r->start;
-    ca_rank_work_end(work);
-    return status;
-}
-
 /* As make_blocks, where other ranks make blocks, too. */
 static ca_status lead_blocks(block_render *r, ca_error *error)
 {
@@ -320,25 +286,18 @@ static ca_status lead_blocks(block_render *r, ca_error *error)
     ca_status status = CA_OK;
     limit_for_ranks(r);
     while (status == CA_OK && !r->interrupted && ca_rank_work_take(&r->work, &range)) {
-        status = make_own_range(r, range, error);
+        status = ca_rank_work_make(&r->work, range, error);
+        r->part.blocks[1] = r->part.blocks[0] + r->work.made;
         const uint64_t limit = limit_for_ranks(r);
         if (status != CA_OK) break;
         keep(r, limit);
         r->interrupted = !report_progress(r, limit) || r->work.end_asked;
     }
-    return finish_with_others(r, status, error);
-}
-
-/* On the other ranks; rank 0 tells what failed here. */
-static void help_blocks(block_render *r)
-{
-    ca_work_range range;
-    uint64_t made;
-    while (ca_rank_work_next(&r->work, &range)) {
-        ca_error failure = {""};
-        const ca_status status = make_range(r, range, &made, &failure);
-        ca_rank_work_made(&r->work, made, false, status, &failure);
-    }
+    status = ca_rank_work_finish(&r->work, status, error);
+    r->part.blocks[1] = r->part.blocks[0] + r->work.in_sums;
+    r->part.seconds = ca_clock_seconds() - r->start;
+    ca_rank_work_end(&r->work);
+    return status;
 }
 
 /* The blocks before one that was not made whole are the result, and kept. */
@@ -349,8 +308,7 @@ static ca_status run_blocks(block_render *r, ca_error *error)
     ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     const bool early = r->interrupted || status != CA_OK;
-    if (has_blocks(r) && ca_checkpoint_is_wanted(&r->checkpoint, r->plan->settings, early))
-        ca_checkpoint_write(&r->checkpoint, write_part, r);
+    if (has_blocks(r)) ca_checkpoint_keep_last(&r->checkpoint, r->plan->settings, early, write_part, r);
     return status == CA_ERROR_INTERRUPTED && has_blocks(r) ? CA_OK : status;
 }
 
@@ -418,7 +376,7 @@ static ca_status attach_record(const ca_part *part, ca_image_layers *image, ca_e
 
 ca_status ca_part_develop(const ca_part *part, ca_image_layers **image, ca_error *error)
 {
-    CA_TRY(ca_block_film_develop(part->film, image, error));
+    CA_TRY(ca_block_film_develop(part->film, ca_min_u32(part->threads, ca_processors()), image, error));
     const ca_status status = attach_record(part, *image, error);
     if (status == CA_OK) return CA_OK;
     ca_layers_destroy(*image);
@@ -451,12 +409,8 @@ static void count_what_is_done(block_render *r)
 
 static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
-    const ca_render_settings *settings = r->plan->settings;
+    const ca_status written = ca_checkpoint_write_part(&r->checkpoint, r->plan->settings, write_part, r, error);
     count_what_is_done(r);
-    ca_status written = r->checkpoint.status;
-    if (written != CA_OK && error) *error = r->checkpoint.failure;
-    const ca_status part = settings->part_path ? write_film(r, settings->part_path, error) : CA_OK;
-    if (part != CA_OK) written = part;
     ca_part_fill_statistics(&r->part, statistics);
     add_notes(r, statistics);
     statistics->interrupted = r->interrupted;
@@ -554,6 +508,8 @@ static ca_status create_work(block_render *r, ca_error *error)
     const ca_rank_sums sums = ca_rank_sums_of(&r->rank_film);
     CA_TRY(ca_rank_work_create(&r->work, r->ranks, &sums, r->part.blocks[0], r->resumed, error));
     r->work.end_wanted = r->plan->settings->stop;
+    r->work.make = make_range;
+    r->work.make_user = r;
     r->workers.parallel.between = ca_rank_work_between;
     r->workers.parallel.between_user = &r->work;
     return CA_OK;
@@ -584,10 +540,9 @@ ca_status ca_render_blocks(ca_render_plan *plan, ca_image_layers **image, ca_ren
                            ca_error *error)
 {
     block_render r = {.plan = plan, .ranks = plan->settings->ranks};
-    *image = NULL;
     ca_status status = agree_on_settings(&r, prepare(&r, error), error);
     if (status == CA_OK && ca_ranks_helps(r.ranks))
-        help_blocks(&r);
+        ca_rank_work_help(&r.work, 1);
     else if (status == CA_OK)
         status = run_and_finish(&r, image, statistics, error);
     if (r.integrator) plan->type->destroy(r.integrator);

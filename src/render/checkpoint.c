@@ -86,6 +86,26 @@ void ca_checkpoint_write(ca_checkpoint *checkpoint, ca_checkpoint_writer write, 
     if (good) checkpoint->is_kept = true;
 }
 
+void ca_checkpoint_keep(ca_checkpoint *checkpoint, const ca_render_settings *settings, double whole_seconds,
+                        ca_checkpoint_writer write, void *render)
+{
+    if (ca_checkpoint_is_due(checkpoint, settings, whole_seconds)) ca_checkpoint_write(checkpoint, write, render);
+}
+
+void ca_checkpoint_keep_last(ca_checkpoint *checkpoint, const ca_render_settings *settings, bool interrupted,
+                             ca_checkpoint_writer write, void *render)
+{
+    if (ca_checkpoint_is_wanted(checkpoint, settings, interrupted)) ca_checkpoint_write(checkpoint, write, render);
+}
+
+ca_status ca_checkpoint_write_part(const ca_checkpoint *checkpoint, const ca_render_settings *settings,
+                                   ca_checkpoint_writer write, void *render, ca_error *error)
+{
+    if (checkpoint->status != CA_OK && error) *error = checkpoint->failure;
+    const ca_status part = settings->part_path ? write(render, settings->part_path, error) : CA_OK;
+    return part == CA_OK ? checkpoint->status : part;
+}
+
 ca_status ca_checkpoint_compare(const char *path, const char *theirs, const char *ours, ca_error *error)
 {
     if (ca_part_settings_equal(&theirs, &ours)) return CA_OK;

@@ -33,6 +33,17 @@ bool ca_checkpoint_is_wanted(const ca_checkpoint *checkpoint, const ca_render_se
 typedef ca_status (*ca_checkpoint_writer)(void *render, const char *path, ca_error *error);
 void ca_checkpoint_write(ca_checkpoint *checkpoint, ca_checkpoint_writer write, void *render);
 
+/* Where it is due, or wanted at the end. */
+void ca_checkpoint_keep(ca_checkpoint *checkpoint, const ca_render_settings *settings, double whole_seconds,
+                        ca_checkpoint_writer write, void *render);
+void ca_checkpoint_keep_last(ca_checkpoint *checkpoint, const ca_render_settings *settings, bool interrupted,
+                             ca_checkpoint_writer write, void *render);
+
+/* After that: writes the part file, if the settings name one. Told is its failure, or else the checkpoint's last
+ * one. */
+ca_status ca_checkpoint_write_part(const ca_checkpoint *checkpoint, const ca_render_settings *settings,
+                                   ca_checkpoint_writer write, void *render, ca_error *error);
+
 /* Why the last write failed; NULL: it did not. */
 static inline const char *ca_checkpoint_failure(const ca_checkpoint *checkpoint)
 {

@@ -166,7 +166,7 @@ static ca_status has_passes(const char *path, bool *passes, ca_error *error)
     FILE *stream;
     uint64_t size, format;
     CA_TRY(ca_part_open(path, &stream, &size, &format, error));
-    *passes = format == CA_PASS_PART_FORMAT;
+    *passes = format == CA_PASS_PART_FORMAT || format == CA_JOINED_PART_FORMAT; /* which is refused there */
     fclose(stream);
     return CA_OK;
 }

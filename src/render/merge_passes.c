@@ -1,6 +1,7 @@
 #include "render/merge_passes.h"
 
 #include "base/memory.h"
+#include "base/processors.h"
 #include "base/text.h"
 #include "film/interval_layers.h"
 #include "film/pass_part.h"
@@ -257,7 +258,7 @@ static ca_status attach_record(const merge *m, const ca_render_statistics *stati
 
 static ca_status develop(const merge *m, ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
 {
-    CA_TRY(ca_film_develop(&m->film, image, error));
+    CA_TRY(ca_film_develop(&m->film, ca_processors(), image, error));
     const ca_status status = attach_record(m, statistics, *image, error);
     if (status == CA_OK) {
         statistics->has_confidence =

@@ -78,7 +78,7 @@ static size_t add_film(char *text, size_t used, const ca_render_plan *plan, uint
     used = add_line(text, used, "filter", ca_filter_name(plan->filter.kind));
     used = add_number(text, used, "passes_per_replicate", ca_replicates_passes(plan));
     snprintf(value, sizeof value, "%016" PRIx64, rays);
-    return add_line(text, used, "rays", rays ? value : "none");
+    return add_line(text, used, "rays", rays ? value : ca_render_plan_joins(plan) ? "chosen" : "none");
 }
 
 ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char **text, ca_error *error)

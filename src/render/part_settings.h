@@ -10,7 +10,7 @@
 ca_status ca_part_settings_make(const ca_render_plan *plan, char **text, ca_error *error);
 
 /* The same of a render by passes, each parameter on a line of its own. `rays`: a hash of the numbers of rays that
- * come from a file; 0: none do. */
+ * come from a file; 0: none do. Numbers that are chosen, or repeated, are no setting. */
 ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char **text, ca_error *error);
 
 /* Gives the plan the integrator and the parameters of such a text, as they are. Errors: CA_ERROR_FORMAT. */

@@ -48,7 +48,11 @@ static void finish_pixel(ca_pass_runner *runner, uint32_t x, uint32_t y, const c
     if (plan->type->splat)
         sample.splat = ca_rgb_add(
             sample.splat, plan->type->splat(runner->integrator, plan->crop[0] + x, plan->crop[1] + y));
-    runner->made[(size_t)y * runner->film->width + x] = sample;
+    const size_t i = (size_t)y * runner->film->width + x;
+    if (runner->made)
+        runner->made[i] = sample;
+    else if (!ca_film_make_addend(runner->film, &sample, &runner->addends[i]))
+        ++*rejects;
 }
 
 static uint32_t most_camera_paths(const ca_pass_runner *runner)
@@ -248,12 +252,16 @@ static void add_tile(void *user, const ca_tile *tile, uint32_t worker)
     ca_pass_runner *runner = user;
     const ca_render_plan *plan = runner->plan;
     ca_pair_film *pairs = runner->gathers_pairs ? plan->input.pairs : NULL;
-    for (uint32_t y = tile->y0; y < tile->y1; y++)
+    for (uint32_t y = tile->y0; y < tile->y1; y++) {
+        const size_t row = (size_t)y * runner->film->width;
+        if (runner->addends)
+            ca_film_add_addends(runner->film, tile->x0, y, tile->x1 - tile->x0, &runner->addends[row + tile->x0]);
         for (uint32_t x = tile->x0; x < tile->x1; x++) {
-            if (!ca_film_add(runner->film, x, y, &runner->made[(size_t)y * runner->film->width + x]))
+            if (runner->made && !ca_film_add(runner->film, x, y, &runner->made[row + x]))
                 runner->workers.film_rejects[worker]++;
             if (pairs) ca_pair_film_commit(pairs, plan->crop[0] + x, plan->crop[1] + y);
         }
+    }
 }
 
 /* What was made becomes a part of all sums. It takes no time worth stopping it. */
@@ -308,7 +316,10 @@ static ca_status create_buffers(ca_pass_runner *runner, ca_error *error)
     const size_t pixels = (size_t)runner->film->width * runner->film->height;
     bool fits = true;
     runner->clocks = ca_alloc_zeroed(threads, sizeof *runner->clocks);
-    runner->made = ca_alloc_large_zeroed(pixels, sizeof *runner->made);
+    if (runner->film->parts)
+        runner->addends = ca_alloc_large_zeroed(pixels, sizeof *runner->addends);
+    else
+        runner->made = ca_alloc_large_zeroed(pixels, sizeof *runner->made);
     runner->groups = ca_alloc_zeroed(threads, sizeof *runner->groups);
     if (runner->rounds > 1) {
         runner->samples = ca_alloc_zeroed(pixels, most_camera_paths(runner) * sizeof *runner->samples);
@@ -316,7 +327,8 @@ static ca_status create_buffers(ca_pass_runner *runner, ca_error *error)
     }
     for (uint32_t i = 0; fits && runner->groups && i < threads; i++)
         fits = create_group(&runner->groups[i], group_capacity(runner), runner->rounds == 1);
-    return fits && runner->clocks && runner->groups && runner->made ? CA_OK : ca_fail_memory(error, "the render");
+    fits = fits && runner->clocks && runner->groups && (runner->made || runner->addends);
+    return fits ? CA_OK : ca_fail_memory(error, "the render");
 }
 
 ca_status ca_pass_runner_create(ca_pass_runner *runner, const ca_render_plan *plan, void *integrator, ca_film *film,
@@ -346,6 +358,7 @@ void ca_pass_runner_destroy(ca_pass_runner *runner)
     ca_free(runner->groups);
     ca_free(runner->samples);
     ca_free(runner->clocks);
+    ca_free(runner->addends);
     ca_free(runner->made);
     ca_kept_counts_destroy(&runner->kept);
     ca_workers_destroy(&runner->workers);

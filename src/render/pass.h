@@ -6,7 +6,8 @@
  * pixels are traced together. In a pass of one round a pixel is finished with its group; with several rounds each
  * camera path keeps its sample from round to round in a buffer.
  *
- * State: 64 bytes a pixel; 64 bytes a camera path, of a pass with several rounds, or of one group a thread. Threads:
+ * State: 40 bytes a pixel, or 64 where the film's sums are in double precision; 64 bytes a camera path, of a pass with
+ * several rounds, or of one group a thread. Threads:
  * a pass runs on plan->threads workers; the calls here belong to one thread. */
 #ifndef CA_RENDER_PASS_H
 #define CA_RENDER_PASS_H
@@ -57,7 +58,9 @@ typedef struct ca_pass_runner {
     ca_film_sample *samples; /* owned; camera paths of a pixel next to each other; NULL in a pass of one round */
     ca_pixel_group *groups;  /* owned; one a worker */
     ca_tile_clock *clocks;   /* owned; one a worker */
-    ca_film_sample *made;    /* owned; of each pixel of the film, until the pass is complete */
+    /* Owned; of each pixel of the film, until the pass is complete. */
+    ca_pass_addend *addends; /* where the film adds up in parts */
+    ca_film_sample *made;    /* else */
     ca_kept_counts kept;     /* of the workers, from before the pass */
     ca_workers workers;      /* owned */
 } ca_pass_runner;
@@ -71,8 +74,8 @@ void ca_pass_runner_destroy(ca_pass_runner *runner);
  * error no further pass is run. */
 ca_status ca_pass_run(ca_pass_runner *runner, uint32_t pass, ca_error *error);
 
-/* Bytes that a pass takes for each pixel, beside the film. */
-enum { CA_PASS_PIXEL_BYTES = sizeof(ca_film_sample) };
+/* Bytes that a pass takes for each pixel, beside a film that adds up in parts, and beside one in double precision. */
+enum { CA_PASS_PART_BYTES = sizeof(ca_pass_addend), CA_PASS_PIXEL_BYTES = sizeof(ca_film_sample) };
 
 /* Bytes of the buffer that passes of several rounds need. */
 double ca_pass_buffer_bytes(const ca_render_plan *plan);

@@ -3,6 +3,7 @@
 
 #include "base/processors.h"
 #include "base/text.h"
+#include "film/part_file.h"
 #include "math/numeric.h"
 #include "render/pass.h"
 #include "render/replicates.h"
@@ -197,14 +198,35 @@ static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
     return ca_integrator_set_number(plan->type, "alpha", 0.0, &plan->input, error);
 }
 
+static ca_rays_source rays_source(const ca_render_settings *settings)
+{
+    if (!settings->rays) return CA_RAYS_OF_SETTINGS;
+    if (strcmp(settings->rays, "auto") == 0) return CA_RAYS_AUTO;
+    return ca_part_is_path(settings->rays) ? CA_RAYS_OF_RECORD : CA_RAYS_OF_FILE;
+}
+
+/* A record says how many iterations there are, too. */
+static ca_status plan_record(ca_render_plan *plan, ca_error *error)
+{
+    const ca_render_settings *settings = plan->settings;
+    if (settings->samples_per_pixel > 0 || settings->seconds > 0.0 || settings->noise_percent > 0.0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the samples are those of the record that is repeated: no number of them, time or noise can "
+                       "be chosen");
+    return plan_auto(plan, error);
+}
+
 static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     char names[CA_INTEGRATOR_NAMES_SIZE];
-    if (settings->rays) plan->rays = strcmp(settings->rays, "auto") == 0 ? CA_RAYS_AUTO : CA_RAYS_OF_FILE;
+    plan->rays = rays_source(settings);
     const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
     if (chooses && plan->rays == CA_RAYS_AUTO) plan->rays = CA_RAYS_OF_SETTINGS; /* they are, with the method */
     CA_TRY(plan_objective(plan, error));
+    if (chooses && plan->rays == CA_RAYS_OF_RECORD)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "a record of numbers of rays is repeated with the integrator that it was made with: name it");
     if (chooses || plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
     ca_integrator_names(CA_ABILITY_PAIR_LAW, " and ", names);
     if (!ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
@@ -217,6 +239,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
             error, CA_ERROR_ARGUMENT, NULL,
             "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
     if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
+    if (plan->rays == CA_RAYS_OF_RECORD) return plan_record(plan, error);
     if (settings->light_paths > 0 || settings->camera_paths > 0 || is_asked(plan, "light_paths") ||
         is_asked(plan, "camera_paths"))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -266,11 +289,13 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
     const ca_render_settings *settings = plan->settings;
     const char *what = settings->checkpoint_path ? "a checkpoint" : "a part of a render";
     if (!settings->checkpoint_path && !settings->has_passes && !settings->part_path) return CA_OK;
-    if (plan->rays == CA_RAYS_AUTO)
+    if (plan->rays == CA_RAYS_OF_RECORD && settings->checkpoint_path)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" passes have other numbers of rays from phase to phase: there is no %s; an "
-                       "image of such a render, as file of rays, repeats its choice",
-                       settings->checkpoint_path ? "checkpoint" : "part of such a render");
+                       "a render that repeats a record keeps no checkpoint: it begins anew");
+    if (ca_render_plan_joins(plan) && (settings->has_passes || settings->part_path))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
+                       "there is no part of such a render; an image of it, as file of rays, repeats its choice");
     if (settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are not kept in %s", what);
     if (settings->checkpoint_path && !settings->part_path && !settings->has_passes) return CA_OK;
@@ -288,10 +313,11 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
 static ca_status check_ranks(const ca_render_plan *plan, ca_error *error)
 {
     if (!plan->settings->ranks) return CA_OK;
-    if (plan->rays == CA_RAYS_AUTO)
+    if (ca_render_plan_joins(plan))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" passes have other numbers of rays from phase to phase: one rank makes "
-                       "them; an image of such a render, as file of rays, repeats its choice on several");
+                       "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
+                       "one rank makes them; an image of such a render, as file of rays, repeats its choice on "
+                       "several");
     if (plan->settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are made by one rank");
     return CA_OK;
@@ -451,9 +477,8 @@ static double film_bytes(const ca_render_plan *plan)
     const double pixels = ca_render_plan_pixels(plan);
     if (ca_render_plan_by_blocks(plan))
         return ca_block_film_bytes(&plan->block_film) + pixels * sizeof(ca_block_sample);
-    const bool chosen = plan->rays == CA_RAYS_AUTO;
-    const double pixel = chosen ? (double)sizeof(ca_film_pixel) : ca_film_pixel_bytes(ca_replicates_passes(plan));
-    return pixels * (pixel + CA_PASS_PIXEL_BYTES);
+    if (ca_render_plan_joins(plan)) return pixels * (sizeof(ca_film_pixel) + CA_PASS_PIXEL_BYTES);
+    return pixels * (ca_film_pixel_bytes(ca_replicates_passes(plan)) + CA_PASS_PART_BYTES);
 }
 
 /* Light paths get the memory that the film leaves. */

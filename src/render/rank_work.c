@@ -109,13 +109,16 @@ bool ca_rank_work_take(ca_rank_work *work, ca_work_range *range)
     return !has_reached_look(work) && hand_out(work, range);
 }
 
-void ca_rank_work_done(ca_rank_work *work, ca_work_range range, uint64_t made)
+ca_status ca_rank_work_make(ca_rank_work *work, ca_work_range range, ca_error *error)
 {
+    uint64_t made;
+    const ca_status status = work->make(work->make_user, range, &made, error);
     work->made += made;
     work->in_sums += made;
-    if (made == length(range)) return;
+    if (made == length(range)) return status;
     work->closed = true;
     if (range.end == work->next) work->next = range.begin + made; /* nobody has made a later one */
+    return status;
 }
 
 /* ---- Sums on their way ----------------------------------------------------------------------------------------- */
@@ -266,11 +269,19 @@ static bool is_gathered(const ca_rank_work *work)
 
 bool ca_rank_work_is_whole(const ca_rank_work *work)
 {
+    if (!work->ranks) return true;
     const uint64_t end = work->gathering ? work->border : work->next;
     return !work->lost && work->in_sums == end - work->first;
 }
 
-bool ca_rank_work_gather(ca_rank_work *work)
+ca_status ca_rank_work_check_whole(const ca_rank_work *work, const char *path, const char *what, ca_error *error)
+{
+    if (ca_rank_work_is_whole(work)) return CA_OK;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not all %s from the first on could be made", path, what);
+}
+
+/* false: a range was returned, which rank 0 must take and make first. */
+static bool gather_or_take(ca_rank_work *work)
 {
     if (!work->gathering) begin_gathering(work);
     answer_all(work);
@@ -281,6 +292,18 @@ bool ca_rank_work_gather(ca_rank_work *work)
         hear(work, message.from);
     }
     return work->returned_count == 0;
+}
+
+ca_status ca_rank_work_gather(ca_rank_work *work, ca_error *error)
+{
+    ca_status status = CA_OK;
+    while (!gather_or_take(work)) {
+        ca_work_range range;
+        if (!ca_rank_work_take(work, &range)) continue;
+        const ca_status made = ca_rank_work_make(work, range, status == CA_OK ? error : NULL);
+        if (status == CA_OK) status = made;
+    }
+    return status;
 }
 
 static void decide(ca_rank_work *work, order_kind kind, uint64_t before)
@@ -308,8 +331,20 @@ static bool are_gone(const ca_rank_work *work)
     return true;
 }
 
+ca_status ca_rank_work_finish(ca_rank_work *work, ca_status status, ca_error *error)
+{
+    work->closed = true;
+    const ca_status gathered = ca_rank_work_gather(work, status == CA_OK ? error : NULL);
+    if (status == CA_OK) status = gathered;
+    if (status != CA_OK || work->status == CA_OK) return status;
+    if (error) *error = work->failure;
+    return work->status;
+}
+
+/* What was handed out beyond the border was never made. */
 void ca_rank_work_end(ca_rank_work *work)
 {
+    if (work->gathering) work->next = work->border;
     work->ended = work->closed = true;
     work->gathering = false;
     decide(work, ORDER_DROP, UINT64_MAX);
@@ -337,7 +372,8 @@ static void ask(ca_rank_work *work)
     said->made = 0;
 }
 
-bool ca_rank_work_next(ca_rank_work *work, ca_work_range *range)
+/* Waits for the next range; false: all is over. */
+static bool next_range(ca_rank_work *work, ca_work_range *range)
 {
     order given;
     ask(work);
@@ -371,15 +407,27 @@ bool ca_rank_work_may_add(ca_rank_work *work)
     return !work->dropped;
 }
 
-void ca_rank_work_made(ca_rank_work *work, uint64_t made, bool spoilt, ca_status status, const ca_error *error)
+/* What is said with the next request. The decision is heard before anything else is said. */
+static void note_made(ca_rank_work *work, uint64_t made, bool spoilt, ca_status status, const ca_error *error)
 {
     report *said = work->report;
-    const bool wanted = ca_rank_work_may_add(work); /* the decision is heard before anything else is said */
+    const bool wanted = ca_rank_work_may_add(work);
     said->made = made;
     if (status == CA_OK || !wanted) return;
     said->spoilt = spoilt;
     said->status = status;
     said->error = *error;
+}
+
+void ca_rank_work_help(ca_rank_work *work, uint64_t each)
+{
+    ca_work_range range;
+    uint64_t made;
+    while (next_range(work, &range)) {
+        ca_error failure = {""};
+        const ca_status status = work->make(work->make_user, range, &made, &failure);
+        note_made(work, made, made % each != 0, status, &failure);
+    }
 }
 
 /* ---- Between tasks --------------------------------------------------------------------------------------------- */

@@ -58,6 +58,10 @@ typedef struct ca_rank_work {
     pthread_t thread;     /* that renders */
     int stop;             /* of what is being made (base/stop.h): set where a held range is dropped */
     const int *end_wanted; /* base/stop.h: no more is handed out; NULL: nobody can ask */
+    /* Set before any of it is to be made: makes passes on this rank, in order, and adds them to its sums. *made of
+     * them: where these are not all, the next one failed. */
+    ca_status (*make)(void *user, ca_work_range range, uint64_t *made, ca_error *error);
+    void *make_user;
 
     /* Of rank 0. The first ones may be changed at any time. */
     uint64_t limit;  /* nothing from here on is handed out */
@@ -96,32 +100,39 @@ void ca_rank_work_between(void *work);
 
 /* The next range for rank 0; false: there is none, or none before the look. */
 bool ca_rank_work_take(ca_rank_work *work, ca_work_range *range);
-/* The first `made` passes of it are in rank 0's sums; where these are not all, the next one failed, and nothing is
- * handed out any more. */
-void ca_rank_work_done(ca_rank_work *work, ca_work_range range, uint64_t made);
+/* Makes it. Where one of its passes failed nothing is handed out any more. */
+ca_status ca_rank_work_make(ca_rank_work *work, ca_work_range range, ca_error *error);
 
 /* Waits until all passes before the border are in rank 0's sums: that is the look, where it has been reached, else
- * all that is handed out now. false: a range was returned, which rank 0 must take and make first. */
-bool ca_rank_work_gather(ca_rank_work *work);
+ * all that is handed out now. What others could not make is made here; the first failure of that is told. */
+ca_status ca_rank_work_gather(ca_rank_work *work, ca_error *error);
 /* After that: the others add what they hold, up to the next look. */
 void ca_rank_work_go_on(ca_rank_work *work, uint64_t look);
-/* Or all is over: what is held is dropped. Waits until all ranks know. */
+
+/* Or nothing more is handed out, and all is gathered. `status` is how rank 0 fared so far, of which *error tells: the
+ * first failure of it, of gathering, and of another rank, is returned. */
+ca_status ca_rank_work_finish(ca_rank_work *work, ca_status status, ca_error *error);
+/* And all is over: what is held is dropped. Waits until all ranks know. */
 void ca_rank_work_end(ca_rank_work *work);
 
-/* Are the sums, once gathered, those of passes without a gap? Not where one failed and later ones were made. */
+/* Is there a rank whose sums may have to be gathered? Not of work that was not created, or is over. */
+static inline bool ca_rank_work_is_open(const ca_rank_work *work) { return work->ranks && !work->ended; }
+
+/* Are the sums, once gathered, those of passes without a gap? Not where one failed and later ones were made. Of work
+ * that was not created: yes. */
 bool ca_rank_work_is_whole(const ca_rank_work *work);
+/* CA_ERROR_FILE where they are not: they cannot be written to `path`. `what`: "passes" or "blocks". */
+ca_status ca_rank_work_check_whole(const ca_rank_work *work, const char *path, const char *what, ca_error *error);
 
 /* Adds what the others have counted of what is in the sums. */
 void ca_rank_work_count(const ca_rank_work *work, uint64_t counts[CA_PART_COUNTS]);
 
 /* ---- The others ------------------------------------------------------------------------------------------------ */
 
-/* Waits for the next range; false: all is over. */
-bool ca_rank_work_next(ca_rank_work *work, ca_work_range *range);
+/* Makes what rank 0 hands out, until all is over; rank 0 tells what failed. `each` passes must stay together in the
+ * sums: where some of them cannot be made, this rank's sums since it sent them last are no use. */
+void ca_rank_work_help(ca_rank_work *work, uint64_t each);
 /* May what was made be added? Waits for the decision. Of rank 0 too, where it may. */
 bool ca_rank_work_may_add(ca_rank_work *work);
-/* So many passes of the range are in this rank's sums; where these are not all, the rest failed. `spoilt`: the sums
- * since they were sent last are no use. */
-void ca_rank_work_made(ca_rank_work *work, uint64_t made, bool spoilt, ca_status status, const ca_error *error);
 
 #endif

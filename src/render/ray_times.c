@@ -141,6 +141,48 @@ void ca_ray_times_destroy(ca_ray_times *t)
     ca_free(t);
 }
 
+/* ---- Files ----------------------------------------------------------------------------------------------------- */
+
+static const ca_part_layout sample_layout = {.doubles = 3}, work_layout = {.doubles = 3};
+_Static_assert(sizeof(ca_cost_sample) == 3 * sizeof(double), "a sample is three doubles");
+static const uint64_t most_seen = UINT64_C(1) << 48;
+
+/* Into a list that is empty, when read. */
+static void exchange_list(sample_list *list, ca_part_exchange *x)
+{
+    uint64_t count = list->count, seen = list->seen;
+    ca_part_exchange_u64(x, &count);
+    ca_part_exchange_u64(x, &seen);
+    if (count > list->capacity || seen < count || seen > most_seen) x->good = false;
+    if (!x->good) return;
+    ca_part_exchange_array(x, list->samples, (size_t)count, sample_layout);
+    list->count = (size_t)count;
+    list->seen = seen;
+}
+
+/* A worker that is not there: its samples go to another one. */
+static void read_other_list(ca_ray_times *t, sample_list *list, ca_part_exchange *x)
+{
+    sample_list other = empty_list(t->gathered, TILE_SAMPLES);
+    exchange_list(&other, x);
+    if (x->good) pool_lists(list, &other);
+}
+
+void ca_ray_times_exchange(ca_ray_times *t, ca_part_exchange *x)
+{
+    uint32_t workers = t->workers;
+    ca_part_exchange_u32(x, &workers);
+    for (uint32_t w = 0; w < workers && x->good; w++)
+        for (int kind = 0; kind < KINDS; kind++) {
+            if (w < t->workers)
+                exchange_list(&t->tiles[w].tiles[kind], x);
+            else
+                read_other_list(t, &t->tiles[w % t->workers].tiles[kind], x);
+        }
+    exchange_list(&t->light, x);
+    ca_part_exchange_array(x, t->pixels, (size_t)t->width * t->height, work_layout);
+}
+
 /* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
 /* Reservoir sampling: each of the n seen is kept with the same probability, so that those kept are a fair choice even

@@ -30,7 +30,7 @@
 #ifndef CA_RENDER_RAY_TIMES_H
 #define CA_RENDER_RAY_TIMES_H
 
-#include "base/status.h"
+#include "film/part_exchange.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -67,6 +67,10 @@ void ca_ray_times_thin(ca_ray_times *times, size_t most);
 /* Adds what `other` has measured, of the same pixels and with as many workers. Of times, where both together do not
  * fit, an even choice of each. */
 void ca_ray_times_pool(ca_ray_times *times, const ca_ray_times *other);
+
+/* Writes all that was measured to a part file, or reads it into times of as many pixels without any. Other numbers of
+ * workers may read it than wrote it. */
+void ca_ray_times_exchange(ca_ray_times *times, ca_part_exchange *x);
 
 /* The light paths of a pass took so long, all threads together. A round of a pass that has several counts as a pass
  * of its own. */

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "film/interval_layers.h"
+#include "math/numeric.h"
 #include "render/auto_method.h"
 #include "render/auto_rays.h"
 #include "render/blocks.h"
@@ -133,25 +134,16 @@ static void look_at_own(render *r)
 
 /* ---- With other ranks ------------------------------------------------------------------------------------------ */
 
-static uint64_t length(ca_work_range range) { return range.end - range.begin; }
-
-/* *made: so many of its passes are in the film. */
-static ca_status make_range(render *r, ca_work_range range, uint64_t *made, ca_error *error)
+/* ca_rank_work.make */
+static ca_status make_range(void *user, ca_work_range range, uint64_t *made, ca_error *error)
 {
-    for (*made = 0; *made < length(range); ++*made) {
+    render *r = user;
+    ca_status status = CA_OK;
+    for (*made = 0; *made < range.end - range.begin; ++*made) {
         const uint32_t pass = (uint32_t)(range.begin + *made);
-        CA_TRY(ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, pass), error));
+        status = ca_pass_run(&r->runner, ca_replicates_begin_pass(r->plan, pass), error);
+        if (status != CA_OK) break;
     }
-    return CA_OK;
-}
-
-/* On rank 0. */
-static ca_status make_own_range(render *r, ca_work_range range, ca_error *error)
-{
-    uint64_t made;
-    const ca_status status = make_range(r, range, &made, error);
-    ca_rank_work_done(&r->work, range, made);
-    r->passes = (uint32_t)r->work.made;
     r->seconds = ca_clock_seconds() - r->start;
     return status;
 }
@@ -159,15 +151,8 @@ static ca_status make_own_range(render *r, ca_work_range range, ca_error *error)
 /* The film then has all passes before the border of r->work: r->passes. */
 static ca_status gather(render *r, ca_error *error)
 {
-    ca_rank_work *work = &r->work;
-    ca_status status = CA_OK;
-    while (!ca_rank_work_gather(work)) {
-        ca_work_range range;
-        if (!ca_rank_work_take(work, &range)) continue;
-        const ca_status made = make_own_range(r, range, status == CA_OK ? error : NULL);
-        if (status == CA_OK) status = made;
-    }
-    r->passes = (uint32_t)work->in_sums;
+    const ca_status status = ca_rank_work_gather(&r->work, error);
+    r->passes = (uint32_t)r->work.in_sums;
     return status;
 }
 
@@ -179,8 +164,6 @@ static void gather_for_progress(const ca_render_progress *progress)
     ca_rank_work_go_on(&r->work, r->work.look);
 }
 
-static bool has_all_passes(const render *r) { return !r->ranks || ca_rank_work_is_whole(&r->work); }
-
 /* ---- Checkpoints ----------------------------------------------------------------------------------------------- */
 
 static ca_status write_film(const render *r, const char *path, ca_error *error)
@@ -188,8 +171,7 @@ static ca_status write_film(const render *r, const char *path, ca_error *error)
     uint64_t others[CA_PART_COUNTS] = {0};
     if (r->ranks) ca_rank_work_count(&r->work, others);
     const ca_kept_state state = {r->plan, &r->film, r->passes, &r->runner.workers, others, r->seconds, r->looks};
-    if (!has_all_passes(r))
-        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not all passes from the first on could be made", path);
+    CA_TRY(ca_rank_work_check_whole(&r->work, path, "passes", error));
     return ca_kept_write(&r->kept, &state, path, error);
 }
 
@@ -197,7 +179,7 @@ static ca_status write_film(const render *r, const char *path, ca_error *error)
 static ca_status write_state(void *user, const char *path, ca_error *error)
 {
     render *r = user;
-    const bool gathers = r->ranks && !r->work.ended;
+    const bool gathers = ca_rank_work_is_open(&r->work);
     if (gathers) CA_TRY(gather(r, error));
     const ca_status status = write_film(r, path, error);
     if (gathers) ca_rank_work_go_on(&r->work, r->work.look);
@@ -215,14 +197,7 @@ static double whole_seconds(const render *r)
 
 static void keep(render *r)
 {
-    if (ca_checkpoint_is_due(&r->kept.checkpoint, r->plan->settings, whole_seconds(r)))
-        ca_checkpoint_write(&r->kept.checkpoint, write_state, r);
-}
-
-static void keep_last(render *r, bool early)
-{
-    if (ca_checkpoint_is_wanted(&r->kept.checkpoint, r->plan->settings, early))
-        ca_checkpoint_write(&r->kept.checkpoint, write_state, r);
+    ca_checkpoint_keep(&r->kept.checkpoint, r->plan->settings, whole_seconds(r), write_state, r);
 }
 
 /* The time that was taken before counts. With the target that it had, the noise is looked at where it would have
@@ -283,7 +258,9 @@ static ca_status make_some(render *r, bool *over, ca_error *error)
     const double limit = r->plan->settings->seconds;
     work->deadline = limit > 0.0 ? r->start + limit : 0.0;
     if (ca_rank_work_take(work, &range)) {
-        CA_TRY(make_own_range(r, range, error));
+        const ca_status status = ca_rank_work_make(work, range, error);
+        r->passes = (uint32_t)work->made;
+        if (status != CA_OK) return status;
         work->waits = false;
         if (r->looks.target <= 0.0 && ca_noise_looks_due(&r->looks, r->passes)) look_at_own(r);
         return CA_OK;
@@ -295,31 +272,17 @@ static ca_status make_some(render *r, bool *over, ca_error *error)
     return CA_OK;
 }
 
-/* The first failure is the one that is told. */
-static ca_status finish_with_others(render *r, ca_status status, ca_error *error)
-{
-    ca_rank_work *work = &r->work;
-    work->closed = true;
-    const ca_status gathered = gather(r, status == CA_OK ? error : NULL);
-    if (status == CA_OK) status = gathered;
-    if (status == CA_OK && work->status != CA_OK) {
-        status = work->status;
-        if (error) *error = work->failure;
-    }
-    r->seconds = ca_clock_seconds() - r->start;
-    ca_rank_work_end(work);
-    return status;
-}
+/* What a part and a rank have whole: the passes of a replicate. */
+static uint32_t passes_together(const render *r) { return ca_max_u32(1, ca_replicates_passes(r->plan)); }
 
 /* As make_passes, where other ranks make passes, too. What was begun of a replicate is finished here first. */
 static ca_status lead_passes(render *r, ca_error *error)
 {
-    const uint32_t each = ca_replicates_passes(r->plan);
     ca_rank_work *work = &r->work;
     bool over = ca_noise_looks_reached(&r->looks);
     ca_status status = CA_OK;
     work->look = next_look(r);
-    work->run = each > 1 ? each : 1;
+    work->run = passes_together(r);
     work->waits = r->kept.resumed % work->run != 0;
     while (status == CA_OK && !over && !r->interrupted) {
         status = make_some(r, &over, error);
@@ -327,21 +290,11 @@ static ca_status lead_passes(render *r, ca_error *error)
         keep(r);
         r->interrupted = !report_progress(r) || r->plan->ended || work->end_asked;
     }
-    return finish_with_others(r, status, error);
-}
-
-/* On the other ranks; rank 0 tells what failed here. */
-static void help_passes(render *r)
-{
-    const uint32_t each = ca_replicates_passes(r->plan);
-    ca_work_range range;
-    uint64_t made;
-    while (ca_rank_work_next(&r->work, &range)) {
-        ca_error failure = {""};
-        const ca_status status = make_range(r, range, &made, &failure);
-        const bool spoilt = each > 1 && made % each != 0;
-        ca_rank_work_made(&r->work, made, spoilt, status, &failure);
-    }
+    status = ca_rank_work_finish(work, status, error);
+    r->passes = (uint32_t)work->in_sums;
+    r->seconds = ca_clock_seconds() - r->start;
+    ca_rank_work_end(work);
+    return status;
 }
 
 /* The passes before one that was not made whole stay: they are the image, and are kept. */
@@ -356,7 +309,8 @@ static ca_status run_passes(render *r, ca_error *error)
     const ca_status status = r->ranks ? lead_passes(r, error) : make_passes(r, error);
     ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
-    if (r->passes > 0) keep_last(r, r->interrupted || status != CA_OK);
+    const bool early = r->interrupted || status != CA_OK;
+    if (r->passes > 0) ca_checkpoint_keep_last(&r->kept.checkpoint, r->plan->settings, early, write_state, r);
     return status == CA_ERROR_INTERRUPTED && r->passes > 0 ? CA_OK : status;
 }
 
@@ -402,7 +356,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
     uint64_t others[CA_PART_COUNTS] = {0};
     ca_rank_work_count(&r->work, others);
     ca_part_counts_fill(others, statistics);
-    if (!has_all_passes(r)) statistics->passes[0] = statistics->passes[1] = 0;
+    if (!ca_rank_work_is_whole(&r->work)) statistics->passes[0] = statistics->passes[1] = 0;
 }
 
 ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_statistics *statistics,
@@ -429,7 +383,7 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
 static ca_status develop(const render *r, const ca_render_statistics *statistics, ca_image_layers **image,
                          ca_error *error)
 {
-    CA_TRY(ca_film_develop(&r->film, image, error));
+    CA_TRY(ca_film_develop(&r->film, r->plan->threads, image, error));
     ca_status status = ca_render_attach_record(r->plan, statistics, *image, error);
     if (status == CA_OK && r->rays.light_paths > 0)
         status = ca_ray_file_add_layers(&r->rays, r->passes, *image, error);
@@ -451,13 +405,10 @@ static ca_status write_strategies(const render *r, const ca_technique_images *st
 static ca_status write_files(render *r, ca_error *error)
 {
     const ca_technique_images *strategies = r->plan->input.technique_images;
-    const char *part = r->plan->settings->part_path;
-    ca_status written = r->kept.checkpoint.status;
-    if (written != CA_OK && error) *error = r->kept.checkpoint.failure;
     const ca_status images = strategies ? write_strategies(r, strategies, error) : CA_OK;
-    if (images != CA_OK) written = images;
-    const ca_status sums = part ? write_state(r, part, error) : CA_OK;
-    return sums != CA_OK ? sums : written;
+    const ca_status sums =
+        ca_checkpoint_write_part(&r->kept.checkpoint, r->plan->settings, write_state, r, error);
+    return sums != CA_OK ? sums : images;
 }
 
 static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
@@ -523,6 +474,8 @@ static ca_status create_work(render *r, ca_error *error)
     CA_TRY(ca_rank_work_create(&r->work, r->ranks, &sums, r->plan->first_pass, r->kept.resumed, error));
     r->work.limit = r->plan->pass_limit;
     r->work.end_wanted = r->plan->settings->stop;
+    r->work.make = make_range;
+    r->work.make_user = r;
     r->runner.workers.parallel.between = ca_rank_work_between;
     r->runner.workers.parallel.between_user = &r->work;
     r->runner.may_add = may_add;
@@ -558,7 +511,7 @@ static ca_status run_render(render *r, ca_image_layers **image, ca_render_statis
 {
     ca_status status = agree_on_settings(r, prepare(r, error), error);
     if (status == CA_OK && ca_ranks_helps(r->ranks))
-        help_passes(r);
+        ca_rank_work_help(&r->work, passes_together(r));
     else if (status == CA_OK)
         status = render_film(r, image, statistics, error);
     ca_pass_runner_destroy(&r->runner);
@@ -604,7 +557,7 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
                           ca_error *error)
 {
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
-    if (plan->rays == CA_RAYS_AUTO) return ca_auto_rays_render(plan, NULL, image, statistics, error);
+    if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
     return render_passes(plan, image, statistics, error);
 }
 
@@ -613,9 +566,12 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
 {
     enum { ROW_BYTES = 1024 /* a pixel, of files of sums */, SMALL_THINGS = 1 << 18 };
     const bool bars = ca_render_plan_by_blocks(plan) ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0;
+    const bool joins = ca_render_plan_joins(plan);
     const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
-    const size_t bytes = width * height * ca_film_develop_bytes(bars || plan->rays == CA_RAYS_AUTO);
-    return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image", error);
+    const size_t pixel = ca_film_develop_bytes(bars || joins) + (joins ? CA_AUTO_IMAGE_PIXEL_BYTES : 0);
+    const size_t bytes = width * height * pixel;
+    return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image",
+                             plan->settings->ranks ? NULL : plan->input.stop, error);
 }
 
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,

@@ -12,8 +12,9 @@
 #include "integrator/integrator.h"
 #include "noise/ray_numbers.h"
 
-/* Where the numbers of light paths and camera paths come from. */
-typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE } ca_rays_source;
+/* Where the numbers of light paths and camera paths come from; OF_RECORD: a file tells all that was decided in a
+ * render with rays "auto" (auto_record.h). */
+typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE, CA_RAYS_OF_RECORD } ca_rays_source;
 
 /* Everything a render needs, resolved from scene and settings. */
 typedef struct ca_render_plan {
@@ -49,6 +50,12 @@ typedef struct ca_render_plan {
 /* Checks every setting, before any work. Errors: CA_ERROR_ARGUMENT, CA_ERROR_SCENE, CA_ERROR_UNSUPPORTED. */
 ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const ca_render_settings *settings,
                               ca_error *error);
+
+/* Are there several films, which are joined with weights (auto_rays.h)? */
+static inline bool ca_render_plan_joins(const ca_render_plan *plan)
+{
+    return plan->rays == CA_RAYS_AUTO || plan->rays == CA_RAYS_OF_RECORD;
+}
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
 

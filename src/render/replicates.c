@@ -61,7 +61,7 @@ void ca_replicates_describe(const ca_render_plan *plan, uint32_t passes, char *t
     const uint32_t each = ca_replicates_passes(plan);
     const bool merges = !isnan(ca_integrator_value(plan->type, &plan->input, "radius", (double)NAN));
     const char *where = merges ? " at the merge radii of its passes" : "";
-    if (plan->rays == CA_RAYS_AUTO)
+    if (ca_render_plan_joins(plan))
         snprintf(
             text, size,
             "95 %% for the expectation%s, from %u independent %s in parts with different numbers of rays", where,

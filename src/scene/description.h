@@ -41,7 +41,7 @@ typedef struct ca_shape_desc {
     ca_shape_kind kind;
     union { /* the member of the kind's name, in the shape's own space; a disk is the unit disk */
         struct {
-            uint32_t index; /* in meshes, each used by one shape */
+            uint32_t index; /* in meshes; shapes that share one have it in the same place */
         } mesh;
         struct {
             double center[3];

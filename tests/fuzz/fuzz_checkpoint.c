@@ -21,7 +21,7 @@ static void read_film(ca_pass_reader *reader)
     if (ca_pass_film_create(&film, &reader->film, &error) == CA_OK &&
         ca_pass_reader_add(reader, &film, true, &error) == CA_OK) {
         (void)ca_film_summarise(&film);
-        if (ca_film_develop(&film, &layers, &error) == CA_OK) ca_layers_destroy(layers);
+        if (ca_film_develop(&film, 1, &layers, &error) == CA_OK) ca_layers_destroy(layers);
     } else if (!error.message[0]) {
         abort();
     }

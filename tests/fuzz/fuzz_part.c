@@ -23,7 +23,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (status != CA_OK && (!error.message[0] || part.film)) abort(); /* a failure has a message and no film */
     if (status == CA_OK) {
         ca_image_layers *layers;
-        if (ca_block_film_develop(part.film, &layers, &error) == CA_OK) ca_layers_destroy(layers);
+        if (ca_block_film_develop(part.film, 1, &layers, &error) == CA_OK) ca_layers_destroy(layers);
         (void)ca_block_film_mean_luminance(part.film);
     }
     ca_part_destroy(&part);

@@ -10,10 +10,11 @@ typedef struct ca_kill_job {
     const char *integrator, *samples; /* "--spp=16" */
     double seconds;                   /* kills come within so many, of one run */
     int kills;
+    bool chooses_rays; /* --rays auto: the image in the end is the one of the checkpoint's record */
 } ca_kill_job;
 
 /* Renders it at once, and again with the kills, each run with another number of threads; fails the test where the two
- * images differ. */
+ * images differ. Where numbers of rays are chosen, at once means by the record of what was killed. */
 void expect_kills_lose_nothing(const ca_program *program, const ca_kill_job *job, ca_test_random *random);
 
 #endif

@@ -2,6 +2,7 @@
 #include "support/torture.h"
 
 #include "film/part_file.h"
+#include "film/part_stream.h"
 #include "film/pass_part.h"
 #include "image/layers.h"
 
@@ -70,6 +71,17 @@ static bool is_page(const char *folder, const char *name)
     return good;
 }
 
+/* Of several films: all of its bytes are there. */
+static bool is_joined_part(const char *path)
+{
+    FILE *stream;
+    uint64_t size, format;
+    if (ca_part_open(path, &stream, &size, &format, NULL) != CA_OK) return false;
+    const bool good = format == CA_JOINED_PART_FORMAT && ca_part_check_hash(stream, size);
+    fclose(stream);
+    return good;
+}
+
 static bool is_part(const char *path)
 {
     ca_pass_reader reader;
@@ -78,7 +90,7 @@ static bool is_part(const char *path)
         ca_pass_reader_close(&reader);
         return true;
     }
-    if (ca_part_read(path, &part, NULL) != CA_OK) return false;
+    if (ca_part_read(path, &part, NULL) != CA_OK) return is_joined_part(path);
     ca_part_destroy(&part);
     return true;
 }

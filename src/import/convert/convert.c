@@ -22,37 +22,22 @@ typedef struct conversion {
 
 /* ---- Places ---------------------------------------------------------------------------------------------------- */
 
-typedef struct file_identity {
-    dev_t device;
-    ino_t inode;
-} file_identity;
-
-static int compare_identities(const void *a, const void *b)
-{
-    const file_identity *x = a, *y = b;
-    if (x->inode != y->inode) return x->inode < y->inode ? -1 : 1;
-    return x->device < y->device ? -1 : x->device > y->device;
-}
-
 /* The files that the scene was read from, sorted; NULL when out of memory. */
-static file_identity *identify_inputs(const ca_path_table *files, size_t *count)
+static ca_file_identity *identify_inputs(const ca_path_table *files, size_t *count)
 {
-    file_identity *inputs = ca_alloc(files->count, sizeof *inputs);
-    struct stat info;
+    ca_file_identity *inputs = ca_alloc(files->count, sizeof *inputs);
     *count = 0;
     for (size_t i = 0; inputs && i < files->count; i++)
-        if (stat(files->items[i], &info) == 0)
-            inputs[(*count)++] = (file_identity){.device = info.st_dev, .inode = info.st_ino};
-    if (inputs && *count > 0) qsort(inputs, *count, sizeof *inputs, compare_identities);
+        if (ca_file_identify(files->items[i], &inputs[*count])) ++*count;
+    if (inputs && *count > 0) qsort(inputs, *count, sizeof *inputs, ca_file_identity_compare);
     return inputs;
 }
 
-static void check_place(conversion *c, const char *path, const file_identity *inputs, size_t count)
+static void check_place(conversion *c, const char *path, const ca_file_identity *inputs, size_t count)
 {
-    struct stat info;
-    if (!ca_import_good(c->importer) || count == 0 || stat(path, &info) != 0) return;
-    const file_identity wanted = {.device = info.st_dev, .inode = info.st_ino};
-    if (bsearch(&wanted, inputs, count, sizeof wanted, compare_identities))
+    ca_file_identity wanted;
+    if (!ca_import_good(c->importer) || count == 0 || !ca_file_identify(path, &wanted)) return;
+    if (bsearch(&wanted, inputs, count, sizeof wanted, ca_file_identity_compare))
         c->importer->status = ca_fail(c->importer->error, CA_ERROR_ARGUMENT, NULL,
                                       "%s would be written, and the scene is read from it", path);
 }
@@ -72,7 +57,7 @@ static const char *path_of(conversion *c, const ca_output *output)
 static void check_places(conversion *c)
 {
     size_t count;
-    file_identity *inputs = identify_inputs(&c->importer->document.files, &count);
+    ca_file_identity *inputs = identify_inputs(&c->importer->document.files, &count);
     if (!inputs) {
         ca_import_fail_memory(c->importer, "the names of files");
         return;

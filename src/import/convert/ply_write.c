@@ -1,6 +1,7 @@
 #include "import/convert/ply_write.h"
 
 #include "base/file.h"
+#include "base/little_endian.h"
 
 #include <string.h>
 
@@ -75,10 +76,10 @@ static void put_header(const ca_mesh *mesh, FILE *stream)
     fputs("end_header\n", stream);
 }
 
-static void put_u32(uint32_t value, FILE *stream)
+static void write_u32(uint32_t value, FILE *stream)
 {
-    const unsigned char bytes[4] = {(unsigned char)value, (unsigned char)(value >> 8), (unsigned char)(value >> 16),
-                                    (unsigned char)(value >> 24)};
+    unsigned char bytes[4];
+    ca_put_u32(bytes, value);
     fwrite(bytes, 1, sizeof bytes, stream);
 }
 
@@ -87,7 +88,7 @@ static void put_floats(const float *values, size_t count, FILE *stream)
     for (size_t i = 0; i < count; i++) {
         uint32_t bits;
         memcpy(&bits, &values[i], sizeof bits);
-        put_u32(bits, stream);
+        write_u32(bits, stream);
     }
 }
 
@@ -110,7 +111,7 @@ static void put_data(const ca_mesh *mesh, FILE *stream)
     }
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         fputc(3, stream);
-        for (size_t k = 0; k < 3; k++) put_u32(mesh->indices[3 * t + k], stream);
+        for (size_t k = 0; k < 3; k++) write_u32(mesh->indices[3 * t + k], stream);
         put_attributes(mesh, true, t, stream);
     }
 }

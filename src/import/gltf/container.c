@@ -2,18 +2,14 @@
 #include "import/gltf/reader.h"
 
 #include "base/file.h"
+#include "base/little_endian.h"
+#include "base/text.h"
 
 #include <string.h>
 #include <strings.h>
 
 enum { MAX_JSON_BYTES = 128 << 20 };
 #define MAX_FILE_BYTES ((size_t)1 << 34)
-/* Arrays may be so many times larger than the files (a byte can become a float, and images are packed), and so much
- * in any case. */
-enum { BUDGET_FACTOR = 64, BUDGET_LEAST = 256 << 20 };
-
-static void spend_file(ca_gltf *g, size_t size) { g->budget += BUDGET_FACTOR * size; }
-
 /* Keeps the bytes until the scene is imported. */
 static bool own(ca_gltf *g, ca_bytes bytes)
 {
@@ -74,13 +70,6 @@ static ca_gltf_bytes read_data_uri(ca_gltf *g, const ca_gltf_value *owner, const
 
 /* ---- Files ----------------------------------------------------------------------------------------------------- */
 
-static int hex_value(char c)
-{
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-}
-
 const char *ca_gltf_file_name(ca_gltf *g, const ca_gltf_value *owner, const char *uri)
 {
     char *name = ca_gltf_alloc(g, strlen(uri) + 1, 1);
@@ -89,7 +78,7 @@ const char *ca_gltf_file_name(ca_gltf *g, const ca_gltf_value *owner, const char
     const char *colon = strstr(uri, "://");
     if (colon) ca_gltf_fail(g, owner, "only files and data are read, not \"%.60s\"", uri);
     for (const char *c = uri; *c; c++) {
-        const int high = *c == '%' ? hex_value(c[1]) : -1, low = high >= 0 ? hex_value(c[2]) : -1;
+        const int high = *c == '%' ? ca_hex_digit(c[1]) : -1, low = high >= 0 ? ca_hex_digit(c[2]) : -1;
         name[length++] = low >= 0 ? (char)(16 * high + low) : *c;
         if (low >= 0) c += 2;
         if (name[length - 1] == '\0') ca_gltf_fail(g, owner, "this uri has a zero");
@@ -119,17 +108,11 @@ ca_gltf_bytes ca_gltf_uri(ca_gltf *g, const ca_gltf_value *owner, const char *ur
         return none;
     }
     if (!own(g, bytes)) return none;
-    spend_file(g, bytes.size);
     *path = found;
     return (ca_gltf_bytes){.data = bytes.data, .size = bytes.size};
 }
 
 /* ---- .glb ------------------------------------------------------------------------------------------------------ */
-
-static uint32_t u32_at(const unsigned char *p)
-{
-    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
 
 static void fail_container(ca_gltf *g, const char *message) { ca_gltf_fail(g, NULL, "%s", message); }
 
@@ -138,14 +121,14 @@ static void read_binary(ca_gltf *g, ca_gltf_bytes *json)
 {
     enum { HEADER = 12, CHUNK_HEADER = 8 };
     const unsigned char *data = g->file.data;
-    if (g->file.size < HEADER + CHUNK_HEADER || u32_at(data + 8) > g->file.size) {
+    if (g->file.size < HEADER + CHUNK_HEADER || ca_get_u32(data + 8) > g->file.size) {
         fail_container(g, "the file ends too early for a .glb");
         return;
     }
-    if (u32_at(data + 4) != 2) fail_container(g, "only version 2 of .glb is read");
-    const size_t size = u32_at(data + 8);
+    if (ca_get_u32(data + 4) != 2) fail_container(g, "only version 2 of .glb is read");
+    const size_t size = ca_get_u32(data + 8);
     for (size_t at = HEADER, chunk = 0; at + CHUNK_HEADER <= size; chunk++) {
-        const size_t length = u32_at(data + at);
+        const size_t length = ca_get_u32(data + at);
         if (length > size - at - CHUNK_HEADER) {
             fail_container(g, "a chunk of this .glb is longer than the file");
             return;
@@ -192,8 +175,6 @@ void ca_gltf_open(ca_gltf *g)
     ca_gltf_bytes json = {0};
     if (!load_file(g)) return;
     ca_document_add_content(&g->importer->document, g->file.data, g->file.size);
-    g->budget = BUDGET_LEAST;
-    spend_file(g, g->file.size);
     g->is_binary = g->file.size >= 4 && memcmp(g->file.data, "glTF", 4) == 0;
     if (g->is_binary)
         read_binary(g, &json);

@@ -44,11 +44,7 @@ static bool read_hex(json_reader *r, uint32_t *code)
     *code = 0;
     for (int i = 0; i < 4; i++, r->cursor++) {
         if (r->cursor == r->end) return false;
-        const char c = *r->cursor;
-        const int digit = c >= '0' && c <= '9'   ? c - '0'
-                          : c >= 'a' && c <= 'f' ? c - 'a' + 10
-                          : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                                 : -1;
+        const int digit = ca_hex_digit(*r->cursor);
         if (digit < 0) return false;
         *code = *code << 4 | (uint32_t)digit;
     }

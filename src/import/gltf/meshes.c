@@ -2,6 +2,8 @@
  * but for what shines, which only shapes of their own can. */
 #include "import/gltf/reader.h"
 
+#include "base/hash.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -158,6 +160,34 @@ static void fill_mesh(ca_gltf *g, const ca_gltf_value *primitive, const mesh_par
     if (colors && ca_import_good(g->importer)) add_colors(g, primitive, colors, mesh);
 }
 
+/* Of the accessors; 0 where there are colours, which also depend on the material. */
+static uint64_t key_of(const mesh_parts *parts, bool colored)
+{
+    const ca_gltf_value *accessors[] = {parts->positions, parts->normals, parts->uvs, parts->indices};
+    uint64_t key = ca_hash_add(CA_HASH_START, parts->mode);
+    for (size_t i = 0; i < CA_COUNT(accessors); i++)
+        key = ca_hash_add(key, accessors[i] ? accessors[i]->index + 1 : 0);
+    return colored ? 0 : key | 1;
+}
+
+/* The array that another primitive made of the same accessors. */
+static bool share_array(const ca_gltf *g, uint64_t key, ca_gltf_primitive *made)
+{
+    uint32_t index;
+    if (!ca_key_table_find(&g->known_arrays, key, &index)) return false;
+    *made = *g->arrays.items[index];
+    return true;
+}
+
+static void note_array(ca_gltf *g, uint64_t key, const ca_gltf_primitive *made)
+{
+    if (key == 0) return;
+    if (CA_TABLE_ADD(&g->arrays) && ca_key_table_add(&g->known_arrays, key, (uint32_t)(g->arrays.count - 1)))
+        g->arrays.items[g->arrays.count - 1] = made;
+    else
+        ca_import_fail_memory(g->importer, "meshes");
+}
+
 /* `colors` NULL: there are none, or they are white. */
 static void make_array(ca_gltf *g, const ca_gltf_value *primitive, mesh_parts *parts, const float *colors,
                        ca_gltf_primitive *made)
@@ -167,16 +197,18 @@ static void make_array(ca_gltf *g, const ca_gltf_value *primitive, mesh_parts *p
     ca_mesh *mesh;
     ca_gltf_at(g, primitive);
     if (!material || !find_uvs(g, primitive, material->uv_set, parts)) return;
-    made->bytes = parts->vertices * 12 * sizeof(float) + parts->corners * 4 * sizeof(uint32_t);
-    if (!ca_gltf_spend(g, primitive, made->bytes, 1)) return;
+    const uint64_t key = key_of(parts, colors != NULL);
+    const bool shared = share_array(g, key, made);
+    made->material = material;
+    if (shared) return;
     if (!ca_tree_add_mesh(&g->tree, parts->vertices, parts->triangles, parts->normals, parts->uvs, &name, &mesh))
         return;
     fill_mesh(g, primitive, parts, colors, mesh);
     if (!ca_import_good(g->importer)) return;
     find_bounds(mesh, made);
     made->array = name;
-    made->material = material;
     made->flat = !parts->normals;
+    note_array(g, key, made);
 }
 
 static void make_primitive(ca_gltf *g, const ca_gltf_value *primitive, ca_gltf_primitive *made)
@@ -184,7 +216,7 @@ static void make_primitive(ca_gltf *g, const ca_gltf_value *primitive, ca_gltf_p
     mesh_parts parts;
     float *colors = NULL;
     if (!find_parts(g, primitive, &parts)) return;
-    if (parts.colors && ca_gltf_spend(g, primitive, parts.vertices, 4 * sizeof(float))) {
+    if (parts.colors) {
         colors = read_colors(g, &parts);
         if (colors && !are_opaque(colors, parts.vertices))
             ca_gltf_note(g, primitive, "the alpha of colours at the corners (COLOR_0) is not read");
@@ -262,7 +294,6 @@ void ca_gltf_show_mesh(ca_gltf *g, const ca_gltf_value *mesh, const ca_matrix *t
         if (!primitive->array) continue;
         widen_bounds(g, primitive, to_world);
         if (made->group && !primitive->material->shines) continue;
-        if (made->users > 1 && !ca_gltf_spend(g, mesh, primitive->bytes, 1)) return;
         put_shape(g, primitive, root, to_world);
     }
     if (!made->group || !ca_import_good(g->importer)) return;

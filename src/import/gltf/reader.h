@@ -51,7 +51,6 @@ typedef struct ca_gltf_primitive {
     const char *array; /* its name; NULL: there is nothing to show */
     const ca_gltf_material *material;
     bool flat;    /* it has no normals */
-    size_t bytes; /* of the array */
     double low[3], high[3];
 } ca_gltf_primitive;
 
@@ -85,7 +84,6 @@ typedef struct ca_gltf {
     ca_gltf_bytes chunk;    /* of a .glb, in `file` */
     ca_gltf_bytes *buffers; /* as many as "buffers" has, in the document's arena */
     ca_gltf_image *images;  /* as many as "images" has, likewise */
-    size_t budget;          /* bytes of arrays that may still be made */
     ca_gltf_table tables[CA_GLTF_MAX_TABLES];
     size_t table_count;
     uint32_t camera_count;
@@ -93,6 +91,8 @@ typedef struct ca_gltf {
     CA_TABLE(ca_gltf_baked) baked;
     ca_gltf_material *materials[2]; /* without and with colours; one more than "materials" has: the default */
     ca_gltf_mesh *meshes;
+    CA_TABLE(const ca_gltf_primitive *) arrays; /* a primitive of each array, and which by its accessors: */
+    ca_key_table known_arrays;
     bool *seen; /* nodes */
     bool lit;   /* something shines */
     double low[3], high[3]; /* bounds of what is shown */
@@ -108,8 +108,6 @@ void ca_gltf_note(ca_gltf *g, const ca_gltf_value *value, const char *format, ..
 void ca_gltf_at(ca_gltf *g, const ca_gltf_value *value);
 void *ca_gltf_alloc(ca_gltf *g, size_t count, size_t size);
 const char *ca_gltf_format(ca_gltf *g, const char *format, ...) CA_PRINTF(2, 3);
-/* Takes so many bytes from the budget; false after failing. */
-bool ca_gltf_spend(ca_gltf *g, const ca_gltf_value *value, size_t count, size_t size);
 
 /* Members of an object, which may be NULL; each fails where the member is of another kind. NULL: it has none. */
 const ca_gltf_value *ca_gltf_member(ca_gltf *g, const ca_gltf_value *object, const char *key);

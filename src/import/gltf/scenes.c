@@ -163,5 +163,7 @@ void ca_read_gltf(ca_importer *importer)
     for (size_t i = 0; i < g.owned.count; i++) ca_bytes_destroy(&g.owned.items[i]);
     ca_free(g.owned.items);
     ca_free(g.baked.items);
+    ca_free(g.arrays.items);
+    ca_key_table_destroy(&g.known_arrays);
     ca_bytes_destroy(&g.file);
 }

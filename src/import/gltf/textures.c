@@ -42,17 +42,6 @@ static const ca_gltf_image *image_bytes(ca_gltf *g, const ca_gltf_value *image)
     return ca_import_good(g->importer) && read->bytes.data ? read : NULL;
 }
 
-/* Reading a picture takes memory by its header: what a PNG says of its size is asked first. */
-static bool spend_pixels(ca_gltf *g, const ca_gltf_value *image, const ca_bytes *bytes)
-{
-    if (!ca_png_is(bytes) || bytes->size < 24) return ca_import_good(g->importer);
-    const unsigned char *p = bytes->data + 16;
-    const uint64_t width = (uint64_t)p[0] << 24 | (uint64_t)p[1] << 16 | (uint64_t)p[2] << 8 | p[3];
-    const uint64_t height = (uint64_t)p[4] << 24 | (uint64_t)p[5] << 16 | (uint64_t)p[6] << 8 | p[7];
-    if (width > CA_IMAGE_MAX_SIDE || height > CA_IMAGE_MAX_SIDE) return true; /* the reader refuses it */
-    return ca_gltf_spend(g, image, (size_t)(width * height), 4 * sizeof(float));
-}
-
 static bool decode_image(ca_gltf *g, const ca_gltf_value *image, ca_image_encoding encoding, ca_image *decoded)
 {
     const ca_gltf_image *found = image_bytes(g, image);
@@ -62,7 +51,6 @@ static bool decode_image(ca_gltf *g, const ca_gltf_value *image, ca_image_encodi
         ca_gltf_fail(g, image, "images are PNG or JPEG files, and this is neither");
         return false;
     }
-    if (!spend_pixels(g, image, &bytes)) return false;
     ca_error reason;
     const char *path = found->path ? found->path : g->importer->document.path;
     const ca_status status = ca_image_decode(path, &bytes, encoding, decoded, &reason);
@@ -125,8 +113,7 @@ static const char *bake_image(ca_gltf *g, const ca_gltf_value *image, const ca_g
     ca_tree_bitmap bitmap;
     if (!decode_image(g, image, colored ? CA_ENCODING_SRGB : CA_ENCODING_RAW, &decoded)) return NULL;
     const size_t pixels = (size_t)decoded.width * decoded.height;
-    const bool made = ca_gltf_spend(g, image, pixels, (size_t)2 * channels * sizeof(float)) &&
-                      ca_tree_add_bitmap(&g->tree, decoded.width, decoded.height, channels, &bitmap);
+    const bool made = ca_tree_add_bitmap(&g->tree, decoded.width, decoded.height, channels, &bitmap);
     for (size_t i = 0; i < pixels && made; i++)
         bake_pixel(&decoded, decoded.data + i * decoded.channels, bake, bitmap.pixels + i * channels);
     ca_image_destroy(&decoded);

@@ -57,16 +57,6 @@ const char *ca_gltf_format(ca_gltf *g, const char *format, ...)
     return kept ? kept : "";
 }
 
-bool ca_gltf_spend(ca_gltf *g, const ca_gltf_value *value, size_t count, size_t size)
-{
-    if (count <= g->budget / size) {
-        g->budget -= count * size;
-        return ca_import_good(g->importer);
-    }
-    ca_gltf_fail(g, value, "the scene's arrays would be much larger than its files");
-    return false;
-}
-
 /* ---- Members --------------------------------------------------------------------------------------------------- */
 
 static const char *const kind_names[] = {"null", "a boolean", "a number", "a text", "an array", "an object"};

@@ -256,18 +256,10 @@ static void color_of_spectrum(ca_pbrt *p, const ca_pbrt_parameter *parameter, ca
     ca_free(table.items);
 }
 
-/* Planck's law, over its largest value: (x_max / x)^5 (e^x_max - 1) / (e^x - 1), x = h c / (wavelength k T). */
-static double planck(double wavelength_nm, double kelvin)
-{
-    const double x_max = 4.965114231744276, x = 1.438776877e7 / (wavelength_nm * kelvin);
-    return pow(x / x_max, 5.0) * expm1(x_max) / expm1(x);
-}
-
-/* A temperature, and in version 3 a factor. */
+/* A temperature, and in version 3 a factor: Planck's law over its largest value. */
 static void color_of_blackbody(ca_pbrt *p, const ca_pbrt_parameter *parameter, double rgb[3])
 {
-    enum { FIRST = 360, LAST = 830, STEP = 5, COUNT = (LAST - FIRST) / STEP + 1 };
-    ca_spectrum_sample samples[COUNT];
+    ca_spectrum_sample samples[CA_BLACKBODY_SAMPLES];
     const double kelvin = parameter->count > 0 ? parameter->numbers[0] : 0.0;
     const double scale = parameter->count == 2 ? parameter->numbers[1] : 1.0;
     if (parameter->count < 1 || parameter->count > 2 || !(kelvin >= 100.0 && kelvin <= 1e5) || !(scale >= 0.0)) {
@@ -275,10 +267,10 @@ static void color_of_blackbody(ca_pbrt *p, const ca_pbrt_parameter *parameter, d
                        parameter->name);
         return;
     }
-    for (int i = 0; i < COUNT; i++)
-        samples[i] = (ca_spectrum_sample){.wavelength_nm = FIRST + STEP * i,
-                                          .value = scale * planck(FIRST + STEP * i, kelvin)};
-    color_of_samples(samples, COUNT, CA_COLOR_EMISSION, rgb);
+    ca_spectrum_blackbody(kelvin, samples);
+    const double factor = scale / ca_spectrum_blackbody_peak(kelvin);
+    for (int i = 0; i < CA_BLACKBODY_SAMPLES; i++) samples[i].value *= factor;
+    color_of_samples(samples, CA_BLACKBODY_SAMPLES, CA_COLOR_EMISSION, rgb);
 }
 
 /* ---- Parameters ------------------------------------------------------------------------------------------------ */
@@ -348,29 +340,18 @@ bool ca_pbrt_light_color(ca_pbrt *p, const char *name, double rgb[3])
     return true;
 }
 
-/* The value at the yellow line of sodium, the nearest where the spectrum ends before it. */
-static double index_of_samples(const sample_table *table)
-{
-    const double wavelength = 589.3;
-    size_t i = 0;
-    while (i < table->count && table->items[i].wavelength_nm < wavelength) i++;
-    if (i == 0) return table->items[0].value;
-    if (i == table->count) return table->items[i - 1].value;
-    const ca_spectrum_sample *a = &table->items[i - 1], *b = &table->items[i];
-    const double t = (wavelength - a->wavelength_nm) / (b->wavelength_nm - a->wavelength_nm);
-    return a->value + t * (b->value - a->value);
-}
-
 double ca_pbrt_index(ca_pbrt *p, const char *name, double fallback)
 {
     const ca_pbrt_parameter *parameter = ca_pbrt_find(&p->params, name);
+    const double yellow_nm = 589.3; /* the line of sodium */
     double index = fallback;
     if (!parameter) return fallback;
     if (parameter->type != CA_PBRT_SPECTRUM) return ca_pbrt_number_in(&p->params, name, fallback, 0.1, 10.0);
     ca_import_note(p->importer, &parameter->where, "glass has one index of refraction for all colours");
     if (parameter->texts && parameter->count == 1 && find_glass(parameter->texts[0], &index)) return index;
     sample_table table = {0};
-    if (read_samples(p, parameter, &table) && table.items) index = index_of_samples(&table);
+    if (read_samples(p, parameter, &table) && table.items)
+        index = ca_spectrum_value(table.items, table.count, yellow_nm);
     ca_free(table.items);
     if (index >= 0.1 && index <= 10.0) return index;
     ca_pbrt_fail(&p->params, name, "is an index of refraction from 0.1 to 10");

@@ -251,7 +251,7 @@ static bool make_mesh(ca_pbrt *p, const control *c, ca_mesh *mesh)
     ca_error reason;
     if (!create(p, c->vertex_count, c->triangle_count, false, mesh)) return false;
     memcpy(mesh->indices, c->corners, 3 * c->triangle_count * sizeof *c->corners);
-    const ca_status status = put_limit(p, c, mesh) ? ca_mesh_compute_normals(mesh, &reason) : CA_ERROR_SCENE;
+    const ca_status status = put_limit(p, c, mesh) ? ca_mesh_compute_normals(mesh, 0, &reason) : CA_ERROR_SCENE;
     if (status == CA_OK) return true;
     ca_import_fail_file(p->importer, &p->params.where, status, &reason);
     ca_mesh_destroy(mesh);

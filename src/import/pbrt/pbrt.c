@@ -753,6 +753,8 @@ static void destroy(ca_pbrt *p)
 {
     ca_pbrt_params_destroy(&p->params);
     ca_free(p->saved.items);
+    ca_free(p->arrays.items);
+    ca_key_table_destroy(&p->files);
     ca_free(p->materials.items);
     ca_free(p->number_textures.items);
     ca_free(p->color_textures.items);

@@ -67,6 +67,12 @@ typedef struct ca_pbrt_named {
 
 typedef CA_TABLE(ca_pbrt_named) ca_pbrt_names;
 
+/* A mesh as the tree has it. */
+typedef struct ca_pbrt_mesh {
+    const char *name;
+    bool has_normals;
+} ca_pbrt_mesh;
+
 typedef struct ca_pbrt {
     ca_importer *importer;
     ca_tree tree;
@@ -94,6 +100,10 @@ typedef struct ca_pbrt {
     double film_diagonal;
     const char *lens_file;
     double aperture_diameter; /* of the realistic camera, in mm */
+    /* Meshes from files: the arrays that they became, by what tells the files (reuse.h); and the latest of any. */
+    CA_TABLE(ca_pbrt_mesh) arrays;
+    ca_key_table files;
+    ca_pbrt_mesh last_array;
     /* Spent. */
     uint32_t include_depth, include_count, made_triangles;
     size_t text_bytes;

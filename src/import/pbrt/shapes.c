@@ -3,6 +3,7 @@
 #include "import/pbrt/reader.h"
 
 #include "base/text.h"
+#include "import/reuse.h"
 
 #include <string.h>
 
@@ -142,16 +143,19 @@ static void follow_normals(ca_mesh *mesh)
     }
 }
 
-/* Takes the mesh over. */
+static void put_array(ca_pbrt *p, const ca_pbrt_mesh *array, bool flips, double area)
+{
+    ca_xml_node *shape = add_shape(p, "mesh", &p->state.ctm, flips, area);
+    ca_tree_string(&p->tree, shape, "data", array->name);
+    if (!array->has_normals) ca_tree_boolean(&p->tree, shape, "face_normals", true);
+}
+
+/* Takes the mesh over; its array is the last one that was put. */
 static void put_side(ca_pbrt *p, ca_mesh *mesh, bool flips)
 {
-    const bool flat = mesh->normals == NULL;
     const double area = area_of_one(p, mesh);
-    const char *name;
-    if (!ca_tree_take_mesh(&p->tree, mesh, &name)) return;
-    ca_xml_node *shape = add_shape(p, "mesh", &p->state.ctm, flips, area);
-    ca_tree_string(&p->tree, shape, "data", name);
-    if (flat) ca_tree_boolean(&p->tree, shape, "face_normals", true);
+    p->last_array.has_normals = mesh->normals != NULL;
+    if (ca_tree_take_mesh(&p->tree, mesh, &p->last_array.name)) put_array(p, &p->last_array, flips, area);
 }
 
 /* The largest side of what surrounds the mesh. */
@@ -172,8 +176,8 @@ static double extent_of(const ca_mesh *mesh)
 /* A copy behind the mesh's back, `depth` away. */
 static ca_status copy_behind(const ca_mesh *mesh, double depth, ca_mesh *back, ca_error *error)
 {
-    CA_TRY(ca_import_copy_mesh(mesh, back, error));
-    const ca_status status = mesh->normals ? CA_OK : ca_mesh_compute_normals(back, error);
+    CA_TRY(ca_mesh_copy(mesh, 0, back, error));
+    const ca_status status = mesh->normals ? CA_OK : ca_mesh_compute_normals(back, 0, error);
     for (size_t i = 0; status == CA_OK && i < 3 * (size_t)back->vertex_count; i++)
         back->positions[i] = (float)((double)back->positions[i] - depth * (double)back->normals[i]);
     if (status != CA_OK) ca_mesh_destroy(back);
@@ -207,10 +211,12 @@ static void put_mesh_flipped(ca_pbrt *p, ca_mesh *mesh, bool flips)
 }
 
 /* Version 3 leaves normals that are given as they are. */
-static void put_mesh(ca_pbrt *p, ca_mesh *mesh)
+static bool is_flipped(const ca_pbrt *p, bool has_normals)
 {
-    put_mesh_flipped(p, mesh, p->state.reverses && !(p->version == 3 && mesh->normals));
+    return p->state.reverses && !(p->version == 3 && has_normals);
 }
+
+static void put_mesh(ca_pbrt *p, ca_mesh *mesh) { put_mesh_flipped(p, mesh, is_flipped(p, mesh->normals != NULL)); }
 
 static void copy_floats(float *to, const double *from, size_t count)
 {
@@ -327,6 +333,25 @@ static void flip_v(ca_mesh *mesh)
     for (size_t i = 0; mesh->uvs && i < mesh->vertex_count; i++) mesh->uvs[2 * i + 1] = 1.0f - mesh->uvs[2 * i + 1];
 }
 
+/* A file that was read already is seen once more. */
+static bool put_known_file(ca_pbrt *p, uint64_t file)
+{
+    uint32_t index;
+    if (!ca_key_table_find(&p->files, file, &index)) return false;
+    const ca_pbrt_mesh *array = &p->arrays.items[index];
+    put_array(p, array, is_flipped(p, array->has_normals), 1.0);
+    return true;
+}
+
+static void note_file(ca_pbrt *p, uint64_t file)
+{
+    if (CA_TABLE_ADD(&p->arrays) && ca_key_table_add(&p->files, file, (uint32_t)(p->arrays.count - 1)))
+        p->arrays.items[p->arrays.count - 1] = p->last_array;
+    else
+        ca_import_fail_memory(p->importer, "the scene's meshes");
+}
+
+/* Lights are made anew: they may be of two sides, and their power is by the areas of triangles. */
 static void read_ply(ca_pbrt *p)
 {
     static const char *const displacement[] = {"displacement", "displacement.edgelength", "edgelength"};
@@ -343,6 +368,8 @@ static void read_ply(ca_pbrt *p)
         ca_import_fail_memory(p->importer, "a file name");
         return;
     }
+    const uint64_t file = p->state.light.shines ? 0 : ca_reuse_file(path);
+    if (put_known_file(p, file)) return;
     const ca_status status = ca_import_ply(path, &mesh, &reason);
     if (status != CA_OK) {
         ca_import_fail_file(p->importer, &p->params.where, status, &reason);
@@ -350,6 +377,7 @@ static void read_ply(ca_pbrt *p)
     }
     flip_v(&mesh);
     put_mesh(p, &mesh);
+    if (file && ca_import_good(p->importer)) note_file(p, file);
 }
 
 static void read_subdivision(ca_pbrt *p)

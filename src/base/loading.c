@@ -1,0 +1,52 @@
+#include "base/loading.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct looking {
+    ca_loading_look look; /* NULL: nobody does */
+    void *user;
+    const char *word;
+    char what[96];
+    size_t done, count;
+    double from, to; /* the step's part */
+} looking;
+
+static _Thread_local looking now;
+
+void ca_loading_begin(ca_loading_look look, void *user) { now = (looking){.look = look, .user = user, .word = ""}; }
+
+void ca_loading_end(void) { now = (looking){.look = NULL}; }
+
+void ca_loading_tell(double fraction)
+{
+    if (!now.look) return;
+    const double clamped = fraction < 0.0 ? 0.0 : fraction > 1.0 ? 1.0 : fraction;
+    const double part = now.from + (now.to - now.from) * clamped;
+    now.look(now.what, now.count > 0 ? ((double)now.done + part) / (double)now.count : -1.0, now.user);
+}
+
+void ca_loading_part(double from, double to)
+{
+    now.from = from;
+    now.to = to;
+}
+
+void ca_loading_step(const char *what, size_t done, size_t count)
+{
+    if (!now.look) return;
+    now.word = what;
+    now.done = done;
+    now.count = count;
+    ca_loading_part(0.0, 1.0);
+    snprintf(now.what, sizeof now.what, "%s", what);
+    ca_loading_tell(0.0);
+}
+
+void ca_loading_file(const char *path)
+{
+    if (!now.look) return;
+    const char *slash = strrchr(path, '/');
+    snprintf(now.what, sizeof now.what, "%s %.60s", now.word, slash ? slash + 1 : path);
+    ca_loading_tell(0.0);
+}

@@ -1,0 +1,401 @@
+/* Renders with rays "auto" that are kept in files: they go on from any iteration, in whatever stage, and end with the
+ * image that their record tells, to the bit; what is refused, and files that are damaged or foreign. */
+#define _POSIX_C_SOURCE 200809L
+#include "base/file.h"
+#include "base/little_endian.h"
+#include "film/part_stream.h"
+#include "support/auto_bias.h"
+#include "support/scene_text.h"
+#include "support/test_random.h"
+
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static char folder[] = "/tmp/caustica-auto-checkpoints-XXXXXX";
+static ca_scene *scene;
+
+static const char *file(const char *name)
+{
+    static char paths[8][128];
+    static int next;
+    char *path = paths[next++ % 8];
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+/* Ends after so many iterations of this process. */
+typedef struct ending {
+    uint32_t after, begun;
+    bool has_begun;
+} ending;
+
+static bool end_after(const ca_render_progress *progress, void *user)
+{
+    ending *e = user;
+    if (!e->has_begun) e->begun = (uint32_t)progress->passes_done - 1;
+    e->has_begun = true;
+    return progress->passes_done - e->begun < e->after;
+}
+
+static ca_render_settings settings_of(const char *integrator, uint32_t samples, uint32_t threads)
+{
+    ca_render_settings s;
+    ca_render_settings_init(&s);
+    s.integrator = integrator;
+    s.rays = "auto";
+    s.samples_per_pixel = samples;
+    s.light_paths = 200;
+    s.threads = threads;
+    return s;
+}
+
+static ca_render_settings kept(const char *integrator, uint32_t samples, uint32_t threads)
+{
+    ca_render_settings s = settings_of(integrator, samples, threads);
+    s.checkpoint_path = file("c.part");
+    s.resume = true;
+    return s;
+}
+
+static uint64_t render(const ca_render_settings *settings, ca_render_statistics *statistics)
+{
+    ca_image_layers *image = NULL;
+    ca_error error = {""};
+    if (ca_render(scene, settings, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
+    const uint64_t hash = image_hash(image);
+    ca_image_release(image);
+    return hash;
+}
+
+/* The render that a file tells. */
+static uint64_t repeated(const ca_render_settings *settings, const char *path, uint32_t threads)
+{
+    ca_render_settings s = *settings;
+    s.rays = path;
+    s.rays_objective = NULL;
+    s.samples_per_pixel = 0;
+    s.seconds = s.noise_percent = 0.0;
+    s.threads = threads;
+    s.checkpoint_path = NULL;
+    s.checkpoint_seconds = 0.0;
+    s.resume = false;
+    s.progress = NULL;
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    return render(&s, &statistics);
+}
+
+/* ---- Going on -------------------------------------------------------------------------------------------------- */
+
+/* Every process makes so many iterations and is ended; the image of each is the one of its record. */
+static uint32_t expect_goes_on(ca_render_settings s, uint32_t after)
+{
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    uint32_t processes = 0;
+    unlink(s.checkpoint_path);
+    do {
+        const uint64_t before = processes > 0 ? statistics.iterations : 0;
+        ending e = {.after = after};
+        s.progress = end_after;
+        s.progress_user = &e;
+        s.threads = 1 + processes % 3;
+        const uint64_t hash = render(&s, &statistics);
+        if (statistics.passes_resumed != before) fail_msg("%u: resumed at another place", after);
+        if (repeated(&s, s.checkpoint_path, 1 + (processes + 1) % 2) != hash)
+            fail_msg("%u iterations a time, process %u: another image than that of its record", after, processes);
+        assert_true(++processes < 200);
+    } while (statistics.interrupted);
+    assert_true(statistics.samples_per_pixel >= s.samples_per_pixel);
+    print_message("# %s: %u processes of %u iterations\n", s.integrator, processes, after);
+    return processes;
+}
+
+static void test_goes_on_from_anywhere(void **state)
+{
+    (void)state;
+    static const uint32_t after[] = {2, 3, 5, 13};
+    for (int i = 0; i < 4; i++) assert_true(expect_goes_on(kept("bdpm", 160, 1), after[i]) > 13 / after[i]);
+    assert_true(expect_goes_on(kept("ppm", 96, 1), 4) > 13 / 4);
+    ca_render_settings cropped = kept("bdpm", 160, 1);
+    cropped.has_crop = true;
+    memcpy(cropped.crop, (const uint32_t[]){1, 2, 8, 7}, sizeof cropped.crop);
+    cropped.rays_objective = "relative";
+    expect_goes_on(cropped, 7);
+}
+
+/* ---- Stopped within an iteration ------------------------------------------------------------------------------- */
+
+typedef struct stopper {
+    int stop;
+    double seconds;
+} stopper;
+
+static void *stop_later(void *user)
+{
+    stopper *s = user;
+    const struct timespec time = {.tv_nsec = (long)(1e9 * s->seconds)};
+    nanosleep(&time, NULL);
+    __atomic_store_n(&s->stop, 1, __ATOMIC_SEQ_CST);
+    return NULL;
+}
+
+/* Of the iteration that was stopped nothing stays, in no film and in no estimate; these are layers of the image. */
+static void test_stopped_anywhere(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(5);
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    ca_render_settings s = kept("bdpm", 160, 1);
+    uint32_t processes = 0;
+    s.width = s.height = 40;
+    unlink(file("c.part"));
+    do {
+        const double longest = 0.01 * (1 + processes / 4); /* iterations may become long */
+        stopper stop = {.seconds = longest * (double)ca_test_random_float(&random)};
+        pthread_t thread;
+        ca_image_layers *image;
+        ca_error error = {""};
+        s.stop = &stop.stop;
+        s.threads = 1 + processes % 2;
+        statistics.interrupted = true;
+        assert_int_equal(pthread_create(&thread, NULL, stop_later, &stop), 0);
+        const ca_status status = ca_render(scene, &s, &image, &statistics, &error);
+        pthread_join(thread, NULL);
+        if (status != CA_OK && status != CA_ERROR_INTERRUPTED) fail_msg("%s", error.message);
+        if (status == CA_OK) ca_image_release(image);
+        assert_true(++processes < 200);
+    } while (statistics.interrupted);
+    assert_true(processes > 4);
+    s.stop = NULL;
+    const uint64_t hash = render(&s, &statistics);
+    if (repeated(&s, file("c.part"), 1) != hash) fail_msg("stopped %u times: another image", processes);
+}
+
+/* ---- Other ends ------------------------------------------------------------------------------------------------ */
+
+/* More samples with the file of a render that has ended; fewer than there are: the image as it is. */
+static void test_more_samples(void **state)
+{
+    (void)state;
+    ca_render_statistics first = {.size = sizeof first}, second = {.size = sizeof second};
+    unlink(file("c.part"));
+    ca_render_settings s = kept("bdpm", 160, 1);
+    const uint64_t hash = render(&s, &first);
+    assert_true(render(&s, &second) == hash && second.iterations == first.iterations);
+    s.samples_per_pixel = 64;
+    assert_true(render(&s, &second) == hash && second.passes_resumed == first.iterations);
+    s.samples_per_pixel = 400;
+    const uint64_t more = render(&s, &second);
+    assert_true(second.passes_resumed == first.iterations && second.samples_per_pixel >= 400.0 && more != hash);
+    assert_true(second.camera_paths > 2 * first.camera_paths && second.noise_percent < first.noise_percent);
+    assert_true(repeated(&s, file("c.part"), 2) == more);
+}
+
+/* The time of other processes, which is told from the first iteration on. */
+static bool expect_time(const ca_render_progress *progress, void *user)
+{
+    assert_true(progress->seconds >= *(const double *)user);
+    return true;
+}
+
+/* Time that was taken counts; to a noise target, then to a lower one, in the pilot and behind it. */
+static void test_time_and_noise(void **state)
+{
+    (void)state;
+    ca_render_statistics one = {.size = sizeof one}, two = {.size = sizeof two};
+    unlink(file("c.part"));
+    ca_render_settings s = kept("bdpm", 0, 1);
+    s.light_paths = 0;
+    s.seconds = 0.2;
+    const uint64_t hash = render(&s, &one);
+    assert_true(render(&s, &two) == hash && two.iterations == one.iterations && two.seconds >= one.seconds);
+    double before = one.seconds;
+    s.seconds = 0.4;
+    s.progress = expect_time;
+    s.progress_user = &before;
+    const uint64_t more = render(&s, &two);
+    assert_true(two.passes_resumed == one.iterations && two.iterations > one.iterations && two.seconds >= 0.4);
+    assert_true(repeated(&s, file("c.part"), 3) == more);
+    s.seconds = 0.0;
+    before = two.seconds;
+    s.noise_percent = 0.9 * two.noise_percent;
+    const uint64_t last = render(&s, &one);
+    assert_true(one.noise_percent < s.noise_percent && one.passes_resumed == two.iterations);
+    assert_true(repeated(&s, file("c.part"), 1) == last);
+}
+
+static bool expect_kept(const ca_render_progress *progress, void *user)
+{
+    if (progress->checkpoint_failure) fail_msg("%s", progress->checkpoint_failure);
+    return progress->passes_done < *(const uint32_t *)user;
+}
+
+/* A checkpoint after every iteration is no other render: nothing of the counts is lost or counted twice. */
+static void test_counts(void **state)
+{
+    (void)state;
+    ca_render_statistics whole = {.size = sizeof whole}, again = {.size = sizeof again};
+    unlink(file("c.part"));
+    ca_render_settings s = kept("bdpm", 160, 2);
+    s.checkpoint_seconds = 1e-9;
+    uint32_t end = 12;
+    s.progress = expect_kept;
+    s.progress_user = &end;
+    render(&s, &again);
+    end = UINT32_MAX;
+    render(&s, &whole);
+    ca_render_settings record = settings_of("bdpm", 0, 1);
+    record.rays = file("c.part");
+    render(&record, &again);
+    assert_true(whole.passes_resumed == 12 && whole.iterations == again.iterations);
+    assert_true(whole.camera_paths == again.camera_paths && whole.light_paths == again.light_paths);
+    assert_true(whole.samples_per_pixel == again.samples_per_pixel && whole.rays == again.rays);
+    assert_true(whole.noise_percent == again.noise_percent && whole.merges == again.merges);
+}
+
+/* ---- What is refused ------------------------------------------------------------------------------------------- */
+
+static void refuse(const ca_render_settings *settings, ca_status expected, const char *words)
+{
+    ca_image_layers *image;
+    ca_error error = {""};
+    const ca_status status = ca_render(scene, settings, &image, NULL, &error);
+    if (status != expected) fail_msg("%s: status %d: %s", words, (int)status, error.message);
+    assert_null(image);
+    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
+    assert_int_equal(access(file("c.part.lock"), F_OK), -1);
+}
+
+#define REFUSED(words, ...)                                                                                          \
+    do {                                                                                                             \
+        ca_render_settings other = kept("bdpm", 64, 1);                                                              \
+        __VA_ARGS__;                                                                                                 \
+        refuse(&other, CA_ERROR_ARGUMENT, words);                                                                    \
+    } while (0)
+
+static void repeat(ca_render_settings *s)
+{
+    s->rays = file("c.part");
+    s->samples_per_pixel = 0;
+    s->checkpoint_path = NULL;
+    s->resume = false;
+}
+
+static void test_other_settings_are_refused(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("bdpm", 64, 1);
+    const uint64_t hash = render(&s, NULL);
+    REFUSED("\"integrator bdpm\", but this render has \"integrator ppm\"", other.integrator = "ppm");
+    REFUSED("\"seed 0\", but this render has \"seed 3\"", other.seed = 3, other.has_seed = true);
+    REFUSED("\"light_paths 200\", but this render has \"light_paths 100\"", other.light_paths = 100);
+    REFUSED("\"objective mean\", but this render has \"objective relative\"", other.rays_objective = "relative");
+    REFUSED("\"end by samples\", but this render has \"end by time or noise\"", other.samples_per_pixel = 0,
+            other.seconds = 1.0);
+    REFUSED("\"crop 0,0,12,12\"", other.has_crop = true, other.crop[2] = 8, other.crop[3] = 5);
+    REFUSED("there is a checkpoint already", other.resume = false);
+    REFUSED("no part of such a render", other.part_path = file("p.part"));
+    REFUSED("\"seed 0\", but this render has \"seed 3\"", repeat(&other), other.seed = 3, other.has_seed = true);
+    REFUSED("\"light_paths 200\"", repeat(&other), other.light_paths = 0);
+    REFUSED("the samples are those of the record", repeat(&other), other.samples_per_pixel = 64);
+    REFUSED("keeps no checkpoint", repeat(&other), other.checkpoint_path = file("d.part"));
+    REFUSED("name it", repeat(&other), other.integrator = "auto", other.light_paths = 0);
+    REFUSED("an objective is for numbers", repeat(&other), other.rays_objective = "mean");
+    assert_true(render(&s, NULL) == hash); /* it is still there */
+}
+
+/* A file of the one kind where the other is wanted. */
+static void test_other_files_are_refused(void **state)
+{
+    (void)state;
+    ca_image_layers *image;
+    ca_error error = {""};
+    unlink(file("c.part"));
+    unlink(file("d.part"));
+    ca_render_settings s = kept("bdpm", 64, 1), passes = kept("bdpm", 4, 1);
+    render(&s, NULL);
+    passes.rays = NULL;
+    refuse(&passes, CA_ERROR_FORMAT, "the checkpoint of a render with rays \"auto\"");
+    const char *path = file("c.part");
+    assert_int_equal(ca_merge_parts(&path, 1, NULL, &image, NULL, &error), CA_ERROR_FORMAT);
+    assert_non_null(strstr(error.message, "which has no passes that add up"));
+    passes.checkpoint_path = s.checkpoint_path = file("d.part");
+    render(&passes, NULL);
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 2, but renders with rays \"auto\" have files of format 3");
+    repeat(&s);
+    s.rays = file("d.part");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 2");
+    s.rays = file("none.part");
+    refuse(&s, CA_ERROR_FILE, "none.part");
+}
+
+static void write_bytes(const char *path, const unsigned char *bytes, size_t size)
+{
+    FILE *stream = fopen(path, "wb");
+    assert_non_null(stream);
+    assert_true(fwrite(bytes, 1, size, stream) == size && fclose(stream) == 0);
+}
+
+/* Cut off, and with bits that are others, everywhere. */
+static void test_damaged_files(void **state)
+{
+    (void)state;
+    ca_bytes bytes;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("bdpm", 64, 1);
+    const uint64_t hash = render(&s, NULL);
+    assert_int_equal(ca_file_read(file("c.part"), "checkpoint", 1 << 24, &bytes, NULL), CA_OK);
+    for (size_t size = 0; size < bytes.size; size += size < 64 ? 8 : bytes.size / 7) {
+        write_bytes(file("c.part"), bytes.data, size);
+        refuse(&s, CA_ERROR_FORMAT, size == 0 ? "not a part file" : "is cut off after");
+    }
+    for (size_t at = 16; at < bytes.size; at += at < 400 ? 9 : bytes.size / 11) {
+        bytes.data[at] ^= 4;
+        write_bytes(file("c.part"), bytes.data, bytes.size);
+        refuse(&s, CA_ERROR_FORMAT, at < 24 ? "this part file is" : "is damaged");
+        bytes.data[at] ^= 4;
+    }
+    write_bytes(file("c.part"), bytes.data, bytes.size);
+    assert_true(render(&s, NULL) == hash);
+    ca_bytes_destroy(&bytes);
+}
+
+/* ---- All of it ------------------------------------------------------------------------------------------------- */
+
+static int set_up(void **state)
+{
+    (void)state;
+    if (!mkdtemp(folder)) return -1;
+    scene = auto_bias_scene();
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    unlink(file("c.part"));
+    unlink(file("d.part"));
+    ca_scene_release(scene);
+    return rmdir(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_stopped_anywhere),
+        cmocka_unit_test(test_more_samples),
+        cmocka_unit_test(test_time_and_noise),             cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_other_settings_are_refused), cmocka_unit_test(test_other_files_are_refused),
+        cmocka_unit_test(test_damaged_files),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
