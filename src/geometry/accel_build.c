@@ -278,16 +278,14 @@ static bool same_shapes(const ca_accel_part *part, const ca_shape *shapes, uint3
 
 /* ---- The world ------------------------------------------------------------------------------------------------- */
 
-<<<<<<< HEAD
+static bool keeps_apart = true;
+
+void ca_accel_keep_apart(bool keep) { keeps_apart = keep; }
+
 static bool is_quadric(const ca_shape *shape)
 {
     return shape->kind != CA_SHAPE_MESH && shape->kind != CA_SHAPE_CURVE;
 }
-=======
-static bool keeps_apart = true;
-
-void ca_accel_keep_apart(bool keep) { keeps_apart = keep; }
->>>>>>> main
 
 /* The world's quadrics, unless they are too many. */
 static void set_quadrics_apart(ca_accel *accel)
@@ -305,12 +303,8 @@ static void set_quadrics_apart(ca_accel *accel)
 
 static bool is_embrees(const ca_accel *accel, uint32_t shape)
 {
-<<<<<<< HEAD
-    return !is_quadric(&accel->shapes[shape]) || accel->apart_count == 0;
-=======
     if (accel->shapes[shape].kind == CA_SHAPE_MESH) return !ca_facets_have(&accel->facets, shape);
-    return accel->apart_count == 0;
->>>>>>> main
+    return !is_quadric(&accel->shapes[shape]) || accel->apart_count == 0;
 }
 
 /* Shapes that are apart may be others. */
