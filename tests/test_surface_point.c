@@ -108,6 +108,7 @@ static void make_shapes(fixture *f, bool tangents)
             shape->as.cylinder.length = 1.5f;
             break;
         case CA_SHAPE_MESH:
+        case CA_SHAPE_CURVE:
         case CA_SHAPE_KIND_COUNT: break;
         }
     }

@@ -21,7 +21,7 @@ typedef struct ca_accel_instance {
 /* What a ray met. 36 bytes. */
 typedef struct ca_hit {
     float t;
-    float u, v; /* barycentric of corners 1 and 2 (meshes) */
+    float u, v; /* barycentric of corners 1 and 2 (meshes); u: the place along a curve's segment */
     ca_vec3 ng; /* a triangle's normal, by the winding, in the shape's own space; of any length */
     uint32_t shape, primitive, instance; /* shape: index in the scene's shapes; CA_NONE: nothing was met */
 } ca_hit;

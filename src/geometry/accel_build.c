@@ -4,6 +4,7 @@
 #include "base/loading.h"
 #include "base/memory.h"
 #include "base/stop.h"
+#include "geometry/curve.h"
 #include "geometry/quadric.h"
 #include "geometry/ray_reach.h"
 #include "math/numeric.h"
@@ -117,6 +118,22 @@ static void quadric_occluded(const struct RTCOccludedFunctionNArguments *argumen
     }
 }
 
+/* ---- Curves ---------------------------------------------------------------------------------------------------- */
+
+/* Curves are met from outside only, as in Mitsuba 3: ends of cubic ones are open. */
+static void curve_filter(const struct RTCFilterFunctionNArguments *arguments)
+{
+    const unsigned n = arguments->N;
+    struct RTCRayN *rays = arguments->ray;
+    struct RTCHitN *hits = arguments->hit;
+    for (unsigned k = 0; k < n; k++) {
+        const float cosine = RAY_FIELD(rays, n, k, dir_x) * HIT_FIELD(hits, n, k, Ng_x) +
+                             RAY_FIELD(rays, n, k, dir_y) * HIT_FIELD(hits, n, k, Ng_y) +
+                             RAY_FIELD(rays, n, k, dir_z) * HIT_FIELD(hits, n, k, Ng_z);
+        if (cosine > 0.0f) arguments->valid[k] = 0;
+    }
+}
+
 /* ---- Structures ------------------------------------------------------------------------------------------------ */
 
 static void release_part(ca_accel_part *part)
@@ -124,7 +141,9 @@ static void release_part(ca_accel_part *part)
     if (!part || atomic_fetch_sub(&part->owners, 1) != 1) return;
     if (part->scene) rtcReleaseScene(part->scene);
     for (uint32_t i = 0; part->meshes && i < part->count; i++) ca_mesh_destroy(&part->meshes[i]);
+    for (uint32_t i = 0; part->curves && i < part->count; i++) ca_curve_destroy(part->curves[i]);
     ca_free(part->meshes);
+    ca_free(part->curves);
     ca_free(part->shapes);
     release_device(part->device);
     ca_free(part);
@@ -154,13 +173,16 @@ static ca_accel_part *new_part(ca_accel *accel, const ca_shape *shapes, uint32_t
     part->count = count;
     part->shapes = ca_alloc(count, sizeof *part->shapes);
     part->meshes = ca_alloc_zeroed(count, sizeof *part->meshes);
+    part->curves = ca_alloc_zeroed(count, sizeof(ca_curve *));
     part->scene = rtcNewScene(accel->device->device);
-    if (!part->shapes || !part->meshes || !part->scene) {
+    if (!part->shapes || !part->meshes || !part->curves || !part->scene) {
         release_part(part);
         return NULL;
     }
     if (count) memcpy(part->shapes, shapes, count * sizeof *shapes);
     for (uint32_t i = 0; i < count; i++) {
+        if (shapes[i].kind == CA_SHAPE_CURVE)
+            part->shapes[i].as.curve.curve = part->curves[i] = ca_curve_share(shapes[i].as.curve.curve);
         if (shapes[i].kind != CA_SHAPE_MESH) continue;
         part->meshes[i] = ca_mesh_share(shapes[i].as.mesh.mesh);
         part->shapes[i].as.mesh.mesh = &part->meshes[i];
@@ -178,8 +200,23 @@ static void build_part(ca_accel *accel, ca_accel_part *part)
     accel->builds++;
 }
 
+static RTCGeometry new_curve(RTCDevice device, const ca_curve *curve)
+{
+    RTCGeometry geometry = rtcNewGeometry(device, curve->degree == CA_CURVE_CUBIC
+                                                      ? RTC_GEOMETRY_TYPE_ROUND_BSPLINE_CURVE
+                                                      : RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curve->points, 0,
+                               4 * sizeof(float), curve->point_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curve->segments, 0,
+                               sizeof(uint32_t), curve->segment_count);
+    rtcSetGeometryIntersectFilterFunction(geometry, curve_filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, curve_filter);
+    return geometry;
+}
+
 static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
 {
+    if (shape->kind == CA_SHAPE_CURVE) return new_curve(device, shape->as.curve.curve);
     if (shape->kind == CA_SHAPE_MESH) {
         const ca_mesh *mesh = shape->as.mesh.mesh;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -226,6 +263,7 @@ static bool same_shape(const ca_shape *a, const ca_shape *b)
     case CA_SHAPE_SPHERE: return same_bytes(&a->as.sphere, &b->as.sphere, sizeof a->as.sphere);
     case CA_SHAPE_DISK: return same_bytes(&a->as.disk, &b->as.disk, sizeof a->as.disk);
     case CA_SHAPE_CYLINDER: return same_bytes(&a->as.cylinder, &b->as.cylinder, sizeof a->as.cylinder);
+    case CA_SHAPE_CURVE: return ca_curve_equal(a->as.curve.curve, b->as.curve.curve);
     case CA_SHAPE_KIND_COUNT: break;
     }
     return false;
@@ -244,12 +282,17 @@ static bool keeps_apart = true;
 
 void ca_accel_keep_apart(bool keep) { keeps_apart = keep; }
 
+static bool is_quadric(const ca_shape *shape)
+{
+    return shape->kind != CA_SHAPE_MESH && shape->kind != CA_SHAPE_CURVE;
+}
+
 /* The world's quadrics, unless they are too many. */
 static void set_quadrics_apart(ca_accel *accel)
 {
     accel->apart_count = 0;
     for (uint32_t i = 0; i < accel->world_count; i++) {
-        if (accel->shapes[i].kind == CA_SHAPE_MESH) continue;
+        if (!is_quadric(&accel->shapes[i])) continue;
         if (accel->apart_count == CA_QUADRICS_APART) {
             accel->apart_count = 0;
             return;
@@ -261,7 +304,7 @@ static void set_quadrics_apart(ca_accel *accel)
 static bool is_embrees(const ca_accel *accel, uint32_t shape)
 {
     if (accel->shapes[shape].kind == CA_SHAPE_MESH) return !ca_facets_have(&accel->facets, shape);
-    return accel->apart_count == 0;
+    return !is_quadric(&accel->shapes[shape]) || accel->apart_count == 0;
 }
 
 /* Shapes that are apart may be others. */

@@ -30,7 +30,8 @@ typedef struct ca_accel_part {
     ca_accel_device *device;
     RTCScene scene;
     ca_shape *shapes; /* [count] what Embree borrows: copies, with meshes of ... */
-    ca_mesh *meshes;  /* [count] ... their own (empty for quadrics) */
+    ca_mesh *meshes;  /* [count] ... their own (empty for other shapes) */
+    ca_curve **curves; /* [count] likewise; NULL for other shapes */
     uint32_t count;
 } ca_accel_part;
 
@@ -49,7 +50,7 @@ struct ca_accel {
     uint32_t apart[CA_QUADRICS_APART], apart_count; /* quadrics that Embree does not know */
     ca_facets facets;                               /* flat pieces that it does not know */
     float origin_length2, direction_length2; /* rays are valid below these: ray_reach.h */
-    bool world_meshes; /* of the world Embree knows no quadrics: accel_batch.c */
+    bool world_meshes; /* of the world Embree knows nothing else: accel_batch.c */
     const int *stop; /* while it is built */
 };
 

@@ -1,26 +1,7 @@
 #include "geometry/quadric.h"
 
+#include "geometry/dvec.h"
 #include "math/arc_tangent.h"
-
-/* Double precision vectors of this file. */
-typedef struct dvec {
-    double x, y, z;
-} dvec;
-
-static dvec dvec_of(ca_vec3 v) { return (dvec){(double)v.x, (double)v.y, (double)v.z}; }
-static dvec dvec_column(const float m[3][4], int column)
-{
-    return (dvec){(double)m[0][column], (double)m[1][column], (double)m[2][column]};
-}
-static dvec dsub(dvec a, dvec b) { return (dvec){a.x - b.x, a.y - b.y, a.z - b.z}; }
-static dvec dmadd(dvec a, double s, dvec b) { return (dvec){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
-static double ddot(dvec a, dvec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static dvec dcross(dvec a, dvec b)
-{
-    return (dvec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-static dvec dscale(dvec a, double s) { return (dvec){a.x * s, a.y * s, a.z * s}; }
-static ca_vec3 dround(dvec a) { return (ca_vec3){(float)a.x, (float)a.y, (float)a.z}; }
 
 /* Roots of a t^2 - 2 b t + c = 0, the stable way (no cancellation between b and the root). */
 static bool solve_quadratic(double a, double b, double c, double discriminant, double roots[2])
@@ -101,6 +82,7 @@ bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 directi
     case CA_SHAPE_DISK: return intersect_disk(shape, o, d, t_min, t_max, t);
     case CA_SHAPE_CYLINDER: return intersect_cylinder(shape, o, d, t_min, t_max, t);
     case CA_SHAPE_MESH:
+    case CA_SHAPE_CURVE:
     case CA_SHAPE_KIND_COUNT: break;
     }
     return false;
@@ -206,13 +188,6 @@ static ca_vec3 rounding_error(ca_vec3 p)
                      2.0f * CA_GAMMA(1) * fabsf(p.z) + FLT_MIN};
 }
 
-/* Angle around z in turns, [0, 1). */
-static float turn(float x, float y)
-{
-    const float u = ca_atan2(y, x) * CA_INV_TWO_PI;
-    return u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u;
-}
-
 static void set_tangents(const ca_affine *map, ca_vec3 dpdu_local, ca_vec3 dpdv_local, ca_surface *surface)
 {
     surface->dpdu = ca_map_vector(map->to, dpdu_local);
@@ -229,7 +204,7 @@ static void sphere_surface(const ca_shape *shape, ca_vec3 position, ca_surface *
     if (shape->skips_uv) return;
     const ca_vec3 local = ca_normalize(ca_map_vector(shape->as.sphere.map.from, surface->ng));
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
-    surface->uv = (ca_vec2){turn(local.x, local.y), ca_atan2(ring, local.z) * CA_INV_PI};
+    surface->uv = (ca_vec2){ca_turn(local.x, local.y), ca_atan2(ring, local.z) * CA_INV_PI};
     if (!shape->needs_tangents) return;
     const ca_vec3 outward = ring > 0.0f ? (ca_vec3){local.x / ring, local.y / ring, 0.0f} : (ca_vec3){1, 0, 0};
     set_tangents(&shape->as.sphere.map, (ca_vec3){-CA_TWO_PI * ring * outward.y, CA_TWO_PI * ring * outward.x, 0.0f},
@@ -247,7 +222,7 @@ static void disk_surface(const ca_shape *shape, ca_vec3 position, ca_surface *su
     surface->ng = dround(dscale(n, 1.0 / sqrt(area2)));
     if (shape->skips_uv) return;
     const float radius = (float)sqrt(x * x + y * y);
-    surface->uv = (ca_vec2){fminf(radius, 1.0f), turn((float)x, (float)y)};
+    surface->uv = (ca_vec2){fminf(radius, 1.0f), ca_turn((float)x, (float)y)};
     if (!shape->needs_tangents) return;
     const ca_vec3 outward =
         radius > 0.0f ? (ca_vec3){(float)x / radius, (float)y / radius, 0.0f} : (ca_vec3){1, 0, 0};
@@ -267,7 +242,7 @@ static void cylinder_surface(const ca_shape *shape, ca_vec3 position, ca_surface
     if (shape->skips_uv) return;
     const ca_vec3 local = ca_map_vector(shape->as.cylinder.map.from, surface->ng);
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.y));
-    surface->uv = (ca_vec2){turn(local.x, local.y), (float)height};
+    surface->uv = (ca_vec2){ca_turn(local.x, local.y), (float)height};
     if (!shape->needs_tangents) return;
     set_tangents(&shape->as.cylinder.map, (ca_vec3){-CA_TWO_PI * local.y / ring, CA_TWO_PI * local.x / ring, 0.0f},
                  (ca_vec3){0.0f, 0.0f, 1.0f}, surface);
@@ -282,6 +257,7 @@ void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *sur
     case CA_SHAPE_DISK: disk_surface(shape, position, surface); break;
     case CA_SHAPE_CYLINDER: cylinder_surface(shape, position, surface); break;
     case CA_SHAPE_MESH:
+    case CA_SHAPE_CURVE:
     case CA_SHAPE_KIND_COUNT: break;
     }
     if (shape->flip_normals) surface->ng = ca_neg(surface->ng);

@@ -1,8 +1,9 @@
-/* Shapes as the renderer sees them: triangle meshes, and spheres, disks and cylinders that are exact, not
- * tessellated.
+/* Shapes as the renderer sees them: triangle meshes; spheres, disks and cylinders that are exact, not tessellated
+ * (quadrics); round curves.
  *
  * Frame: world, or the shape group's space for the members of a group. Normals: the mesh's winding (corner order
- * counter-clockwise seen from outside); spheres and cylinders outward; disks +z; all reversed by `flip_normals`.
+ * counter-clockwise seen from outside); spheres, cylinders and curves outward; disks +z; all but curves' reversed by
+ * `flip_normals`.
  * Shapes are immutable once compiled and shared by all threads. */
 #ifndef CA_GEOMETRY_SHAPE_H
 #define CA_GEOMETRY_SHAPE_H
@@ -20,14 +21,17 @@ typedef enum ca_shape_kind {
     CA_SHAPE_SPHERE,
     CA_SHAPE_DISK,
     CA_SHAPE_CYLINDER,
+    CA_SHAPE_CURVE,
     CA_SHAPE_KIND_COUNT
 } ca_shape_kind;
+
+typedef struct ca_curve ca_curve; /* curve.h */
 
 typedef struct ca_shape {
     ca_shape_kind kind;
     bool flip_normals;   /* quadrics only; a mesh is flipped when it is compiled */
     bool needs_tangents; /* its material uses dpdu, dpdv */
-    bool skips_uv;       /* quadrics that need no tangents only: nobody asks for uv, which stays 0 */
+    bool skips_uv;       /* shapes that need no tangents and are no mesh: nobody asks for uv, which stays 0 */
     uint32_t material;   /* index in the scene's materials */
     uint32_t light;      /* index in the scene's lights, or CA_NONE */
     float area;          /* m^2 */
@@ -51,6 +55,9 @@ typedef struct ca_shape {
             float radius;
             float length;
         } cylinder;
+        struct {
+            const ca_curve *curve; /* borrowed; curves emit no light */
+        } curve;
     } as;
 } ca_shape;
 
@@ -62,8 +69,8 @@ typedef struct ca_surface {
     ca_vec3 ns;             /* shading normal, unit */
     ca_vec3 dpdu, dpdv;     /* only where shape.needs_tangents; zero elsewhere */
     ca_vec2 uv;             /* zero where shape.skips_uv */
-    ca_vec2 barycentric; /* of corners 1 and 2 (meshes) */
-    const ca_mesh *mesh; /* NULL for quadrics */
+    ca_vec2 barycentric; /* of corners 1 and 2 (meshes); the place along a curve's segment, and 0 */
+    const ca_mesh *mesh; /* NULL for other shapes */
     uint32_t shape, primitive, instance; /* instance: CA_NONE outside of instances */
     uint32_t material, light;            /* as the shape's */
 } ca_surface;

@@ -1,4 +1,5 @@
 /* Points of shapes for light sources: uniform by area, or seen from a point of the scene; and bounds. */
+#include "geometry/curve.h"
 #include "geometry/quadric.h"
 #include "geometry/triangle.h"
 #include "math/numeric.h"
@@ -72,6 +73,7 @@ ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *s
         break;
     case CA_SHAPE_DISK: ca_quadric_surface(shape, disk_point(&shape->as.disk.map, u), surface); break;
     case CA_SHAPE_CYLINDER: ca_quadric_surface(shape, cylinder_point(&shape->as.cylinder.map, u), surface); break;
+    case CA_SHAPE_CURVE: /* never a light */
     case CA_SHAPE_KIND_COUNT: break;
     }
     return (ca_pdf_area){1.0f / shape->area};
@@ -254,6 +256,11 @@ void ca_shape_bounds(const ca_shape *shape, ca_vec3 *low, ca_vec3 *high)
         top = ca_add(center, column(&shape->as.cylinder.map, 2));
         extent = circle_extent(&shape->as.cylinder.map);
         break;
+    case CA_SHAPE_CURVE:
+        *low = shape->as.curve.curve->low;
+        *high = shape->as.curve.curve->high;
+        widen(low, high);
+        return;
     case CA_SHAPE_KIND_COUNT: break;
     }
     *low = ca_sub(ca_min_vec3(center, top), extent);

@@ -1,5 +1,6 @@
 /* From a hit to a surface point: position with its rounding error, normals, texture coordinates, tangents. */
 #include "geometry/accel.h"
+#include "geometry/curve.h"
 #include "geometry/quadric.h"
 #include "geometry/surface_point.h"
 #include "geometry/triangle.h"
@@ -65,6 +66,18 @@ static void surface_to_world(const ca_affine *map, ca_surface *surface)
     surface->dpdv = ca_map_vector(map->to, surface->dpdv);
 }
 
+/* `position` is in the shape's own space; `along`: of a curve's hit. */
+static void smooth_surface(const ca_shape *shape, uint32_t primitive, float along, ca_vec3 position,
+                           ca_surface *surface)
+{
+    surface->mesh = NULL;
+    surface->barycentric = (ca_vec2){0};
+    if (shape->kind == CA_SHAPE_CURVE)
+        ca_curve_surface(shape, primitive, along, position, surface);
+    else
+        ca_quadric_surface(shape, position, surface);
+}
+
 void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit,
                       ca_surface *surface)
 {
@@ -79,11 +92,9 @@ void ca_accel_surface(const ca_accel *accel, ca_vec3 origin, ca_vec3 direction, 
         surface->dpdu = surface->dpdv = (ca_vec3){0};
         mesh_surface(shape, origin, direction, !map, hit, surface);
     } else {
-        surface->mesh = NULL;
-        surface->barycentric = (ca_vec2){0};
         ca_vec3 position = ca_madd(origin, hit->t, direction);
         if (map) position = ca_map_point(map->from, position);
-        ca_quadric_surface(shape, position, surface);
+        smooth_surface(shape, hit->primitive, hit->u, position, surface);
     }
     if (map) surface_to_world(map, surface);
 }
@@ -113,9 +124,8 @@ void ca_accel_surface_at(const ca_accel *accel, const ca_surface_point *point, c
         const ca_vec3 ng = map ? ca_normalize(ca_map_normal(map->to, point->ng)) : point->ng;
         mesh_attributes_at(shape, point, ng, surface);
     } else {
-        surface->mesh = NULL;
-        surface->barycentric = (ca_vec2){0};
-        ca_quadric_surface(shape, map ? ca_map_point(map->from, point->position) : point->position, surface);
+        smooth_surface(shape, point->primitive, point->barycentric.x,
+                       map ? ca_map_point(map->from, point->position) : point->position, surface);
     }
     if (map) {
         surface->ns = ca_normalize(ca_map_normal(map->from, surface->ns));

@@ -2,6 +2,7 @@
 #ifndef CA_IMPORT_IMPORT_H
 #define CA_IMPORT_IMPORT_H
 
+#include "geometry/curve.h"
 #include "scene/description.h"
 
 /* Reads a Mitsuba 3 XML scene (0.6 spellings too), or where the name ends in .pbrt one of pbrt's, with its meshes and
@@ -31,5 +32,7 @@ ca_status ca_import_obj(const char *path, ca_mesh *mesh, ca_error *error);
 ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error);
 /* `shape_index` counts the meshes of one .serialized file. */
 ca_status ca_import_serialized(const char *path, uint32_t shape_index, ca_mesh *mesh, ca_error *error);
+/* Curves, as Mitsuba 3 has them: a control point a line, x y z and the radius; blank lines between curves. */
+ca_status ca_import_curves(const char *path, ca_curve_degree degree, ca_curve **curve, ca_error *error);
 
 #endif

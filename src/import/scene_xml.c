@@ -92,9 +92,7 @@ static const unsupported_plugin unsupported[] = {
     {"bsdf", "hair", "hair is not supported"},
     {"bsdf", "hk", "scattering in layers is not supported"},
     {"bsdf", "irawan", "woven cloth is not supported"},
-    {"shape", "bsplinecurve", "curves are not supported"},
-    {"shape", "linearcurve", "curves are not supported"},
-    {"shape", "hair", "curves are not supported"},
+    {"shape", "hair", "hair is not supported; bsplinecurve and linearcurve are curves"},
     {"shape", "heightfield", "height fields are not supported; a mesh can be one"},
     {"shape", "sdfgrid", "distance fields are not supported"},
     {"shape", "ellipsoids", "sets of ellipsoids are not supported"},
@@ -338,6 +336,7 @@ static uint64_t content_hash(const ca_importer *importer)
     uint64_t hash = importer->document.content_hash;
     for (size_t i = 0; i < desc->images.count; i++) hash = ca_hash_add(hash, desc->images.items[i].content_hash);
     for (size_t i = 0; i < desc->meshes.count; i++) hash = ca_hash_add(hash, desc->meshes.items[i].content_hash);
+    for (size_t i = 0; i < desc->curves.count; i++) hash = ca_hash_add(hash, desc->curves.items[i]->content_hash);
     return hash;
 }
 

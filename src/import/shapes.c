@@ -232,6 +232,33 @@ static void import_cylinder(ca_props *props, void *result)
     memcpy(shape->as.cylinder.p1, p1, sizeof p1);
 }
 
+/* ---- Curves ---------------------------------------------------------------------------------------------------- */
+
+static void import_curve(ca_props *props, ca_shape_desc *shape, ca_curve_degree degree)
+{
+    ca_importer *importer = props->importer;
+    ca_curve *curve = NULL;
+    ca_error reason;
+    const char *path = ca_import_filename(props, "filename");
+    shape->kind = CA_SHAPE_CURVE;
+    if (shape->light != CA_NONE) ca_import_fail(importer, &props->node->where, "curves cannot emit light");
+    if (shape->flip_normals) ca_props_fail(props, "flip_normals", "has no meaning for curves");
+    if (!path || !ca_import_good(importer)) return;
+    const ca_status status = ca_import_curves(path, degree, &curve, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(importer, &props->node->where, status, &reason);
+    } else if (!CA_TABLE_ADD(&importer->desc->curves)) {
+        ca_curve_destroy(curve);
+        ca_import_fail_memory(importer, "curves");
+    } else {
+        shape->as.curve.index = (uint32_t)(importer->desc->curves.count - 1);
+        importer->desc->curves.items[shape->as.curve.index] = curve;
+    }
+}
+
+static void import_bspline_curve(ca_props *props, void *result) { import_curve(props, result, CA_CURVE_CUBIC); }
+static void import_linear_curve(ca_props *props, void *result) { import_curve(props, result, CA_CURVE_LINEAR); }
+
 static const ca_plugin plugins[] = {
     {"rectangle", import_rectangle},
     {"cube", import_cube},
@@ -242,6 +269,8 @@ static const ca_plugin plugins[] = {
     {"ply", import_ply},
     {"serialized", import_serialized},
     {"mesh", import_mesh_data},
+    {"bsplinecurve", import_bspline_curve},
+    {"linearcurve", import_linear_curve},
 };
 
 /* ---- What all of them have ------------------------------------------------------------------------------------- */

@@ -26,4 +26,11 @@ static inline float ca_atan2(float y, float x)
     return copysignf(signbit(x) ? CA_PI - quadrant : quadrant, y);
 }
 
+/* The angle of (x, y) in turns, [0, 1). */
+static inline float ca_turn(float x, float y)
+{
+    const float u = ca_atan2(y, x) * CA_INV_TWO_PI;
+    return u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u;
+}
+
 #endif

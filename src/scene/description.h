@@ -51,6 +51,9 @@ typedef struct ca_shape_desc {
             double p0[3], p1[3]; /* ends of its axis */
             float radius;
         } cylinder;
+        struct {
+            uint32_t index; /* in curves, each used by one shape */
+        } curve;
     } as;
     ca_matrix to_world; /* affine; of a group's member: to the group's space */
     bool flip_normals;
@@ -177,6 +180,7 @@ typedef struct ca_scene_desc {
     CA_TABLE(ca_image) images;
     CA_TABLE(ca_material_desc) materials;
     CA_TABLE(ca_mesh) meshes;
+    CA_TABLE(ca_curve *) curves;
     CA_TABLE(ca_shape_desc) shapes;
     CA_TABLE(ca_group_desc) groups;
     CA_TABLE(ca_instance_desc) instances;

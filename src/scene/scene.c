@@ -5,6 +5,7 @@
 #include "base/loading.h"
 #include "base/memory.h"
 #include "base/processors.h"
+#include "geometry/curve.h"
 #include "geometry/ray_reach.h"
 #include "math/numeric.h"
 
@@ -132,6 +133,17 @@ static ca_status compile_mesh(ca_shape *shape, const ca_shape_desc *desc, ca_mes
     return triangle_distribution(shape, error);
 }
 
+static ca_status compile_curve(ca_shape *shape, const ca_shape_desc *desc, ca_curve *curve, ca_error *error)
+{
+    ca_affine map;
+    if (desc->light != CA_NONE) return ca_fail(error, CA_ERROR_SCENE, &desc->where, "curves cannot emit light");
+    CA_TRY(set_map(&map, desc, &desc->to_world, error));
+    if (!curve->placed && !ca_curve_place(curve, &map))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a point of these curves is too far away");
+    shape->as.curve.curve = curve;
+    return CA_OK;
+}
+
 /* Do layers show coordinates and tangents of surfaces? */
 static bool shows_tangents(const ca_scene_desc *desc)
 {
@@ -160,6 +172,9 @@ static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_
     case CA_SHAPE_SPHERE: status = compile_sphere(shape, desc, error); break;
     case CA_SHAPE_DISK: status = compile_disk(shape, desc, error); break;
     case CA_SHAPE_CYLINDER: status = compile_cylinder(shape, desc, error); break;
+    case CA_SHAPE_CURVE:
+        status = compile_curve(shape, desc, scene->desc.curves.items[desc->as.curve.index], error);
+        break;
     case CA_SHAPE_KIND_COUNT: break;
     }
     if (status == CA_OK && desc->light != CA_NONE && !(shape->area > 0.0f))
