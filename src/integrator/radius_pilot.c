@@ -6,8 +6,15 @@
  * set sees it, times what the other sees, is on average the square of what it changes in the pixel, without noise;
  * blur within a pixel is not seen and does not count.
  * Photons count by the weights that they would have in the render with that radius, those within half of it, too:
- * weights alone change nothing. The sum of weights times the squares of what photons bring tells the
- * variance: of merges, and by the balance heuristic also of all that takes their place where their weights are small.
+ * weights alone change nothing. The squares of what photons bring, times their number over that of all techniques'
+ * samples, tell the second moment of all techniques: by the balance heuristic also of what takes the place of merges
+ * where their weights are small.
+ *
+ * Next event at a camera path's first query may be nearly without noise, where a second moment is no variance. So
+ * for light that comes straight to that query merges have the noise of their photons, and next event has the variance
+ * that it was seen to have among the camera paths of a pixel, for the part of the light that merges leave it. Of that
+ * variance, what camera paths differ by in the light that they meet (pairs of photons tell it, without photons' noise)
+ * stays whatever merges take.
  *
  * Both are told in parts of the pixel's own light, and most of the error lies in dark pixels beside bright ones. So
  * a pixel's light must not be blurred itself: other camera paths find it by next event, and photons stand only for
@@ -42,6 +49,7 @@ enum {
     LATEST_ROULETTE = 16,
     NEAREST = 12,   /* photons within the middle level's radius */
     BELOW = 2,      /* levels below that */
+    PAIRS = BELOW,  /* level at which pairs of photons are looked for */
     FULL = 4,       /* levels up to this one have all photons */
     LENS_LEVELS = BELOW + 1, /* at which photons are looked for that tell a pixel's light */
     MOST_MERGES = 64, /* of a query */
@@ -66,12 +74,17 @@ enum {
 /* What the camera paths of a pixel find, by levels, as densities per light path. */
 typedef struct path_sums {
     float change[CA_RADIUS_LEVELS]; /* weighted light, minus what half the radius makes of the same weights */
-    float square[CA_RADIUS_LEVELS]; /* weights times squares of light */
+    float square[CA_RADIUS_LEVELS]; /* second moments; of direct light squares of what is weighted */
+    float direct[CA_RADIUS_LEVELS], weighted[CA_RADIUS_LEVELS]; /* light that next event finds at first queries, */
+                                                                 /* and what merges have of it */
+    float pairs;                    /* of photons of such light at level PAIRS: products of what either brings */
+    float alone;                    /* what these bring */
 } path_sums;
 
 /* What other camera paths tell of a pixel's light. */
 typedef struct light_sums {
     float asked;             /* lights that they see or ask */
+    double direct, squares;  /* what they find by asking at their first query, and the sum of its squares */
     float lens[LENS_LEVELS]; /* photons of light that met Dirac events only, as densities */
     uint32_t found[LENS_LEVELS]; /* how many */
 } light_sums;
@@ -171,19 +184,61 @@ static float photon_light(const ca_camera_walk *walk, const ca_light_record *pho
     return light > 0.0f && light < INFINITY ? light : 0.0f;
 }
 
+/* Of a merge. moment: the second moment of all techniques together over that of merges alone with independent
+ * photons. By the balance heuristic that is f^2 over the sum of count * density, where merges count as many samples as
+ * reuse says; photons that are found are as many as there are light paths. */
+typedef struct merge_weight {
+    float weight, moment;
+} merge_weight;
+
+static merge_weight weight_of(const ca_camera_walk *walk, const ca_light_record *photon, const ca_bsdf_value *value)
+{
+    const ca_bidirectional *b = walk->b;
+    if (!b->weighs_merges) return (merge_weight){1.0f, 1.0f};
+    const ca_mis_path path = ca_merge_path(walk, &b->store, photon, value);
+    double own;
+    const double total = ca_mis_total(&b->rules, &path, CA_TECHNIQUE_MERGE, &own);
+    if (!(own > 0.0)) return (merge_weight){0.0f, 0.0f};
+    const double found =
+        (double)b->rules.reuse.light_paths * (double)b->rules.merge_area * (double)path.camera.pdf_last.v;
+    return (merge_weight){(float)(own / total), (float)(found / total)};
+}
+
+/* What photons straight from lights bring to a camera path's first query. */
+typedef struct direct_photons {
+    float light, squares; /* sums, unweighted */
+} direct_photons;
+
 /* One photon; it stands for `scale` of them, as a density per light path. */
 static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon, float scale, float density,
-                       path_sums *sums, uint32_t k)
+                       path_sums *sums, uint32_t k, direct_photons *direct)
 {
     const ca_bidirectional *b = walk->b;
     ca_bsdf_value value;
     const float light = density * photon_light(walk, photon, &value);
     if (!(light > 0.0f)) return;
-    const float weight = ca_merge_weight(walk, &b->store, photon, &value);
+    const merge_weight w = weight_of(walk, photon, &value);
     const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
     const bool inner = 4.0f * ca_length2(offset) <= ca_sqr(b->radius);
-    sums->change[k] += scale * light * weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
-    sums->square[k] += scale * light * light * weight;
+    const bool straight = b->rules.next_event && photon->index == 1 && is_first_query(walk);
+    sums->change[k] += scale * light * w.weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
+    sums->square[k] += scale * ca_sqr(light) * (straight ? ca_sqr(w.weight) : w.moment);
+    if (!straight) return;
+    sums->direct[k] += scale * light;
+    sums->weighted[k] += scale * light * w.weight;
+    direct->light += light;
+    direct->squares += ca_sqr(light);
+}
+
+/* Of `looked` photons of `count`, from so many light paths. */
+static void add_pairs(const direct_photons *direct, uint32_t looked, uint32_t count, uint32_t paths, path_sums *sums)
+{
+    if (looked == 0) return;
+    const float single = (float)count / ((float)looked * (float)paths);
+    sums->alone += single * direct->light;
+    if (looked == 1) return;
+    const float pair = single * (float)(count - 1) / ((float)(looked - 1) * (float)paths);
+    sums->pairs += pair * (ca_sqr(direct->light) - direct->squares);
 }
 
 static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path_sums *sums)
@@ -193,8 +248,10 @@ static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path
     const uint32_t stride = count / (p->engine->weighs_merges ? MOST_WEIGHED : MOST_MERGES) + 1;
     const float density = 1.0f / p->engine->rules.merge_area;
     const float scale = (float)stride / (float)level->paths;
+    direct_photons direct = {0};
     for (uint32_t i = 0; i < count; i += stride)
-        add_photon(walk, ca_light_record_at(&p->engine->store, p->found[i]), scale, density, sums, k);
+        add_photon(walk, ca_light_record_at(&p->engine->store, p->found[i]), scale, density, sums, k, &direct);
+    if (k == PAIRS) add_pairs(&direct, (count + stride - 1) / stride, count, level->paths, sums);
 }
 
 static void gather_all(ca_camera_walk *const *walks, uint32_t count)
@@ -224,10 +281,25 @@ static void gather_lens(radius_pilot *p, uint32_t k, const ca_camera_walk *walk,
     }
 }
 
+/* Next event, and what it finds at first queries. */
+static void ask_all(radius_pilot *p, ca_camera_walk *const *walks, uint32_t count)
+{
+    float before[CA_WALKS];
+    for (uint32_t i = 0; i < count; i++) before[i] = ca_luminance(walks[i]->light[0]);
+    ca_next_events(walks, count, false);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_first_query(walks[i])) continue;
+        const double found = (double)ca_luminance(walks[i]->light[0]) - (double)before[i];
+        light_sums *sums = &p->lights[cell_of(walks[i])];
+        sums->direct += found;
+        sums->squares += found * found;
+    }
+}
+
 static void light_all(ca_camera_walk *const *walks, uint32_t count)
 {
     radius_pilot *p = ((const pilot_batch *)walks[0]->user)->pilot;
-    ca_next_events(walks, count, false);
+    ask_all(p, walks, count);
     for (uint32_t k = 0; k < LENS_LEVELS && p->lens[k].count > 0; k++)
         for (uint32_t i = 0; i < count; i++)
             if (ca_vertex_is_smooth(&walks[i]->walk.last))
@@ -435,11 +507,49 @@ static double pixel_light(const radius_pilot *p, uint32_t cell)
     return ((isfinite(least) ? least : 0.0) + (double)sums->asked) / (2.0 * p->lighting);
 }
 
+/* Of direct light in a pixel, as a camera path that merges nothing finds it: the variance, and what of that camera
+ * paths differ by. Both without bias. */
+static void direct_noise(const radius_pilot *p, uint32_t cell, double *asked, double *camera)
+{
+    const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
+    const double n = 2.0 * p->lighting, direct = p->lights[cell].direct, merging = p->merging;
+    *asked = (p->lights[cell].squares - direct * direct / n) / (n - 1.0);
+    *camera = 0.5 * ((double)a->pairs + (double)b->pairs) / merging -
+              (double)a->alone * (double)b->alone / (merging * merging);
+}
+
+/* What of direct light merges leave to others. */
+static double left(const path_sums *a, const path_sums *b, uint32_t k)
+{
+    const double direct = (double)a->direct[k] + (double)b->direct[k];
+    return direct > 0.0 ? 1.0 - ((double)a->weighted[k] + (double)b->weighted[k]) / direct : 1.0;
+}
+
+/* What a pixel's squares count for: they are of `merging` camera paths. */
+static double relative_of(const radius_pilot *p, uint32_t cell)
+{
+    const double light = pixel_light(p, cell), cells = (double)p->columns * p->rows;
+    return 1.0 / ((light * light + LEAST_SQUARE) * cells * p->merging);
+}
+
+/* Of all direct light, but for what photons that are merged with bring; a camera path's counts as of the light paths
+ * that it has. */
+static double direct_variance(const radius_pilot *p, uint32_t k)
+{
+    double sum = 0.0;
+    for (uint32_t cell = 0; cell < p->columns * p->rows; cell++) {
+        double asked, camera;
+        direct_noise(p, cell, &asked, &camera);
+        const double share = left(&p->sums[0][cell], &p->sums[1][cell], k);
+        sum += relative_of(p, cell) * (share * share * (asked - camera) + camera);
+    }
+    return fmax(sum, 0.0) * p->merging * (double)p->engine->rules.splat_count;
+}
+
 static void add_cell(const radius_pilot *p, uint32_t cell, ca_radius_curve *curve, double *changes)
 {
     const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
-    const double light = pixel_light(p, cell), cells = (double)p->columns * p->rows;
-    const double relative = 1.0 / ((light * light + LEAST_SQUARE) * cells * p->merging);
+    const double relative = relative_of(p, cell);
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->variance[k] += 0.5 * ((double)a->square[k] + (double)b->square[k]) * relative;
         changes[k] += (double)a->change[k] * (double)b->change[k] * relative / p->merging;
@@ -468,6 +578,7 @@ static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->radius[k] = (double)p->levels[k].radius;
         curve->change_error[k] = sqrt(curve->change_error[k]);
+        if (p->engine->rules.next_event) curve->variance[k] += direct_variance(p, k);
     }
     return curve->variance[0] > 0.0;
 }
