@@ -294,24 +294,19 @@ static void test_dark_pixels(void **state)
     }
 }
 
-/* A wall under a small square lamp, in direct light alone, seen through a lens of this radius and focused in front of
- * it. */
-static ca_scene *wall_scene(double aperture)
+/* A wall under a small square lamp, in direct light alone. */
+static ca_scene *wall_scene(void)
 {
-    char xml[4096];
-    snprintf(xml, sizeof xml,
-             "<scene version='3.0.0'><integrator type='ovcm'><integer name='max_depth' value='2'/></integrator>"
-             "<sensor type='thinlens'><float name='fov' value='20'/><float name='aperture_radius' value='%g'/>"
-             "<float name='focus_distance' value='2'/>"
-             "<transform name='to_world'><lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform>"
-             "<film type='hdrfilm'><integer name='width' value='64'/><integer name='height' value='64'/>"
-             "<rfilter type='box'/></film></sensor><shape type='rectangle'><transform name='to_world'>"
-             "<scale value='0.1'/><lookat origin='1.2,0,1.5' target='1.2,0,0' up='0,1,0'/></transform>"
-             "<emitter type='area'><rgb name='radiance' value='50'/></emitter></shape>"
-             "<shape type='rectangle'><transform name='to_world'><scale value='3'/></transform>"
-             "<bsdf type='diffuse'><rgb name='reflectance' value='0.5'/></bsdf></shape></scene>",
-             aperture);
-    return scene_from_text(xml);
+    return scene_from_text(
+        "<scene version='3.0.0'><integrator type='ovcm'><integer name='max_depth' value='2'/></integrator>"
+        "<sensor type='perspective'><float name='fov' value='20'/>"
+        "<transform name='to_world'><lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform>"
+        "<film type='hdrfilm'><integer name='width' value='64'/><integer name='height' value='64'/>"
+        "<rfilter type='box'/></film></sensor><shape type='rectangle'><transform name='to_world'>"
+        "<scale value='0.1'/><lookat origin='1.2,0,1.5' target='1.2,0,0' up='0,1,0'/></transform>"
+        "<emitter type='area'><rgb name='radiance' value='50'/></emitter></shape>"
+        "<shape type='rectangle'><transform name='to_world'><scale value='3'/></transform>"
+        "<bsdf type='diffuse'><rgb name='reflectance' value='0.5'/></bsdf></shape></scene>");
 }
 
 /* Next event is nearly without noise there: merges can bring nothing but noise, blur and time. */
@@ -319,7 +314,7 @@ static void test_quiet_next_event(void **state)
 {
     (void)state;
     const ca_render_settings shared = settings_of("ovcm"), alone = settings_of("ppm");
-    ca_scene *wall = wall_scene(1e-6);
+    ca_scene *wall = wall_scene();
     const double quiet = radius_of(wall, &shared), merged = radius_of(wall, &alone);
     print_message("a wall: %.3g m with next event, %.3g m with photons alone\n", quiet, merged);
     assert_true(quiet < 0.1 * merged);

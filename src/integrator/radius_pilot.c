@@ -12,9 +12,9 @@
  *
  * Next event at a camera path's first query may be nearly without noise, where a second moment is no variance. So
  * for light that comes straight to that query merges have the noise of their photons, and next event has the variance
- * that it was seen to have among the camera paths of a pixel, for the part of the light that merges leave it. Of that
- * variance, what camera paths differ by in the light that they meet (pairs of photons tell it, without photons' noise)
- * stays whatever merges take.
+ * that it was seen to have among the camera paths of a pixel, for the part of the light that merges leave it. What
+ * camera paths differ by in the light that they meet (pairs of photons tell it, without photons' noise) stays of it
+ * whatever merges take, and so does the noise of lights that are seen themselves.
  *
  * Both are told in parts of the pixel's own light, and most of the error lies in dark pixels beside bright ones. So
  * a pixel's light must not be blurred itself: other camera paths find it by next event, and photons stand only for
@@ -84,7 +84,8 @@ typedef struct path_sums {
 /* What other camera paths tell of a pixel's light. */
 typedef struct light_sums {
     float asked;             /* lights that they see or ask */
-    double direct, squares;  /* what they find by asking at their first query, and the sum of its squares */
+    /* Sums, and of squares: what they find by asking at their first query, and that with lights that they see. */
+    double direct, direct_squares, shown, shown_squares;
     float lens[LENS_LEVELS]; /* photons of light that met Dirac events only, as densities */
     uint32_t found[LENS_LEVELS]; /* how many */
 } light_sums;
@@ -132,6 +133,7 @@ typedef struct pilot_batch {
     radius_pilot *pilot;
     uint32_t set, first; /* cell of the first path */
     const ca_camera_path *paths;
+    float shown[CA_WALKS]; /* light up to the first query, with what was asked there; negative: there was none */
 } pilot_batch;
 
 static uint32_t cell_of(const ca_camera_walk *walk)
@@ -185,8 +187,8 @@ static float photon_light(const ca_camera_walk *walk, const ca_light_record *pho
 }
 
 /* Of a merge. moment: the second moment of all techniques together over that of merges alone with independent
- * photons. By the balance heuristic that is f^2 over the sum of count * density, where merges count as many samples as
- * reuse says; photons that are found are as many as there are light paths. */
+ * photons. By the balance heuristic that is f^2 over the sum of count * density, where merges count as many samples
+ * as reuse says; photons that are found are as many as there are light paths. */
 typedef struct merge_weight {
     float weight, moment;
 } merge_weight;
@@ -282,24 +284,27 @@ static void gather_lens(radius_pilot *p, uint32_t k, const ca_camera_walk *walk,
 }
 
 /* Next event, and what it finds at first queries. */
-static void ask_all(radius_pilot *p, ca_camera_walk *const *walks, uint32_t count)
+static void ask_all(pilot_batch *batch, ca_camera_walk *const *walks, uint32_t count)
 {
     float before[CA_WALKS];
     for (uint32_t i = 0; i < count; i++) before[i] = ca_luminance(walks[i]->light[0]);
     ca_next_events(walks, count, false);
     for (uint32_t i = 0; i < count; i++) {
         if (!is_first_query(walks[i])) continue;
-        const double found = (double)ca_luminance(walks[i]->light[0]) - (double)before[i];
-        light_sums *sums = &p->lights[cell_of(walks[i])];
+        const uint32_t cell = cell_of(walks[i]);
+        light_sums *sums = &batch->pilot->lights[cell];
+        const float shown = batch->shown[cell - batch->first] = ca_luminance(walks[i]->light[0]);
+        const double found = (double)shown - (double)before[i];
         sums->direct += found;
-        sums->squares += found * found;
+        sums->direct_squares += found * found;
     }
 }
 
 static void light_all(ca_camera_walk *const *walks, uint32_t count)
 {
-    radius_pilot *p = ((const pilot_batch *)walks[0]->user)->pilot;
-    ask_all(p, walks, count);
+    pilot_batch *batch = walks[0]->user;
+    radius_pilot *p = batch->pilot;
+    ask_all(batch, walks, count);
     for (uint32_t k = 0; k < LENS_LEVELS && p->lens[k].count > 0; k++)
         for (uint32_t i = 0; i < count; i++)
             if (ca_vertex_is_smooth(&walks[i]->walk.last))
@@ -315,6 +320,17 @@ static void place(const radius_pilot *p, uint32_t cell, uint32_t index, ca_camer
     path->index = index;
 }
 
+/* What a path brought to its pixel's light. */
+static void add_light(const pilot_batch *batch, uint32_t i, const ca_camera_walk *walk)
+{
+    light_sums *sums = &batch->pilot->lights[batch->first + i];
+    const float all = ca_luminance(walk->light[0]);
+    const double shown = (double)(batch->shown[i] >= 0.0f ? batch->shown[i] : all);
+    sums->asked += all;
+    sums->shown += shown;
+    sums->shown_squares += shown * shown;
+}
+
 static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const pilot_round *round)
 {
     ca_camera_path paths[CA_WALKS];
@@ -323,6 +339,7 @@ static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const p
     pilot_batch batch = {.pilot = p, .set = round->set, .first = first, .paths = paths};
     for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
+        batch.shown[i] = -1.0f;
         paths[i] = (ca_camera_path){.sample = &samples[i]};
         place(p, first + i, round->index, &paths[i]);
         walks[i] = &p->engine->scratch[0].camera_walks[i];
@@ -331,8 +348,7 @@ static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const p
         walks[i]->user = &batch;
     }
     ca_camera_walks_trace(walks, count);
-    for (uint32_t i = 0; i < count && round->lighting; i++)
-        p->lights[first + i].asked += ca_luminance(walks[i]->light[0]);
+    for (uint32_t i = 0; i < count && round->lighting; i++) add_light(&batch, i, walks[i]);
 }
 
 static void trace_camera_paths(radius_pilot *p, pilot_round round)
@@ -507,15 +523,24 @@ static double pixel_light(const radius_pilot *p, uint32_t cell)
     return ((isfinite(least) ? least : 0.0) + (double)sums->asked) / (2.0 * p->lighting);
 }
 
-/* Of direct light in a pixel, as a camera path that merges nothing finds it: the variance, and what of that camera
- * paths differ by. Both without bias. */
-static void direct_noise(const radius_pilot *p, uint32_t cell, double *asked, double *camera)
+/* Of what a pixel shows, as a camera path that merges nothing finds it: the variance of direct light that merges can
+ * take, and that which stays: what camera paths differ by in direct light, and lights that they see. Without bias. */
+typedef struct shown_noise {
+    double taken, staying;
+} shown_noise;
+
+static double variance_of(double sum, double squares, double n) { return (squares - sum * sum / n) / (n - 1.0); }
+
+static shown_noise noise_of(const radius_pilot *p, uint32_t cell)
 {
     const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
-    const double n = 2.0 * p->lighting, direct = p->lights[cell].direct, merging = p->merging;
-    *asked = (p->lights[cell].squares - direct * direct / n) / (n - 1.0);
-    *camera = 0.5 * ((double)a->pairs + (double)b->pairs) / merging -
-              (double)a->alone * (double)b->alone / (merging * merging);
+    const light_sums *lights = &p->lights[cell];
+    const double n = 2.0 * p->lighting, merging = p->merging;
+    const double shown = variance_of(lights->shown, lights->shown_squares, n);
+    const double direct = variance_of(lights->direct, lights->direct_squares, n);
+    const double camera = 0.5 * ((double)a->pairs + (double)b->pairs) / merging -
+                          (double)a->alone * (double)b->alone / (merging * merging);
+    return (shown_noise){.taken = direct - camera, .staying = shown - direct + camera};
 }
 
 /* What of direct light merges leave to others. */
@@ -532,16 +557,15 @@ static double relative_of(const radius_pilot *p, uint32_t cell)
     return 1.0 / ((light * light + LEAST_SQUARE) * cells * p->merging);
 }
 
-/* Of all direct light, but for what photons that are merged with bring; a camera path's counts as of the light paths
+/* Of all that is shown, but for what photons that are merged with bring; a camera path's counts as of the light paths
  * that it has. */
-static double direct_variance(const radius_pilot *p, uint32_t k)
+static double shown_variance(const radius_pilot *p, uint32_t k)
 {
     double sum = 0.0;
     for (uint32_t cell = 0; cell < p->columns * p->rows; cell++) {
-        double asked, camera;
-        direct_noise(p, cell, &asked, &camera);
+        const shown_noise noise = noise_of(p, cell);
         const double share = left(&p->sums[0][cell], &p->sums[1][cell], k);
-        sum += relative_of(p, cell) * (share * share * (asked - camera) + camera);
+        sum += relative_of(p, cell) * (share * share * noise.taken + noise.staying);
     }
     return fmax(sum, 0.0) * p->merging * (double)p->engine->rules.splat_count;
 }
@@ -578,7 +602,7 @@ static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->radius[k] = (double)p->levels[k].radius;
         curve->change_error[k] = sqrt(curve->change_error[k]);
-        if (p->engine->rules.next_event) curve->variance[k] += direct_variance(p, k);
+        if (p->engine->rules.next_event) curve->variance[k] += shown_variance(p, k);
     }
     return curve->variance[0] > 0.0;
 }
