@@ -319,10 +319,7 @@ void ca_connect_all(ca_camera_walk *const *walks, uint32_t count);
 /* Photons near the last vertices of the walks that scatter smoothly. */
 void ca_merge_all(ca_camera_walk *const *walks, uint32_t count);
 
-/* The path that a merge of the last vertex with a photon makes, and its weight; the photon's path is in `store`,
- * `value` is that of the BSDF for it. */
-ca_mis_path ca_merge_path(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
-                          const ca_bsdf_value *value);
+/* The weight of a merge of the last vertex with a photon, whose path is in `store`; `value` of the BSDF for it. */
 float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
                       const ca_bsdf_value *value);
 

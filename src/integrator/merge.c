@@ -7,12 +7,14 @@
 
 /* The path whose split lies behind the merged vertex, which is the camera's. Its light's last vertex is the photon's
  * previous one. */
-ca_mis_path ca_merge_path(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
-                          const ca_bsdf_value *value)
+float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
+                      const ca_bsdf_value *value)
 {
+    if (!walk->b->weighs_merges) return 1.0f;
     const ca_reuse_rules *reuse = &walk->b->rules.reuse;
+    const float *start = ca_light_record_start(&store->layout, photon);
     ca_path_vertex *light = walk->scratch->merged, *l = &light[photon->index];
-    ca_light_unpack(&store->layout, ca_light_record_start(&store->layout, photon), photon->index + 1u, light);
+    ca_light_unpack(&store->layout, start, photon->index + 1u, light);
     const ca_walk *w = &walk->walk;
     const float cos_out = ca_abs_dot(w->last.ng, photon->wi);
     const float ratio = cos_out / w->last.cos_in;
@@ -28,17 +30,8 @@ ca_mis_path ca_merge_path(const ca_camera_walk *walk, const ca_light_store *stor
         walk->factors);
     path.merged = true;
     path.merged_density = l->photon_density;
-    return path;
-}
-
-float ca_merge_weight(const ca_camera_walk *walk, const ca_light_store *store, const ca_light_record *photon,
-                      const ca_bsdf_value *value)
-{
-    if (!walk->b->weighs_merges) return 1.0f;
-    const ca_mis_path path = ca_merge_path(walk, store, photon, value);
     if (walk->scratch->seen)
-        ca_light_unpack_points(&store->layout, ca_light_record_start(&store->layout, photon), photon->index + 1u,
-                               walk->scratch->seen);
+        ca_light_unpack_points(&store->layout, start, photon->index + 1u, walk->scratch->seen);
     return ca_bidirectional_weight(walk->b, walk->scratch, CA_TECHNIQUE_MERGE, &path, walk->points,
                                    walk->scratch->seen);
 }

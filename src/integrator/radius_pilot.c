@@ -6,9 +6,8 @@
  * set sees it, times what the other sees, is on average the square of what it changes in the pixel, without noise;
  * blur within a pixel is not seen and does not count.
  * Photons count by the weights that they would have in the render with that radius, those within half of it, too:
- * weights alone change nothing. The squares of what photons bring, times their number over that of all techniques'
- * samples, tell the second moment of all techniques: by the balance heuristic also of what takes the place of merges
- * where their weights are small.
+ * weights alone change nothing. The sum of weights times the squares of what photons bring tells the second moment:
+ * of merges, and by the balance heuristic also of all that takes their place where their weights are small.
  *
  * Next event at a camera path's first query may be nearly without noise, where a second moment is no variance. So
  * for light that comes straight to that query merges have the noise of their photons, and next event has the variance
@@ -74,7 +73,7 @@ enum {
 /* What the camera paths of a pixel find, by levels, as densities per light path. */
 typedef struct path_sums {
     float change[CA_RADIUS_LEVELS]; /* weighted light, minus what half the radius makes of the same weights */
-    float square[CA_RADIUS_LEVELS]; /* second moments; of direct light squares of what is weighted */
+    float square[CA_RADIUS_LEVELS]; /* weights times squares of light; of direct light the weights' squares */
     float direct[CA_RADIUS_LEVELS], weighted[CA_RADIUS_LEVELS]; /* light that next event finds at first queries, */
                                                                  /* and what merges have of it */
     float pairs;                    /* of photons of such light at level PAIRS: products of what either brings */
@@ -186,26 +185,6 @@ static float photon_light(const ca_camera_walk *walk, const ca_light_record *pho
     return light > 0.0f && light < INFINITY ? light : 0.0f;
 }
 
-/* Of a merge. moment: the second moment of all techniques together over that of merges alone with independent
- * photons. By the balance heuristic that is f^2 over the sum of count * density, where merges count as many samples
- * as reuse says; photons that are found are as many as there are light paths. */
-typedef struct merge_weight {
-    float weight, moment;
-} merge_weight;
-
-static merge_weight weight_of(const ca_camera_walk *walk, const ca_light_record *photon, const ca_bsdf_value *value)
-{
-    const ca_bidirectional *b = walk->b;
-    if (!b->weighs_merges) return (merge_weight){1.0f, 1.0f};
-    const ca_mis_path path = ca_merge_path(walk, &b->store, photon, value);
-    double own;
-    const double total = ca_mis_total(&b->rules, &path, CA_TECHNIQUE_MERGE, &own);
-    if (!(own > 0.0)) return (merge_weight){0.0f, 0.0f};
-    const double found =
-        (double)b->rules.reuse.light_paths * (double)b->rules.merge_area * (double)path.camera.pdf_last.v;
-    return (merge_weight){(float)(own / total), (float)(found / total)};
-}
-
 /* What photons straight from lights bring to a camera path's first query. */
 typedef struct direct_photons {
     float light, squares; /* sums, unweighted */
@@ -219,15 +198,15 @@ static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon
     ca_bsdf_value value;
     const float light = density * photon_light(walk, photon, &value);
     if (!(light > 0.0f)) return;
-    const merge_weight w = weight_of(walk, photon, &value);
+    const float weight = ca_merge_weight(walk, &b->store, photon, &value);
     const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
     const bool inner = 4.0f * ca_length2(offset) <= ca_sqr(b->radius);
     const bool straight = b->rules.next_event && photon->index == 1 && is_first_query(walk);
-    sums->change[k] += scale * light * w.weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
-    sums->square[k] += scale * ca_sqr(light) * (straight ? ca_sqr(w.weight) : w.moment);
+    sums->change[k] += scale * light * weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
+    sums->square[k] += scale * ca_sqr(light) * weight * (straight ? weight : 1.0f);
     if (!straight) return;
     sums->direct[k] += scale * light;
-    sums->weighted[k] += scale * light * w.weight;
+    sums->weighted[k] += scale * light * weight;
     direct->light += light;
     direct->squares += ca_sqr(light);
 }
