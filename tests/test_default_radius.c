@@ -294,6 +294,33 @@ static void test_dark_pixels(void **state)
     }
 }
 
+/* A wall under a small square lamp, in direct light alone. */
+static ca_scene *wall_scene(void)
+{
+    return scene_from_text(
+        "<scene version='3.0.0'><integrator type='ovcm'><integer name='max_depth' value='2'/></integrator>"
+        "<sensor type='perspective'><float name='fov' value='20'/>"
+        "<transform name='to_world'><lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform>"
+        "<film type='hdrfilm'><integer name='width' value='64'/><integer name='height' value='64'/>"
+        "<rfilter type='box'/></film></sensor><shape type='rectangle'><transform name='to_world'>"
+        "<scale value='0.1'/><lookat origin='1.2,0,1.5' target='1.2,0,0' up='0,1,0'/></transform>"
+        "<emitter type='area'><rgb name='radiance' value='50'/></emitter></shape>"
+        "<shape type='rectangle'><transform name='to_world'><scale value='3'/></transform>"
+        "<bsdf type='diffuse'><rgb name='reflectance' value='0.5'/></bsdf></shape></scene>");
+}
+
+/* Next event is nearly without noise there: merges can bring nothing but noise, blur and time. */
+static void test_quiet_next_event(void **state)
+{
+    (void)state;
+    const ca_render_settings shared = settings_of("ovcm"), alone = settings_of("ppm");
+    ca_scene *wall = wall_scene();
+    const double quiet = radius_of(wall, &shared), merged = radius_of(wall, &alone);
+    print_message("a wall: %.3g m with next event, %.3g m with photons alone\n", quiet, merged);
+    assert_true(quiet < 0.1 * merged);
+    ca_scene_release(wall);
+}
+
 /* Of light through a slab of glass some 80 photons arrive, which many camera paths find: their noise is no blur. */
 static void test_few_photons(void **state)
 {
@@ -468,6 +495,7 @@ int main(void)
         cmocka_unit_test(test_end_of_blur),   cmocka_unit_test(test_one_small_change),
         cmocka_unit_test(test_dark_pixels),   cmocka_unit_test(test_few_photons),
         cmocka_unit_test(test_unseen_blur),   cmocka_unit_test(test_bright_paths),
+        cmocka_unit_test(test_quiet_next_event),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

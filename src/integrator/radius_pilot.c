@@ -6,8 +6,14 @@
  * set sees it, times what the other sees, is on average the square of what it changes in the pixel, without noise;
  * blur within a pixel is not seen and does not count.
  * Photons count by the weights that they would have in the render with that radius, those within half of it, too:
- * weights alone change nothing. The sum of weights times the squares of what photons bring tells the
- * variance: of merges, and by the balance heuristic also of all that takes their place where their weights are small.
+ * weights alone change nothing. The sum of weights times the squares of what photons bring tells the second moment:
+ * of merges, and by the balance heuristic also of all that takes their place where their weights are small.
+ *
+ * Next event at a camera path's first query may be nearly without noise, where a second moment is no variance. So
+ * for light that comes straight to that query merges have the noise of their photons, and next event has the variance
+ * that it was seen to have among the camera paths of a pixel, for the part of the light that merges leave it. What
+ * camera paths differ by in the light that they meet (pairs of photons tell it, without photons' noise) stays of it
+ * whatever merges take, and so does the noise of lights that are seen themselves.
  *
  * Both are told in parts of the pixel's own light, and most of the error lies in dark pixels beside bright ones. So
  * a pixel's light must not be blurred itself: other camera paths find it by next event, and photons stand only for
@@ -42,6 +48,7 @@ enum {
     LATEST_ROULETTE = 16,
     NEAREST = 12,   /* photons within the middle level's radius */
     BELOW = 2,      /* levels below that */
+    PAIRS = BELOW,  /* level at which pairs of photons are looked for */
     FULL = 4,       /* levels up to this one have all photons */
     LENS_LEVELS = BELOW + 1, /* at which photons are looked for that tell a pixel's light */
     MOST_MERGES = 64, /* of a query */
@@ -66,12 +73,18 @@ enum {
 /* What the camera paths of a pixel find, by levels, as densities per light path. */
 typedef struct path_sums {
     float change[CA_RADIUS_LEVELS]; /* weighted light, minus what half the radius makes of the same weights */
-    float square[CA_RADIUS_LEVELS]; /* weights times squares of light */
+    float square[CA_RADIUS_LEVELS]; /* weights times squares of light; of direct light the weights' squares */
+    float direct[CA_RADIUS_LEVELS], weighted[CA_RADIUS_LEVELS]; /* light that next event finds at first queries, */
+                                                                 /* and what merges have of it */
+    float pairs;                    /* of photons of such light at level PAIRS: products of what either brings */
+    float alone;                    /* what these bring */
 } path_sums;
 
 /* What other camera paths tell of a pixel's light. */
 typedef struct light_sums {
     float asked;             /* lights that they see or ask */
+    /* Sums, and of squares: what they find by asking at their first query, and that with lights that they see. */
+    double direct, direct_squares, shown, shown_squares;
     float lens[LENS_LEVELS]; /* photons of light that met Dirac events only, as densities */
     uint32_t found[LENS_LEVELS]; /* how many */
 } light_sums;
@@ -119,6 +132,7 @@ typedef struct pilot_batch {
     radius_pilot *pilot;
     uint32_t set, first; /* cell of the first path */
     const ca_camera_path *paths;
+    float shown[CA_WALKS]; /* light up to the first query, with what was asked there; negative: there was none */
 } pilot_batch;
 
 static uint32_t cell_of(const ca_camera_walk *walk)
@@ -171,9 +185,14 @@ static float photon_light(const ca_camera_walk *walk, const ca_light_record *pho
     return light > 0.0f && light < INFINITY ? light : 0.0f;
 }
 
+/* What photons straight from lights bring to a camera path's first query. */
+typedef struct direct_photons {
+    float light, squares; /* sums, unweighted */
+} direct_photons;
+
 /* One photon; it stands for `scale` of them, as a density per light path. */
 static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon, float scale, float density,
-                       path_sums *sums, uint32_t k)
+                       path_sums *sums, uint32_t k, direct_photons *direct)
 {
     const ca_bidirectional *b = walk->b;
     ca_bsdf_value value;
@@ -182,8 +201,25 @@ static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon
     const float weight = ca_merge_weight(walk, &b->store, photon, &value);
     const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
     const bool inner = 4.0f * ca_length2(offset) <= ca_sqr(b->radius);
+    const bool straight = b->rules.next_event && photon->index == 1 && is_first_query(walk);
     sums->change[k] += scale * light * weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
-    sums->square[k] += scale * light * light * weight;
+    sums->square[k] += scale * ca_sqr(light) * weight * (straight ? weight : 1.0f);
+    if (!straight) return;
+    sums->direct[k] += scale * light;
+    sums->weighted[k] += scale * light * weight;
+    direct->light += light;
+    direct->squares += ca_sqr(light);
+}
+
+/* Of `looked` photons of `count`, from so many light paths. */
+static void add_pairs(const direct_photons *direct, uint32_t looked, uint32_t count, uint32_t paths, path_sums *sums)
+{
+    if (looked == 0) return;
+    const float single = (float)count / ((float)looked * (float)paths);
+    sums->alone += single * direct->light;
+    if (looked == 1) return;
+    const float pair = single * (float)(count - 1) / ((float)(looked - 1) * (float)paths);
+    sums->pairs += pair * (ca_sqr(direct->light) - direct->squares);
 }
 
 static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path_sums *sums)
@@ -193,8 +229,10 @@ static void gather(radius_pilot *p, uint32_t k, const ca_camera_walk *walk, path
     const uint32_t stride = count / (p->engine->weighs_merges ? MOST_WEIGHED : MOST_MERGES) + 1;
     const float density = 1.0f / p->engine->rules.merge_area;
     const float scale = (float)stride / (float)level->paths;
+    direct_photons direct = {0};
     for (uint32_t i = 0; i < count; i += stride)
-        add_photon(walk, ca_light_record_at(&p->engine->store, p->found[i]), scale, density, sums, k);
+        add_photon(walk, ca_light_record_at(&p->engine->store, p->found[i]), scale, density, sums, k, &direct);
+    if (k == PAIRS) add_pairs(&direct, (count + stride - 1) / stride, count, level->paths, sums);
 }
 
 static void gather_all(ca_camera_walk *const *walks, uint32_t count)
@@ -224,10 +262,28 @@ static void gather_lens(radius_pilot *p, uint32_t k, const ca_camera_walk *walk,
     }
 }
 
+/* Next event, and what it finds at first queries. */
+static void ask_all(pilot_batch *batch, ca_camera_walk *const *walks, uint32_t count)
+{
+    float before[CA_WALKS];
+    for (uint32_t i = 0; i < count; i++) before[i] = ca_luminance(walks[i]->light[0]);
+    ca_next_events(walks, count, false);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_first_query(walks[i])) continue;
+        const uint32_t cell = cell_of(walks[i]);
+        light_sums *sums = &batch->pilot->lights[cell];
+        const float shown = batch->shown[cell - batch->first] = ca_luminance(walks[i]->light[0]);
+        const double found = (double)shown - (double)before[i];
+        sums->direct += found;
+        sums->direct_squares += found * found;
+    }
+}
+
 static void light_all(ca_camera_walk *const *walks, uint32_t count)
 {
-    radius_pilot *p = ((const pilot_batch *)walks[0]->user)->pilot;
-    ca_next_events(walks, count, false);
+    pilot_batch *batch = walks[0]->user;
+    radius_pilot *p = batch->pilot;
+    ask_all(batch, walks, count);
     for (uint32_t k = 0; k < LENS_LEVELS && p->lens[k].count > 0; k++)
         for (uint32_t i = 0; i < count; i++)
             if (ca_vertex_is_smooth(&walks[i]->walk.last))
@@ -243,6 +299,17 @@ static void place(const radius_pilot *p, uint32_t cell, uint32_t index, ca_camer
     path->index = index;
 }
 
+/* What a path brought to its pixel's light. */
+static void add_light(const pilot_batch *batch, uint32_t i, const ca_camera_walk *walk)
+{
+    light_sums *sums = &batch->pilot->lights[batch->first + i];
+    const float all = ca_luminance(walk->light[0]);
+    const double shown = (double)(batch->shown[i] >= 0.0f ? batch->shown[i] : all);
+    sums->asked += all;
+    sums->shown += shown;
+    sums->shown_squares += shown * shown;
+}
+
 static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const pilot_round *round)
 {
     ca_camera_path paths[CA_WALKS];
@@ -251,6 +318,7 @@ static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const p
     pilot_batch batch = {.pilot = p, .set = round->set, .first = first, .paths = paths};
     for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
+        batch.shown[i] = -1.0f;
         paths[i] = (ca_camera_path){.sample = &samples[i]};
         place(p, first + i, round->index, &paths[i]);
         walks[i] = &p->engine->scratch[0].camera_walks[i];
@@ -259,8 +327,7 @@ static void trace_batch(radius_pilot *p, uint32_t first, uint32_t count, const p
         walks[i]->user = &batch;
     }
     ca_camera_walks_trace(walks, count);
-    for (uint32_t i = 0; i < count && round->lighting; i++)
-        p->lights[first + i].asked += ca_luminance(walks[i]->light[0]);
+    for (uint32_t i = 0; i < count && round->lighting; i++) add_light(&batch, i, walks[i]);
 }
 
 static void trace_camera_paths(radius_pilot *p, pilot_round round)
@@ -435,11 +502,57 @@ static double pixel_light(const radius_pilot *p, uint32_t cell)
     return ((isfinite(least) ? least : 0.0) + (double)sums->asked) / (2.0 * p->lighting);
 }
 
+/* Of what a pixel shows, as a camera path that merges nothing finds it: the variance of direct light that merges can
+ * take, and that which stays: what camera paths differ by in direct light, and lights that they see. Without bias. */
+typedef struct shown_noise {
+    double taken, staying;
+} shown_noise;
+
+static double variance_of(double sum, double squares, double n) { return (squares - sum * sum / n) / (n - 1.0); }
+
+static shown_noise noise_of(const radius_pilot *p, uint32_t cell)
+{
+    const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
+    const light_sums *lights = &p->lights[cell];
+    const double n = 2.0 * p->lighting, merging = p->merging;
+    const double shown = variance_of(lights->shown, lights->shown_squares, n);
+    const double direct = variance_of(lights->direct, lights->direct_squares, n);
+    const double camera = 0.5 * ((double)a->pairs + (double)b->pairs) / merging -
+                          (double)a->alone * (double)b->alone / (merging * merging);
+    return (shown_noise){.taken = direct - camera, .staying = shown - direct + camera};
+}
+
+/* What of direct light merges leave to others. */
+static double left(const path_sums *a, const path_sums *b, uint32_t k)
+{
+    const double direct = (double)a->direct[k] + (double)b->direct[k];
+    return direct > 0.0 ? 1.0 - ((double)a->weighted[k] + (double)b->weighted[k]) / direct : 1.0;
+}
+
+/* What a pixel's squares count for: they are of `merging` camera paths. */
+static double relative_of(const radius_pilot *p, uint32_t cell)
+{
+    const double light = pixel_light(p, cell), cells = (double)p->columns * p->rows;
+    return 1.0 / ((light * light + LEAST_SQUARE) * cells * p->merging);
+}
+
+/* Of all that is shown, but for what photons that are merged with bring; a camera path's counts as of the light paths
+ * that it has. */
+static double shown_variance(const radius_pilot *p, uint32_t k)
+{
+    double sum = 0.0;
+    for (uint32_t cell = 0; cell < p->columns * p->rows; cell++) {
+        const shown_noise noise = noise_of(p, cell);
+        const double share = left(&p->sums[0][cell], &p->sums[1][cell], k);
+        sum += relative_of(p, cell) * (share * share * noise.taken + noise.staying);
+    }
+    return fmax(sum, 0.0) * p->merging * (double)p->engine->rules.splat_count;
+}
+
 static void add_cell(const radius_pilot *p, uint32_t cell, ca_radius_curve *curve, double *changes)
 {
     const path_sums *a = &p->sums[0][cell], *b = &p->sums[1][cell];
-    const double light = pixel_light(p, cell), cells = (double)p->columns * p->rows;
-    const double relative = 1.0 / ((light * light + LEAST_SQUARE) * cells * p->merging);
+    const double relative = relative_of(p, cell);
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->variance[k] += 0.5 * ((double)a->square[k] + (double)b->square[k]) * relative;
         changes[k] += (double)a->change[k] * (double)b->change[k] * relative / p->merging;
@@ -468,6 +581,7 @@ static bool make_curve(const radius_pilot *p, ca_radius_curve *curve)
     for (uint32_t k = 0; k < p->level_count; k++) {
         curve->radius[k] = (double)p->levels[k].radius;
         curve->change_error[k] = sqrt(curve->change_error[k]);
+        if (p->engine->rules.next_event) curve->variance[k] += shown_variance(p, k);
     }
     return curve->variance[0] > 0.0;
 }
