@@ -13,9 +13,6 @@
 #include "noise/ray_numbers.h"
 
 /* Where the numbers of light paths and camera paths come from. */
-/* Of integrators that rays are for. */
-enum { CA_RAYS_ABILITIES = CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE };
-
 typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE } ca_rays_source;
 
 /* Everything a render needs, resolved from scene and settings. */
