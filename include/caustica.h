@@ -218,11 +218,11 @@ typedef struct ca_render_settings {
     /* How many light paths, and camera paths of each pixel, of bdpm, ppm, bdpt, vcm, ovcm, vavcm, and of what `auto`
      * chooses; NULL: light_paths and camera_paths. "auto": what is estimated to give the least noise in the time (of
      * ppm the light paths alone, with one camera path; where paths connect one number of camera paths for all
-     * pixels); the settings are then those of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and the
-     * sampler `independent`, whatever the scene says (other settings are refused). Such an image depends on how fast
-     * the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
+     * pixels); the settings are then those of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and
+     * the sampler `independent`, whatever the scene says (other settings are refused). Such an image depends on how
+     * fast the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
      * Rays.Numbers) instead of light_paths and camera_paths, which must not be set beside it; the image is the same
-     * to the bit whatever the threads. See docs/papers/000.md, section D. */
+     * to the bit whatever the threads. See docs/papers/000.md, sections C and D. */
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
                                    "worst-decile" */
