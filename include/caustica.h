@@ -215,15 +215,16 @@ typedef struct ca_render_settings {
                                    which there are 16,777,215 at most */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
     double noise_percent; /* > 0: stop when the relative standard error of the image is below this many percent */
-    /* How many light paths, and camera paths of each pixel, of bdpm and ppm; NULL: light_paths and camera_paths.
-     * "auto": what is estimated to give the least noise in the time (of ppm the light paths alone, with one camera
-     * path); the settings are then those of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and the
-     * sampler `independent`, whatever the scene says (other settings are refused). Such an image depends on how fast
-     * the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
+    /* How many light paths, and camera paths of each pixel, of bdpm, ppm, bdpt, vcm, ovcm, vavcm, and of what `auto`
+     * chooses; NULL: light_paths and camera_paths. "auto": what is estimated to give the least noise in the time (of
+     * ppm the light paths alone, with one camera path; where paths connect one number of camera paths for all
+     * pixels); the settings are then those of the pilot, samples_per_pixel is the mean over pixels, alpha is 0 and
+     * the sampler `independent`, whatever the scene says (other settings are refused). Such an image depends on how
+     * fast the machine is. Else the path of an .exr that such a render or `caustica noise` wrote: its numbers (layer
      * Rays.Numbers) instead of light_paths and camera_paths, which must not be set beside it; the image is the same
      * to the bit whatever the threads. Or the path of a .part, the checkpoint of a render with "auto": all that was
      * decided up to it is repeated, with the same settings, to the bits of the image that this render would have had
-     * there; samples, time and noise must not be set beside it. See docs/papers/000.md, section D. */
+     * there; samples, time and noise must not be set beside it. See docs/papers/000.md, sections C and D. */
     const char *rays;
     const char *rays_objective; /* what "auto" makes small: variance in the "mean" (NULL), "relative", or of the
                                    "worst-decile" */

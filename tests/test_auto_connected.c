@@ -2,6 +2,7 @@
  * what is kept, and what a file of rays makes again. */
 #include "base/memory.h"
 #include "render/auto_nodes.h"
+#include "render/auto_plan.h"
 #include "render/auto_rays.h"
 #include "support/auto_bias.h"
 #include "support/pair_render.h"
@@ -33,7 +34,7 @@ static const char *const room =
     "<emitter type='area'><rgb name='radiance' value='3,3,2'/></emitter></shape></scene>";
 
 static const char *const integrator = "vcm:max_depth=4,rr_depth=6,radius=0.1,alpha=0";
-enum { RENDERS = 8, ITERATIONS = 60, LIGHT_PATHS = 60, CAMERA_PATHS = 4, FIVE_TIMES = 300 };
+enum { RENDERS = 16, ITERATIONS = 60, LIGHT_PATHS = 60, CAMERA_PATHS = 4, FIVE_TIMES = 300 };
 
 /* Of a film with all products, the means. */
 static void keep_means(const ca_pair_film *film, ca_pair_film *means)
@@ -104,6 +105,7 @@ static void test_predictions(void **state)
     ca_scene *scene = scene_from_text(room);
     ca_auto_nodes all;
     sample_mean predicted = {0}, measured = {0};
+    double light = 0.0;
     assert_int_equal(ca_auto_nodes_create(&all, CROP_PIXELS, LIGHT_PATHS, NULL), CA_OK);
     add_pilot(scene, 100, &all); /* fixes the weights, which have no say in the rest */
     for (uint64_t seed = 0; seed < RENDERS; seed++) {
@@ -111,17 +113,19 @@ static void test_predictions(void **state)
         add_pilot(scene, seed, &one);
         add_sample(&predicted, predict(&one, FIVE_TIMES));
         add_sample(&measured, measure(scene, 1000 + seed, FIVE_TIMES, all.weights));
-        if (seed < 2) add_pilot(scene, seed, &all);
+        if (seed >= 3) continue;
+        if (seed == 0) ca_auto_nodes_clear(&all), all.weighted = true;
+        add_pilot(scene, seed, &all);
+        light += one.items[3].objective.light / 3.0;
     }
     const double mean = measured.sum / RENDERS, off = predicted.sum / RENDERS / mean - 1.0;
     const double error = hypot(error_of(&predicted, RENDERS), error_of(&measured, RENDERS)) / mean;
     print_message("N_F %d from %d: predicted by %+.2f %% +- %.2f %%\n", FIVE_TIMES, LIGHT_PATHS, 100.0 * off,
                   100.0 * error);
-    assert_true(error < 0.03 && fabs(off) < 0.03 + 2.0 * error);
+    assert_true(error < 0.025 && fabs(off) < 0.03 && fabs(off) < 2.0 * error);
     assert_int_equal(all.count, 5);
     assert_true(all.items[2].pairs == 3.0 * ITERATIONS * LIGHT_PATHS * CAMERA_PATHS);
-    const double pooled = predict(&all, FIVE_TIMES) / mean - 1.0;
-    assert_true(fabs(pooled) < 0.03 + 5.0 * error);
+    assert_true(fabs(all.items[3].objective.light - light) < 1e-9 * fabs(light));
     ca_auto_nodes_destroy(&all);
     ca_scene_release(scene);
 }
@@ -152,6 +156,40 @@ static void test_others(void **state)
     assert_others(60.0, 60, 4, (const uint32_t[]){4, 15, 240, 960});
     assert_others(4194304.0, 4194304, 1, (const uint32_t[]){262144, 1048576, 0, 0});
     assert_others(2.0, 2, 2, (const uint32_t[]){8, 32, 0, 0});
+}
+
+static void add_sample_of(ca_pair_film *film, double value)
+{
+    const ca_pair_moments moments = {.value = value, .pair = 2.0 * value, .connected = 3.0, .connected_light = value};
+    ca_pair_film_add(film, 0, 0, &moments);
+    for (uint32_t i = 0; i < film->other_count; i++) add_sample_of(&film->others[i], value + 10.0);
+}
+
+/* Films of means with connections and others, pooled, are the film of all iterations. */
+static void test_pooling(void **state)
+{
+    (void)state;
+    static const uint32_t crop[4] = {0, 0, 1, 1};
+    static const ca_pair_numbers numbers[2] = {{3, 2}, {48, 2}};
+    ca_pair_film films[3];
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(ca_pair_film_create_means(&films[i], crop, NULL), CA_OK);
+        assert_int_equal(ca_pair_film_add_others(&films[i], numbers, 2, NULL), CA_OK);
+        assert_int_equal(ca_pair_film_connect(&films[i], NULL), CA_OK);
+    }
+    add_sample_of(&films[0], 1.0);
+    add_sample_of(&films[1], 4.0);
+    add_sample_of(&films[2], 1.0);
+    add_sample_of(&films[2], 4.0);
+    ca_pair_film_pool(&films[0], &films[1], 1);
+    assert_memory_equal(films[0].connected_means, films[2].connected_means, sizeof *films[0].connected_means);
+    for (uint32_t i = 0; i < 2; i++) {
+        const ca_pair_film *a = &films[0].others[i], *b = &films[2].others[i];
+        assert_memory_equal(a->means, b->means, sizeof *a->means);
+        assert_memory_equal(a->connected_means, b->connected_means, sizeof *a->connected_means);
+        assert_true(a->light_paths == numbers[i].light_paths && !a->made);
+    }
+    for (int i = 0; i < 3; i++) ca_pair_film_destroy(&films[i]);
 }
 
 /* ---- Renders --------------------------------------------------------------------------------------------------- */
@@ -196,22 +234,24 @@ static void test_all_that_connect(void **state)
     ca_scene_release(scene);
 }
 
-/* Eight iterations are to follow the pilot, which is half of the samples: fewer camera paths than its own would be
- * chosen, though an iteration's time hardly depends on them. */
+/* No numbers are kept that are worse than the pilot's, and from bad ones far better ones are found. */
 static void test_pilots_numbers(void **state)
 {
     (void)state;
     static const char *const names[] = {"ovcm", "bdpm"};
+    static const ca_auto_limits kept = {.reach = 4}, trial = {.reach = 16, .for_a_trial = true};
+    assert_true(ca_auto_keeps_pilots_numbers(&kept, 0.99, 2.0) && !ca_auto_keeps_pilots_numbers(&kept, 1.0, 8.0));
+    assert_true(!ca_auto_keeps_pilots_numbers(&kept, 0.5, 1.9) && !ca_auto_keeps_pilots_numbers(&trial, 0.5, 8.0));
+    assert_false(ca_auto_keeps_pilots_numbers(&kept, (double)NAN, 8.0));
     ca_scene *scene = auto_bias_scene();
     for (size_t i = 0; i < 2; i++) {
         ca_render_settings settings = settings_auto(names[i], 200);
         ca_image_layers *image;
-        settings.camera_paths = 16;
-        settings.light_paths = 16;
+        settings.camera_paths = settings.light_paths = 16;
         const ca_render_statistics s = render_auto(scene, &settings, &image);
         print_message("%s: %u light paths, %.3g camera paths, gain %.3g\n", names[i], s.numbers_of_rays.light_paths,
                       s.numbers_of_rays.camera_paths, s.numbers_of_rays.predicted_gain);
-        assert_true(s.numbers_of_rays.predicted_gain >= 1.0);
+        assert_true(s.numbers_of_rays.predicted_gain >= 2.0);
         ca_image_release(image);
     }
     ca_scene_release(scene);
@@ -258,7 +298,7 @@ static void check_file(const ca_scene *scene, const char *with, const char *path
         const ca_render_statistics again = render_auto(scene, &settings, &image);
         hashes[t] = image_hash(image);
         assert_int_equal(again.numbers_of_rays.light_paths, s.numbers_of_rays.light_paths);
-        if (s.numbers_of_rays.light_paths > 0)
+        if (strcmp(with, "ovcm") == 0) /* `auto` may choose one whose pilot has light paths, too */
             assert_int_equal(again.light_paths, again.iterations * again.numbers_of_rays.light_paths);
         ca_image_release(image);
     }
@@ -316,8 +356,13 @@ static void test_memory_failures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_predictions),      cmocka_unit_test(test_others), cmocka_unit_test(test_all_that_connect),
-        cmocka_unit_test(test_pilots_numbers),   cmocka_unit_test(test_mean),   cmocka_unit_test(test_files),
+        cmocka_unit_test(test_predictions),
+        cmocka_unit_test(test_others),
+        cmocka_unit_test(test_pooling),
+        cmocka_unit_test(test_all_that_connect),
+        cmocka_unit_test(test_pilots_numbers),
+        cmocka_unit_test(test_mean),
+        cmocka_unit_test(test_files),
         cmocka_unit_test(test_memory_failures),
     };
     return cmocka_run_group_tests_name("numbers of rays where paths connect", tests, NULL, NULL);

@@ -91,7 +91,7 @@ static void test_help_lists_the_integrators(void **state)
         assert_says(help.output, line);
     }
     assert_true(count > 0 && ca_integrator_at((size_t)count - 1) && !ca_integrator_at((size_t)count));
-    assert_says(help.output, "\nIntegrators with --rays: ppm, bdpm\n");
+    assert_says(help.output, "\nIntegrators with --rays: bdpt, ppm, bdpm, vcm, ovcm, vavcm, auto\n");
     RUN(&help, "noise", "--help");
     assert_says(help.output, "an iteration of ppm or bdpm has three terms");
     assert_says(help.output, "That of bdpt, vcm, ovcm or vavcm has a fourth");

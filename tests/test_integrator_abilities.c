@@ -70,9 +70,10 @@ static void check_rays(const ca_scene *scene, const abilities *can)
     ca_render_settings_init(&settings);
     settings.rays = "auto";
     settings.seconds = 1.0;
-    snprintf(words, sizeof words, "rays are for integrators ppm and bdpm, not for %s", can->name);
+    snprintf(words, sizeof words, "are for integrators bdpt, ppm, bdpm, vcm, ovcm, vavcm and auto, not for %s",
+             can->name);
     const ca_status status = ca_render_plan_make(&plan, scene, &settings, &error);
-    assert_outcome(can->name, status, &error, can->pair_law || can->chooses, words);
+    assert_outcome(can->name, status, &error, can->pair_law || can->connections || can->chooses, words);
 }
 
 static void check_noise(const ca_scene *scene, const abilities *can)

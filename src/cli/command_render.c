@@ -253,7 +253,7 @@ static void print_integrators(void)
         print_integrator(text);
     }
     char names[CA_INTEGRATOR_NAMES_SIZE];
-    ca_integrator_names(CA_ABILITY_PAIR_LAW, ", ", names);
+    ca_integrator_names(CA_RAYS_ABILITIES | CA_ABILITY_CHOOSES, ", ", names);
     printf("\nIntegrators with --rays: %s\n", names);
 }
 
@@ -269,7 +269,8 @@ static int print_help(void)
         "-i auto tries methods on a small picture and takes the most efficient one that loses no light. The choice "
         "depends on measured times; --rays FILE.exr makes that of a picture again.\n"
         "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The "
-        "law of noise needs independent random numbers and one radius: the scene's sampler and alpha are not used. "
+        "law of noise needs independent random numbers and one radius: the scene's sampler and alpha are not used; "
+        "where paths connect, all pixels have as many camera paths. "
         "The numbers depend on measured times, those of --rays FILE.exr (an image of --rays auto or of "
         "`caustica noise`) do not; --rays FILE.part makes the image of that checkpoint again.\n"
         "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of "

@@ -77,8 +77,8 @@ ca_status ca_pair_film_create_means(ca_pair_film *film, const uint32_t crop[4], 
 /* Before the first iteration: sums of connections too. */
 ca_status ca_pair_film_connect(ca_pair_film *film, ca_error *error);
 /* Before the first iteration, and before connections; once: beside the film one of means for each of these numbers.
- * Its paths are the same, but have the weights that they have where an iteration has so many. Its N_F and N_B are these
- * numbers, with which the law of noise holds for it. */
+ * Its paths are the same, but have the weights that they have where an iteration has so many. Its N_F and N_B are
+ * these numbers, with which the law of noise holds for it. */
 ca_status ca_pair_film_add_others(ca_pair_film *film, const ca_pair_numbers *numbers, uint32_t count,
                                   ca_error *error);
 void ca_pair_film_destroy(ca_pair_film *film);

@@ -102,6 +102,9 @@ typedef enum ca_ability {
     CA_ABILITY_CHOOSES = 1 << 4,
 } ca_ability;
 
+/* Methods whose numbers of light and camera paths can be chosen by a law of noise (rays). */
+enum { CA_RAYS_ABILITIES = CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE };
+
 typedef struct ca_integrator_type {
     const char *name;
     const ca_parameter_spec *parameters; /* ended by a NULL name */

@@ -46,6 +46,11 @@ uint32_t ca_auto_most_light_paths(const ca_auto_limits *limits, bool memory_is_l
     return (uint32_t)fmin(limits->timed_light_paths * limits->reach, most);
 }
 
+bool ca_auto_keeps_pilots_numbers(const ca_auto_limits *limits, double gain, double iterations_left)
+{
+    return !limits->for_a_trial && gain < 1.0 && iterations_left >= LEAST_ITERATIONS;
+}
+
 double ca_auto_iterations_left(const ca_auto_goal *goal, const ca_auto_progress *progress,
                                const ca_auto_candidate *candidate)
 {

@@ -130,6 +130,9 @@ ca_auto_situation ca_auto_note(const ca_auto_situation *situation, const ca_auto
 ca_auto_limits ca_auto_half_limits(double timed_light_paths);
 /* The most light paths that may be chosen. */
 uint32_t ca_auto_most_light_paths(const ca_auto_limits *limits, bool memory_is_limited);
+/* Are the pilot's numbers kept instead of the chosen ones, of which so many times their efficiency is expected? Only
+ * where so many iterations with them are left, which must be two. */
+bool ca_auto_keeps_pilots_numbers(const ca_auto_limits *limits, double gain, double iterations_left);
 /* How many iterations with these numbers there would be until the end. A half's own choice must not know the noise,
  * which is that of both: progress->looks.noise is negative there. */
 double ca_auto_iterations_left(const ca_auto_goal *goal, const ca_auto_progress *progress,

@@ -5,7 +5,7 @@
 #include <string.h>
 
 enum { SMOOTHING = 2 }; /* averages over 5 x 5 pixels: with fewer, the choice follows the noise of the estimates */
-enum { LEAST_LIGHT_PATHS = 2, LIMIT_STEPS = 40, LEAST_GIVEN_ITERATIONS = 2 };
+enum { LEAST_LIGHT_PATHS = 2, LIMIT_STEPS = 40 };
 static const double as_good = 1.03;           /* variance x time over the best */
 static const double shortest_seconds = 1e-10; /* what takes no measurable time still needs a time above 0 */
 
@@ -166,14 +166,14 @@ static ca_status prefer_fewer_light_paths(chooser *c, ca_ray_numbers *numbers, c
     }
 }
 
-/* Numbers that are predicted to be worse than the pilot's are not kept, as long as there is time for the pilot's. */
-static ca_status prefer_given(chooser *c, ca_ray_numbers *numbers, ca_error *error)
+/* Numbers that are predicted to be worse than the pilot's are not kept. */
+static ca_status keep_given(const chooser *c, const ca_auto_limits *limits, ca_ray_numbers *numbers, ca_error *error)
 {
-    if (!(numbers->gain_over_given < 1.0)) return CA_OK;
     const ca_auto_candidate given = {.relative_variance = (double)NAN,
                                      .camera_paths = numbers->given.camera_paths,
                                      .seconds = numbers->given.time * c->speed};
-    if (ca_auto_iterations_left(&c->a->goal, &c->basis->progress, &given) < LEAST_GIVEN_ITERATIONS) return CA_OK;
+    const double left = ca_auto_iterations_left(&c->a->goal, &c->basis->progress, &given);
+    if (!ca_auto_keeps_pilots_numbers(limits, numbers->gain_over_given, left)) return CA_OK;
     numbers->gain_over_given = 1.0;
     return ca_ray_numbers_use_uniform(numbers, &numbers->given, ca_auto_pixels(c->a), error);
 }
@@ -212,7 +212,7 @@ ca_status ca_auto_choose(ca_auto_rays *a, const ca_auto_basis *basis, const ca_a
     sum_pixels(&c);
     ca_status status = choose_within_limits(&c, limits->iterations, &choice->numbers, error);
     if (status == CA_OK) status = prefer_fewer_light_paths(&c, &choice->numbers, error);
-    if (status == CA_OK && !limits->for_a_trial) status = prefer_given(&c, &choice->numbers, error);
+    if (status == CA_OK) status = keep_given(&c, limits, &choice->numbers, error);
     if (status == CA_OK) choice->candidate = candidate_of(&c, &choice->numbers);
     ca_free(pixels);
     if (status != CA_OK) ca_auto_choice_destroy(choice);

@@ -553,12 +553,22 @@ static ca_status render_passes(ca_render_plan *plan, ca_image_layers **image, ca
     return status;
 }
 
-/* A method without such numbers renders as it is; so does one whose choice the caller has ended. */
+/* Has the render samples enough for a pilot with the method's numbers? */
+static bool has_room_for_pilot(const ca_render_plan *plan)
+{
+    const uint32_t given = plan->settings->samples_per_pixel;
+    const uint32_t camera_paths = plan->camera_paths > 1 ? plan->camera_paths : CA_PILOT_LEAST_CAMERA_PATHS;
+    const double samples = given ? given : plan->scene->desc.samples_per_pixel;
+    return plan->open_ended || samples >= 2.0 * ca_pilot_least_samples(camera_paths);
+}
+
+/* A method without such numbers renders as it is; so does one whose choice the caller has ended, and a render that is
+ * too short for another pilot. */
 static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                                    ca_error *error)
 {
     CA_TRY(ca_auto_method_choose(plan, error));
-    if (ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && !plan->ended) {
+    if (ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && !plan->ended && has_room_for_pilot(plan)) {
         CA_TRY(ca_render_plan_keep_radius(plan, error));
         return ca_auto_rays_render(plan, NULL, image, statistics, error);
     }

@@ -12,9 +12,6 @@
 #include "integrator/integrator.h"
 #include "noise/ray_numbers.h"
 
-/* Of integrators that rays are for. */
-enum { CA_RAYS_ABILITIES = CA_ABILITY_PAIR_LAW | CA_ABILITY_CONNECTION_NOISE };
-
 /* Where the numbers of light paths and camera paths come from; OF_RECORD: a file tells all that was decided in a
  * render with rays "auto" (auto_record.h). */
 typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE, CA_RAYS_OF_RECORD } ca_rays_source;
