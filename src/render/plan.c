@@ -310,8 +310,8 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
     const bool asked = settings->checkpoint_path && (settings->resume || !settings->checkpoint_if_long);
     if (plan->rays == CA_RAYS_AUTO && asked && !ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" a checkpoint keeps renders whose light comes from merges alone, not those of "
-                       "%s",
+                       "with rays \"auto\" a checkpoint keeps renders whose light comes from merges alone, not those "
+                       "of %s",
                        plan->type->name);
     if (settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are not kept in %s", what);
