@@ -123,7 +123,7 @@ static void test_configure(void **state)
     assert_int_equal(ca_method_configure(&four, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(four.type, &input, text, sizeof text);
     assert_string_equal(text, "vavcm:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=2304,"
-                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0,guide=false,merge_sums=false");
+                              "camera_paths=1,radius=0.125,alpha=0.25,radius_pixels=0,guide=false");
     assert_int_equal(ca_method_configure(&path, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(path.type, &input, text, sizeof text);
     assert_string_equal(text, "path:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=power,next_event=true");

@@ -24,13 +24,13 @@ TAGS = {
                 "lattice-tiles-plain",
                 "stratified", "multijitter", "orthogonal", "ldsampler", "hammersley"],
     "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance",
-              "merge"],
+              "merge", "bsplinecurve", "linearcurve"],
     "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
              "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap",
              "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",
              "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
-    "texture": ["bitmap", "checkerboard", "scale", "mesh_attribute"],
+    "texture": ["bitmap", "checkerboard", "scale", "mix", "mesh_attribute"],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
 

@@ -197,7 +197,8 @@ static const ca_parameter_spec vcm_parameters[] = {
     GUIDE_PARAMETER,
     {"merge_sums", CA_SPEC_BOOLEAN, .number = 0},
     END_OF_PARAMETERS};
-static const ca_parameter_spec cavcm_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
+/* Of cavcm and vavcm. */
+static const ca_parameter_spec aware_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
                                                      RADIUS_PARAMETERS(RANDOM_ALPHA), GUIDE_PARAMETER,
                                                      END_OF_PARAMETERS};
 /* densities: as `author` of path/reuse.h. */
@@ -254,7 +255,7 @@ const ca_integrator_type ca_integrator_ovcm = {
 };
 const ca_integrator_type ca_integrator_cavcm = {
     .name = "cavcm",
-    .parameters = cavcm_parameters,
+    .parameters = aware_parameters,
     .rules = &cavcm_rules,
     .create = create_cavcm,
     ENGINE_FUNCTIONS,
@@ -262,7 +263,7 @@ const ca_integrator_type ca_integrator_cavcm = {
 
 const ca_integrator_type ca_integrator_vavcm = {
     .name = "vavcm",
-    .parameters = vcm_parameters,
+    .parameters = aware_parameters,
     .abilities = CA_ABILITY_CONNECTION_NOISE,
     .rules = &vavcm_rules,
     .create = create_vavcm,
