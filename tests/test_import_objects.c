@@ -710,9 +710,11 @@ static void old_textures(void **state)
     done();
     import(SCENE("<texture type=\"scale\" id=\"t\">" OLD_BITMAP("")
                  "<float name=\"scale\" value=\"0.5\"/></texture>"));
-    assert_int_equal(desc.textures.items[1].kind, CA_TEXTURE_SCALE);
-    assert_int_equal(desc.textures.items[1].as.scale.child, 0);
-    is_rgb(desc.textures.items[1].as.scale.factor, 0.5, 0.5, 0.5);
+    const ca_texture *scale = &desc.textures.items[desc.textures.count - 1];
+    assert_int_equal(scale->kind, CA_TEXTURE_SCALE);
+    assert_int_equal(desc.textures.items[scale->as.scale.child].kind, CA_TEXTURE_BITMAP);
+    assert_false(scale->as.scale.varies);
+    is_rgb(scale->as.scale.factor, 0.5, 0.5, 0.5);
     done();
 }
 

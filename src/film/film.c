@@ -304,7 +304,7 @@ ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_sour
         variance_of_means += v / n;
     }
     ca_film_summary summary = {.mean_luminance = mean / (double)count,
-                               .mean_standard_deviation = deviation / (double)count,
+                               .mean_standard_deviation = known ? deviation / (double)count : (double)NAN,
                                .noise = (double)NAN};
     if (known && mean > 0.0) summary.noise = sqrt(variance_of_means / (double)count) / summary.mean_luminance;
     return summary;

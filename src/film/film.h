@@ -102,7 +102,7 @@ static inline double ca_film_luminance(const double rgb[3]) { return ca_pass_lum
 /* What is known of the image so far. */
 typedef struct ca_film_summary {
     double mean_luminance;
-    double mean_standard_deviation; /* of one sample's luminance, averaged over pixels */
+    double mean_standard_deviation; /* of one sample's luminance, averaged over pixels; NAN: of fewer than two */
     double noise; /* root of the mean variance of a pixel's mean, over the mean luminance; NAN under two samples or
                      for a black image */
 } ca_film_summary;

@@ -99,13 +99,13 @@ static void import_mesh_attribute(ca_props *props, void *result)
     if (!texture->as.mesh_attribute.name) ca_import_fail_memory(props->importer, "textures");
 }
 
-/* 0.6: another texture times a number or colour; here also times a texture. */
 static bool has_name(const ca_xml_node *node, const char *wanted)
 {
     const char *name = ca_xml_attribute_value(node, "name");
     return name && strcmp(name, wanted) == 0;
 }
 
+/* A number or colour, or a texture that varies. */
 static void import_factor(ca_props *props, ca_texture *texture)
 {
     const ca_texture_id id = ca_props_texture(props, "scale", 1.0f, CA_COLOR_INDEX);
@@ -117,6 +117,7 @@ static void import_factor(ca_props *props, ca_texture *texture)
     if (!texture->as.scale.varies) texture->as.scale.factor = factor->as.constant;
 }
 
+/* 0.6: another texture times a number or colour; here also times a texture. */
 static void import_scale(ca_props *props, void *result)
 {
     ca_texture *texture = result;

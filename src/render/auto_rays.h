@@ -32,10 +32,12 @@
  *     all                               628        496            552        620
  *
  * A render that is kept in a checkpoint takes 100 more: what an iteration adds to the pairs before it is complete,
- * 72, and the numbers of each run, 7 x 4. Where paths connect 1508, and no checkpoint: each film of means of pairs has
- * 440 more, of connections and with the weights of four other numbers of light paths (auto_nodes.h), and 8 instead of
- * 24 are known. A picture while the render goes on takes 320 more while it is made, beside its layers. The light
- * paths of an iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
+ * 72, and the numbers of each run, 7 x 4. Where paths connect there is no checkpoint, and a pixel takes 1508: each
+ * film of means of pairs has 440 more, of connections and with the weights of four other numbers of light paths
+ * (auto_nodes.h), and 8 instead of 24 are known.
+ *
+ * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
+ * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
  * Threads: the samples do not depend on them, but the numbers depend on measured times.
  *
  * Checkpoints hold all of this as it is after an iteration, and what was decided so far (auto_record.h): a render
