@@ -263,7 +263,7 @@ static void test_mean(void **state)
     enum { COUNT = 24, PIXELS = AUTO_BIAS_SIDE * AUTO_BIAS_SIDE };
     ca_scene *scene = auto_bias_scene();
     sample_mean chosen = {0}, plain = {0};
-    for (uint64_t k = 0; k < 2 * COUNT; k++) {
+    for (uint32_t k = 0; k < 2 * COUNT; k++) {
         ca_render_settings settings = settings_auto("ovcm:alpha=0", 36);
         settings.has_seed = true;
         settings.seed = k;
