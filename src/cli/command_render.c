@@ -280,7 +280,7 @@ static int print_help(void)
         "end. Not with --dump-strategies.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 end the render after the pass, or after a second, and "
         "write the image of whole passes, exit status 0 (1 if there is none); a second SIGINT or SIGTERM ends at "
-        "once. SIGUSR1 writes the image so far (and --stats) after the pass, and the render goes on.\n"
+        "once. SIGUSR1 writes the image so far (and --stats) after the pass and goes on.\n"
         "mpirun -n N caustica render ... makes the same image with N processes, on one machine or several (a build "
         "with MPI); see docs/cluster.md.\n"
         "--serve: who knows the address can pause, stop and save the render. Looking costs 3 % of the time.\n"
