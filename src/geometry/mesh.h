@@ -92,8 +92,8 @@ bool ca_mesh_normals_are_flat(const ca_mesh *mesh);
 
 /* Smooth normals for files that carry none: at each vertex the faces' unit normals weighted by their angle there, as
  * Mitsuba does (Thürmer and Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets"); zero where only faces
- * without area meet. By so many threads, 0: one per processor; the bits do not depend on it. CA_ERROR_MEMORY: the mesh
- * has no normals then. */
+ * without area meet. By so many threads, 0: one per processor; the bits do not depend on it. CA_ERROR_MEMORY: the
+ * mesh has no normals then. */
 ca_status ca_mesh_compute_normals(ca_mesh *mesh, uint32_t threads, ca_error *error);
 
 double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle);
