@@ -282,8 +282,8 @@ typedef struct ca_render_settings {
     void *progress_user;
     /* A number that another thread or a signal handler may set to other than 0, by an atomic store, and which then
      * stays so: work ends within half a second, in the middle of a pass or block, which then is no part of the
-     * image. Making the image of the whole ones counts: two threads make one of two megapixels in that time, of more
-     * it takes longer. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are
+     * image. Making the image of the whole ones counts: two threads make one of a megapixel in that time, of more it
+     * takes longer. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are
      * finished. */
     const int *stop;
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
