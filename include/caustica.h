@@ -285,8 +285,10 @@ typedef struct ca_render_settings {
     bool (*progress)(const ca_render_progress *progress, void *user);
     void *progress_user;
     /* A number that another thread or a signal handler may set to other than 0, by an atomic store, and which then
-     * stays so: work ends within about a second, in the middle of a pass or block, which then is no part of the
-     * image. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are finished. */
+     * stays so: work ends within half a second, in the middle of a pass or block, which then is no part of the
+     * image. Making the image of the whole ones counts: two threads make one of a megapixel in that time, of more it
+     * takes longer. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are
+     * finished. */
     const int *stop;
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
      * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,

@@ -47,6 +47,18 @@ static void test_blocks(void **state)
     ca_free(before);
 }
 
+/* The system's pages take a while to come: it ends when it is asked to. */
+static void test_stop(void **state)
+{
+    (void)state;
+    const int stop = 1, go_on = 0;
+    ca_reserve *reserve;
+    assert_int_equal(ca_reserve_create(&reserve, 100000, "a test", &stop, NULL), CA_ERROR_INTERRUPTED);
+    assert_null(reserve);
+    assert_int_equal(ca_reserve_create(&reserve, 100000, "a test", &go_on, NULL), CA_OK);
+    ca_reserve_release(reserve);
+}
+
 /* Room that is given back is used again. */
 static void test_room_again(void **state)
 {
@@ -262,6 +274,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_blocks),
+        cmocka_unit_test(test_stop),
         cmocka_unit_test(test_room_again),
         cmocka_unit_test(test_arrays_move),
         cmocka_unit_test(test_blocks_live_on),

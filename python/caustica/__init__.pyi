@@ -10,7 +10,9 @@ import numpy.typing as npt
 from caustica import util as util
 
 __version__: str
-__all__: list[str]
+__all__ = ["ArgumentError", "Bitmap", "Error", "FileError", "FormatError", "Image", "Mesh", "Noise", "OutOfMemory",
+           "ScalarTransform4f", "Scene", "SceneError", "Settings", "Unsupported", "compare", "converge", "load_dict",
+           "load_file", "load_string", "measure_noise", "render", "set_variant", "util", "variant", "variants"]
 
 _Path = str | os.PathLike[str]
 _Progress = Callable[[dict[str, Any]], bool | None] | bool | None
@@ -66,6 +68,7 @@ class Mesh:
 
 class Image:
     statistics: dict[str, Any] | None
+    def __init__(self, pointer: Any, statistics: dict[str, Any] | None = ...) -> None: ...
     @staticmethod
     def load(path: _Path) -> Image: ...
     @staticmethod
@@ -95,6 +98,7 @@ class Bitmap:
     def __array__(self, dtype: Any = ..., copy: Any = ...) -> npt.NDArray[Any]: ...
 
 class Scene:
+    def __init__(self, pointer: Any) -> None: ...
     @property
     def builds(self) -> int: ...
     def with_sensor(self, sensor: Mapping[str, Any], integrator: Mapping[str, Any] | None = ...) -> Scene: ...
@@ -127,6 +131,7 @@ class Settings:
 
 class Noise:
     image: Image
+    def __init__(self, scene: Scene, call: Any, pointer: Any, image: Any, statistics: Any) -> None: ...
     def average(self, light_paths: int, camera_paths: int, region: Sequence[int] | None = ...) -> dict[str, Any]: ...
     def recommend(self, objective: Literal["mean", "relative", "worst-decile"] | None = ...) -> dict[str, Any]: ...
 

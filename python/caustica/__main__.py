@@ -2,5 +2,11 @@
 import os
 import sys
 
-program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "_program")
-os.execv(program, [program, *sys.argv[1:]])
+
+def main():
+    program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "_program")
+    os.execv(program, [program, *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    main()

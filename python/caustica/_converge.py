@@ -1,4 +1,6 @@
 """How fast integrators converge: renders of several lengths against a reference, as `caustica converge` makes them."""
+import math
+
 from caustica._image import compare
 from caustica._render import render
 
@@ -42,7 +44,7 @@ def _measured(image, reference):
     told, found = image.statistics, compare(image, reference)
     record = {name: told[name] for name in ("seconds", "samples_per_pixel", "iterations")}
     record.update((name, found[name]) for name in (*_METRICS, "mean_luminance"))
-    record["mean_standard_deviation"] = told["mean_standard_deviation"]
+    record["mean_standard_deviation"] = told["mean_standard_deviation"] if told["iterations"] >= 2 else math.nan
     return record
 
 
