@@ -3,8 +3,7 @@
 #include "geometry/facets.h"
 #include "geometry/ray_batch.h"
 #include "geometry/triangle.h"
-#include "sampling/warp.h"
-#include "support/test_random.h"
+#include "support/random_geometry.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -13,16 +12,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static ca_test_random numbers;
-static float uniform(void) { return ca_test_random_float(&numbers); }
-static float between(float low, float high) { return low + (high - low) * uniform(); }
-static uint32_t below(uint32_t count) { return ca_test_random_u32(&numbers) % count; }
-static ca_vec3 random_direction(void) { return ca_warp_sphere((ca_vec2){uniform(), uniform()}); }
-static ca_vec3 random_point(float half)
-{
-    return ca_vec3_make(between(-half, half), between(-half, half), between(-half, half));
-}
 
 /* ---- Meshes ---------------------------------------------------------------------------------------------------- */
 

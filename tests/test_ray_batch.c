@@ -1,8 +1,7 @@
 /* A batch of rays gets for each of them the very bits that the ray gets alone: in any company, in any order, for
  * ties between neighbours and coincident surfaces, and for rays that are not valid. */
 #include "geometry/ray_batch.h"
-#include "sampling/warp.h"
-#include "support/test_random.h"
+#include "support/random_geometry.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,16 +11,6 @@
 #include <cmocka.h>
 
 enum { GRID = 12, POOL = 4096, WORLD = 5, GROUP = 2, SHAPES = 12, INSTANCES = 3, ROUNDS = 12 };
-
-static ca_test_random numbers;
-static float uniform(void) { return ca_test_random_float(&numbers); }
-static float between(float low, float high) { return low + (high - low) * uniform(); }
-static uint32_t below(uint32_t count) { return ca_test_random_u32(&numbers) % count; }
-static ca_vec3 random_direction(void) { return ca_warp_sphere((ca_vec2){uniform(), uniform()}); }
-static ca_vec3 random_point(float half)
-{
-    return ca_vec3_make(between(-half, half), between(-half, half), between(-half, half));
-}
 
 /* ---- The scene ------------------------------------------------------------------------------------------------- */
 

@@ -1,16 +1,15 @@
-/* Fuzzer of checkpoints of renders with rays "auto", which are of two pixels and two threads here. The size that the
- * file tells of itself and the hash at its end, which keep all but one of 2^64 mutations out, are put right first. */
+/* Fuzzer of checkpoints of renders with rays "auto", which are of two pixels and two threads here. */
 #define _GNU_SOURCE
-#include "base/hash.h"
 #include "base/memory.h"
 #include "memory_file.h"
 #include "render/auto_rays_state.h"
+#include "sealed_part.h"
 
 #include <string.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { SIZE_AT = 16, HASH = 8, WIDTH = 2, HEIGHT = 1, THREADS = 2 }; /* behind the magic and the format */
+enum { WIDTH = 2, HEIGHT = 1, THREADS = 2 };
 static char settings[] = "film 2x1\n", choices[] = "objective mean\n";
 
 static void destroy(ca_auto_rays *a, ca_auto_pilot *pilot, ca_auto_work_film *work)
@@ -49,13 +48,8 @@ static void read_it(const char *path)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    uint8_t *copy = malloc(size + 1);
+    uint8_t *copy = sealed_part(data, size);
     if (!copy) return 0;
-    memcpy(copy, data, size);
-    if (size >= SIZE_AT + 8 + HASH) {
-        ca_put_u64(copy + SIZE_AT, size);
-        ca_put_u64(copy + size - HASH, ca_hash_bytes(CA_HASH_START, copy, size - HASH));
-    }
     read_it(memory_file(copy, size));
     free(copy);
     return 0;
