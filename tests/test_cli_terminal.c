@@ -364,8 +364,8 @@ static void run_with_pause(void **state, const char *const words[], useconds_t w
 static void test_loading(void **state)
 {
     static char text[1 << 16];
-    double percent, gone;
-    char word[16];
+    double percent = -1.0, gone = -1.0;
+    char word[16] = "";
     write_large_mesh(folder_of(state), 500);
     write_text(folder_of(state), "large.xml",
                "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>"

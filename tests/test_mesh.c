@@ -228,7 +228,7 @@ static void smooth_normals_cost_little(void **unused)
 {
     (void)unused;
     ca_mesh mesh;
-    double normals = INFINITY, angles = INFINITY, sum = 0.0;
+    double normals = HUGE_VAL, angles = HUGE_VAL, sum = 0.0;
     make_many(&mesh);
     for (int run = 0; run < 7; ++run) {
         double start = ca_clock_thread_seconds();

@@ -213,7 +213,7 @@ static uint32_t pool_pixels(const ca_moments *row, uint32_t width, uint32_t x0, 
 
 static void pool_lone(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *sums)
 {
-    double lone[MOST_FAR];
+    double lone[MOST_FAR] = {0};
     const uint32_t first = reach_from(x0, CA_CONFIDENCE_FAR_REACH);
     const uint32_t last = reach_to(x1 - 1, CA_CONFIDENCE_FAR_REACH, width);
     for (uint32_t x = first; x <= last; x++) lone[x - first] = lone_part(&row[x]);
@@ -229,7 +229,7 @@ static void pool_lone(const ca_moments *row, uint32_t width, uint32_t x0, uint32
 /* Sums along the row of each pixel from x0 to before x1. */
 static void pool_row(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *sums)
 {
-    pool pixels[MOST_NEAR];
+    pool pixels[MOST_NEAR] = {{0}};
     const uint32_t first = pool_pixels(row, width, x0, x1, pixels);
     for (uint32_t x = x0; x < x1; x++) {
         sums[x] = (pool){0};
@@ -317,7 +317,7 @@ static void judge_tile(void *user, uint32_t task, uint32_t worker)
     (void)worker;
     const judgement *j = user;
     const tile t = tile_at(j, task);
-    pool pixels[MOST_NEAR];
+    pool pixels[MOST_NEAR] = {{0}};
     for (uint32_t y = t.y0; y < t.y1; y++) {
         const size_t row = (size_t)y * j->width;
         const uint32_t first = pool_pixels(&j->moments[row], j->width, t.x0, t.x1, pixels);
