@@ -119,7 +119,7 @@ static void test_full_disk(void **state)
     RUN(&r, "render", "ball.xml", "--checkpoint=c.part", "--checkpoint-every=1e-6", "-o", "a.png");
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
     assert_exit(&r, 1);
-    assert_says(r.errors, "c.part");
+    assert_says(r.errors, "c.part: cannot write: File too large");
     assert_true(exists(folder_of(state), "a.png") && !exists(folder_of(state), "c.part"));
 }
 

@@ -142,8 +142,12 @@ ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *err
 
 int ca_file_write_failure(FILE *stream)
 {
+    static const char zeros[1 << 16];
     errno = 0;
-    return fflush(stream) != 0 && errno ? errno : EIO;
+    if (fflush(stream) != 0 && errno) return errno;
+    for (int block = 0; block < 4; block++)
+        if (write(fileno(stream), zeros, sizeof zeros) < 0) return errno;
+    return EIO;
 }
 
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)

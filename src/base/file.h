@@ -40,7 +40,8 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error);
  * (EINVAL and ENOTSUP say that it cannot). */
 ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error);
 /* Why an earlier write to a stream failed, whose error is not known any more: the error of writing what is left of
- * it, which fails again for the same reason; EIO where it does not. */
+ * it, or, where the stream has dropped that, of writing zeros behind it, which fail for the same reason; EIO where
+ * neither fails. The file is of no use from then on. */
 int ca_file_write_failure(FILE *stream);
 /* Removes the temporary file; the writer is finished. */
 void ca_file_abandon(ca_file_writer *writer);

@@ -6,12 +6,13 @@
 /* Pieces and rays, eight of the one kind and eight times the same of the other. */
 typedef struct facet_lanes {
     ca_v8 center, a, b, normal;
-    ca_f8 half, slack;
+    ca_f8 half, error, longest;
 } facet_lanes;
 
 typedef struct facet_rays {
     ca_v8 origin, direction;
-    ca_f8 t_min, bound; /* largest component of d times largest coordinate of the origin and all pieces */
+    ca_f8 t_min, reach; /* largest component of d */
+    ca_f8 error;        /* of the origin's distance from any piece by rounding, as a length, times reach */
 } facet_rays;
 
 /* x and y, t, all times n.d. */
@@ -19,10 +20,11 @@ typedef struct facet_point {
     ca_f8 x, y, t, scale;
 } facet_point;
 
-static inline facet_rays facet_rays_of(const ca_facets *facets, ca_v8 origin, ca_v8 direction, ca_f8 t_min)
+static inline facet_rays facet_rays_of(ca_v8 origin, ca_v8 direction, ca_f8 t_min)
 {
-    const ca_f8 reach = ca_max3_v8(ca_abs_v8(origin)) + facets->extent;
-    return (facet_rays){origin, direction, t_min, ca_max3_v8(ca_abs_v8(direction)) * reach};
+    const ca_f8 reach = ca_max3_v8(ca_abs_v8(direction));
+    return (facet_rays){origin, direction, t_min, reach,
+                        CA_FACET_ROUNDING * reach * ca_max3_v8(ca_abs_v8(origin))};
 }
 
 static inline ca_v8 all_of(const ca_facet_vectors *v, uint32_t k)
@@ -32,7 +34,8 @@ static inline ca_v8 all_of(const ca_facet_vectors *v, uint32_t k)
 static inline facet_lanes same_facet(const ca_facets *facets, uint32_t k)
 {
     return (facet_lanes){all_of(&facets->center, k),  all_of(&facets->side[0], k), all_of(&facets->side[1], k),
-                         all_of(&facets->normal, k), ca_f8_all(facets->half[k]),  ca_f8_all(facets->slack[k])};
+                         all_of(&facets->normal, k), ca_f8_all(facets->half[k]),  ca_f8_all(facets->error[k]),
+                         ca_f8_all(facets->longest[k])};
 }
 
 static inline ca_v8 eight_of(const ca_facet_vectors *v, uint32_t k)
@@ -43,7 +46,8 @@ static inline facet_lanes eight_facets(const ca_facets *facets, uint32_t k)
 {
     return (facet_lanes){eight_of(&facets->center, k),          eight_of(&facets->side[0], k),
                          eight_of(&facets->side[1], k),         eight_of(&facets->normal, k),
-                         ca_load8_anywhere(facets->half + k),   ca_load8_anywhere(facets->slack + k)};
+                         ca_load8_anywhere(facets->half + k),   ca_load8_anywhere(facets->error + k),
+                         ca_load8_anywhere(facets->longest + k)};
 }
 
 static inline ca_f8 dot(ca_v8 a, ca_v8 b) { return ca_fma8(a.x, b.x, ca_fma8(a.y, b.y, a.z * b.z)); }
@@ -60,7 +64,8 @@ static inline ca_m8 meet(const facet_lanes *f, const facet_rays *rays, bool any_
     const ca_v8 r = ca_sub_v8(f->center, rays->origin), q = cross(r, rays->direction);
     *p = (facet_point){.x = dot(q, f->b), .y = -dot(q, f->a), .t = dot(f->normal, r),
                        .scale = dot(f->normal, rays->direction)};
-    const ca_f8 slack = rays->bound * f->slack, limit = ca_fma8(ca_f8_all(0.5f), ca_abs8(p->scale), slack);
+    const ca_f8 slack = ca_fma8(rays->reach, f->error, rays->error) * f->longest;
+    const ca_f8 limit = ca_fma8(ca_f8_all(0.5f), ca_abs8(p->scale), slack);
     const ca_m8 inside = ca_max8(ca_abs8(p->x), ca_abs8(p->y)) <= limit;
     if (!any_half) return inside;
     return inside & (f->half * ca_copysign8(ca_f8_all(1.0f), p->scale) * (p->x + p->y) <= slack);
@@ -102,7 +107,7 @@ static inline void set_hits(const ca_facets *facets, const facet_met *met, ca_fa
 void ca_facets_intersect8(const ca_facets *facets, ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_m8 valid,
                           ca_facet_hits *hits)
 {
-    const facet_rays rays = facet_rays_of(facets, origin, direction, t_min);
+    const facet_rays rays = facet_rays_of(origin, direction, t_min);
     const ca_f8 one = ca_f8_all(1.0f);
     facet_met met = {ca_m8_all(-1), one, one, one};
     for (uint32_t k = 0; k < facets->count; k++) {
@@ -120,7 +125,7 @@ void ca_facets_intersect8(const ca_facets *facets, ca_v8 origin, ca_v8 direction
 
 ca_m8 ca_facets_occlude8(const ca_facets *facets, ca_v8 origin, ca_v8 direction, ca_f8 t_min, ca_f8 t_max)
 {
-    const facet_rays rays = facet_rays_of(facets, origin, direction, t_min);
+    const facet_rays rays = facet_rays_of(origin, direction, t_min);
     ca_m8 occluded = {0};
     for (uint32_t k = 0; k < facets->count; k++) {
         const facet_lanes facet = same_facet(facets, k);
@@ -134,15 +139,15 @@ ca_m8 ca_facets_occlude8(const ca_facets *facets, ca_v8 origin, ca_v8 direction,
 
 /* ---- One ray --------------------------------------------------------------------------------------------------- */
 
-static facet_rays same_ray(const ca_facets *facets, ca_vec3 origin, ca_vec3 direction, float t_min)
+static facet_rays same_ray(ca_vec3 origin, ca_vec3 direction, float t_min)
 {
-    return facet_rays_of(facets, ca_v8_all(origin), ca_v8_all(direction), ca_f8_all(t_min));
+    return facet_rays_of(ca_v8_all(origin), ca_v8_all(direction), ca_f8_all(t_min));
 }
 
 /* Of pieces at the same t the first is met. */
 bool ca_facets_intersect(const ca_facets *facets, ca_vec3 origin, ca_vec3 direction, float t_min, ca_hit *hit)
 {
-    const facet_rays rays = same_ray(facets, origin, direction, t_min);
+    const facet_rays rays = same_ray(origin, direction, t_min);
     facet_met nearest = {.facet = ca_m8_all(-1)};
     for (uint32_t first = 0; first < facets->count; first += CA_LANES) {
         const facet_lanes eight = eight_facets(facets, first);
@@ -170,7 +175,7 @@ bool ca_facets_intersect(const ca_facets *facets, ca_vec3 origin, ca_vec3 direct
 
 bool ca_facets_occlude(const ca_facets *facets, ca_vec3 origin, ca_vec3 direction, float t_min, float t_max)
 {
-    const facet_rays rays = same_ray(facets, origin, direction, t_min);
+    const facet_rays rays = same_ray(origin, direction, t_min);
     for (uint32_t first = 0; first < facets->count; first += CA_LANES) {
         const facet_lanes eight = eight_facets(facets, first);
         facet_point p;

@@ -9,13 +9,18 @@
 
 /* ---- Pieces ---------------------------------------------------------------------------------------------------- */
 
-/* x n.d = q.b has three roundings in the components of q and three in the sum, of products no larger than
- * 2 |r| |d| |b|; a side has one of its own, and a corner may lie six roundings of its coordinates off. */
-static const float slack_factor = 2.0f * CA_GAMMA(8);
+/* Of a mesh's size: no side of a piece is moved farther by rounding, as seen at right angles from nearby. */
+static const float largest_overlap = 0x1p-11f;
+
+typedef struct small_mesh {
+    uint32_t shape;
+    float surface, size; /* of its box, and the largest of its sides */
+    float extent;        /* largest coordinate */
+} small_mesh;
 
 /* A triangle's corners, from the one opposite the common side if there is one, and where they are in the mesh. */
 typedef struct piece {
-    ca_vec3 corner[3];
+    ca_vec3 corner[3], opposite;
     uint32_t primitive[2];
     uint32_t first_corner[2];
     bool whole;
@@ -41,6 +46,7 @@ static bool join(const ca_triangle *t, uint32_t k, const ca_triangle *other, uin
         const bool shares = same_point(corner_of(other, j + 1), p[2]) && same_point(corner_of(other, j + 2), p[1]);
         if (!shares || !is_opposite(p, corner_of(other, j))) continue;
         for (int i = 0; i < 3; i++) made->corner[i] = p[i];
+        made->opposite = corner_of(other, j);
         made->primitive[1] = other_primitive;
         made->first_corner[0] = k;
         made->first_corner[1] = j;
@@ -79,31 +85,62 @@ static ca_vec3 normal_of(ca_vec3 a, ca_vec3 b)
 
 static float sum_of_components(ca_vec3 v) { return fabsf(v.x) + fabsf(v.y) + fabsf(v.z); }
 
-static void set_piece(ca_facets *facets, const piece *p, uint32_t shape)
+/* How far from a mesh's corner, along any axis, c + x a + y b is. */
+static float corner_gap(ca_vec3 c, ca_vec3 a, ca_vec3 b, double x, double y, ca_vec3 corner)
+{
+    const double gap[3] = {(double)c.x + x * (double)a.x + y * (double)b.x - (double)corner.x,
+                           (double)c.y + x * (double)a.y + y * (double)b.y - (double)corner.y,
+                           (double)c.z + x * (double)a.z + y * (double)b.z - (double)corner.z};
+    return ca_max3(ca_abs3((ca_vec3){(float)gap[0], (float)gap[1], (float)gap[2]}));
+}
+
+/* The part of the error bound (CA_FACET_ROUNDING) that no ray has to do with. A corner that is off by g along each
+ * axis changes x n.d = (r x d).b at its sides by 2 g |d| |b|_1; n.d / 2 has five roundings. */
+static float piece_error(const piece *p, ca_vec3 c, ca_vec3 a, ca_vec3 b)
+{
+    float gap = ca_max(corner_gap(c, a, b, -0.5, -0.5, p->corner[0]),
+                       ca_max(corner_gap(c, a, b, 0.5, -0.5, p->corner[1]),
+                              corner_gap(c, a, b, -0.5, 0.5, p->corner[2])));
+    if (p->whole) gap = ca_max(gap, corner_gap(c, a, b, 0.5, 0.5, p->opposite));
+    return CA_FACET_ROUNDING * ca_max3(ca_abs3(c)) + 2.0f * gap +
+           CA_GAMMA(5) * ca_max3(ca_max_vec3(ca_abs3(a), ca_abs3(b)));
+}
+
+/* Would a piece reach too far beyond its sides? For an origin no farther off than its mesh, with `extent` the mesh's
+ * largest coordinate, that is the bound on x n.d over |n.d|, times a side. */
+static bool reaches_far(ca_vec3 a, ca_vec3 b, ca_vec3 normal, float extent, float size)
+{
+    const float longest = ca_max(sum_of_components(a), sum_of_components(b));
+    return !(2.0f * CA_FACET_ROUNDING * extent * longest * longest < largest_overlap * size * ca_length(normal));
+}
+
+static bool set_piece(ca_facets *facets, const piece *p, const small_mesh *mesh)
 {
     const uint32_t k = facets->count;
     const ca_vec3 a = ca_sub(p->corner[1], p->corner[0]), b = ca_sub(p->corner[2], p->corner[0]);
-    const float longest = ca_max(sum_of_components(a), sum_of_components(b));
-    float extent = 0.0f;
-    for (int i = 0; i < 3; i++) extent = ca_max(extent, ca_max3(ca_abs3(p->corner[i])));
-    set_vector(&facets->center, k, ca_mul(ca_add(p->corner[1], p->corner[2]), 0.5f));
+    const ca_vec3 center = ca_mul(ca_add(p->corner[1], p->corner[2]), 0.5f), normal = normal_of(a, b);
+    if (reaches_far(a, b, normal, mesh->extent, mesh->size)) return false;
+    set_vector(&facets->center, k, center);
     set_vector(&facets->side[0], k, a);
     set_vector(&facets->side[1], k, b);
-    set_vector(&facets->normal, k, normal_of(a, b));
-    facets->half[k] = p->whole ? 0.0f : 1.0f;
-    facets->slack[k] = slack_factor * (longest + extent);
-    facets->extent = ca_max(facets->extent, extent);
-    facets->shape[k] = shape;
+    set_vector(&facets->normal, k, normal);
+    facets->half[k] = p->whole ? 0.0f : 0.5f;
+    facets->error[k] = piece_error(p, center, a, b);
+    facets->longest[k] = ca_max(sum_of_components(a), sum_of_components(b));
+    facets->shape[k] = mesh->shape;
     for (uint32_t i = 0; i < 2; i++) {
         facets->primitive[2 * k + i] = p->primitive[i];
         facets->first_corner[2 * k + i] = p->first_corner[i];
     }
     facets->count++;
+    return true;
 }
 
-/* Adds all of a mesh's triangles; false, and nothing is added, where that makes more than `most` pieces. */
-static bool add_mesh(ca_facets *facets, const ca_mesh *mesh, uint32_t shape, uint32_t most)
+/* Adds all of a mesh's triangles, or none where one reaches too far; false, and nothing is added, where that makes
+ * more than `most` pieces. */
+static bool add_mesh(ca_facets *facets, const ca_shape *shapes, const small_mesh *small, uint32_t most)
 {
+    const ca_mesh *mesh = shapes[small->shape].as.mesh.mesh;
     bool used[2 * CA_FACETS] = {false};
     const uint32_t before = facets->count;
     for (uint32_t i = 0; i < mesh->triangle_count; i++) {
@@ -113,7 +150,9 @@ static bool add_mesh(ca_facets *facets, const ca_mesh *mesh, uint32_t shape, uin
             return false;
         }
         const piece found = find_piece(mesh, i, used);
-        set_piece(facets, &found, shape);
+        if (set_piece(facets, &found, small)) continue;
+        facets->count = before;
+        return true;
     }
     return true;
 }
@@ -127,11 +166,6 @@ static const float large_share = 1.0f / 64.0f;
 
 /* Coordinates and sizes between these leave room for products of four. */
 static const float largest_coordinate = 1e6f, smallest_size = 1e-6f;
-
-typedef struct small_mesh {
-    uint32_t shape;
-    float surface; /* of its box */
-} small_mesh;
 
 static float box_surface(ca_vec3 low, ca_vec3 high)
 {
@@ -157,11 +191,11 @@ static uint32_t find_small(const ca_shape *shapes, uint32_t count, small_mesh *f
         if (shapes[i].kind != CA_SHAPE_MESH || shapes[i].as.mesh.mesh->triangle_count > 2 * CA_FACETS) continue;
         ca_vec3 low, high;
         ca_shape_bounds(&shapes[i], &low, &high);
-        if (!(ca_max3(ca_max_vec3(ca_abs3(low), ca_abs3(high))) < largest_coordinate)) continue;
-        if (ca_max3(ca_sub(high, low)) < smallest_size) continue;
+        const float extent = ca_max3(ca_max_vec3(ca_abs3(low), ca_abs3(high))), size = ca_max3(ca_sub(high, low));
+        if (!(extent < largest_coordinate && size >= smallest_size)) continue;
         all_low = ca_min_vec3(all_low, low);
         all_high = ca_max_vec3(all_high, high);
-        found[small++] = (small_mesh){i, box_surface(low, high)};
+        found[small++] = (small_mesh){i, box_surface(low, high), size, extent};
     }
     *surface = box_surface(all_low, all_high);
     return small;
@@ -172,11 +206,11 @@ static void add_small(ca_facets *facets, const ca_shape *shapes, const small_mes
 {
     bool fit = true;
     for (uint32_t i = 0; i < count && fit; i++)
-        fit = add_mesh(facets, shapes[meshes[i].shape].as.mesh.mesh, meshes[i].shape, CA_FACETS);
+        fit = add_mesh(facets, shapes, &meshes[i], CA_FACETS);
     if (fit) return;
     *facets = (ca_facets){0};
     for (uint32_t i = 0; i < count && meshes[i].surface >= large_share * surface; i++)
-        add_mesh(facets, shapes[meshes[i].shape].as.mesh.mesh, meshes[i].shape, LARGE_FACETS);
+        add_mesh(facets, shapes, &meshes[i], LARGE_FACETS);
 }
 
 bool ca_facets_fill(ca_facets *facets, const ca_shape *shapes, uint32_t count)
