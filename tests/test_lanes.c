@@ -173,9 +173,15 @@ static void test_angles(void **state)
             u[k] = uniform(), v[k] = uniform(), angle[k] = 40.0f * uniform() - 20.0f;
         }
         const ca_f8 angles = ca_atan2_8(y, x), turns = ca_turn8(x, y);
+        if (trial == 0) u[0] = v[0] = 0.5f; /* the disk's middle */
         const ca_v8 directions = ca_sphere8(u, v);
+        ca_f8 disk_x, disk_y;
+        ca_disk8(u, v, &disk_x, &disk_y);
         ca_sincos8(angle, &sine, &cosine);
         for (int k = 0; k < CA_LANES; k++) {
+            const ca_vec2 disk = ca_warp_disk((ca_vec2){u[k], v[k]});
+            check_bits(disk_x[k], disk.x, "disk, x");
+            check_bits(disk_y[k], disk.y, "disk, y");
             float s, c;
             ca_sincos(angle[k], &s, &c);
             check_bits(angles[k], ca_atan2(y[k], x[k]), "atan2");

@@ -496,6 +496,8 @@ static void check_lane(ca_v8 got, int k, ca_vec3 expected, const char *what)
     check_same_number(got.z[k], expected.z, what);
 }
 
+static ca_vec3 vector_of(ca_rgb c) { return (ca_vec3){c.r, c.g, c.b}; }
+
 static void check_direct_lanes(const ca_light *light, ca_test_random *random)
 {
     ca_f8 u, v;
@@ -510,7 +512,7 @@ static void check_direct_lanes(const ca_light *light, ca_test_random *random)
         assert_int_equal(lit, got.pdf_direct[k] > 0.0f);
         if (!lit) continue;
         check_lane(got.to_light, k, expected.to_light, "direction of next event");
-        check_lane(got.radiance, k, (ca_vec3){expected.radiance.r, expected.radiance.g, expected.radiance.b}, "radiance of next event");
+        check_lane(got.radiance, k, vector_of(expected.radiance), "radiance of next event");
         check_same_number(got.pdf_direct[k], expected.pdf_direct.v, "density of next event");
     }
 }
@@ -529,7 +531,7 @@ static void check_hit_lanes(const ca_light *light, ca_test_random *random)
     for (int k = 0; k < CA_LANES; k++) {
         const ca_light_hit expected = ca_light_eval_hit(light, (ca_vec3){0}, NULL, ca_neg(w[k]));
         check_lane(got.to_light, k, w[k], "direction");
-        check_lane(got.radiance, k, (ca_vec3){expected.radiance.r, expected.radiance.g, expected.radiance.b}, "radiance");
+        check_lane(got.radiance, k, vector_of(expected.radiance), "radiance");
         check_same_number(got.pdf_direct[k], expected.pdf_direct.v, "density");
     }
 }

@@ -7,8 +7,8 @@
 
 /* ---- Order ----------------------------------------------------------------------------------------------------- */
 
-/* Sorting pays from two packets on. */
-enum { OCTANT_CELLS = 64, KEYS = 8 * OCTANT_CELLS, LEFT_OUT = KEYS, LEAST_SORTED = 2 * CA_LANES };
+/* Sorting pays from four packets on. */
+enum { OCTANT_CELLS = 64, KEYS = 8 * OCTANT_CELLS, LEFT_OUT = KEYS, LEAST_SORTED = 4 * CA_LANES };
 
 /* Which rays go together: by the octant of the direction, then by the place of the origin in a grid of 4 x 4 x 4
  * cells, in Z order. */
@@ -31,20 +31,28 @@ typedef struct ray_keys {
     _Alignas(32) uint32_t world[CA_RAY_BATCH], top[CA_RAY_BATCH];
 } ray_keys;
 
-/* A stable counting sort; returns how many rays are not left out. */
+static uint32_t rays_asked(const uint32_t *keys, uint32_t count, uint16_t *order)
+{
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        order[asked] = (uint16_t)i;
+        asked += keys[i] != LEFT_OUT;
+    }
+    return asked;
+}
+
+/* Those that are not left out, by a stable counting sort; returns how many they are. */
 static uint32_t sort_rays(const uint32_t *keys, uint32_t count, uint16_t *order)
 {
-    uint16_t starts[KEYS + 2] = {0};
-    uint32_t kept = 0;
-    if (count < LEAST_SORTED) {
-        for (uint32_t i = 0; i < count; i++)
-            if (keys[i] != LEFT_OUT) order[kept++] = (uint16_t)i;
+    uint16_t asked[CA_RAY_BATCH], starts[KEYS + 1] = {0};
+    const uint32_t kept = rays_asked(keys, count, asked);
+    if (kept < LEAST_SORTED) {
+        memcpy(order, asked, kept * sizeof *order);
         return kept;
     }
-    for (uint32_t i = 0; i < count; i++) starts[keys[i] + 1]++;
-    for (uint32_t k = 0; k < LEFT_OUT; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
-    kept = starts[LEFT_OUT];
-    for (uint32_t i = 0; i < count; i++) order[starts[keys[i]]++] = (uint16_t)i;
+    for (uint32_t k = 0; k < kept; k++) starts[keys[asked[k]] + 1]++;
+    for (uint32_t k = 0; k + 1 < KEYS; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
+    for (uint32_t k = 0; k < kept; k++) order[starts[keys[asked[k]]]++] = asked[k];
     return kept;
 }
 

@@ -1,5 +1,5 @@
-/* Boxes around what Embree knows: rays that pass by all of them, which eight at a time learn in a few nanoseconds, are
- * not given to it. A box is wider than Embree's own arithmetic can be off, so that no ray's answer changes.
+/* Boxes around what Embree knows: rays that pass by all of them, which eight at a time learn in a few nanoseconds,
+ * are not given to it. A box is wider than Embree's own arithmetic can be off, so that no ray's answer changes.
  * Internal to accel*.c. */
 #ifndef CA_GEOMETRY_ACCEL_BOXES_H
 #define CA_GEOMETRY_ACCEL_BOXES_H

@@ -135,7 +135,8 @@ static void add_sky(const path_state *state, ca_batch *batch, uint32_t i, uint32
         const bool only_technique = batch->dirac[i + (uint32_t)k] || !state->next_event;
         const float share = only_technique ? 1.0f : weight[k];
         const ca_rgb found = {light.x[k], light.y[k], light.z[k]};
-        if (batch->points && !only_technique && !ca_rgb_is_black(found)) path_observe(state, batch, slot, NULL, share);
+        if (batch->points && !only_technique && !ca_rgb_is_black(found))
+            path_observe(state, batch, slot, NULL, share);
         path_contribute(state, batch, slot, CA_TECHNIQUE_HIT, vertices, ca_rgb_scale(found, share), share, counters);
     }
 }

@@ -1,5 +1,5 @@
-/* Next event of `path`: each vertex asks one light. The environment is sampled eight times at a time; matte points ask
- * it, and even lights, in lanes, too, all others one by one; then all questions for visibility at once. */
+/* Next event of `path`: each vertex asks one light. The environment is sampled eight times at a time; matte points
+ * ask it and even lights in lanes, too, all others ask one by one; then all questions for visibility at once. */
 #include "integrator/batch_lanes.h"
 #include "integrator/path.h"
 #include "light/environment_lanes.h"
@@ -30,6 +30,16 @@ static ca_light_receiver receiver_at(const ca_vertex_batch *v, uint32_t i)
                           v->matte[i] ? CA_SCATTER_REFLECTION : v->bsdfs[i].scatter);
 }
 
+/* Where there is but one. */
+static void choose_the_light(const ca_batch *batch, choice_batch *choices)
+{
+    for (uint32_t i = 0; i < batch->count; i++) {
+        const bool asks = !ca_batch_left(batch, i) && scatters_smoothly(&batch->vertices, i);
+        choices->light[i] = asks ? 0 : CA_NONE;
+        choices->probability[i] = asks ? 1.0f : 0.0f;
+    }
+}
+
 static void choose_lights(const path_state *state, const ca_batch *batch, const ca_number_batch *u,
                           choice_batch *choices)
 {
@@ -40,6 +50,10 @@ static void choose_lights(const path_state *state, const ca_batch *batch, const 
     memset(choices->even, 0, sizeof choices->even);
     memset(choices->sky, 0, sizeof choices->sky);
     memset(choices->probability, 0, sizeof choices->probability);
+    if (state->scene->light_count == 1) {
+        choose_the_light(batch, choices);
+        return;
+    }
     for (uint32_t i = 0; i < batch->count; i++) {
         if (ca_batch_left(batch, i) || !scatters_smoothly(v, i)) continue;
         queries[count] = (ca_light_query){.receiver = receiver_at(v, i), .u = u->x[i]};

@@ -1,4 +1,4 @@
-/* An environment eight directions at a time: to the bit what ca_light_sample_direct and ca_light_eval_hit say of it. */
+/* An environment eight directions at a time: to the bit what ca_light_sample_direct and ca_light_eval_hit say. */
 #ifndef CA_LIGHT_ENVIRONMENT_LANES_H
 #define CA_LIGHT_ENVIRONMENT_LANES_H
 

@@ -8,8 +8,8 @@
 #include "sampling/distribution.h"
 
 /* The bins of `count` that hold u, and where in them it lies. In each lane the table begins at a place of its own. */
-static inline ca_m8 ca_distribution_bins8(const float *cumulative, ca_m8 first, const uint32_t *guide, ca_m8 first_guide,
-                                          uint32_t count, ca_f8 u, ca_f8 *inside)
+static inline ca_m8 ca_distribution_bins8(const float *cumulative, ca_m8 first, const uint32_t *guide,
+                                          ca_m8 first_guide, uint32_t count, ca_f8 u, ca_f8 *inside)
 {
     const ca_f8 last_slot = ca_f8_all((float)(count - 1));
     const ca_m8 slot = __builtin_convertvector(ca_min8(u * (float)count, last_slot), ca_m8);

@@ -30,6 +30,19 @@ static inline void ca_sincos8(ca_f8 angle, ca_f8 *sine, ca_f8 *cosine)
     *cosine = ca_select8(((quadrant + 1) & 2) != 0, -swapped_cosine, swapped_cosine);
 }
 
+/* ca_warp_disk. */
+static inline void ca_disk8(ca_f8 u, ca_f8 v, ca_f8 *x, ca_f8 *y)
+{
+    const ca_f8 a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f, zero = ca_f8_all(0.0f);
+    const ca_m8 along_x = ca_abs8(a) > ca_abs8(b);
+    const ca_f8 large = ca_select8(along_x, a, b), small = ca_select8(along_x, b, a);
+    ca_f8 s, c;
+    ca_sincos_quarter8(0.25f * CA_PI * (small / large), &s, &c);
+    const ca_m8 middle = ~along_x & (b == 0.0f);
+    *x = ca_select8(middle, zero, large * ca_select8(along_x, c, s));
+    *y = ca_select8(middle, zero, large * ca_select8(along_x, s, c));
+}
+
 /* ca_warp_sphere. */
 static inline ca_v8 ca_sphere8(ca_f8 u, ca_f8 v)
 {
