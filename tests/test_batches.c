@@ -214,14 +214,18 @@ static void test_groups_change_nothing(void **state)
 /* The same scene with all points and lights treated one by one. */
 static void make_scalar(ca_scene *scene)
 {
-    for (uint32_t i = 0; i < scene->shape_count; i++) scene->mattes[i].is_matte = false;
+    for (uint32_t i = 0; i < scene->shape_count; i++)
+        scene->mattes[i].is_matte = scene->mattes[i].is_patterned = false;
     for (uint32_t i = 0; i < scene->light_count; i++) scene->even_lights[i].is_even = false;
 }
 
-static void count_regular(const ca_scene *scene, uint32_t *mattes, uint32_t *evens)
+static void count_regular(const ca_scene *scene, uint32_t *mattes, uint32_t *patterned, uint32_t *evens)
 {
-    *mattes = *evens = 0;
-    for (uint32_t i = 0; i < scene->shape_count; i++) *mattes += scene->mattes[i].is_matte;
+    *mattes = *patterned = *evens = 0;
+    for (uint32_t i = 0; i < scene->shape_count; i++) {
+        *mattes += scene->mattes[i].is_matte;
+        *patterned += scene->mattes[i].is_patterned;
+    }
     for (uint32_t i = 0; i < scene->light_count; i++) *evens += scene->even_lights[i].is_even;
 }
 
@@ -233,9 +237,10 @@ static void test_matte_points_are_as_any_other(void **state)
     for (size_t s = 0; s < sizeof scenes / sizeof scenes[0]; s++)
         for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
             ca_scene *scene = load(scenes[s]);
-            uint32_t mattes, evens;
-            count_regular(scene, &mattes, &evens);
+            uint32_t mattes, patterned, evens;
+            count_regular(scene, &mattes, &patterned, &evens);
             assert_int_equal(mattes, 10);
+            assert_int_equal(patterned, 1);
             assert_int_equal(evens, 3);
             trace_once(scene, integrators[i], "independent", &first);
             make_scalar(scene);

@@ -196,6 +196,36 @@ static void test_limits(void **state)
     }
 }
 
+/* Eight rays at a time have the bits of each alone. */
+static void test_lanes(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(19);
+    uint32_t with_lanes = 0;
+    for (int trial = 0; trial < 3000 * CAMERAS; trial++) {
+        const ca_camera camera = make(trial % CAMERAS);
+        if (!ca_camera_has_lanes(&camera)) continue;
+        with_lanes++;
+        ca_f8 film[2], u_lens[2];
+        for (int k = 0; k < CA_LANES; k++) {
+            const ca_vec2 f = random2(&random), u = random2(&random);
+            film[0][k] = 12.0f * f.x, film[1][k] = 8.0f * f.y, u_lens[0][k] = u.x, u_lens[1][k] = u.y;
+        }
+        ca_camera_rays8 got;
+        ca_camera_sample_rays8(&camera, film, u_lens, &got);
+        for (int k = 0; k < CA_LANES; k++) {
+            const ca_camera_ray ray = ca_camera_sample_ray(&camera, (ca_vec2){film[0][k], film[1][k]},
+                                                           (ca_vec2){u_lens[0][k], u_lens[1][k]});
+            assert_true(got.origin.x[k] == ray.origin.x && got.origin.y[k] == ray.origin.y &&
+                        got.origin.z[k] == ray.origin.z);
+            assert_true(got.direction.x[k] == ray.direction.x && got.direction.y[k] == ray.direction.y &&
+                        got.direction.z[k] == ray.direction.z);
+            assert_true(got.t_min[k] == ray.t_min && got.t_max[k] == ray.t_max);
+        }
+    }
+    assert_int_equal(with_lanes, 3000 * 3);
+}
+
 static void test_dirac(void **state)
 {
     (void)state;
@@ -359,6 +389,7 @@ int main(void)
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_round_trip_far_away),
         cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_lanes),
         cmocka_unit_test(test_dirac),
         cmocka_unit_test(test_direction_density),
         cmocka_unit_test(test_rays_equal_splats),

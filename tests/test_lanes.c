@@ -1,6 +1,7 @@
 /* Eight lanes at a time against their scalar twins, bit for bit, for every number that a sampler gives. */
 #include "geometry/shape.h"
 #include "integrator/batch_lanes.h"
+#include "math/arc_tangent.h"
 #include "math/exponential.h"
 #include "sampling/warp.h"
 #include "support/test_random.h"
@@ -54,7 +55,7 @@ static void test_choices_and_signs(void **state)
         ca_f8 a, b;
         for (int k = 0; k < CA_LANES; k++) a[k] = any_number(), b[k] = any_number();
         const ca_f8 low = ca_min8(a, b), high = ca_max8(a, b), size = ca_abs8(a), signed_a = ca_copysign8(a, b),
-                    root = ca_sqrt8(a), chosen = ca_select8(a < b, a, b);
+                    root = ca_sqrt8(a), chosen = ca_select8(a < b, a, b), below = ca_floor8(a), near = ca_rint8(a);
         const uint32_t bits = ca_mask_bits(a < b);
         for (int k = 0; k < CA_LANES; k++) {
             check_bits(low[k], ca_min(a[k], b[k]), "min");
@@ -62,6 +63,8 @@ static void test_choices_and_signs(void **state)
             check_bits(size[k], fabsf(a[k]), "abs");
             check_bits(signed_a[k], copysignf(a[k], b[k]), "copysign");
             check_bits(root[k], sqrtf(a[k]), "sqrt");
+            check_bits(below[k], floorf(a[k]), "floor");
+            check_bits(near[k], rintf(a[k]), "rint");
             check_bits(chosen[k], a[k] < b[k] ? a[k] : b[k], "select");
             assert_int_equal(bits >> k & 1, a[k] < b[k]);
         }
@@ -157,6 +160,38 @@ static void test_vectors(void **state)
 }
 
 /* ---- Directions and origins ------------------------------------------------------------------------------------ */
+
+/* Angles of any points but those that are no numbers; sines and cosines of a few turns; directions all around. */
+static void test_angles(void **state)
+{
+    (void)state;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        ca_f8 x, y, u, v, angle, sine, cosine;
+        for (int k = 0; k < CA_LANES; k++) {
+            do x[k] = any_number(), y[k] = any_number();
+            while (!isfinite(x[k]) || !isfinite(y[k]));
+            u[k] = uniform(), v[k] = uniform(), angle[k] = 40.0f * uniform() - 20.0f;
+        }
+        const ca_f8 angles = ca_atan2_8(y, x), turns = ca_turn8(x, y);
+        if (trial == 0) u[0] = v[0] = 0.5f; /* the disk's middle */
+        const ca_v8 directions = ca_sphere8(u, v);
+        ca_f8 disk_x, disk_y;
+        ca_disk8(u, v, &disk_x, &disk_y);
+        ca_sincos8(angle, &sine, &cosine);
+        for (int k = 0; k < CA_LANES; k++) {
+            const ca_vec2 disk = ca_warp_disk((ca_vec2){u[k], v[k]});
+            check_bits(disk_x[k], disk.x, "disk, x");
+            check_bits(disk_y[k], disk.y, "disk, y");
+            float s, c;
+            ca_sincos(angle[k], &s, &c);
+            check_bits(angles[k], ca_atan2(y[k], x[k]), "atan2");
+            check_bits(turns[k], ca_turn(x[k], y[k]), "turn");
+            check_bits(sine[k], s, "sine");
+            check_bits(cosine[k], c, "cosine");
+            check_lane(&directions, k, ca_warp_sphere((ca_vec2){u[k], v[k]}), "sphere");
+        }
+    }
+}
 
 /* The numbers number / 2^24: of `u` where it varies, else of `v`. */
 static void check_hemisphere(bool u_varies, float fixed)
@@ -268,6 +303,7 @@ int main(void)
 {
     numbers = ca_test_random_seed(2);
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_angles),
         cmocka_unit_test(test_choices_and_signs),     cmocka_unit_test(test_signs_of_nan),
         cmocka_unit_test(test_rounding_up_to_groups), cmocka_unit_test(test_vectors),
         cmocka_unit_test(test_hemisphere),            cmocka_unit_test(test_frames_and_origins),

@@ -1,6 +1,7 @@
 /* Lights: next event, emission and chance hits tell the same story: equal densities, equal radiance, equal irradiance
  * on a detector, and the closed forms of textbooks. */
 #include "light/light.h"
+#include "light/environment_lanes.h"
 
 #include "base/memory.h"
 #include "math/numeric.h"
@@ -480,6 +481,74 @@ static void test_even_lights(void **state)
     ca_free(evens);
 }
 
+/* ---- Environments in lanes ------------------------------------------------------------------------------------- */
+
+static void check_same_number(float got, float expected, const char *what)
+{
+    if (ca_float_bits(got) != ca_float_bits(expected))
+        fail_msg("%s: %a, should be %a", what, (double)got, (double)expected);
+}
+
+static void check_lane(ca_v8 got, int k, ca_vec3 expected, const char *what)
+{
+    check_same_number(got.x[k], expected.x, what);
+    check_same_number(got.y[k], expected.y, what);
+    check_same_number(got.z[k], expected.z, what);
+}
+
+static ca_vec3 vector_of(ca_rgb c) { return (ca_vec3){c.r, c.g, c.b}; }
+
+static void check_direct_lanes(const ca_light *light, ca_test_random *random)
+{
+    ca_f8 u, v;
+    for (int k = 0; k < CA_LANES; k++) {
+        const ca_vec2 uv = random2(random);
+        u[k] = uv.x, v[k] = k == 7 ? 0.0f : k == 6 ? CA_ONE_MINUS_EPSILON : uv.y;
+    }
+    const ca_environment8 got = ca_light_environment_direct8(light, u, v);
+    for (int k = 0; k < CA_LANES; k++) {
+        ca_light_direct expected;
+        const bool lit = ca_light_sample_direct(light, (ca_vec3){0}, (ca_vec2){u[k], v[k]}, &expected);
+        assert_int_equal(lit, got.pdf_direct[k] > 0.0f);
+        if (!lit) continue;
+        check_lane(got.to_light, k, expected.to_light, "direction of next event");
+        check_lane(got.radiance, k, vector_of(expected.radiance), "radiance of next event");
+        check_same_number(got.pdf_direct[k], expected.pdf_direct.v, "density of next event");
+    }
+}
+
+static void check_hit_lanes(const ca_light *light, ca_test_random *random)
+{
+    ca_v8 to_light;
+    ca_vec3 w[CA_LANES];
+    for (int k = 0; k < CA_LANES; k++) {
+        w[k] = ca_warp_sphere(random2(random));
+        if (k == 6) w[k] = (ca_vec3){0.0f, w[k].y < 0.0f ? -1.0f : 1.0f, 0.0f};
+        if (k == 7) w[k] = ca_normalize((ca_vec3){-0.8f, w[k].y, -0.6f}); /* on the seam */
+        to_light.x[k] = w[k].x, to_light.y[k] = w[k].y, to_light.z[k] = w[k].z;
+    }
+    const ca_environment8 got = ca_light_environment_hit8(light, to_light);
+    for (int k = 0; k < CA_LANES; k++) {
+        const ca_light_hit expected = ca_light_eval_hit(light, (ca_vec3){0}, NULL, ca_neg(w[k]));
+        check_lane(got.to_light, k, w[k], "direction");
+        check_lane(got.radiance, k, vector_of(expected.radiance), "radiance");
+        check_same_number(got.pdf_direct[k], expected.pdf_direct.v, "density");
+    }
+}
+
+/* To the bit, poles and the picture's seam too. */
+static void test_environment_lanes(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(32);
+    for (int trial = 0; trial < 20000; trial++) {
+        check_direct_lanes(&fixture.lights[LIGHT_ENVMAP], &random);
+        check_hit_lanes(&fixture.lights[LIGHT_ENVMAP], &random);
+        check_direct_lanes(&fixture.lights[LIGHT_CONSTANT], &random);
+        check_hit_lanes(&fixture.lights[LIGHT_CONSTANT], &random);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -494,6 +563,7 @@ int main(void)
         cmocka_unit_test(test_projector_picture),
         cmocka_unit_test(test_envmap_orientation),
         cmocka_unit_test(test_envmap_integrals),
+        cmocka_unit_test(test_environment_lanes),
     };
     return cmocka_run_group_tests_name("light", tests, set_up, tear_down);
 }

@@ -2,6 +2,7 @@
 
 #include "math/numeric.h"
 #include "sampling/warp.h"
+#include "sampling/warp_lanes.h"
 
 #include <assert.h>
 
@@ -166,6 +167,35 @@ ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_positio
                            .pdf_position = position_pdf(camera),
                            .pdf_direction = pixel_pdf(camera, cos_camera),
                            .cos_camera = cos_camera};
+}
+
+static inline ca_v8 map_vector8(const float m[3][4], ca_v8 v)
+{
+    return (ca_v8){m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z, m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
+                   m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z};
+}
+
+void ca_camera_sample_rays8(const ca_camera *camera, const ca_f8 film_position[2], const ca_f8 u_lens[2],
+                            ca_camera_rays8 *rays)
+{
+    const float(*to)[4] = camera->map.to;
+    const ca_f8 zero = ca_f8_all(0.0f);
+    ca_v8 lens = {zero, zero, zero}, direction = {camera->left - film_position[0] * camera->pixel_width,
+                                                  camera->top - film_position[1] * camera->pixel_height,
+                                                  ca_f8_all(1.0f)};
+    if (!ca_camera_has_dirac_position(camera)) {
+        ca_disk8(u_lens[0], u_lens[1], &lens.x, &lens.y);
+        lens.x = camera->as.thin_lens.lens_radius * lens.x;
+        lens.y = camera->as.thin_lens.lens_radius * lens.y;
+        direction.x -= lens.x / camera->as.thin_lens.focus_distance;
+        direction.y -= lens.y / camera->as.thin_lens.focus_distance;
+    }
+    const ca_f8 cos_camera = 1.0f / ca_sqrt8(ca_dot_v8(direction, direction));
+    const ca_v8 from_lens = map_vector8(to, lens);
+    rays->origin = (ca_v8){from_lens.x + to[0][3], from_lens.y + to[1][3], from_lens.z + to[2][3]};
+    rays->direction = ca_normalize_v8(map_vector8(to, direction));
+    rays->t_min = camera->near_clip / cos_camera;
+    rays->t_max = camera->far_clip / cos_camera;
 }
 
 /* ---- Splats ---------------------------------------------------------------------------------------------------- */

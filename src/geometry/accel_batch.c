@@ -7,8 +7,8 @@
 
 /* ---- Order ----------------------------------------------------------------------------------------------------- */
 
-/* Sorting pays from two packets on. */
-enum { OCTANT_CELLS = 64, KEYS = 8 * OCTANT_CELLS, LEFT_OUT = KEYS, LEAST_SORTED = 2 * CA_LANES };
+/* Sorting pays from four packets on. */
+enum { OCTANT_CELLS = 64, KEYS = 8 * OCTANT_CELLS, LEFT_OUT = KEYS, LEAST_SORTED = 4 * CA_LANES };
 
 /* Which rays go together: by the octant of the direction, then by the place of the origin in a grid of 4 x 4 x 4
  * cells, in Z order. */
@@ -26,28 +26,33 @@ static ca_m8 sort_keys(const ca_accel *accel, ca_v8 origin, ca_v8 direction)
 
 static inline bool asks_embree(const ca_accel *accel) { return accel->world_scene || accel->top_scene; }
 
-/* Keys of eight rays, of those that are asked. */
-static inline void set_keys(const ca_accel *accel, ca_v8 origin, ca_v8 direction, ca_m8 asked, uint32_t *keys,
-                            uint32_t i)
+/* For the world and for the instances. */
+typedef struct ray_keys {
+    _Alignas(32) uint32_t world[CA_RAY_BATCH], top[CA_RAY_BATCH];
+} ray_keys;
+
+static uint32_t rays_asked(const uint32_t *keys, uint32_t count, uint16_t *order)
 {
-    if (!asks_embree(accel)) return;
-    ca_store8_u32(keys, i, ca_select8_int(asked, sort_keys(accel, origin, direction), ca_m8_all(LEFT_OUT)));
+    uint32_t asked = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        order[asked] = (uint16_t)i;
+        asked += keys[i] != LEFT_OUT;
+    }
+    return asked;
 }
 
-/* A stable counting sort; returns how many rays are not left out. */
+/* Those that are not left out, by a stable counting sort; returns how many they are. */
 static uint32_t sort_rays(const uint32_t *keys, uint32_t count, uint16_t *order)
 {
-    uint16_t starts[KEYS + 2] = {0};
-    uint32_t kept = 0;
-    if (count < LEAST_SORTED) {
-        for (uint32_t i = 0; i < count; i++)
-            if (keys[i] != LEFT_OUT) order[kept++] = (uint16_t)i;
+    uint16_t asked[CA_RAY_BATCH], starts[KEYS + 1] = {0};
+    const uint32_t kept = rays_asked(keys, count, asked);
+    if (kept < LEAST_SORTED) {
+        memcpy(order, asked, kept * sizeof *order);
         return kept;
     }
-    for (uint32_t i = 0; i < count; i++) starts[keys[i] + 1]++;
-    for (uint32_t k = 0; k < LEFT_OUT; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
-    kept = starts[LEFT_OUT];
-    for (uint32_t i = 0; i < count; i++) order[starts[keys[i]]++] = (uint16_t)i;
+    for (uint32_t k = 0; k < kept; k++) starts[keys[asked[k]] + 1]++;
+    for (uint32_t k = 0; k + 1 < KEYS; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
+    for (uint32_t k = 0; k < kept; k++) order[starts[keys[asked[k]]]++] = asked[k];
     return kept;
 }
 
@@ -82,6 +87,19 @@ static inline ray_lanes load_rays(const ca_accel *accel, const ca_ray_batch *ray
     }
     r.valid = valid_rays(accel, r.origin, r.direction, r.t_min, r.t_max);
     return r;
+}
+
+/* Keys of rays i to i + 7, of those among `asked` that do not end at t_max before anything Embree knows. */
+static inline void set_keys(const ca_accel *accel, const ray_lanes *r, ca_f8 t_max, ca_m8 asked, ray_keys *keys,
+                            uint32_t i)
+{
+    if (!asks_embree(accel)) return;
+    const ca_m8 left_out = ca_m8_all(LEFT_OUT), key = sort_keys(accel, r->origin, r->direction);
+    const ca_m8 world =
+        asked & ca_accel_boxes_meet8(&accel->world_boxes, r->origin, r->direction, r->t_min, t_max);
+    const ca_m8 top = asked & ca_accel_boxes_meet8(&accel->top_boxes, r->origin, r->direction, r->t_min, t_max);
+    ca_store8_u32(keys->world, i, ca_select8_int(world, key, left_out));
+    ca_store8_u32(keys->top, i, ca_select8_int(top, key, left_out));
 }
 
 /* ---- Packets --------------------------------------------------------------------------------------------------- */
@@ -145,7 +163,7 @@ static void unpack_hit(const struct RTCRayHit8 *packet, uint32_t lane, uint32_t 
 
 /* What the rays meet of quadrics and flat pieces that lie apart, and the rays' keys. */
 static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits,
-                       uint32_t *keys)
+                       ray_keys *keys)
 {
     for (uint32_t i = 0; i < count; i += CA_LANES) {
         const ray_lanes r = load_rays(accel, rays, i, count);
@@ -165,7 +183,7 @@ static void meet_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t
         ca_store8_u32(hits->shape, i, met.shape);
         ca_store8_u32(hits->primitive, i, met.primitive);
         ca_store8_u32(hits->instance, i, ca_m8_all((int32_t)CA_NONE));
-        set_keys(accel, r.origin, r.direction, r.valid, keys, i);
+        set_keys(accel, &r, met.t, r.valid, keys, i);
     }
 }
 
@@ -209,23 +227,26 @@ static void intersect_packets(const ca_accel *accel, const ca_ray_batch *rays, u
  * sorted, which gains a part of what packets do. */
 void ca_accel_intersect_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, ca_hit_batch *hits)
 {
-    _Alignas(32) uint32_t keys[CA_RAY_BATCH];
+    ray_keys keys;
     uint16_t order[CA_RAY_BATCH];
-    meet_apart(accel, rays, count, hits, keys);
-    if (!asks_embree(accel)) return;
-    const uint32_t valid = sort_rays(keys, count, order);
-    if (accel->world_scene && accel->world_meshes)
-        intersect_packets(accel, rays, valid, order, hits);
-    else if (accel->world_scene)
-        intersect_one_by_one(accel, ca_accel_meet_world, rays, valid, order, hits);
-    if (accel->top_scene) intersect_one_by_one(accel, ca_accel_meet_instances, rays, valid, order, hits);
+    meet_apart(accel, rays, count, hits, &keys);
+    if (accel->world_scene) {
+        const uint32_t asked = sort_rays(keys.world, count, order);
+        if (accel->world_meshes)
+            intersect_packets(accel, rays, asked, order, hits);
+        else
+            intersect_one_by_one(accel, ca_accel_meet_world, rays, asked, order, hits);
+    }
+    if (!accel->top_scene) return;
+    const uint32_t asked = sort_rays(keys.top, count, order);
+    intersect_one_by_one(accel, ca_accel_meet_instances, rays, asked, order, hits);
 }
 
 /* ---- Visibility ------------------------------------------------------------------------------------------------ */
 
 /* Keys of the rays that are valid and end at nothing that lies apart; the others are answered. */
 static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded,
-                              uint32_t *keys)
+                              ray_keys *keys)
 {
     for (uint32_t i = 0; i < count; i += CA_LANES) {
         const ray_lanes r = load_rays(accel, rays, i, count);
@@ -236,32 +257,34 @@ static void hide_behind_apart(const ca_accel *accel, const ca_ray_batch *rays, u
         }
         const uint32_t bits = ca_mask_bits(r.valid & hidden);
         for (uint32_t lane = 0; lane < CA_LANES && i + lane < count; lane++) occluded[i + lane] = bits >> lane & 1;
-        set_keys(accel, r.origin, r.direction, r.valid & ~hidden, keys, i);
+        set_keys(accel, &r, r.t_max, r.valid & ~hidden, keys, i);
     }
 }
 
-/* Instances hide what the world does not. */
-static void hide_packet(const ca_accel *accel, int *valid, uint32_t lanes, struct RTCRay8 *packet)
+/* Rays that have keys and meet something of `scene` are answered. */
+static void hide_in_scene(RTCScene scene, const ca_ray_batch *rays, const uint32_t *keys, uint32_t count,
+                          uint8_t *occluded)
 {
-    if (accel->world_scene) occluded8(valid, accel->world_scene, packet);
-    if (!accel->top_scene) return;
-    for (uint32_t lane = 0; lane < lanes; lane++) valid[lane] = packet->tfar[lane] >= 0.0f ? -1 : 0;
-    occluded8(valid, accel->top_scene, packet);
-}
-
-void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded)
-{
-    _Alignas(32) uint32_t keys[CA_RAY_BATCH];
     uint16_t order[CA_RAY_BATCH];
     _Alignas(32) int valid[CA_LANES];
     struct RTCRay8 packet;
-    hide_behind_apart(accel, rays, count, occluded, keys);
-    if (!asks_embree(accel)) return;
     const uint32_t asked = sort_rays(keys, count, order);
     for (uint32_t first = 0; first < asked; first += CA_LANES) {
         const uint32_t lanes = lanes_for(asked - first);
         pack_rays(rays, rays->t_max, order + first, lanes, &packet, valid);
-        hide_packet(accel, valid, lanes, &packet);
+        occluded8(valid, scene, &packet);
         for (uint32_t lane = 0; lane < lanes; lane++) occluded[order[first + lane]] = packet.tfar[lane] < 0.0f;
     }
+}
+
+/* Instances hide what the world does not. */
+void ca_accel_occluded_batch(const ca_accel *accel, const ca_ray_batch *rays, uint32_t count, uint8_t *occluded)
+{
+    ray_keys keys;
+    hide_behind_apart(accel, rays, count, occluded, &keys);
+    if (accel->world_scene) hide_in_scene(accel->world_scene, rays, keys.world, count, occluded);
+    if (!accel->top_scene) return;
+    for (uint32_t i = 0; i < count; i++)
+        if (occluded[i]) keys.top[i] = LEFT_OUT;
+    hide_in_scene(accel->top_scene, rays, keys.top, count, occluded);
 }

@@ -445,6 +445,23 @@ static void set_cells(ca_accel *accel)
     accel->cells_per_meter = (ca_vec3){CELLS / size.x, CELLS / size.y, CELLS / size.z};
 }
 
+/* Of instances that are too many their common bounds. */
+static void set_boxes(ca_accel *accel)
+{
+    const bool few = accel->instance_count <= CA_ACCEL_BOXES;
+    struct RTCBounds b;
+    if (accel->world_scene) {
+        rtcGetSceneBounds(accel->world_scene, &b);
+        ca_accel_boxes_add(&accel->world_boxes, (ca_vec3){b.lower_x, b.lower_y, b.lower_z},
+                           (ca_vec3){b.upper_x, b.upper_y, b.upper_z}, NULL);
+    }
+    for (uint32_t i = 0; i < (few ? accel->instance_count : 1) && accel->top_scene; i++) {
+        rtcGetSceneBounds(few ? group_of(accel, i)->scene : accel->top_scene, &b);
+        ca_accel_boxes_add(&accel->top_boxes, (ca_vec3){b.lower_x, b.lower_y, b.lower_z},
+                           (ca_vec3){b.upper_x, b.upper_y, b.upper_z}, few ? &accel->instances[i].map : NULL);
+    }
+}
+
 static ca_status set_reach(ca_accel *accel, ca_error *error)
 {
     ca_ray_reach reach = CA_RAY_REACH;
@@ -487,6 +504,7 @@ static ca_status build(ca_accel *accel, const ca_accel *previous, uint32_t threa
     }
     CA_TRY(build_parts(accel, previous, error));
     set_cells(accel);
+    set_boxes(accel);
     const enum RTCError code = rtcGetDeviceError(accel->device->device);
     if (code == RTC_ERROR_NONE) return CA_OK;
     if (code == RTC_ERROR_OUT_OF_MEMORY) return ca_fail_memory(error, "the acceleration structure");

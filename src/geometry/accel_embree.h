@@ -3,6 +3,7 @@
 #define CA_GEOMETRY_ACCEL_EMBREE_H
 
 #include "geometry/accel.h"
+#include "geometry/accel_boxes.h"
 #include "geometry/facets.h"
 
 #include <stdatomic.h>
@@ -50,6 +51,7 @@ struct ca_accel {
     uint32_t apart[CA_QUADRICS_APART], apart_count; /* quadrics that Embree does not know */
     ca_facets facets;                               /* flat pieces that it does not know */
     float origin_length2, direction_length2; /* rays are valid below these: ray_reach.h */
+    ca_accel_boxes world_boxes, top_boxes;   /* around what is in world_scene and top_scene */
     bool world_meshes; /* of the world Embree knows nothing else: accel_batch.c */
     const int *stop; /* while it is built */
 };

@@ -1,4 +1,5 @@
 /* From hits to vertices: matte shapes eight at a time, all others one by one. */
+#include "geometry/triangle.h"
 #include "integrator/batch.h"
 
 /* Per place: what the shapes say. */
@@ -16,7 +17,7 @@ static void look_up_shapes(ca_batch *batch, const ca_scene *scene, shape_columns
         const bool met = shape != CA_NONE;
         const ca_matte_shape *matte = met ? &scene->mattes[shape] : &nothing;
         v->light[i] = met ? scene->shapes[shape].light : CA_NONE;
-        v->matte[i] = met && matte->is_matte ? UINT32_MAX : 0;
+        v->matte[i] = met && (matte->is_matte || matte->is_patterned) ? UINT32_MAX : 0;
         shapes->extent[i] = matte->extent;
         shapes->back_is_front[i] = matte->back_is_front ? UINT32_MAX : 0;
     }
@@ -45,10 +46,26 @@ static void place_matte(ca_batch *batch, const shape_columns *shapes, uint32_t i
     ca_store8(v->side, i, ca_select8(mirrored, ca_f8_all(-1.0f), ca_f8_all(1.0f)));
 }
 
+/* What textures read of a surface, as mesh_surface makes it. */
+static const ca_surface *pattern_place(ca_batch *batch, const ca_scene *scene, uint32_t i)
+{
+    const ca_mesh *mesh = scene->shapes[batch->hits.shape[i]].as.mesh.mesh;
+    ca_surface *surface = &batch->vertices.surfaces[i];
+    surface->mesh = mesh;
+    surface->primitive = batch->hits.primitive[i];
+    surface->barycentric = surface->uv = (ca_vec2){batch->hits.u[i], batch->hits.v[i]};
+    if (mesh->uvs) ca_triangle_attributes(mesh, surface->primitive, surface->barycentric, surface);
+    return surface;
+}
+
 static void color_matte(ca_batch *batch, const ca_scene *scene, uint32_t i)
 {
     ca_vertex_batch *v = &batch->vertices;
-    const ca_rgb color = scene->mattes[batch->hits.shape[i]].reflectance[v->side[i] < 0.0f];
+    const ca_matte_shape *matte = &scene->mattes[batch->hits.shape[i]];
+    const bool back = v->side[i] < 0.0f;
+    ca_rgb color = matte->reflectance[back];
+    if (matte->is_patterned && matte->pattern[back] != CA_NONE)
+        color = ca_texture_eval(scene->desc.textures.items, matte->pattern[back], pattern_place(batch, scene, i));
     v->reflectance.x[i] = color.r, v->reflectance.y[i] = color.g, v->reflectance.z[i] = color.b;
 }
 

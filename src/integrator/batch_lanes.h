@@ -3,18 +3,8 @@
 #ifndef CA_INTEGRATOR_BATCH_LANES_H
 #define CA_INTEGRATOR_BATCH_LANES_H
 
-#include "math/lanes.h"
 #include "math/numeric.h"
-
-/* ca_sincos_quarter. */
-static inline void ca_sincos_quarter8(ca_f8 x, ca_f8 *sine, ca_f8 *cosine)
-{
-    const ca_f8 x2 = x * x;
-    const ca_f8 s = -1.0f / 6.0f + x2 * (1.0f / 120.0f + x2 * (-1.0f / 5040.0f + x2 * (1.0f / 362880.0f)));
-    const ca_f8 c = 1.0f / 24.0f + x2 * (-1.0f / 720.0f + x2 * (1.0f / 40320.0f + x2 * (-1.0f / 3628800.0f)));
-    *sine = x + x * (x2 * s);
-    *cosine = 1.0f - (0.5f * x2 - (x2 * x2) * c);
-}
+#include "sampling/warp_lanes.h"
 
 /* ca_warp_cosine_hemisphere. */
 static inline ca_v8 ca_cosine_hemisphere8(ca_f8 u, ca_f8 v)

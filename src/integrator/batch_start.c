@@ -2,6 +2,8 @@
 #include "integrator/batch.h"
 #include "integrator/walk.h"
 
+#include <string.h>
+
 /* ---- Numbers --------------------------------------------------------------------------------------------------- */
 
 static bool is_independent(const ca_batch *batch) { return batch->streams[0].kind == CA_SAMPLER_INDEPENDENT; }
@@ -68,6 +70,37 @@ static bool start_one(ca_batch *batch, const ca_camera *camera, ca_vec2 offset, 
     return true;
 }
 
+/* All paths at once; rays from eight film positions at a time. */
+static void start_lanes(ca_batch *batch, const ca_camera *camera, const ca_number_batch *offset)
+{
+    ca_number_batch *lens = &batch->numbers[2];
+    const ca_f8 zero = ca_f8_all(0.0f), one = ca_f8_all(1.0f);
+    memset(batch->work, 0, sizeof batch->work);
+    if (ca_camera_has_lens(camera)) ca_batch_sample_2d(batch, CA_DIM_LENS, lens);
+    for (uint32_t i = 0; i < batch->count; i += CA_LANES) {
+        ca_f8 film[2] = {zero, zero};
+        for (uint32_t k = 0; k < CA_LANES && i + k < batch->count; k++) {
+            film[0][k] = (float)batch->paths[i + k].x, film[1][k] = (float)batch->paths[i + k].y;
+            batch->radiance[i + k] = (ca_rgb){0};
+        }
+        film[0] = film[0] + 0.5f + ca_load8(offset->x, i);
+        film[1] = film[1] + 0.5f + ca_load8(offset->y, i);
+        const ca_f8 u_lens[2] = {ca_load8(lens->x, i), ca_load8(lens->y, i)};
+        ca_camera_rays8 rays;
+        ca_camera_sample_rays8(camera, film, u_lens, &rays);
+        ca_column3_store(&batch->rays.origin, i, rays.origin);
+        ca_column3_store(&batch->rays.direction, i, rays.direction);
+        ca_store8(batch->rays.t_min, i, rays.t_min);
+        ca_store8(batch->rays.t_max, i, rays.t_max);
+        ca_column3_store(&batch->previous, i, rays.origin);
+        ca_column3_store(&batch->previous_normal, i, (ca_v8){zero, zero, zero});
+        ca_column3_store(&batch->throughput, i, (ca_v8){one, one, one});
+        ca_store8(batch->eta2, i, one);
+        ca_store8(batch->pdf, i, zero);
+        ca_store8_u32(batch->dirac, i, ca_m8_all(-1)); /* no next event could find what is seen directly */
+    }
+}
+
 void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca_camera_path *paths, uint32_t count)
 {
     ca_number_batch *offset = &batch->numbers[0], *weight = &batch->numbers[1];
@@ -78,11 +111,14 @@ void ca_batch_start_camera(ca_batch *batch, const ca_integrator_input *input, ca
     ca_batch_sample_2d(batch, CA_DIM_FILM, offset);
     ca_filter_sample_axis(input->filter, count, offset->x, weight->x);
     ca_filter_sample_axis(input->filter, count, offset->y, weight->y);
-    uint32_t started = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        paths[i].sample->filter_weight = weight->x[i] * weight->y[i];
-        started += start_one(batch, input->camera, (ca_vec2){offset->x[i], offset->y[i]}, i, started);
+    for (uint32_t i = 0; i < count; i++) paths[i].sample->filter_weight = weight->x[i] * weight->y[i];
+    if (ca_camera_has_lanes(input->camera)) {
+        start_lanes(batch, input->camera, offset);
+        return;
     }
+    uint32_t started = 0;
+    for (uint32_t i = 0; i < count; i++)
+        started += start_one(batch, input->camera, (ca_vec2){offset->x[i], offset->y[i]}, i, started);
     batch->count = started;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 #include "base/stop.h"
+#include "light/environment_lanes.h"
 
 enum { MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, HEURISTIC, NEXT_EVENT };
 
@@ -82,11 +83,10 @@ void path_observe(const path_state *state, const ca_batch *batch, uint32_t slot,
 
 /* ---- Hit ------------------------------------------------------------------------------------------------------- */
 
-/* The path hit an emitter (surface NULL: left the scene for the environment). */
+/* The path hit an emitter. */
 static void add_emission(const path_state *state, ca_batch *batch, uint32_t i, uint32_t light_index,
                          const ca_surface *surface, ca_counters *counters)
 {
-    if (batch->segments == 1 && state->hide_emitters) return;
     const ca_light *light = &state->scene->lights[light_index];
     const ca_vec3 out = ca_neg(ca_column3_at(&batch->rays.direction, i));
     const ca_rgb throughput = {batch->throughput.x[i], batch->throughput.y[i], batch->throughput.z[i]};
@@ -118,19 +118,42 @@ static const ca_surface *emitting_surface(const path_state *state, ca_batch *bat
     return &v->surfaces[i];
 }
 
+/* add_emission for those of the eight paths from `i` on that have a bit: they have left the scene. */
+static void add_sky(const path_state *state, ca_batch *batch, uint32_t i, uint32_t bits, ca_counters *counters)
+{
+    const uint32_t environment = state->scene->environment, vertices = batch->segments + 1;
+    const ca_light_receiver nowhere = {0}; /* it is as likely everywhere */
+    const float choice = ca_light_choice_direct_probability(&state->scene->light_choice, &nowhere, environment);
+    const ca_environment8 sky = ca_light_environment_hit8(&state->scene->lights[environment],
+                                                          ca_column3_load(&batch->rays.direction, i));
+    const ca_f8 weight = path_mis_weight8(state, ca_load8(batch->pdf, i), choice * sky.pdf_direct);
+    const ca_v8 throughput = ca_column3_load(&batch->throughput, i);
+    const ca_v8 light = {throughput.x * sky.radiance.x, throughput.y * sky.radiance.y, throughput.z * sky.radiance.z};
+    for (; bits; bits &= bits - 1) {
+        const int k = __builtin_ctz(bits);
+        const uint32_t slot = batch->slot[i + (uint32_t)k];
+        const bool only_technique = batch->dirac[i + (uint32_t)k] || !state->next_event;
+        const float share = only_technique ? 1.0f : weight[k];
+        const ca_rgb found = {light.x[k], light.y[k], light.z[k]};
+        if (batch->points && !only_technique && !ca_rgb_is_black(found))
+            path_observe(state, batch, slot, NULL, share);
+        path_contribute(state, batch, slot, CA_TECHNIQUE_HIT, vertices, ca_rgb_scale(found, share), share, counters);
+    }
+}
+
 static void add_emissions(const path_state *state, ca_batch *batch, ca_counters *counters)
 {
-    const ca_scene *scene = state->scene;
-    const ca_m8 none = ca_m8_all((int32_t)CA_NONE), environment = ca_m8_all(scene->environment != CA_NONE ? -1 : 0);
+    if (batch->segments == 1 && state->hide_emitters) return;
+    const ca_m8 none = ca_m8_all((int32_t)CA_NONE);
+    const bool has_sky = state->scene->environment != CA_NONE;
     for (uint32_t first = 0; first < batch->count; first += CA_LANES) {
         const ca_m8 left = ca_load8_u32(batch->hits.shape, first) == none;
-        const ca_m8 lit = (left & environment) | (~left & (ca_load8_u32(batch->vertices.light, first) != none));
+        const ca_m8 lit = ~left & (ca_load8_u32(batch->vertices.light, first) != none);
+        const uint32_t sky = has_sky ? ca_mask_bits_below(left, batch->count - first) : 0;
+        if (sky) add_sky(state, batch, first, sky, counters);
         for (uint32_t bits = ca_mask_bits_below(lit, batch->count - first); bits; bits &= bits - 1) {
             const uint32_t i = first + (uint32_t)__builtin_ctz(bits);
-            if (ca_batch_left(batch, i))
-                add_emission(state, batch, i, scene->environment, NULL, counters);
-            else
-                add_emission(state, batch, i, batch->vertices.light[i], emitting_surface(state, batch, i), counters);
+            add_emission(state, batch, i, batch->vertices.light[i], emitting_surface(state, batch, i), counters);
         }
     }
 }

@@ -27,6 +27,14 @@ static inline float path_mis_weight(const path_state *state, float a, float b)
     return a > 0.0f ? a / (a + b) : 0.0f;
 }
 
+/* Eight of it. */
+static inline ca_f8 path_mis_weight8(const path_state *state, ca_f8 a, ca_f8 b)
+{
+    a = ca_min8(a, ca_f8_all(path_largest_density)), b = ca_min8(b, ca_f8_all(path_largest_density));
+    if (state->power_heuristic) a *= a, b *= b;
+    return ca_select8(a > 0.0f, a / (a + b), ca_f8_all(0.0f));
+}
+
 /* Adds what a technique found with a full path of s camera vertices, already times its weight; a value that is not
  * finite or is negative is a defect of the technique: counted and dropped. */
 void path_contribute(const path_state *state, ca_batch *batch, uint32_t slot, ca_technique technique, uint32_t s,

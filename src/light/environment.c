@@ -24,8 +24,7 @@ static picture_place place_of(const ca_light *light, ca_vec3 to_light)
     if (light->kind == CA_LIGHT_CONSTANT) return (picture_place){0};
     const ca_vec3 local = ca_light_to_local(&light->as.envmap.map, to_light);
     const float ring = sqrtf(ca_sqr(local.x) + ca_sqr(local.z));
-    const float u = ca_atan2(local.x, -local.z) * CA_INV_TWO_PI;
-    const ca_vec2 uv = {u < 0.0f ? ca_min(u + 1.0f, CA_ONE_MINUS_EPSILON) : u, ca_atan2(ring, local.y) * CA_INV_PI};
+    const ca_vec2 uv = {ca_turn(-local.z, local.x), ca_atan2(ring, local.y) * CA_INV_PI};
     return (picture_place){uv, ring};
 }
 

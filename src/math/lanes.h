@@ -76,6 +76,26 @@ static inline ca_f8 ca_sqrt8(ca_f8 v)
 #endif
 }
 
+/* As floorf and rintf. */
+static inline ca_f8 ca_floor8(ca_f8 v)
+{
+#ifdef __AVX__
+    return (ca_f8)_mm256_floor_ps((__m256)v);
+#else
+    for (int i = 0; i < CA_LANES; i++) v[i] = floorf(v[i]);
+    return v;
+#endif
+}
+static inline ca_f8 ca_rint8(ca_f8 v)
+{
+#ifdef __AVX__
+    return (ca_f8)_mm256_round_ps((__m256)v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
+#else
+    for (int i = 0; i < CA_LANES; i++) v[i] = rintf(v[i]);
+    return v;
+#endif
+}
+
 /* One bit for each lane of a mask. */
 static inline uint32_t ca_mask_bits(ca_m8 mask)
 {

@@ -63,19 +63,26 @@ static void fill_guide(ca_distribution_1d *distribution)
     }
 }
 
+/* What the tables are to hold, from weights. */
+static void fill(ca_distribution_1d *distribution, const float *weights)
+{
+    distribution->sum = sum_of(weights, distribution->count);
+    fill_cumulative(distribution, weights);
+    fill_guide(distribution);
+}
+
 ca_status ca_distribution_1d_create(ca_distribution_1d *distribution, const float *weights, uint32_t count,
                                     ca_error *error)
 {
     assert(count > 0);
-    *distribution = (ca_distribution_1d){.count = count, .sum = sum_of(weights, count)};
+    *distribution = (ca_distribution_1d){.count = count};
     distribution->cumulative = ca_alloc((size_t)count + 1, sizeof *distribution->cumulative);
     distribution->guide = ca_alloc(count, sizeof *distribution->guide);
     if (!distribution->cumulative || !distribution->guide) {
         ca_distribution_1d_destroy(distribution);
         return ca_fail_memory(error, "a sampling table");
     }
-    fill_cumulative(distribution, weights);
-    fill_guide(distribution);
+    fill(distribution, weights);
     return CA_OK;
 }
 
@@ -110,39 +117,46 @@ float ca_distribution_1d_probability(const ca_distribution_1d *distribution, uin
 
 /* ---- Two dimensions -------------------------------------------------------------------------------------------- */
 
-static ca_status create_columns(ca_distribution_2d *distribution, const float *weights, float *row_sums,
-                                ca_error *error)
+/* A row may sum up to more than a float holds only if its weights are that large: the mean always fits. */
+static void fill_columns(ca_distribution_2d *distribution, const float *weights, float *row_means)
 {
+    const size_t width = distribution->width;
     for (uint32_t y = 0; y < distribution->height; y++) {
-        CA_TRY(ca_distribution_1d_create(&distribution->columns[y], weights + (size_t)y * distribution->width,
-                                         distribution->width, error));
-        /* A row may sum up to more than a float holds only if its weights are that large: the mean always fits. */
-        row_sums[y] = (float)(distribution->columns[y].sum / distribution->width);
+        ca_distribution_1d *column = &distribution->columns[y];
+        *column = (ca_distribution_1d){.count = distribution->width,
+                                       .cumulative = distribution->cumulative + y * (width + 1),
+                                       .guide = distribution->guide + y * width};
+        fill(column, weights + y * width);
+        row_means[y] = (float)(column->sum / distribution->width);
     }
-    return ca_distribution_1d_create(&distribution->rows, row_sums, distribution->height, error);
 }
 
 ca_status ca_distribution_2d_create(ca_distribution_2d *distribution, const float *weights, uint32_t width,
                                     uint32_t height, ca_error *error)
 {
+    assert(width > 0 && height > 0);
     *distribution = (ca_distribution_2d){.width = width, .height = height};
-    distribution->columns = ca_alloc_zeroed(height, sizeof *distribution->columns);
-    float *row_sums = ca_alloc(height, sizeof *row_sums);
+    distribution->columns = ca_alloc(height, sizeof *distribution->columns);
+    distribution->cumulative = ca_alloc(height * ((size_t)width + 1), sizeof *distribution->cumulative);
+    distribution->guide = ca_alloc(height * (size_t)width, sizeof *distribution->guide);
+    float *row_means = ca_alloc(height, sizeof *row_means);
     ca_status status = CA_OK;
-    if (!distribution->columns || !row_sums)
+    if (!distribution->columns || !distribution->cumulative || !distribution->guide || !row_means) {
         status = ca_fail_memory(error, "a sampling table");
-    else
-        status = create_columns(distribution, weights, row_sums, error);
-    ca_free(row_sums);
+    } else {
+        fill_columns(distribution, weights, row_means);
+        status = ca_distribution_1d_create(&distribution->rows, row_means, height, error);
+    }
+    ca_free(row_means);
     if (status != CA_OK) ca_distribution_2d_destroy(distribution);
     return status;
 }
 
 void ca_distribution_2d_destroy(ca_distribution_2d *distribution)
 {
-    for (uint32_t y = 0; distribution->columns && y < distribution->height; y++)
-        ca_distribution_1d_destroy(&distribution->columns[y]);
     ca_free(distribution->columns);
+    ca_free(distribution->cumulative);
+    ca_free(distribution->guide);
     ca_distribution_1d_destroy(&distribution->rows);
     *distribution = (ca_distribution_2d){0};
 }

@@ -31,7 +31,9 @@ float ca_distribution_1d_probability(const ca_distribution_1d *distribution, uin
 typedef struct ca_distribution_2d {
     uint32_t width, height;
     ca_distribution_1d rows;     /* which row */
-    ca_distribution_1d *columns; /* [height]: where in it */
+    ca_distribution_1d *columns; /* [height]: where in it; their tables lie side by side: */
+    float *cumulative;           /* [height][width + 1] */
+    uint32_t *guide;             /* [height][width] */
 } ca_distribution_2d;
 
 /* From width * height weights, row by row. */

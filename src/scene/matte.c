@@ -8,13 +8,14 @@ static bool is_constant(const ca_texture *textures, ca_texture_id id)
     return id == CA_NONE || textures[id].kind == CA_TEXTURE_CONSTANT;
 }
 
-/* The reflectance of a diffuse material without pattern; false for any other. */
-static bool diffuse_reflectance(const ca_material *material, const ca_texture *textures, ca_rgb *reflectance)
+/* The reflectance of a diffuse material, or its texture; false for any other material. */
+static bool diffuse_reflectance(const ca_material *material, const ca_texture *textures, ca_rgb *reflectance,
+                                ca_texture_id *pattern)
 {
-    if (material->kind != CA_MATERIAL_DIFFUSE || !is_constant(textures, material->as.diffuse.reflectance))
-        return false;
+    if (material->kind != CA_MATERIAL_DIFFUSE) return false;
     const ca_texture_id id = material->as.diffuse.reflectance;
-    *reflectance = id == CA_NONE ? ca_rgb_grey(0.5f) : textures[id].as.constant;
+    *pattern = is_constant(textures, id) ? CA_NONE : id;
+    *reflectance = id == CA_NONE || *pattern != CA_NONE ? ca_rgb_grey(0.5f) : textures[id].as.constant;
     return true;
 }
 
@@ -26,8 +27,8 @@ static bool find_reflectances(const ca_material *materials, ca_material_id id, c
     const ca_material *front = matte->back_is_front ? &materials[top->as.twosided.front] : top;
     const bool has_back = matte->back_is_front && top->as.twosided.back != CA_NONE;
     const ca_material *back = has_back ? &materials[top->as.twosided.back] : front;
-    return diffuse_reflectance(front, textures, &matte->reflectance[0]) &&
-           diffuse_reflectance(back, textures, &matte->reflectance[1]);
+    return diffuse_reflectance(front, textures, &matte->reflectance[0], &matte->pattern[0]) &&
+           diffuse_reflectance(back, textures, &matte->reflectance[1], &matte->pattern[1]);
 }
 
 static bool is_flat_mesh(const ca_shape *shape)
@@ -42,8 +43,11 @@ ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, u
     for (uint32_t i = 0; mattes && i < count; i++) {
         mattes[i].light = shapes[i].light;
         if (shapes[i].kind == CA_SHAPE_MESH) mattes[i].extent = shapes[i].as.mesh.extent;
-        mattes[i].is_matte = i < world_count && is_flat_mesh(&shapes[i]) && !shapes[i].needs_tangents &&
-                             find_reflectances(materials, shapes[i].material, textures, &mattes[i]);
+        if (i >= world_count || !is_flat_mesh(&shapes[i]) || shapes[i].needs_tangents ||
+            !find_reflectances(materials, shapes[i].material, textures, &mattes[i]))
+            continue;
+        mattes[i].is_patterned = mattes[i].pattern[0] != CA_NONE || mattes[i].pattern[1] != CA_NONE;
+        mattes[i].is_matte = !mattes[i].is_patterned;
     }
     return mattes;
 }

@@ -1,7 +1,8 @@
 /* Which shapes and lights are so regular that the integrators treat eight of them at a time.
  *
  * A matte shape is a mesh without vertex normals, of the world, whose material is diffuse with one reflectance (alone
- * or twosided): its surface point and BSDF follow from the hit and a few numbers. An even light is a mesh without
+ * or twosided): its surface point and BSDF follow from the hit and a few numbers. A patterned shape is one that would
+ * be matte but for textures: only the reflectance has to be looked up. An even light is a mesh without
  * vertex normals that emits one radiance. All other shapes and lights go through the scalar interfaces (accel.h,
  * bsdf.h, light.h), which give the same bits for the regular ones too: tests hold the two against each other. */
 #ifndef CA_SCENE_MATTE_H
@@ -12,10 +13,12 @@
 
 typedef struct ca_matte_shape {
     bool is_matte;
+    bool is_patterned;
     bool back_is_front; /* twosided: seen from the back, the frame is mirrored */
     float extent;       /* as the shape's; likewise: */
     uint32_t light;
     ca_rgb reflectance[2]; /* seen from the front, from the back; a one-sided material has the same twice */
+    ca_texture_id pattern[2]; /* patterned only: whose colour it is instead, or CA_NONE */
 } ca_matte_shape;
 
 /* -1 where the frame is mirrored for a path that arrives with this cosine to the normal, else 1. */
