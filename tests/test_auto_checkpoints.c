@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -131,6 +132,18 @@ static void test_goes_on_from_anywhere(void **state)
     expect_goes_on(cropped, 7);
 }
 
+/* Where paths connect, estimates are of several weightings, and vavcm's weights come from a pilot of their own. */
+static void test_connected_goes_on_from_anywhere(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method;
+        uint32_t after;
+    } cases[] = {{"bdpt", 2}, {"ovcm", 3}, {"vavcm", 5}, {"vcm", 7}, {"vavcm", 13}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        assert_true(expect_goes_on(kept(cases[i].method, 160, 1), cases[i].after) > 13 / cases[i].after);
+}
+
 /* ---- Stopped within an iteration ------------------------------------------------------------------------------- */
 
 typedef struct stopper {
@@ -197,6 +210,31 @@ static void test_more_samples(void **state)
     assert_true(second.passes_resumed == first.iterations && second.samples_per_pixel >= 400.0 && more != hash);
     assert_true(second.camera_paths > 2 * first.camera_paths && second.noise_percent < first.noise_percent);
     assert_true(repeated(&s, file("c.part"), 2) == more);
+}
+
+/* A render that has ended and is gone on from writes all that it has read: sums, estimates, times, counts. */
+static void test_all_is_kept(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"bdpm", "bdpt", "vavcm"};
+    for (int i = 0; i < 3; i++) {
+        ca_render_statistics statistics = {.size = sizeof statistics};
+        ca_render_settings s = kept(methods[i], 160, 2);
+        ca_bytes first, second;
+        unlink(file("c.part"));
+        const uint64_t hash = render(&s, &statistics);
+        assert_int_equal(ca_file_read(file("c.part"), "checkpoint", 1 << 24, &first, NULL), CA_OK);
+        unlink(file("d.part"));
+        assert_int_equal(link(file("c.part"), file("d.part")), 0); /* what is written is another file */
+        assert_true(render(&s, &statistics) == hash && statistics.passes_resumed == statistics.iterations);
+        assert_int_equal(ca_file_read(file("c.part"), "checkpoint", 1 << 24, &second, NULL), CA_OK);
+        struct stat was, is;
+        assert_true(stat(file("d.part"), &was) == 0 && stat(file("c.part"), &is) == 0 && was.st_ino != is.st_ino);
+        if (first.size != second.size || memcmp(first.data, second.data, first.size) != 0)
+            fail_msg("%s: something is lost", methods[i]);
+        ca_bytes_destroy(&first);
+        ca_bytes_destroy(&second);
+    }
 }
 
 /* The time of other processes, which is told from the first iteration on. */
@@ -304,8 +342,6 @@ static void test_other_settings_are_refused(void **state)
     REFUSED("\"crop 0,0,12,12\"", other.has_crop = true, other.crop[2] = 8, other.crop[3] = 5);
     REFUSED("there is a checkpoint already", other.resume = false);
     REFUSED("no part of such a render", other.part_path = file("p.part"));
-    REFUSED("light comes from merges alone, not those of ovcm", other.integrator = "ovcm");
-    REFUSED("light comes from merges alone, not those of auto", other.integrator = "auto", other.light_paths = 0);
     REFUSED("\"seed 0\", but this render has \"seed 3\"", repeat(&other), other.seed = 3, other.has_seed = true);
     REFUSED("\"light_paths 200\"", repeat(&other), other.light_paths = 0);
     REFUSED("the samples are those of the record", repeat(&other), other.samples_per_pixel = 64);
@@ -394,8 +430,9 @@ static int tear_down(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_stopped_anywhere),
-        cmocka_unit_test(test_more_samples),
+        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_connected_goes_on_from_anywhere),
+        cmocka_unit_test(test_stopped_anywhere),
+        cmocka_unit_test(test_more_samples),               cmocka_unit_test(test_all_is_kept),
         cmocka_unit_test(test_time_and_noise),             cmocka_unit_test(test_counts),
         cmocka_unit_test(test_other_settings_are_refused), cmocka_unit_test(test_other_files_are_refused),
         cmocka_unit_test(test_damaged_files),

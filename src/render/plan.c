@@ -307,12 +307,6 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
                        "there is no part of such a render; an image of it, as file of rays, repeats its choice");
-    const bool asked = settings->checkpoint_path && (settings->resume || !settings->checkpoint_if_long);
-    if (plan->rays == CA_RAYS_AUTO && asked && !ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" a checkpoint keeps renders whose light comes from merges alone, not those "
-                       "of %s",
-                       plan->type->name);
     if (settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are not kept in %s", what);
     if (settings->checkpoint_path && !settings->part_path && !settings->has_passes) return CA_OK;
