@@ -1,14 +1,16 @@
 /* Files of renders with rays "auto": checkpoints, whose records can be repeated (auto_record.h).
  *
  * Layout: pieces as in film/part_stream.h. The magic; the format's number, CA_JOINED_PART_FORMAT; the file's size;
- * two texts (the settings that the image depends on, and those that decide); the record; then all that a render has
- * between two iterations, in the order of this file; a hash of all before it. Size: that of a render in memory
+ * three texts (the settings that the image depends on, those that decide, and how the method was chosen); the record;
+ * then all that a render has between two iterations, in the order of this file; a hash of all before it. Size: that of a render in memory
  * (auto_rays.h), and up to 70 KiB a thread. Reading trusts nothing: a file that is too short or too long, damaged or
  * of another version is refused (CA_ERROR_FORMAT). */
 #include "base/file.h"
 #include "base/memory.h"
 #include "film/film.h"
+#include "render/auto_file.h"
 #include "render/auto_rays_state.h"
+#include "render/kept_method.h"
 #include "render/part_counts.h"
 
 #include <errno.h>
@@ -30,12 +32,14 @@ _Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_joined_pixel) == 160 &&
 /* What a render must have in common with a file to go on from it. */
 typedef struct file_texts {
     char *settings, *choices;
+    char *method; /* kept_method.h */
 } file_texts;
 
 static void exchange_texts(file_texts *texts, ca_part_exchange *x)
 {
     ca_part_exchange_text(x, &texts->settings);
     ca_part_exchange_text(x, &texts->choices);
+    ca_part_exchange_text(x, &texts->method);
 }
 
 /* ---- Numbers --------------------------------------------------------------------------------------------------- */
@@ -237,7 +241,7 @@ static void exchange_pixels(ca_auto_rays *a, const ca_auto_place *place, ca_part
 
 static void exchange_all(ca_auto_rays *a, ca_auto_place *place, uint64_t counts[CA_PART_COUNTS], ca_part_exchange *x)
 {
-    file_texts texts = {a->kept.settings, a->kept.choices};
+    file_texts texts = {a->kept.settings, a->kept.choices, a->kept.method};
     exchange_texts(&texts, x);
     ca_auto_record_exchange(&a->record, ca_auto_pixels(a), x);
     exchange_numbers(a, place, counts, x);
@@ -320,17 +324,43 @@ static ca_status open_file(const char *path, FILE **stream, uint64_t *size, ca_e
     return status;
 }
 
+static ca_status read_texts(file_texts *texts, ca_part_exchange *x, const char *path, ca_error *error)
+{
+    *texts = (file_texts){NULL, NULL, NULL};
+    exchange_texts(texts, x);
+    return x->good ? CA_OK : fail_damaged(x->stream, path, error);
+}
+
+static void free_texts(file_texts *texts)
+{
+    ca_free(texts->settings);
+    ca_free(texts->choices);
+    ca_free(texts->method);
+}
+
+ca_status ca_auto_file_use_method(ca_render_plan *plan, const char *path, ca_error *error)
+{
+    FILE *stream;
+    uint64_t size;
+    file_texts texts;
+    CA_TRY(open_file(path, &stream, &size, error));
+    ca_part_exchange x = ca_part_exchange_read(stream);
+    ca_status status = read_texts(&texts, &x, path, error);
+    if (status == CA_OK) status = ca_kept_method_use(texts.method, texts.settings, path, plan, error);
+    free_texts(&texts);
+    fclose(stream);
+    return status;
+}
+
 /* `choices` may be NULL: anything may have decided. */
 static ca_status check_texts(ca_part_exchange *x, const char *path, const char *settings, const char *choices,
                              ca_error *error)
 {
-    file_texts theirs = {NULL, NULL};
-    exchange_texts(&theirs, x);
-    ca_status status = x->good ? CA_OK : fail_damaged(x->stream, path, error);
+    file_texts theirs;
+    ca_status status = read_texts(&theirs, x, path, error);
     if (status == CA_OK) status = ca_checkpoint_compare(path, theirs.settings, settings, error);
     if (status == CA_OK && choices) status = ca_checkpoint_compare(path, theirs.choices, choices, error);
-    ca_free(theirs.settings);
-    ca_free(theirs.choices);
+    free_texts(&theirs);
     return status;
 }
 

@@ -186,7 +186,8 @@ _Static_assert(IN_PILOT == 628 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN
 _Static_assert((int)CA_AUTO_PIXEL_BYTES == (int)IN_PILOT, "auto_rays.h tells the most bytes of a pixel");
 _Static_assert(CA_AUTO_KEPT_PIXEL_BYTES == sizeof(ca_pair_moments) + CA_AUTO_MOST_RUNS * sizeof(uint32_t),
                "auto_rays.h tells what checkpoints take");
-_Static_assert((int)CA_AUTO_CONNECTED_KEPT_PIXEL_BYTES == (1 + (int)CA_AUTO_MOST_OTHERS) * (int)sizeof(ca_pair_moments),
+_Static_assert((int)CA_AUTO_CONNECTED_KEPT_PIXEL_BYTES ==
+                   (1 + (int)CA_AUTO_MOST_OTHERS) * (int)sizeof(ca_pair_moments),
                "auto_rays.h tells what checkpoints take where paths connect");
 _Static_assert((int)CA_AUTO_CONNECTED_PIXEL_BYTES == (int)IN_PILOT + (int)CA_PILOT_HALVES * (int)OTHER_FILMS,
                "auto_rays.h tells the most bytes of a pixel where paths connect");

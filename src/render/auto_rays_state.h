@@ -75,6 +75,7 @@ typedef struct ca_auto_resumed {
 typedef struct ca_auto_kept {
     ca_checkpoint checkpoint;
     char *settings, *choices; /* owned; what a file must have, too: of the image; of what decides */
+    char *method;             /* owned; kept_method.h */
     ca_auto_resumed *resumed; /* owned; NULL: nothing is left to go on with */
     uint32_t iterations;      /* that were in the checkpoint */
 } ca_auto_kept;

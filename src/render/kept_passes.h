@@ -14,7 +14,6 @@
 typedef struct ca_kept_passes {
     ca_checkpoint checkpoint;
     ca_pass_reader reader;           /* of the checkpoint that is gone on from, until its sums are read */
-    char *asked;                     /* owned; the settings before a method was chosen; NULL: there is no choice */
     char *settings;                  /* owned */
     uint32_t resumed;                /* passes that were there */
     uint64_t counts[CA_PART_COUNTS]; /* of these, likewise: */

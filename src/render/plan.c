@@ -240,9 +240,6 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     plan->rays = rays_source(settings);
     const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
     CA_TRY(plan_objective(plan, error));
-    if (chooses && plan->rays == CA_RAYS_OF_RECORD)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a record of numbers of rays is repeated with the integrator that it was made with: name it");
     if (plan->rays == CA_RAYS_OF_SETTINGS || (chooses && plan->rays == CA_RAYS_OF_FILE)) return CA_OK;
     CA_TRY(check_law(plan, error));
     if (settings->strategies_directory)
