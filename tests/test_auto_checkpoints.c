@@ -532,10 +532,10 @@ static void test_other_files_are_refused(void **state)
     assert_non_null(strstr(error.message, "which has no passes that add up"));
     passes.checkpoint_path = s.checkpoint_path = file("d.part");
     render(&passes, NULL);
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 3, but renders with rays \"auto\" have files of format 4");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 5, but renders with rays \"auto\" have files of format 6");
     repeat(&s);
     s.rays = file("d.part");
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 3");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 5");
     s.rays = file("none.part");
     refuse(&s, CA_ERROR_FILE, "none.part");
 }

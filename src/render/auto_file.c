@@ -2,9 +2,9 @@
  *
  * Layout: pieces as in film/part_stream.h. The magic; the format's number, CA_JOINED_PART_FORMAT; the file's size;
  * three texts (the settings that the image depends on, those that decide, and how the method was chosen); the record;
- * then all that a render has between two iterations, in the order of this file; a hash of all before it. Size: that of a render in memory
- * (auto_rays.h), and up to 70 KiB a thread. Reading trusts nothing: a file that is too short or too long, damaged or
- * of another version is refused (CA_ERROR_FORMAT). */
+ * then all that a render has between two iterations, in the order of this file; a hash of all before it. Size: that
+ * of a render in memory (auto_rays.h), and up to 70 KiB a thread. Reading trusts nothing: a file that is too short or
+ * too long, damaged or of another version is refused (CA_ERROR_FORMAT). */
 #include "base/file.h"
 #include "base/memory.h"
 #include "film/film.h"

@@ -91,6 +91,8 @@ ca_status ca_kept_write(const ca_kept_passes *kept, const ca_kept_state *state, 
         .seconds = state->seconds,
         .looks = {state->looks.target, state->looks.next, state->looks.noise},
         .threads = plan->threads,
+        .light_paths = state->rays->light_paths,
+        .camera_paths = state->rays->camera_paths,
     };
     ca_part_counts_keep(state->workers, part.counts);
     for (int i = 0; i < CA_PART_COUNTS; i++)

@@ -9,6 +9,7 @@
 #include "film/pass_part.h"
 #include "render/checkpoint.h"
 #include "render/noise_looks.h"
+#include "render/ray_file.h"
 #include "render/workers.h"
 
 typedef struct ca_kept_passes {
@@ -40,6 +41,7 @@ typedef struct ca_kept_state {
     const ca_film *film;
     uint32_t passes;
     const ca_workers *workers;
+    const ca_ray_file *rays; /* without numbers: those of the settings */
     const uint64_t *others; /* [CA_PART_COUNTS] of other ranks; NULL: there are none */
     double seconds;
     ca_noise_looks looks;

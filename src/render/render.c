@@ -173,7 +173,8 @@ static ca_status write_film(const render *r, const char *path, ca_error *error)
 {
     uint64_t others[CA_PART_COUNTS] = {0};
     if (r->ranks) ca_rank_work_count(&r->work, others);
-    const ca_kept_state state = {r->plan, &r->film, r->passes, &r->runner.workers, others, r->seconds, r->looks};
+    const ca_kept_state state = {r->plan, &r->film, r->passes,  &r->runner.workers,
+                                 &r->rays, others,   r->seconds, r->looks};
     CA_TRY(ca_rank_work_check_whole(&r->work, path, "passes", error));
     return ca_kept_write(&r->kept, &state, path, error);
 }
@@ -344,13 +345,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
         .method = r->plan->method,
         .passes = {r->plan->first_pass, r->plan->first_pass + passes},
         .passes_resumed = r->kept.resumed,
-        .numbers_of_rays = {.light_paths = r->rays.light_paths,
-                            .camera_paths = r->rays.mean,
-                            .predicted_gain = (double)NAN,
-                            .iteration_seconds = (double)NAN,
-                            .light_path_seconds = (double)NAN,
-                            .camera_path_seconds = (double)NAN,
-                            .candidate_seconds = (double)NAN},
+        .numbers_of_rays = ca_ray_file_statistics(&r->rays),
     };
     ca_render_summarise(&summary, statistics);
     ca_workers_count(&r->runner.workers, statistics);

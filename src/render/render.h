@@ -74,6 +74,10 @@ static inline double ca_render_plan_pixels(const ca_render_plan *plan)
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
 
+/* After that, and once it is known how replicates are made: the passes that were asked for by their numbers. Errors:
+ * CA_ERROR_ARGUMENT. */
+ca_status ca_render_plan_take_range(ca_render_plan *plan, ca_error *error);
+
 /* The passes that the render will make, where samples limit it; else a guess from its time, rather too high. */
 double ca_render_plan_expected_passes(const ca_render_plan *plan);
 
