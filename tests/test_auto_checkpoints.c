@@ -1,9 +1,13 @@
 /* Renders with rays "auto" that are kept in files: they go on from any iteration, in whatever stage, and end with the
  * image that their record tells, to the bit; what is refused, and files that are damaged or foreign. */
 #define _POSIX_C_SOURCE 200809L
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/little_endian.h"
+#include "base/memory.h"
 #include "film/part_stream.h"
+#include "render/auto_rays_state.h"
+#include "render/part_settings.h"
 #include "support/auto_bias.h"
 #include "support/scene_text.h"
 #include "support/test_random.h"
@@ -15,6 +19,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -93,6 +98,17 @@ static uint64_t repeated(const ca_render_settings *settings, const char *path, u
     return render(&s, &statistics);
 }
 
+static void refuse(const ca_render_settings *settings, ca_status expected, const char *words)
+{
+    ca_image_layers *image;
+    ca_error error = {""};
+    const ca_status status = ca_render(scene, settings, &image, NULL, &error);
+    if (status != expected) fail_msg("%s: status %d: %s", words, (int)status, error.message);
+    assert_null(image);
+    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
+    assert_int_equal(access(file("c.part.lock"), F_OK), -1);
+}
+
 /* ---- Going on -------------------------------------------------------------------------------------------------- */
 
 /* Every process makes so many iterations and is ended; the image of each is the one of its record. */
@@ -129,6 +145,58 @@ static void test_goes_on_from_anywhere(void **state)
     memcpy(cropped.crop, (const uint32_t[]){1, 2, 8, 7}, sizeof cropped.crop);
     cropped.rays_objective = "relative";
     expect_goes_on(cropped, 7);
+}
+
+/* Where paths connect, estimates are of several weightings, and vavcm's weights come from a pilot of their own. */
+static void test_connected_goes_on_from_anywhere(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method;
+        uint32_t after;
+    } cases[] = {{"bdpt", 2}, {"ovcm", 3}, {"vavcm", 5}, {"vcm", 7}, {"vavcm", 13}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        assert_true(expect_goes_on(kept(cases[i].method, 160, 1), cases[i].after) > 13 / cases[i].after);
+}
+
+static bool end_at_third(const ca_render_progress *progress, void *user)
+{
+    (void)user;
+    return progress->passes_done < 3;
+}
+
+/* The method is chosen once, whatever follows, and a record of it can be repeated, too; so it is of a render with too
+ * few samples for a pilot, which has passes. Time that was taken counts once. */
+static void expect_chosen_once(uint32_t samples, bool joins)
+{
+    ca_render_settings s = kept("auto", samples, 1);
+    ca_render_statistics first = {.size = sizeof first}, last = {.size = sizeof last};
+    s.light_paths = 0;
+    s.progress = end_at_third;
+    unlink(s.checkpoint_path);
+    render(&s, &first);
+    print_message("# %u: %s\n", samples, first.method.reason);
+    assert_true(first.interrupted && first.iterations >= 3 && (first.numbers_of_rays.pilot_seconds > 0.0) == joins);
+    s.progress = NULL;
+    s.threads = 2;
+    const double start = ca_clock_seconds();
+    const uint64_t hash = render(&s, &last);
+    assert_true(last.seconds - first.seconds <= ca_clock_seconds() - start && last.seconds > first.seconds);
+    assert_true(last.passes_resumed == first.iterations && last.iterations > first.iterations);
+    assert_string_equal(last.method.reason, first.method.reason);
+    assert_true(last.method.seconds == first.method.seconds && last.samples_per_pixel >= samples);
+    if (joins) assert_true(repeated(&s, s.checkpoint_path, 1) == hash);
+    assert_true(render(&s, &first) == hash);
+    s.seed = 3;
+    s.has_seed = true;
+    refuse(&s, CA_ERROR_ARGUMENT, "\"seed 0\", but this render has \"seed 3\"");
+}
+
+static void test_chosen_method_goes_on(void **state)
+{
+    (void)state;
+    expect_chosen_once(320, true);
+    expect_chosen_once(12, false);
 }
 
 /* ---- Stopped within an iteration ------------------------------------------------------------------------------- */
@@ -199,6 +267,149 @@ static void test_more_samples(void **state)
     assert_true(repeated(&s, file("c.part"), 2) == more);
 }
 
+/* A render that has ended and is gone on from writes all that it has read: sums, estimates, times, counts. */
+static void test_all_is_kept(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"bdpm", "bdpt", "vavcm"};
+    for (int i = 0; i < 3; i++) {
+        ca_render_statistics statistics = {.size = sizeof statistics};
+        ca_render_settings s = kept(methods[i], 160, 2);
+        ca_bytes first, second;
+        unlink(file("c.part"));
+        const uint64_t hash = render(&s, &statistics);
+        assert_int_equal(ca_file_read(file("c.part"), "checkpoint", 1 << 24, &first, NULL), CA_OK);
+        unlink(file("d.part"));
+        assert_int_equal(link(file("c.part"), file("d.part")), 0); /* what is written is another file */
+        assert_true(render(&s, &statistics) == hash && statistics.passes_resumed == statistics.iterations);
+        assert_int_equal(ca_file_read(file("c.part"), "checkpoint", 1 << 24, &second, NULL), CA_OK);
+        struct stat was, is;
+        assert_true(stat(file("d.part"), &was) == 0 && stat(file("c.part"), &is) == 0 && was.st_ino != is.st_ino);
+        if (first.size != second.size || memcmp(first.data, second.data, first.size) != 0)
+            fail_msg("%s: something is lost", methods[i]);
+        ca_bytes_destroy(&first);
+        ca_bytes_destroy(&second);
+    }
+}
+
+/* ---- What is known where paths connect ------------------------------------------------------------------------- */
+
+/* A render behind its pilot, in its first phase, with two iterations of it. */
+typedef struct behind_pilot {
+    ca_render_plan plan;
+    ca_auto_rays a;
+    ca_auto_work_film work;
+} behind_pilot;
+
+static void begin_behind_pilot(behind_pilot *r, const ca_render_settings *settings)
+{
+    assert_int_equal(ca_render_plan_make(&r->plan, scene, settings, NULL), CA_OK);
+    ca_auto_rays *a = &r->a;
+    const ca_render_plan *plan = &r->plan;
+    a->plan = &r->plan;
+    a->frame = (ca_film){.width = plan->crop[2], .height = plan->crop[3], .full_width = plan->camera.width,
+                         .full_height = plan->camera.height};
+    assert_int_equal(ca_auto_read_settings(a, NULL), CA_OK);
+    a->numbers.camera_paths = ca_alloc_zeroed(ca_auto_pixels(a), sizeof(uint32_t));
+    a->next.camera_path = ca_alloc_zeroed(ca_auto_pixels(a), sizeof(uint32_t));
+    a->kept.choices = ca_alloc_zeroed(1, 1);
+    a->kept.method = ca_alloc_zeroed(1, 1);
+    assert_true(a->numbers.camera_paths && a->next.camera_path && a->kept.choices && a->kept.method);
+    assert_int_equal(ca_pass_settings_make(plan, 0, &a->kept.settings, NULL), CA_OK);
+}
+
+static void end_behind_pilot(behind_pilot *r)
+{
+    ca_auto_rays *a = &r->a;
+    ca_auto_work_destroy(&r->work);
+    ca_free(a->numbers.camera_paths);
+    ca_free(a->next.camera_path);
+    ca_auto_nodes_destroy(&a->nodes);
+    ca_ray_times_destroy(a->times);
+    ca_halved_film_destroy(&a->pilot);
+    ca_joined_film_destroy(&a->render);
+    ca_auto_keep_end(a);
+}
+
+static void fill_doubles(void *doubles, size_t count, ca_test_random *random)
+{
+    for (size_t i = 0; i < count; i++) ((double *)doubles)[i] = 0.1 + (double)ca_test_random_float(random);
+}
+
+static void fill_pairs(ca_pair_film *pairs, ca_test_random *random)
+{
+    const size_t pixels = (size_t)pairs->width * pairs->height;
+    fill_doubles(pairs->means, pixels * sizeof *pairs->means / sizeof(double), random);
+    fill_doubles(pairs->connected_means, pixels * sizeof *pairs->connected_means / sizeof(double), random);
+    for (uint32_t i = 0; i < pairs->other_count; i++) fill_pairs(&pairs->others[i], random);
+}
+
+static void fill_record(ca_auto_rays *a)
+{
+    for (ca_auto_group_kind kind = CA_AUTO_GROUP_RAMP; kind <= CA_AUTO_GROUP_RUN; kind++) {
+        const ca_auto_group group = {.kind = kind, .measures = kind == CA_AUTO_GROUP_RUN, .light_paths = 200,
+                                     .camera_paths = 2, .iterations = 2};
+        assert_int_equal(ca_auto_record_add(&a->record, &group, NULL, ca_auto_pixels(a), NULL), CA_OK);
+    }
+    ca_auto_use_group(a, &a->record.groups[0]);
+    a->ordinary.numbers = (ca_pilot_numbers){200, 2};
+}
+
+static void fill_behind_pilot(behind_pilot *r, ca_test_random *random)
+{
+    ca_auto_rays *a = &r->a;
+    fill_record(a);
+    a->decision = (ca_auto_decision){.step = CA_AUTO_PHASE, .run.measures = true};
+    a->decision.schedule = (ca_auto_schedule){.count = 2, .done = 1};
+    r->work = (ca_auto_work_film){.run = &a->decision.run, .iterations = 2};
+    assert_int_equal(ca_halved_film_create(&a->pilot, &a->frame, NULL), CA_OK);
+    assert_int_equal(ca_auto_known_create(a, NULL), CA_OK);
+    assert_int_equal(ca_ray_times_create(&a->times, a->frame.width, a->frame.height, 1, NULL), CA_OK);
+    assert_int_equal(ca_joined_film_create(&a->render, &a->frame, NULL), CA_OK);
+    assert_int_equal(ca_auto_work_create(a, &r->work, NULL), CA_OK);
+    for (size_t p = 0; p < ca_auto_pixels(a); p++) r->work.film.pixels[p].samples = 2;
+    fill_pairs(&r->work.pairs, random);
+    fill_doubles(a->nodes.weights, a->nodes.pixels, random);
+    fill_doubles(a->nodes.items, 2 * sizeof a->nodes.items[0] / sizeof(double), random);
+    a->nodes.items[1].light_paths += a->nodes.items[0].light_paths;
+    fill_doubles(&a->nodes.luminance, 2, random);
+    a->nodes.weighted = true;
+    a->nodes.count = 2;
+}
+
+static void expect_same_pairs(const ca_pair_film *a, const ca_pair_film *b)
+{
+    const size_t pixels = (size_t)a->width * a->height;
+    assert_memory_equal(a->means, b->means, pixels * sizeof *a->means);
+    assert_memory_equal(a->connected_means, b->connected_means, pixels * sizeof *a->connected_means);
+    assert_true(a->other_count == b->other_count);
+    for (uint32_t i = 0; i < a->other_count; i++) expect_same_pairs(&a->others[i], &b->others[i]);
+}
+
+static void test_connected_estimates_are_kept(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(7);
+    const ca_render_settings s = settings_of("ovcm", 160, 1);
+    behind_pilot written = {.work.iterations = 0}, read = {.work.iterations = 0};
+    begin_behind_pilot(&written, &s);
+    fill_behind_pilot(&written, &random);
+    begin_behind_pilot(&read, &s);
+    ca_auto_place from = {CA_AUTO_AT_RUN, NULL, &written.work, NULL}, to = {CA_AUTO_AT_RAMP, NULL, &read.work, NULL};
+    ca_error error = {""};
+    if (ca_auto_file_write(&written.a, &from, file("c.part"), &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_auto_file_read(&read.a, &to, file("c.part"), &error) != CA_OK) fail_msg("%s", error.message);
+    const ca_auto_nodes *nodes = &written.a.nodes, *same = &read.a.nodes;
+    assert_true(to.stage == CA_AUTO_AT_RUN && written.work.pairs.other_count == 4);
+    expect_same_pairs(&written.work.pairs, &read.work.pairs);
+    assert_true(same->weighted && same->count == 2 && same->first == nodes->first && nodes->first > 0.0);
+    assert_memory_equal(nodes->items, same->items, sizeof nodes->items);
+    assert_memory_equal(nodes->weights, same->weights, nodes->pixels * sizeof *nodes->weights);
+    assert_true(same->luminance == nodes->luminance && same->pairs == nodes->pairs);
+    end_behind_pilot(&written);
+    end_behind_pilot(&read);
+}
+
 /* The time of other processes, which is told from the first iteration on. */
 static bool expect_time(const ca_render_progress *progress, void *user)
 {
@@ -263,17 +474,6 @@ static void test_counts(void **state)
 
 /* ---- What is refused ------------------------------------------------------------------------------------------- */
 
-static void refuse(const ca_render_settings *settings, ca_status expected, const char *words)
-{
-    ca_image_layers *image;
-    ca_error error = {""};
-    const ca_status status = ca_render(scene, settings, &image, NULL, &error);
-    if (status != expected) fail_msg("%s: status %d: %s", words, (int)status, error.message);
-    assert_null(image);
-    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
-    assert_int_equal(access(file("c.part.lock"), F_OK), -1);
-}
-
 #define REFUSED(words, ...)                                                                                          \
     do {                                                                                                             \
         ca_render_settings other = kept("bdpm", 64, 1);                                                              \
@@ -304,13 +504,12 @@ static void test_other_settings_are_refused(void **state)
     REFUSED("\"crop 0,0,12,12\"", other.has_crop = true, other.crop[2] = 8, other.crop[3] = 5);
     REFUSED("there is a checkpoint already", other.resume = false);
     REFUSED("no part of such a render", other.part_path = file("p.part"));
-    REFUSED("light comes from merges alone, not those of ovcm", other.integrator = "ovcm");
-    REFUSED("light comes from merges alone, not those of auto", other.integrator = "auto", other.light_paths = 0);
     REFUSED("\"seed 0\", but this render has \"seed 3\"", repeat(&other), other.seed = 3, other.has_seed = true);
     REFUSED("\"light_paths 200\"", repeat(&other), other.light_paths = 0);
     REFUSED("the samples are those of the record", repeat(&other), other.samples_per_pixel = 64);
     REFUSED("keeps no checkpoint", repeat(&other), other.checkpoint_path = file("d.part"));
-    REFUSED("name it", repeat(&other), other.integrator = "auto", other.light_paths = 0);
+    REFUSED("\"integrator bdpm\", but this render has \"integrator auto\"", repeat(&other), other.integrator = "auto",
+            other.light_paths = 0);
     REFUSED("an objective is for numbers", repeat(&other), other.rays_objective = "mean");
     s.checkpoint_path = file("c.part");
     assert_true(render(&s, NULL) == hash); /* it is still there */
@@ -333,10 +532,10 @@ static void test_other_files_are_refused(void **state)
     assert_non_null(strstr(error.message, "which has no passes that add up"));
     passes.checkpoint_path = s.checkpoint_path = file("d.part");
     render(&passes, NULL);
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 3, but renders with rays \"auto\" have files of format 4");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 5, but renders with rays \"auto\" have files of format 6");
     repeat(&s);
     s.rays = file("d.part");
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 3");
+    refuse(&s, CA_ERROR_FORMAT, "a part file of format 5");
     s.rays = file("none.part");
     refuse(&s, CA_ERROR_FILE, "none.part");
 }
@@ -394,8 +593,10 @@ static int tear_down(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_stopped_anywhere),
-        cmocka_unit_test(test_more_samples),
+        cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_connected_goes_on_from_anywhere),
+        cmocka_unit_test(test_chosen_method_goes_on),      cmocka_unit_test(test_stopped_anywhere),
+        cmocka_unit_test(test_more_samples),               cmocka_unit_test(test_all_is_kept),
+        cmocka_unit_test(test_connected_estimates_are_kept),
         cmocka_unit_test(test_time_and_noise),             cmocka_unit_test(test_counts),
         cmocka_unit_test(test_other_settings_are_refused), cmocka_unit_test(test_other_files_are_refused),
         cmocka_unit_test(test_damaged_files),

@@ -314,6 +314,72 @@ static void test_parts(void **state)
     ca_image_release(image);
 }
 
+/* A part of the passes [begin, end) with the numbers of rays of r.exr, by ranks or alone. */
+static void make_ray_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t ranks, const char *path)
+{
+    job j = {.settings = settings_of(integrator, 0, 2)};
+    j.settings.rays = file("r.exr");
+    j.settings.has_passes = true;
+    j.settings.passes[0] = begin;
+    j.settings.passes[1] = end;
+    j.settings.part_path = path;
+    if (ranks > 1) {
+        run(&j, ranks, 0);
+        assert_int_equal(j.status, CA_OK);
+        ca_image_release(j.image);
+    } else {
+        (void)render(&j.settings, NULL);
+    }
+}
+
+/* The numbers of rays of a file decide all: parts and ranks make the picture of one process, layers of rays too, and
+ * the merged statistics know the numbers. Parts with the numbers of other files do not add up. */
+static void expect_ray_parts(const char *chosen_for, const char *integrator)
+{
+    ca_image_layers *image = NULL;
+    ca_render_statistics one = {.size = sizeof one}, s = {.size = sizeof s};
+    ca_render_settings chooser = settings_of(chosen_for, 64, 1);
+    chooser.rays = "auto";
+    assert_int_equal(ca_render(scene, &chooser, &image, NULL, NULL), CA_OK);
+    assert_int_equal(ca_image_save(image, file("r.exr"), 0.0f, NULL), CA_OK);
+    ca_image_release(image);
+    job j = {.settings = settings_of(integrator, 200, 1)};
+    j.settings.rays = file("r.exr");
+    const uint64_t hash = render(&j.settings, &one), n = one.iterations;
+    assert_true(n >= 3 && hash_by(&j, 3, 0) == hash);
+    const char *paths[3] = {file("a.part"), file("b.part"), file("c.part")};
+    make_ray_part(integrator, 2, n, 3, paths[0]);
+    make_ray_part(integrator, 0, 1, 1, paths[1]);
+    make_ray_part(integrator, 1, 2, 1, paths[2]);
+    assert_int_equal(ca_merge_parts(paths, 3, file("all.part"), &image, &s, NULL), CA_OK);
+    if (image_hash(image) != hash) fail_msg("%s: the parts are another picture", integrator);
+    ca_image_release(image);
+    assert_true(s.camera_paths == one.camera_paths && s.light_paths >= one.light_paths); /* and each part's pilots */
+    assert_true(s.numbers_of_rays.light_paths == one.numbers_of_rays.light_paths && s.iterations == n);
+    assert_true(s.numbers_of_rays.camera_paths == one.numbers_of_rays.camera_paths);
+    const char *all = file("all.part");
+    assert_int_equal(ca_merge_parts(&all, 1, NULL, &image, &s, NULL), CA_OK);
+    assert_true(image_hash(image) == hash);
+    ca_image_release(image);
+}
+
+static void test_parts_with_rays_of_a_file(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"ppm", "bdpm", "bdpt", "vavcm"};
+    for (int i = 0; i < 4; i++) expect_ray_parts(integrators[i], integrators[i]);
+    expect_ray_parts("ovcm", "auto"); /* which method that is tells the file */
+    ca_error error = {""};
+    const char *paths[2] = {file("a.part"), file("d.part")};
+    job j = {.settings = settings_of("ovcm", 0, 1)};
+    j.settings.has_passes = true;
+    j.settings.passes[1] = 2;
+    j.settings.part_path = paths[1];
+    (void)render(&j.settings, NULL);
+    assert_int_equal(ca_merge_parts(paths, 2, NULL, NULL, NULL, &error), CA_ERROR_ARGUMENT);
+    if (!strstr(error.message, "differ in their rays")) fail_msg("%s", error.message);
+}
+
 /* ---- What does not fit ----------------------------------------------------------------------------------------- */
 
 static void expect_refused(job *j, ca_status status, const char *words)
@@ -361,6 +427,7 @@ int main(void)
         cmocka_unit_test(test_checkpoints),
         cmocka_unit_test(test_open_replicate),
         cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_parts_with_rays_of_a_file),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests_name("renders by ranks", tests, begin_small_renders, end_small_renders);

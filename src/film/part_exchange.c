@@ -144,6 +144,11 @@ static bool decode(const unsigned char *bytes, char *memory, size_t count, ca_pa
     return good || layout.may_be_nan;
 }
 
+uint64_t ca_part_array_bytes(size_t count, ca_part_layout layout)
+{
+    return ca_part_padded((uint64_t)count * ca_part_layout_bytes(layout));
+}
+
 /* Chunks of an even number of structures are whole pieces; the last one is filled up. */
 void ca_part_exchange_array(ca_part_exchange *x, void *array, size_t count, ca_part_layout layout)
 {

@@ -40,6 +40,8 @@ static inline size_t ca_part_layout_bytes(ca_part_layout layout)
     return layout.doubles * sizeof(double) + layout.floats * sizeof(float) + layout.integers * sizeof(uint32_t);
 }
 
+/* What it takes in a file. */
+uint64_t ca_part_array_bytes(size_t count, ca_part_layout layout);
 void ca_part_exchange_array(ca_part_exchange *x, void *array, size_t count, ca_part_layout layout);
 
 #endif

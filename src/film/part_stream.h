@@ -16,7 +16,7 @@ enum { CA_PART_MAGIC_BYTES = 8, CA_PART_HASH_BYTES = 8, CA_PART_TEXT_BYTES = 1 <
 
 /* The number of the format of renders that are joined of several films (render/auto_file.h); those of passes and of
  * blocks have their own (pass_part.h, part_file.h). */
-enum { CA_JOINED_PART_FORMAT = 4 };
+enum { CA_JOINED_PART_FORMAT = 6 };
 
 /* The first bytes of every part file; a number follows that says which format it is. The first one and the line ends
  * notice a transfer as text. */

@@ -3,7 +3,7 @@
 #include "base/file.h"
 #include "base/little_endian.h"
 #include "base/memory.h"
-#include "film/part_stream.h"
+#include "film/part_exchange.h"
 #include "image/image.h"
 
 #include <errno.h>
@@ -27,6 +27,7 @@ enum {
     FIELD_LOOK_NEXT,
     FIELD_LOOK_NOISE,
     FIELD_THREADS, /* a whole number; likewise: */
+    FIELD_LIGHT_PATHS,
     FIELD_COUNTS,
     FIELD_COUNT = FIELD_COUNTS + CA_PART_COUNTS,
 };
@@ -39,6 +40,7 @@ void ca_pass_part_destroy(ca_pass_part *part)
     ca_free(part->record);
     ca_free(part->scene_path);
     ca_free(part->ranges);
+    ca_free(part->camera_paths);
     *part = (ca_pass_part){0};
 }
 
@@ -83,11 +85,24 @@ static uint64_t row_bytes(const ca_pass_film_desc *film)
     return ca_film_row_bytes_of(film->crop[2] - film->crop[0], film->replicate_samples);
 }
 
+static size_t film_pixels(const ca_pass_film_desc *film)
+{
+    return (size_t)(film->crop[2] - film->crop[0]) * (film->crop[3] - film->crop[1]);
+}
+
+static const ca_part_layout numbers_layout = {.integers = 1};
+
+static uint64_t numbers_bytes(uint64_t light_paths, const ca_pass_film_desc *film)
+{
+    return light_paths > 0 ? ca_part_array_bytes(film_pixels(film), numbers_layout) : 0;
+}
+
 /* Every number that goes in is checked to be small before: no overflow. */
 static uint64_t file_bytes(const uint64_t fields[FIELD_COUNT], const ca_pass_film_desc *film)
 {
     return HEADER_BYTES + 16 * fields[FIELD_RANGES] + ca_part_padded(fields[FIELD_SETTINGS_BYTES]) +
            ca_part_padded(fields[FIELD_RECORD_BYTES]) + ca_part_padded(fields[FIELD_SCENE_PATH_BYTES]) +
+           numbers_bytes(fields[FIELD_LIGHT_PATHS], film) +
            (film->crop[3] - film->crop[1]) * row_bytes(film) + CA_PART_HASH_BYTES;
 }
 
@@ -109,8 +124,15 @@ static void fill_fields(const ca_pass_part *part, const ca_pass_film_desc *film,
     fields[FIELD_LOOK_NEXT] = ca_double_bits(part->looks.next);
     fields[FIELD_LOOK_NOISE] = ca_double_bits(part->looks.noise);
     fields[FIELD_THREADS] = part->threads;
+    fields[FIELD_LIGHT_PATHS] = part->light_paths;
     for (int i = 0; i < CA_PART_COUNTS; i++) fields[FIELD_COUNTS + i] = part->counts[i];
     fields[FIELD_FILE_BYTES] = file_bytes(fields, film);
+}
+
+static void put_numbers(ca_part_writer *writer, const ca_pass_part *part, size_t pixels)
+{
+    ca_part_exchange x = ca_part_exchange_write(writer);
+    ca_part_exchange_array(&x, part->camera_paths, pixels, numbers_layout);
 }
 
 static void put_part(ca_part_writer *writer, const ca_pass_part *part, const ca_film *film, unsigned char *row)
@@ -128,6 +150,7 @@ static void put_part(ca_part_writer *writer, const ca_pass_part *part, const ca_
     ca_part_put_text(writer, part->settings);
     ca_part_put_text(writer, part->record);
     ca_part_put_text(writer, part->scene_path);
+    if (part->light_paths > 0) put_numbers(writer, part, film_pixels(&desc));
     for (uint32_t y = 0; y < film->height && writer->good; y++) {
         ca_film_write_row(film, y, row);
         ca_part_put(writer, row, ca_film_row_bytes(film));
@@ -196,7 +219,8 @@ static bool check_fields(const uint64_t *f, ca_pass_film_desc *film)
         return false;
     const bool amounts = is_amount(f[FIELD_SECONDS]) && is_amount(f[FIELD_LOOK_TARGET]) &&
                          is_amount(f[FIELD_LOOK_NEXT]) && isfinite(ca_bits_double(f[FIELD_LOOK_NOISE]));
-    return f[FIELD_RANGES] > 0 && f[FIELD_THREADS] <= UINT32_MAX && amounts && read_film_desc(f, film);
+    return f[FIELD_RANGES] > 0 && f[FIELD_THREADS] <= UINT32_MAX && f[FIELD_LIGHT_PATHS] <= UINT32_MAX && amounts &&
+           read_film_desc(f, film);
 }
 
 static ca_status read_ranges(ca_pass_reader *reader, size_t count, ca_error *error)
@@ -227,6 +251,19 @@ static ca_status read_texts(ca_pass_reader *reader, const uint64_t *f, ca_error 
     return part->settings && part->record && part->scene_path ? CA_OK : fail_damaged(reader, error);
 }
 
+static ca_status read_numbers(ca_pass_reader *reader, uint32_t light_paths, ca_error *error)
+{
+    ca_pass_part *part = &reader->part;
+    const size_t pixels = film_pixels(&reader->film);
+    ca_part_exchange x = ca_part_exchange_read(reader->stream);
+    part->camera_paths = ca_alloc(pixels, sizeof *part->camera_paths);
+    if (!part->camera_paths) return ca_fail_memory(error, reader->path);
+    ca_part_exchange_array(&x, part->camera_paths, pixels, numbers_layout);
+    for (size_t p = 0; p < pixels && x.good; p++) x.good = part->camera_paths[p] > 0;
+    part->light_paths = light_paths;
+    return x.good ? CA_OK : fail_damaged(reader, error);
+}
+
 static ca_status read_body(ca_pass_reader *reader, const uint64_t *f, ca_error *error)
 {
     ca_pass_part *part = &reader->part;
@@ -237,7 +274,7 @@ static ca_status read_body(ca_pass_reader *reader, const uint64_t *f, ca_error *
     part->looks = (ca_pass_looks){ca_bits_double(f[FIELD_LOOK_TARGET]), ca_bits_double(f[FIELD_LOOK_NEXT]),
                                   ca_bits_double(f[FIELD_LOOK_NOISE])};
     part->threads = (uint32_t)f[FIELD_THREADS];
-    return CA_OK;
+    return f[FIELD_LIGHT_PATHS] > 0 ? read_numbers(reader, (uint32_t)f[FIELD_LIGHT_PATHS], error) : CA_OK;
 }
 
 static ca_status read_header(ca_pass_reader *reader, uint64_t size, ca_error *error)

@@ -3,17 +3,17 @@
  *
  * Layout: pieces as in part_stream.h. The magic; the format's number, CA_PASS_PART_FORMAT (blocks of pairs have
  * another one, part_file.h); the fields of pass_part.c; the ranges of passes, two numbers each; three texts
- * (settings, record, scene path); the film row by row (film.h); a hash of all before it. Size: that of the film in
- * memory or less, and some hundred bytes. Reading trusts nothing: a file that is too short or too long, damaged or of
- * another version is refused (CA_ERROR_FORMAT) before memory is taken for what it claims to hold. Only a row of a
- * file is in memory. */
+ * (settings, record, scene path); numbers of rays, 4 bytes a pixel, where a file told them; the film row by row
+ * (film.h); a hash of all before it. Size: that of the film in memory or less, and some hundred bytes. Reading trusts
+ * nothing: a file that is too short or too long, damaged or of another version is refused (CA_ERROR_FORMAT) before
+ * memory is taken for what it claims to hold. Only a row of a file's film is in memory. */
 #ifndef CA_FILM_PASS_PART_H
 #define CA_FILM_PASS_PART_H
 
 #include "film/film.h"
 #include "film/part_file.h"
 
-enum { CA_PASS_PART_FORMAT = 3, CA_PASS_PART_RANGES = 1 << 16 /* at most */ };
+enum { CA_PASS_PART_FORMAT = 5, CA_PASS_PART_RANGES = 1 << 16 /* at most */ };
 
 /* Passes, half open. */
 typedef struct ca_pass_range {
@@ -35,6 +35,8 @@ typedef struct ca_pass_part {
     double seconds;                  /* of rendering */
     ca_pass_looks looks;
     uint32_t threads;
+    uint32_t light_paths;   /* of a pass, where the numbers of rays are those of a file; else 0. Then likewise: */
+    uint32_t *camera_paths; /* owned; of each pixel */
 } ca_pass_part;
 
 void ca_pass_part_destroy(ca_pass_part *part);

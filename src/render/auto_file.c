@@ -1,14 +1,16 @@
 /* Files of renders with rays "auto": checkpoints, whose records can be repeated (auto_record.h).
  *
  * Layout: pieces as in film/part_stream.h. The magic; the format's number, CA_JOINED_PART_FORMAT; the file's size;
- * two texts (the settings that the image depends on, and those that decide); the record; then all that a render has
- * between two iterations, in the order of this file; a hash of all before it. Size: that of a render in memory
- * (auto_rays.h), and up to 70 KiB a thread. Reading trusts nothing: a file that is too short or too long, damaged or
- * of another version is refused (CA_ERROR_FORMAT). */
+ * three texts (the settings that the image depends on, those that decide, and how the method was chosen); the record;
+ * then all that a render has between two iterations, in the order of this file; a hash of all before it. Size: that
+ * of a render in memory (auto_rays.h), and up to 70 KiB a thread. Reading trusts nothing: a file that is too short or
+ * too long, damaged or of another version is refused (CA_ERROR_FORMAT). */
 #include "base/file.h"
 #include "base/memory.h"
 #include "film/film.h"
+#include "render/auto_file.h"
 #include "render/auto_rays_state.h"
+#include "render/kept_method.h"
 #include "render/part_counts.h"
 
 #include <errno.h>
@@ -19,21 +21,25 @@ enum { HEADER_BYTES = CA_PART_MAGIC_BYTES + 8 + 8 };
 static const ca_part_layout film_layout = {.doubles = 11, .floats = 9, .integers = 1},
                             joined_layout = {.doubles = 15, .floats = 9, .integers = 1},
                             difference_layout = {.floats = 3}, known_layout = {.floats = 6},
+                            weights_layout = {.doubles = 1},
                             /* of one camera path some quantities are not known */
-                            means_layout = {.doubles = 5, .may_be_nan = true};
+                            means_layout = {.doubles = 5, .may_be_nan = true},
+                            connected_layout = {.doubles = 7, .may_be_nan = true};
 _Static_assert(sizeof(ca_film_pixel) == 128 && sizeof(ca_joined_pixel) == 160 && sizeof(ca_auto_known) == 24 &&
-                   sizeof(ca_pair_means) == 40,
+                   sizeof(ca_pair_means) == 40 && sizeof(ca_pair_connected_means) == 56,
                "what is written has no gaps");
 
 /* What a render must have in common with a file to go on from it. */
 typedef struct file_texts {
     char *settings, *choices;
+    char *method; /* kept_method.h */
 } file_texts;
 
 static void exchange_texts(file_texts *texts, ca_part_exchange *x)
 {
     ca_part_exchange_text(x, &texts->settings);
     ca_part_exchange_text(x, &texts->choices);
+    ca_part_exchange_text(x, &texts->method);
 }
 
 /* ---- Numbers --------------------------------------------------------------------------------------------------- */
@@ -171,7 +177,43 @@ static void exchange_joined(const ca_joined_film *joined, ca_part_exchange *x)
 
 static void exchange_pairs(const ca_pair_film *pairs, ca_part_exchange *x)
 {
-    ca_part_exchange_array(x, pairs->means, (size_t)pairs->width * pairs->height, means_layout);
+    const size_t pixels = (size_t)pairs->width * pairs->height;
+    ca_part_exchange_array(x, pairs->means, pixels, means_layout);
+    if (pairs->connected_means) ca_part_exchange_array(x, pairs->connected_means, pixels, connected_layout);
+    for (uint32_t i = 0; i < pairs->other_count; i++) exchange_pairs(&pairs->others[i], x);
+}
+
+static void exchange_coefficients(ca_noise_coefficients *c, ca_part_exchange *x)
+{
+    DOUBLES(x, &c->pair, &c->camera, &c->light, &c->connected, &c->connected_pair, &c->connected_camera,
+            &c->connected_light);
+    if (!isfinite(ca_noise_variance(c, 2.0, 2.0))) x->good = false;
+}
+
+static void exchange_node(ca_auto_node *node, const ca_auto_node *before, ca_part_exchange *x)
+{
+    DOUBLES(x, &node->light_paths, &node->pairs);
+    exchange_coefficients(&node->mean, x);
+    exchange_coefficients(&node->objective, x);
+    if (!(node->light_paths > (before ? before->light_paths : 0.0) && node->pairs > 0.0)) x->good = false;
+}
+
+static void exchange_nodes(ca_auto_nodes *nodes, ca_part_exchange *x)
+{
+    ca_part_exchange_bool(x, &nodes->weighted);
+    nodes->count = exchange_choice(nodes->count, CA_AUTO_MOST_NODES, x);
+    DOUBLES(x, &nodes->luminance, &nodes->pairs);
+    for (uint32_t i = 0; i < nodes->count && x->good; i++)
+        exchange_node(&nodes->items[i], i > 0 ? &nodes->items[i - 1] : NULL, x);
+    ca_part_exchange_array(x, nodes->weights, nodes->pixels, weights_layout);
+}
+
+static void exchange_known(ca_auto_rays *a, ca_part_exchange *x)
+{
+    if (a->known)
+        ca_part_exchange_array(x, a->known, ca_auto_pixels(a), known_layout);
+    else
+        exchange_nodes(&a->nodes, x);
 }
 
 static void exchange_pixels(ca_auto_rays *a, const ca_auto_place *place, ca_part_exchange *x)
@@ -181,7 +223,7 @@ static void exchange_pixels(ca_auto_rays *a, const ca_auto_place *place, ca_part
         ca_part_exchange_array(x, a->pilot.difference, a->pilot.mean.count, difference_layout);
     }
     if (place->stage == CA_AUTO_AT_RUN) {
-        ca_part_exchange_array(x, a->known, ca_auto_pixels(a), known_layout);
+        exchange_known(a, x);
         ca_ray_times_exchange(a->times, x);
         exchange_joined(&a->render, x);
         exchange_film(&place->work->film, x);
@@ -199,7 +241,7 @@ static void exchange_pixels(ca_auto_rays *a, const ca_auto_place *place, ca_part
 
 static void exchange_all(ca_auto_rays *a, ca_auto_place *place, uint64_t counts[CA_PART_COUNTS], ca_part_exchange *x)
 {
-    file_texts texts = {a->kept.settings, a->kept.choices};
+    file_texts texts = {a->kept.settings, a->kept.choices, a->kept.method};
     exchange_texts(&texts, x);
     ca_auto_record_exchange(&a->record, ca_auto_pixels(a), x);
     exchange_numbers(a, place, counts, x);
@@ -282,31 +324,65 @@ static ca_status open_file(const char *path, FILE **stream, uint64_t *size, ca_e
     return status;
 }
 
+static ca_status read_texts(file_texts *texts, ca_part_exchange *x, const char *path, ca_error *error)
+{
+    *texts = (file_texts){NULL, NULL, NULL};
+    exchange_texts(texts, x);
+    return x->good ? CA_OK : fail_damaged(x->stream, path, error);
+}
+
+static void free_texts(file_texts *texts)
+{
+    ca_free(texts->settings);
+    ca_free(texts->choices);
+    ca_free(texts->method);
+}
+
+ca_status ca_auto_file_use_method(ca_render_plan *plan, const char *path, ca_error *error)
+{
+    FILE *stream;
+    uint64_t size;
+    file_texts texts;
+    CA_TRY(open_file(path, &stream, &size, error));
+    ca_part_exchange x = ca_part_exchange_read(stream);
+    ca_status status = read_texts(&texts, &x, path, error);
+    if (status == CA_OK) status = ca_kept_method_use(texts.method, texts.settings, path, plan, error);
+    free_texts(&texts);
+    fclose(stream);
+    return status;
+}
+
 /* `choices` may be NULL: anything may have decided. */
 static ca_status check_texts(ca_part_exchange *x, const char *path, const char *settings, const char *choices,
                              ca_error *error)
 {
-    file_texts theirs = {NULL, NULL};
-    exchange_texts(&theirs, x);
-    ca_status status = x->good ? CA_OK : fail_damaged(x->stream, path, error);
+    file_texts theirs;
+    ca_status status = read_texts(&theirs, x, path, error);
     if (status == CA_OK) status = ca_checkpoint_compare(path, theirs.settings, settings, error);
     if (status == CA_OK && choices) status = ca_checkpoint_compare(path, theirs.choices, choices, error);
-    ca_free(theirs.settings);
-    ca_free(theirs.choices);
+    free_texts(&theirs);
     return status;
 }
 
-ca_status ca_auto_record_read(ca_auto_record *record, const char *path, const char *settings, size_t pixels,
-                              ca_error *error)
+/* Are all pixels' numbers the same where paths connect? */
+static bool numbers_fit(const ca_auto_rays *a, const ca_auto_record *record)
 {
+    bool fit = true;
+    for (uint32_t g = 0; g < record->count; g++) fit = fit && !(ca_auto_connects(a) && record->groups[g].map);
+    return fit;
+}
+
+ca_status ca_auto_script_read(ca_auto_rays *a, const char *path, ca_error *error)
+{
+    ca_auto_record *record = &a->script;
     FILE *stream;
     uint64_t size;
     CA_TRY(open_file(path, &stream, &size, error));
     ca_part_exchange x = ca_part_exchange_read(stream);
-    ca_status status = check_texts(&x, path, settings, NULL, error);
+    ca_status status = check_texts(&x, path, a->kept.settings, NULL, error);
     if (status == CA_OK) {
-        ca_auto_record_exchange(record, pixels, &x);
-        if (!x.good) status = fail_damaged(stream, path, error);
+        ca_auto_record_exchange(record, ca_auto_pixels(a), &x);
+        if (!x.good || !numbers_fit(a, record)) status = fail_damaged(stream, path, error);
     }
     if (status == CA_OK && (record->count == 0 || record->groups[0].iterations < CA_PILOT_HALVES))
         status = ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: there are no iterations to repeat", path);
@@ -319,10 +395,7 @@ ca_status ca_auto_record_read(ca_auto_record *record, const char *path, const ch
 /* What follows from the record: all but the group at work is done. */
 static void note_group(ca_auto_rays *a, const ca_auto_group *group, bool at_work)
 {
-    if (group->map)
-        ca_auto_use_map(a, group->light_paths, group->map);
-    else
-        ca_auto_use_uniform(a, (ca_pilot_numbers){group->light_paths, group->camera_paths});
+    ca_auto_use_group(a, group);
     a->iterations += group->iterations;
     a->next.largest += (double)group->iterations * a->numbers.most;
     if (group->kind == CA_AUTO_GROUP_RUN) {
@@ -364,9 +437,17 @@ static bool films_fit(const ca_auto_rays *a, const ca_auto_place *place)
 static bool record_fits(ca_auto_rays *a, const ca_auto_place *place)
 {
     const ca_auto_group *last = ca_auto_record_last(&a->record);
-    if (!last || (int)last->kind != (int)place->stage) return false;
+    if (!last || (int)last->kind != (int)place->stage || !numbers_fit(a, &a->record)) return false;
     return place->stage != CA_AUTO_AT_RUN ||
            (place->work->iterations == last->iterations && a->decision.run.measures == last->measures);
+}
+
+/* Before films and estimates, which are made for these numbers; false: they cannot be. */
+static bool note_place(ca_auto_rays *a, const ca_auto_place *place)
+{
+    if (!record_fits(a, place)) return false;
+    note_record(a, place->stage);
+    return place->stage == CA_AUTO_AT_RAMP || a->ordinary.numbers.light_paths > 0;
 }
 
 static ca_status create_films(ca_auto_rays *a, const ca_auto_place *place, ca_error *error)
@@ -376,8 +457,7 @@ static ca_status create_films(ca_auto_rays *a, const ca_auto_place *place, ca_er
         CA_TRY(ca_auto_pilot_create(a, place->pilot, error));
         return place->stage == CA_AUTO_AT_ORDINARY ? ca_auto_pilot_create_pairs(a, place->pilot, error) : CA_OK;
     }
-    a->known = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *a->known);
-    if (!a->known) return ca_fail_memory(error, "the numbers of rays");
+    CA_TRY(ca_auto_known_create(a, error));
     CA_TRY(ca_ray_times_create(&a->times, a->frame.width, a->frame.height, a->plan->threads, error));
     CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
     place->work->run = &a->decision.run;
@@ -392,12 +472,10 @@ static ca_status read_state(ca_auto_rays *a, ca_auto_place *place, const char *p
     const ca_auto_goal goal = a->goal;
     ca_auto_record_exchange(&a->record, ca_auto_pixels(a), x);
     exchange_numbers(a, place, counts, x);
-    if (!x->good || !record_fits(a, place)) return fail_damaged(x->stream, path, error);
+    if (!x->good || !note_place(a, place)) return fail_damaged(x->stream, path, error);
     CA_TRY(create_films(a, place, error));
     exchange_pixels(a, place, x);
-    if (!x->good) return fail_damaged(x->stream, path, error);
-    note_record(a, place->stage);
-    if (!films_fit(a, place)) return fail_damaged(x->stream, path, error);
+    if (!x->good || !films_fit(a, place)) return fail_damaged(x->stream, path, error);
     ca_part_counts_fill(counts, &a->counts);
     a->progress.looks.target = a->situation.progress.looks.target = target;
     a->goal.samples = ca_auto_limit_to(goal.samples, a->goal.samples, a->progress.camera_paths);

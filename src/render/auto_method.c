@@ -500,7 +500,8 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
     plan->camera_paths = (uint32_t)ca_integrator_value(type, &plan->input, "camera_paths", plan->camera_paths);
     plan->samples_per_pass = plan->camera_paths;
     snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, as %.200s says", type->name, path);
-    return ca_render_plan_count_passes(plan, plan->camera_paths, error);
+    CA_TRY(ca_render_plan_count_passes(plan, plan->camera_paths, error));
+    return ca_render_plan_take_range(plan, error);
 }
 
 /* Where its numbers of rays were chosen, too, they are in the picture. */

@@ -137,7 +137,7 @@ static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
         ca_auto_outcome outcome;
         const ca_auto_run run = {.measures = group->measures};
         if (group->kind != CA_AUTO_GROUP_RUN || group->iterations < 2) continue;
-        ca_auto_use_map(a, group->light_paths, group->map);
+        ca_auto_use_group(a, group);
         CA_TRY(ca_auto_run_do(a, &run, 0.0, &outcome, error));
     }
     return CA_OK;
@@ -186,6 +186,9 @@ _Static_assert(IN_PILOT == 628 && AT_ITS_END == 496 && BETWEEN_RUNS == 552 && IN
 _Static_assert((int)CA_AUTO_PIXEL_BYTES == (int)IN_PILOT, "auto_rays.h tells the most bytes of a pixel");
 _Static_assert(CA_AUTO_KEPT_PIXEL_BYTES == sizeof(ca_pair_moments) + CA_AUTO_MOST_RUNS * sizeof(uint32_t),
                "auto_rays.h tells what checkpoints take");
+_Static_assert((int)CA_AUTO_CONNECTED_KEPT_PIXEL_BYTES ==
+                   (1 + (int)CA_AUTO_MOST_OTHERS) * (int)sizeof(ca_pair_moments),
+               "auto_rays.h tells what checkpoints take where paths connect");
 _Static_assert((int)CA_AUTO_CONNECTED_PIXEL_BYTES == (int)IN_PILOT + (int)CA_PILOT_HALVES * (int)OTHER_FILMS,
                "auto_rays.h tells the most bytes of a pixel where paths connect");
 
@@ -194,7 +197,8 @@ static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const bool connects = ca_integrator_has(plan->type, CA_ABILITY_CONNECTION_NOISE);
     const double pixels = ca_render_plan_pixels(plan);
-    const double kept = plan->settings->checkpoint_path && !connects ? CA_AUTO_KEPT_PIXEL_BYTES : 0.0;
+    const double while_kept = connects ? CA_AUTO_CONNECTED_KEPT_PIXEL_BYTES : CA_AUTO_KEPT_PIXEL_BYTES;
+    const double kept = plan->settings->checkpoint_path ? while_kept : 0.0;
     const double most = connects ? CA_AUTO_CONNECTED_PIXEL_BYTES : CA_AUTO_PIXEL_BYTES;
     const double bytes = (most + kept - (double)sizeof(ca_film_pixel) - CA_PASS_PIXEL_BYTES) * pixels;
     if (plan->input.memory_bytes <= 0.0) return CA_OK;

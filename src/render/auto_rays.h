@@ -32,9 +32,9 @@
  *     all                               628        496            552        620
  *
  * A render that is kept in a checkpoint takes 100 more: what an iteration adds to the pairs before it is complete,
- * 72, and the numbers of each run, 7 x 4. Where paths connect there is no checkpoint, and a pixel takes 1508: each
- * film of means of pairs has 440 more, of connections and with the weights of four other numbers of light paths
- * (auto_nodes.h), and 8 instead of 24 are known.
+ * 72, and the numbers of each run, 7 x 4. Where paths connect a pixel takes 1508: each film of means of pairs has 440
+ * more, of connections and with the weights of four other numbers of light paths (auto_nodes.h), and 8 instead of 24
+ * are known; a checkpoint then takes 360 more, 72 for each of the five weightings.
  *
  * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an
  * iteration must fit the memory at once; where none is set, no more than CA_RAY_MOST_LIGHT_PATHS_HELD are chosen.
@@ -51,7 +51,8 @@
 #include "render/auto_pilot_plan.h"
 #include "render/render.h"
 
-enum { CA_AUTO_PIXEL_BYTES = 628, CA_AUTO_KEPT_PIXEL_BYTES = 100, CA_AUTO_CONNECTED_PIXEL_BYTES = 1508 };
+enum { CA_AUTO_PIXEL_BYTES = 628, CA_AUTO_KEPT_PIXEL_BYTES = 100 };
+enum { CA_AUTO_CONNECTED_PIXEL_BYTES = 1508, CA_AUTO_CONNECTED_KEPT_PIXEL_BYTES = 360 }; /* where paths connect */
 /* What a pixel of the image takes beside what all films need to be developed: a joined film, where there is none. */
 enum { CA_AUTO_IMAGE_PIXEL_BYTES = sizeof(ca_joined_pixel) };
 

@@ -8,8 +8,27 @@
 static ca_status hold_pairs(const ca_auto_rays *a, ca_auto_batch *batch, ca_error *error)
 {
     if (!ca_auto_is_kept(a)) return CA_OK;
-    batch->gathered.made = ca_alloc_zeroed(ca_auto_pixels(a), sizeof *batch->gathered.made);
-    return batch->gathered.made ? CA_OK : ca_fail_memory(error, "the noise components");
+    bool held = (batch->gathered.made = ca_alloc_zeroed(ca_auto_pixels(a), sizeof(ca_pair_moments))) != NULL;
+    for (uint32_t i = 0; i < batch->gathered.other_count; i++)
+        held = (batch->held[i] = ca_alloc_zeroed(ca_auto_pixels(a), sizeof(ca_pair_moments))) != NULL && held;
+    return held ? CA_OK : ca_fail_memory(error, "the noise components");
+}
+
+static void release_pairs(ca_auto_batch *batch)
+{
+    ca_free(batch->gathered.made);
+    for (int i = 0; i < CA_AUTO_MOST_OTHERS; i++) ca_free(batch->held[i]);
+}
+
+/* The pairs of other numbers are added to films of the caller, who may have several with one batch. */
+static void lend_held(const ca_auto_batch *batch, ca_pair_film *pairs)
+{
+    for (uint32_t i = 0; pairs && i < pairs->other_count; i++) pairs->others[i].made = batch->held[i];
+}
+
+static void take_back_held(ca_pair_film *pairs)
+{
+    for (uint32_t i = 0; pairs && i < pairs->other_count; i++) pairs->others[i].made = NULL;
 }
 
 static ca_status set_numbers(ca_auto_rays *a, ca_error *error)
@@ -54,7 +73,8 @@ static ca_status prepare(const ca_auto_rays *a, ca_auto_batch *batch, ca_error *
 {
     const ca_integrator_type *type = a->plan->type;
     ca_workers *workers = &batch->runner.workers;
-    if (batch->passes > 0 || !type->prepare) return CA_OK;
+    if (batch->prepared || !type->prepare) return CA_OK;
+    batch->prepared = true;
     return type->prepare(batch->integrator, &workers->parallel, workers->list, error);
 }
 
@@ -66,7 +86,10 @@ ca_status ca_auto_batch_run(ca_auto_rays *a, ca_auto_batch *batch, ca_film *film
     batch->runner.film = film;
     batch->runner.times = times;
     gather_into(batch, pairs);
-    CA_TRY(ca_pass_run(&batch->runner, batch->passes, error));
+    lend_held(batch, pairs);
+    const ca_status status = ca_pass_run(&batch->runner, batch->passes, error);
+    take_back_held(pairs);
+    if (status != CA_OK) return status;
     if (batch->gathered.incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
     batch->passes++;
     a->iterations++;
@@ -98,7 +121,7 @@ void ca_auto_batch_end(ca_auto_rays *a, ca_auto_batch *batch)
     if (batch->runner.workers.list) ca_workers_count(&batch->runner.workers, &a->counts);
     ca_pass_runner_destroy(&batch->runner);
     if (batch->integrator) a->plan->type->destroy(batch->integrator);
-    ca_free(batch->gathered.made);
+    release_pairs(batch);
     a->plan->input.pairs = NULL;
     *batch = (ca_auto_batch){0};
 }

@@ -242,6 +242,14 @@ void ca_auto_use_map(ca_auto_rays *a, uint32_t light_paths, const uint32_t *came
     a->numbers.mean = sum / (double)count;
 }
 
+void ca_auto_use_group(ca_auto_rays *a, const ca_auto_group *group)
+{
+    if (group->map)
+        ca_auto_use_map(a, group->light_paths, group->map);
+    else
+        ca_auto_use_uniform(a, (ca_pilot_numbers){group->light_paths, group->camera_paths});
+}
+
 void ca_auto_use(ca_auto_rays *a, const ca_auto_choice *choice)
 {
     ca_auto_use_map(a, (uint32_t)choice->numbers.best.light_paths, choice->numbers.camera_paths);

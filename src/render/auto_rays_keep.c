@@ -1,6 +1,7 @@
 /* Renders that are kept in files, or repeat what a file tells. */
 #include "base/memory.h"
 #include "render/auto_rays_state.h"
+#include "render/kept_method.h"
 #include "render/part_settings.h"
 
 #include <stdio.h>
@@ -22,26 +23,27 @@ static ca_status make_choices(const ca_auto_rays *a, char **choices, ca_error *e
 static ca_status resume(ca_auto_rays *a, ca_error *error)
 {
     ca_auto_kept *kept = &a->kept;
+    const double plan_seconds = a->plan->method.seconds; /* are among those of the file */
     ca_auto_resumed *resumed = kept->resumed = ca_alloc_zeroed(1, sizeof *resumed);
     if (!resumed) return ca_fail_memory(error, "the checkpoint");
     ca_auto_place place = {.pilot = &resumed->pilot, .work = &resumed->work};
     CA_TRY(ca_auto_file_read(a, &place, kept->checkpoint.path, error));
     resumed->stage = place.stage;
     kept->iterations = a->iterations;
-    a->start -= a->progress.seconds;
+    a->start -= a->progress.seconds - plan_seconds;
     return CA_OK;
 }
 
-/* What is known where paths connect, and how the method was chosen, is in no file. */
 ca_status ca_auto_keep_start(ca_auto_rays *a, ca_error *error)
 {
     const ca_render_plan *plan = a->plan;
     ca_auto_kept *kept = &a->kept;
-    if (ca_auto_connects(a) || plan->method.reason[0]) return CA_OK;
     CA_TRY(ca_pass_settings_make(plan, 0, &kept->settings, error));
     if (plan->rays == CA_RAYS_OF_RECORD)
-        return ca_auto_record_read(&a->script, plan->settings->rays, kept->settings, ca_auto_pixels(a), error);
+        return ca_auto_script_read(a, plan->settings->rays, error);
     CA_TRY(make_choices(a, &kept->choices, error));
+    kept->method = ca_kept_method_make(plan);
+    if (!kept->method) return ca_fail_memory(error, "the checkpoint");
     CA_TRY(ca_checkpoint_start(&kept->checkpoint, plan->settings, error));
     return kept->checkpoint.resumes ? resume(a, error) : CA_OK;
 }
@@ -52,6 +54,7 @@ void ca_auto_keep_end(ca_auto_rays *a)
     ca_checkpoint_end(&kept->checkpoint);
     ca_free(kept->settings);
     ca_free(kept->choices);
+    ca_free(kept->method);
     if (kept->resumed) {
         ca_auto_pilot_destroy(&kept->resumed->pilot);
         ca_auto_work_destroy(&kept->resumed->work);
@@ -68,13 +71,13 @@ ca_status ca_auto_keep_group(ca_auto_rays *a, ca_auto_group_kind kind, bool meas
 {
     const ca_auto_group *last = ca_auto_record_last(&a->record);
     const bool is_there = last && kind == CA_AUTO_GROUP_ORDINARY && last->kind == kind;
-    const bool run = kind == CA_AUTO_GROUP_RUN;
+    const bool map = kind == CA_AUTO_GROUP_RUN && !ca_auto_connects(a);
     if (!ca_auto_is_kept(a) || is_there) return CA_OK;
     const ca_auto_group group = {.kind = kind,
                                  .measures = measures,
                                  .light_paths = a->numbers.light_paths,
-                                 .camera_paths = run ? 0 : a->numbers.most};
-    return ca_auto_record_add(&a->record, &group, run ? a->numbers.camera_paths : NULL, ca_auto_pixels(a), error);
+                                 .camera_paths = map ? 0 : a->numbers.most};
+    return ca_auto_record_add(&a->record, &group, map ? a->numbers.camera_paths : NULL, ca_auto_pixels(a), error);
 }
 
 /* ca_checkpoint_writer */

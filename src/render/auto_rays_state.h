@@ -17,7 +17,7 @@
 /* Numbers of paths that iterations have. */
 typedef struct ca_auto_numbers {
     uint32_t light_paths;   /* N_F */
-    uint32_t *camera_paths; /* owned; N_B(p) */
+    uint32_t *camera_paths; /* owned; N_B(p); where paths connect the same of all pixels */
     uint32_t most;          /* the largest N_B(p) */
     double mean;            /* of N_B(p) */
 } ca_auto_numbers;
@@ -75,6 +75,7 @@ typedef struct ca_auto_resumed {
 typedef struct ca_auto_kept {
     ca_checkpoint checkpoint;
     char *settings, *choices; /* owned; what a file must have, too: of the image; of what decides */
+    char *method;             /* owned; kept_method.h */
     ca_auto_resumed *resumed; /* owned; NULL: nothing is left to go on with */
     uint32_t iterations;      /* that were in the checkpoint */
 } ca_auto_kept;
@@ -155,6 +156,8 @@ typedef struct ca_auto_batch {
     ca_pass_runner runner;
     ca_pass_counts counts;
     ca_pair_film gathered; /* what the integrator fills; its means are those of the film that is given to it */
+    ca_pair_moments *held[CA_AUTO_MOST_OTHERS]; /* owned; of an iteration, likewise gathered.made; NULL: not held */
+    bool prepared; /* what is made once was made */
     uint32_t passes;
 } ca_auto_batch;
 
@@ -212,6 +215,7 @@ void ca_auto_choice_destroy(ca_auto_choice *choice);
 void ca_auto_use(ca_auto_rays *a, const ca_auto_choice *choice);
 void ca_auto_use_map(ca_auto_rays *a, uint32_t light_paths, const uint32_t *camera_paths);
 void ca_auto_use_uniform(ca_auto_rays *a, ca_pilot_numbers numbers);
+void ca_auto_use_group(ca_auto_rays *a, const ca_auto_group *group);
 
 /* ---- Stages ---------------------------------------------------------------------------------------------------- */
 
@@ -248,6 +252,9 @@ void ca_auto_keep_last(ca_auto_rays *a, const ca_auto_place *place, uint32_t ite
  * which are empty, are filled when one is read. */
 ca_status ca_auto_file_write(ca_auto_rays *a, const ca_auto_place *place, const char *path, ca_error *error);
 ca_status ca_auto_file_read(ca_auto_rays *a, ca_auto_place *place, const char *path, ca_error *error);
+/* Reads the record of a file alone, into a->script. Errors: CA_ERROR_FILE, CA_ERROR_FORMAT, CA_ERROR_MEMORY;
+ * CA_ERROR_ARGUMENT where the settings differ or there is no image in it. */
+ca_status ca_auto_script_read(ca_auto_rays *a, const char *path, ca_error *error);
 
 /* w_A, w_B of auto_rays.h, as they are now. */
 void ca_auto_weights(const ca_auto_rays *a, double weights[CA_PILOT_HALVES]);

@@ -50,11 +50,6 @@ static inline ca_auto_group *ca_auto_record_last(ca_auto_record *record)
  * limits. */
 void ca_auto_record_exchange(ca_auto_record *record, size_t pixels, ca_part_exchange *x);
 
-/* Reads the one of a file, for a render with these settings (ca_auto_settings_make). Errors: CA_ERROR_FILE,
- * CA_ERROR_FORMAT, CA_ERROR_MEMORY; CA_ERROR_ARGUMENT where the settings differ or there is no image in it. */
-ca_status ca_auto_record_read(ca_auto_record *record, const char *path, const char *settings, size_t pixels,
-                              ca_error *error);
-
 /* All iterations. */
 uint32_t ca_auto_record_iterations(const ca_auto_record *record);
 

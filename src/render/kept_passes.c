@@ -1,25 +1,18 @@
 #include "render/kept_passes.h"
 
 #include "base/memory.h"
-#include "base/text.h"
-#include "render/auto_method.h"
+#include "render/kept_method.h"
 #include "render/part_counts.h"
 #include "render/part_settings.h"
 
-#include <stdio.h>
 #include <string.h>
-
-/* In a record, in front of the settings that a method was chosen for. */
-static const char asked_begin[] = "asked\n";
 
 ca_status ca_kept_start(ca_kept_passes *kept, const ca_render_plan *plan, ca_error *error)
 {
-    *kept = (ca_kept_passes){.asked = NULL};
+    *kept = (ca_kept_passes){.settings = NULL};
     CA_TRY(ca_checkpoint_start(&kept->checkpoint, plan->settings, error));
-    ca_status status = CA_OK;
-    if (ca_render_plan_chooses(plan)) status = ca_pass_settings_make(plan, 0, &kept->asked, error);
-    if (status == CA_OK && kept->checkpoint.resumes)
-        status = ca_pass_reader_open(&kept->reader, kept->checkpoint.path, error);
+    if (!kept->checkpoint.resumes) return CA_OK;
+    const ca_status status = ca_pass_reader_open(&kept->reader, kept->checkpoint.path, error);
     if (status != CA_OK) ca_kept_destroy(kept);
     return status;
 }
@@ -28,35 +21,17 @@ void ca_kept_destroy(ca_kept_passes *kept)
 {
     ca_pass_reader_close(&kept->reader);
     ca_checkpoint_end(&kept->checkpoint);
-    ca_free(kept->asked);
     ca_free(kept->settings);
-    kept->asked = kept->settings = NULL;
+    kept->settings = NULL;
 }
 
 /* ---- Going on -------------------------------------------------------------------------------------------------- */
 
-static const char *asked_in(const char *record)
-{
-    const char *begin = strstr(record, asked_begin);
-    return begin ? begin + sizeof asked_begin - 1 : NULL;
-}
-
 ca_status ca_kept_use_method(const ca_kept_passes *kept, ca_render_plan *plan, bool *used, ca_error *error)
 {
-    *used = false;
-    if (!kept->checkpoint.resumes) return CA_OK;
     const ca_pass_part *part = &kept->reader.part;
-    const char *asked = asked_in(part->record);
-    CA_TRY(ca_checkpoint_compare(kept->reader.path, asked ? asked : part->settings, kept->asked, error));
-    ca_method_statistics *method = &plan->method;
-    char seconds[64];
-    CA_TRY(ca_pass_settings_use(part->settings, plan, error));
-    ca_part_settings_find(part->record, "method_reason", method->reason, sizeof method->reason);
-    if (ca_part_settings_find(part->record, "method_seconds", seconds, sizeof seconds) &&
-        !ca_parse_double(seconds, &method->seconds))
-        method->seconds = 0.0;
-    *used = true;
-    return CA_OK;
+    *used = kept->checkpoint.resumes;
+    return *used ? ca_kept_method_use(part->record, part->settings, kept->reader.path, plan, error) : CA_OK;
 }
 
 ca_status ca_kept_check(ca_kept_passes *kept, const ca_render_plan *plan, uint64_t rays, ca_error *error)
@@ -100,23 +75,12 @@ ca_status ca_kept_restore(ca_kept_passes *kept, const ca_render_plan *plan, ca_f
 
 /* ---- Writing --------------------------------------------------------------------------------------------------- */
 
-static char *make_record(const ca_kept_passes *kept, const ca_render_plan *plan)
-{
-    const char *asked = kept->asked ? kept->asked : "";
-    const size_t size = strlen(asked) + sizeof plan->method.reason + 256;
-    char *record = ca_alloc_zeroed(size, 1);
-    if (record && kept->asked)
-        snprintf(record, size, "method_reason %s\nmethod_seconds %.17g\n%s%s", plan->method.reason,
-                 plan->method.seconds, asked_begin, asked);
-    return record;
-}
-
 ca_status ca_kept_write(const ca_kept_passes *kept, const ca_kept_state *state, const char *path, ca_error *error)
 {
     const ca_render_plan *plan = state->plan;
     const char *scene = plan->scene->desc.path;
     ca_pass_range range = {plan->first_pass, (uint64_t)plan->first_pass + state->passes};
-    char no_scene[] = "", *record = make_record(kept, plan);
+    char no_scene[] = "", *record = ca_kept_method_make(plan);
     if (!record) return ca_fail_memory(error, path);
     ca_pass_part part = {
         .settings = kept->settings,
@@ -127,6 +91,8 @@ ca_status ca_kept_write(const ca_kept_passes *kept, const ca_kept_state *state, 
         .seconds = state->seconds,
         .looks = {state->looks.target, state->looks.next, state->looks.noise},
         .threads = plan->threads,
+        .light_paths = state->rays->light_paths,
+        .camera_paths = state->rays->camera_paths,
     };
     ca_part_counts_keep(state->workers, part.counts);
     for (int i = 0; i < CA_PART_COUNTS; i++)

@@ -9,12 +9,12 @@
 #include "film/pass_part.h"
 #include "render/checkpoint.h"
 #include "render/noise_looks.h"
+#include "render/ray_file.h"
 #include "render/workers.h"
 
 typedef struct ca_kept_passes {
     ca_checkpoint checkpoint;
     ca_pass_reader reader;           /* of the checkpoint that is gone on from, until its sums are read */
-    char *asked;                     /* owned; the settings before a method was chosen; NULL: there is no choice */
     char *settings;                  /* owned */
     uint32_t resumed;                /* passes that were there */
     uint64_t counts[CA_PART_COUNTS]; /* of these, likewise: */
@@ -41,6 +41,7 @@ typedef struct ca_kept_state {
     const ca_film *film;
     uint32_t passes;
     const ca_workers *workers;
+    const ca_ray_file *rays; /* without numbers: those of the settings */
     const uint64_t *others; /* [CA_PART_COUNTS] of other ranks; NULL: there are none */
     double seconds;
     ca_noise_looks looks;

@@ -7,6 +7,7 @@
 #include "film/pass_part.h"
 #include "render/part_counts.h"
 #include "render/part_settings.h"
+#include "render/ray_file.h"
 #include "render/record.h"
 #include "render/replicates.h"
 
@@ -203,11 +204,20 @@ static uint64_t seed_of(const merge *m)
     return seed;
 }
 
+/* Without numbers where they were those of the settings. Borrowed. */
+static ca_ray_file rays_of(const merge *m)
+{
+    const uint32_t *crop = m->film_desc.crop;
+    const size_t pixels = (size_t)(crop[2] - crop[0]) * (crop[3] - crop[1]);
+    return ca_ray_file_of(m->sum.light_paths, m->sum.camera_paths, pixels);
+}
+
 static void fill_statistics(const merge *m, ca_render_statistics *statistics)
 {
     const ca_pass_part *sum = &m->sum;
     const ca_film_summary summary = ca_film_summarise(&m->film);
     const uint64_t passes = ca_pass_part_passes(sum);
+    const ca_ray_file rays = rays_of(m);
     *statistics = (ca_render_statistics){
         .seconds = sum->seconds,
         .samples_per_pixel = (double)passes * number_of(m, "samples_per_pass"),
@@ -215,6 +225,7 @@ static void fill_statistics(const merge *m, ca_render_statistics *statistics)
         .seed = seed_of(m),
         .passes = {sum->ranges[0].begin, sum->ranges[sum->range_count - 1].end},
     };
+    statistics->numbers_of_rays = ca_ray_file_statistics(&rays);
     ca_render_summarise(&summary, statistics);
     ca_part_counts_fill(sum->counts, statistics);
     ca_part_settings_find(sum->record, "method_reason", statistics->method.reason, sizeof statistics->method.reason);
@@ -259,7 +270,10 @@ static ca_status attach_record(const merge *m, const ca_render_statistics *stati
 static ca_status develop(const merge *m, ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
 {
     CA_TRY(ca_film_develop(&m->film, ca_processors(), image, error));
-    const ca_status status = attach_record(m, statistics, *image, error);
+    const ca_ray_file rays = rays_of(m);
+    ca_status status = attach_record(m, statistics, *image, error);
+    if (status == CA_OK && rays.light_paths > 0)
+        status = ca_ray_file_add_layers(&rays, (uint32_t)statistics->iterations, *image, error);
     if (status == CA_OK) {
         statistics->has_confidence =
             ca_interval_layers_shares(*image, &statistics->confidence_marked, &statistics->confidence_widened);

@@ -240,9 +240,6 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     plan->rays = rays_source(settings);
     const bool chooses = ca_integrator_has(plan->type, CA_ABILITY_CHOOSES);
     CA_TRY(plan_objective(plan, error));
-    if (chooses && plan->rays == CA_RAYS_OF_RECORD)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a record of numbers of rays is repeated with the integrator that it was made with: name it");
     if (plan->rays == CA_RAYS_OF_SETTINGS || (chooses && plan->rays == CA_RAYS_OF_FILE)) return CA_OK;
     CA_TRY(check_law(plan, error));
     if (settings->strategies_directory)
@@ -307,19 +304,10 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
                        "there is no part of such a render; an image of it, as file of rays, repeats its choice");
-    const bool asked = settings->checkpoint_path && (settings->resume || !settings->checkpoint_if_long);
-    if (plan->rays == CA_RAYS_AUTO && asked && !ca_integrator_has(plan->type, CA_ABILITY_PAIR_LAW))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\" a checkpoint keeps renders whose light comes from merges alone, not those "
-                       "of %s",
-                       plan->type->name);
     if (settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are not kept in %s", what);
     if (settings->checkpoint_path && !settings->part_path && !settings->has_passes) return CA_OK;
-    if (plan->rays == CA_RAYS_OF_FILE)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "a part of a render does not keep the numbers of rays of a file");
-    if (ca_integrator_has(plan->type, CA_ABILITY_CHOOSES))
+    if (ca_integrator_has(plan->type, CA_ABILITY_CHOOSES) && plan->rays != CA_RAYS_OF_FILE)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "integrator \"%s\" may choose another method for each part: name the integrator, as --stats "
                        "or the image of one render tells it",
@@ -437,8 +425,7 @@ static ca_status plan_stopping(ca_render_plan *plan, uint32_t width, uint32_t he
     return ca_render_plan_count_passes(plan, plan->camera_paths, error);
 }
 
-/* The passes that were asked for by their numbers, once it is known how replicates are made. */
-static ca_status plan_passes(ca_render_plan *plan, ca_error *error)
+ca_status ca_render_plan_take_range(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
     const uint32_t each = plan->passes_per_replicate > 0 ? plan->passes_per_replicate : 1;
@@ -524,7 +511,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     CA_TRY(check_strategies(plan, error));
     CA_TRY(plan_stopping(plan, width, height, error));
     CA_TRY(ca_replicates_plan(plan, error));
-    CA_TRY(plan_passes(plan, error));
+    CA_TRY(ca_render_plan_take_range(plan, error));
     CA_TRY(plan_memory(plan, error));
     plan->threads = settings->threads ? settings->threads : ca_processors();
     if (plan->threads > 1024)

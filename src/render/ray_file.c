@@ -5,6 +5,7 @@
 #include "image/layers.h"
 #include "noise/ray_map.h"
 
+#include <math.h>
 #include <stdio.h>
 
 static size_t pixels_of(const ca_render_plan *plan) { return (size_t)ca_render_plan_pixels(plan); }
@@ -42,7 +43,8 @@ static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_erro
     CA_TRY(fit_connections(file, plan, error));
     plan->camera_paths = file->counts.most;
     plan->samples_per_pass = file->mean;
-    return ca_render_plan_count_passes(plan, file->counts.most, error);
+    CA_TRY(ca_render_plan_count_passes(plan, file->counts.most, error));
+    return ca_render_plan_take_range(plan, error);
 }
 
 ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error)
@@ -65,6 +67,24 @@ ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *er
     const ca_status status = fit_plan(file, plan, error);
     if (status != CA_OK) ca_ray_file_destroy(file);
     return status;
+}
+
+ca_ray_file ca_ray_file_of(uint32_t light_paths, uint32_t *camera_paths, size_t pixels)
+{
+    double sum = 0.0;
+    for (size_t p = 0; light_paths > 0 && p < pixels; p++) sum += camera_paths[p];
+    return (ca_ray_file){.camera_paths = camera_paths, .light_paths = light_paths, .mean = sum / (double)pixels};
+}
+
+ca_rays_statistics ca_ray_file_statistics(const ca_ray_file *file)
+{
+    return (ca_rays_statistics){.light_paths = file->light_paths,
+                                .camera_paths = file->mean,
+                                .predicted_gain = (double)NAN,
+                                .iteration_seconds = (double)NAN,
+                                .light_path_seconds = (double)NAN,
+                                .camera_path_seconds = (double)NAN,
+                                .candidate_seconds = (double)NAN};
 }
 
 void ca_ray_file_destroy(ca_ray_file *file)

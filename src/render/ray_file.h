@@ -17,6 +17,11 @@ typedef struct ca_ray_file {
 ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error);
 void ca_ray_file_destroy(ca_ray_file *file);
 
+/* Of numbers that are known, borrowed. */
+ca_ray_file ca_ray_file_of(uint32_t light_paths, uint32_t *camera_paths, size_t pixels);
+/* What is known of them; nothing was chosen. */
+ca_rays_statistics ca_ray_file_statistics(const ca_ray_file *file);
+
 /* Adds the layers Rays.Camera and Rays.Numbers and the attributes to an image of so many passes. */
 ca_status ca_ray_file_add_layers(const ca_ray_file *file, uint32_t passes, ca_image_layers *image, ca_error *error);
 

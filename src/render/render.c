@@ -3,11 +3,14 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
+#include "base/memory.h"
 #include "film/interval_layers.h"
 #include "math/numeric.h"
+#include "render/auto_file.h"
 #include "render/auto_method.h"
 #include "render/auto_rays.h"
 #include "render/blocks.h"
+#include "render/kept_method.h"
 #include "render/kept_passes.h"
 #include "render/noise_looks.h"
 #include "render/part_counts.h"
@@ -170,7 +173,8 @@ static ca_status write_film(const render *r, const char *path, ca_error *error)
 {
     uint64_t others[CA_PART_COUNTS] = {0};
     if (r->ranks) ca_rank_work_count(&r->work, others);
-    const ca_kept_state state = {r->plan, &r->film, r->passes, &r->runner.workers, others, r->seconds, r->looks};
+    const ca_kept_state state = {r->plan, &r->film, r->passes,  &r->runner.workers,
+                                 &r->rays, others,   r->seconds, r->looks};
     CA_TRY(ca_rank_work_check_whole(&r->work, path, "passes", error));
     return ca_kept_write(&r->kept, &state, path, error);
 }
@@ -341,13 +345,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
         .method = r->plan->method,
         .passes = {r->plan->first_pass, r->plan->first_pass + passes},
         .passes_resumed = r->kept.resumed,
-        .numbers_of_rays = {.light_paths = r->rays.light_paths,
-                            .camera_paths = r->rays.mean,
-                            .predicted_gain = (double)NAN,
-                            .iteration_seconds = (double)NAN,
-                            .light_path_seconds = (double)NAN,
-                            .camera_path_seconds = (double)NAN,
-                            .candidate_seconds = (double)NAN},
+        .numbers_of_rays = ca_ray_file_statistics(&r->rays),
     };
     ca_render_summarise(&summary, statistics);
     ca_workers_count(&r->runner.workers, statistics);
@@ -563,24 +561,33 @@ static bool has_room_for_pilot(const ca_render_plan *plan)
 }
 
 /* A method without such numbers renders as it is; so does one whose choice the caller has ended, and a render that is
- * too short for another pilot. */
+ * too short for another pilot. What a checkpoint or a record tells is not decided again. */
+static ca_status choose_for_rays(ca_render_plan *plan, ca_error *error)
+{
+    bool used = false;
+    if (plan->rays == CA_RAYS_OF_RECORD) return ca_auto_file_use_method(plan, plan->settings->rays, error);
+    CA_TRY(ca_kept_method_recall(plan, &used, error));
+    if (used) return CA_OK;
+    CA_TRY(ca_auto_method_choose(plan, error));
+    if (!ca_integrator_has(plan->type, CA_RAYS_ABILITIES) || plan->ended || !has_room_for_pilot(plan))
+        plan->rays = CA_RAYS_OF_SETTINGS;
+    return CA_OK;
+}
+
 static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                                    ca_error *error)
 {
-    CA_TRY(ca_auto_method_choose(plan, error));
-    if (ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && !plan->ended && has_room_for_pilot(plan)) {
-        CA_TRY(ca_render_plan_keep_radius(plan, error));
-        return ca_auto_rays_render(plan, NULL, image, statistics, error);
-    }
-    plan->rays = CA_RAYS_OF_SETTINGS;
-    return render_passes(plan, image, statistics, error);
+    CA_TRY(choose_for_rays(plan, error));
+    if (!ca_render_plan_joins(plan)) return render_passes(plan, image, statistics, error);
+    CA_TRY(ca_render_plan_keep_radius(plan, error));
+    return ca_auto_rays_render(plan, NULL, image, statistics, error);
 }
 
 static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                           ca_error *error)
 {
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
-    if (plan->rays == CA_RAYS_AUTO && ca_render_plan_chooses(plan))
+    if (ca_render_plan_joins(plan) && ca_render_plan_chooses(plan))
         return choose_and_render(plan, image, statistics, error);
     if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
     return render_passes(plan, image, statistics, error);
@@ -605,12 +612,16 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
     *image = NULL;
-    ca_status status = ca_ranks_agree(plan->settings->ranks, keep_memory_back(plan, error), error);
+    ca_status status = keep_memory_back(plan, error);
+    if (status == CA_OK && ca_render_plan_chooses(plan)) status = ca_pass_settings_make(plan, 0, &plan->asked, error);
+    status = ca_ranks_agree(plan->settings->ranks, status, error);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
     if (status == CA_OK && *image) status = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, error);
     ca_reserve_release(plan->reserve);
+    ca_free(plan->asked);
     plan->reserve = NULL;
+    plan->asked = NULL;
     if (status == CA_ERROR_INTERRUPTED)
         ca_fail(error, status, NULL, "ended before the first %s was complete: there is no image",
                 ca_render_plan_by_blocks(plan) ? "block" : "pass");

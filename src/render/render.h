@@ -29,6 +29,7 @@ typedef struct ca_render_plan {
     uint32_t camera_paths;     /* of a pixel in a pass, N_B */
     ca_rays_source rays;
     ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
+    char *asked;                 /* owned while ca_render_plan_run runs: the settings before that; NULL: not `auto` */
     bool ended; /* the caller has ended the render while that was chosen: one pass is made */
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
     uint32_t first_pass; /* > 0: of a part that begins there */
@@ -72,6 +73,10 @@ static inline double ca_render_plan_pixels(const ca_render_plan *plan)
  * `most`: the largest number of camera paths of a pixel in a pass, which are numbered in 32 bits. Errors:
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_error *error);
+
+/* After that, and once it is known how replicates are made: the passes that were asked for by their numbers. Errors:
+ * CA_ERROR_ARGUMENT. */
+ca_status ca_render_plan_take_range(ca_render_plan *plan, ca_error *error);
 
 /* The passes that the render will make, where samples limit it; else a guess from its time, rather too high. */
 double ca_render_plan_expected_passes(const ca_render_plan *plan);
