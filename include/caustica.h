@@ -124,8 +124,8 @@ typedef struct ca_scene_source {
     const ca_bitmap_data *bitmaps;
     size_t bitmap_count;
     uint32_t sensor;    /* of several sensors, counted from 0 */
-    const int *stop;    /* building what rays are traced with ends soon when it is set (ca_render_settings.stop):
-                           CA_ERROR_INTERRUPTED. May be NULL */
+    const int *stop;    /* another thread or a signal handler may set it to other than 0, by an atomic store: reading
+                           and building end within half a second with CA_ERROR_INTERRUPTED. May be NULL */
     const ca_scene *previous; /* the version that was edited, may be NULL: ca_scene_parse */
     double memory_mib;  /* that reading may take, and 64 bytes more for each byte that is read; 0: 1024. Beyond it:
                            CA_ERROR_MEMORY */
@@ -287,14 +287,18 @@ typedef struct ca_render_settings {
     /* A number that another thread or a signal handler may set to other than 0, by an atomic store, and which then
      * stays so: work ends within half a second, in the middle of a pass or block, which then is no part of the
      * image. Making the image of the whole ones counts: two threads make one of a megapixel in that time, of more it
-     * takes longer. Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL: passes are
-     * finished. */
+     * takes longer (see `discard`). Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL:
+     * passes are finished. */
     const int *stop;
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
      * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
      * to the bit. A pass or block is then finished, whatever `stop` says. Refused with numbers of rays that are
      * chosen, and with strategies_directory. */
     const struct ca_ranks *ranks;
+    /* As `stop`, and mostly the same number: once it is set, nothing of what was made is wanted. The image is not
+     * made then, nor are a part file and pictures of techniques, and the call ends within half a second whatever the
+     * image's size: CA_ERROR_INTERRUPTED. Passes are ended by `stop` alone. NULL: the image is made. */
+    const int *discard;
 } ca_render_settings;
 
 #define ca_render_settings_init(settings) ca_render_settings_init_sized(settings, sizeof(ca_render_settings))

@@ -2,6 +2,7 @@
  * they end soon. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "geometry/accel.h"
 #include "integrator/integrator.h"
@@ -401,6 +402,166 @@ static void test_out_of_memory_in_a_pass(void **state)
     ca_scene_release(scene);
 }
 
+/* ---- Without an image ------------------------------------------------------------------------------------------ */
+
+/* The picture of the passes that were made is not wanted, not even where all of them are there. */
+static bool discard_after_passes(const ca_render_progress *progress, void *user)
+{
+    stopper *s = user;
+    if (progress->passes_done < s->passes) return true;
+    s->asked_at = ca_clock_seconds();
+    s->work_at = processor_seconds();
+    s->stop = 1;
+    return true;
+}
+
+static double discard(const ca_scene *scene, const char *integrator, uint32_t passes, uint32_t samples,
+                      uint32_t width)
+{
+    stopper s = {.passes = passes};
+    ca_render_settings settings = settings_of(integrator, NULL);
+    ca_image_layers *image;
+    ca_error error = {""};
+    settings.progress = discard_after_passes;
+    settings.progress_user = &s;
+    settings.discard = &s.stop;
+    settings.samples_per_pixel = samples;
+    settings.width = width;
+    settings.height = width / 2;
+    const ca_status status = ca_render(scene, &settings, &image, NULL, &error);
+    const double work = processor_seconds() - s.work_at;
+    if (status != CA_ERROR_INTERRUPTED) fail_msg("%s: %s, %s", integrator, ca_status_name(status), error.message);
+    assert_null(image);
+    assert_string_equal(error.message, "ended before it was done");
+    return work;
+}
+
+static void test_discard(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(even);
+    discard(scene, "path", 3, 3, 64);
+    discard(scene, "qmcppm:light_paths=100", 1, 1, 32);
+    discard(scene, "bdpm:radius=0.1,light_paths=100", 2, 2, 32);
+    const double work = discard(scene, "path", 1, 1, 4000);
+    printf("8 megapixels discarded after %.0f ms of work\n", 1e3 * work);
+#ifdef NDEBUG
+    assert_true(work < PROMISED);
+#endif
+    ca_scene_release(scene);
+}
+
+/* ---- Reading --------------------------------------------------------------------------------------------------- */
+
+/* Asks for the end when so much was told; in the thread that reads, so that nothing depends on when others run. */
+typedef struct reading_look {
+    stopper s;
+    uint32_t told, end_at;
+} reading_look;
+
+static void count_and_stop(const char *what, double fraction, void *user)
+{
+    reading_look *look = user;
+    (void)what, (void)fraction;
+    if (look->told++ != look->end_at) return;
+    look->s.work_at = processor_seconds();
+    look->s.stop = 1;
+}
+
+static ca_status read_until(const char *text, size_t size, const char *path, reading_look *look, ca_error *error)
+{
+    const ca_scene_source source = {.text = text, .size = size, .path = path, .stop = &look->s.stop};
+    ca_scene *scene;
+    ca_loading_begin(count_and_stop, look);
+    const ca_status status = ca_scene_parse(&source, &scene, error);
+    ca_loading_end();
+    ca_scene_release(scene);
+    return status;
+}
+
+enum { GRID = 400, GRID_VERTICES = GRID * GRID, GRID_TRIANGLES = 2 * (GRID - 1) * (GRID - 1) };
+
+/* The rows of a height field: vertices, then triangles, whose indices begin with `first`. */
+static void write_rows(FILE *file, const char *vertex, const char *face, unsigned first)
+{
+    for (unsigned i = 0; i < GRID_VERTICES; i++) fprintf(file, "%s%u %u %u\n", vertex, i % GRID, i / GRID, i * 7 % 5);
+    for (unsigned i = 0; i < GRID_VERTICES; i++) {
+        const unsigned a = i + first;
+        if (i % GRID == GRID - 1 || i / GRID == GRID - 1) continue;
+        fprintf(file, "%s%u %u %u\n%s%u %u %u\n", face, a, a + 1, a + GRID, face, a + 1, a + GRID + 1, a + GRID);
+    }
+}
+
+static void write_mesh(const char *path, bool is_ply)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    if (is_ply)
+        fprintf(file, "ply\nformat ascii 1.0\nelement vertex %u\nproperty float x\nproperty float y\n"
+                      "property float z\nelement face %u\nproperty list uchar int vertex_indices\nend_header\n",
+                (unsigned)GRID_VERTICES, (unsigned)GRID_TRIANGLES);
+    write_rows(file, is_ply ? "" : "v ", is_ply ? "3 " : "f ", is_ply ? 0 : 1);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* Wherever it is asked to end, it does, and soon; there are many such places. */
+static void expect_ends_everywhere(const char *type)
+{
+    char text[1024], path[512];
+    uint32_t places = 0;
+    snprintf(path, sizeof path, CA_BUILD_DIR "/tests/stop-mesh.%s", type);
+    write_mesh(path, type[0] == 'p');
+    snprintf(text, sizeof text, "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>"
+                                "<shape type='%s'><string name='filename' value='%s'/></shape></scene>", type, path);
+    for (;; places++) {
+        reading_look look = {.end_at = places};
+        ca_error error = {""};
+        const ca_status status = read_until(text, strlen(text), "stop", &look, &error);
+        if (status == CA_OK) break;
+        if (status != CA_ERROR_INTERRUPTED) fail_msg("%s: %s", ca_status_name(status), error.message);
+        assert_string_equal(error.message, "ended before it was done");
+        const double work = processor_seconds() - look.s.work_at;
+        if (work > PROMISED) fail_msg("worked for %g s after it was asked to end at place %u", work, places);
+    }
+    printf("%s: ended at %u places\n", type, places);
+    assert_true(places > 12);
+    assert_int_equal(remove(path), 0);
+}
+
+static void test_reading(void **state)
+{
+    (void)state;
+    expect_ends_everywhere("ply");
+    expect_ends_everywhere("obj");
+}
+
+/* What is wrong at the end of a long text is not found. */
+static void expect_end_not_read(const char *path, const char *begin, const char *line, const char *end)
+{
+    enum { LINES = 9000 };
+    const size_t length = strlen(line), size = strlen(begin) + LINES * length + strlen(end);
+    char *text = malloc(size + 1), *at = text;
+    assert_non_null(text);
+    at += sprintf(at, "%s", begin);
+    for (int i = 0; i < LINES; i++, at += length) memcpy(at, line, length);
+    memcpy(at, end, strlen(end) + 1);
+    for (int stop = 0; stop < 2; stop++) {
+        reading_look look = {.s = {.stop = stop}, .end_at = UINT32_MAX};
+        ca_error error = {""};
+        const ca_status status = read_until(text, size, path, &look, &error);
+        if (stop ? status != CA_ERROR_INTERRUPTED : status == CA_OK || status == CA_ERROR_INTERRUPTED)
+            fail_msg("%s: %s, %s", path, ca_status_name(status), error.message);
+    }
+    free(text);
+}
+
+static void test_texts(void **state)
+{
+    (void)state;
+    expect_end_not_read("stop.xml", "<scene version='3.0.0'>", "<emitter type='point'/>", "</oops>");
+    expect_end_not_read("stop.pbrt", "WorldBegin\n", "AttributeBegin\nAttributeEnd\n", "Oops");
+}
+
 /* ---- Building -------------------------------------------------------------------------------------------------- */
 
 enum { TRIANGLES = 600000 };
@@ -447,7 +608,8 @@ int main(void)
         cmocka_unit_test(test_rays_auto),            cmocka_unit_test(test_without_a_whole_pass),
         cmocka_unit_test(test_within_a_task),        cmocka_unit_test(test_large_images),
         cmocka_unit_test(test_out_of_memory_in_a_pass),
-        cmocka_unit_test(test_building),
+        cmocka_unit_test(test_discard),              cmocka_unit_test(test_reading),
+        cmocka_unit_test(test_texts),                cmocka_unit_test(test_building),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -153,6 +153,7 @@ def render(scene, settings=None, *, sensor=None, progress=None, **changes):
     call = _Call(_settings(settings, changes), _callback(progress))
     error, image, statistics = new_error(), ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
     with interruptible() as call.struct.stop:
+        call.struct.discard = call.struct.stop  # after Ctrl-C there is nobody to whom the picture could be given
         status = lib.ca_render(scene._pointer, call.struct, image, statistics, error)
     made = Image(image[0], _statistics(statistics)) if image[0] else None
     call.check(status, error)

@@ -106,24 +106,53 @@ def processor_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-@pytest.mark.parametrize("settings", ["spp=10000000, threads=1", "integrator='light:light_paths=50000000', threads=1"])
-def test_control_c(settings):
-    """In short passes, and in the middle of a pass of a minute."""
+def interrupt(call, work):
+    """Presses Ctrl-C when a process has done so many seconds' work of a call: it ends within half a second."""
     code = f"""import caustica, sys, time
 sys.path.insert(0, sys.argv[1])
 from conftest import description
 scene = caustica.load_dict(description())
 try:
     print("begun", flush=True)
-    caustica.render(scene, {settings})
+    {call}
 except KeyboardInterrupt:
     print(time.process_time(), flush=True)"""
     process = subprocess.Popen([sys.executable, "-c", code, os.path.dirname(__file__)], stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "begun\n"
-    time.sleep(0.3)
-    before = processor_seconds(process.pid)
+    begun = processor_seconds(process.pid)
+    while (before := processor_seconds(process.pid)) - begun < work:
+        time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     assert float(process.stdout.readline()) - before < 0.5 and process.wait() == 0
+
+
+@pytest.mark.parametrize("settings", ["spp=10000000", "integrator='light:light_paths=50000000'",
+                                      "spp=10000000, integrator='path', size=(3456, 2304)"])
+def test_control_c(settings):
+    """In short passes, in the middle of a pass of a minute, and where the picture has 8 megapixels."""
+    interrupt(f"caustica.render(scene, {settings}, threads=1)", 5.0 if "size" in settings else 0.2)
+
+
+@pytest.fixture(scope="module")
+def large_file(tmp_path_factory):
+    """A mesh of 4 million triangles."""
+    n, path = 1414, tmp_path_factory.mktemp("large") / "large.ply"
+    x, y = np.meshgrid(np.arange(n + 1, dtype="<f4"), np.arange(n + 1, dtype="<f4"))
+    vertices = np.stack([x, y, np.sin(0.01 * x)], axis=2).reshape(-1, 3)
+    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    faces = np.empty(2 * n * n, [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"] = 3
+    faces["corners"] = np.stack([corner, corner + n + 2, corner + 1, corner, corner + n + 1, corner + n + 2], 1).reshape(-1, 3)
+    header = ("ply\nformat binary_little_endian 1.0\n"
+              f"element vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
+              f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n")
+    path.write_bytes(header.encode() + vertices.astype("<f4").tobytes() + faces.tobytes())
+    return path
+
+
+@pytest.mark.parametrize("work", [0.02, 0.15, 0.4, 0.8])
+def test_control_c_while_loading(large_file, work):
+    interrupt(f"caustica.load_dict(description(large={{'type': 'ply', 'filename': {str(large_file)!r}}}))", work)
 
 
 def test_other_threads_go_on(scene):

@@ -20,6 +20,20 @@ static ca_status fail_errno(ca_error *error, const char *path, const char *what)
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: %s: %s", path, what, strerror(errno));
 }
 
+/* So much at a time that reading can be ended between pieces. Ends early where the file has become shorter. */
+static ca_status read_pieces(FILE *stream, const char *path, size_t size, ca_bytes *bytes, ca_error *error)
+{
+    const size_t most = (size_t)1 << 24;
+    size_t got = 1;
+    while (got > 0 && bytes->size < size) {
+        const size_t left = size - bytes->size;
+        CA_TRY(ca_loading_check(error));
+        got = fread(bytes->data + bytes->size, 1, left < most ? left : most, stream);
+        bytes->size += got;
+    }
+    return ferror(stream) ? fail_errno(error, path, "cannot read") : CA_OK;
+}
+
 static ca_status read_stream(FILE *stream, const char *path, const char *what, size_t limit, ca_bytes *bytes,
                              ca_error *error)
 {
@@ -33,13 +47,12 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
     ca_memory_budget_read(ca_hash_add(ca_hash_add(CA_HASH_START, info.st_dev), info.st_ino), size);
     bytes->data = ca_alloc(size + 1, 1);
     if (!bytes->data) return ca_fail_memory(error, path);
-    bytes->size = fread(bytes->data, 1, size, stream);
-    if (ferror(stream)) {
+    const ca_status status = read_pieces(stream, path, size, bytes, error);
+    if (status == CA_OK)
+        bytes->data[bytes->size] = 0;
+    else
         ca_bytes_destroy(bytes);
-        return fail_errno(error, path, "cannot read");
-    }
-    bytes->data[bytes->size] = 0;
-    return CA_OK;
+    return status;
 }
 
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error)

@@ -13,10 +13,22 @@ typedef struct looking {
 } looking;
 
 static _Thread_local looking now;
+static _Thread_local const int *wanted_until;
 
 void ca_loading_begin(ca_loading_look look, void *user) { now = (looking){.look = look, .user = user, .word = ""}; }
 
 void ca_loading_end(void) { now = (looking){.look = NULL}; }
+
+const int *ca_loading_until(const int *stop)
+{
+    const int *before = wanted_until;
+    wanted_until = stop;
+    return before;
+}
+
+const int *ca_loading_wanted_until(void) { return wanted_until; }
+
+ca_status ca_loading_check(ca_error *error) { return ca_stop_check(wanted_until, error); }
 
 void ca_loading_tell(double fraction)
 {

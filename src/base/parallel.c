@@ -2,6 +2,7 @@
 #include "base/parallel.h"
 
 #include "base/clock.h"
+#include "base/loading.h"
 #include "base/stop.h"
 
 #include <assert.h>
@@ -181,9 +182,10 @@ ca_status ca_parallel_for(const ca_parallel *parallel, uint32_t count, ca_parall
 
 void ca_parallel_surely(uint32_t workers, uint32_t count, ca_parallel_task task, void *user)
 {
-    const ca_parallel parallel = {.workers = workers}, alone = {.workers = 1};
-    if (ca_parallel_for(&parallel, count, task, user, NULL) == CA_OK) return;
-    const ca_status status = ca_parallel_for(&alone, count, task, user, NULL);
-    assert(status == CA_OK);
+    ca_parallel parallel = {.workers = workers, .stop = ca_loading_wanted_until()};
+    if (ca_parallel_for(&parallel, count, task, user, NULL) != CA_ERROR_THREADS) return;
+    parallel.workers = 1;
+    const ca_status status = ca_parallel_for(&parallel, count, task, user, NULL);
+    assert(status != CA_ERROR_THREADS);
     (void)status;
 }

@@ -33,8 +33,8 @@ typedef void (*ca_parallel_task)(void *user, uint32_t task, uint32_t worker);
 __attribute__((warn_unused_result)) ca_status ca_parallel_for(const ca_parallel *parallel, uint32_t count,
                                                               ca_parallel_task task, void *user, ca_error *error);
 
-/* The same for what must not fail and is not to be stopped: by the calling thread alone where the system gives no
- * more threads. */
+/* The same for what must not fail: by the calling thread alone where the system gives no more threads. Tasks are
+ * missing once nobody wants the calling thread's work any more (base/loading.h), which is to be asked behind it. */
 void ca_parallel_surely(uint32_t workers, uint32_t count, ca_parallel_task task, void *user);
 
 #endif

@@ -1,6 +1,7 @@
 #include "film/block_film.h"
 
 #include "base/little_endian.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "film/exact_sum.h"
 #include "film/interval_layers.h"
@@ -352,9 +353,10 @@ typedef struct bar_work {
     ca_verdict *verdicts;
 } bar_work;
 
-static void find_errors(const ca_block_film *film, bar_work *work)
+static ca_status find_errors(const ca_block_film *film, bar_work *work, ca_error *error)
 {
     for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
+        if (i % 65536 == 0) CA_TRY(ca_loading_check(error));
         const double value = pixel_luminance(&film->pixels[i]);
         ca_pair_design design;
         ca_pair_variances v;
@@ -363,6 +365,7 @@ static void find_errors(const ca_block_film *film, bar_work *work)
         if (!pixel_variances(&film->bars[i], &film->pixels[i], &design, &v)) continue;
         (void)ca_pair_error(&design, &v, value, &work->moments[i], &work->degrees[i]);
     }
+    return CA_OK;
 }
 
 static ca_status fill_bars(const ca_block_film *film, uint32_t threads, bar_work *work, ca_image_layers *layers,
@@ -370,7 +373,7 @@ static ca_status fill_bars(const ca_block_film *film, uint32_t threads, bar_work
 {
     ca_interval_layers intervals;
     CA_TRY(ca_interval_layers_add(&intervals, layers, 'Y', error));
-    find_errors(film, work);
+    CA_TRY(find_errors(film, work, error));
     CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, threads, work->verdicts, error));
     for (size_t i = 0; i < (size_t)film->width * film->height; i++) {
         const bool known = work->degrees[i] > 0.0;

@@ -1,5 +1,6 @@
 #include "film/confidence.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "metrics/significance.h"
@@ -348,5 +349,5 @@ ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_
     ca_parallel_surely(threads, tiles, pool_tile, &j);
     ca_parallel_surely(threads, tiles, judge_tile, &j);
     ca_free(j.rows);
-    return CA_OK;
+    return ca_loading_check(error);
 }

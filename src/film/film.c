@@ -1,5 +1,6 @@
 #include "film/film.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "film/interval_layers.h"
@@ -209,15 +210,51 @@ ca_film_pixel ca_film_pixel_at(const ca_film *film, size_t i)
     return film->parts ? pixel_of_parts(film, i) : film->pixels[i];
 }
 
-static ca_film_groups groups_at(const ca_film *film, size_t i)
+/* What the statistics of one channel are made of: R, G, B, Y. */
+typedef struct channel_sums {
+    double sum, squares, cubes; /* cubes of one replicate */
+    uint32_t samples;
+} channel_sums;
+
+/* Sums of parts are worth reading one by one: all of a pixel's take several times as long. */
+static channel_sums channel_at(const ca_film *film, size_t i, int c)
 {
-    if (!film->group_parts) return film->groups[i];
+    if (!film->parts) {
+        const ca_film_pixel *p = &film->pixels[i];
+        return (channel_sums){.sum = c < 3 ? p->sum[c] : ca_film_luminance(p->sum),
+                              .squares = c < 3 ? p->sum_squares[c] : p->sum_squares_luminance,
+                              .cubes = p->sum_cubes[c],
+                              .samples = p->samples};
+    }
+    const ca_pass_sums *from = &film->parts[i];
+    const ca_group_sums *group = film->group_parts ? &film->group_parts[i] : NULL;
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3; k++)
+        if (c == 3 || k == c) sum[k] = ca_pass_sums_value(from, group, CA_PASS_VALUES + k);
+    return (channel_sums){.sum = c < 3 ? sum[c] : ca_film_luminance(sum),
+                          .squares = ca_pass_sums_value(from, group, CA_PASS_SQUARES + c),
+                          .cubes = ca_pass_sums_value(from, group, CA_PASS_CUBES + c),
+                          .samples = from->samples};
+}
+
+/* The same of the groups that are complete: sums over their samples, squares of their means. */
+static channel_sums channel_of_groups(const ca_film *film, size_t i, int c)
+{
+    channel_sums sums = channel_at(film, i, c);
+    if (!film->group_parts) {
+        const ca_film_groups *groups = &film->groups[i];
+        sums.sum = c < 3 ? groups->sum[c] : ca_film_luminance(groups->sum);
+        sums.squares = groups->sum_squares[c];
+        return sums;
+    }
     const ca_group_sums *from = &film->group_parts[i];
-    ca_film_groups to;
-    for (int c = 0; c < 3; c++)
-        to.sum[c] = ca_pass_sums_value(&film->parts[i], from, CA_PASS_VALUES + c) - from->open[c];
-    for (int c = 0; c < 4; c++) to.sum_squares[c] = ca_group_sums_value(from, c);
-    return to;
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3; k++)
+        if (c == 3 || k == c)
+            sum[k] = ca_pass_sums_value(&film->parts[i], from, CA_PASS_VALUES + k) - from->open[k];
+    sums.sum = c < 3 ? sum[c] : ca_film_luminance(sum);
+    sums.squares = ca_group_sums_value(from, c);
+    return sums;
 }
 
 size_t ca_film_row_bytes_of(uint32_t width, uint32_t replicate_samples)
@@ -310,9 +347,22 @@ ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_sour
     return summary;
 }
 
+/* What a summary needs of a pixel, and nothing else. */
+static ca_film_pixel luminance_of_film(const void *user, size_t i)
+{
+    const ca_film *film = user;
+    if (!film->parts) return film->pixels[i];
+    const ca_pass_sums *from = &film->parts[i];
+    const ca_group_sums *group = film->group_parts ? &film->group_parts[i] : NULL;
+    ca_film_pixel to = {.samples = from->samples};
+    for (int c = 0; c < 3; c++) to.sum[c] = ca_pass_sums_value(from, group, CA_PASS_VALUES + c);
+    to.sum_squares_luminance = ca_pass_sums_value(from, group, CA_PASS_SQUARES + 3);
+    return to;
+}
+
 ca_film_summary ca_film_summarise(const ca_film *film)
 {
-    return ca_film_summarise_source(film, &(ca_film_source){pixel_of_film, film});
+    return ca_film_summarise_source(film, &(ca_film_source){luminance_of_film, film});
 }
 
 /* Development: one table says which channel holds what, in the order in which they are added. */
@@ -413,7 +463,7 @@ static ca_status develop_layers(const ca_film *film, const ca_film_source *sourc
     layer_work work = {.source = source, .count = (size_t)film->width * film->height};
     for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &work.data[l], error));
     ca_parallel_surely(threads, development_tasks(work.count), develop_pixels, &work);
-    return CA_OK;
+    return ca_loading_check(error);
 }
 
 /* ---- Error bars ------------------------------------------------------------------------------------------------ */
@@ -421,16 +471,9 @@ static ca_status develop_layers(const ca_film *film, const ca_film_source *sourc
 /* Of channel c: R, G, B, Y. */
 static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
 {
-    const ca_film_pixel pixel = ca_film_pixel_at(film, i);
-    const uint32_t samples = film->replicate_samples, replicates = pixel.samples / samples;
-    const double cubes = pixel.sum_cubes[c];
-    if (samples == 1) {
-        const double squares = c < 3 ? pixel.sum_squares[c] : pixel.sum_squares_luminance;
-        return ca_moments_of(c < 3 ? pixel.sum[c] : luminance_sum(&pixel), squares, cubes, replicates);
-    }
-    const ca_film_groups groups = groups_at(film, i);
-    const double sum = c < 3 ? groups.sum[c] : ca_film_luminance(groups.sum);
-    return ca_moments_of(sum / samples, groups.sum_squares[c], cubes, replicates);
+    const uint32_t samples = film->replicate_samples;
+    const channel_sums sums = samples == 1 ? channel_at(film, i, c) : channel_of_groups(film, i, c);
+    return ca_moments_of(sums.sum / samples, sums.squares, sums.cubes, sums.samples / samples);
 }
 
 /* Of a channel of every pixel, while its error bars are developed. */
@@ -476,8 +519,10 @@ static ca_status develop_confidence(bar_work *work, uint32_t threads, ca_image_l
     for (work->channel = 0; work->channel < 4; work->channel++) {
         CA_TRY(ca_interval_layers_add(&work->intervals, layers, "RGBY"[work->channel], error));
         ca_parallel_surely(threads, tasks, find_moments, work);
+        CA_TRY(ca_loading_check(error));
         CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, threads, work->verdicts, error));
         ca_parallel_surely(threads, tasks, fill_intervals, work);
+        CA_TRY(ca_loading_check(error));
     }
     return CA_OK;
 }

@@ -108,7 +108,8 @@ typedef struct ca_film_summary {
 } ca_film_summary;
 ca_film_summary ca_film_summarise(const ca_film *film);
 
-/* By so many threads, fewer where there are none; no bit depends on them. */
+/* By so many threads, fewer where there are none; no bit depends on them. CA_ERROR_INTERRUPTED: nobody wants the
+ * calling thread's work any more (base/loading.h). */
 ca_status ca_film_develop(const ca_film *film, uint32_t threads, ca_image_layers **layers, ca_error *error);
 
 /* Memory that developing takes for each pixel, the layers included, of films of every kind; with error bars or

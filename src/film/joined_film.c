@@ -1,5 +1,6 @@
 #include "film/joined_film.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "film/interval_layers.h"
 #include "film/pair_interval.h"
@@ -235,7 +236,10 @@ static ca_status add_intervals(const ca_joined_film *joined, int c, uint32_t thr
     ca_interval_layers intervals;
     double degrees;
     CA_TRY(ca_interval_layers_add(&intervals, layers, "RGBY"[c], error));
-    for (size_t i = 0; i < joined->count; i++) moments[i] = value_moments(&joined->pixels[i], c, &degrees);
+    for (size_t i = 0; i < joined->count; i++) {
+        if (i % 65536 == 0) CA_TRY(ca_loading_check(error));
+        moments[i] = value_moments(&joined->pixels[i], c, &degrees);
+    }
     CA_TRY(ca_confidence_judge(moments, layers->width, layers->height, threads, verdicts, error));
     for (size_t i = 0; i < joined->count; i++) {
         (void)value_moments(&joined->pixels[i], c, &degrees);

@@ -3,6 +3,7 @@
  * triangles, whichever thread it belongs to: the bits do not depend on how many there are. */
 #include "geometry/mesh.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/processors.h"
@@ -131,15 +132,17 @@ static void normalize_sums(void *user, uint32_t task, uint32_t worker)
 
 /* ---- The whole ------------------------------------------------------------------------------------------------- */
 
-static void smooth(smoothing *s, uint32_t workers)
+static ca_status smooth(smoothing *s, uint32_t workers, ca_error *error)
 {
     const size_t triangles = s->mesh->triangle_count;
     for (s->first = 0; s->first < triangles; s->first += PART) {
+        CA_TRY(ca_loading_check(error));
         s->count = triangles - s->first < PART ? triangles - s->first : PART;
         ca_parallel_surely(workers, (uint32_t)((s->count + TASK - 1) / TASK), do_triangles, s);
         ca_parallel_surely(workers, workers, add_corners, s);
     }
     ca_parallel_surely(workers, workers, normalize_sums, s);
+    return ca_loading_check(error);
 }
 
 /* What fits a task is not worth waking others for. */
@@ -160,11 +163,9 @@ ca_status ca_mesh_compute_normals(ca_mesh *mesh, uint32_t threads, ca_error *err
     s.steps = ca_alloc((part + STEP - 1) / STEP, sizeof *s.steps);
     if (!mesh->normals) mesh->normals = ca_alloc(value_count, sizeof *mesh->normals);
     const bool fits = s.sums && s.steps && mesh->normals;
-    if (fits)
-        smooth(&s, workers);
-    else
-        ca_mesh_drop_normals(mesh);
+    const ca_status status = fits ? smooth(&s, workers, error) : ca_fail_memory(error, "mesh normals");
+    if (status != CA_OK) ca_mesh_drop_normals(mesh);
     ca_free(s.sums);
     ca_free(s.steps);
-    return fits ? CA_OK : ca_fail_memory(error, "mesh normals");
+    return status;
 }

@@ -3,6 +3,7 @@
  *
  * The file is read from memory, so a truncated one is noticed by the offset alone. Sizes are checked before pixels
  * are allocated, and each chunk's place is checked again before the decoder is given pointers into them. */
+#include "base/loading.h"
 #include "image/format.h"
 
 #include <assert.h>
@@ -155,6 +156,7 @@ static exr_result_t decode_chunk(const exr_input *input, const exr_chunk_info_t 
                                  const exr_target *targets, exr_decode_pipeline_t *decoder)
 {
     const bool started = decoder->channels != NULL;
+    if (ca_loading_check(NULL) != CA_OK) return EXR_ERR_UNKNOWN;
     exr_result_t result = started ? exr_decoding_update(input->context, 0, chunk, decoder)
                                   : exr_decoding_initialize(input->context, 0, chunk, decoder);
     if (result != EXR_ERR_SUCCESS) return result;
@@ -208,6 +210,7 @@ static ca_status decode_pixels(const exr_input *input, const exr_target *targets
     const exr_result_t result =
         input->tiled ? decode_tiles(input, targets, &decoder) : decode_lines(input, targets, &decoder);
     exr_decoding_destroy(input->context, &decoder);
+    CA_TRY(ca_loading_check(error));
     return result == EXR_ERR_SUCCESS ? CA_OK : fail_library(input, result, error);
 }
 

@@ -3,6 +3,7 @@
  *
  * EXPOSURE and COLORCORR lines are left unapplied, as in other renderers: values are what the file stores.
  * Source: G. Ward, "Real Pixels", Graphics Gems II (1991), for the encoding. */
+#include "base/loading.h"
 #include "image/format.h"
 
 #include <math.h>
@@ -147,6 +148,7 @@ ca_status ca_hdr_read(const char *path, const ca_bytes *bytes, ca_image *image, 
         }
         float *row = image->data + (size_t)(input.bottom_up ? input.height - 1 - y : y) * input.width * 3;
         for (size_t x = 0; x < input.width; ++x) decode_pixel(line + 4 * x, row + 3 * x);
+        status = ca_loading_check(error);
     }
     ca_free(line);
     if (status != CA_OK) ca_image_destroy(image);

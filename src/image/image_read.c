@@ -2,6 +2,7 @@
 #include "image/format.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 
 #include <math.h>
 #include <strings.h>
@@ -56,8 +57,10 @@ ca_status ca_image_read(const char *path, ca_image_encoding encoding, ca_image *
     *image = (ca_image){0};
     ca_bytes bytes;
     CA_TRY(ca_file_read(path, "image", CA_IMAGE_MAX_FILE_BYTES, &bytes, error));
-    const ca_status status = ca_image_decode(path, &bytes, encoding, image, error);
+    ca_status status = ca_image_decode(path, &bytes, encoding, image, error);
+    if (status == CA_OK) status = ca_loading_check(error);
     if (status == CA_OK) image->content_hash = ca_hash_bytes(CA_HASH_START, bytes.data, bytes.size);
     ca_bytes_destroy(&bytes);
+    if (status != CA_OK) ca_image_destroy(image);
     return status;
 }

@@ -3,6 +3,7 @@
  * libpng reports a failure by jumping back to the setjmp of the function that called it. Everything such a function
  * needs afterwards lives in a struct outside of it, so that no local variable is changed between setjmp and the
  * jump. */
+#include "base/loading.h"
 #include "image/format.h"
 
 #include <errno.h>
@@ -60,6 +61,7 @@ typedef struct png_input {
 static void read_bytes(png_structp png, png_bytep buffer, size_t size)
 {
     png_input *input = png_get_io_ptr(png);
+    if (ca_loading_check(NULL) != CA_OK) png_error(png, "not wanted any more");
     if (size > input->bytes->size - input->position) png_error(png, "the file ends too early");
     memcpy(buffer, input->bytes->data + input->position, size);
     input->position += size;
@@ -119,6 +121,13 @@ static ca_status convert(const png_input *input, ca_image_encoding encoding, ca_
     return CA_OK;
 }
 
+static ca_status fail_decoding(const png_input *input, const char *path, ca_error *error)
+{
+    CA_TRY(ca_loading_check(error));
+    if (input->out_of_memory) return ca_fail_memory(error, path);
+    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated PNG file: %s", path, input->message);
+}
+
 ca_status ca_png_read(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
                       ca_error *error)
 {
@@ -130,9 +139,7 @@ ca_status ca_png_read(const char *path, const ca_bytes *bytes, ca_image_encoding
     if (!input.info)
         input.status = ca_fail_memory(error, path);
     else if (!decode(&input, path, error))
-        input.status = input.out_of_memory ? ca_fail_memory(error, path)
-                                           : ca_fail(error, CA_ERROR_FORMAT, NULL,
-                                                     "%s: damaged or truncated PNG file: %s", path, input.message);
+        input.status = fail_decoding(&input, path, error);
     png_destroy_read_struct(&input.png, &input.info, NULL);
     if (input.status == CA_OK) input.status = convert(&input, encoding, image, error);
     ca_free(input.rows);

@@ -1,11 +1,12 @@
 #define ZLIB_CONST /* what zlib reads is const */
 #include "import/inflate.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
 
 #include <zlib.h>
 
-enum { GZIP_ONLY = 16 + 15, PIECE = 1 << 30 };
+enum { GZIP_ONLY = 16 + 15, PIECE = 1 << 24 };
 
 typedef struct unpacking {
     z_stream zlib;
@@ -48,6 +49,7 @@ static ca_status unpack(unpacking *u, const char *path, ca_error *error)
 {
     const ca_location where = {.file = path};
     for (;;) {
+        CA_TRY(ca_loading_check(error));
         CA_TRY(make_room(u, path, error));
         refill(u);
         const size_t room = u->capacity - u->size - 1;

@@ -6,6 +6,7 @@
  * positions without a colour, where others have one, are white. */
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "import/import.h"
 #include "import/text_scan.h"
@@ -25,6 +26,7 @@ typedef struct obj_corner {
 
 typedef struct obj_reader {
     ca_text_scan scan;
+    const char *data; /* start of the file */
     float_list positions, colors, uvs, normals;
     obj_corner *corners; /* distinct, one for each vertex of the mesh */
     size_t corner_count, corner_capacity;
@@ -295,9 +297,18 @@ static ca_status fill_mesh(const obj_reader *reader, ca_mesh *mesh, ca_error *er
     return CA_OK;
 }
 
+/* Now and then, how far that is; and whether it is still wanted. */
+static ca_status tell_place(const obj_reader *reader, ca_error *error)
+{
+    if (reader->scan.where.line % 65536 != 1) return CA_OK;
+    ca_loading_tell((double)(reader->scan.cursor - reader->data) / (double)(reader->scan.end - reader->data));
+    return ca_loading_check(error);
+}
+
 static ca_status read_file(obj_reader *reader, ca_mesh *mesh, ca_error *error)
 {
     if (reader->scan.cursor < reader->scan.end) do {
+            CA_TRY(tell_place(reader, error));
             CA_TRY(read_line(reader, error));
         } while (ca_scan_next_line(&reader->scan));
     if (reader->index_count == 0)
@@ -314,7 +325,8 @@ ca_status ca_import_obj(const char *path, ca_mesh *mesh, ca_error *error)
     *mesh = (ca_mesh){0};
     ca_bytes bytes;
     CA_TRY(ca_file_read(path, "mesh", max_file_bytes, &bytes, error));
-    obj_reader reader = {.scan = ca_scan_begin(path, (const char *)bytes.data, bytes.size)};
+    const char *data = (const char *)bytes.data;
+    obj_reader reader = {.scan = ca_scan_begin(path, data, bytes.size), .data = data};
     const ca_status status = read_file(&reader, mesh, error);
     if (status == CA_OK)
         mesh->content_hash = ca_hash_bytes(CA_HASH_START, bytes.data, bytes.size);

@@ -280,11 +280,12 @@ static ca_status bind_vertices(ply_reader *reader, const ca_ply_element *element
     return bind_others(element, reader->mesh, false, error);
 }
 
-/* Now and then, how far that is. */
-static void tell_place(const ply_reader *reader, uint64_t row)
+/* Now and then, how far that is; and whether it is still wanted. */
+static ca_status tell_place(const ply_reader *reader, uint64_t row, ca_error *error)
 {
-    if (row % 65536 != 0) return;
+    if (row % 65536 != 0) return CA_OK;
     ca_loading_tell((double)(reader->scan.cursor - reader->data) / (double)(reader->scan.end - reader->data));
+    return ca_loading_check(error);
 }
 
 static ca_status read_vertices(ply_reader *reader, const ca_ply_element *element, ca_error *error)
@@ -292,7 +293,7 @@ static ca_status read_vertices(ply_reader *reader, const ca_ply_element *element
     CA_TRY(refuse_lists(element, NULL, NULL, error));
     CA_TRY(bind_vertices(reader, element, error));
     for (uint64_t row = 0; row < element->count; ++row) {
-        tell_place(reader, row);
+        CA_TRY(tell_place(reader, row, error));
         for (size_t i = 0; i < element->property_count; ++i)
             CA_TRY(read_scalar(reader, element, row, &element->properties[i], error));
     }
@@ -392,7 +393,7 @@ static ca_status read_faces(ply_reader *reader, const ca_ply_element *element, c
         if (!reader->corner_counts) return ca_fail_memory(error, reader->scan.where.file);
     }
     for (uint64_t row = 0; row < element->count; ++row) {
-        tell_place(reader, row);
+        CA_TRY(tell_place(reader, row, error));
         CA_TRY(read_face(reader, element, row, list, texcoords, error));
     }
     return CA_OK;
@@ -400,12 +401,14 @@ static ca_status read_faces(ply_reader *reader, const ca_ply_element *element, c
 
 static ca_status skip_element(ply_reader *reader, const ca_ply_element *element, ca_error *error)
 {
-    for (uint64_t row = 0; row < element->count; ++row)
+    for (uint64_t row = 0; row < element->count; ++row) {
+        CA_TRY(tell_place(reader, row, error));
         for (size_t i = 0; i < element->property_count; ++i) {
             const ca_ply_property *property = &element->properties[i];
             CA_TRY(property->is_list ? skip_list(reader, element, row, property, error)
                                      : read_scalar(reader, element, row, property, error));
         }
+    }
     return CA_OK;
 }
 

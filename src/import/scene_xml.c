@@ -41,8 +41,9 @@ void ca_import_fail_memory(ca_importer *importer, const char *what)
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason)
 {
     const bool lacks_memory = status == CA_ERROR_MEMORY && !ca_memory_budget_exceeded();
+    const bool is_innocent = lacks_memory || status == CA_ERROR_INTERRUPTED;
     if (importer->status == CA_OK)
-        importer->status = ca_fail(importer->error, status, lacks_memory ? NULL : where, "%s", reason->message);
+        importer->status = ca_fail(importer->error, status, is_innocent ? NULL : where, "%s", reason->message);
 }
 
 /* Was the sentence said, wherever that was? */
@@ -309,7 +310,8 @@ static void import_scene(ca_importer *importer)
     for (const ca_xml_node *node = scene->first_child; node; node = node->next) objects++;
     for (ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next) {
         ca_loading_step("reading", done++, objects);
-        import_object(importer, node, &integrator);
+        importer->status = ca_loading_check(importer->error);
+        if (ca_import_good(importer)) import_object(importer, node, &integrator);
     }
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");

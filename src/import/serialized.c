@@ -4,6 +4,7 @@
 #define ZLIB_CONST /* what zlib reads is const */
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "import/import.h"
 
@@ -50,9 +51,10 @@ static void refill(mesh_stream *stream)
 /* The next `size` bytes of the inflated stream. */
 static ca_status inflate_bytes(mesh_stream *stream, void *target, size_t size, const char *what, ca_error *error)
 {
-    enum { PIECE = 1 << 30 };
+    enum { PIECE = 1 << 24 };
     unsigned char *next = target;
     while (size > 0) {
+        CA_TRY(ca_loading_check(error));
         refill(stream);
         const uInt piece = (uInt)(size < PIECE ? size : PIECE);
         stream->zlib.next_out = next;

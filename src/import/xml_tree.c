@@ -1,5 +1,7 @@
 #include "import/xml_tree.h"
 
+#include "base/loading.h"
+
 #include <expat.h>
 #include <string.h>
 
@@ -95,6 +97,11 @@ static void on_start(void *data, const XML_Char *tag, const XML_Char **pairs)
         return;
     }
     r->budget->elements--;
+    if (r->budget->elements % 4096 == 0) r->status = ca_loading_check(r->error);
+    if (r->status != CA_OK) {
+        XML_StopParser(r->parser, XML_FALSE);
+        return;
+    }
     ca_xml_node *node = ca_arena_alloc(r->arena, 1, sizeof *node);
     if (node) {
         node->tag = ca_arena_strdup(r->arena, tag);

@@ -1,4 +1,5 @@
 /* The public calls of caustica.h that only pass things on. */
+#include "base/loading.h"
 #include "image/image.h"
 #include "import/import.h"
 #include "metrics/image_metrics.h"
@@ -19,8 +20,11 @@ ca_status ca_scene_parse(const ca_scene_source *source, ca_scene **scene, ca_err
 {
     *scene = NULL;
     ca_scene_desc desc;
-    CA_TRY(ca_import_scene_source(source, &desc, error));
-    return ca_scene_compile_after(&desc, source->previous, source->stop, scene, error);
+    const int *before = ca_loading_until(source->stop);
+    ca_status status = ca_import_scene_source(source, &desc, error);
+    if (status == CA_OK) status = ca_scene_compile_after(&desc, source->previous, source->stop, scene, error);
+    ca_loading_until(before);
+    return status;
 }
 
 ca_status ca_scene_load(const char *path, const ca_define *defines, size_t define_count, ca_scene **scene,
@@ -34,8 +38,10 @@ ca_status ca_scene_view(ca_scene *scene, const ca_scene_source *source, ca_scene
 {
     *view = NULL;
     ca_scene_desc desc;
-    CA_TRY(ca_import_scene_source(source, &desc, error));
-    return ca_scene_view_create(scene, &desc, view, error);
+    const int *before = ca_loading_until(source->stop);
+    const ca_status status = ca_import_scene_source(source, &desc, error);
+    ca_loading_until(before);
+    return status == CA_OK ? ca_scene_view_create(scene, &desc, view, error) : status;
 }
 
 const char *ca_scene_note(const ca_scene *scene, size_t index)

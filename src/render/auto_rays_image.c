@@ -1,4 +1,5 @@
 /* Joining the pilot's halves with R, the mean of all runs; the noise of that, and the image. */
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "noise/ray_map.h"
@@ -189,11 +190,14 @@ ca_status ca_auto_finish(ca_auto_rays *a, ca_image_layers **image, ca_render_sta
     ca_joined_film joined;
     ca_ray_times_destroy(a->times);
     a->times = NULL;
+    CA_TRY(ca_stop_check(a->plan->settings->discard, error));
     CA_TRY(take_render(a, &joined, error));
     show_parts(a, &joined);
     join_pilot(a, &joined);
     ca_halved_film_destroy(&a->pilot);
+    const int *before = ca_loading_until(a->plan->settings->discard);
     const ca_status status = develop(a, &joined, image, statistics, error);
+    ca_loading_until(before);
     ca_joined_film_destroy(&joined);
     return status;
 }

@@ -1,6 +1,7 @@
 #include "render/blocks.h"
 
 #include "base/clock.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "base/processors.h"
 #include "base/stop.h"
@@ -409,6 +410,7 @@ static void count_what_is_done(block_render *r)
 
 static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
+    CA_TRY(ca_stop_check(r->plan->settings->discard, error));
     const ca_status written = ca_checkpoint_write_part(&r->checkpoint, r->plan->settings, write_part, r, error);
     count_what_is_done(r);
     ca_part_fill_statistics(&r->part, statistics);
@@ -416,7 +418,9 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
     statistics->interrupted = r->interrupted;
     statistics->passes_resumed = r->resumed;
     if (written != CA_OK && written != CA_ERROR_FILE) return written;
+    const int *before = ca_loading_until(r->plan->settings->discard);
     const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);
+    ca_loading_until(before);
     return written == CA_OK ? developed : written;
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "film/interval_layers.h"
 #include "math/numeric.h"
@@ -409,21 +410,35 @@ static ca_status write_files(render *r, ca_error *error)
     return sums != CA_OK ? sums : images;
 }
 
-static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+/* What goes with the passes of an image; of several failures the first is told. */
+static ca_status finish_passes(render *r, ca_status status, ca_render_statistics *statistics, ca_error *error)
 {
-    ca_status status = run_passes(r, error);
+    CA_TRY(ca_loading_check(error));
+    fill_statistics(r, statistics);
+    const ca_status written = write_files(r, status == CA_OK ? error : NULL);
+    return status == CA_OK ? written : status;
+}
+
+static ca_status make_image(render *r, ca_status status, ca_image_layers **image, ca_render_statistics *statistics,
+                            ca_error *error)
+{
     const bool has_passes = r->passes > 0;
-    if (has_passes) {
-        fill_statistics(r, statistics);
-        const ca_status written = write_files(r, status == CA_OK ? error : NULL);
-        if (status == CA_OK) status = written;
-    }
+    if (has_passes) status = finish_passes(r, status, statistics, error);
     ca_pass_runner_destroy(&r->runner);
     ca_rank_work_destroy(&r->work);
-    if (!has_passes) return status;
+    if (!has_passes || status == CA_ERROR_INTERRUPTED) return status;
     /* The image is made whatever failed before; the first failure is the one that is told. */
     const ca_status developed = develop(r, statistics, image, status == CA_OK ? error : NULL);
     return status == CA_OK ? developed : status;
+}
+
+static ca_status render_film(render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+{
+    ca_status status = run_passes(r, error);
+    const int *before = ca_loading_until(r->plan->settings->discard);
+    status = make_image(r, status, image, statistics, error);
+    ca_loading_until(before);
+    return status;
 }
 
 /* Passes of several rounds need a buffer, which is then taken from what light paths may have. */
@@ -622,7 +637,7 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_free(plan->asked);
     plan->reserve = NULL;
     plan->asked = NULL;
-    if (status == CA_ERROR_INTERRUPTED)
+    if (status == CA_ERROR_INTERRUPTED && !ca_stop_asked(plan->settings->discard))
         ca_fail(error, status, NULL, "ended before the first %s was complete: there is no image",
                 ca_render_plan_by_blocks(plan) ? "block" : "pass");
     statistics->has_confidence =

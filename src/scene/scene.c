@@ -111,10 +111,12 @@ static ca_status place_mesh(ca_mesh *mesh, const ca_shape_desc *desc, ca_error *
     ca_mesh_transform(mesh, &map);
     if (desc->flip_normals) ca_mesh_flip_normals(mesh);
     ca_loading_tell(0.3); /* thirds of the time, about */
+    CA_TRY(ca_loading_check(error));
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
     if (ca_mesh_normals_are_flat(mesh)) ca_mesh_drop_normals(mesh); /* those of the faces serve as well */
     const ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = mesh};
     ca_loading_tell(0.7);
+    CA_TRY(ca_loading_check(error));
     ca_shape_bounds(&shape, &mesh->low, &mesh->high);
     for (uint32_t i = 0; i < mesh->triangle_count; i++) mesh->area += ca_mesh_triangle_area(mesh, i);
     mesh->placed = true; /* the bounds are read from now on */
@@ -197,6 +199,7 @@ static ca_status compile_shapes(ca_scene *scene, uint32_t *group_first, uint32_t
         for (uint32_t i = 0; i < count; i++) {
             if (desc->shapes.items[i].group != group) continue;
             ca_loading_step("placing", next, count);
+            CA_TRY(ca_loading_check(error));
             scene->shape_count = next + 1; /* so that a failure releases this one */
             CA_TRY(compile_shape(scene, &scene->shapes[next], &desc->shapes.items[i], error));
             next++;

@@ -1,5 +1,7 @@
 #include "import/pbrt/tokens.h"
 
+#include "base/loading.h"
+
 #include <string.h>
 
 ca_pbrt_scan ca_pbrt_scan_begin(const char *file, const char *text, size_t size, ca_arena *arena)
@@ -88,6 +90,7 @@ static ca_status scan_token(ca_pbrt_scan *scan, ca_pbrt_token *token, ca_error *
 
 ca_status ca_pbrt_next(ca_pbrt_scan *scan, ca_pbrt_token *token, ca_error *error)
 {
+    CA_TRY(ca_loading_check(error));
     if (!scan->has_ahead) return scan_token(scan, token, error);
     *token = scan->ahead;
     scan->has_ahead = false;
