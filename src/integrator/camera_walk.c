@@ -21,7 +21,7 @@ bool ca_camera_walk_add(ca_camera_walk *walk, uint32_t chunk, ca_technique techn
     walk->light_used[chunk / 64] |= UINT64_C(1) << chunk % 64;
     if (walk->b->tally)
         ca_technique_tally_add(walk->b->tally, walk->path->x, walk->path->y, technique, s, t, walk->light_class,
-                               technique == CA_TECHNIQUE_MERGE ? crowd(walk) : 1.0f, unweighted);
+                               technique == CA_TECHNIQUE_MERGE ? crowd(walk) : 1.0f, unweighted, weight);
     const ca_path_observer *observer = walk->b->input.observer;
     if (observer && observer->take) observer->take(observer->user, walk->path->x, walk->path->y, unweighted);
     ca_technique_images *images = walk->b->input.technique_images;

@@ -9,12 +9,14 @@
 #include <string.h>
 
 enum {
-    MOST_CELLS = 16384,
+    MOST_CELLS = 9000,
     CELL_PIXELS = 16, /* of a cell at least */
     REGION = 4        /* cells of a region's side */
 };
 /* Of the light of a class that hits are left with at least, about. */
 #define LEAST_SHARE 0.1
+/* How much noisier a group may be together with all than by itself. */
+#define MOST_NOISIER 8.0
 
 /* Bins are in the order of ca_technique_factors. */
 enum {
@@ -31,6 +33,8 @@ typedef struct bin {
     float sum, sum_squares;  /* of those sums */
     float sum_products;      /* of them and of all that they come with */
     float squares;           /* of single contributions */
+    float weighted;          /* sum of this iteration, of weighted contributions ... */
+    float weighted_sum, weighted_squares, weighted_products; /* ... of these sums, and with those of all bins */
 } bin;
 
 struct ca_technique_tally {
@@ -96,7 +100,7 @@ static uint32_t bin_number(ca_technique technique, uint32_t s, uint32_t t, uint3
 }
 
 void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
-                            uint32_t t, uint32_t light, float crowd, ca_rgb unweighted)
+                            uint32_t t, uint32_t light, float crowd, ca_rgb unweighted, float weight)
 {
     const uint32_t number = bin_number(technique, s, t, light);
     if (number == BINS) return;
@@ -104,6 +108,7 @@ void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, c
     const float value = (unweighted.r + unweighted.g + unweighted.b) / 3.0f;
     to->now += value;
     to->squares += crowd * ca_sqr(value);
+    to->weighted += weight * value;
 }
 
 /* Classes come alone, but for next event's lights, of which it chooses one: they come together. */
@@ -112,9 +117,22 @@ static uint32_t classes_from(uint32_t first)
     return first >= NEXT_EVENTS && first < CONNECTIONS ? CA_FACTOR_LIGHTS : 1;
 }
 
+static void end_weighted(bin *bins)
+{
+    float all = 0.0f;
+    for (uint32_t i = 0; i < BINS; i++) all += bins[i].weighted;
+    for (uint32_t i = 0; i < BINS; i++) {
+        bins[i].weighted_sum += bins[i].weighted;
+        bins[i].weighted_squares += ca_sqr(bins[i].weighted);
+        bins[i].weighted_products += bins[i].weighted * all;
+        bins[i].weighted = 0.0f;
+    }
+}
+
 void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell)
 {
     bin *bins = bins_of(tally, cell);
+    end_weighted(bins);
     for (uint32_t first = 0, count; first < BINS; first += count) {
         count = classes_from(first);
         float together = 0.0f;
@@ -130,25 +148,55 @@ void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell)
 
 /* ---- Factors --------------------------------------------------------------------------------------------------- */
 
-/* Sums over cells: of squares of single contributions, of variances, of what a class has of the variance of all that
- * it comes with (its covariance with them, which may be negative), and of independent differences. */
+/* Sums over cells, of moments relative to the square of the cell's light: of squares of single contributions, of
+ * variances, of what a class has of the variance of all that it comes with (its covariance with them, which may be
+ * negative); of weighted contributions, those of an iteration together: of their squares, of their variance, and of
+ * their covariance with those of all classes; and the number of independent differences. */
 typedef struct moments {
-    double squares, variance, share, differences;
+    double squares, variance, share, weighted_squares, weighted_variance, weighted_share, differences;
 } moments;
+
+/* A cell of which nothing is known. */
+static bool is_dark(const bin *bins, double *light)
+{
+    *light = 0.0;
+    for (uint32_t i = 0; i < BINS; i++) *light += (double)bins[i].weighted_sum;
+    return !(*light > 0.0) || !isfinite(*light);
+}
+
+static double covariance(double products, double sum, double other, double n)
+{
+    return (products - sum * other / n) / (n - 1.0);
+}
+
+static void add_weighted(const bin *bins, double light, double n, moments *to)
+{
+    const double scale = pow(n / light, 2.0);
+    for (uint32_t i = 0; i < BINS; i++) {
+        const double sum = (double)bins[i].weighted_sum;
+        to[i].weighted_squares += scale * (double)bins[i].weighted_squares / n;
+        to[i].weighted_variance += scale * fmax(covariance((double)bins[i].weighted_squares, sum, sum, n), 0.0);
+        to[i].weighted_share += scale * covariance((double)bins[i].weighted_products, sum, light, n);
+    }
+}
 
 static void add_cells(const ca_technique_tally *tally, uint32_t cell, uint32_t iterations, moments *to)
 {
     const bin *bins = bins_of(tally, cell);
     const double n = iterations;
+    double light;
+    if (is_dark(bins, &light)) return;
+    const double scale = pow(n / light, 2.0);
+    add_weighted(bins, light, n, to);
     for (uint32_t first = 0, count; first < BINS; first += count) {
         count = classes_from(first);
         double together = 0.0;
         for (uint32_t i = first; i < first + count; i++) together += (double)bins[i].sum;
         for (uint32_t i = first; i < first + count; i++) {
             const double sum = (double)bins[i].sum;
-            to[i].squares += (double)bins[i].squares / n;
-            to[i].variance += fmax((double)bins[i].sum_squares - sum * sum / n, 0.0) / (n - 1.0);
-            to[i].share += ((double)bins[i].sum_products - sum * together / n) / (n - 1.0);
+            to[i].squares += scale * (double)bins[i].squares / n;
+            to[i].variance += scale * fmax(covariance((double)bins[i].sum_squares, sum, sum, n), 0.0);
+            to[i].share += scale * covariance((double)bins[i].sum_products, sum, together, n);
             to[i].differences += n - 1.0;
         }
     }
@@ -175,6 +223,9 @@ static moments smoothed(const ca_factor_map *map, const moments *regions, uint32
             sum.squares += weight * of->squares;
             sum.variance += weight * of->variance;
             sum.share += weight * of->share;
+            sum.weighted_squares += weight * of->weighted_squares;
+            sum.weighted_variance += weight * of->weighted_variance;
+            sum.weighted_share += weight * of->weighted_share;
             sum.differences += weight * of->differences;
         }
     return sum;
@@ -203,23 +254,48 @@ static double next_event_noise(moments of, moments hits)
     return fmax(h * c / (h + v - c), LEAST_SHARE * fmin(h, v));
 }
 
-static float factor_in_bin(const ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row,
-                           uint32_t i)
+/* The classes that come together with that of a bin: all hits, or a technique after so many camera vertices. */
+static uint32_t group_of(uint32_t i, uint32_t *count)
 {
-    const moments of = smoothed(map, regions, column, row, i);
-    const double noise = of.variance + doubt(of);
-    if (i >= MERGES) return ca_min(factor_of(of, noise), 1.0f);
-    if (i < NEXT_EVENTS || i >= CONNECTIONS) return factor_of(of, noise);
+    *count = i < NEXT_EVENTS ? NEXT_EVENTS : i < CONNECTIONS ? CA_FACTOR_LIGHTS : CA_FACTOR_VERTICES;
+    return i < NEXT_EVENTS ? 0 : i - (i - NEXT_EVENTS) % *count;
+}
+
+/* How much noisier a bin's group is together with all that the camera paths bring than its classes are alone. */
+static double noisier_together(const moments *bins, uint32_t i)
+{
+    uint32_t count;
+    const uint32_t first = group_of(i, &count);
+    double alone = 0.0, together = 0.0, in_doubt = 0.0;
+    for (uint32_t j = first; j < first + count; j++) {
+        alone += bins[j].weighted_variance;
+        together += bins[j].weighted_share;
+        if (bins[j].differences > 0.0) in_doubt += bins[j].weighted_squares / bins[j].differences;
+    }
+    const double ratio = (together + in_doubt) / (alone + in_doubt);
+    return ratio > 1.0 ? fmin(ratio, MOST_NOISIER) : 1.0;
+}
+
+static double noise_in_bin(const moments *bins, uint32_t i)
+{
+    if (i < NEXT_EVENTS || i >= CONNECTIONS) return bins[i].variance + doubt(bins[i]);
     const uint32_t camera = (i - NEXT_EVENTS) / CA_FACTOR_LIGHTS, light = (i - NEXT_EVENTS) % CA_FACTOR_LIGHTS;
-    const uint32_t hit = bin_number(CA_TECHNIQUE_HIT, camera + 1, 0, light);
-    return factor_of(of, next_event_noise(of, smoothed(map, regions, column, row, hit)));
+    return next_event_noise(bins[i], bins[bin_number(CA_TECHNIQUE_HIT, camera + 1, 0, light)]);
+}
+
+static float factor_in_bin(const moments *bins, uint32_t i)
+{
+    const float alone = factor_of(bins[i], noise_in_bin(bins, i));
+    return (i >= MERGES ? ca_min(alone, 1.0f) : alone) / (float)noisier_together(bins, i);
 }
 
 static void fill(ca_factor_map *map, const moments *regions, uint32_t column, uint32_t row)
 {
     ca_technique_factors *factors = &map->factors[row * map->columns + column];
+    moments bins[BINS];
     float of_bins[BINS];
-    for (uint32_t i = 0; i < BINS; i++) of_bins[i] = factor_in_bin(map, regions, column, row, i);
+    for (uint32_t i = 0; i < BINS; i++) bins[i] = smoothed(map, regions, column, row, i);
+    for (uint32_t i = 0; i < BINS; i++) of_bins[i] = factor_in_bin(bins, i);
     memcpy(factors, of_bins, sizeof of_bins);
 }
 

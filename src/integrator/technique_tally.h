@@ -22,10 +22,21 @@
  * take that away. Where classes come together the V of next event is what it adds to the variance of all, as far as
  * the hits of that class leave it the light; it is V where one class is all there is.
  *
- * M and V are summed over the cells of a region and, with smaller weights, of its neighbours. With n independent
- * differences between iterations V + M / n stands for V: v stays below n, and is 1 where nothing was seen.
+ * What one camera path brings comes together, too: a path that lands beside a lamp finds much light by next event, by
+ * connections and by merges at once. Together they are noisier than each is by itself, and splats, which come from
+ * other paths, are worth more. With S the sum of all weighted samples of a pixel and W that of a class, the variance of
+ * S grows with the class' weight by 2 Cov(W, S), per share of the weight; it would by 2 Var(W) if the class came alone.
+ * So the factor is divided by Cov(W, S) / Var(W), that of a group of classes: hits, next events, connections or merges
+ * after so many camera vertices. It is at least 1 and at most 8.
  *
- * A cell takes 20 bytes for each of 168 classes, 55 MB in all at most; the map 672 bytes a region.
+ * What counts is the noise relative to the light: all of a cell's moments are over the square of its mean of S. So no
+ * bright cell decides for the dark ones of its region.
+ *
+ * M and V are summed over the cells of a region and, with smaller weights, of its neighbours. With n independent
+ * differences between iterations V + M / n stands for V: v stays below n, and is 1 where nothing was seen of a
+ * group.
+ *
+ * A cell takes 36 bytes for each of 168 classes, 55 MB in all at most; the map 672 bytes a region.
  *
  * Threads: a cell is written by one thread at a time; a map is immutable. */
 #ifndef CA_INTEGRATOR_TECHNIQUE_TALLY_H
@@ -49,9 +60,9 @@ void ca_technique_tally_pixel(const ca_technique_tally *tally, uint32_t cell, ui
 
 /* What a path through that pixel brings by a technique, of s camera and t light vertices (technique.h); `light`: the
  * class of the light that a hit or next event found; crowd: how many photons count as one sample where a merge is,
- * else 1. */
+ * else 1; weight: that of the technique without factors. */
 void ca_technique_tally_add(ca_technique_tally *tally, uint32_t x, uint32_t y, ca_technique technique, uint32_t s,
-                            uint32_t t, uint32_t light, float crowd, ca_rgb unweighted);
+                            uint32_t t, uint32_t light, float crowd, ca_rgb unweighted, float weight);
 /* After all that the iteration brings to the cell. */
 void ca_technique_tally_end(ca_technique_tally *tally, uint32_t cell);
 
