@@ -40,7 +40,7 @@ static void read_it(const char *path)
     const ca_status status = ca_auto_file_read(&a, &place, path, &error);
     if (status != CA_OK && !error.message[0]) abort();
     if (status == CA_OK && place.stage == CA_AUTO_AT_RUN) (void)ca_auto_look(&a);
-    if (ca_auto_record_read(&a.script, path, settings, WIDTH * HEIGHT, &error) != CA_OK && status == CA_OK &&
+    if (ca_auto_script_read(&a, path, &error) != CA_OK && status == CA_OK &&
         a.iterations >= CA_PILOT_HALVES)
         abort(); /* what can be gone on from can be repeated */
     destroy(&a, &pilot, &work);
