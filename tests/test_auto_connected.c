@@ -314,19 +314,6 @@ static void test_files(void **state)
     ca_scene *scene = auto_bias_scene();
     check_file(scene, "ovcm", path);
     check_file(scene, "auto", path);
-    ca_render_settings settings = settings_auto("bdpm", 40);
-    settings.light_paths = 2000;
-    ca_image_layers *image;
-    (void)render_auto(scene, &settings, &image);
-    float *map = (float *)(uintptr_t)ca_image_channel(image, "Rays.Numbers");
-    map[3] += 1.0f;
-    assert_int_equal(ca_image_save(image, path, 0.0f, NULL), CA_OK);
-    ca_image_release(image);
-    ca_error error;
-    settings = settings_auto("vcm", 40);
-    settings.rays = path;
-    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "pixels have different numbers of camera paths"));
     unlink(path);
     ca_scene_release(scene);
 }

@@ -170,7 +170,6 @@ static const struct refusal {
     {2, {"--rays=map.exr", "-ibdpm:radius=1,camera_paths=9"}, "cannot be set as well"},
     {2, {"--rays=map.exr", "--objective=mean"}, "with rays \"auto\" only"},
     {2, {"--rays=map.exr", "--replicates=2"}, "not with rays"},
-    {2, {"--rays=map.exr", "-ivcm"}, "pixels have different numbers of camera paths; where paths connect, as in vcm"},
     {2, {"--objective=relative"}, "with rays \"auto\" only"},
     {2,
      {"--rays=auto", "--spp=64", "--objective=best"},

@@ -133,7 +133,7 @@ struct ca_bidirectional {
     bool paper;         /* the program of paper 003 (paper.c) */
     bool weighs_merges; /* else their weights are 1 and nobody looks at them */
     ca_mis_rules rules; /* of the pass */
-    uint32_t light_paths, camera_paths; /* N_F, N_B */
+    uint32_t light_paths, camera_paths; /* N_F; N_B, the largest where input.camera_paths is a map */
     float radius0, alpha;      /* merge radius of the first pass; how fast it shrinks */
     float radius;              /* of this pass */
 
@@ -182,6 +182,23 @@ static inline uint32_t ca_chunk_words(const ca_bidirectional *b) { return b->res
 static inline const ca_technique_factors *ca_bidirectional_factors(const ca_bidirectional *b, ca_vec2 film)
 {
     return b->factors ? ca_factor_map_at(b->factors, film) : NULL;
+}
+
+/* N_B of a pixel of the full film, within the crop. */
+static inline uint32_t ca_bidirectional_camera_paths_of(const ca_bidirectional *b, uint32_t x, uint32_t y)
+{
+    const uint32_t *crop = b->input.crop, *map = b->input.camera_paths;
+    return map ? map[(size_t)(y - crop[1]) * (crop[2] - crop[0]) + (x - crop[0])] : b->camera_paths;
+}
+
+/* How many splats count for a camera path through a place on the film, in pixels, over the rules' number. */
+static inline float ca_bidirectional_splat_scale(const ca_bidirectional *b, ca_vec2 film)
+{
+    const uint32_t *crop = b->input.crop;
+    if (!b->input.camera_paths) return 1.0f;
+    const float x = ca_clamp(film.x, (float)crop[0], (float)crop[2] - 1.0f);
+    const float y = ca_clamp(film.y, (float)crop[1], (float)crop[3] - 1.0f);
+    return (float)b->camera_paths / (float)ca_bidirectional_camera_paths_of(b, (uint32_t)x, (uint32_t)y);
 }
 
 /* Weighs it with other numbers of paths, into scratch->other_weights. */

@@ -114,8 +114,9 @@ static void pair(ca_camera_walk *walk)
     if (!b->rules.connect) return;
     const ca_camera_path *path = walk->path;
     const uint64_t pixel = (uint64_t)path->y * b->input.camera->width + path->x;
+    const uint32_t of_pixel = ca_bidirectional_camera_paths_of(b, path->x, path->y);
     const uint64_t number =
-        (pixel * b->camera_paths + path->index % b->camera_paths + b->pairing_shift) % b->light_paths;
+        (pixel * b->camera_paths + path->index % of_pixel + b->pairing_shift) % b->light_paths;
     const uint64_t chunk = number / CA_CHUNK_PATHS;
     walk->paired_number = number;
     if (chunk < b->first_chunk || chunk >= b->first_chunk + b->chunks_now) return;
@@ -157,6 +158,7 @@ static void start_ray(ca_camera_walk *walk, ca_vec2 offset)
     w->tail = 0.0;
     w->flight = ca_camera_end(input->camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
                               &w->densities[0]);
+    w->densities[0].splat_scale = ca_bidirectional_splat_scale(walk->b, film);
     keep_point(walk, (ca_surface_point){.position = ray.origin});
 }
 

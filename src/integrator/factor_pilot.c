@@ -69,6 +69,7 @@ static ca_status create_pilot(const ca_bidirectional *b, const ca_sampler *sampl
     input.crop[0] = input.crop[1] = 0;
     input.crop[2] = input.camera->width, input.crop[3] = input.camera->height;
     input.technique_images = NULL;
+    input.camera_paths = NULL;
     input.observer = NULL;
     input.pairs = NULL;
     input.memory_bytes = 0.0;

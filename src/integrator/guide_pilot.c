@@ -199,6 +199,7 @@ static ca_status try_radius(guide_pilot *p, const ca_integrator_type *type, cons
     input.workers = 1;
     input.memory_bytes = 0.0;
     input.technique_images = NULL;
+    input.camera_paths = NULL;
     input.pairs = NULL;
     input.first_light_path = 0;
     CA_TRY(configure(type, p->from, radius, &input, error));

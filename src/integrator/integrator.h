@@ -79,6 +79,9 @@ typedef struct ca_integrator_input {
     const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     const ca_emission_guide *guide; /* of light paths; NULL: as the integrator's parameters say */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */
+    /* N_B(p) of the crop's pixels, row by row, none above the parameter camera_paths; NULL: that for all. For weights
+     * that contain N_B; borrowed. Beyond the crop's border, where filters reach, that of the nearest pixel. */
+    const uint32_t *camera_paths;
     double values[CA_MAX_PARAMETERS];
 } ca_integrator_input;
 

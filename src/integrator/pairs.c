@@ -114,6 +114,7 @@ static ca_status make_factors(const ca_bidirectional *b, ca_other_weights *other
     ca_integrator_input input = b->input;
     input.pairs = NULL;
     input.technique_images = NULL;
+    input.camera_paths = NULL;
     input.memory_bytes = 0.0;
     input.guide = b->guide;
     CA_TRY(ca_integrator_set_number(type, "light_paths", other->light_paths, &input, error));

@@ -685,6 +685,7 @@ static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, 
     input.workers = 1;
     input.memory_bytes = 0.0;
     input.technique_images = NULL;
+    input.camera_paths = NULL;
     input.pairs = NULL;
     input.observer = NULL;
     input.first_light_path = 0;

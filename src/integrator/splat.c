@@ -22,6 +22,7 @@ static float weight_of(const ca_bidirectional *b, const lens_join *join, ca_bidi
     ca_path_vertex lens;
     const ca_flight flight =
         ca_camera_end(b->input.camera, direct->pdf_position, direct->pdf_direction, &b->rules.reuse, &lens);
+    lens.splat_scale = ca_bidirectional_splat_scale(b, direct->film_position);
     const float cos_ratio = join->cos_out / w->last.cos_in;
     const ca_mis_path path =
         ca_join(ca_join_end(&lens, (ca_pdf_area){0.0f}),

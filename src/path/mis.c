@@ -41,6 +41,12 @@ static inline uint32_t count_connectable(const ca_path_vertex *vertices, uint32_
     return count < 2 ? 0 : vertices[count - 2].connectable_count + last;
 }
 
+/* How many light paths may splat for each camera path, where the path of these camera vertices enters the picture. */
+static inline double splats_of(const ca_mis_rules *rules, const ca_path_vertex *camera)
+{
+    return (double)rules->splat_count * (double)camera[0].splat_scale;
+}
+
 /* The technique of the split after k camera vertices, whose D_k is `ratio` times D_s. `before` and `after`: are
  * x[k-1] and x[k] connectable? */
 static inline double split_term(const mis_split *m, const ca_mis_path *path, uint32_t k, double ratio, bool before,
@@ -57,7 +63,7 @@ static inline double split_term(const mis_split *m, const ca_mis_path *path, uin
     } else if (k == m->n - 1) {
         value = rules->next_event && before ? ratio * (double)path->next_event_ratio : 0.0;
     } else if (k == 1) {
-        value = rules->splat && after ? ratio * (double)rules->splat_count : 0.0;
+        value = rules->splat && after ? ratio * splats_of(rules, m->camera) : 0.0;
     } else {
         value = rules->connect && before && after ? ratio : 0.0;
     }
@@ -183,7 +189,7 @@ static inline double merge_factor(const ca_mis_rules *rules)
  * counted from the light). `at`: is that vertex connectable? */
 static inline double camera_split(const ca_mis_rules *rules, const ca_path_vertex *vertices, uint32_t k, bool at)
 {
-    if (k == 1) return rules->splat && at ? (double)rules->splat_count : 0.0;
+    if (k == 1) return rules->splat && at ? splats_of(rules, vertices) : 0.0;
     return rules->connect && at && vertices[k - 1].connectable ? 1.0 : 0.0;
 }
 
@@ -272,7 +278,7 @@ static inline double light_total(const ca_mis_rules *rules, const ca_mis_side *s
 /* The weight of next event, a connection or a splat whose sides have tails. */
 static inline float weight_by_tails(const ca_mis_rules *rules, const ca_mis_path *path, ca_technique technique)
 {
-    const double own = technique == CA_TECHNIQUE_SPLAT        ? (double)rules->splat_count
+    const double own = technique == CA_TECHNIQUE_SPLAT        ? splats_of(rules, path->camera.vertices)
                        : technique == CA_TECHNIQUE_NEXT_EVENT ? (double)path->next_event_ratio
                                                               : 1.0;
     const double total = own + camera_total(rules, &path->camera) + light_total(rules, &path->light);

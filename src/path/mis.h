@@ -11,8 +11,10 @@
  *     splat          D_1                            count N_F / N_B
  *     merge at x[m]  D_(m+1) pdf_light[m] pi r^2    count reuse[m] (N_F, or what the reuse rule makes of it)
  *
- * per camera path, for N_F light paths and N_B camera paths per pixel; where the path has factors
- * (technique_factors.h) the count is multiplied by the technique's. The weight is its (count * density)^beta over
+ * per camera path, for N_F light paths and N_B camera paths per pixel. N_B may differ from pixel to pixel: it is that
+ * of the pixel where the path enters the picture, whichever pixels it is summed into: all techniques of a path read
+ * the same one (path_vertex.h, splat_scale). Where the path has factors (technique_factors.h) the count is multiplied
+ * by the technique's. The weight is its (count * density)^beta over
  * the sum of all that the rules allow; beta = 1 is the balance heuristic, 2 the power heuristic. Not available are: a
  * connection next to a vertex that is not connectable, a merge at one; paths of a single segment are only hit. */
 #ifndef CA_PATH_MIS_H
@@ -45,7 +47,7 @@ typedef struct ca_mis_rules {
     uint32_t merge_limit; /* merges at the first so many connectable vertices from the camera; UINT32_MAX: all */
     bool has_tails;       /* ca_mis_has_tails; may be false where it is true */
     bool photon_sums;     /* photons keep ca_photon_sums, and merges are weighted by these; with tails only */
-    float splat_count;    /* N_F / N_B */
+    float splat_count;    /* N_F / N_B; where N_B is a map, of any one N_B, which splat_scale is relative to */
     float merge_area;     /* pi r^2, m^2 */
     ca_reuse_rules reuse;
 } ca_mis_rules;

@@ -45,6 +45,8 @@ typedef struct ca_path_vertex {
     union {
         float photon_density; /* photons per m^2 around here, where the reuse rule asks for it; else 0 */
         uint32_t light_class; /* v[0] of a light path: of the light (technique_factors.h) */
+        float splat_scale;    /* v[0] of a camera path: the count of splats where the path enters the picture, over
+                                 that of the rules (mis.h) */
     };
     union {
         uint16_t

@@ -29,8 +29,10 @@ ca_flight ca_camera_end(const ca_camera *camera, ca_pdf_area pdf_position, ca_pd
 {
     const bool parallel = ca_camera_has_dirac_direction(camera), point = ca_camera_has_dirac_position(camera);
     const float sqrt_area = point ? 0.0f : sqrtf(1.0f / pdf_position.v);
-    *vertex = (ca_path_vertex){
-        .pdf_forward = {parallel ? 1.0f : pdf_position.v}, .sqrt_area = sqrt_area, .cos_ratio = 1.0f};
+    *vertex = (ca_path_vertex){.pdf_forward = {parallel ? 1.0f : pdf_position.v},
+                               .sqrt_area = sqrt_area,
+                               .cos_ratio = 1.0f,
+                               .splat_scale = 1.0f};
     return (ca_flight){.pdf = parallel ? pdf_position.v : pdf_direction.v,
                        .parallel = parallel,
                        .reversible = false, /* no technique lets light paths run into the lens */

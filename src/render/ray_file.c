@@ -23,16 +23,11 @@ static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_erro
     return status;
 }
 
-/* Where paths connect, weights contain one number of camera paths for all pixels. */
+/* Where paths connect, weights contain the numbers of camera paths. */
 static ca_status fit_connections(const ca_ray_file *file, ca_render_plan *plan, ca_error *error)
 {
     if (!ca_integrator_has(plan->type, CA_ABILITY_CONNECTION_NOISE)) return CA_OK;
-    for (size_t p = 0; p < pixels_of(plan); p++)
-        if (file->camera_paths[p] != file->counts.most)
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "%.800s: pixels have different numbers of camera paths; where paths connect, as in %s, "
-                           "all have the same",
-                           plan->settings->rays, plan->type->name);
+    plan->input.camera_paths = file->camera_paths;
     return ca_render_plan_set_camera_paths(plan, file->counts.most, error);
 }
 

@@ -12,7 +12,8 @@ typedef struct ca_ray_file {
     ca_pass_counts counts;          /* points to the two */
 } ca_ray_file;
 
-/* Reads the file and fits the plan to it: light paths, samples of a pass, number of passes. Errors: those of
+/* Reads the file and fits the plan to it, whose input may point to the file from then on: light paths, samples of a
+ * pass, number of passes. Errors: those of
  * ca_layers_read and of ca_ray_map_of (noise/ray_map.h); CA_ERROR_ARGUMENT. */
 ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error);
 void ca_ray_file_destroy(ca_ray_file *file);

@@ -561,6 +561,7 @@ static ca_status render_passes(ca_render_plan *plan, ca_image_layers **image, ca
     ca_technique_images_destroy(plan->input.technique_images);
     plan->input.technique_images = NULL;
     ca_film_destroy(&r.film);
+    plan->input.camera_paths = NULL;
     ca_ray_file_destroy(&r.rays);
     ca_kept_destroy(&r.kept);
     return status;

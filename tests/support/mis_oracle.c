@@ -154,7 +154,8 @@ static double split_value(const ca_mis_rules *rules, const ca_full_path *path, u
     const bool left = ca_full_path_is_smooth(path, k - 1), right = ca_full_path_is_smooth(path, k);
     if (k == n - 1)
         return rules->next_event && left ? ca_oracle_density(path, k) * (double)path->next_event_ratio : 0.0;
-    if (k == 1) return rules->splat && right ? ca_oracle_density(path, k) * (double)rules->splat_count : 0.0;
+    const double splats = (double)rules->splat_count * (double)path->splat_scale;
+    if (k == 1) return rules->splat && right ? ca_oracle_density(path, k) * splats : 0.0;
     return rules->connect && left && right ? ca_oracle_density(path, k) : 0.0;
 }
 

@@ -93,6 +93,7 @@ static void draw_light(ca_test_random *random, ca_full_path *path)
     const float own = kind == 1 ? 1.0f / path->light_area : kind == 2 ? path->pdf_to_camera[last] : 1.0f;
     path->pdf_light[last] = path->light_choice * own;
     if (kind == 0 || kind == 3) path->pdf_camera[last] = 0.0f;
+    path->splat_scale = happens(random, 0.5f) ? log_uniform(random, 1e-2f, 1e2f) : 1.0f;
     path->next_event_ratio = kind == 1 && happens(random, 0.5f) ? uniform(random, 0.5f, 4.0f) : 1.0f;
 }
 
@@ -210,6 +211,7 @@ static void fill_vertices(const walk *w, uint32_t count, bool last_is_recorded, 
                                 .connectable = smooth,
                                 .connectable_count = so_far};
     }
+    if (!w->from_light && count > 0) v[0].splat_scale = w->path->splat_scale;
     if (w->from_light && count > 0) {
         v[0].next_event_ratio = w->path->next_event_ratio;
         v[0].light_choice = w->path->light_choice;

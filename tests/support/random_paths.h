@@ -25,6 +25,7 @@ typedef struct ca_full_path {
     bool light_infinite;
     float photon_density[CA_FULL_PATH_MAX];
     float next_event_ratio, light_choice;
+    float splat_scale; /* of the place where the path enters the picture */
     ca_technique_factors factors; /* where the rules have some */
     uint32_t light_class;
 } ca_full_path;
