@@ -186,7 +186,6 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--checkpoint=a.exr"}, "the name must end in .part"},
     {{"render", "ball.xml", "-ibdpm", "--rays=b.part", "--checkpoint=a.part"}, "keeps no checkpoint"},
     {{"render", "ball.xml", "-ibdpm", "--rays=b.part", "--spp=4"}, "the samples are those of the record"},
-    {{"render", "ball.xml", "-iauto", "--rays=b.part"}, "with the integrator that it was made with"},
     {{"render", "ball.xml", "-ibdpm", "--rays=auto", "-oa.part"}, "there is no part of such a render"},
     {{"render", "ball.xml", "-ibdpt:max_depth=3", "--dump-strategies=d", "--checkpoint=a.part"},
      "images of the strategies are not kept in a checkpoint"},

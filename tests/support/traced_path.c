@@ -255,6 +255,7 @@ static void recompute_camera_end(const traced_path *path, ca_full_path *full)
     const double area = lens_area(path->camera);
     full->camera_parallel = ca_camera_has_dirac_direction(path->camera);
     full->camera_area = (float)area;
+    full->splat_scale = 1.0f; /* there is no map of camera paths */
     full->pdf_camera[0] = area > 0.0 && !full->camera_parallel ? (float)(1.0 / area) : 1.0f;
     const double_vec position = dv_from(path->points[0].position);
     full->pdf_to_light[0] =
