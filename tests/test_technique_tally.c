@@ -46,7 +46,8 @@ static void add(ca_technique_tally *tally, uint32_t cell, ca_technique technique
     add_of(tally, cell, technique, s, t, 3, 1.0f, value);
 }
 
-/* Many that come together: by their weights no class is much noisier than another, whose covariances it would hide. */
+/* Many that come together: by their weights no class is much noisier than another, whose covariances it would
+ * hide. */
 static void add_photons(ca_technique_tally *tally, uint32_t cell, uint32_t count, uint32_t s, uint32_t t, float crowd,
                         float weight)
 {
@@ -157,8 +158,8 @@ static void add_together(ca_technique_tally *tally, uint32_t cell)
     add_weighted(tally, cell, CA_TECHNIQUE_HIT, 2, 0, 1, 1.0f, 100.0f, 1.0f);
 }
 
-/* Alone each is worth 2 / 1. Weighted sums have variances of 9/16, 1/16 and 1/4, and covariances of 12/16, 4/16 and 1/4
- * with all. */
+/* Alone each is worth 2 / 1. Weighted sums have variances of 9/16, 1/16 and 1/4, and covariances of 12/16, 4/16 and
+ * 1/4 with all. */
 static void test_classes_that_come_together(void **state)
 {
     (void)state;

@@ -24,10 +24,10 @@
  *
  * What one camera path brings comes together, too: a path that lands beside a lamp finds much light by next event, by
  * connections and by merges at once. Together they are noisier than each is by itself, and splats, which come from
- * other paths, are worth more. With S the sum of all weighted samples of a pixel and W that of a class, the variance of
- * S grows with the class' weight by 2 Cov(W, S), per share of the weight; it would by 2 Var(W) if the class came alone.
- * So the factor is divided by Cov(W, S) / Var(W), that of a group of classes: hits, next events, connections or merges
- * after so many camera vertices. It is at least 1 and at most 8.
+ * other paths, are worth more. With S the sum of all weighted samples of a pixel and W that of a class, the variance
+ * of S grows with the class' weight by 2 Cov(W, S), per share of the weight; it would by 2 Var(W) if the class came
+ * alone. So the factor is divided by Cov(W, S) / Var(W), that of a group of classes: hits, next events, connections
+ * or merges after so many camera vertices. It is at least 1 and at most 8.
  *
  * What counts is the noise relative to the light: all of a cell's moments are over the square of its mean of S. So no
  * bright cell decides for the dark ones of its region.
