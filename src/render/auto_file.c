@@ -428,8 +428,8 @@ static bool has_samples(const ca_film *film, uint32_t samples)
 /* Every sample of the films is one of an iteration. */
 static bool films_fit(const ca_auto_rays *a, const ca_auto_place *place)
 {
-    const ca_auto_half *halves = place->pilot->halves;
     if (place->stage == CA_AUTO_AT_RUN) return has_samples(&place->work->film, place->work->iterations);
+    const ca_auto_half *halves = place->pilot->halves;
     const uint32_t all = place->stage == CA_AUTO_AT_RAMP ? a->ramp.iterations : a->ordinary.iterations;
     return has_samples(&halves[0].film, all - all / 2) && has_samples(&halves[1].film, all / 2);
 }
