@@ -106,6 +106,7 @@ static void assert_same(const traced *got, const traced *expected, const char *w
 {
     for (uint32_t i = 0; i < PATHS; i++) {
         const ca_camera_path *a = &got->paths[i], *b = &expected->paths[i];
+        /* NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): all bits count */
         if (memcmp(a->sample, b->sample, sizeof *a->sample) != 0)
             fail_msg("%s, %s, %s: path %u has %.9g %.9g %.9g, should have %.9g %.9g %.9g", scene, integrator, what, i,
                      (double)a->sample->radiance.r, (double)a->sample->radiance.g, (double)a->sample->radiance.b,

@@ -50,6 +50,7 @@ static uint32_t sort_rays(const uint32_t *keys, uint32_t count, uint16_t *order)
         memcpy(order, asked, kept * sizeof *order);
         return kept;
     }
+    /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.ArraySubscript): as many are filled in as are kept */
     for (uint32_t k = 0; k < kept; k++) starts[keys[asked[k]] + 1]++;
     for (uint32_t k = 0; k + 1 < KEYS; k++) starts[k + 1] = (uint16_t)(starts[k + 1] + starts[k]);
     for (uint32_t k = 0; k < kept; k++) order[starts[keys[asked[k]]]++] = asked[k];

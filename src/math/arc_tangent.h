@@ -11,11 +11,11 @@
 
 /* float or ca_f8. */
 #define CA_ATAN_UNIT(type, a)                                                                                        \
-    const type s = a * a, s2 = s * s, s4 = s2 * s2;                                                                  \
+    const type s = (a) * (a), s2 = s * s, s4 = s2 * s2;                                                              \
     const type p01 = 1.0f + s * -0.333332837f, p23 = 0.199982658f + s * -0.142619327f;                               \
     const type p45 = 0.109420307f + s * -0.0837731510f, p67 = 0.0575520955f + s * -0.0308045894f;                    \
     const type p89 = 0.0107269399f + s * -0.00175392919f;                                                            \
-    return a * ((p01 + s2 * p23) + s4 * ((p45 + s2 * p67) + s4 * p89))
+    return (a) * ((p01 + s2 * p23) + s4 * ((p45 + s2 * p67) + s4 * p89))
 
 static inline float ca_atan_unit(float a) { CA_ATAN_UNIT(float, a); }
 static inline ca_f8 ca_atan_unit8(ca_f8 a) { CA_ATAN_UNIT(ca_f8, a); }
