@@ -1,16 +1,19 @@
 /* Who makes which pass (render/rank_work.h), with passes that are numbers: what is summed at every border, passes
  * that are held, ranges that stay together, and ranks that fail. */
+#define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
 #include "base/little_endian.h"
 #include "render/rank_work.h"
 #include "support/test_random.h"
 #include "support/thread_ranks.h"
 
+#include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
+#include <time.h>
 
 #include <cmocka.h>
 
@@ -47,6 +50,8 @@ typedef struct plan {
     uint32_t failing; /* this rank fails in its second range, after so many passes of it: */
     uint64_t failing_after;
     bool spoils;
+    uint32_t slow; /* this rank ends its first range after the others have made all before the look; 0: none */
+    uint64_t made_by_others; /* atomic: the passes that ranks other than 0 and the slow one have made */
     uint64_t gather_at; /* rank 0 gathers once it has made so many passes; 0: only at the end */
     bool ends_at_look;
     /* What became of it. */
@@ -85,23 +90,33 @@ typedef struct rank {
     ca_test_random random;
 } rank;
 
+/* Until the others have made theirs, and had time to ask for more. */
+static void be_slow(const plan *p, uint64_t wanted)
+{
+    const struct timespec pause = {.tv_nsec = 10000000};
+    while (__atomic_load_n(&p->made_by_others, __ATOMIC_ACQUIRE) < wanted) sched_yield();
+    nanosleep(&pause, NULL);
+}
+
 /* ca_rank_work.make */
 static ca_status make(void *user, ca_work_range range, uint64_t *made, ca_error *error)
 {
     rank *r = user;
-    const plan *p = r->p;
+    plan *p = r->p;
     const uint64_t run = range.end - range.begin;
     const bool may_fail = r->number > 0 && r->number == p->failing, fails = may_fail && r->ranges == 1;
     assert_true(run <= p->run && range.end <= p->limit);
     assert_true((range.end - p->first) % p->run == 0 || range.end == p->limit);
     assert_true(!may_fail || r->ranges < 2); /* it gets no more */
     r->ranges++;
+    if (p->slow > 0 && r->number == p->slow && r->ranges == 1) be_slow(p, p->look - 2);
     for (*made = 0; *made < run; ++*made) {
         take_time(&r->random);
         ca_rank_work_between(&r->work);
         if (fails && *made == p->failing_after) return ca_fail(error, CA_ERROR_MEMORY, NULL, "it failed");
         if (!ca_rank_work_may_add(&r->work)) return CA_ERROR_INTERRUPTED;
         add(&r->sums, range.begin + *made);
+        if (r->number > 0 && r->number != p->slow) __atomic_add_fetch(&p->made_by_others, 1, __ATOMIC_RELEASE);
     }
     return CA_OK;
 }
@@ -124,6 +139,7 @@ static void lead(plan *p, rank *r)
         if (ca_rank_work_take(work, &range)) {
             assert_int_equal(ca_rank_work_make(work, range, NULL), CA_OK);
             if (own + 1 != p->gather_at) continue;
+            while (p->slow > 0 && work->next + 1 < work->look) ca_rank_work_between(work); /* the others are at work */
             assert_int_equal(ca_rank_work_gather(work, NULL), CA_OK);
             if (!work->lost) expect_gathered(p, work, &r->sums, work->border);
             ca_rank_work_go_on(work, work->look);
@@ -207,6 +223,16 @@ static void test_looks(void **state)
     }
 }
 
+/* A rank that has made passes between the border and the look, when a slower one ends those before the border, comes
+ * to the look first. */
+static void test_border_before_look(void **state)
+{
+    (void)state;
+    plan p = {.limit = 12, .look = 4, .run = 1, .ranks = 3, .slow = 1, .gather_at = 1};
+    run(&p);
+    expect_all(&p, 12);
+}
+
 /* What another rank fails to make, or the rest of it, rank 0 makes. */
 static void test_failures(void **state)
 {
@@ -237,6 +263,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_passes_once),
         cmocka_unit_test(test_looks),
+        cmocka_unit_test(test_border_before_look),
         cmocka_unit_test(test_failures),
         cmocka_unit_test(test_spoilt_sums),
     };

@@ -189,6 +189,8 @@ static void hand_to(ca_rank_work *work, uint32_t rank)
         begin_gathering(work);
         fetch_sums(work, rank);
     }
+    /* Passes between an earlier border and the look, not sent: one that holds would never send them. It waits. */
+    if (given.hold && helper->unsent > 0) return;
     if (!hand_out(work, &given.range)) return;
     helper->asks = false;
     helper->holds = given.hold;
