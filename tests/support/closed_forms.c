@@ -76,6 +76,9 @@ static double square_to_square(void)
            (log(root * root / sqrt(1.0 + 2.0 * x * x)) + 2.0 * x * root * atan(x / root) - 2.0 * x * atan(x));
 }
 
+/* The square hides a share of a sky that is twice as bright. */
+static double square_and_sky(void) { return 2.0 - square_to_square(); }
+
 /* ---- Caustics through glass and water -------------------------------------------------------------------------- */
 
 /* A point light of intensity 1 above a floor of reflectance 0.8; in between, light passes through air and through a
@@ -196,6 +199,9 @@ static const closed_form closed_forms[] = {
      element_to_square, NEEDS_NARROW_VIEW, 0.0f},
     {"form factor of a square to a square", DEPTH("2"), LOOK_DOWN("1", "0.5"), FLOOR("1") SQUARE_ABOVE, 0.0,
      square_to_square, 0, 0.05f},
+    {"the same under a sky", DEPTH("2"), LOOK_DOWN("1", "0.5"),
+     FLOOR("1") SQUARE_ABOVE "<emitter type='constant'><rgb name='radiance' value='2'/></emitter>", 0.0,
+     square_and_sky, 0, 0.05f},
     {"floor under a slab of glass", DEPTH("4"), LOOK_DOWN("0.3", "0.2"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0, under_slab,
      NEEDS_CAUSTICS, 0.03f},
     {"floor through the same slab", DEPTH("6"), LOOK_DOWN("0.3", "0.9"), FLOOR("0.8") SLAB SPOT_DOWN, 0.0,
