@@ -123,7 +123,7 @@ static ca_render_settings settings_of_pass(const char *integrator)
 /* The number of failures. */
 static uint32_t check_integrator(const ca_scene *scene, const char *name, const char *integrator, bool by_differences)
 {
-    const ca_render_settings settings = settings_of_pass(integrator);
+    ca_render_settings settings = settings_of_pass(integrator);
     const double radius = 0.02 * (double)scene->radius;
     ca_render_plan plan;
     small_pass_plan(scene, &settings, radius, &plan);

@@ -118,7 +118,7 @@ static first_vertices trace_pixel(const ca_scene *scene, const char *integrator,
                              .camera_paths = 1,
                              .max_depth = 6,
                              .seed = 1};
-    const ca_render_settings settings = small_pass_settings(&pass);
+    ca_render_settings settings = small_pass_settings(&pass);
     first_vertices f = {.asked_count = 0};
     const ca_path_observer observer = {.see = see, .user = &f};
     ca_render_plan plan;

@@ -29,12 +29,11 @@ ca_render_settings small_pass_settings(const small_pass *pass)
     return settings;
 }
 
-void small_pass_plan(const ca_scene *scene, const ca_render_settings *settings, double radius, ca_render_plan *plan)
+void small_pass_plan(const ca_scene *scene, ca_render_settings *settings, double radius, ca_render_plan *plan)
 {
     ca_error error;
+    const ca_integrator_type *type = ca_integrator_of(settings->integrator);
+    if (type && ca_integrator_has_parameter(type, "radius")) settings->radius = radius;
     if (ca_render_plan_make(plan, scene, settings, &error) != CA_OK)
         fail_msg("%s: %s", settings->integrator, error.message);
-    if (ca_integrator_value(plan->type, &plan->input, "radius", -1.0) < 0.0) return;
-    const ca_parameter parameter = {.name = "radius", .kind = CA_PARAMETER_NUMBER, .number = radius};
-    assert_int_equal(ca_integrator_set(plan->type, &parameter, &plan->input, &error), CA_OK);
 }

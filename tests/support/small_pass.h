@@ -14,8 +14,8 @@ typedef struct small_pass {
 
 ca_render_settings small_pass_settings(const small_pass *pass);
 
-/* Plans it, with this radius where the integrator has one. `settings` must live as long as the plan. Fails the test
- * on errors. */
-void small_pass_plan(const ca_scene *scene, const ca_render_settings *settings, double radius, ca_render_plan *plan);
+/* Plans it, with this radius where the integrator has one: no pilot looks for it. `settings` must live as long as the
+ * plan. Fails the test on errors. */
+void small_pass_plan(const ca_scene *scene, ca_render_settings *settings, double radius, ca_render_plan *plan);
 
 #endif
