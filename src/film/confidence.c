@@ -1,11 +1,11 @@
 #include "film/confidence.h"
 
 #include "base/loading.h"
-#include "base/memory.h"
 #include "base/parallel.h"
 #include "metrics/significance.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- Moments --------------------------------------------------------------------------------------------------- */
 
@@ -117,40 +117,24 @@ void ca_interval_round(ca_interval interval, float *low, float *high)
 
 /* ---- Verdicts -------------------------------------------------------------------------------------------------- */
 
-/* Sums over pixels, relative to each one's level; a black one has none and does not count. */
-typedef struct pool {
-    double variance, third, error; /* error: standard errors */
-    double lone[2], squares[2]; /* what lone contributions bring over the far reach, by their side; not relative */
-    double scatter[2];          /* variances, likewise */
-    uint32_t pixels;
-    uint32_t varying, uncertain; /* of all, also black ones */
-} pool;
+/* Sums over the pixels near one. Moments and standard errors are relative to each one's level; a black pixel has none
+ * and is not lit. Scatter: variances by their side, not relative. */
+enum { VARIANCE, THIRD, ERROR, SCATTER, LIT = SCATTER + 2, VARYING, UNCERTAIN, NEAR_SUMS };
+/* Sums over those within the far reach: what lone contributions bring by their side, and the squares of that. */
+enum { LONE, SQUARES = LONE + 2, FAR_SUMS = SQUARES + 2 };
 
-_Static_assert(sizeof(pool) == CA_CONFIDENCE_JUDGE_BYTES, "confidence.h promises 88 bytes a pixel");
-
-static void pool_moments(pool *sum, const ca_moments *m)
+static void pool_moments(double sums[NEAR_SUMS], const ca_moments *m)
 {
     const double level = fabs(m->mean);
-    sum->varying += m->variance > 0.0;
-    sum->uncertain += m->uncertain;
-    if (m->third <= 0.0) sum->scatter[CA_BELOW] += m->variance;
-    if (m->third >= 0.0) sum->scatter[CA_ABOVE] += m->variance;
+    sums[VARYING] += m->variance > 0.0;
+    sums[UNCERTAIN] += m->uncertain;
+    if (m->third <= 0.0) sums[SCATTER + CA_BELOW] += m->variance;
+    if (m->third >= 0.0) sums[SCATTER + CA_ABOVE] += m->variance;
     if (level == 0.0) return;
-    sum->variance += m->variance / level / level;
-    sum->third += m->third / level / level / level;
-    if (m->replicates > 0) sum->error += sqrt(m->variance / m->replicates) / level;
-    sum->pixels++;
-}
-
-static void pool_add(pool *sum, const pool *other)
-{
-    sum->variance += other->variance;
-    sum->third += other->third;
-    sum->error += other->error;
-    for (int side = CA_BELOW; side <= CA_ABOVE; side++) sum->scatter[side] += other->scatter[side];
-    sum->pixels += other->pixels;
-    sum->uncertain += other->uncertain;
-    sum->varying += other->varying;
+    sums[VARIANCE] += m->variance / level / level;
+    sums[THIRD] += m->third / level / level / level;
+    if (m->replicates > 0) sums[ERROR] += sqrt(m->variance / m->replicates) / level;
+    sums[LIT]++;
 }
 
 /* With third / variance for a contribution's size h, its probability is variance / h^2. */
@@ -167,6 +151,14 @@ static double lone_part(const ca_moments *m)
     return m->variance * (m->variance / fabs(m->third));
 }
 
+static void pool_lone(double sums[FAR_SUMS], const ca_moments *m)
+{
+    const double lone = lone_part(m);
+    const int side = m->third < 0.0 ? CA_BELOW : CA_ABOVE;
+    sums[LONE + side] += lone;
+    sums[SQUARES + side] += lone * lone;
+}
+
 /* First pixel within reach of `at`, and last one of `count`. */
 static uint32_t reach_from(uint32_t at, uint32_t reach) { return at > reach ? at - reach : 0; }
 static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count)
@@ -174,81 +166,21 @@ static uint32_t reach_to(uint32_t at, uint32_t reach, uint32_t count)
     return at + reach < count ? at + reach : count - 1;
 }
 
-/* `others`: pixels near this one; `far`: those within the far reach. */
-static bool is_ordinary(const ca_moments *m, const pool *near, double others, double far)
+/* `others`: pixels near this one; `far`: those within the far reach, which bring `lone` together. */
+static bool is_ordinary(const ca_moments *m, const double near[NEAR_SUMS], double others, double lone, double far)
 {
     if (m->replicates < CA_CONFIDENCE_MIN_REPLICATES || m->uncertain) return false;
-    if (near->uncertain * CA_CONFIDENCE_UNCERTAIN > others) return false;
-    if (m->variance == 0.0) return near->varying == 0;
+    if (near[UNCERTAIN] * CA_CONFIDENCE_UNCERTAIN > others) return false;
+    if (m->variance == 0.0) return near[VARYING] == 0.0;
     if (m->mean == 0.0) return true;
     const double own_error = sqrt(m->variance / m->replicates) / fabs(m->mean);
-    const double near_error = near->varying > 0 ? near->error / near->varying : own_error;
+    const double near_error = near[VARYING] > 0.0 ? near[ERROR] / near[VARYING] : own_error;
     const double harm = 0.5 * fmin(own_error, near_error);
-    if ((near->lone[CA_BELOW] + near->lone[CA_ABOVE]) / far / fabs(m->mean) > harm) return false;
-    if (near->third == 0.0) return true;
-    const double variance = near->variance / near->pixels, third = near->third / near->pixels;
+    if (lone / far / fabs(m->mean) > harm) return false;
+    if (near[THIRD] == 0.0) return true;
+    const double variance = near[VARIANCE] / near[LIT], third = near[THIRD] / near[LIT];
     return contributions_of(variance, third, m->replicates) >= CA_CONFIDENCE_CONTRIBUTIONS ||
            variance * (variance / fabs(third)) <= harm;
-}
-
-/* Pixels that are judged together, in tiles: what is near them then stays in the caches. */
-enum { TILE = 64, MOST_NEAR = TILE + 2 * CA_CONFIDENCE_REACH, MOST_FAR = TILE + 2 * CA_CONFIDENCE_FAR_REACH };
-
-typedef struct judgement {
-    const ca_moments *moments;
-    uint32_t width, height;
-    pool *rows; /* sums along each pixel's row */
-    ca_verdict *verdicts;
-} judgement;
-
-/* The pixels of a row from x0 to before x1, and those near them, each alone; returns the first one's place. */
-static uint32_t pool_pixels(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *pixels)
-{
-    const uint32_t first = reach_from(x0, CA_CONFIDENCE_REACH), last = reach_to(x1 - 1, CA_CONFIDENCE_REACH, width);
-    for (uint32_t x = first; x <= last; x++) {
-        pixels[x - first] = (pool){0};
-        pool_moments(&pixels[x - first], &row[x]);
-    }
-    return first;
-}
-
-static void pool_lone(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *sums)
-{
-    double lone[MOST_FAR] = {0};
-    const uint32_t first = reach_from(x0, CA_CONFIDENCE_FAR_REACH);
-    const uint32_t last = reach_to(x1 - 1, CA_CONFIDENCE_FAR_REACH, width);
-    for (uint32_t x = first; x <= last; x++) lone[x - first] = lone_part(&row[x]);
-    for (uint32_t x = x0; x < x1; x++)
-        for (uint32_t i = reach_from(x, CA_CONFIDENCE_FAR_REACH); i <= reach_to(x, CA_CONFIDENCE_FAR_REACH, width);
-             i++) {
-            const int side = row[i].third < 0.0 ? CA_BELOW : CA_ABOVE;
-            sums[x].lone[side] += lone[i - first];
-            sums[x].squares[side] += lone[i - first] * lone[i - first];
-        }
-}
-
-/* Sums along the row of each pixel from x0 to before x1. */
-static void pool_row(const ca_moments *row, uint32_t width, uint32_t x0, uint32_t x1, pool *sums)
-{
-    pool pixels[MOST_NEAR] = {{0}};
-    const uint32_t first = pool_pixels(row, width, x0, x1, pixels);
-    for (uint32_t x = x0; x < x1; x++) {
-        sums[x] = (pool){0};
-        for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, width); i++)
-            pool_add(&sums[x], &pixels[i - first]);
-    }
-    pool_lone(row, width, x0, x1, sums);
-}
-
-/* Of the pixels near one that are not this one; `pixels`: those of its row, from the place `first` on. */
-static pool pool_neighbours(const judgement *j, const pool *pixels, uint32_t first, uint32_t x, uint32_t y)
-{
-    pool near = {0};
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= reach_to(y, CA_CONFIDENCE_REACH, j->height); i++)
-        if (i != y) pool_add(&near, &j->rows[(size_t)i * j->width + x]);
-    for (uint32_t i = reach_from(x, CA_CONFIDENCE_REACH); i <= reach_to(x, CA_CONFIDENCE_REACH, j->width); i++)
-        if (i != x) pool_add(&near, &pixels[i - first]);
-    return near;
 }
 
 /* Pixels of width x height within reach of (x, y), which is one of them. */
@@ -259,44 +191,56 @@ static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_
     return (double)columns * rows;
 }
 
-static void pool_far(pool *sum, const judgement *j, uint32_t x, uint32_t y)
-{
-    const uint32_t last = reach_to(y, CA_CONFIDENCE_FAR_REACH, j->height);
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= last; i++)
-        for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
-            sum->lone[side] += j->rows[(size_t)i * j->width + x].lone[side];
-            sum->squares[side] += j->rows[(size_t)i * j->width + x].squares[side];
-        }
-}
+typedef struct judgement {
+    const ca_moments *moments;
+    uint32_t width, height;
+    ca_verdict *verdicts;
+} judgement;
 
-static ca_verdict judge(const judgement *j, const pool *pixels, uint32_t first, uint32_t x, uint32_t y)
+/* near: without the pixel itself. */
+static ca_verdict judge(const judgement *j, double near[NEAR_SUMS], const double far[FAR_SUMS], uint32_t x, uint32_t y)
 {
     const ca_moments *own = &j->moments[(size_t)y * j->width + x];
     const double others = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_REACH) - 1.0,
-                 far = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_FAR_REACH);
-    pool near = pool_neighbours(j, pixels, first, x, y);
-    const bool alone = near.pixels == 0 && own->mean != 0.0;
-    if (near.pixels == 0) pool_moments(&near, own);
-    pool_far(&near, j, x, y);
-    if (is_ordinary(own, &near, others, far)) return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
-    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near.varying <= 0.5 * others))
+                 far_pixels = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_FAR_REACH);
+    const bool alone = near[LIT] == 0.0 && own->mean != 0.0;
+    if (near[LIT] == 0.0) pool_moments(near, own);
+    if (is_ordinary(own, near, others, far[LONE + CA_BELOW] + far[LONE + CA_ABOVE], far_pixels))
+        return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
+    if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near[VARYING] <= 0.5 * others))
         return (ca_verdict){.kind = CA_INTERVAL_MARKED};
     ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
-        verdict.variance[side] = near.scatter[side] / others;
-        verdict.lone[side] = ca_confidence_lone_limit(near.lone[side], near.squares[side]) / far;
+        verdict.variance[side] = near[SCATTER + side] / others;
+        verdict.lone[side] = ca_confidence_lone_limit(far[LONE + side], far[SQUARES + side]) / far_pixels;
     }
     return verdict;
 }
 
 /* ---- Tiles ----------------------------------------------------------------------------------------------------- */
 
-static uint32_t tiles_along(uint32_t pixels) { return (pixels + TILE - 1) / TILE; }
+/* A tile is judged row by row. Of the rows around the one that is judged, sums along the row are kept in rings, each
+ * sum's for all columns together, so that they are added up for several pixels at once. */
+enum {
+    TILE = 64,
+    NEAR_ROWS = 2 * CA_CONFIDENCE_REACH + 1,
+    FAR_ROWS = 2 * CA_CONFIDENCE_FAR_REACH + 1,
+    NEAR_COLUMNS = TILE + 2 * CA_CONFIDENCE_REACH,
+    FAR_COLUMNS = TILE + 2 * CA_CONFIDENCE_FAR_REACH,
+};
+
+/* Row y in place y % NEAR_ROWS and y % FAR_ROWS. Of pixels alone, what is beside the image stays 0. */
+typedef struct tile_rows {
+    double near_pixels[NEAR_ROWS][NEAR_SUMS][NEAR_COLUMNS], far_pixels[FAR_SUMS][FAR_COLUMNS];
+    double near[NEAR_ROWS][NEAR_SUMS][TILE], far[FAR_ROWS][FAR_SUMS][TILE];
+} tile_rows;
 
 /* From x0, y0 to before x1, y1. */
 typedef struct tile {
     uint32_t x0, y0, x1, y1;
 } tile;
+
+static uint32_t tiles_along(uint32_t pixels) { return (pixels + TILE - 1) / TILE; }
 
 static tile tile_at(const judgement *j, uint32_t task)
 {
@@ -304,13 +248,72 @@ static tile tile_at(const judgement *j, uint32_t task)
     return (tile){x0, y0, x0 + TILE < j->width ? x0 + TILE : j->width, y0 + TILE < j->height ? y0 + TILE : j->height};
 }
 
-static void pool_tile(void *user, uint32_t task, uint32_t worker)
+static void add_columns(double sums[TILE], const double *values)
 {
-    (void)worker;
-    const judgement *j = user;
-    const tile t = tile_at(j, task);
-    for (size_t y = t.y0; y < t.y1; y++)
-        pool_row(&j->moments[y * j->width], j->width, t.x0, t.x1, &j->rows[y * j->width]);
+    for (int x = 0; x < TILE; x++) sums[x] += values[x];
+}
+
+/* sums[x] of the `columns` values from values[x] on. */
+static void sum_columns(double sums[TILE], const double *values, int columns)
+{
+    memcpy(sums, values, TILE * sizeof *sums);
+    for (int i = 1; i < columns; i++) add_columns(sums, values + i);
+}
+
+static void enter_near_row(tile_rows *rows, const judgement *j, const tile *t, uint32_t y)
+{
+    const uint32_t place = y % NEAR_ROWS;
+    const uint32_t last = reach_to(t->x1 - 1, CA_CONFIDENCE_REACH, j->width);
+    for (uint32_t x = reach_from(t->x0, CA_CONFIDENCE_REACH); x <= last; x++) {
+        double pixel[NEAR_SUMS] = {0.0};
+        pool_moments(pixel, &j->moments[(size_t)y * j->width + x]);
+        for (int k = 0; k < NEAR_SUMS; k++) rows->near_pixels[place][k][x + CA_CONFIDENCE_REACH - t->x0] = pixel[k];
+    }
+    for (int k = 0; k < NEAR_SUMS; k++) sum_columns(rows->near[place][k], rows->near_pixels[place][k], NEAR_ROWS);
+}
+
+static void enter_far_row(tile_rows *rows, const judgement *j, const tile *t, uint32_t y)
+{
+    const uint32_t last = reach_to(t->x1 - 1, CA_CONFIDENCE_FAR_REACH, j->width);
+    for (uint32_t x = reach_from(t->x0, CA_CONFIDENCE_FAR_REACH); x <= last; x++) {
+        double pixel[FAR_SUMS] = {0.0};
+        pool_lone(pixel, &j->moments[(size_t)y * j->width + x]);
+        for (int k = 0; k < FAR_SUMS; k++) rows->far_pixels[k][x + CA_CONFIDENCE_FAR_REACH - t->x0] = pixel[k];
+    }
+    for (int k = 0; k < FAR_SUMS; k++) sum_columns(rows->far[y % FAR_ROWS][k], rows->far_pixels[k], FAR_ROWS);
+}
+
+/* Around each pixel of row y, without the pixel itself. */
+static void sum_near(const tile_rows *rows, uint32_t height, uint32_t y, double sums[NEAR_SUMS][TILE])
+{
+    const uint32_t last = reach_to(y, CA_CONFIDENCE_REACH, height);
+    memset(sums, 0, NEAR_SUMS * sizeof *sums);
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= last; i++)
+        for (int k = 0; i != y && k < NEAR_SUMS; k++) add_columns(sums[k], rows->near[i % NEAR_ROWS][k]);
+    for (int i = 0; i < NEAR_ROWS; i++)
+        for (int k = 0; i != CA_CONFIDENCE_REACH && k < NEAR_SUMS; k++)
+            add_columns(sums[k], rows->near_pixels[y % NEAR_ROWS][k] + i);
+}
+
+static void sum_far(const tile_rows *rows, uint32_t height, uint32_t y, double sums[FAR_SUMS][TILE])
+{
+    const uint32_t last = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
+    memset(sums, 0, FAR_SUMS * sizeof *sums);
+    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= last; i++)
+        for (int k = 0; k < FAR_SUMS; k++) add_columns(sums[k], rows->far[i % FAR_ROWS][k]);
+}
+
+static void judge_row(const judgement *j, const tile *t, const tile_rows *rows, uint32_t y)
+{
+    double near[NEAR_SUMS][TILE], far[FAR_SUMS][TILE];
+    sum_near(rows, j->height, y, near);
+    sum_far(rows, j->height, y, far);
+    for (uint32_t x = t->x0; x < t->x1; x++) {
+        double near_pixel[NEAR_SUMS], far_pixel[FAR_SUMS];
+        for (int k = 0; k < NEAR_SUMS; k++) near_pixel[k] = near[k][x - t->x0];
+        for (int k = 0; k < FAR_SUMS; k++) far_pixel[k] = far[k][x - t->x0];
+        j->verdicts[(size_t)y * j->width + x] = judge(j, near_pixel, far_pixel, x, y);
+    }
 }
 
 static void judge_tile(void *user, uint32_t task, uint32_t worker)
@@ -318,11 +321,14 @@ static void judge_tile(void *user, uint32_t task, uint32_t worker)
     (void)worker;
     const judgement *j = user;
     const tile t = tile_at(j, task);
-    pool pixels[MOST_NEAR] = {{0}};
+    uint32_t near_row = reach_from(t.y0, CA_CONFIDENCE_REACH), far_row = reach_from(t.y0, CA_CONFIDENCE_FAR_REACH);
+    tile_rows rows = {0};
     for (uint32_t y = t.y0; y < t.y1; y++) {
-        const size_t row = (size_t)y * j->width;
-        const uint32_t first = pool_pixels(&j->moments[row], j->width, t.x0, t.x1, pixels);
-        for (uint32_t x = t.x0; x < t.x1; x++) j->verdicts[row + x] = judge(j, pixels, first, x, y);
+        for (; near_row <= reach_to(y, CA_CONFIDENCE_REACH, j->height); near_row++)
+            enter_near_row(&rows, j, &t, near_row);
+        for (; far_row <= reach_to(y, CA_CONFIDENCE_FAR_REACH, j->height); far_row++)
+            enter_far_row(&rows, j, &t, far_row);
+        judge_row(j, &t, &rows, y);
     }
 }
 
@@ -344,10 +350,6 @@ ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_
         for (size_t i = 0; i < count; i++) verdicts[i] = (ca_verdict){.kind = CA_INTERVAL_MARKED};
         return CA_OK;
     }
-    j.rows = ca_alloc(count, sizeof *j.rows);
-    if (!j.rows) return ca_fail_memory(error, "the error bars");
-    ca_parallel_surely(threads, tiles, pool_tile, &j);
     ca_parallel_surely(threads, tiles, judge_tile, &j);
-    ca_free(j.rows);
     return ca_loading_check(error);
 }

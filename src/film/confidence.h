@@ -77,8 +77,8 @@ typedef struct ca_verdict {
  * limit higher. */
 double ca_confidence_lone_limit(double sum, double squares);
 
-/* Judges the pixels of width x height. By so many threads, on which no bit depends. Memory: 88 bytes a pixel while
- * it runs.
+/* Judges the pixels of width x height. By so many threads, on which no bit depends. Memory: 100 KiB of each thread's
+ * stack.
  *
  * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n /
  * skewness^2, and variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A
@@ -96,7 +96,6 @@ double ca_confidence_lone_limit(double sum, double squares);
  *
  * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain
  * and half of the others show none; else its interval is widened. */
-enum { CA_CONFIDENCE_JUDGE_BYTES = 88 /* of memory a pixel, meanwhile */ };
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, uint32_t threads,
                               ca_verdict *verdicts, ca_error *error);
 

@@ -564,7 +564,7 @@ size_t ca_film_develop_bytes(bool error_bars)
 {
     enum { OTHER_LAYERS = 8, INTERVAL_LAYERS = 12 };
     const size_t layers = (LAYERS + OTHER_LAYERS) * sizeof(float);
-    const size_t work = sizeof(ca_moments) + sizeof(ca_verdict) + sizeof(double) + CA_CONFIDENCE_JUDGE_BYTES;
+    const size_t work = sizeof(ca_moments) + sizeof(ca_verdict) + sizeof(double);
     return error_bars ? layers + INTERVAL_LAYERS * sizeof(float) + work : layers;
 }
 
