@@ -139,7 +139,7 @@ static void lead(plan *p, rank *r)
         if (ca_rank_work_take(work, &range)) {
             assert_int_equal(ca_rank_work_make(work, range, NULL), CA_OK);
             if (own + 1 != p->gather_at) continue;
-            while (p->slow > 0 && work->next + 1 < work->look) ca_rank_work_between(work); /* the others are at work */
+            while (p->slow > 0 && work->next + 1 < work->look) ca_rank_work_between(work); /* others work */
             assert_int_equal(ca_rank_work_gather(work, NULL), CA_OK);
             if (!work->lost) expect_gathered(p, work, &r->sums, work->border);
             ca_rank_work_go_on(work, work->look);

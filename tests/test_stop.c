@@ -504,8 +504,8 @@ static void write_mesh(const char *path, bool is_ply)
     assert_int_equal(fclose(file), 0);
 }
 
-/* Wherever it is asked to end, it does, and soon: it goes no further. There are many such places, of which ever fewer are
- * tried. */
+/* Wherever it is asked to end, it does, and soon: it goes no further. There are many such places, of which ever fewer
+ * are tried. */
 static void expect_ends_everywhere(const char *type)
 {
     char text[1024], path[512];
