@@ -198,7 +198,8 @@ typedef struct judgement {
 } judgement;
 
 /* near: without the pixel itself. */
-static ca_verdict judge(const judgement *j, double near[NEAR_SUMS], const double far[FAR_SUMS], uint32_t x, uint32_t y)
+static ca_verdict judge(const judgement *j, double near[NEAR_SUMS], const double far[FAR_SUMS], uint32_t x,
+                        uint32_t y)
 {
     const ca_moments *own = &j->moments[(size_t)y * j->width + x];
     const double others = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_REACH) - 1.0,
