@@ -268,6 +268,25 @@ static void test_old_spellings_and_arrays(void **state)
 
 /* ---- Refusals -------------------------------------------------------------------------------------------------- */
 
+/* Curves that a reader gathered become a file of text, tips included. */
+static void test_gathered_curves(void **state)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/hair.pbrt", folder_of(state));
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fprintf(file, "LookAt 0 0.5 -3  0 0.5 0  0 1 0\nCamera \"perspective\" \"float fov\" 40\n"
+                  "Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 18\n"
+                  "WorldBegin\nLightSource \"infinite\" \"rgb L\" [1 .8 .6]\nMaterial \"diffuse\"\n");
+    for (int i = 0; i < 40; i++)
+        fprintf(file, "Shape \"curve\" \"point3 P\" [%g 0 0  %g .4 .1  %g .7 -.1  %g 1 .3] \"float width0\" .05 "
+                      "\"float width1\" 0 \"string type\" \"cylinder\"\n",
+                0.04 * i - 0.8, 0.05 * i - 1.0, 0.03 * i - 0.5, 0.07 * i - 1.3);
+    assert_int_equal(fclose(file), 0);
+    const ca_scene_source source = {.path = path};
+    assert_int_equal(check_source(state, &source), 1);
+}
+
 static void expect_refusal(const char *from, const char *to, ca_status expected, const char *message)
 {
     const ca_scene_source source = old_source(from);
@@ -382,6 +401,7 @@ int main(void)
         PROGRAM_TEST(test_bundled_scenes),       PROGRAM_TEST(test_old_spellings_and_arrays),
         PROGRAM_TEST(test_failing_allocations),  PROGRAM_TEST(test_inputs_are_never_overwritten),
         PROGRAM_TEST(test_what_cannot_be_written), PROGRAM_TEST(test_the_program),
+        PROGRAM_TEST(test_gathered_curves),
     };
     return run_program_tests("convert", tests, sizeof tests / sizeof tests[0]);
 }

@@ -305,6 +305,53 @@ static void test_rays_leave(void **state)
     check_leaving(CA_CURVE_LINEAR, true);
 }
 
+static ca_status read_text(const char *text, ca_curve_degree degree, ca_curve **curve, ca_error *error)
+{
+    char path[64];
+    snprintf(path, sizeof path, "/tmp/caustica-curves-%ld.txt", (long)getpid());
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    const ca_status status = ca_import_curves(path, degree, curve, error);
+    remove(path);
+    return status;
+}
+
+/* A radius that falls linearly to 0 where the curve ends needs a control point of negative radius behind it. Rays
+ * across the axis meet the tube to within its radius, and no farther. */
+static void test_tips(void **state)
+{
+    (void)state;
+    static const char *const text = "-1 0 0 .2\n0 0 0 .1\n1 0 0 0\n2 0 0 -.1\n";
+    ca_curve *curve;
+    ca_error error;
+    if (read_text(text, CA_CURVE_CUBIC, &curve, &error) != CA_OK) fail_msg("%s", error.message);
+    static const ca_affine identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
+                                       {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    assert_true(ca_curve_place(curve, &identity));
+    assert_true(curve->high.x > 2.099f && curve->low.y < -0.199f); /* the hull of spheres, that one's too */
+    const ca_shape shape = shape_of(curve);
+    ca_accel *accel = build(&shape);
+    for (int i = 1; i < 99; i++) {
+        const float x = 0.01f * (float)i, radius = 0.1f * (1.0f - x);
+        for (int side = -1; side <= 1; side += 2) {
+            const ca_vec3 down = {0.0f, 0.0f, -1.0f}, inside = {x, 0.9f * radius * (float)side, 5.0f};
+            const ca_vec3 outside = {x, 1.1f * radius * (float)side, 5.0f};
+            ca_hit hit;
+            ca_surface s;
+            assert_true(ca_accel_intersect(accel, inside, down, 0.0f, INFINITY, &hit));
+            assert_false(ca_accel_intersect(accel, outside, down, 0.0f, INFINITY, &hit) && hit.t > 0.0f);
+            assert_true(ca_accel_intersect(accel, inside, down, 0.0f, INFINITY, &hit));
+            ca_accel_surface(accel, inside, down, &hit, &s);
+            const float r = sqrtf(s.position.y * s.position.y + s.position.z * s.position.z);
+            if (!(fabsf(r - 0.1f * (1.0f - s.position.x)) < 1e-4f)) fail_msg("radius %g at %g", (double)r, (double)x);
+        }
+    }
+    ca_accel_destroy(accel);
+    ca_curve_destroy(curve);
+}
+
 /* Points that repeat, radii of 0, spheres within each other, points far away, in any mixture. */
 static void test_degenerate_segments(void **state)
 {
@@ -369,19 +416,6 @@ static void test_equal_curves_are_built_once(void **state)
 
 /* ---- Reading --------------------------------------------------------------------------------------------------- */
 
-static ca_status read_text(const char *text, ca_curve_degree degree, ca_curve **curve, ca_error *error)
-{
-    char path[64];
-    snprintf(path, sizeof path, "/tmp/caustica-curves-%ld.txt", (long)getpid());
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs(text, file);
-    fclose(file);
-    const ca_status status = ca_import_curves(path, degree, curve, error);
-    remove(path);
-    return status;
-}
-
 static void test_curves_are_read(void **state)
 {
     (void)state;
@@ -411,6 +445,8 @@ static void test_faulty_curves_are_refused(void **state)
         {"0 0 0 1\n1 0 0 1\n2 0 0 1\n\n3 0 0 1", CA_CURVE_CUBIC, ":4:1: this curve ends after 3 control points"},
         {"0 0 0 1\n1 0 0\n", CA_CURVE_LINEAR, ":2:6: expected a number for the radius"},
         {"0 0 0 1\n1 0 0 -1\n", CA_CURVE_LINEAR, ":2:7: a radius cannot be negative"},
+        {"0 0 0 1\n1 0 0 1\n2 0 0 0\n3 0 0 -1\n4 0 0 -2\n", CA_CURVE_CUBIC,
+         ":6:1: the radius of this curve is negative around its control point 3"},
         {"0 0 0 1 7\n1 0 0 1\n", CA_CURVE_LINEAR, ":1:9: expected the end of the line"},
         {"0 0 0 1\n1 nan 0 1\n", CA_CURVE_LINEAR, ":2:3: expected a number for y"},
         {"# hair\n0 0 0 1\n1 0 0 1\n", CA_CURVE_LINEAR, ":1:1: expected a number for x"},
@@ -431,6 +467,7 @@ int main(void)
         cmocka_unit_test(test_points_of_polylines),
         cmocka_unit_test(test_hits_are_mitsubas),
         cmocka_unit_test(test_rays_leave),
+        cmocka_unit_test(test_tips),
         cmocka_unit_test(test_degenerate_segments),
         cmocka_unit_test(test_equal_curves_are_built_once),
         cmocka_unit_test(test_curves_are_read),

@@ -3,6 +3,7 @@
 #include "support/scene_text.h"
 
 #include "base/memory.h"
+#include "geometry/curve.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -86,7 +87,15 @@ static void mistakes_have_places(void **state)
         {FIRST "Shape \"sphere\" \"float radius\" 1 \"float radius\" 2",
          "2:33: parameter \"radius\" of Shape \"sphere\" is given a second time"},
         {FIRST "Shape \"sphere\" \"integer radius\" 0.5", "2:33: \"0.5\" is no integer of 32 bits"},
-        {FIRST "Shape \"curve\"", "2:1: shape \"curve\" is not supported"},
+        {FIRST "Shape \"cone\"", "2:1: shape \"cone\" is not supported"},
+        {FIRST "Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0]",
+         "2:15: parameter \"P\" of Shape \"curve\" must have a point more than the degree, or more"},
+        {FIRST "Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0 4 0 0]",
+         "2:15: parameter \"P\" of Shape \"curve\" must have `degree` points more for each further segment"},
+        {FIRST "Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"string type\" \"ribbon\"",
+         "2:1: curves of type \"ribbon\" are not supported"},
+        {FIRST "AreaLightSource \"diffuse\" Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]",
+         "2:27: curves cannot emit light"},
         {FIRST "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
          "2:53: parameter \"indices\" of Shape \"trianglemesh\" has one that is no point's"},
         {FIRST "Material \"difuse\"", "2:1: \"difuse\" is not a known material; the nearest is \"diffuse\""},
@@ -318,6 +327,78 @@ static void parts_of_quadrics(void **state)
     done();
 }
 
+/* ---- Curves ---------------------------------------------------------------------------------------------------- */
+
+/* A segment in its middle, x, y, z and the radius: the uniform cubic B-spline's weights there. */
+static void expect_middle(uint32_t segment, double x, double y, double z, double radius)
+{
+    static const double weights[4] = {1.0 / 48.0, 23.0 / 48.0, 23.0 / 48.0, 1.0 / 48.0};
+    const double expected[4] = {x, y, z, radius};
+    const ca_curve *curve = desc.curves.items[0];
+    for (size_t c = 0; c < 4; c++) {
+        double at = 0.0;
+        for (size_t k = 0; k < 4; k++)
+            at += weights[k] * (double)curve->points[4 * ((size_t)curve->segments[segment] + k) + c];
+        near(at, expected[c]);
+    }
+}
+
+/* Where a segment begins. */
+static void expect_begin(uint32_t segment, double x, double y, double z, double radius)
+{
+    const double expected[4] = {x, y, z, radius};
+    const ca_curve *curve = desc.curves.items[0];
+    const float *p = curve->points + 4 * (size_t)curve->segments[segment];
+    for (int c = 0; c < 4; c++) near(((double)p[c] + 4.0 * (double)p[4 + c] + (double)p[8 + c]) / 6.0, expected[c]);
+}
+
+/* Middles of Bezier curves are (1 3 3 1) / 8 and (1 2 1) / 4 of their points, of B-splines (1 23 23 1) / 48 and
+ * (1 6 1) / 8. */
+static void curves_of_all_kinds(void **state)
+{
+    (void)state;
+    import(FIRST "AttributeBegin Scale 2 2 2 Translate 0 0 1\n"
+                 "Shape \"curve\" \"point3 P\" [0 0 0  1 2 0  3 1 1  4 0 8] \"float width0\" .2 \"float width1\" 0\n"
+                 "AttributeEnd\n"
+                 "Shape \"curve\" \"integer degree\" 2 \"point3 P\" [0 0 0  1 2 0  3 1 1  4 0 0  8 8 8]\n"
+                 "Shape \"curve\" \"string basis\" \"bspline\" \"point3 P\" [48 0 0  0 48 0  0 0 48  48 0 0  0 0 0]\n"
+                 "Shape \"curve\" \"string basis\" \"bspline\" \"integer degree\" 2\n"
+                 "\"point3 P\" [8 0 0  0 8 0  0 0 8  8 8 8] \"float width\" 3\n");
+    assert_int_equal(desc.curves.count, 1);
+    assert_int_equal(desc.shapes.count, 1);
+    assert_int_equal(desc.curves.items[0]->segment_count, 7);
+    expect_begin(0, 0.0, 0.0, 2.0, 0.2);
+    expect_middle(0, 4.0, 2.25, 4.75, 0.1);
+    expect_middle(1, 1.25, 1.25, 0.25, 0.5);
+    expect_begin(2, 3.0, 1.0, 1.0, 0.5);
+    expect_middle(2, 4.75, 2.25, 2.25, 0.5);
+    expect_middle(3, 2.0, 23.0, 23.0, 0.5);
+    expect_middle(4, 23.0, 1.0, 23.0, 0.5);
+    expect_middle(5, 1.0, 6.0, 1.0, 1.5);
+    expect_begin(6, 0.0, 4.0, 4.0, 1.5);
+    done();
+}
+
+/* Curves of one material, one after another, are one shape; an object's are its own. */
+static void curves_are_gathered(void **state)
+{
+    (void)state;
+#define HAIR "Shape \"curve\" \"point3 P\" [0 0 0  1 0 0  2 0 0  3 0 0] "
+    import(FIRST "Material \"diffuse\"\n" HAIR HAIR "Material \"conductor\"\n" HAIR HAIR HAIR
+                 "Shape \"sphere\" " HAIR "\"float alpha\" .5\n" HAIR
+                 "ObjectBegin \"hairs\" " HAIR HAIR "ObjectEnd ObjectInstance \"hairs\"\n" HAIR);
+    static const uint32_t expected[] = {2, 3, 1, 1, 1, 2};
+    uint32_t seen[6] = {0}, total = 0;
+    assert_int_equal(desc.curves.count, 6);
+    for (size_t i = 0; i < 6; i++) {
+        for (size_t k = 0; k < 6; k++) seen[k] += desc.curves.items[i]->segment_count == expected[k];
+        total += desc.curves.items[i]->segment_count;
+    }
+    for (size_t k = 0; k < 6; k++) assert_true(seen[k] > 0);
+    assert_int_equal(total, 10);
+    done();
+}
+
 /* Triangles follow their normals, and ReverseOrientation turns both, but in version 3 no given normals. */
 static void normals_decide(void **state)
 {
@@ -397,6 +478,8 @@ int main(void)
         cmocka_unit_test(color_spaces),
         cmocka_unit_test(subdivision_goes_to_the_limit),
         cmocka_unit_test(subdivision_of_a_plane),
+        cmocka_unit_test(curves_of_all_kinds),
+        cmocka_unit_test(curves_are_gathered),
         cmocka_unit_test(parts_of_quadrics),
         cmocka_unit_test(normals_decide),
         cmocka_unit_test(made_triangles_have_a_budget),

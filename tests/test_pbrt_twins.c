@@ -87,6 +87,10 @@ static const twin shapes[] = {
     NEW("bilinearmesh", "Shape \"bilinearmesh\" \"point3 P\" [-1 0.5 0  1 0.5 0  -1 2 0  1 2 0]\n",
         "<shape type='ply'><string name='filename' value='quad.ply'/><boolean name='face_normals' "
         "value='true'/>" MATTE "</shape>"),
+    NEW("curve",
+        "Translate 0 1 0 Shape \"curve\" \"point3 P\" [-3 0 0  -1 0 0  1 0 0  3 0 0]\n"
+        "\"float width0\" 0.5 \"float width1\" 0 \"string type\" \"cylinder\"\n",
+        "<shape type='bsplinecurve'><string name='filename' value='spike.txt'/>" MATTE "</shape>"),
     NEW("instances",
         "ObjectBegin \"o\" Translate 0 0.5 0 Shape \"sphere\" \"float radius\" 0.5 ObjectEnd\n"
         "AttributeBegin Translate -1 0 0 ObjectInstance \"o\" AttributeEnd\n"
@@ -411,6 +415,7 @@ static void write_files(void)
     import_write_text("ball.pbrt", "Translate 0 1 0\nShape \"sphere\"\nTranslate 0 -1 0\n");
     import_write_text("paint.spd", "# a paint\n400 .1\n500 .8 700 .2\n");
     import_write_text("tent.ply", tent);
+    import_write_text("spike.txt", "-9 1 0 .5\n-3 1 0 .25\n3 1 0 0\n9 1 0 -.25\n");
     import_write("tent.ply.gz", packed_tent, sizeof packed_tent);
     import_write_text("pair.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
                                   "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"

@@ -74,7 +74,9 @@ bool ca_curve_place(ca_curve *curve, const ca_affine *map)
     curve->high = ca_neg(curve->low);
     for (size_t i = 0; i < curve->point_count; i++) {
         float *p = curve->points + 4 * i;
-        const ca_vec3 center = ca_map_point(map->to, point_at(curve, i)), radius = {p[3], p[3], p[3]};
+        const ca_vec3 center = ca_map_point(map->to, point_at(curve, i));
+        const float r = fabsf(p[3]);
+        const ca_vec3 radius = {r, r, r};
         p[0] = center.x, p[1] = center.y, p[2] = center.z;
         curve->low = ca_min_vec3(curve->low, ca_sub(center, radius));
         curve->high = ca_max_vec3(curve->high, ca_add(center, radius));
@@ -222,7 +224,7 @@ static ca_vec3 intersection_error(const ca_curve *curve, uint32_t segment)
     float reach = 0.0f;
     for (uint32_t k = 0; k <= (uint32_t)curve->degree; k++) {
         const size_t point = (size_t)curve->segments[segment] + k;
-        reach = ca_max(reach, ca_max3(ca_abs3(point_at(curve, point))) + curve->points[4 * point + 3]);
+        reach = ca_max(reach, ca_max3(ca_abs3(point_at(curve, point))) + fabsf(curve->points[4 * point + 3]));
     }
     const float bound = CA_GAMMA(256) * reach + FLT_MIN;
     return (ca_vec3){bound, bound, bound};

@@ -21,7 +21,7 @@ struct ca_curve {
     atomic_uint owners;
     ca_curve_degree degree;
     uint32_t point_count, segment_count;
-    float *points;      /* radii are not negative */
+    float *points;      /* a radius may be negative where the tube's own is not */
     uint32_t *segments; /* the first point of each */
     uint64_t content_hash; /* of the file it was read from; 0: none */
     bool placed;

@@ -46,6 +46,19 @@ ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name)
     return NULL;
 }
 
+ca_curve *ca_import_take_made_curve(ca_importer *importer, const char *name, ca_error *error)
+{
+    for (size_t i = 0; i < importer->arrays.curves.count; i++) {
+        ca_import_curve *made = &importer->arrays.curves.items[i];
+        ca_curve *curve = made->curve;
+        if (!curve || strcmp(made->name, name) != 0) continue;
+        made->curve = NULL;
+        return curve;
+    }
+    fail_unknown("curve", name, NULL, error);
+    return NULL;
+}
+
 static const ca_bitmap_data *find_bitmap(const ca_importer *importer, const char *name, ca_error *error)
 {
     const bool made = importer->arrays.bitmaps.count > 0;
@@ -213,7 +226,9 @@ ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *err
 void ca_import_arrays_destroy(ca_import_arrays *arrays)
 {
     for (size_t i = 0; i < arrays->meshes.count; i++) ca_mesh_destroy(&arrays->meshes.items[i].mesh);
+    for (size_t i = 0; i < arrays->curves.count; i++) ca_curve_destroy(arrays->curves.items[i].curve);
     ca_free(arrays->meshes.items);
+    ca_free(arrays->curves.items);
     ca_free(arrays->bitmaps.items);
     ca_arena_clear(&arrays->arena);
     *arrays = (ca_import_arrays){0};

@@ -6,6 +6,7 @@
 #include "import/import.h"
 #include "import/text_scan.h"
 
+#include <math.h>
 #include <string.h>
 
 static const size_t max_file_bytes = (size_t)1 << 34;
@@ -32,12 +33,23 @@ static ca_status read_point(curve_reader *reader, ca_error *error)
         ca_scan_skip_blanks(scan);
         const ca_location where = ca_scan_place(scan, scan->cursor);
         CA_TRY(ca_scan_number(scan, names[k], &value, error));
-        if (k == 3 && value < 0.0) return ca_fail(error, CA_ERROR_FORMAT, &where, "a radius cannot be negative");
+        if (k == 3 && value < 0.0 && reader->degree == CA_CURVE_LINEAR)
+            return ca_fail(error, CA_ERROR_FORMAT, &where, "a radius cannot be negative");
         values[reader->value_count++] = (float)value;
     }
     if (ca_scan_line_ends(scan)) return CA_OK;
     const ca_location where = ca_scan_place(scan, scan->cursor);
     return ca_fail(error, CA_ERROR_FORMAT, &where, "expected the end of the line behind four numbers");
+}
+
+/* Is the radius negative where a B-spline's segment begins that has its first control point there, or where it ends?
+ * A control point's may be: a tip needs that. */
+static bool is_turned(const float *values, size_t point)
+{
+    const float *r = values + 4 * point + 3;
+    const float begin = r[0] + 4.0f * r[4] + r[8], end = r[4] + 4.0f * r[8] + r[12];
+    const float rounding = -1e-5f * (fabsf(r[0]) + fabsf(r[4]) + fabsf(r[8]) + fabsf(r[12]));
+    return begin < rounding || end < rounding;
 }
 
 /* The segments of the points since `first`. */
@@ -50,6 +62,13 @@ static ca_status end_curve(curve_reader *reader, ca_error *error)
         return ca_fail(error, CA_ERROR_FORMAT, &where, "this curve ends after %zu control points, but needs %zu",
                        points, degree + 1);
     }
+    for (size_t i = reader->first; reader->degree == CA_CURVE_CUBIC && i + degree < end; i++)
+        if (is_turned(reader->values, i)) {
+            const ca_location where = ca_scan_place(&reader->scan, reader->scan.cursor);
+            return ca_fail(error, CA_ERROR_FORMAT, &where,
+                           "the radius of this curve is negative around its control point %zu",
+                           i - reader->first + 2);
+        }
     const size_t count = reader->segment_count + points - degree;
     uint32_t *segments = ca_array_grow(reader->segments, &reader->segment_capacity, count, sizeof *segments);
     if (!segments) return ca_fail_memory(error, "curves");

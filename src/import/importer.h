@@ -31,9 +31,15 @@ typedef struct ca_import_mesh {
     ca_mesh mesh; /* empty once a shape has taken it over, with which others then share it (shared_meshes.h) */
 } ca_import_mesh;
 
+typedef struct ca_import_curve {
+    const char *name;
+    ca_curve *curve; /* NULL once a shape has taken it over */
+} ca_import_curve;
+
 typedef struct ca_import_arrays {
     ca_arena arena; /* of the bitmaps' pixels */
     CA_TABLE(ca_import_mesh) meshes;
+    CA_TABLE(ca_import_curve) curves;
     CA_TABLE(ca_bitmap_data) bitmaps;
 } ca_import_arrays;
 
@@ -113,6 +119,8 @@ ca_status ca_import_mesh_data(const ca_importer *importer, const ca_mesh_data *d
 ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, ca_image *image, ca_error *error);
 /* What a reader made by that name, NULL: nothing; and its mesh, checked. Errors: as above. */
 ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name);
+/* Likewise; the caller owns the curves. NULL after failing. */
+ca_curve *ca_import_take_made_curve(ca_importer *importer, const char *name, ca_error *error);
 ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *error);
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */

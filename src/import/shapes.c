@@ -234,20 +234,34 @@ static void import_cylinder(ca_props *props, void *result)
 
 /* ---- Curves ---------------------------------------------------------------------------------------------------- */
 
-static void import_curve(ca_props *props, ca_shape_desc *shape, ca_curve_degree degree)
+/* From the file, or as another format's reader made them; NULL after failing. */
+static ca_curve *read_curve(ca_props *props, ca_curve_degree degree)
 {
     ca_importer *importer = props->importer;
     ca_curve *curve = NULL;
     ca_error reason;
+    if (ca_props_find(props, "data")) {
+        const char *name = ca_props_string(props, "data", "");
+        curve = ca_import_good(importer) ? ca_import_take_made_curve(importer, name, &reason) : NULL;
+        if (!curve) ca_import_fail_file(importer, &props->node->where, CA_ERROR_SCENE, &reason);
+        return curve;
+    }
     const char *path = ca_import_filename(props, "filename");
+    if (!path || !ca_import_good(importer)) return NULL;
+    const ca_status status = ca_import_curves(path, degree, &curve, &reason);
+    if (status != CA_OK) ca_import_fail_file(importer, &props->node->where, status, &reason);
+    return curve;
+}
+
+static void import_curve(ca_props *props, ca_shape_desc *shape, ca_curve_degree degree)
+{
+    ca_importer *importer = props->importer;
     shape->kind = CA_SHAPE_CURVE;
     if (shape->light != CA_NONE) ca_import_fail(importer, &props->node->where, "curves cannot emit light");
     if (shape->flip_normals) ca_props_fail(props, "flip_normals", "has no meaning for curves");
-    if (!path || !ca_import_good(importer)) return;
-    const ca_status status = ca_import_curves(path, degree, &curve, &reason);
-    if (status != CA_OK) {
-        ca_import_fail_file(importer, &props->node->where, status, &reason);
-    } else if (!CA_TABLE_ADD(&importer->desc->curves)) {
+    ca_curve *curve = read_curve(props, degree);
+    if (!curve) return;
+    if (!CA_TABLE_ADD(&importer->desc->curves)) {
         ca_curve_destroy(curve);
         ca_import_fail_memory(importer, "curves");
     } else {

@@ -225,6 +225,22 @@ bool ca_tree_take_mesh(ca_tree *tree, ca_mesh *mesh, const char **name)
     return ca_import_good(tree->importer);
 }
 
+bool ca_tree_take_curve(ca_tree *tree, ca_curve *curve, const char **name)
+{
+    ca_import_arrays *arrays = &tree->importer->arrays;
+    if (ca_import_good(tree->importer) && !CA_TABLE_ADD(&arrays->curves))
+        ca_import_fail_memory(tree->importer, "the scene's curves");
+    if (!ca_import_good(tree->importer)) {
+        ca_curve_destroy(curve);
+        return false;
+    }
+    const size_t index = arrays->curves.count - 1;
+    const char *made = name_array(tree, "curve", index);
+    arrays->curves.items[index] = (ca_import_curve){.name = made ? made : "", .curve = curve};
+    *name = arrays->curves.items[index].name;
+    return ca_import_good(tree->importer);
+}
+
 bool ca_tree_add_mesh(ca_tree *tree, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
                       const char **name, ca_mesh **mesh)
 {

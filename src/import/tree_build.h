@@ -51,6 +51,8 @@ void ca_tree_ref(ca_tree *tree, ca_xml_node *object, const char *name, const cha
 bool ca_tree_add_mesh(ca_tree *tree, size_t vertex_count, size_t triangle_count, bool normals, bool uvs,
                       const char **name, ca_mesh **mesh);
 bool ca_tree_take_mesh(ca_tree *tree, ca_mesh *mesh, const char **name);
+/* Takes curves over, also on failure; one shape may name them. */
+bool ca_tree_take_curve(ca_tree *tree, ca_curve *curve, const char **name);
 
 typedef struct ca_tree_bitmap {
     const char *name;

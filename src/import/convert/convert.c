@@ -107,6 +107,23 @@ static ca_status write_image(const ca_image *image, const char *path, ca_error *
     return status;
 }
 
+/* A line for each control point, with a blank one where a curve ends: its segment is not the next one's neighbour.
+ * Nine digits make each float again. */
+static ca_status write_curve(const ca_curve *curve, const char *path, ca_error *error)
+{
+    ca_file_writer writer;
+    CA_TRY(ca_file_create(&writer, path, error));
+    for (uint32_t i = 0; i < curve->segment_count; i++) {
+        const bool goes_on = i > 0 && curve->segments[i] == curve->segments[i - 1] + 1;
+        if (i > 0 && !goes_on) fputc('\n', writer.stream);
+        for (uint32_t k = goes_on ? (uint32_t)curve->degree : 0; k <= (uint32_t)curve->degree; k++) {
+            const float *p = curve->points + 4 * ((size_t)curve->segments[i] + k);
+            fprintf(writer.stream, "%.9g %.9g %.9g %.9g\n", (double)p[0], (double)p[1], (double)p[2], (double)p[3]);
+        }
+    }
+    return ca_file_commit(&writer, error);
+}
+
 static ca_status write_output(const conversion *c, const ca_output *output, const char *path, ca_error *error)
 {
     const ca_scene_desc *desc = c->importer->desc;
@@ -114,6 +131,7 @@ static ca_status write_output(const conversion *c, const ca_output *output, cons
     case CA_OUTPUT_COPY: return copy_file(output->source, path, error);
     case CA_OUTPUT_MESH: return ca_ply_write(&desc->meshes.items[output->index], path, error);
     case CA_OUTPUT_IMAGE: return write_image(&desc->images.items[output->index], path, error);
+    case CA_OUTPUT_CURVE: return write_curve(desc->curves.items[output->index], path, error);
     }
     return CA_ERROR_ARGUMENT;
 }

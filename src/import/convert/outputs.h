@@ -12,13 +12,14 @@ typedef enum ca_output_kind {
     CA_OUTPUT_COPY,  /* of a file */
     CA_OUTPUT_MESH,  /* binary PLY */
     CA_OUTPUT_IMAGE, /* EXR of floats */
+    CA_OUTPUT_CURVE, /* text */
 } ca_output_kind;
 
 typedef struct ca_output {
     ca_output_kind kind;
     const char *name;   /* without folder */
     const char *source; /* of a copy: the file, borrowed */
-    uint32_t index;     /* else in the description's meshes or images */
+    uint32_t index;     /* else in the description's meshes, images or curves */
 } ca_output;
 
 struct ca_output_slot;

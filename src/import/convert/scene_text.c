@@ -243,6 +243,17 @@ static const char *mesh_file(ca_scene_writer *w, const ca_xml_node *shape, const
     return key ? add_output(w, key, path, ".ply", output) : "";
 }
 
+/* Curves that were made. */
+static const char *curve_file(ca_scene_writer *w, const ca_xml_node *shape, const char *value)
+{
+    const ca_scene_desc *desc = w->importer->desc;
+    const char *parts[2] = {"curve ", value}, *key = join(w, parts, 2);
+    if (!key || shape->result >= desc->shapes.count || desc->shapes.items[shape->result].kind != CA_SHAPE_CURVE)
+        return "";
+    const uint32_t index = desc->shapes.items[shape->result].as.curve.index;
+    return add_output(w, key, value, ".txt", (ca_output){CA_OUTPUT_CURVE, .index = index});
+}
+
 /* A picture that was handed over as an array. */
 static const char *array_file(ca_scene_writer *w, const char *name)
 {
@@ -261,13 +272,16 @@ static bool names_file(const ca_xml_node *node, const ca_xml_node *parent)
 {
     if (!parent || !is(node->tag, "string")) return false;
     if (is(name_of(node), "filename")) return true;
-    return is(name_of(node), "data") && (is(parent->tag, "texture") || is(parent->tag, "emitter") || is_mesh(parent));
+    const bool may_have_data = is(parent->tag, "texture") || is(parent->tag, "emitter") || is_mesh(parent) ||
+                               is(type_of(parent), "bsplinecurve");
+    return is(name_of(node), "data") && may_have_data;
 }
 
 static const char *file_of(ca_scene_writer *w, const ca_xml_node *node, const ca_xml_node *parent, const char *value)
 {
     if (is_mesh(parent)) return mesh_file(w, parent, value);
-    return is(name_of(node), "data") ? array_file(w, value) : copied_file(w, parent, value);
+    if (!is(name_of(node), "data")) return copied_file(w, parent, value);
+    return is(parent->tag, "shape") ? curve_file(w, parent, value) : array_file(w, value);
 }
 
 /* ---- Elements -------------------------------------------------------------------------------------------------- */

@@ -370,6 +370,7 @@ static void run_object_end(ca_pbrt *p, const double *n, const char *const *s)
 {
     (void)n, (void)s;
     close_state(p, CA_PBRT_OPEN_OBJECT);
+    ca_pbrt_end_curves(p);
     if (!ca_import_good(p->importer) || !p->group) return;
     if (p->group_has_shapes) {
         const char *id = ca_xml_attribute_value(p->group, "id");
@@ -741,6 +742,7 @@ static void read_scene(ca_pbrt *p, const char *text, size_t size)
     p->film_diagonal = 35.0;
     ca_tree_begin(&p->tree, p->importer);
     read_text(p, p->importer->document.path, text, size);
+    ca_pbrt_end_curves(p);
     if (ca_import_good(p->importer) && p->saved.count > 0) {
         const ca_pbrt_saved *open = &p->saved.items[p->saved.count - 1];
         ca_import_fail(p->importer, &open->where, "%s has no end", open_names[open->kind]);
@@ -754,6 +756,7 @@ static void destroy(ca_pbrt *p)
     ca_pbrt_params_destroy(&p->params);
     ca_free(p->saved.items);
     ca_free(p->arrays.items);
+    ca_free(p->curves.points);
     ca_key_table_destroy(&p->files);
     ca_free(p->materials.items);
     ca_free(p->number_textures.items);

@@ -73,6 +73,15 @@ typedef struct ca_pbrt_mesh {
     bool has_normals;
 } ca_pbrt_mesh;
 
+/* Curves of one material, one after another in the world or in one object, are one shape. */
+typedef struct ca_pbrt_curves {
+    ca_xml_node *shape;   /* NULL: none is being made */
+    const char *material; /* NULL: no other curve joins */
+    const ca_xml_node *group;
+    float *points;          /* four to a segment, of the current transform: x y z and the radius */
+    size_t count, capacity; /* of floats */
+} ca_pbrt_curves;
+
 typedef struct ca_pbrt {
     ca_importer *importer;
     ca_tree tree;
@@ -104,6 +113,7 @@ typedef struct ca_pbrt {
     CA_TABLE(ca_pbrt_mesh) arrays;
     ca_key_table files;
     ca_pbrt_mesh last_array;
+    ca_pbrt_curves curves;
     /* Spent. */
     uint32_t include_depth, include_count, made_triangles;
     size_t text_bytes;
@@ -183,6 +193,14 @@ bool ca_pbrt_make_surface(ca_pbrt *p, const ca_pbrt_surface *surface, ca_mesh *m
 /* Loop subdivision of a control mesh, pushed to the limit; no uv. */
 bool ca_pbrt_subdivide(ca_pbrt *p, const double *points, size_t point_count, const double *indices,
                        size_t index_count, uint32_t levels, ca_mesh *mesh);
+
+/* ---- Curves (curves.c) ----------------------------------------------------------------------------------------- */
+
+void ca_pbrt_begin_curves(ca_pbrt *p, ca_xml_node *shape, const char *material);
+/* Does a curve of that material join those before it? */
+bool ca_pbrt_goes_on_with_curves(const ca_pbrt *p, const char *material);
+void ca_pbrt_read_curve(ca_pbrt *p);
+void ca_pbrt_end_curves(ca_pbrt *p);
 
 /* ---- Lights (lights.c, light_pictures.c) ----------------------------------------------------------------------- */
 

@@ -528,6 +528,26 @@ static void read_disk(ca_pbrt *p)
     }
 }
 
+/* ---- Curves ---------------------------------------------------------------------------------------------------- */
+
+/* Only a material without alpha may be another curve's, too. */
+static void read_curve(ca_pbrt *p)
+{
+    const bool may_share = !ca_pbrt_find(&p->params, "alpha");
+    const char *material = p->state.material ? p->state.material : default_material(p);
+    if (p->state.light.shines && !p->group)
+        ca_import_fail(p->importer, &p->params.where, "curves cannot emit light");
+    if (!may_share || !ca_pbrt_goes_on_with_curves(p, material)) {
+        ca_pbrt_end_curves(p);
+        ca_xml_node *parent = p->group ? p->group : ca_tree_root(&p->tree);
+        ca_xml_node *shape = ca_tree_object(&p->tree, parent, "shape", "bsplinecurve");
+        p->group_has_shapes = true;
+        put_material(p, shape);
+        ca_pbrt_begin_curves(p, shape, may_share ? material : NULL);
+    }
+    ca_pbrt_read_curve(p);
+}
+
 /* ---- The table ------------------------------------------------------------------------------------------------- */
 
 typedef struct shape_kind {
@@ -543,9 +563,10 @@ static const shape_kind kinds[] = {
     {"sphere", read_sphere},
     {"cylinder", read_cylinder},
     {"disk", read_disk},
+    {"curve", read_curve},
 };
 
-static const char *const unsupported[] = {"curve", "cone", "hyperboloid", "paraboloid", "heightfield", "nurbs"};
+static const char *const unsupported[] = {"cone", "hyperboloid", "paraboloid", "heightfield", "nurbs"};
 
 void ca_pbrt_read_shape(ca_pbrt *p, const char *type)
 {
