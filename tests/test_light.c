@@ -442,6 +442,37 @@ static void test_envmap_integrals(void **state)
     assert_near((double)light->power, radiance * CA_PI_D * 100.0, 1e-3);
 }
 
+/* Luminance over the density of an envmap in the direction that a place of the picture has. */
+static double sampled_weight(const ca_light *light, double x, double y)
+{
+    const ca_image *image = light->as.envmap.image;
+    const double theta = CA_PI_D * y / (image->height - 1), phi = 2.0 * CA_PI_D * (x + 0.5) / image->width;
+    const ca_vec3 local = {(float)(sin(phi) * sin(theta)), (float)cos(theta), (float)(-cos(phi) * sin(theta))};
+    const ca_vec3 to_light = ca_map_vector(light->as.envmap.map.to, local);
+    const ca_light_hit hit = ca_light_eval_hit(light, (ca_vec3){0}, NULL, ca_neg(to_light));
+    return (double)ca_luminance(hit.radiance) / (double)hit.pdf_direct.v / sin(theta);
+}
+
+/* Within a cell between four pixels the density follows luminance: their quotient has only sin theta in it. */
+static void test_envmap_density_follows_luminance(void **state)
+{
+    (void)state;
+    const ca_light *light = &fixture.lights[LIGHT_ENVMAP];
+    const ca_image *image = light->as.envmap.image;
+    uint32_t lit = 0;
+    for (uint32_t y = 0; y + 1 < image->height; y++)
+        for (uint32_t x = 0; x < image->width; x++) {
+            const double expected = sampled_weight(light, x + 0.5, y + 0.5);
+            if (isnan(expected)) continue; /* all black */
+            lit++;
+            for (int i = 1; i < 16; i++) {
+                const double got = sampled_weight(light, x + 0.05 + 0.09 * (i % 10), y + 0.06 * i);
+                if (!(fabs(got / expected - 1.0) < 1e-3)) fail_msg("%g and %g in cell %u %u", got, expected, x, y);
+            }
+        }
+    assert_true(lit > 50);
+}
+
 static void check_same_vector(ca_vec3 a, ca_vec3 b)
 {
     assert_true(a.x == b.x && a.y == b.y && a.z == b.z);
@@ -563,6 +594,7 @@ int main(void)
         cmocka_unit_test(test_projector_picture),
         cmocka_unit_test(test_envmap_orientation),
         cmocka_unit_test(test_envmap_integrals),
+        cmocka_unit_test(test_envmap_density_follows_luminance),
         cmocka_unit_test(test_environment_lanes),
     };
     return cmocka_run_group_tests_name("light", tests, set_up, tear_down);

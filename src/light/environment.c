@@ -4,8 +4,10 @@
  * -cos phi sin theta) in the light's frame; across, pixel centres lie at phi = 2 pi (x + 1/2) / width and the lookup
  * wraps around; down, the first row is the pole theta = 0 and the last the pole theta = pi. Bilinear in between.
  *
- * Sampling: a table of width x (height - 1) cells, each the exact integral over its solid angle of the bilinear
- * luminance (but for chroma of negative values), so its density is positive wherever the light is not black. */
+ * Sampling: a cell between four pixels' centres, by a table of the exact integrals of luminance over their solid
+ * angles; in it a place by the bilinear luminance. What varies of luminance over density is sin theta within a cell.
+ * Luminance is that of absolute values (ca_light_weight), so that the density is positive wherever the light is not
+ * black. */
 #include "base/memory.h"
 #include "light/light_kinds.h"
 #include "math/arc_tangent.h"
@@ -36,22 +38,35 @@ static ca_vec3 uv_to_direction(ca_vec2 uv)
     return (ca_vec3){sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta};
 }
 
-static ca_rgb bilinear(const ca_image *image, ca_vec2 uv)
+/* The cell around a place, and where in it that is. */
+typedef struct picture_cell {
+    uint32_t x0, x1, y0, y1; /* columns and rows of the four pixels */
+    ca_vec2 inside;
+} picture_cell;
+
+static picture_cell cell_of(const ca_image *image, ca_vec2 uv)
 {
     const float x = uv.x * (float)image->width - 0.5f, y = uv.y * (float)(image->height - 1);
     const float column = floorf(x), row = ca_min(floorf(y), (float)image->height - 1.0f);
-    const uint32_t x0 = column < 0.0f ? image->width - 1 : ca_min_u32((uint32_t)column, image->width - 1);
-    const uint32_t x1 = x0 + 1 < image->width ? x0 + 1 : 0;
-    const uint32_t y0 = (uint32_t)row, y1 = ca_min_u32(y0 + 1, image->height - 1);
-    const float tx = x - column, ty = y - row;
-    return ca_rgb_lerp(ca_rgb_lerp(ca_image_rgb(image, x0, y0), ca_image_rgb(image, x1, y0), tx),
-                       ca_rgb_lerp(ca_image_rgb(image, x0, y1), ca_image_rgb(image, x1, y1), tx), ty);
+    picture_cell cell = {.inside = {x - column, y - row}};
+    cell.x0 = column < 0.0f ? image->width - 1 : ca_min_u32((uint32_t)column, image->width - 1);
+    cell.x1 = cell.x0 + 1 < image->width ? cell.x0 + 1 : 0;
+    cell.y0 = (uint32_t)row, cell.y1 = ca_min_u32(cell.y0 + 1, image->height - 1);
+    return cell;
+}
+
+static ca_rgb bilinear(const ca_image *image, const picture_cell *c)
+{
+    return ca_rgb_lerp(
+        ca_rgb_lerp(ca_image_rgb(image, c->x0, c->y0), ca_image_rgb(image, c->x1, c->y0), c->inside.x),
+        ca_rgb_lerp(ca_image_rgb(image, c->x0, c->y1), ca_image_rgb(image, c->x1, c->y1), c->inside.x), c->inside.y);
 }
 
 static ca_rgb radiance_at(const ca_light *light, const picture_place *place)
 {
     if (light->kind == CA_LIGHT_CONSTANT) return light->as.constant.radiance;
-    return ca_rgb_mul(light->as.envmap.scale, bilinear(light->as.envmap.image, place->uv));
+    const picture_cell cell = cell_of(light->as.envmap.image, place->uv);
+    return ca_rgb_mul(light->as.envmap.scale, bilinear(light->as.envmap.image, &cell));
 }
 
 ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
@@ -64,18 +79,16 @@ ca_rgb ca_light_environment_radiance(const ca_light *light, ca_vec3 direction)
 
 static uint32_t cell_rows(const ca_image *image) { return ca_max_u32(image->height - 1, 1); }
 
-static double pixel_weight(const ca_light *light, uint32_t x, uint32_t y)
+static float pixel_weight(const ca_light *light, uint32_t x, uint32_t y)
 {
-    return (double)ca_light_weight(ca_rgb_mul(light->as.envmap.scale, ca_image_rgb(light->as.envmap.image, x, y)));
+    return ca_light_weight(ca_rgb_mul(light->as.envmap.scale, ca_image_rgb(light->as.envmap.image, x, y)));
 }
 
-/* A row's pixels, averaged over the width of a cell: a cell is centred on its pixel, so its neighbours have an
- * eighth. */
+/* Of a row's two pixels, those of the cell that begins at the first. */
 static double across(const ca_light *light, uint32_t x, uint32_t y)
 {
-    const uint32_t width = light->as.envmap.image->width;
-    const uint32_t left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
-    return 0.75 * pixel_weight(light, x, y) + 0.125 * (pixel_weight(light, left, y) + pixel_weight(light, right, y));
+    const uint32_t right = x + 1 < light->as.envmap.image->width ? x + 1 : 0;
+    return 0.5 * ((double)pixel_weight(light, x, y) + (double)pixel_weight(light, right, y));
 }
 
 /* Integrals over a cell's solid angle of the weights 1 - t and t of the rows above and below it, with t linear in
@@ -125,7 +138,7 @@ static ca_status prepare_envmap(ca_light *light, double *integral, ca_error *err
     if (!weights) return ca_fail_memory(error, "an environment map's sampling table");
     *integral = fill_weights(light, weights);
     const ca_status status =
-        ca_distribution_2d_create(&light->as.envmap.pixels, weights, image->width, cell_rows(image), error);
+        ca_distribution_2d_create(&light->as.envmap.cells, weights, image->width, cell_rows(image), error);
     ca_free(weights);
     return status;
 }
@@ -144,14 +157,57 @@ ca_status ca_light_environment_prepare(ca_light *light, ca_error *error)
 
 /* ---- Sampling -------------------------------------------------------------------------------------------------- */
 
+/* Weights of a cell's pixels: upper left, upper right, lower left, lower right. */
+static void cell_weights(const ca_light *light, const picture_cell *c, float w[4])
+{
+    w[0] = pixel_weight(light, c->x0, c->y0), w[1] = pixel_weight(light, c->x1, c->y0);
+    w[2] = pixel_weight(light, c->x0, c->y1), w[3] = pixel_weight(light, c->x1, c->y1);
+}
+
+static inline float mix(float a, float b, float t) { return a * (1.0f - t) + b * t; }
+
+/* In the cell, per area of the unit square. Two rows of pixels have one row of cells between them: the last row of
+ * pixels, where the lower pole is, belongs to the last cells. */
+static float density_in(const ca_light *light, const picture_cell *c)
+{
+    const ca_distribution_2d *cells = &light->as.envmap.cells;
+    float w[4];
+    cell_weights(light, c, w);
+    const float mean = 0.25f * ((w[0] + w[1]) + (w[2] + w[3]));
+    if (!(mean > 0.0f)) return 0.0f;
+    const float weight = mix(mix(w[0], w[1], c->inside.x), mix(w[2], w[3], c->inside.x), c->inside.y);
+    const float probability =
+        ca_distribution_2d_bin_probability(cells, c->x0, ca_min_u32(c->y0, cells->height - 1));
+    return probability * ((float)cells->width * (float)cells->height) * (weight / mean);
+}
+
 /* Of a direction to the light. A density over the unit square becomes one per solid angle by 2 pi^2 sin theta. At a
  * pole, a set without area, it would be infinite: 0 there. */
 static ca_pdf_solid_angle pdf_at(const ca_light *light, const picture_place *place)
 {
     if (light->kind == CA_LIGHT_CONSTANT) return (ca_pdf_solid_angle){CA_INV_FOUR_PI};
     if (!(place->sin_theta > 0.0f)) return (ca_pdf_solid_angle){0.0f};
-    const float density = ca_distribution_2d_density(&light->as.envmap.pixels, place->uv);
-    return (ca_pdf_solid_angle){density / (2.0f * CA_PI * CA_PI * place->sin_theta)};
+    const picture_cell cell = cell_of(light->as.envmap.image, place->uv);
+    return (ca_pdf_solid_angle){density_in(light, &cell) / (2.0f * CA_PI * CA_PI * place->sin_theta)};
+}
+
+/* A place of the picture by its density. */
+static ca_vec2 sample_place(const ca_light *light, ca_vec2 u)
+{
+    const ca_image *image = light->as.envmap.image;
+    const ca_distribution_2d *cells = &light->as.envmap.cells;
+    const ca_bin_2d bin = ca_distribution_2d_sample_bin(cells, u);
+    const picture_cell cell = {.x0 = bin.column,
+                               .x1 = bin.column + 1 < image->width ? bin.column + 1 : 0,
+                               .y0 = bin.row,
+                               .y1 = ca_min_u32(bin.row + 1, image->height - 1)};
+    float w[4];
+    cell_weights(light, &cell, w);
+    const float down = ca_warp_linear(bin.inside.y, w[0] + w[1], w[2] + w[3]);
+    const float across = ca_warp_linear(bin.inside.x, mix(w[0], w[2], down), mix(w[1], w[3], down));
+    const float x = ((float)bin.column + across + 0.5f) / (float)cells->width;
+    const float y = ((float)bin.row + down) / (float)cells->height;
+    return (ca_vec2){x < 1.0f ? x : x - 1.0f, ca_min(y, CA_ONE_MINUS_EPSILON)};
 }
 
 /* The density is evaluated from the direction as eval_hit does it, not taken from the table: rounding may put the
@@ -162,9 +218,7 @@ static bool sample_direction(const ca_light *light, ca_vec2 u, ca_vec3 *to_light
     if (light->kind == CA_LIGHT_CONSTANT) {
         *to_light = ca_warp_sphere(u);
     } else {
-        float density;
-        const ca_vec2 uv = ca_distribution_2d_sample(&light->as.envmap.pixels, u, &density);
-        *to_light = ca_light_to_world(&light->as.envmap.map, uv_to_direction(uv));
+        *to_light = ca_light_to_world(&light->as.envmap.map, uv_to_direction(sample_place(light, u)));
     }
     const picture_place place = place_of(light, *to_light);
     *pdf = pdf_at(light, &place);

@@ -26,7 +26,7 @@ void ca_light_release(ca_light *light)
 {
     switch (light->kind) {
     case CA_LIGHT_PROJECTOR: ca_distribution_2d_destroy(&light->as.projector.pixels); break;
-    case CA_LIGHT_ENVMAP: ca_distribution_2d_destroy(&light->as.envmap.pixels); break;
+    case CA_LIGHT_ENVMAP: ca_distribution_2d_destroy(&light->as.envmap.cells); break;
     case CA_LIGHT_AREA:
     case CA_LIGHT_POINT:
     case CA_LIGHT_SPOT:

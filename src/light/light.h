@@ -79,7 +79,7 @@ typedef struct ca_light {
             ca_affine map;         /* light -> world, of which only the rotation matters */
             const ca_image *image; /* borrowed; row 0 is +y of the light's frame */
             ca_rgb scale;
-            ca_distribution_2d pixels; /* by luminance and sin theta */
+            ca_distribution_2d cells; /* between pixels, by luminance and solid angle */
         } envmap;
     } as;
     const ca_texture *textures; /* borrowed from the scene */

@@ -168,16 +168,29 @@ static float bin_position(uint32_t bin, float inside, uint32_t count)
     return ca_min(position, CA_ONE_MINUS_EPSILON);
 }
 
-ca_vec2 ca_distribution_2d_sample(const ca_distribution_2d *distribution, ca_vec2 u, float *density)
+ca_bin_2d ca_distribution_2d_sample_bin(const ca_distribution_2d *distribution, ca_vec2 u)
 {
     float row_probability, column_probability;
-    ca_vec2 inside;
-    const uint32_t row = ca_distribution_1d_sample(&distribution->rows, u.y, &row_probability, &inside.y);
-    const uint32_t column =
-        ca_distribution_1d_sample(&distribution->columns[row], u.x, &column_probability, &inside.x);
-    *density = row_probability * (float)distribution->height * (column_probability * (float)distribution->width);
-    return (ca_vec2){bin_position(column, inside.x, distribution->width),
-                     bin_position(row, inside.y, distribution->height)};
+    ca_bin_2d bin;
+    bin.row = ca_distribution_1d_sample(&distribution->rows, u.y, &row_probability, &bin.inside.y);
+    bin.column =
+        ca_distribution_1d_sample(&distribution->columns[bin.row], u.x, &column_probability, &bin.inside.x);
+    bin.probability = row_probability * column_probability;
+    return bin;
+}
+
+float ca_distribution_2d_bin_probability(const ca_distribution_2d *distribution, uint32_t column, uint32_t row)
+{
+    return ca_distribution_1d_probability(&distribution->rows, row) *
+           ca_distribution_1d_probability(&distribution->columns[row], column);
+}
+
+ca_vec2 ca_distribution_2d_sample(const ca_distribution_2d *distribution, ca_vec2 u, float *density)
+{
+    const ca_bin_2d bin = ca_distribution_2d_sample_bin(distribution, u);
+    *density = bin.probability * ((float)distribution->height * (float)distribution->width);
+    return (ca_vec2){bin_position(bin.column, bin.inside.x, distribution->width),
+                     bin_position(bin.row, bin.inside.y, distribution->height)};
 }
 
 static uint32_t bin_of(float position, uint32_t count)
@@ -189,6 +202,6 @@ static uint32_t bin_of(float position, uint32_t count)
 float ca_distribution_2d_density(const ca_distribution_2d *distribution, ca_vec2 point)
 {
     const uint32_t row = bin_of(point.y, distribution->height), column = bin_of(point.x, distribution->width);
-    return ca_distribution_1d_probability(&distribution->rows, row) * (float)distribution->height *
-           (ca_distribution_1d_probability(&distribution->columns[row], column) * (float)distribution->width);
+    return ca_distribution_2d_bin_probability(distribution, column, row) *
+           ((float)distribution->height * (float)distribution->width);
 }

@@ -40,6 +40,15 @@ typedef struct ca_distribution_2d {
 ca_status ca_distribution_2d_create(ca_distribution_2d *distribution, const float *weights, uint32_t width,
                                     uint32_t height, ca_error *error);
 void ca_distribution_2d_destroy(ca_distribution_2d *distribution);
+/* The bin that holds u, and where in it u lies, itself uniform in the unit square. */
+typedef struct ca_bin_2d {
+    uint32_t column, row;
+    float probability;
+    ca_vec2 inside;
+} ca_bin_2d;
+
+ca_bin_2d ca_distribution_2d_sample_bin(const ca_distribution_2d *distribution, ca_vec2 u);
+float ca_distribution_2d_bin_probability(const ca_distribution_2d *distribution, uint32_t column, uint32_t row);
 /* A point of the unit square (x along rows) and its density. */
 ca_vec2 ca_distribution_2d_sample(const ca_distribution_2d *distribution, ca_vec2 u, float *density);
 float ca_distribution_2d_density(const ca_distribution_2d *distribution, ca_vec2 point);

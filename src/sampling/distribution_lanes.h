@@ -1,5 +1,5 @@
-/* Eight lanes of ca_distribution_2d_sample and ca_distribution_2d_density, the same operations in the same order.
- * Numbers in [0, 1) in all lanes; of points that are no numbers the density is that of some bin. */
+/* Eight lanes of ca_distribution_2d_sample_bin and ca_distribution_2d_bin_probability, the same operations in the same
+ * order. Numbers in [0, 1) in all lanes. */
 #ifndef CA_SAMPLING_DISTRIBUTION_LANES_H
 #define CA_SAMPLING_DISTRIBUTION_LANES_H
 
@@ -29,34 +29,29 @@ static inline ca_m8 ca_distribution_bins8(const float *cumulative, ca_m8 first, 
     return bin;
 }
 
-static inline void ca_distribution_2d_sample8(const ca_distribution_2d *distribution, ca_f8 *x, ca_f8 *y)
+typedef struct ca_bins_2d8 {
+    ca_m8 column, row;
+    ca_f8 inside_x, inside_y;
+} ca_bins_2d8;
+
+static inline ca_bins_2d8 ca_distribution_2d_sample_bins8(const ca_distribution_2d *distribution, ca_f8 x, ca_f8 y)
 {
     const int32_t width = (int32_t)distribution->width;
-    const ca_f8 end = ca_f8_all(CA_ONE_MINUS_EPSILON);
-    ca_f8 inside_x, inside_y;
-    const ca_m8 row = ca_distribution_bins8(distribution->rows.cumulative, ca_m8_all(0), distribution->rows.guide,
-                                            ca_m8_all(0), distribution->height, *y, &inside_y);
-    const ca_m8 column = ca_distribution_bins8(distribution->cumulative, row * (width + 1), distribution->guide,
-                                               row * width, distribution->width, *x, &inside_x);
-    const ca_f8 column_f = __builtin_convertvector(column, ca_f8), row_f = __builtin_convertvector(row, ca_f8);
-    *x = ca_min8((column_f + inside_x) / (float)distribution->width, end);
-    *y = ca_min8((row_f + inside_y) / (float)distribution->height, end);
+    ca_bins_2d8 bins;
+    bins.row = ca_distribution_bins8(distribution->rows.cumulative, ca_m8_all(0), distribution->rows.guide,
+                                     ca_m8_all(0), distribution->height, y, &bins.inside_y);
+    bins.column = ca_distribution_bins8(distribution->cumulative, bins.row * (width + 1), distribution->guide,
+                                        bins.row * width, distribution->width, x, &bins.inside_x);
+    return bins;
 }
 
-static inline ca_m8 ca_distribution_bin_of8(ca_f8 position, uint32_t count)
+static inline ca_f8 ca_distribution_2d_bin_probability8(const ca_distribution_2d *distribution, ca_m8 column,
+                                                        ca_m8 row)
 {
-    const ca_f8 scaled = ca_max8(position * (float)count, ca_f8_all(0.0f));
-    return __builtin_convertvector(ca_min8(scaled, ca_f8_all((float)(count - 1))), ca_m8);
-}
-
-static inline ca_f8 ca_distribution_2d_density8(const ca_distribution_2d *distribution, ca_f8 x, ca_f8 y)
-{
-    const ca_m8 row = ca_distribution_bin_of8(y, distribution->height);
-    const ca_m8 column = row * (int32_t)(distribution->width + 1) + ca_distribution_bin_of8(x, distribution->width);
+    const ca_m8 place = row * (int32_t)(distribution->width + 1) + column;
     const float *rows = distribution->rows.cumulative, *columns = distribution->cumulative;
-    const ca_f8 of_row = ca_gather8(rows, row + 1) - ca_gather8(rows, row);
-    const ca_f8 of_column = ca_gather8(columns, column + 1) - ca_gather8(columns, column);
-    return of_row * (float)distribution->height * (of_column * (float)distribution->width);
+    return (ca_gather8(rows, row + 1) - ca_gather8(rows, row)) *
+           (ca_gather8(columns, place + 1) - ca_gather8(columns, place));
 }
 
 #endif

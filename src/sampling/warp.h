@@ -22,6 +22,16 @@ static inline void ca_sincos_quarter(float x, float *sine, float *cosine)
     *cosine = 1.0f - (0.5f * x2 - (x2 * x2) * c);
 }
 
+/* In [0, 1), with a density that runs linearly from a share of `low` to one of `high`, both >= 0; uniform where both
+ * are 0. By inverting its integral, a quadratic, in the form that has no cancellation. */
+static inline float ca_warp_linear(float u, float low, float high)
+{
+    const float sum = low + high;
+    if (!(sum > 0.0f)) return u;
+    const float a = low / sum, b = high / sum;
+    return ca_min(u / (a + sqrtf(a * a * (1.0f - u) + b * b * u)), CA_ONE_MINUS_EPSILON);
+}
+
 /* Unit disk, area-preserving, concentric squares to circles (Shirley and Chiu 1997). Density 1/pi. */
 ca_vec2 ca_warp_disk(ca_vec2 u);
 

@@ -30,6 +30,14 @@ static inline void ca_sincos8(ca_f8 angle, ca_f8 *sine, ca_f8 *cosine)
     *cosine = ca_select8(((quadrant + 1) & 2) != 0, -swapped_cosine, swapped_cosine);
 }
 
+/* ca_warp_linear. */
+static inline ca_f8 ca_linear8(ca_f8 u, ca_f8 low, ca_f8 high)
+{
+    const ca_f8 sum = low + high, a = low / sum, b = high / sum;
+    const ca_f8 t = ca_min8(u / (a + ca_sqrt8(a * a * (1.0f - u) + b * b * u)), ca_f8_all(CA_ONE_MINUS_EPSILON));
+    return ca_select8(sum > 0.0f, t, u);
+}
+
 /* ca_warp_disk. */
 static inline void ca_disk8(ca_f8 u, ca_f8 v, ca_f8 *x, ca_f8 *y)
 {
