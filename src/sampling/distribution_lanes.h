@@ -1,5 +1,5 @@
-/* Eight lanes of ca_distribution_2d_sample_bin and ca_distribution_2d_bin_probability, the same operations in the same
- * order. Numbers in [0, 1) in all lanes. */
+/* Eight lanes of ca_distribution_2d_sample_bin and ca_distribution_2d_bin_probability, the same operations in the
+ * same order. Numbers in [0, 1) in all lanes. */
 #ifndef CA_SAMPLING_DISTRIBUTION_LANES_H
 #define CA_SAMPLING_DISTRIBUTION_LANES_H
 
