@@ -36,7 +36,7 @@ static void test_allocation_failures(void **state)
         ca_status status = CA_ERROR_MEMORY;
         for (long n = 0; status != CA_OK; n++) {
             ca_light light = fixture.lights[kinds[k]];
-            *(kinds[k] == LIGHT_ENVMAP ? &light.as.envmap.pixels : &light.as.projector.pixels) =
+            *(kinds[k] == LIGHT_ENVMAP ? &light.as.envmap.cells : &light.as.projector.pixels) =
                 (ca_distribution_2d){0};
             ca_memory_fail_after(n);
             status = ca_light_prepare(&light, (ca_vec3){0}, 1.0f, NULL);
