@@ -289,6 +289,12 @@ static void wrong_sensors(void **state)
         {SENSOR("realistic", LENS("-20 5 1.5 38; 15 0 1 20") "<float name=\"film_distance\" value=\"50\"/>"
                                                              "<float name=\"near_clip\" value=\"0.005\"/>"),
          "3:94: parameter \"near_clip\" of realistic must be in front of the lens's rim"},
+        {SENSOR("radiancemeter", ""),
+         "2:1: a radiancemeter needs a film of 1 x 1 pixels, and this is 768 x 576"},
+        {SENSOR("radiancemeter", "<film type=\"hdrfilm\"><integer name=\"width\" value=\"1\"/></film>"),
+         "2:1: a radiancemeter needs a film of 1 x 1 pixels, and this is 1 x 576"},
+        {SENSOR("radiancemeter", "<vector name=\"direction\" x=\"0\" y=\"0\" z=\"0\"/>"),
+         "3:1: parameter \"direction\" of radiancemeter must have a length over 0"},
         {SENSOR("orthographic", "<float name=\"fov\" value=\"45\"/>"),
          "3:1: unused parameter \"fov\" of orthographic; the nearest known one is \"to_world\""},
         {SENSOR("perspective", "<film type=\"hdrfilm\"><integer name=\"width\" value=\"0\"/></film>"),

@@ -124,6 +124,35 @@ static void other_sensors(void **state)
     done();
 }
 
+/* Along the ray, from its origin; a meter's number is what a film of one pixel has. */
+static void radiance_meters(void **state)
+{
+    (void)state;
+#define METER(inside) "<sensor type=\"radiancemeter\">" inside ONE_PIXEL "</sensor>"
+#define ONE_PIXEL \
+    "<film type=\"hdrfilm\"><integer name=\"width\" value=\"1\"/><integer name=\"height\" value=\"1\"/></film>"
+    static const double directions[][3] = {{3, 0, -4}, {0, -2, 0}, {0, 0, 1}, {1, 1, 1}, {-5, 0, 0}};
+    for (size_t i = 0; i < sizeof directions / sizeof *directions; i++) {
+        const double *d = directions[i], length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        char text[600];
+        snprintf(text, sizeof text,
+                 METER("<point name=\"origin\" value=\"1, 2, 3\"/><vector name=\"direction\" value=\"%g, %g, %g\"/>"),
+                 d[0], d[1], d[2]);
+        import_with_sensor(text);
+        const ca_camera *camera = &desc.camera.camera;
+        assert_int_equal(camera->kind, CA_CAMERA_PERSPECTIVE);
+        for (int k = 0; k < 3; k++) {
+            near((double)camera->map.to[k][3], k + 1.0);
+            near((double)camera->map.to[k][2], d[k] / length);
+        }
+        done();
+    }
+    import_with_sensor(METER("<transform name=\"to_world\"><translate x=\"5\"/></transform>"));
+    near((double)desc.camera.camera.map.to[0][3], 5.0);
+    near((double)desc.camera.camera.as.perspective.tan_half_x, 0.5e-4 * 3.14159265358979 / 180.0);
+    done();
+}
+
 #define PLATE "<string name=\"lens\" value=\"inf 5 1.5 20; inf 0 1 20\"/>"
 #define SINGLET "<string name=\"lens\" value=\"50 0 1.5 20; -50 1 1 20; 0 0 1 12\"/>"
 
@@ -811,6 +840,7 @@ int main(void)
         cmocka_unit_test(sensor_defaults),
         cmocka_unit_test(perspective_parameters),
         cmocka_unit_test(other_sensors),
+        cmocka_unit_test(radiance_meters),
         cmocka_unit_test(realistic_parameters),
         cmocka_unit_test(stop_in_glass),
         cmocka_unit_test(published_lens),

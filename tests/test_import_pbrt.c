@@ -87,7 +87,9 @@ static void mistakes_have_places(void **state)
         {FIRST "Shape \"sphere\" \"float radius\" 1 \"float radius\" 2",
          "2:33: parameter \"radius\" of Shape \"sphere\" is given a second time"},
         {FIRST "Shape \"sphere\" \"integer radius\" 0.5", "2:33: \"0.5\" is no integer of 32 bits"},
-        {FIRST "Shape \"cone\"", "2:1: shape \"cone\" is not supported"},
+        {FIRST "Shape \"nurbs\"", "2:1: shape \"nurbs\" is not supported"},
+        {FIRST "Shape \"heightfield\" \"integer nu\" 2 \"integer nv\" 2 \"float Pz\" [0 1 2]",
+         "2:51: parameter \"Pz\" of Shape \"heightfield\" must have nu times nv numbers"},
         {FIRST "Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0]",
          "2:15: parameter \"P\" of Shape \"curve\" must have a point more than the degree, or more"},
         {FIRST "Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0 4 0 0]",
@@ -313,17 +315,83 @@ static double area_of(const ca_mesh *mesh)
     return area;
 }
 
+/* The least cosine between a triangle that has an area and the normals at its corners. */
+static double least_cosine(const ca_mesh *mesh)
+{
+    double least = 1.0;
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
+        if (!(ca_mesh_triangle_area(mesh, t) > 1e-7)) continue;
+        const uint32_t *corners = mesh->indices + 3 * (size_t)t;
+        double edges[2][3], across[3], length = 0.0;
+        for (size_t e = 0; e < 2; e++)
+            for (size_t i = 0; i < 3; i++)
+                edges[e][i] = (double)mesh->positions[3 * (size_t)corners[e + 1] + i] -
+                              (double)mesh->positions[3 * (size_t)corners[0] + i];
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            across[i] = edges[0][j] * edges[1][k] - edges[0][k] * edges[1][j];
+            length += across[i] * across[i];
+        }
+        for (int v = 0; v < 3; v++) {
+            const float *normal = mesh->normals + 3 * (size_t)corners[v];
+            double cosine = 0.0;
+            for (int i = 0; i < 3; i++) cosine += across[i] * (double)normal[i] / sqrt(length);
+            least = fmin(least, cosine);
+        }
+    }
+    return least;
+}
+
 /* Areas of parts of quadrics, up to what a grid lacks. */
 static void parts_of_quadrics(void **state)
 {
     (void)state;
     import(FIRST "Shape \"sphere\" \"float radius\" 2 \"float zmin\" 0 \"float zmax\" 1 \"float phimax\" 90\n"
                  "Shape \"disk\" \"float radius\" 2 \"float innerradius\" 1 \"float height\" 3\n"
-                 "Shape \"cylinder\" \"float radius\" 2 \"float phimax\" 180 \"float zmin\" 1 \"float zmax\" 4\n");
-    const double expected[3] = {2.0 * pi * 2.0 * 1.0 / 4.0, pi * 3.0, pi * 2.0 * 3.0};
-    for (size_t i = 0; i < 3; i++)
+                 "Shape \"cylinder\" \"float radius\" 2 \"float phimax\" 180 \"float zmin\" 1 \"float zmax\" 4\n"
+                 "Shape \"cone\" \"float radius\" 3 \"float height\" 4 \"float phimax\" 180\n"
+                 "Shape \"paraboloid\" \"float radius\" 2 \"float zmin\" 1 \"float zmax\" 4\n"
+                 "Shape \"hyperboloid\" \"point p1\" [1 0 0] \"point p2\" [0 2 0]\n");
+    /* Of the paraboloid x^2 + y^2 = z the integral of 2 pi r sqrt(1 + 4 r^2) from 1 to 2; the last is a flat ring
+     * from the segment's distance, 2 / sqrt(5), with its nearer part swept twice. */
+    const double expected[] = {2.0 * pi * 2.0 * 1.0 / 4.0, pi * 3.0, pi * 2.0 * 3.0, 0.5 * pi * 3.0 * 5.0,
+                               pi / 6.0 * (pow(17.0, 1.5) - pow(5.0, 1.5)), pi * (1.0 - 0.8 + 4.0 - 0.8)};
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++)
         if (!(fabs(area_of(&desc.meshes.items[i]) / expected[i] - 1.0) < 1e-3)) fail_msg("part %zu", i);
     near((double)desc.meshes.items[1].positions[2], 3.0);
+    for (size_t i = 0; i < 5; i++)
+        if (!(least_cosine(&desc.meshes.items[i]) > 0.999)) fail_msg("part %zu", i);
+    done();
+}
+
+static void waisted_hyperboloids(void **state)
+{
+    (void)state;
+    import(FIRST "Shape \"hyperboloid\" \"point p1\" [1 -2 -2] \"point p2\" [1 2 2]\n");
+    const ca_mesh *mesh = &desc.meshes.items[0];
+    for (size_t v = 0; v < mesh->vertex_count; v++) {
+        const float *p = mesh->positions + 3 * v;
+        near(hypot((double)p[0], (double)p[1]), hypot(1.0, (double)p[2]));
+    }
+    if (!(least_cosine(mesh) > 0.99)) fail();
+    done();
+}
+
+static void height_fields(void **state)
+{
+    (void)state;
+    import(FIRST "Shape \"heightfield\" \"integer nu\" 3 \"integer nv\" 2 \"float Pz\" [0 1 2  3 4 5.5]");
+    const ca_mesh *mesh = &desc.meshes.items[0];
+    static const double expected[6][3] = {{0, 0, 0}, {0.5, 0, 1}, {1, 0, 2}, {0, 1, 3}, {0.5, 1, 4}, {1, 1, 5.5}};
+    static const uint32_t corners[12] = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4};
+    assert_int_equal(mesh->vertex_count, 6);
+    assert_int_equal(mesh->triangle_count, 4);
+    for (size_t v = 0; v < 6; v++) {
+        for (size_t i = 0; i < 3; i++) near((double)mesh->positions[3 * v + i], expected[v][i]);
+        near((double)mesh->uvs[2 * v], expected[v][0]);
+        near((double)mesh->uvs[2 * v + 1], 1.0 - expected[v][1]);
+    }
+    assert_memory_equal(mesh->indices, corners, sizeof corners);
     done();
 }
 
@@ -481,6 +549,8 @@ int main(void)
         cmocka_unit_test(curves_of_all_kinds),
         cmocka_unit_test(curves_are_gathered),
         cmocka_unit_test(parts_of_quadrics),
+        cmocka_unit_test(waisted_hyperboloids),
+        cmocka_unit_test(height_fields),
         cmocka_unit_test(normals_decide),
         cmocka_unit_test(made_triangles_have_a_budget),
         cmocka_unit_test(notes_are_said),

@@ -94,6 +94,47 @@ static void import_orthographic(ca_props *props, void *result)
     import_distances(props, &sensor->camera);
 }
 
+/* ---- Radiance meter -------------------------------------------------------------------------------------------- */
+
+/* From `origin` along `direction`, either of which stands for to_world. */
+static void set_ray(ca_props *props, ca_camera_desc *sensor)
+{
+    double origin[3] = {0.0, 0.0, 0.0}, target[3] = {0.0, 0.0, 1.0};
+    const bool has_origin = ca_props_point(props, "origin", origin);
+    const bool has_direction = ca_props_point(props, "direction", target);
+    ca_matrix to_world = ca_matrix_identity();
+    if (!has_origin && !has_direction) {
+        set_map(props, sensor, true);
+        return;
+    }
+    if (ca_props_find(props, "to_world")) ca_props_fail(props, "to_world", "excludes origin and direction");
+    const double x = fabs(target[0]), y = fabs(target[1]), z = fabs(target[2]);
+    const double up[3] = {x <= y && x <= z, y < x && y <= z, z < x && z < y}; /* across */
+    for (int i = 0; i < 3; i++) target[i] += origin[i];
+    if (!ca_matrix_look_at(origin, target, up, &to_world) || !ca_affine_from_matrix(&to_world, &sensor->camera.map))
+        ca_props_fail(props, "direction", "must have a length over 0");
+}
+
+/* One ray, but for the 2e-6 radians that a pixel needs to be a sensor of all methods. */
+static void import_radiance_meter(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    sensor->camera.kind = CA_CAMERA_PERSPECTIVE;
+    sensor->fov_degrees = 1e-4;
+    sensor->fov_axis = CA_FOV_X;
+    sensor->camera.near_clip = 1e-6f;
+    sensor->camera.far_clip = 1e10f;
+    set_ray(props, sensor);
+}
+
+static void check_meter(ca_importer *importer, const ca_xml_node *node)
+{
+    const ca_film_desc *film = &importer->desc->film;
+    if (film->width != 1 || film->height != 1)
+        ca_import_fail(importer, &node->where, "a radiancemeter needs a film of 1 x 1 pixels, and this is %u x %u",
+                       film->width, film->height);
+}
+
 /* ---- Realistic ------------------------------------------------------------------------------------------------- */
 
 static void read_lens(ca_props *props, const char *text, size_t size, const char *file, const ca_location *where,
@@ -196,6 +237,7 @@ static const ca_plugin sensors[] = {
     {"thinlens", import_thin_lens},
     {"orthographic", import_orthographic},
     {"realistic", import_realistic},
+    {"radiancemeter", import_radiance_meter},
 };
 
 /* At most one nested object of a kind, any name. */
@@ -224,6 +266,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
     import_nested(&props, "film", ca_import_film);
     import_nested(&props, "sampler", ca_import_sampler);
     ca_props_end(&props);
+    if (plugin->import == import_radiance_meter) check_meter(importer, node);
     if (!ca_import_good(importer)) return;
     sensor->camera.width = importer->desc->film.width;
     sensor->camera.height = importer->desc->film.height;

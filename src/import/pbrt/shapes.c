@@ -326,6 +326,53 @@ static void read_patches(ca_pbrt *p)
     put_mesh(p, &mesh);
 }
 
+/* ---- Height fields --------------------------------------------------------------------------------------------- */
+
+static void fill_grid(const double *heights, size_t nu, size_t nv, double *points, double *uvs)
+{
+    for (size_t i = 0; i < nu * nv; i++) {
+        uvs[2 * i] = points[3 * i] = (double)(i % nu) / (double)(nu - 1);
+        uvs[2 * i + 1] = points[3 * i + 1] = (double)(i / nu) / (double)(nv - 1);
+        points[3 * i + 2] = heights[i];
+    }
+}
+
+/* Two triangles for each square of the grid, split from its first corner. */
+static void fill_squares(size_t nu, size_t nv, uint32_t *indices)
+{
+    for (size_t y = 0; y + 1 < nv; y++)
+        for (size_t x = 0; x + 1 < nu; x++) {
+            const uint32_t a = (uint32_t)(y * nu + x), b = a + 1, c = b + (uint32_t)nu, d = c - 1;
+            const uint32_t corners[6] = {a, b, c, a, c, d};
+            memcpy(indices, corners, sizeof corners);
+            indices += 6;
+        }
+}
+
+/* Heights over a grid on the unit square. */
+static void read_heights(ca_pbrt *p)
+{
+    ca_pbrt_params *params = &p->params;
+    size_t count;
+    const size_t nu = (size_t)ca_pbrt_integer_in(params, "nu", 0, 2, 1 << 24);
+    const size_t nv = (size_t)ca_pbrt_integer_in(params, "nv", 0, 2, 1 << 24);
+    const double *heights = ca_pbrt_array(params, "Pz", CA_PBRT_FLOAT, 1, &count);
+    if (!heights || nu * nv != count) ca_pbrt_fail(params, "Pz", "must have nu times nv numbers");
+    double *values = ca_import_good(p->importer) ? ca_alloc(5 * count, sizeof *values) : NULL;
+    if (!values) {
+        ca_import_fail_memory(p->importer, "a height field");
+        return;
+    }
+    ca_mesh mesh;
+    const mesh_arrays arrays = {.points = values, .uvs = values + 3 * count, .point_count = count};
+    fill_grid(heights, nu, nv, values, values + 3 * count);
+    const bool begun = begin_mesh(p, &arrays, 2 * (nu - 1) * (nv - 1), &mesh);
+    ca_free(values);
+    if (!begun) return;
+    fill_squares(nu, nv, mesh.indices);
+    put_mesh(p, &mesh);
+}
+
 /* ---- Files ----------------------------------------------------------------------------------------------------- */
 
 static void flip_v(ca_mesh *mesh)
@@ -425,6 +472,45 @@ static void disk_at(const void *of, double u, double v, double position[3], doub
     normal[0] = normal[1] = 0.0, normal[2] = 1.0;
 }
 
+/* Its tip is at v = 1. */
+static void cone_at(const void *of, double u, double v, double position[3], double normal[3])
+{
+    const quadric *q = of;
+    const double phi = u * q->phi, slant = hypot(q->radius, q->high);
+    const double out[2] = {cos(phi), sin(phi)};
+    for (int i = 0; i < 2; i++) position[i] = q->radius * (1.0 - v) * out[i], normal[i] = q->high / slant * out[i];
+    position[2] = q->high * v, normal[2] = q->radius / slant;
+}
+
+/* x^2 + y^2 = radius^2 z / high, with z from `low` to `high`. */
+static void paraboloid_at(const void *of, double u, double v, double position[3], double normal[3])
+{
+    const quadric *q = of;
+    const double phi = u * q->phi, z = q->low + v * (q->high - q->low), r = q->radius * sqrt(z / q->high);
+    const double down = 0.5 * q->radius * q->radius / q->high, length = hypot(r, down);
+    const double out[2] = {cos(phi), sin(phi)};
+    for (int i = 0; i < 2; i++) position[i] = r * out[i], normal[i] = r / length * out[i];
+    position[2] = z, normal[2] = -down / length;
+}
+
+/* A segment from a to b that turns around the axis. */
+typedef struct turned_segment {
+    double a[3], b[3], phi;
+} turned_segment;
+
+static void hyperboloid_at(const void *of, double u, double v, double position[3], double normal[3])
+{
+    const turned_segment *t = of;
+    const double c = cos(u * t->phi), s = sin(u * t->phi);
+    double at[3], along[3];
+    for (int i = 0; i < 3; i++) at[i] = (1.0 - v) * t->a[i] + v * t->b[i], along[i] = t->b[i] - t->a[i];
+    position[0] = c * at[0] - s * at[1], position[1] = s * at[0] + c * at[1], position[2] = at[2];
+    const double dv[2] = {c * along[0] - s * along[1], s * along[0] + c * along[1]};
+    const double n[3] = {position[0] * along[2], position[1] * along[2], -position[1] * dv[1] - position[0] * dv[0]};
+    const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (int i = 0; i < 3; i++) normal[i] = length > 0.0 ? n[i] / length : i == 2;
+}
+
 static void put_surface(ca_pbrt *p, const ca_pbrt_surface *surface)
 {
     ca_mesh mesh;
@@ -504,6 +590,38 @@ static void read_cylinder(ca_pbrt *p)
     }
 }
 
+static void read_cone(ca_pbrt *p)
+{
+    const quadric cone = {.radius = ca_pbrt_number_in(&p->params, "radius", 1.0, 1e-30, 1e30),
+                          .high = ca_pbrt_number_in(&p->params, "height", 1.0, 1e-30, 1e30),
+                          .phi = read_phi(p)};
+    const ca_pbrt_surface surface = {cone_at, &cone, 128, 1};
+    put_surface(p, &surface);
+}
+
+static void read_paraboloid(ca_pbrt *p)
+{
+    const double z0 = ca_pbrt_number_in(&p->params, "zmin", 0.0, 0.0, 1e30),
+                 z1 = ca_pbrt_number_in(&p->params, "zmax", 1.0, 0.0, 1e30);
+    const quadric bowl = {.radius = ca_pbrt_number_in(&p->params, "radius", 1.0, 1e-30, 1e30),
+                          .low = fmin(z0, z1),
+                          .high = fmax(z0, z1),
+                          .phi = read_phi(p)};
+    if (!(bowl.high > bowl.low)) ca_pbrt_fail(&p->params, "zmax", "must differ from zmin");
+    const ca_pbrt_surface surface = {paraboloid_at, &bowl, 128, 64};
+    put_surface(p, &surface);
+}
+
+static void read_hyperboloid(ca_pbrt *p)
+{
+    turned_segment segment = {.a = {0.0, 0.0, 0.0}, .b = {1.0, 1.0, 1.0}};
+    (void)ca_pbrt_point(&p->params, "p1", segment.a);
+    (void)ca_pbrt_point(&p->params, "p2", segment.b);
+    segment.phi = read_phi(p);
+    const ca_pbrt_surface surface = {hyperboloid_at, &segment, 128, 64};
+    put_surface(p, &surface);
+}
+
 /* Whole disks under a material without pictures are exact. */
 static void read_disk(ca_pbrt *p)
 {
@@ -563,10 +681,14 @@ static const shape_kind kinds[] = {
     {"sphere", read_sphere},
     {"cylinder", read_cylinder},
     {"disk", read_disk},
+    {"cone", read_cone},
+    {"paraboloid", read_paraboloid},
+    {"hyperboloid", read_hyperboloid},
+    {"heightfield", read_heights},
     {"curve", read_curve},
 };
 
-static const char *const unsupported[] = {"cone", "hyperboloid", "paraboloid", "heightfield", "nurbs"};
+static const char *const unsupported[] = {"nurbs"};
 
 void ca_pbrt_read_shape(ca_pbrt *p, const char *type)
 {
