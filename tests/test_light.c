@@ -580,6 +580,77 @@ static void test_environment_lanes(void **state)
     }
 }
 
+/* ---- Beams ----------------------------------------------------------------------------------------------------- */
+
+static ca_light beam_of(const ca_shape *shape)
+{
+    ca_light light = {.kind = CA_LIGHT_BEAM, .textures = fixture.textures};
+    light.as.beam.shape = shape;
+    light.as.beam.exitance = 1;
+    assert_int_equal(ca_light_prepare(&light, (ca_vec3){1.0f, 0.0f, -1.0f}, 10.0f, NULL), CA_OK);
+    return light;
+}
+
+/* From where the light's shape is met along the axis, and only from there, a flat beam is found. */
+static void check_prism(int shape)
+{
+    const ca_light light = beam_of(&fixture.shapes[shape]);
+    ca_test_random random = ca_test_random_seed(40);
+    ca_surface middle;
+    ca_shape_sample_area(&fixture.shapes[shape], (ca_vec2){0.5f, 0.5f}, &middle);
+    uint32_t found = 0;
+    for (int k = 0; k < 20000; k++) {
+        const ca_vec2 u = random2(&random);
+        const ca_vec3 offset = {u.x - 0.5f, u.y - 0.5f, ca_test_random_float(&random) - 0.5f};
+        const ca_vec3 reference = ca_madd(middle.position, 4.0f, offset);
+        ca_light_direct direct;
+        ca_surface met;
+        float t;
+        const bool meets =
+            ca_light_fixture_trace(&fixture, shape, reference, ca_neg(middle.ng), 0.0f, &t, &met);
+        assert_int_equal(ca_light_sample_direct(&light, reference, u, &direct), meets);
+        if (!meets) continue;
+        found++;
+        assert_true(fabsf(direct.distance - t) < 1e-5f);
+        assert_true(ca_length(ca_sub(direct.position, met.position)) < 1e-5f);
+        assert_true(direct.pdf_direct.v == 1.0f && direct.pdf_direction.v == 1.0f);
+        assert_true(close_to(direct.pdf_position.v * fixture.shapes[shape].area, 1.0f, 1e-6f));
+    }
+    assert_true(found > 1000);
+    assert_true(ca_light_next_event_ratio(&light, (ca_vec3){0}, middle.position, middle.ng) == 1.0f);
+}
+
+static void check_not_found(const ca_light *light)
+{
+    ca_test_random random = ca_test_random_seed(41);
+    for (int k = 0; k < 1000; k++) {
+        ca_light_emission e;
+        ca_light_direct direct;
+        assert_true(ca_light_sample_emission(light, random2(&random), (ca_vec2){0}, &e));
+        const ca_vec3 lit = ca_add(e.origin, e.direction);
+        assert_false(ca_light_sample_direct(light, lit, (ca_vec2){0.5f, 0.5f}, &direct));
+        assert_true(ca_light_next_event_ratio(light, lit, e.origin, e.ng) == 0.0f);
+    }
+    assert_false(ca_light_has_next_event(light));
+}
+
+static void test_beams(void **state)
+{
+    (void)state;
+    check_prism(LIGHT_DISK);
+    check_prism(LIGHT_RECTANGLE);
+    const ca_light ball = beam_of(&fixture.shapes[LIGHT_SPHERE]);
+    check_not_found(&ball);
+    /* A rectangle with normals that lean outwards. */
+    ca_mesh *mesh = &fixture.meshes[LIGHT_RECTANGLE - LIGHT_QUADRANGLE];
+    float normals[12];
+    for (size_t i = 0; i < 12; i++) normals[i] = mesh->positions[i] - (i % 3 == 0 ? 1.0f : 3.0f);
+    mesh->normals = normals;
+    const ca_light bent = beam_of(&fixture.shapes[LIGHT_RECTANGLE]);
+    check_not_found(&bent);
+    mesh->normals = NULL;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -596,6 +667,7 @@ int main(void)
         cmocka_unit_test(test_envmap_integrals),
         cmocka_unit_test(test_envmap_density_follows_luminance),
         cmocka_unit_test(test_environment_lanes),
+        cmocka_unit_test(test_beams),
     };
     return cmocka_run_group_tests_name("light", tests, set_up, tear_down);
 }

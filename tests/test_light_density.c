@@ -104,7 +104,7 @@ static void test_emission_directions(void **state)
 {
     (void)state;
     for (int i = 0; i < LIGHT_COUNT; i++) {
-        if (i == LIGHT_DIRECTIONAL || i == LIGHT_ENVMAP) continue;
+        if (ca_light_has_dirac_direction(&fixture.lights[i]) || i == LIGHT_ENVMAP) continue;
         ca_chi_square_test test = coarse(i);
         test.sample = draw_emission;
         test.pdf = emission_density;

@@ -201,8 +201,8 @@ static void test_bounds_hold(void **state)
     ca_test_random random = ca_test_random_seed(10);
     for (int i = 0; i < LIGHT_COUNT; i++) {
         ca_light_bounds one, both, other;
-        assert_int_equal(ca_light_bounds_of(&fixture.lights[i], &one), !ca_light_is_infinite(&fixture.lights[i]));
-        if (ca_light_is_infinite(&fixture.lights[i])) continue;
+        assert_int_equal(ca_light_bounds_of(&fixture.lights[i], &one), ca_light_falls_off(&fixture.lights[i]));
+        if (!ca_light_falls_off(&fixture.lights[i])) continue;
         assert_true(ca_light_bounds_of(&fixture.lights[(i * 5 + 3) % LIGHT_DIRECTIONAL], &other));
         both = ca_light_bounds_union(&other, &one);
         assert_true(one.intensity > 0.0f && both.intensity >= one.intensity);
@@ -250,6 +250,7 @@ static void test_choice_with_the_sky(void **state)
         for (uint32_t i = 0; i < LIGHT_COUNT; i++) {
             expected[i] = 20000.0 * (double)ca_light_choice_direct_probability(&choice, &receiver, i);
             left -= expected[i];
+            assert_true(expected[i] > 0.0 || ca_light_falls_off(&fixture.lights[i]));
         }
         expected[LIGHT_COUNT] = fmax(left, 0.0);
         assert_true(ca_chi_square_counts(observed, expected, LIGHT_COUNT + 1, NULL, NULL) > ca_sidak_level(0.01, 50));

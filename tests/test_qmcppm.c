@@ -5,6 +5,7 @@
 #include "image/layers.h"
 #include "integrator/qmcppm.h"
 #include "render/render.h"
+#include "support/closed_forms.h"
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -505,8 +506,9 @@ static void test_refusals(void **state)
         {"qmcppm:join=connect,transport=dirac", "join=merge"},
         {"qmcppm:blocks=filled", "--memory"},
         {"qmcppm:kernel=gauss", "disk|epanechnikov|sph"},
+        {"qmcppm:direct=next-event", "the normals of a curved surface"},
     };
-    ca_scene *scene = scene_from_text(floor_text);
+    ca_scene *const scene = closed_form_scene(closed_form_named("collimated ball in a sphere, all bounces"), 0);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ca_render_settings settings;
         ca_image_layers *image = NULL;

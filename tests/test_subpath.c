@@ -45,7 +45,8 @@ static void test_area_light(void **state)
     assert_true(flight.reversible && !flight.parallel && !flight.from_infinity);
 }
 
-/* A point has no area and cannot be met by chance; a sun has one direction; a sky has a density of directions. */
+/* A point has no area and cannot be met by chance; a sun and a beam have one direction; a sky has a density of
+ * directions. */
 static void test_other_lights(void **state)
 {
     (void)state;
@@ -60,6 +61,12 @@ static void test_other_lights(void **state)
     assert_near(v.sqrt_area, 4.0);
     assert_near(flight.pdf, 0.0625);
     assert_true(flight.sqrt_omega == 0.0f && flight.parallel && flight.from_infinity && !flight.reversible);
+    assert_true(v.at_infinity);
+
+    flight = leave_light(CA_LIGHT_BEAM, 0.0625f, 1.0f, &v);
+    assert_near(v.pdf_forward.v, 0.25);
+    assert_near(flight.pdf, 0.0625);
+    assert_true(flight.sqrt_omega == 0.0f && flight.parallel && !flight.from_infinity && !flight.reversible);
     assert_true(v.at_infinity);
 
     flight = leave_light(CA_LIGHT_CONSTANT, 0.0625f, pdf_two.v, &v);

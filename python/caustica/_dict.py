@@ -29,7 +29,7 @@ TAGS = {
              "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap",
              "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",
              "ward", "principledthin", "coating", "roughcoating"],
-    "emitter": ["area", "point", "spot", "directional", "constant", "envmap", "projector"],
+    "emitter": ["area", "directionalarea", "point", "spot", "directional", "constant", "envmap", "projector"],
     "texture": ["bitmap", "checkerboard", "scale", "mix", "mesh_attribute"],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}

@@ -58,7 +58,7 @@ static const char *const shape_names[] = {[CA_SHAPE_MESH] = "mesh",
 static const char *const light_names[] = {
     [CA_LIGHT_AREA] = "area",           [CA_LIGHT_POINT] = "point",         [CA_LIGHT_SPOT] = "spot",
     [CA_LIGHT_DIRECTIONAL] = "directional", [CA_LIGHT_PROJECTOR] = "projector", [CA_LIGHT_CONSTANT] = "constant",
-    [CA_LIGHT_ENVMAP] = "envmap"};
+    [CA_LIGHT_ENVMAP] = "envmap",       [CA_LIGHT_BEAM] = "directionalarea"};
 static const char *const texture_names[] = {[CA_TEXTURE_CONSTANT] = "constant",
                                             [CA_TEXTURE_BITMAP] = "bitmap",
                                             [CA_TEXTURE_CHECKERBOARD] = "checkerboard",
@@ -130,7 +130,7 @@ static void print_lights(const ca_scene *scene)
     }
     print_kinds("lights", light_names, COUNT_OF(light_names), kinds);
     for (size_t i = 0; i < COUNT_OF(light_names); i++)
-        if (kinds[i]) printf("  %-14s%.6g W (luminance)\n", light_names[i], power[i]);
+        if (kinds[i]) printf("  %-17s%.6g W (luminance)\n", light_names[i], power[i]);
 }
 
 static void print_materials(const ca_scene *scene)
@@ -204,7 +204,7 @@ static void print_method(const ca_scene *scene)
 
 static void print_bytes(const char *label, size_t bytes)
 {
-    printf("  %-14s%.3f MiB\n", label, (double)bytes / 0x1p20);
+    printf("  %-17s%.3f MiB\n", label, (double)bytes / 0x1p20);
 }
 
 static void print_bounds_and_memory(const ca_scene *scene)

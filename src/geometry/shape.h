@@ -98,6 +98,12 @@ ca_pdf_solid_angle ca_shape_sample_direct(const ca_shape *shape, ca_vec3 referen
  * reference. */
 ca_pdf_solid_angle ca_shape_pdf_direct(const ca_shape *shape, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
+/* Flat ones, that do not look curved either: disks, and rectangles that emit and have no other normals at their
+ * corners. */
+bool ca_shape_is_flat(const ca_shape *shape);
+/* The point of a flat shape from which a perpendicular goes to `reference`; false where there is none. */
+bool ca_shape_foot(const ca_shape *shape, ca_vec3 reference, ca_surface *surface);
+
 /* World bounds (of the group's space). */
 void ca_shape_bounds(const ca_shape *shape, ca_vec3 *low, ca_vec3 *high);
 

@@ -79,6 +79,55 @@ ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *s
     return (ca_pdf_area){1.0f / shape->area};
 }
 
+/* ---- Perpendiculars -------------------------------------------------------------------------------------------- */
+
+static bool has_normals_of(const ca_mesh *mesh, ca_vec3 n)
+{
+    for (uint32_t i = 0; mesh->normals && i < 3 * mesh->triangle_count; i++) {
+        const ca_vec3 normal = ca_load3(mesh->normals, mesh->indices[i]);
+        if (!(fabsf(ca_dot(normal, n)) > (1.0f - 1e-6f) * ca_length(normal))) return false;
+    }
+    return true;
+}
+
+bool ca_shape_is_flat(const ca_shape *shape)
+{
+    if (shape->kind != CA_SHAPE_MESH) return shape->kind == CA_SHAPE_DISK;
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    return rectangle->exists && has_normals_of(shape->as.mesh.mesh, rectangle->n);
+}
+
+static bool disk_foot(const ca_shape *shape, ca_vec3 reference, ca_surface *surface)
+{
+    const ca_affine *map = &shape->as.disk.map;
+    ca_quadric_surface(shape, ca_map_point(map->to, (ca_vec3){0}), surface);
+    const float height = ca_dot(ca_sub(reference, surface->position), surface->ng);
+    const ca_vec3 foot = ca_madd(reference, -height, surface->ng);
+    const ca_vec3 local = ca_map_point(map->from, foot);
+    ca_quadric_surface(shape, foot, surface);
+    return local.x * local.x + local.y * local.y <= 1.0f;
+}
+
+static bool rectangle_foot(const ca_shape *shape, ca_vec3 reference, ca_surface *surface)
+{
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
+    const ca_vec3 offset = ca_sub(reference, rectangle->corner);
+    const ca_vec2 st = {ca_dot(offset, rectangle->x) / rectangle->width,
+                        ca_dot(offset, rectangle->y) / rectangle->height};
+    if (!(st.x >= 0.0f && st.x <= 1.0f && st.y >= 0.0f && st.y <= 1.0f)) return false;
+    ca_vec2 barycentric;
+    const uint32_t primitive = ca_rectangle_triangle(rectangle, st, &barycentric);
+    triangle_surface(shape->as.mesh.mesh, primitive, barycentric, surface);
+    return true;
+}
+
+bool ca_shape_foot(const ca_shape *shape, ca_vec3 reference, ca_surface *surface)
+{
+    *surface = blank_surface(shape);
+    return shape->kind == CA_SHAPE_DISK ? disk_foot(shape, reference, surface)
+                                        : rectangle_foot(shape, reference, surface);
+}
+
 /* ---- Seen from a point ----------------------------------------------------------------------------------------- */
 
 /* Density per solid angle at the reference of a point chosen by area. */

@@ -36,6 +36,13 @@ static void import_area(ca_props *props, void *result)
     light->as.area.radiance = ca_props_texture(props, "radiance", 1.0f, CA_COLOR_EMISSION);
 }
 
+static void import_beam(ca_props *props, void *result)
+{
+    ca_light_desc *light = result;
+    light->kind = CA_LIGHT_BEAM;
+    light->as.beam.exitance = ca_props_texture(props, "radiance", 1.0f, CA_COLOR_EMISSION);
+}
+
 static void import_point(ca_props *props, void *result)
 {
     ca_light_desc *light = result;
@@ -130,7 +137,7 @@ static const ca_plugin plugins[] = {
     {"area", import_area},           {"point", import_point},
     {"spot", import_spot},           {"directional", import_directional},
     {"constant", import_constant},   {"envmap", import_envmap},
-    {"projector", import_projector},
+    {"projector", import_projector}, {"directionalarea", import_beam},
 };
 
 static uint32_t build(ca_importer *importer, ca_xml_node *node)
@@ -154,12 +161,17 @@ static uint32_t build(ca_importer *importer, ca_xml_node *node)
     return (uint32_t)(importer->desc->lights.count - 1);
 }
 
-static bool is_area(const ca_xml_node *node) { return strcmp(ca_xml_attribute_value(node, "type"), "area") == 0; }
+static bool is_area(const ca_xml_node *node)
+{
+    const char *type = ca_xml_attribute_value(node, "type");
+    return strcmp(type, "area") == 0 || strcmp(type, "directionalarea") == 0;
+}
 
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node)
 {
     if (is_area(node)) {
-        ca_import_fail(importer, &node->where, "an area emitter stands inside the shape that emits");
+        ca_import_fail(importer, &node->where, "%s stands inside the shape that emits",
+                       ca_xml_attribute_value(node, "type"));
         return CA_NONE;
     }
     return build(importer, node);
@@ -170,7 +182,7 @@ uint32_t ca_import_area_light(ca_importer *importer, ca_xml_node *node)
 {
     if (!is_area(node)) {
         ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
-        ca_import_fail(importer, &node->where, "a shape can only hold an area emitter, not %s",
+        ca_import_fail(importer, &node->where, "a shape can only hold an area or directionalarea emitter, not %s",
                        ca_xml_attribute_value(node, "type"));
         return CA_NONE;
     }

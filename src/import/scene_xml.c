@@ -101,7 +101,6 @@ static const unsupported_plugin unsupported[] = {
     {"emitter", "sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
     {"emitter", "sun", "the sky model is not supported; directional is a sun without size"},
     {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
-    {"emitter", "directionalarea", "areas that shine in one direction are not supported"},
     {"emitter", "volumelight", "there are no media"},
     {"sensor", "irradiancemeter", "sensors without a picture are not supported"},
     {"sensor", "distant", "sensors without a picture are not supported"},

@@ -125,6 +125,18 @@ static ca_status check(const ca_integrator_input *input, ca_error *error)
     return check_rules(rules, sizeof rules / sizeof rules[0], error);
 }
 
+/* Can next event stand in for all photons that come straight from a light? */
+static ca_status check_lights(const ca_integrator_input *input, ca_error *error)
+{
+    const ca_scene *scene = input->scene;
+    for (uint32_t i = 0; input->values[DIRECT] != 0.0 && i < scene->light_count; i++)
+        if (!ca_light_has_next_event(&scene->lights[i]))
+            return ca_fail(error, CA_ERROR_UNSUPPORTED, &scene->desc.lights.items[i].where,
+                           "integrator \"qmcppm\": direct=next-event does not find this light, which shines along "
+                           "the normals of a curved surface; direct=photons does");
+    return CA_OK;
+}
+
 static ca_status check_error_bars(const ca_qmcppm *q, ca_error *error)
 {
     const double *v = q->input.values;
@@ -242,6 +254,7 @@ static ca_status create_pairs(ca_qmcppm *q, ca_error *error)
 static ca_status create(const ca_integrator_input *input, void **state, ca_error *error)
 {
     CA_TRY(check(input, error));
+    CA_TRY(check_lights(input, error));
     ca_qmcppm *q = ca_alloc_zeroed(1, sizeof *q);
     if (!q) return ca_fail_memory(error, "the integrator");
     q->input = *input;

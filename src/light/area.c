@@ -16,18 +16,10 @@ static float luminance_at(const ca_light *light, ca_vec2 u)
     return ca_light_weight(radiance_at(light, &surface));
 }
 
-/* A textured light's mean is that of a grid of points. The grid may miss a small bright spot, but a light that may
- * shine must be chosen sometimes: it counts as at least a hundredth of its brightest. */
 void ca_light_area_prepare(ca_light *light)
 {
-    const ca_texture_id texture = light->as.area.radiance;
-    float mean = 1.0f;
-    if (texture != CA_NONE) {
-        const bool constant = light->textures[texture].kind == CA_TEXTURE_CONSTANT;
-        mean = (float)ca_light_square_mean(light, luminance_at, constant ? 1 : 64);
-        if (!constant) mean = fmaxf(mean, 0.01f * ca_texture_max(light->textures, texture));
-    }
-    light->power = CA_PI * light->as.area.shape->area * mean;
+    light->power = CA_PI * light->as.area.shape->area *
+                   ca_light_texture_mean(light, light->as.area.radiance, luminance_at);
 }
 
 /* By solid angle: the density of the point, per area of the light, over 1 / area. */

@@ -11,6 +11,7 @@ ca_status ca_light_prepare(ca_light *light, ca_vec3 scene_center, float scene_ra
     light->scene_radius = scene_radius > 0.0f ? scene_radius : 1.0f;
     switch (light->kind) {
     case CA_LIGHT_AREA: ca_light_area_prepare(light); break;
+    case CA_LIGHT_BEAM: ca_light_beam_prepare(light); break;
     case CA_LIGHT_POINT: ca_light_point_prepare(light); break;
     case CA_LIGHT_SPOT: ca_light_spot_prepare(light); break;
     case CA_LIGHT_DIRECTIONAL: ca_light_directional_prepare(light); break;
@@ -28,6 +29,7 @@ void ca_light_release(ca_light *light)
     case CA_LIGHT_PROJECTOR: ca_distribution_2d_destroy(&light->as.projector.pixels); break;
     case CA_LIGHT_ENVMAP: ca_distribution_2d_destroy(&light->as.envmap.cells); break;
     case CA_LIGHT_AREA:
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_POINT:
     case CA_LIGHT_SPOT:
     case CA_LIGHT_DIRECTIONAL:
@@ -43,6 +45,7 @@ bool ca_light_is_infinite(const ca_light *light)
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return true;
     case CA_LIGHT_AREA:
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_POINT:
     case CA_LIGHT_SPOT:
     case CA_LIGHT_PROJECTOR:
@@ -58,6 +61,7 @@ bool ca_light_has_dirac_position(const ca_light *light)
     case CA_LIGHT_SPOT:
     case CA_LIGHT_PROJECTOR: return true;
     case CA_LIGHT_AREA:
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_DIRECTIONAL:
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP:
@@ -66,12 +70,21 @@ bool ca_light_has_dirac_position(const ca_light *light)
     return false;
 }
 
-bool ca_light_has_dirac_direction(const ca_light *light) { return light->kind == CA_LIGHT_DIRECTIONAL; }
+bool ca_light_has_dirac_direction(const ca_light *light)
+{
+    return light->kind == CA_LIGHT_DIRECTIONAL || light->kind == CA_LIGHT_BEAM;
+}
+
+bool ca_light_falls_off(const ca_light *light)
+{
+    return !ca_light_is_infinite(light) && light->kind != CA_LIGHT_BEAM;
+}
 
 bool ca_light_sample_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct)
 {
     switch (light->kind) {
     case CA_LIGHT_AREA: return ca_light_area_direct(light, reference, u, direct);
+    case CA_LIGHT_BEAM: return ca_light_beam_direct(light, reference, direct);
     case CA_LIGHT_POINT: return ca_light_point_direct(light, reference, direct);
     case CA_LIGHT_SPOT: return ca_light_spot_direct(light, reference, direct);
     case CA_LIGHT_DIRECTIONAL: return ca_light_directional_direct(light, reference, direct);
@@ -88,6 +101,7 @@ bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2
 {
     switch (light->kind) {
     case CA_LIGHT_AREA: return ca_light_area_emission(light, u_position, u_direction, emission);
+    case CA_LIGHT_BEAM: return ca_light_beam_emission(light, u_position, emission);
     case CA_LIGHT_POINT: return ca_light_point_emission(light, u_direction, emission);
     case CA_LIGHT_SPOT: return ca_light_spot_emission(light, u_direction, emission);
     case CA_LIGHT_DIRECTIONAL: return ca_light_directional_emission(light, u_position, emission);
@@ -105,6 +119,7 @@ ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const c
     case CA_LIGHT_AREA: return ca_light_area_hit(light, reference, surface, direction);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_hit(light, direction);
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_POINT:
     case CA_LIGHT_SPOT:
     case CA_LIGHT_DIRECTIONAL:
@@ -114,9 +129,22 @@ ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const c
     return (ca_light_hit){0};
 }
 
+bool ca_light_has_next_event(const ca_light *light) { return light->kind != CA_LIGHT_BEAM || light->as.beam.is_flat; }
+
 float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng)
 {
-    return light->kind == CA_LIGHT_AREA ? ca_light_area_next_event_ratio(light, reference, position, ng) : 1.0f;
+    switch (light->kind) {
+    case CA_LIGHT_AREA: return ca_light_area_next_event_ratio(light, reference, position, ng);
+    case CA_LIGHT_BEAM: return ca_light_beam_next_event_ratio(light);
+    case CA_LIGHT_POINT:
+    case CA_LIGHT_SPOT:
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_PROJECTOR:
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP:
+    case CA_LIGHT_KIND_COUNT: break;
+    }
+    return 1.0f;
 }
 
 ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction)
@@ -125,6 +153,7 @@ ca_rgb ca_light_radiance(const ca_light *light, const ca_surface *surface, ca_ve
     case CA_LIGHT_AREA: return ca_light_area_radiance(light, surface, direction);
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP: return ca_light_environment_radiance(light, direction);
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_POINT:
     case CA_LIGHT_SPOT:
     case CA_LIGHT_DIRECTIONAL:
@@ -184,4 +213,13 @@ double ca_light_square_mean(const ca_light *light, float (*value)(const ca_light
         for (uint32_t x = 0; x < side; x++)
             sum += (double)value(light, (ca_vec2){((float)x + 0.5f) / (float)side, ((float)y + 0.5f) / (float)side});
     return sum / ((double)side * side);
+}
+
+float ca_light_texture_mean(const ca_light *light, ca_texture_id texture,
+                            float (*luminance)(const ca_light *light, ca_vec2 u))
+{
+    if (texture == CA_NONE) return 1.0f;
+    if (light->textures[texture].kind == CA_TEXTURE_CONSTANT)
+        return (float)ca_light_square_mean(light, luminance, 1);
+    return fmaxf((float)ca_light_square_mean(light, luminance, 64), 0.01f * ca_texture_max(light->textures, texture));
 }

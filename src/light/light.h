@@ -2,16 +2,17 @@
  * paths).
  *
  * Units: radiance W sr^-1 m^-2; point, spot and projector: radiant intensity W sr^-1; directional: irradiance W m^-2
- * on a surface facing it. Directions called `direction` leave the light; directions called `to_light` go towards it.
+ * on a surface facing it; beam: exitance W m^-2. Directions called `direction` leave the light; directions called
+ * `to_light` go towards it.
  *
  * Densities, all without the probability of choosing this light among others:
  *     pdf_direct     of the direction to the light as seen from a reference point, per solid angle *there*
- *     pdf_position   of the emitted ray's origin: area lights per area of the light; directional and environment per
- *                    area of the disk across the direction that covers the scene's bounding sphere
+ *     pdf_position   of the emitted ray's origin: area lights and beams per area of the light; directional and
+ *                    environment per area of the disk across the direction that covers the scene's bounding sphere
  *                    (emission_guide.h has others)
  *     pdf_direction  of the emitted direction given the origin, per solid angle
  * A Dirac part has the number 1 (its discrete probability), flagged by dirac_position (point, spot, projector) or
- * dirac_direction (directional).
+ * dirac_direction (directional, beam).
  *
  * For infinite lights `distance` is CA_INFINITE_DISTANCE and position lies outside of the scene. Lights are immutable
  * and shared by all threads. */
@@ -24,6 +25,7 @@
 
 typedef enum ca_light_kind {
     CA_LIGHT_AREA,
+    CA_LIGHT_BEAM, /* a surface that shines along its normals only */
     CA_LIGHT_POINT,
     CA_LIGHT_SPOT,
     CA_LIGHT_DIRECTIONAL,
@@ -48,6 +50,11 @@ typedef struct ca_light {
             const ca_shape *shape;  /* borrowed from the scene */
             ca_texture_id radiance; /* CA_NONE: 1 */
         } area;
+        struct {
+            const ca_shape *shape;  /* borrowed from the scene */
+            ca_texture_id exitance; /* CA_NONE: 1 */
+            bool is_flat;           /* ca_shape_is_flat */
+        } beam;
         struct {
             ca_vec3 position; /* world, here and below */
             ca_rgb intensity;
@@ -95,6 +102,8 @@ ca_status ca_light_prepare(ca_light *light, ca_vec3 scene_center, float scene_ra
 void ca_light_release(ca_light *light);
 
 bool ca_light_is_infinite(const ca_light *light); /* directional, constant, envmap */
+bool ca_light_falls_off(const ca_light *light);   /* with distance: neither infinite nor a beam */
+bool ca_light_has_next_event(const ca_light *light); /* all but curved beams */
 bool ca_light_has_dirac_position(const ca_light *light);
 bool ca_light_has_dirac_direction(const ca_light *light);
 
@@ -104,7 +113,7 @@ typedef struct ca_light_direct {
     ca_vec3 to_light; /* unit, from the reference */
     float distance;
     ca_vec3 position, position_error, ng; /* of the point on the light; ng and error zero where it has no surface */
-    ca_rgb radiance;                      /* Dirac position: intensity / distance^2; directional: irradiance */
+    ca_rgb radiance;                      /* Dirac position: intensity / distance^2; directional, beam: irradiance */
     ca_pdf_solid_angle pdf_direct;        /* 1 where the light is a Dirac seen from here */
     ca_pdf_area pdf_position;             /* as a light path would have started there ... */
     ca_pdf_solid_angle pdf_direction;     /* ... and have gone to the reference */
@@ -123,7 +132,7 @@ bool ca_light_direct_to_surface(const ca_surface *point, ca_pdf_area pdf_positio
 typedef struct ca_light_emission {
     ca_vec3 origin, origin_error, ng; /* ng zero where the light has no surface */
     ca_vec3 direction;
-    ca_rgb radiance; /* Dirac position: intensity; directional: irradiance */
+    ca_rgb radiance; /* Dirac position: intensity; directional: irradiance; beam: exitance */
     ca_pdf_area pdf_position;
     ca_pdf_solid_angle pdf_direction;
     float cos_light; /* 1 where the light has no surface */
@@ -148,7 +157,7 @@ ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const c
 
 /* The density of choosing a point of the light (geometric normal ng) by next event from `reference` over that of a
  * light path's starting there, in one measure and without the choice of the light: 1 but for surfaces that are
- * sampled by the solid angle under which they are seen. */
+ * sampled by the solid angle under which they are seen, and 0 for curved beams, which next event does not find. */
 float ca_light_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
 /* The light leaving `surface` (area) or arriving from infinity (environment, surface NULL) along `direction`,

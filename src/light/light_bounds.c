@@ -113,6 +113,7 @@ bool ca_light_bounds_of(const ca_light *light, ca_light_bounds *bounds)
                               light->as.spot.cutoff, light->power);
         return true;
     case CA_LIGHT_PROJECTOR: *bounds = projector_bounds(light); return true;
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_DIRECTIONAL:
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP:

@@ -20,36 +20,36 @@ static ca_status create_by_power(ca_light_choice *choice, const ca_light *lights
 
 /* Weights of the parts: [0] the power of all lights in the tree, then that of each of the others. */
 static ca_status create_parts(ca_light_choice *choice, const ca_light *lights, uint32_t count,
-                              uint32_t infinite_count, ca_error *error)
+                              uint32_t other_count, ca_error *error)
 {
-    float *powers = ca_alloc((size_t)infinite_count + 1, sizeof *powers);
-    choice->infinite = ca_alloc((size_t)infinite_count + 1, sizeof *choice->infinite);
-    if (!powers || !choice->infinite) {
+    float *powers = ca_alloc((size_t)other_count + 1, sizeof *powers);
+    choice->others = ca_alloc((size_t)other_count + 1, sizeof *choice->others);
+    if (!powers || !choice->others) {
         ca_free(powers);
         return ca_fail_memory(error, "the choice among lights");
     }
     double finite = 0.0;
     uint32_t next = 0;
     for (uint32_t i = 0; i < count; i++) {
-        if (!ca_light_is_infinite(&lights[i])) {
+        if (ca_light_falls_off(&lights[i])) {
             finite += (double)lights[i].power;
             continue;
         }
-        choice->infinite[next++] = i;
+        choice->others[next++] = i;
         powers[next] = lights[i].power;
     }
     powers[0] = (float)fmin(finite, (double)FLT_MAX);
-    const ca_status status = ca_distribution_1d_create(&choice->parts, powers, infinite_count + 1, error);
+    const ca_status status = ca_distribution_1d_create(&choice->parts, powers, other_count + 1, error);
     ca_free(powers);
     return status;
 }
 
 static ca_status create_tree(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
 {
-    uint32_t infinite_count = 0;
-    for (uint32_t i = 0; i < count; i++) infinite_count += ca_light_is_infinite(&lights[i]);
-    if (count - infinite_count < CA_LIGHT_CHOICE_TREE_LIGHTS) return CA_OK;
-    CA_TRY(create_parts(choice, lights, count, infinite_count, error));
+    uint32_t other_count = 0;
+    for (uint32_t i = 0; i < count; i++) other_count += !ca_light_falls_off(&lights[i]);
+    if (count - other_count < CA_LIGHT_CHOICE_TREE_LIGHTS) return CA_OK;
+    CA_TRY(create_parts(choice, lights, count, other_count, error));
     return ca_light_tree_create(&choice->tree, lights, count, error);
 }
 
@@ -68,7 +68,7 @@ void ca_light_choice_destroy(ca_light_choice *choice)
     ca_distribution_1d_destroy(&choice->by_power);
     ca_distribution_1d_destroy(&choice->parts);
     ca_light_tree_destroy(&choice->tree);
-    ca_free(choice->infinite);
+    ca_free(choice->others);
     *choice = (ca_light_choice){0};
 }
 
@@ -99,7 +99,7 @@ static uint32_t choose_part(const ca_light_choice *choice, float *u, float *prob
     *probability = 1.0f;
     if (choice->parts.count == 1) return CA_NONE;
     const uint32_t part = ca_distribution_1d_sample(&choice->parts, *u, probability, u);
-    return part > 0 ? choice->infinite[part - 1] : CA_NONE;
+    return part > 0 ? choice->others[part - 1] : CA_NONE;
 }
 
 uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_light_receiver *receiver, float u,
@@ -130,7 +130,7 @@ float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca
 {
     if (choice->tree.node_count == 0) return ca_light_choice_probability(choice, light);
     for (uint32_t part = 1; part < choice->parts.count; part++)
-        if (choice->infinite[part - 1] == light) return ca_distribution_1d_probability(&choice->parts, part);
+        if (choice->others[part - 1] == light) return ca_distribution_1d_probability(&choice->parts, part);
     return ca_distribution_1d_probability(&choice->parts, 0) *
            ca_light_tree_probability(&choice->tree, receiver, light);
 }

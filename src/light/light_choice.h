@@ -1,8 +1,8 @@
 /* Choosing one light among all: for emission in proportion to its power (emission_guide.h knows better), for next
  * event by what it may contribute at the point that asks.
  *
- * For next event the lights at infinity are chosen by power among themselves and against all others together; among
- * those the tree chooses (light_tree.h). */
+ * For next event the lights that do not fall off with distance (those at infinity, beams) are chosen by power among
+ * themselves and against all others together; among those the tree chooses (light_tree.h). */
 #ifndef CA_LIGHT_LIGHT_CHOICE_H
 #define CA_LIGHT_LIGHT_CHOICE_H
 
@@ -11,8 +11,8 @@
 typedef struct ca_light_choice {
     ca_distribution_1d by_power;
     ca_light_tree tree;       /* without nodes: next event chooses by power, too */
-    ca_distribution_1d parts; /* the tree, and each light at infinity */
-    uint32_t *infinite;       /* [parts.count - 1]: those lights */
+    ca_distribution_1d parts; /* the tree, and each of the others */
+    uint32_t *others;         /* [parts.count - 1]: those lights */
 } ca_light_choice;
 
 /* From this many lights at a finite place on there is a tree (docs/decisions/014). */

@@ -17,6 +17,11 @@ ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, 
 
 float ca_light_area_next_event_ratio(const ca_light *light, ca_vec3 reference, ca_vec3 position, ca_vec3 ng);
 
+void ca_light_beam_prepare(ca_light *light);
+bool ca_light_beam_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
+bool ca_light_beam_emission(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission);
+float ca_light_beam_next_event_ratio(const ca_light *light);
+
 void ca_light_point_prepare(ca_light *light);
 bool ca_light_point_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 bool ca_light_point_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission);
@@ -59,6 +64,12 @@ ca_rgb ca_light_texture_at(const ca_light *light, ca_texture_id texture, ca_vec2
 
 /* Mean of a function over the unit square, from the centres of side x side cells. */
 double ca_light_square_mean(const ca_light *light, float (*value)(const ca_light *light, ca_vec2 u), uint32_t side);
+
+/* Mean of a texture over a surface, 1 where there is none, by `luminance` at (u, v) in the unit square, which goes
+ * uniformly to its area. A grid of points may miss a small bright spot, but a light that may shine must be chosen
+ * sometimes: it counts as at least a hundredth of its brightest. */
+float ca_light_texture_mean(const ca_light *light, ca_texture_id texture,
+                            float (*luminance)(const ca_light *light, ca_vec2 u));
 
 static inline ca_vec3 ca_light_to_local(const ca_affine *map, ca_vec3 direction)
 {

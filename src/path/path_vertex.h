@@ -52,7 +52,7 @@ typedef struct ca_path_vertex {
         uint16_t
             connectable; /* 1: an interior vertex that scatters smoothly, where edges and merges may be made. Of a
                         subpath's interior vertex: the event that happened; of its last: what it is capable of */
-        uint16_t at_infinity; /* v[0] of a light path: it is a direction */
+        uint16_t at_infinity; /* v[0] of a light path: it is a direction, of parallel light */
     };
     uint16_t connectable_count; /* how many of v[1] to this one are */
 } ca_path_vertex;

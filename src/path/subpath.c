@@ -5,19 +5,19 @@ ca_flight ca_light_end(const ca_light *light, float choice, ca_pdf_area pdf_posi
                        ca_path_vertex *vertex)
 {
     const bool infinite = ca_light_is_infinite(light), point = ca_light_has_dirac_position(light);
+    const bool one_direction = ca_light_has_dirac_direction(light), parallel = infinite || one_direction;
     const float sqrt_area = point ? 0.0f : sqrtf(1.0f / pdf_position.v);
-    const float spread =
-        ca_light_has_dirac_direction(light) ? 0.0f : ca_footprint_spread(rules->epsilon, pdf_direction);
-    /* At infinity the vertex is the direction (whose density a directional light gives as 1). */
-    *vertex = (ca_path_vertex){.pdf_forward = {choice * (infinite ? pdf_direction.v : pdf_position.v)},
+    const float spread = one_direction ? 0.0f : ca_footprint_spread(rules->epsilon, pdf_direction);
+    /* Of parallel light the vertex is the direction (whose density is 1 where there is one only). */
+    *vertex = (ca_path_vertex){.pdf_forward = {choice * (parallel ? pdf_direction.v : pdf_position.v)},
                                .next_event_ratio = 1.0f,
                                .light_choice = choice,
-                               .at_infinity = infinite,
+                               .at_infinity = parallel,
                                .sqrt_area = sqrt_area,
                                .cos_ratio = 1.0f};
-    return (ca_flight){.pdf = infinite ? pdf_position.v : pdf_direction.v,
-                       .parallel = infinite,
-                       .reversible = !point && !ca_light_has_dirac_direction(light),
+    return (ca_flight){.pdf = parallel ? pdf_position.v : pdf_direction.v,
+                       .parallel = parallel,
+                       .reversible = !point && !one_direction,
                        .from_infinity = infinite,
                        .cos_out = cos_light,
                        .sqrt_area = sqrt_area,

@@ -83,6 +83,9 @@ typedef struct ca_light_desc {
             ca_texture_id radiance; /* its shape says that it is its light */
         } area;
         struct {
+            ca_texture_id exitance; /* CA_NONE: 1 */
+        } beam;
+        struct {
             double position[3];
             ca_rgb intensity;
         } point;

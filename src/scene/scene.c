@@ -429,6 +429,7 @@ static ca_status light_from_desc(ca_scene *scene, ca_light *light, const ca_ligh
     *light = (ca_light){.kind = desc->kind, .textures = scene->desc.textures.items};
     switch (desc->kind) {
     case CA_LIGHT_AREA: light->as.area.radiance = desc->as.area.radiance; break;
+    case CA_LIGHT_BEAM: light->as.beam.exitance = desc->as.beam.exitance; break;
     case CA_LIGHT_POINT:
         light->as.point.position = vec3_from_doubles(desc->as.point.position);
         light->as.point.intensity = desc->as.point.intensity;
@@ -451,7 +452,9 @@ static void link_area_lights(ca_scene *scene)
 {
     for (uint32_t i = 0; i < scene->shape_count; i++) {
         const uint32_t light = scene->shapes[i].light;
-        if (light != CA_NONE) scene->lights[light].as.area.shape = &scene->shapes[i];
+        if (light == CA_NONE) continue;
+        ca_light *l = &scene->lights[light];
+        *(l->kind == CA_LIGHT_BEAM ? &l->as.beam.shape : &l->as.area.shape) = &scene->shapes[i];
     }
 }
 

@@ -61,6 +61,12 @@ const char *general_sensor_name(size_t sensor) { return general_sensors[sensor].
     "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='90'/><translate "                       \
     "y='1'/></transform>" DIFFUSE("0") "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>"
 
+#define EXITANCE(m) "<emitter type='directionalarea'><rgb name='radiance' value='" m "'/></emitter>"
+#define COLLIMATED_BALL "<shape type='sphere'><float name='radius' value='0.01'/>" EXITANCE("20000") "</shape>"
+#define BEAM                                                                                                         \
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='120'/><translate y='1.04' z='0.6'/>"  \
+    "</transform>" EXITANCE("2") "</shape>"
+
 /* Of a small element to a square of half side 1 straight above it at height 1: 4 times that of a quarter with a = b
  * = 1. */
 static double element_to_square(void) { return 4.0 / (2.0 * PI) * 2.0 * sqrt(0.5) * atan(sqrt(0.5)); }
@@ -170,6 +176,12 @@ static const closed_form closed_forms[] = {
     /* a cavity of reflectance rho multiplies by 1 / (1 - rho) */
     {"point light in a sphere, all bounces", UNLIMITED, NULL, CENTRE_LIGHT ENCLOSING_SPHERE(DIFFUSE("0.6")),
      0.6 / PI * 2.0 / 0.4, NULL, 0, CAVITY_RADIUS},
+    /* light along the normals of a small ball is the same as that of a point, but next event does not find it */
+    {"collimated ball in a sphere, all bounces", UNLIMITED, NULL, COLLIMATED_BALL ENCLOSING_SPHERE(DIFFUSE("0.6")),
+     0.6 / PI * 2.0 / 0.4, NULL, NEEDS_CAUSTICS | NEEDS_LIGHT_PATHS, CAVITY_RADIUS},
+    /* E = M cos(30 degrees) in all of the view */
+    {"floor in a beam", DEPTH("2"), LOOK_DOWN("0.3", "0.5"), FLOOR("0.8") BEAM, 0.8 / PI * 2.0 * 0.86602540378,
+     NULL, 0, 0.05f},
     {"emissive enclosing sphere", UNLIMITED, NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 1.0, NULL, 0,
      CAVITY_RADIUS},
     {"emissive enclosing sphere, 3 edges", DEPTH("3"), NULL, ENCLOSING_SPHERE(DIFFUSE("0.5") GLOW), 0.5 * 1.75, NULL,
@@ -266,7 +278,7 @@ static const integrator_variant variants[] = {
     {"vavcm:" RADIUS, NEEDS_NARROW_VIEW, 1, false},
     {"qmcppm:" ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
     {"qmcppm:camera_diffuse_depth=2,kernel=sph," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
-    {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
+    {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW | NEEDS_LIGHT_PATHS, 1, true},
     {"qmcppm:join=connect,camera_paths=8,light_paths=8", NEEDS_CAUSTICS | NEEDS_SDS, 8, true},
 };
 

@@ -15,6 +15,7 @@ enum {
     NEEDS_CAUSTICS = 2, /* a Dirac light through glass onto a diffuse surface: light paths seen by splats or merges */
     NEEDS_NARROW_VIEW = 4, /* look at so small a place that light paths hardly ever get there */
     NEEDS_SDS = 8,         /* see such a caustic through glass: merges */
+    NEEDS_LIGHT_PATHS = 16, /* find direct light by light paths */
 };
 
 typedef struct closed_form {

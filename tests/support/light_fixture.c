@@ -10,7 +10,7 @@
 
 const char *const ca_test_light_names[LIGHT_COUNT] = {
     "sphere", "sphere from inside", "disk",        "cylinder",  "quadrangle", "rectangle", "point",
-    "spot",   "spot with slide",    "directional", "projector", "constant",  "envmap"};
+    "spot",   "spot with slide",    "directional", "projector", "constant",  "envmap",    "beam"};
 
 static ca_affine affine(const double m[3][4])
 {
@@ -153,6 +153,8 @@ static void create_lights(ca_light_fixture *fixture)
     lights[LIGHT_ENVMAP] =
         (ca_light){.kind = CA_LIGHT_ENVMAP,
                    .as.envmap = {.map = affine(turned), .image = &fixture->environment, .scale = color}};
+    lights[LIGHT_BEAM] = (ca_light){.kind = CA_LIGHT_BEAM,
+                                    .as.beam = {.shape = &fixture->shapes[LIGHT_RECTANGLE], .exitance = 0}};
     assert_all_kinds(fixture);
     for (int i = 0; i < LIGHT_COUNT; i++) lights[i].textures = fixture->textures;
     for (int i = 0; i < LIGHT_COUNT; i++)
@@ -188,7 +190,7 @@ void ca_light_fixture_destroy(ca_light_fixture *fixture)
 
 ca_vec3 ca_light_fixture_reference(int light)
 {
-    if (light == LIGHT_RECTANGLE) return (ca_vec3){-2.1f, 1.9f, 0.3f};
+    if (light == LIGHT_RECTANGLE || light == LIGHT_BEAM) return (ca_vec3){-2.1f, 1.9f, 0.3f};
     return light == LIGHT_SPHERE_IN ? (ca_vec3){2.0f, -1.0f, 3.0f} : (ca_vec3){0.4f, 0.2f, 0.3f};
 }
 

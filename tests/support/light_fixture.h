@@ -20,6 +20,7 @@ enum {
     LIGHT_PROJECTOR, /* at (-0.2, 5, 0.3), down, with a bitmap that has black pixels */
     LIGHT_CONSTANT,
     LIGHT_ENVMAP, /* turned, with a few bright pixels on black */
+    LIGHT_BEAM,   /* the rectangle again */
     LIGHT_COUNT,
     LIGHT_SHAPES = LIGHT_RECTANGLE + 1,
 };
