@@ -29,6 +29,7 @@ endif()
 # Of OpenEXR only the C core; its CMake package complains about parts of Imath that Debian puts elsewhere.
 caustica_find_library(caustica-openexr openexr.h OpenEXRCore-3_1 OpenEXRCore)
 caustica_find_library(caustica-turbojpeg turbojpeg.h turbojpeg)
+caustica_find_library(caustica-webp webp/decode.h webp)
 caustica_find_library(caustica-jansson jansson.h jansson)
 caustica_find_library(caustica-microhttpd microhttpd.h microhttpd)
 find_path(stb_INCLUDE_DIR stb_image.h PATH_SUFFIXES stb REQUIRED)
@@ -36,7 +37,7 @@ find_path(stb_INCLUDE_DIR stb_image.h PATH_SUFFIXES stb REQUIRED)
 add_library(caustica-dependencies INTERFACE)
 target_include_directories(caustica-dependencies SYSTEM INTERFACE ${stb_INCLUDE_DIR})
 target_link_libraries(caustica-dependencies INTERFACE
-    caustica-embree caustica-openexr PNG::PNG EXPAT::EXPAT ZLIB::ZLIB caustica-turbojpeg
+    caustica-embree caustica-openexr PNG::PNG EXPAT::EXPAT ZLIB::ZLIB caustica-turbojpeg caustica-webp
     caustica-jansson caustica-microhttpd Threads::Threads m)
 
 # MPI is for the program alone, and only where it is installed. Sanitizers know nothing of its memory.

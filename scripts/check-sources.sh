@@ -23,6 +23,7 @@ BEGIN {
     owner["openexr"]   = "^src/image/[a-z0-9_]*exr[a-z0-9_]*\\.[ch]$|^tests/"
     owner["png"]       = "^src/image/[a-z0-9_]*png[a-z0-9_]*\\.[ch]$|^tests/"
     owner["turbojpeg"] = "^src/image/[a-z0-9_]*jpe?g[a-z0-9_]*\\.[ch]$|^tests/"
+    owner["webp"]      = "^src/image/[a-z0-9_]*webp[a-z0-9_]*\\.[ch]$|^tests/"
     owner["stb"]       = "^src/image/[a-z0-9_]*stb[a-z0-9_]*\\.[ch]$|^tests/"
     owner["expat"]     = "^src/import/[a-z0-9_]*xml[a-z0-9_]*\\.[ch]$|^tests/"
     owner["jansson"]   = "^src/[a-z]+/([a-z]+/)?[a-z0-9_]*json[a-z0-9_]*\\.[ch]$|^(bench|tests)/"
@@ -39,6 +40,7 @@ function foreign_library(header)
     if (header ~ /^embree[0-9]*\//) return "embree"
     if (header ~ /^(OpenEXR\/)?openexr[a-z_]*\.h$/) return "openexr"
     if (header ~ /^stb/) return "stb"
+    if (header ~ /^webp\//) return "webp"
     if (header ~ /^(png|turbojpeg|expat|jansson|zlib|microhttpd|mpi)\.h$/)
         return substr(header, 1, length(header) - 2)
     return ""

@@ -87,6 +87,13 @@ static const gltf_case cases[] = {
          "<transform name='to_uv'><matrix value='1.7551651237807455 1.438276615812609 0 0.25 -0.95885107720840601 "
          "2.6327476856711183 0 0.5 0 0 1 0 0 0 0 1'/></transform></texture>"
          "<float name='roughness' value='1'/><float name='metallic' value='0'/>") "</bsdf>" SHAPE("square", "")},
+    {"texture in WebP beside another", "", ",'material':0", NULL, LAMP_NODE,
+     "'materials':[{'pbrMetallicRoughness':{'metallicFactor':0,'baseColorTexture':{'index':0}}}],"
+     "'textures':[{'source':0,'extensions':{'EXT_texture_webp':{'source':1}}}],"
+     "'images':[{'uri':'map.png'},{'uri':'map.webp'}],'extensionsRequired':['EXT_texture_webp']," LAMP_TOP,
+     "<bsdf type='twosided' id='m'>" PRINCIPLED(
+         "<texture type='bitmap' name='base_color'><string name='filename' value='map.webp'/></texture>"
+         "<float name='roughness' value='1'/><float name='metallic' value='0'/>") "</bsdf>" SHAPE("square", "")},
     {"texture times a factor", "", ",'material':0", NULL, LAMP_NODE,
      "'materials':[{'pbrMetallicRoughness':{'metallicFactor':0,'baseColorFactor':[0.5,0.25,0.75,1],"
      "'baseColorTexture':{'index':0}}}]," MAP_TOP "," LAMP_TOP,
@@ -462,7 +469,7 @@ static const refusal refusals[] = {
      "textures[0]: textures in KTX2 (KHR_texture_basisu) are not read"},
     {"'materials':[{",
      "'textures':[{'source':0}],'images':[{'uri':'square.bin'}],'materials':[{'normalTexture':{'index':0},",
-     "images[0]: images are PNG or JPEG files, and this is neither"},
+     "images[0]: images are PNG, JPEG or WebP files, and this is none of them"},
     {"'materials':[{",
      "'textures':[{'source':0}],'images':[{'uri':'map.png'}],'materials':[{'normalTexture':{'index':0,'texCoord':1},",
      "meshes[0].primitives[0]: has no TEXCOORD_1, which its material needs"},

@@ -95,6 +95,24 @@ static void jpeg_values(void **unused)
     }
 }
 
+/* libwebp keeps the colours of pixels without alpha 0 only. */
+static double webp_colour(unsigned x, unsigned y, unsigned c) { return coded(x, y, 3) == 0.0 ? 0.0 : coded(x, y, c); }
+
+static double webp_srgb(unsigned x, unsigned y, unsigned c)
+{
+    return c == 3 ? webp_colour(x, y, c) : decoded(webp_colour(x, y, c));
+}
+
+static void webp_values(void **unused)
+{
+    (void)unused;
+    check_values(read_sample("a.webp", sample_webp(false, false), CA_ENCODING_RAW, 3), coded, 1e-7);
+    check_values(read_sample("a.any", sample_webp(false, false), CA_ENCODING_SRGB, 3), coded_srgb, 1e-6);
+    check_values(read_sample("a.webp", sample_webp(true, false), CA_ENCODING_RAW, 4), webp_colour, 1e-7);
+    check_values(read_sample("a.webp", sample_webp(true, false), CA_ENCODING_SRGB, 4), webp_srgb, 1e-6);
+    check_values(read_sample("a.webp", sample_webp(false, true), CA_ENCODING_RAW, 3), jpeg_colour, 8 / 255.0);
+}
+
 static double coded_grey(unsigned x, unsigned y, unsigned c) { return coded(x, y, 0 * c); }
 static double packed_colour(unsigned x, unsigned y, unsigned c) { return coded(x == 1 ? 0 : x, y, c); }
 static double first_row(unsigned x, unsigned y, unsigned c) { return coded(x, 0 * y, c); }
@@ -248,7 +266,7 @@ static void refused_with_a_reason(void **unused)
     (void)unused;
     assert_refused_text("e.png", "", "not an image of a known format");
     assert_refused_text("e.png", "GIF89a",
-                        "not an image of a known format (PNG, JPEG, EXR, HDR, TGA, BMP, PNM, PFM)");
+                        "not an image of a known format (PNG, JPEG, EXR, HDR, TGA, BMP, PNM, PFM, WebP)");
     assert_refused_text("e.pfm", "PF\n2 2.5\n-1\n", "expected a PFM header");
     assert_refused_text("e.pfm", "PF\n2 2\n0\n", "expected a PFM header");
     assert_refused_text("e.pfm", "PF\n0 2\n-1\n", "the image has no pixels");
@@ -269,6 +287,11 @@ static void refused_with_a_reason(void **unused)
     bmp.data[30] = 1; /* packed in runs */
     assert_refused("e.bmp", bmp.data, bmp.size, "not a BMP image that is read");
     sample_free(&bmp);
+    sample_bytes webp = sample_webp(false, false);
+    assert_refused("e.webp", webp.data, webp.size - 3, "damaged or truncated WebP file");
+    sample_free(&webp);
+    static const char moving[] = "RIFF\x16\0\0\0WEBPVP8X\x0a\0\0\0\2\0\0\0\7\0\0\7\0\0";
+    assert_refused("e.webp", moving, sizeof moving - 1, "moving WebP pictures are not read");
     tga.data[2] = 4;
     assert_refused("e.tga", tga.data, tga.size, "expected image type");
     sample_free(&tga);
@@ -324,6 +347,9 @@ static void huge_headers_are_refused(void **unused)
     assert_refused("h.jpg", bytes.data, bytes.size, "cannot come from");
     sample_free(&bytes);
 
+    static const char wide[] = "RIFF\x16\0\0\0WEBPVP8X\x0a\0\0\0\0\0\0\0\xff\x3f\0\xff\x3f\0";
+    assert_refused("h.webp", wide, sizeof wide - 1, "cannot come from");
+
     for (int tiled = 0; tiled < 2; ++tiled) {
         bytes = sample_exr(3, tiled, false);
         const size_t window = find(&bytes, "dataWindow\0box2i", 16) + 17 + 4;
@@ -367,6 +393,7 @@ int main(void)
         cmocka_unit_test(png_values),
         cmocka_unit_test(png_palette),
         cmocka_unit_test(jpeg_values),
+        cmocka_unit_test(webp_values),
         cmocka_unit_test(tga_values),
         cmocka_unit_test(bmp_values),
         cmocka_unit_test(pnm_values),

@@ -40,6 +40,8 @@ ca_status ca_bmp_read(const char *path, const ca_bytes *bytes, ca_image_encoding
                       ca_error *error);
 ca_status ca_pnm_read(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
                       ca_error *error);
+ca_status ca_webp_read(const char *path, const ca_bytes *bytes, ca_image_encoding encoding, ca_image *image,
+                       ca_error *error);
 ca_status ca_hdr_read(const char *path, const ca_bytes *bytes, ca_image *image, ca_error *error);
 ca_status ca_pfm_read(const char *path, const ca_bytes *bytes, ca_image *image, ca_error *error);
 /* R G B (A), or Y (A), of the data window. */
@@ -53,6 +55,7 @@ bool ca_hdr_is(const ca_bytes *bytes);
 bool ca_pfm_is(const ca_bytes *bytes);
 bool ca_pnm_is(const ca_bytes *bytes);
 bool ca_bmp_is(const ca_bytes *bytes);
+bool ca_webp_is(const ca_bytes *bytes);
 bool ca_exr_is(const ca_bytes *bytes);
 
 struct _priv_exr_context_t; /* the core's context */

@@ -37,9 +37,9 @@ void ca_image_destroy(ca_image *image);
 /* Another owner of the same pixels, which never change from then on. */
 ca_image ca_image_share(const ca_image *image);
 
-/* Reads PNG, JPEG, EXR, HDR, TGA, BMP, PNM or PFM, told apart by content (TGA, which has no mark, by extension). Of
- * an EXR file the channels R G B (A) or Y are read. Alpha is kept unassociated, never colour-decoded. Errors:
- * CA_ERROR_FILE, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
+/* Reads PNG, JPEG, EXR, HDR, TGA, BMP, PNM, PFM or WebP, told apart by content (TGA, which has no mark, by
+ * extension). Of an EXR file the channels R G B (A) or Y are read. Alpha is kept unassociated, never colour-decoded.
+ * Errors: CA_ERROR_FILE, CA_ERROR_FORMAT, CA_ERROR_MEMORY. */
 ca_status ca_image_read(const char *path, ca_image_encoding encoding, ca_image *image, ca_error *error);
 
 /* IEC 61966-2-1 transfer function, both ways, for values in [0, 1] (clamped by the caller where that matters). */

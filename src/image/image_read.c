@@ -47,9 +47,10 @@ ca_status ca_image_decode(const char *path, const ca_bytes *bytes, ca_image_enco
     if (ca_pfm_is(bytes)) return ca_pfm_read(path, bytes, image, error);
     if (ca_pnm_is(bytes)) return ca_pnm_read(path, bytes, encoding, image, error);
     if (ca_bmp_is(bytes)) return ca_bmp_read(path, bytes, encoding, image, error);
+    if (ca_webp_is(bytes)) return ca_webp_read(path, bytes, encoding, image, error);
     if (strcasecmp(ca_path_extension(path), ".tga") == 0) return ca_tga_read(path, bytes, encoding, image, error);
     return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                   "%s: not an image of a known format (PNG, JPEG, EXR, HDR, TGA, BMP, PNM, PFM)", path);
+                   "%s: not an image of a known format (PNG, JPEG, EXR, HDR, TGA, BMP, PNM, PFM, WebP)", path);
 }
 
 ca_status ca_image_read(const char *path, ca_image_encoding encoding, ca_image *image, ca_error *error)

@@ -169,8 +169,9 @@ static void write_file(const char *folder, const char *name, sample_bytes *bytes
 
 void gltf_write_files(const char *folder)
 {
-    sample_bytes square = {0}, map = sample_png(8, 4, false);
+    sample_bytes square = {0}, map = sample_png(8, 4, false), webp = sample_webp(false, true);
     put_square(&square);
     write_file(folder, "square.bin", &square);
     write_file(folder, "map.png", &map);
+    write_file(folder, "map.webp", &webp);
 }

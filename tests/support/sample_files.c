@@ -505,6 +505,9 @@ size_t sample_files_make(sample_file **files)
     add(&list, "colour.jpg", false, sample_jpeg(false, false));
     add(&list, "grey.jpg", false, sample_jpeg(true, false));
     add(&list, "progressive.jpg", false, sample_jpeg(false, true));
+    add(&list, "colour.webp", false, sample_webp(false, false));
+    add(&list, "alpha.webp", false, sample_webp(true, false));
+    add(&list, "lossy.webp", false, sample_webp(false, true));
     add(&list, "colour.tga", false, sample_tga(2, 24, false, false));
     add(&list, "alpha-packed.tga", false, sample_tga(2, 32, true, true));
     add(&list, "palette-packed.tga", false, sample_tga(1, 8, true, false));

@@ -1,6 +1,6 @@
 /* Small mesh and image files of every format that is read, made from scratch: what the tests of readers start from,
- * cut and damage. The byte-level formats are written by hand, JPEG and the kinds of EXR that we never write by their
- * libraries. Aborts where even the test machine's memory or disk fails. */
+ * cut and damage. The byte-level formats are written by hand, JPEG, WebP and the kinds of EXR that we never write by
+ * their libraries. Aborts where even the test machine's memory or disk fails. */
 #ifndef CA_TESTS_SAMPLE_FILES_H
 #define CA_TESTS_SAMPLE_FILES_H
 
@@ -40,6 +40,8 @@ sample_bytes sample_png(unsigned depth, unsigned channels, bool interlaced);
 /* 4 bit palette indices (x + y) % 16, of which entry i is (16 i, 255 - 16 i, 7 i); entry 0 has alpha 0. */
 sample_bytes sample_png_palette(void);
 sample_bytes sample_jpeg(bool grey, bool progressive);
+/* Without loss; with one it is smooth, as the JPEG in colour. */
+sample_bytes sample_webp(bool alpha, bool lossy);
 /* kind: 1 palette, 2 colour, 3 grey; bits of a pixel (24 or 32; 8 otherwise); run-length encoded; first row on
  * top. */
 sample_bytes sample_tga(unsigned kind, unsigned bits, bool packed, bool top_down);

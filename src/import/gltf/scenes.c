@@ -15,7 +15,7 @@ static void check_required(ca_gltf *g)
         "KHR_lights_punctual",     "KHR_materials_transmission", "KHR_materials_emissive_strength",
         "KHR_materials_ior",       "KHR_materials_clearcoat",    "KHR_materials_specular",
         "KHR_materials_sheen",     "KHR_texture_transform",      "KHR_materials_unlit",
-        "KHR_mesh_quantization",   "KHR_materials_volume"};
+        "KHR_mesh_quantization",   "KHR_materials_volume",       "EXT_texture_webp"};
     const ca_gltf_value *list = ca_gltf_array(g, g->root, "extensionsRequired");
     for (uint32_t i = 0; list && i < list->count && ca_import_good(g->importer); i++) {
         const ca_gltf_value *name = list->items[i];

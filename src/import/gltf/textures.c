@@ -47,8 +47,8 @@ static bool decode_image(ca_gltf *g, const ca_gltf_value *image, ca_image_encodi
     const ca_gltf_image *found = image_bytes(g, image);
     if (!found) return false;
     const ca_bytes bytes = {.data = (unsigned char *)(uintptr_t)found->bytes.data, .size = found->bytes.size};
-    if (!ca_png_is(&bytes) && !ca_jpeg_is(&bytes)) {
-        ca_gltf_fail(g, image, "images are PNG or JPEG files, and this is neither");
+    if (!ca_png_is(&bytes) && !ca_jpeg_is(&bytes) && !ca_webp_is(&bytes)) {
+        ca_gltf_fail(g, image, "images are PNG, JPEG or WebP files, and this is none of them");
         return false;
     }
     ca_error reason;
@@ -191,12 +191,11 @@ static void claim_uv_set(ca_gltf *g, const ca_gltf_value *info, const ca_gltf_va
 /* The image of a texture; NULL after failing. */
 static const ca_gltf_value *image_of(ca_gltf *g, const ca_gltf_value *texture)
 {
-    const ca_gltf_value *image = ca_gltf_reference(g, texture, "source", "images");
+    const ca_gltf_value *webp = ca_gltf_extension(g, texture, "EXT_texture_webp");
+    const ca_gltf_value *image = ca_gltf_reference(g, webp ? webp : texture, "source", "images");
     if (image || !ca_import_good(g->importer)) return image;
     if (ca_gltf_extension(g, texture, "KHR_texture_basisu"))
         ca_gltf_fail(g, texture, "textures in KTX2 (KHR_texture_basisu) are not read, and it has no other source");
-    else if (ca_gltf_extension(g, texture, "EXT_texture_webp"))
-        ca_gltf_fail(g, texture, "textures in WebP (EXT_texture_webp) are not read, and it has no other source");
     else
         ca_gltf_fail(g, texture, "has no source");
     return NULL;

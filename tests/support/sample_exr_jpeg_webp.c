@@ -1,10 +1,11 @@
-/* The samples that need a library to be made: JPEG, and every compression and layout of EXR. */
+/* The samples that need a library to be made: JPEG, WebP, and every compression and layout of EXR. */
 #include "support/sample_files.h"
 
 #include <openexr.h>
 #include <stdlib.h>
 #include <string.h>
 #include <turbojpeg.h>
+#include <webp/encode.h>
 
 sample_bytes sample_jpeg(bool grey, bool progressive)
 {
@@ -26,6 +27,26 @@ sample_bytes sample_jpeg(bool grey, bool progressive)
     tjFree(data);
     tjDestroy(encoder);
     return jpeg;
+}
+
+sample_bytes sample_webp(bool alpha, bool lossy)
+{
+    unsigned char pixels[SAMPLE_HEIGHT * SAMPLE_WIDTH * 4];
+    const unsigned channels = alpha ? 4 : 3;
+    for (unsigned y = 0; y < SAMPLE_HEIGHT; ++y)
+        for (unsigned x = 0; x < SAMPLE_WIDTH; ++x)
+            for (unsigned c = 0; c < channels; ++c)
+                pixels[(y * SAMPLE_WIDTH + x) * channels + c] =
+                    lossy ? (unsigned char)(40 + 10 * x + 8 * y + 20 * c) : (unsigned char)sample_code(x, y, c);
+    const int row = SAMPLE_WIDTH * (int)channels;
+    uint8_t *data = NULL;
+    size_t size = lossy   ? WebPEncodeRGB(pixels, SAMPLE_WIDTH, SAMPLE_HEIGHT, row, 100.0f, &data)
+                  : alpha ? WebPEncodeLosslessRGBA(pixels, SAMPLE_WIDTH, SAMPLE_HEIGHT, row, &data)
+                          : WebPEncodeLosslessRGB(pixels, SAMPLE_WIDTH, SAMPLE_HEIGHT, row, &data);
+    sample_bytes webp = {0};
+    sample_append(&webp, data, size);
+    WebPFree(data);
+    return webp;
 }
 
 static void check(exr_result_t result)
