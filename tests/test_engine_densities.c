@@ -272,12 +272,26 @@ static const char lamps_scene[] =
             FLAT("<scale value='0.5'/><rotate y='1' angle='240'/><translate x='-0.2' y='1.6'/>", MATT GLOW)
     "</scene>";
 
-static void test_lamps(void **state)
+/* A flat beam that a mirror turns down and glass gathers, a curved one, and a lamp. */
+#define COLLIMATED "<emitter type='directionalarea'><rgb name='radiance' value='30,20,25'/></emitter>"
+static const char beams_scene[] =
+    VIEW FLAT("<scale value='2'/>" LEVEL, MATT) FLAT("<scale value='2'/><translate y='1' z='-1.6'/>", MATT)
+        FLAT("<scale x='0.4' y='0.3'/><rotate y='1' angle='90'/><translate x='-1.8' y='1.2' z='0.4'/>", COLLIMATED)
+            FLAT("<scale value='0.7'/><rotate y='1' angle='-90'/><rotate z='1' angle='40'/>"
+                 "<translate x='0.3' y='1.2' z='0.4'/>", MIRROR) BALL("-0.2,0.6,0.3", "0.3", GLASS)
+                BALL("1.1,0.8,-0.6", "0.15", COLLIMATED) BALL("0.9,0.3,0.7", "0.3", MATT)
+                    FLAT("<scale value='0.5'/><rotate x='1' angle='90'/><translate y='3'/>", MATT GLOW)
+    "</scene>";
+
+static void test_lights(void **state)
 {
     (void)state;
-    ca_scene *scene = scene_from_text(lamps_scene);
-    assert_int_equal(check_scene(scene, "lamps"), 0);
-    ca_scene_release(scene);
+    static const char *const texts[] = {lamps_scene, beams_scene}, *const names[] = {"lamps", "beams"};
+    for (int s = 0; s < 2; s++) {
+        ca_scene *scene = scene_from_text(texts[s]);
+        assert_int_equal(check_scene(scene, names[s]), 0);
+        ca_scene_release(scene);
+    }
 }
 
 static void test_rows_of_dirac_events(void **state)
@@ -310,7 +324,7 @@ static void test_what_was_checked(void **state)
     }
     print_message("%.3f %% of them agree to %g\n", 100.0 - 100.0 * (double)loose / (double)checked, CHECK_TOLERANCE);
     assert_true((double)loose <= LOOSE * (double)checked);
-    for (int k = 0; k <= CA_LIGHT_ENVMAP; k++) assert_true(tally.of_light[k] > 500);
+    for (int k = 0; k < CA_LIGHT_KIND_COUNT; k++) assert_true(tally.of_light[k] > 500);
     for (int k = 0; k < CA_CAMERA_KIND_COUNT; k++) assert_true(tally.of_camera[k] > 5000);
 }
 
@@ -319,7 +333,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_agreement_scenes),
         cmocka_unit_test(test_bundled_scenes),
-        cmocka_unit_test(test_lamps),
+        cmocka_unit_test(test_lights),
         cmocka_unit_test(test_rows_of_dirac_events),
         cmocka_unit_test(test_what_was_checked),
     };

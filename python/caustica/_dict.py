@@ -16,7 +16,7 @@ TAGS = {
     "scene": ["scene"],
     "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
                    "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "depth", "sppm", "photonmapper", "vpl"],
-    "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch"],
+    "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch", "radiancemeter", "distant"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],
     "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
     "sampler": ["independent", "halton", "halton-plain", "sobol", "sobol-plain", "sobol-image", "sobol-tiles",

@@ -1,5 +1,6 @@
 #include "camera/camera.h"
 
+#include "math/frame.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"
 #include "sampling/warp_lanes.h"
@@ -69,6 +70,35 @@ void ca_camera_prepare(ca_camera *camera)
     camera->as.orthographic.area_scale = ca_abs_dot(ca_cross(column(camera, 0), column(camera, 1)), axis);
 }
 
+static void set_columns(ca_camera *camera, const ca_vec3 columns[4])
+{
+    ca_matrix m = ca_matrix_identity();
+    for (int i = 0; i < 4; i++) {
+        m.m[0][i] = (double)columns[i].x;
+        m.m[1][i] = (double)columns[i].y;
+        m.m[2][i] = (double)columns[i].z;
+    }
+    const bool good = ca_affine_from_matrix(&m, &camera->map);
+    assert(good);
+    (void)good;
+}
+
+void ca_camera_move_out(ca_camera *camera, ca_vec3 center, float radius)
+{
+    const ca_vec3 axis = ca_normalize(column(camera, 2)), place = column(camera, 3);
+    const float behind = ca_dot(ca_sub(center, place), axis) - 1.5f * radius;
+    const ca_vec3 columns[4] = {column(camera, 0), column(camera, 1), axis, ca_madd(place, behind, axis)};
+    set_columns(camera, columns);
+}
+
+void ca_camera_cover(ca_camera *camera, ca_vec3 center, float radius)
+{
+    const ca_frame frame = ca_frame_from_normal(ca_normalize(column(camera, 2)));
+    const ca_vec3 columns[4] = {ca_mul(frame.s, radius), ca_mul(frame.t, radius), frame.n,
+                                ca_madd(center, -1.5f * radius, frame.n)};
+    set_columns(camera, columns);
+}
+
 bool ca_camera_has_dirac_position(const ca_camera *camera)
 {
     switch (camera->kind) {
@@ -115,9 +145,11 @@ static ca_pdf_solid_angle pixel_pdf(const ca_camera *camera, float cos_camera)
 
 static ca_pdf_area position_pdf(const ca_camera *camera)
 {
-    if (camera->kind == CA_CAMERA_ORTHOGRAPHIC)
-        return (ca_pdf_area){1.0f / (camera->pixel_width * camera->pixel_height *
-                                     camera->as.orthographic.area_scale)};
+    if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) {
+        const float area =
+            camera->as.orthographic.is_disk ? CA_PI : camera->pixel_width * camera->pixel_height;
+        return (ca_pdf_area){1.0f / (area * camera->as.orthographic.area_scale)};
+    }
     if (ca_camera_has_dirac_position(camera)) return (ca_pdf_area){1.0f};
     return (ca_pdf_area){CA_INV_PI / ca_sqr(camera->as.thin_lens.lens_radius)};
 }
@@ -126,6 +158,8 @@ static ca_pdf_area position_pdf(const ca_camera *camera)
 
 static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
 {
+    if (camera->as.orthographic.is_disk)
+        plane = ca_warp_disk((ca_vec2){0.5f * plane.x + 0.5f, 0.5f * plane.y + 0.5f});
     const ca_vec3 axis = column(camera, 2);
     const float length = ca_length(axis);
     return (ca_camera_ray){.origin = ca_map_point(camera->map.to, (ca_vec3){plane.x, plane.y, 0.0f}),
@@ -217,7 +251,11 @@ static bool orthographic_direct(const ca_camera *camera, ca_vec3 reference, floa
 {
     const ca_vec3 local = to_camera_space(camera, reference);
     if (!(local.z >= camera->near_clip && local.z <= camera->far_clip)) return false;
-    const ca_vec2 film = plane_to_film(camera, (ca_vec2){local.x, local.y});
+    ca_vec2 film = plane_to_film(camera, (ca_vec2){local.x, local.y});
+    if (camera->as.orthographic.is_disk) { /* of one pixel, wherever in it */
+        if (local.x * local.x + local.y * local.y > 1.0f) return false;
+        film = (ca_vec2){0.5f, 0.5f};
+    }
     if (!on_film(camera, film, margin)) return false;
     const ca_vec3 axis = column(camera, 2);
     const float length = ca_length(axis);

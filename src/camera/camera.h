@@ -47,6 +47,7 @@ typedef struct ca_camera {
             float lens_radius, focus_distance; /* radius 0: a pinhole */
         } thin_lens;
         struct {
+            bool is_disk;     /* its one pixel is not the square of camera space, but the disk in it */
             float area_scale; /* world area per camera-space area; made by ca_camera_prepare */
         } orthographic;
         ca_realistic realistic;
@@ -115,6 +116,11 @@ void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x);
 /* Is u_lens used? */
 bool ca_camera_has_lens(const ca_camera *camera);
 /* Does the camera have a field of view in degrees? */
+/* Moves it back along its axis until all within the sphere lies in front of it, on no clip plane's wrong side. */
+void ca_camera_move_out(ca_camera *camera, ca_vec3 center, float radius);
+/* As large as the sphere seen along its axis, in front of it; orthographic. */
+void ca_camera_cover(ca_camera *camera, ca_vec3 center, float radius);
+
 bool ca_camera_has_field_of_view(const ca_camera *camera);
 bool ca_camera_has_dirac_position(const ca_camera *camera);  /* pinhole */
 bool ca_camera_has_dirac_direction(const ca_camera *camera); /* orthographic */

@@ -103,7 +103,6 @@ static const unsupported_plugin unsupported[] = {
     {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
     {"emitter", "volumelight", "there are no media"},
     {"sensor", "irradiancemeter", "sensors without a picture are not supported"},
-    {"sensor", "distant", "sensors without a picture are not supported"},
     {"sensor", "spherical", "spherical pictures are not supported"},
     {"film", "specfilm", "spectral films are not supported"},
     {"texture", "volume", "volumes are not supported"},

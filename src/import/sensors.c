@@ -88,6 +88,7 @@ static void import_orthographic(ca_props *props, void *result)
 {
     ca_camera_desc *sensor = result;
     sensor->camera.kind = CA_CAMERA_ORTHOGRAPHIC;
+    sensor->camera.as.orthographic.is_disk = false;
     sensor->fov_degrees = 0.0;
     sensor->fov_axis = CA_FOV_X;
     set_map(props, sensor, false);
@@ -127,12 +128,95 @@ static void import_radiance_meter(ca_props *props, void *result)
     set_ray(props, sensor);
 }
 
+/* ---- Distant --------------------------------------------------------------------------------------------------- */
+
+/* The direction in which it looks: `direction`, or to_world's z axis. */
+static ca_vec3 looks_along(ca_props *props)
+{
+    double d[3] = {0.0, 0.0, 1.0};
+    const bool has_direction = ca_props_point(props, "direction", d);
+    if (has_direction && ca_props_find(props, "to_world")) ca_props_fail(props, "to_world", "excludes direction");
+    const ca_matrix to_world = ca_props_transform(props, "to_world");
+    for (int i = 0; i < 3 && !has_direction; i++) d[i] = to_world.m[i][2];
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (length > 0.0) return (ca_vec3){(float)(d[0] / length), (float)(d[1] / length), (float)(d[2] / length)};
+    ca_props_fail(props, has_direction ? "direction" : "to_world", "must have a length over 0");
+    return (ca_vec3){0.0f, 0.0f, 1.0f};
+}
+
+/* What sides x and y of a flat target look like along the direction, from its middle. */
+static void look_at_target(ca_props *props, ca_camera *camera, ca_vec3 along, const ca_matrix *target)
+{
+    ca_matrix m = ca_matrix_identity();
+    const double d[3] = {(double)along.x, (double)along.y, (double)along.z};
+    double facing = 0.0, lengths = 1.0; /* (x cross y) . d, and their lengths together */
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        facing += d[i] * (target->m[j][0] * target->m[k][1] - target->m[k][0] * target->m[j][1]);
+    }
+    for (int c = 0; c < 2; c++) {
+        lengths *= sqrt(target->m[0][c] * target->m[0][c] + target->m[1][c] * target->m[1][c] +
+                        target->m[2][c] * target->m[2][c]);
+        const double into = target->m[0][c] * d[0] + target->m[1][c] * d[1] + target->m[2][c] * d[2];
+        for (int i = 0; i < 3; i++) m.m[i][c] = target->m[i][c] - into * d[i];
+    }
+    for (int i = 0; i < 3; i++) m.m[i][2] = d[i], m.m[i][3] = target->m[i][3];
+    if (!(fabs(facing) > 1e-5 * lengths) || !ca_affine_from_matrix(&m, &camera->map))
+        ca_props_fail(props, "target", "must not be seen edge-on");
+}
+
+/* A rectangle or disk, which is no part of the scene. */
+static void import_target(ca_props *props, ca_camera *camera, ca_vec3 along, ca_xml_node *node)
+{
+    const char *type = ca_xml_attribute_value(node, "type");
+    camera->as.orthographic.is_disk = strcmp(type, "disk") == 0;
+    if (!camera->as.orthographic.is_disk && strcmp(type, "rectangle") != 0) {
+        ca_import_fail(props->importer, &node->where, "a target is a point, a rectangle or a disk, not %s", type);
+        return;
+    }
+    ca_props of_target;
+    ca_props_begin(&of_target, props->importer, node);
+    const ca_matrix to_world = ca_props_transform(&of_target, "to_world");
+    ca_props_boolean(&of_target, "flip_normals", false);
+    ca_props_end(&of_target);
+    look_at_target(props, camera, along, &to_world);
+}
+
+/* The mean radiance that leaves the scene against the direction, over a target: a sensor far away. */
+static void import_distant(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    const ca_vec3 along = looks_along(props);
+    double point[3] = {0.0, 0.0, 0.0};
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *target = ca_props_next_object(props, "shape", true, &cursor);
+    const bool at_point = !target && ca_props_point(props, "target", point);
+    sensor->place = target || at_point ? CA_PLACE_OUTSIDE : CA_PLACE_ALL;
+    sensor->fov_axis = CA_FOV_X;
+    sensor->camera.near_clip = at_point ? 1e-6f : 0.0f;
+    sensor->camera.far_clip = 1e30f;
+    const ca_frame frame = ca_frame_from_normal(along);
+    ca_matrix m = ca_matrix_identity();
+    for (int i = 0; i < 3; i++) m.m[i][3] = point[i];
+    m.m[0][0] = (double)frame.s.x, m.m[1][0] = (double)frame.s.y, m.m[2][0] = (double)frame.s.z;
+    m.m[0][1] = (double)frame.t.x, m.m[1][1] = (double)frame.t.y, m.m[2][1] = (double)frame.t.z;
+    m.m[0][2] = (double)along.x, m.m[1][2] = (double)along.y, m.m[2][2] = (double)along.z;
+    (void)ca_affine_from_matrix(&m, &sensor->camera.map);
+    sensor->camera.kind = at_point ? CA_CAMERA_PERSPECTIVE : CA_CAMERA_ORTHOGRAPHIC;
+    sensor->fov_degrees = at_point ? 1e-4 : 0.0;
+    if (at_point) return;
+    sensor->camera.as.orthographic.is_disk = true;
+    if (target) import_target(props, &sensor->camera, along, target);
+}
+
+/* Of one pixel; its filter would reach out of the target. */
 static void check_meter(ca_importer *importer, const ca_xml_node *node)
 {
     const ca_film_desc *film = &importer->desc->film;
     if (film->width != 1 || film->height != 1)
-        ca_import_fail(importer, &node->where, "a radiancemeter needs a film of 1 x 1 pixels, and this is %u x %u",
-                       film->width, film->height);
+        ca_import_fail(importer, &node->where, "%s needs a film of 1 x 1 pixels, and this is %u x %u",
+                       ca_xml_attribute_value(node, "type"), film->width, film->height);
+    importer->desc->film.filter = ca_filter_default(CA_RFILTER_BOX);
 }
 
 /* ---- Realistic ------------------------------------------------------------------------------------------------- */
@@ -238,6 +322,7 @@ static const ca_plugin sensors[] = {
     {"orthographic", import_orthographic},
     {"realistic", import_realistic},
     {"radiancemeter", import_radiance_meter},
+    {"distant", import_distant},
 };
 
 /* At most one nested object of a kind, any name. */
@@ -259,6 +344,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
     ca_props_begin(&props, importer, node);
     ca_camera_desc *sensor = &importer->desc->camera;
     sensor->where = node->where;
+    sensor->place = CA_PLACE_OWN;
     plugin->import(&props, sensor);
     /* There is no motion: a shutter has no effect. */
     ca_props_number(&props, "shutter_open", 0.0);
@@ -266,7 +352,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
     import_nested(&props, "film", ca_import_film);
     import_nested(&props, "sampler", ca_import_sampler);
     ca_props_end(&props);
-    if (plugin->import == import_radiance_meter) check_meter(importer, node);
+    if (plugin->import == import_radiance_meter || plugin->import == import_distant) check_meter(importer, node);
     if (!ca_import_good(importer)) return;
     sensor->camera.width = importer->desc->film.width;
     sensor->camera.height = importer->desc->film.height;

@@ -124,8 +124,16 @@ typedef struct ca_film_desc {
     ca_filter filter;
 } ca_film_desc;
 
+/* What the scene's bounds change in a sensor. */
+typedef enum ca_camera_place {
+    CA_PLACE_OWN,     /* nothing */
+    CA_PLACE_OUTSIDE, /* it is moved back along its axis, out of the scene */
+    CA_PLACE_ALL      /* so, and it covers the scene's bounding sphere */
+} ca_camera_place;
+
 typedef struct ca_camera_desc {
     ca_camera camera; /* map, size and everything but what ca_camera_prepare makes */
+    ca_camera_place place;
     ca_fov_axis fov_axis;
     double fov_degrees; /* 0 for the orthographic camera */
     ca_location where;

@@ -537,6 +537,8 @@ ca_camera ca_scene_camera(const ca_scene *scene, uint32_t width, uint32_t height
     ca_camera camera = desc->camera;
     camera.width = width;
     camera.height = height;
+    if (desc->place == CA_PLACE_OUTSIDE) ca_camera_move_out(&camera, scene->center, scene->radius);
+    if (desc->place == CA_PLACE_ALL) ca_camera_cover(&camera, scene->center, scene->radius);
     if (ca_camera_has_field_of_view(&camera))
         ca_camera_set_tan_half_x(&camera,
                                  (float)ca_camera_tan_half_x(desc->fov_degrees, desc->fov_axis, width, height));

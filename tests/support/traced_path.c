@@ -83,6 +83,7 @@ static void read_emission(const ca_emission_guide *guide, uint32_t light, traced
     const ca_light_choice *choice = &path->scene->light_choice;
     path->light_choice = (double)(guide ? ca_distribution_1d_probability(&guide->choice, light)
                                         : ca_light_choice_probability(choice, light));
+    if (path->light->kind == CA_LIGHT_BEAM) path->disk_density = 1.0 / (double)path->light->as.beam.shape->area;
     if (!ca_light_is_infinite(path->light) || path->n < 2) return;
     const double_vec point = path->facing_light[last - 1];
     const double_vec way = dv_unit(dv_sub(path->facing_camera[last], point));
@@ -272,6 +273,7 @@ static double emission_pdf(const traced_path *path)
     if (path->uniform) return 0.5 / pi;
     switch (path->light->kind) {
     case CA_LIGHT_AREA: return fmax(dv_dot(path->ng[last], direction), 0.0) / pi;
+    case CA_LIGHT_BEAM:
     case CA_LIGHT_DIRECTIONAL: return 1.0;
     case CA_LIGHT_CONSTANT:
     case CA_LIGHT_ENVMAP:
@@ -309,6 +311,7 @@ static double next_event_ratio(const traced_path *path)
     const ca_light_receiver receiver = receiver_at(path, last - 1);
     const double chosen =
         (double)ca_light_choice_direct_probability(choice, &receiver, light) / path->light_choice;
+    if (path->light->kind == CA_LIGHT_BEAM && path->light->as.beam.shape->kind == CA_SHAPE_SPHERE) return 0.0;
     if (path->light->kind != CA_LIGHT_AREA) return chosen;
     const ca_shape *shape = path->light->as.area.shape;
     const double_vec way = dv_sub(dv_from(path->points[last].position), dv_from(receiver.position));
@@ -322,7 +325,7 @@ static void recompute_light_end(const traced_path *path, ca_full_path *full)
 {
     const ca_light *light = path->light;
     const uint32_t last = path->n - 1;
-    const bool infinite = ca_light_is_infinite(light);
+    const bool infinite = ca_light_is_infinite(light) || light->kind == CA_LIGHT_BEAM; /* parallel rays */
     const double area = light->kind == CA_LIGHT_AREA ? (double)light->as.area.shape->area
                         : infinite                   ? 1.0 / path->disk_density
                                                      : 0.0;
@@ -389,7 +392,7 @@ static void recompute_densities(const traced_path *path, ca_full_path *full)
 static void recompute_distances(const traced_path *path, ca_full_path *full)
 {
     for (uint32_t i = 0; i + 1 < path->n; i++) full->distance[i] = (float)dv_length(segment(path, i));
-    if (!full->light_infinite) return;
+    if (!ca_light_is_infinite(path->light)) return;
     const uint32_t i = path->n - 2;
     const double_vec offset = dv_sub(path->facing_light[i], dv_from(path->light->scene_center));
     full->distance[i] = (float)((double)path->light->scene_radius - dv_dot(offset, to_light(path, i)));
