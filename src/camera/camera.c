@@ -147,7 +147,7 @@ static ca_pdf_area position_pdf(const ca_camera *camera)
 {
     if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) {
         const float area =
-            camera->as.orthographic.is_disk ? CA_PI : camera->pixel_width * camera->pixel_height;
+            camera->is_disk ? CA_PI : camera->pixel_width * camera->pixel_height;
         return (ca_pdf_area){1.0f / (area * camera->as.orthographic.area_scale)};
     }
     if (ca_camera_has_dirac_position(camera)) return (ca_pdf_area){1.0f};
@@ -158,7 +158,7 @@ static ca_pdf_area position_pdf(const ca_camera *camera)
 
 static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
 {
-    if (camera->as.orthographic.is_disk)
+    if (camera->is_disk)
         plane = ca_warp_disk((ca_vec2){0.5f * plane.x + 0.5f, 0.5f * plane.y + 0.5f});
     const ca_vec3 axis = column(camera, 2);
     const float length = ca_length(axis);
@@ -252,7 +252,7 @@ static bool orthographic_direct(const ca_camera *camera, ca_vec3 reference, floa
     const ca_vec3 local = to_camera_space(camera, reference);
     if (!(local.z >= camera->near_clip && local.z <= camera->far_clip)) return false;
     ca_vec2 film = plane_to_film(camera, (ca_vec2){local.x, local.y});
-    if (camera->as.orthographic.is_disk) { /* of one pixel, wherever in it */
+    if (camera->is_disk) { /* of one pixel, wherever in it */
         if (local.x * local.x + local.y * local.y > 1.0f) return false;
         film = (ca_vec2){0.5f, 0.5f};
     }

@@ -38,6 +38,7 @@ typedef struct ca_camera {
     uint32_t width, height;     /* of the full film */
     float near_clip, far_clip;  /* along z */
     float principal_x, principal_y; /* principal point's offset, as a fraction of width and height */
+    bool is_disk;                   /* an orthographic one's: its one pixel is the disk in camera space's square */
     union {                         /* the member of the kind's name */
         struct {
             float tan_half_x; /* of the full film's horizontal field of view */
@@ -47,7 +48,6 @@ typedef struct ca_camera {
             float lens_radius, focus_distance; /* radius 0: a pinhole */
         } thin_lens;
         struct {
-            bool is_disk;     /* its one pixel is not the square of camera space, but the disk in it */
             float area_scale; /* world area per camera-space area; made by ca_camera_prepare */
         } orthographic;
         ca_realistic realistic;

@@ -88,7 +88,6 @@ static void import_orthographic(ca_props *props, void *result)
 {
     ca_camera_desc *sensor = result;
     sensor->camera.kind = CA_CAMERA_ORTHOGRAPHIC;
-    sensor->camera.as.orthographic.is_disk = false;
     sensor->fov_degrees = 0.0;
     sensor->fov_axis = CA_FOV_X;
     set_map(props, sensor, false);
@@ -169,8 +168,8 @@ static void look_at_target(ca_props *props, ca_camera *camera, ca_vec3 along, co
 static void import_target(ca_props *props, ca_camera *camera, ca_vec3 along, ca_xml_node *node)
 {
     const char *type = ca_xml_attribute_value(node, "type");
-    camera->as.orthographic.is_disk = strcmp(type, "disk") == 0;
-    if (!camera->as.orthographic.is_disk && strcmp(type, "rectangle") != 0) {
+    camera->is_disk = strcmp(type, "disk") == 0;
+    if (!camera->is_disk && strcmp(type, "rectangle") != 0) {
         ca_import_fail(props->importer, &node->where, "a target is a point, a rectangle or a disk, not %s", type);
         return;
     }
@@ -205,7 +204,7 @@ static void import_distant(ca_props *props, void *result)
     sensor->camera.kind = at_point ? CA_CAMERA_PERSPECTIVE : CA_CAMERA_ORTHOGRAPHIC;
     sensor->fov_degrees = at_point ? 1e-4 : 0.0;
     if (at_point) return;
-    sensor->camera.as.orthographic.is_disk = true;
+    sensor->camera.is_disk = true;
     if (target) import_target(props, &sensor->camera, along, target);
 }
 
@@ -345,6 +344,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
     ca_camera_desc *sensor = &importer->desc->camera;
     sensor->where = node->where;
     sensor->place = CA_PLACE_OWN;
+    sensor->camera.is_disk = false;
     plugin->import(&props, sensor);
     /* There is no motion: a shutter has no effect. */
     ca_props_number(&props, "shutter_open", 0.0);

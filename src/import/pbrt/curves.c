@@ -99,7 +99,7 @@ void ca_pbrt_read_curve(ca_pbrt *p)
         ca_pbrt_fail(params, "P", "must have a point more than the degree, or more");
     else if ((count - 1 - degree) % step != 0)
         ca_pbrt_fail(params, "P", "must have `degree` points more for each further segment");
-    if (!ca_import_good(p->importer)) return;
+    if (!points || !ca_import_good(p->importer)) return;
     const size_t segments = 1 + (count - 1 - degree) / step;
     const double scale = 0.5 * width_scale(p);
     for (size_t i = 0; i < segments && ca_import_good(p->importer); i++) {
