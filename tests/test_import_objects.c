@@ -515,6 +515,76 @@ static void merges(void **state)
     done();
 }
 
+#define HEIGHTS(body) "<shape type=\"heightfield\">" body "</shape>"
+#define PICTURE "<string name=\"filename\" value=\"picture.pfm\"/>"
+
+/* A picture whose luminance is 0.2126, 0.7152 / 0.0722, 2, from above. */
+static void height_fields(void **state)
+{
+    (void)state;
+    static const double z[4] = {0.2126, 0.7152, 0.0722, 2.0};
+    import_write_picture();
+    import(SCENE(HEIGHTS(PICTURE) HEIGHTS(
+        "<texture type=\"bitmap\">" PICTURE "</texture><float name=\"scale\" value=\"-3\"/>"
+        "<boolean name=\"shadingNormals\" value=\"false\"/>")));
+    is_noted("2:1: the patches of a heightfield are two triangles each");
+    const ca_mesh *smooth = &desc.meshes.items[0], *flat = &desc.meshes.items[1];
+    assert_true(smooth->vertex_count == 4 && smooth->triangle_count == 2 && !flat->normals);
+    for (size_t i = 0; i < 4; i++) {
+        const double x = (double)(i % 2), y = (double)(i / 2); /* the first row lies at y = -1 */
+        near((double)smooth->positions[3 * i], 2.0 * x - 1.0);
+        near((double)smooth->positions[3 * i + 1], 2.0 * y - 1.0);
+        near((double)smooth->positions[3 * i + 2], z[i]);
+        near((double)flat->positions[3 * i + 2], -3.0 * z[i]);
+        near((double)smooth->uvs[2 * i], x);
+        near((double)smooth->uvs[2 * i + 1], y);
+        const size_t row = i - i % 2, column = i % 2; /* the slopes over cells of side 2 */
+        const double dx = 0.5 * (z[row + 1] - z[row]), dy = 0.5 * (z[2 + column] - z[column]);
+        const double length = sqrt(dx * dx + dy * dy + 1.0);
+        near((double)smooth->normals[3 * i], -dx / length);
+        near((double)smooth->normals[3 * i + 1], -dy / length);
+        near((double)smooth->normals[3 * i + 2], 1.0 / length);
+    }
+    const uint32_t corners[6] = {0, 1, 3, 0, 3, 2}; /* facing +z */
+    assert_memory_equal(smooth->indices, corners, sizeof corners);
+    done();
+}
+
+/* Inside of a field a normal has the slope over both cells, here those of a saddle z = x y of 3 x 3. */
+static void height_field_normals(void **state)
+{
+    (void)state;
+    float bytes[9];
+    char file[64];
+    for (int i = 0; i < 9; i++) bytes[i] = (float)((i % 3 - 1) * (1 - i / 3)); /* PFM rows run from below */
+    memcpy(file, "Pf\n3 3\n-1\n", 10);
+    memcpy(file + 10, bytes, sizeof bytes);
+    import_write("saddle.pfm", file, 10 + sizeof bytes);
+    import(SCENE(HEIGHTS("<string name=\"filename\" value=\"saddle.pfm\"/>")));
+    const ca_mesh *mesh = &desc.meshes.items[0];
+    assert_int_equal(mesh->vertex_count, 9);
+    for (size_t i = 0; i < 9; i++) {
+        const float *p = mesh->positions + 3 * i, *n = mesh->normals + 3 * i;
+        near((double)p[2], (double)p[0] * (double)p[1]);
+        near((double)(n[0] / n[2]), -(double)p[1]); /* exact: z is linear along x and along y */
+        near((double)(n[1] / n[2]), -(double)p[0]);
+    }
+    done();
+}
+
+static void bad_height_fields(void **state)
+{
+    (void)state;
+    import_write_text("dot.pgm", "P2 1 1 255 7");
+    import_expect_error(SCENE(HEIGHTS("<string name=\"filename\" value=\"dot.pgm\"/>")),
+                        "2:1: a height field needs 2 x 2 heights, and this picture has 1 x 1");
+    import_expect_error(SCENE(HEIGHTS("<texture type=\"checkerboard\"/>")),
+                        "2:27: a height field is made from a bitmap; other textures have no pixels");
+    import_expect_error(SCENE(HEIGHTS(PICTURE "<texture type=\"bitmap\">" PICTURE "</texture>")),
+                        "2:27: parameter \"filename\" of heightfield excludes a nested texture");
+    import_expect_error(SCENE(HEIGHTS("")), "2:1: parameter \"filename\" of heightfield must name a file");
+}
+
 static void meshes(void **state)
 {
     (void)state;
@@ -854,6 +924,9 @@ int main(void)
         cmocka_unit_test(quadrics),
         cmocka_unit_test(stretched_quadrics),
         cmocka_unit_test(merges),
+        cmocka_unit_test(height_fields),
+        cmocka_unit_test(height_field_normals),
+        cmocka_unit_test(bad_height_fields),
         cmocka_unit_test(meshes),
         cmocka_unit_test(groups_and_instances),
         cmocka_unit_test(area_lights),

@@ -3,6 +3,7 @@
 #define CA_IMPORT_IMPORT_H
 
 #include "geometry/curve.h"
+#include "image/image.h"
 #include "scene/description.h"
 
 /* Reads a Mitsuba 3 XML scene (0.6 spellings too), or where the name ends in .pbrt one of pbrt's, with its meshes and
@@ -32,6 +33,12 @@ ca_status ca_import_obj(const char *path, ca_mesh *mesh, ca_error *error);
 ca_status ca_import_ply(const char *path, ca_mesh *mesh, ca_error *error);
 /* `shape_index` counts the meshes of one .serialized file. */
 ca_status ca_import_serialized(const char *path, uint32_t shape_index, ca_mesh *mesh, ca_error *error);
+/* The picture's luminance times `scale` as heights z over [-1, 1]^2, its first row at y = -1; uv over [0, 1]^2;
+ * facing +z, two triangles for each square of four pixels, and with smooth normals on request.
+ * Errors: CA_ERROR_SCENE of a picture under 2 x 2, CA_ERROR_FORMAT of heights that are not finite. */
+ca_status ca_import_height_field(const ca_image *image, float scale, bool smooth, ca_mesh *mesh, ca_error *error);
+/* Of a grid of vertices in rows: each square is split from its first corner; 6 (columns - 1) (rows - 1) numbers. */
+void ca_import_grid_triangles(size_t columns, size_t rows, uint32_t *indices);
 /* Curves, as Mitsuba 3 has them: a control point a line, x y z and the radius; blank lines between curves. */
 ca_status ca_import_curves(const char *path, ca_curve_degree degree, ca_curve **curve, ca_error *error);
 

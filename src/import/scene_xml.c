@@ -94,7 +94,6 @@ static const unsupported_plugin unsupported[] = {
     {"bsdf", "hk", "scattering in layers is not supported"},
     {"bsdf", "irawan", "woven cloth is not supported"},
     {"shape", "hair", "hair is not supported; bsplinecurve and linearcurve are curves"},
-    {"shape", "heightfield", "height fields are not supported; a mesh can be one"},
     {"shape", "sdfgrid", "distance fields are not supported"},
     {"shape", "ellipsoids", "sets of ellipsoids are not supported"},
     {"shape", "ellipsoidsmesh", "sets of ellipsoids are not supported"},

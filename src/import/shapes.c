@@ -232,6 +232,46 @@ static void import_cylinder(ca_props *props, void *result)
     memcpy(shape->as.cylinder.p1, p1, sizeof p1);
 }
 
+/* ---- Height fields --------------------------------------------------------------------------------------------- */
+
+/* The file's picture, or that of a nested texture; NULL after failing. */
+static const ca_image *height_picture(ca_props *props)
+{
+    ca_importer *importer = props->importer;
+    ca_xml_node *cursor = NULL, *nested = ca_props_next_object(props, "texture", true, &cursor);
+    if (!nested) {
+        const uint32_t image = ca_import_picture(props, CA_ENCODING_SRGB);
+        return ca_import_good(importer) ? &importer->desc->images.items[image] : NULL;
+    }
+    if (ca_props_find(props, "filename")) ca_props_fail(props, "filename", "excludes a nested texture");
+    const ca_texture_id id = ca_import_texture(importer, nested);
+    if (!ca_import_good(importer)) return NULL;
+    const ca_texture *texture = &importer->desc->textures.items[id];
+    if (texture->kind == CA_TEXTURE_BITMAP) return &importer->desc->images.items[texture->as.bitmap.image_index];
+    ca_import_fail(importer, &cursor->where, "a height field is made from a bitmap; other textures have no pixels");
+    return NULL;
+}
+
+/* Mitsuba 0.6's, there of bilinear patches. */
+static void import_height_field(ca_props *props, void *result)
+{
+    ca_shape_desc *shape = result;
+    ca_mesh mesh;
+    ca_error reason;
+    const float scale = (float)ca_props_number(props, "scale", 1.0);
+    const bool smooth = ca_props_boolean(props, "shading_normals", true);
+    shape->kind = CA_SHAPE_MESH;
+    const ca_image *picture = height_picture(props);
+    if (!picture || !ca_import_good(props->importer)) return;
+    const ca_status status = ca_import_height_field(picture, scale, smooth, &mesh, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(props->importer, &props->node->where, status, &reason);
+        return;
+    }
+    ca_import_note(props->importer, &props->node->where, "the patches of a heightfield are two triangles each");
+    add_mesh(props, shape, &mesh);
+}
+
 /* ---- Curves ---------------------------------------------------------------------------------------------------- */
 
 /* From the file, or as another format's reader made them; NULL after failing. */
@@ -285,6 +325,7 @@ static const ca_plugin plugins[] = {
     {"mesh", import_mesh_data},
     {"bsplinecurve", import_bspline_curve},
     {"linearcurve", import_linear_curve},
+    {"heightfield", import_height_field},
 };
 
 /* ---- What all of them have ------------------------------------------------------------------------------------- */

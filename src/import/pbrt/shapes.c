@@ -337,18 +337,6 @@ static void fill_grid(const double *heights, size_t nu, size_t nv, double *point
     }
 }
 
-/* Two triangles for each square of the grid, split from its first corner. */
-static void fill_squares(size_t nu, size_t nv, uint32_t *indices)
-{
-    for (size_t y = 0; y + 1 < nv; y++)
-        for (size_t x = 0; x + 1 < nu; x++) {
-            const uint32_t a = (uint32_t)(y * nu + x), b = a + 1, c = b + (uint32_t)nu, d = c - 1;
-            const uint32_t corners[6] = {a, b, c, a, c, d};
-            memcpy(indices, corners, sizeof corners);
-            indices += 6;
-        }
-}
-
 /* Heights over a grid on the unit square. */
 static void read_heights(ca_pbrt *p)
 {
@@ -369,7 +357,7 @@ static void read_heights(ca_pbrt *p)
     const bool begun = begin_mesh(p, &arrays, 2 * (nu - 1) * (nv - 1), &mesh);
     ca_free(values);
     if (!begun) return;
-    fill_squares(nu, nv, mesh.indices);
+    ca_import_grid_triangles(nu, nv, mesh.indices);
     put_mesh(p, &mesh);
 }
 
