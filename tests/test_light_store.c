@@ -197,6 +197,27 @@ static void test_chunks(void **state)
     ca_light_store_destroy(&store);
 }
 
+/* A chunk that begins forgets its own paths, and no others. */
+static void test_chunks_forget(void **state)
+{
+    (void)state;
+    uint32_t paths[] = {0, CA_CHUNK_PATHS - 10, CA_CHUNK_PATHS, CA_CHUNK_PATHS + 50};
+    for (uint32_t i = 0; i < 4; i++)
+        while (kept_length_of(paths[i], 0) == 0) paths[i]++;
+    const uint32_t last = paths[3];
+    ca_light_store store;
+    assert_int_equal(create(&store, last + 1, 1, NULL), CA_OK);
+    for (uint32_t begun = 0; begun < 2; begun++) {
+        for (uint32_t i = 0; i < 4; i++) fill_path(&(filling){&store, 0}, paths[i], 0);
+        for (uint32_t i = 0; i < 4; i++) assert_true(store.paths[paths[i]].count > 0);
+        ca_light_store_begin_chunk(&store, begun);
+        for (uint32_t i = 0; i < 4; i++) assert_true((store.paths[paths[i]].count == 0) == (i / 2 == begun));
+    }
+    ca_light_store_clear(&store);
+    assert_int_equal(store.paths[paths[1]].count, 0);
+    ca_light_store_destroy(&store);
+}
+
 /* As many of the longest paths as were promised fit, by any worker, and no path reaches into its neighbour. */
 static void test_longest_paths(void **state)
 {
@@ -442,7 +463,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_paths_come_back),     cmocka_unit_test(test_memory_is_kept),
-        cmocka_unit_test(test_chunks),              cmocka_unit_test(test_longest_paths),
+        cmocka_unit_test(test_chunks),
+        cmocka_unit_test(test_chunks_forget),              cmocka_unit_test(test_longest_paths),
         cmocka_unit_test(test_out_of_slabs),        cmocka_unit_test(test_allocation_failures),
         cmocka_unit_test(test_failure_from_outside), cmocka_unit_test(test_weights_of_kept_paths),
         cmocka_unit_test(test_promised_bytes),

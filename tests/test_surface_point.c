@@ -109,6 +109,7 @@ static void make_shapes(fixture *f, bool tangents)
             break;
         case CA_SHAPE_MESH:
         case CA_SHAPE_CURVE:
+        case CA_SHAPE_SDF_GRID:
         case CA_SHAPE_KIND_COUNT: break;
         }
     }

@@ -24,7 +24,7 @@ TAGS = {
                 "lattice-tiles-plain",
                 "stratified", "multijitter", "orthogonal", "ldsampler", "hammersley"],
     "shape": ["rectangle", "cube", "sphere", "disk", "cylinder", "obj", "ply", "serialized", "mesh", "shapegroup", "instance",
-              "merge", "bsplinecurve", "linearcurve"],
+              "merge", "bsplinecurve", "linearcurve", "heightfield", "sdfgrid"],
     "bsdf": ["diffuse", "dielectric", "thindielectric", "roughdielectric", "conductor", "roughconductor", "plastic",
              "roughplastic", "principled", "null", "twosided", "mask", "blendbsdf", "bumpmap", "normalmap",
              "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",

@@ -4,6 +4,7 @@
 #include "cli/commands.h"
 #include "cli/say.h"
 #include "geometry/curve.h"
+#include "geometry/sdf_grid.h"
 #include "render/render.h"
 
 #include <stdio.h>
@@ -54,7 +55,8 @@ static const char *const shape_names[] = {[CA_SHAPE_MESH] = "mesh",
                                           [CA_SHAPE_SPHERE] = "sphere",
                                           [CA_SHAPE_DISK] = "disk",
                                           [CA_SHAPE_CYLINDER] = "cylinder",
-                                          [CA_SHAPE_CURVE] = "curve"};
+                                          [CA_SHAPE_CURVE] = "curve",
+                                          [CA_SHAPE_SDF_GRID] = "sdfgrid"};
 static const char *const light_names[] = {
     [CA_LIGHT_AREA] = "area",           [CA_LIGHT_POINT] = "point",         [CA_LIGHT_SPOT] = "spot",
     [CA_LIGHT_DIRECTIONAL] = "directional", [CA_LIGHT_PROJECTOR] = "projector", [CA_LIGHT_CONSTANT] = "constant",
@@ -215,9 +217,11 @@ static void print_bounds_and_memory(const ca_scene *scene)
                (double)low.z, (double)high.x, (double)high.y, (double)high.z);
     else
         printf("%-12snone: the scene has no shapes\n", "bounds");
-    size_t mesh_bytes = 0, curve_bytes = 0, image_bytes = 0;
+    size_t mesh_bytes = 0, curve_bytes = 0, grid_bytes = 0, image_bytes = 0;
     for (size_t i = 0; i < scene->desc.meshes.count; i++) mesh_bytes += ca_mesh_bytes(&scene->desc.meshes.items[i]);
     for (size_t i = 0; i < scene->desc.curves.count; i++) curve_bytes += ca_curve_bytes(scene->desc.curves.items[i]);
+    for (size_t i = 0; i < scene->desc.grids.count; i++)
+        grid_bytes += ca_sdf_grid_bytes(scene->desc.grids.items[i]);
     for (size_t i = 0; i < scene->desc.images.count; i++) {
         const ca_image *image = &scene->desc.images.items[i];
         image_bytes += sizeof(float) * image->width * image->height * image->channels;
@@ -225,6 +229,7 @@ static void print_bounds_and_memory(const ca_scene *scene)
     printf("memory\n");
     print_bytes("meshes", mesh_bytes);
     if (curve_bytes) print_bytes("curves", curve_bytes);
+    if (grid_bytes) print_bytes("distances", grid_bytes);
     print_bytes("acceleration", ca_accel_bytes(scene->accel));
     print_bytes("textures", image_bytes);
 }

@@ -7,6 +7,7 @@
 #include "geometry/curve.h"
 #include "geometry/quadric.h"
 #include "geometry/ray_reach.h"
+#include "geometry/sdf_grid.h"
 #include "math/numeric.h"
 
 #include <stddef.h>
@@ -66,12 +67,16 @@ static void release_device(ca_accel_device *device)
     ca_free(device);
 }
 
-/* ---- Quadrics as Embree's user geometry ------------------------------------------------------------------------ */
+/* ---- Quadrics and voxels as Embree's user geometry ------------------------------------------------------------- */
 
-static void quadric_bounds(const struct RTCBoundsFunctionArguments *arguments)
+static void exact_bounds(const struct RTCBoundsFunctionArguments *arguments)
 {
+    const ca_shape *shape = arguments->geometryUserPtr;
     ca_vec3 low, high;
-    ca_shape_bounds(arguments->geometryUserPtr, &low, &high);
+    if (shape->kind == CA_SHAPE_SDF_GRID)
+        ca_sdf_grid_voxel_bounds(shape->as.sdf.grid, arguments->primID, &low, &high);
+    else
+        ca_shape_bounds(shape, &low, &high);
     struct RTCBounds *bounds = arguments->bounds_o;
     bounds->lower_x = low.x, bounds->lower_y = low.y, bounds->lower_z = low.z;
     bounds->upper_x = high.x, bounds->upper_y = high.y, bounds->upper_z = high.z;
@@ -83,37 +88,42 @@ static void quadric_bounds(const struct RTCBoundsFunctionArguments *arguments)
 #define HIT_FIELD(hits, n, k, field) (((float *)(hits))[offsetof(struct RTCHit, field) / 4 * (n) + (k)])
 #define HIT_NUMBER(hits, n, k, field) (((unsigned *)(hits))[offsetof(struct RTCHit, field) / 4 * (n) + (k)])
 
-static bool meets_quadric(const ca_shape *shape, struct RTCRayN *rays, unsigned n, unsigned k, float *t)
+static bool meets_exact(const ca_shape *shape, unsigned primitive, struct RTCRayN *rays, unsigned n, unsigned k,
+                        float *t)
 {
     const ca_vec3 origin = {RAY_FIELD(rays, n, k, org_x), RAY_FIELD(rays, n, k, org_y), RAY_FIELD(rays, n, k, org_z)};
     const ca_vec3 direction = {RAY_FIELD(rays, n, k, dir_x), RAY_FIELD(rays, n, k, dir_y),
                                RAY_FIELD(rays, n, k, dir_z)};
-    return ca_quadric_intersect(shape, origin, direction, RAY_FIELD(rays, n, k, tnear), RAY_FIELD(rays, n, k, tfar),
-                                t);
+    const float near = RAY_FIELD(rays, n, k, tnear), far = RAY_FIELD(rays, n, k, tfar);
+    if (shape->kind == CA_SHAPE_SDF_GRID)
+        return ca_sdf_grid_intersect(shape->as.sdf.grid, primitive, origin, direction, near, far, t);
+    return ca_quadric_intersect(shape, origin, direction, near, far, t);
 }
 
-static void quadric_intersect(const struct RTCIntersectFunctionNArguments *arguments)
+static void exact_intersect(const struct RTCIntersectFunctionNArguments *arguments)
 {
-    const unsigned n = arguments->N;
+    const unsigned n = arguments->N, primitive = arguments->primID;
+    const ca_shape *shape = arguments->geometryUserPtr;
     struct RTCRayN *rays = (struct RTCRayN *)arguments->rayhit;
     struct RTCHitN *hits = (struct RTCHitN *)((float *)arguments->rayhit + sizeof(struct RTCRay) / 4 * n);
     for (unsigned k = 0; k < n; k++) {
         float t;
-        if (!arguments->valid[k] || !meets_quadric(arguments->geometryUserPtr, rays, n, k, &t)) continue;
+        if (!arguments->valid[k] || !meets_exact(shape, primitive, rays, n, k, &t)) continue;
         RAY_FIELD(rays, n, k, tfar) = t;
         HIT_FIELD(hits, n, k, u) = HIT_FIELD(hits, n, k, v) = 0.0f;
         HIT_NUMBER(hits, n, k, geomID) = arguments->geomID;
-        HIT_NUMBER(hits, n, k, primID) = arguments->primID;
+        HIT_NUMBER(hits, n, k, primID) = primitive;
         HIT_NUMBER(hits, n, k, instID[0]) = arguments->context->instID[0];
     }
 }
 
-static void quadric_occluded(const struct RTCOccludedFunctionNArguments *arguments)
+static void exact_occluded(const struct RTCOccludedFunctionNArguments *arguments)
 {
     const unsigned n = arguments->N;
     for (unsigned k = 0; k < n; k++) {
         float t;
-        if (arguments->valid[k] && meets_quadric(arguments->geometryUserPtr, arguments->ray, n, k, &t))
+        if (arguments->valid[k] &&
+            meets_exact(arguments->geometryUserPtr, arguments->primID, arguments->ray, n, k, &t))
             RAY_FIELD(arguments->ray, n, k, tfar) = -INFINITY;
     }
 }
@@ -142,8 +152,10 @@ static void release_part(ca_accel_part *part)
     if (part->scene) rtcReleaseScene(part->scene);
     for (uint32_t i = 0; part->meshes && i < part->count; i++) ca_mesh_destroy(&part->meshes[i]);
     for (uint32_t i = 0; part->curves && i < part->count; i++) ca_curve_destroy(part->curves[i]);
+    for (uint32_t i = 0; part->grids && i < part->count; i++) ca_sdf_grid_destroy(part->grids[i]);
     ca_free(part->meshes);
     ca_free(part->curves);
+    ca_free(part->grids);
     ca_free(part->shapes);
     release_device(part->device);
     ca_free(part);
@@ -174,8 +186,9 @@ static ca_accel_part *new_part(ca_accel *accel, const ca_shape *shapes, uint32_t
     part->shapes = ca_alloc(count, sizeof *part->shapes);
     part->meshes = ca_alloc_zeroed(count, sizeof *part->meshes);
     part->curves = ca_alloc_zeroed(count, sizeof(ca_curve *));
+    part->grids = ca_alloc_zeroed(count, sizeof(ca_sdf_grid *));
     part->scene = rtcNewScene(accel->device->device);
-    if (!part->shapes || !part->meshes || !part->curves || !part->scene) {
+    if (!part->shapes || !part->meshes || !part->curves || !part->grids || !part->scene) {
         release_part(part);
         return NULL;
     }
@@ -183,6 +196,8 @@ static ca_accel_part *new_part(ca_accel *accel, const ca_shape *shapes, uint32_t
     for (uint32_t i = 0; i < count; i++) {
         if (shapes[i].kind == CA_SHAPE_CURVE)
             part->shapes[i].as.curve.curve = part->curves[i] = ca_curve_share(shapes[i].as.curve.curve);
+        if (shapes[i].kind == CA_SHAPE_SDF_GRID)
+            part->shapes[i].as.sdf.grid = part->grids[i] = ca_sdf_grid_share(shapes[i].as.sdf.grid);
         if (shapes[i].kind != CA_SHAPE_MESH) continue;
         part->meshes[i] = ca_mesh_share(shapes[i].as.mesh.mesh);
         part->shapes[i].as.mesh.mesh = &part->meshes[i];
@@ -227,11 +242,12 @@ static RTCGeometry new_geometry(RTCDevice device, const ca_shape *shape)
         return geometry;
     }
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, 1);
+    rtcSetGeometryUserPrimitiveCount(geometry,
+                                     shape->kind == CA_SHAPE_SDF_GRID ? shape->as.sdf.grid->voxel_count : 1);
     rtcSetGeometryUserData(geometry, (void *)(uintptr_t)shape); /* not const, but Embree only hands it back */
-    rtcSetGeometryBoundsFunction(geometry, quadric_bounds, NULL);
-    rtcSetGeometryIntersectFunction(geometry, quadric_intersect);
-    rtcSetGeometryOccludedFunction(geometry, quadric_occluded);
+    rtcSetGeometryBoundsFunction(geometry, exact_bounds, NULL);
+    rtcSetGeometryIntersectFunction(geometry, exact_intersect);
+    rtcSetGeometryOccludedFunction(geometry, exact_occluded);
     return geometry;
 }
 
@@ -264,6 +280,7 @@ static bool same_shape(const ca_shape *a, const ca_shape *b)
     case CA_SHAPE_DISK: return same_bytes(&a->as.disk, &b->as.disk, sizeof a->as.disk);
     case CA_SHAPE_CYLINDER: return same_bytes(&a->as.cylinder, &b->as.cylinder, sizeof a->as.cylinder);
     case CA_SHAPE_CURVE: return ca_curve_equal(a->as.curve.curve, b->as.curve.curve);
+    case CA_SHAPE_SDF_GRID: return ca_sdf_grid_equal(a->as.sdf.grid, b->as.sdf.grid);
     case CA_SHAPE_KIND_COUNT: break;
     }
     return false;
@@ -284,7 +301,7 @@ void ca_accel_keep_apart(bool keep) { keeps_apart = keep; }
 
 static bool is_quadric(const ca_shape *shape)
 {
-    return shape->kind != CA_SHAPE_MESH && shape->kind != CA_SHAPE_CURVE;
+    return shape->kind == CA_SHAPE_SPHERE || shape->kind == CA_SHAPE_DISK || shape->kind == CA_SHAPE_CYLINDER;
 }
 
 /* The world's quadrics, unless they are too many. */

@@ -33,6 +33,7 @@ typedef struct ca_accel_part {
     ca_shape *shapes; /* [count] what Embree borrows: copies, with meshes of ... */
     ca_mesh *meshes;  /* [count] ... their own (empty for other shapes) */
     ca_curve **curves; /* [count] likewise; NULL for other shapes */
+    ca_sdf_grid **grids;
     uint32_t count;
 } ca_accel_part;
 

@@ -83,6 +83,7 @@ bool ca_quadric_intersect(const ca_shape *shape, ca_vec3 origin, ca_vec3 directi
     case CA_SHAPE_CYLINDER: return intersect_cylinder(shape, o, d, t_min, t_max, t);
     case CA_SHAPE_MESH:
     case CA_SHAPE_CURVE:
+    case CA_SHAPE_SDF_GRID:
     case CA_SHAPE_KIND_COUNT: break;
     }
     return false;
@@ -258,6 +259,7 @@ void ca_quadric_surface(const ca_shape *shape, ca_vec3 position, ca_surface *sur
     case CA_SHAPE_CYLINDER: cylinder_surface(shape, position, surface); break;
     case CA_SHAPE_MESH:
     case CA_SHAPE_CURVE:
+    case CA_SHAPE_SDF_GRID:
     case CA_SHAPE_KIND_COUNT: break;
     }
     if (shape->flip_normals) surface->ng = ca_neg(surface->ng);

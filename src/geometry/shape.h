@@ -1,9 +1,9 @@
 /* Shapes as the renderer sees them: triangle meshes; spheres, disks and cylinders that are exact, not tessellated
- * (quadrics); round curves.
+ * (quadrics); round curves; where a distance sampled on a grid is zero.
  *
  * Frame: world, or the shape group's space for the members of a group. Normals: the mesh's winding (corner order
- * counter-clockwise seen from outside); spheres, cylinders and curves outward; disks +z; all but curves' reversed by
- * `flip_normals`.
+ * counter-clockwise seen from outside); spheres, cylinders, curves and grids outward; disks +z; all but
+ * curves' reversed by `flip_normals`.
  * Shapes are immutable once compiled and shared by all threads. */
 #ifndef CA_GEOMETRY_SHAPE_H
 #define CA_GEOMETRY_SHAPE_H
@@ -22,14 +22,16 @@ typedef enum ca_shape_kind {
     CA_SHAPE_DISK,
     CA_SHAPE_CYLINDER,
     CA_SHAPE_CURVE,
+    CA_SHAPE_SDF_GRID,
     CA_SHAPE_KIND_COUNT
 } ca_shape_kind;
 
-typedef struct ca_curve ca_curve; /* curve.h */
+typedef struct ca_curve ca_curve;       /* curve.h */
+typedef struct ca_sdf_grid ca_sdf_grid; /* sdf_grid.h */
 
 typedef struct ca_shape {
     ca_shape_kind kind;
-    bool flip_normals;   /* quadrics only; a mesh is flipped when it is compiled */
+    bool flip_normals;   /* quadrics and grids; a mesh is flipped when it is compiled */
     bool needs_tangents; /* its material uses dpdu, dpdv */
     bool skips_uv;       /* shapes that need no tangents and are no mesh: nobody asks for uv, which stays 0 */
     uint32_t material;   /* index in the scene's materials */
@@ -58,6 +60,9 @@ typedef struct ca_shape {
         struct {
             const ca_curve *curve; /* borrowed; curves emit no light */
         } curve;
+        struct {
+            const ca_sdf_grid *grid; /* borrowed; grids emit no light */
+        } sdf;
     } as;
 } ca_shape;
 

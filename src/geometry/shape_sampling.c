@@ -1,6 +1,7 @@
 /* Points of shapes for light sources: uniform by area, or seen from a point of the scene; and bounds. */
 #include "geometry/curve.h"
 #include "geometry/quadric.h"
+#include "geometry/sdf_grid.h"
 #include "geometry/triangle.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"
@@ -74,6 +75,7 @@ ca_pdf_area ca_shape_sample_area(const ca_shape *shape, ca_vec2 u, ca_surface *s
     case CA_SHAPE_DISK: ca_quadric_surface(shape, disk_point(&shape->as.disk.map, u), surface); break;
     case CA_SHAPE_CYLINDER: ca_quadric_surface(shape, cylinder_point(&shape->as.cylinder.map, u), surface); break;
     case CA_SHAPE_CURVE: /* never a light */
+    case CA_SHAPE_SDF_GRID:
     case CA_SHAPE_KIND_COUNT: break;
     }
     return (ca_pdf_area){1.0f / shape->area};
@@ -309,6 +311,10 @@ void ca_shape_bounds(const ca_shape *shape, ca_vec3 *low, ca_vec3 *high)
         *low = shape->as.curve.curve->low;
         *high = shape->as.curve.curve->high;
         widen(low, high);
+        return;
+    case CA_SHAPE_SDF_GRID:
+        *low = shape->as.sdf.grid->low;
+        *high = shape->as.sdf.grid->high;
         return;
     case CA_SHAPE_KIND_COUNT: break;
     }

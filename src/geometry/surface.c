@@ -2,6 +2,7 @@
 #include "geometry/accel.h"
 #include "geometry/curve.h"
 #include "geometry/quadric.h"
+#include "geometry/sdf_grid.h"
 #include "geometry/surface_point.h"
 #include "geometry/triangle.h"
 #include "math/numeric.h"
@@ -74,6 +75,8 @@ static void smooth_surface(const ca_shape *shape, uint32_t primitive, float alon
     surface->barycentric = (ca_vec2){0};
     if (shape->kind == CA_SHAPE_CURVE)
         ca_curve_surface(shape, primitive, along, position, surface);
+    else if (shape->kind == CA_SHAPE_SDF_GRID)
+        ca_sdf_grid_surface(shape, primitive, position, surface);
     else
         ca_quadric_surface(shape, position, surface);
 }
@@ -119,7 +122,8 @@ void ca_accel_surface_at(const ca_accel *accel, const ca_surface_point *point, c
 {
     const ca_shape *shape = ca_accel_shape(accel, point->shape);
     const ca_affine *map = point->instance == CA_NONE ? NULL : &ca_accel_instance_at(accel, point->instance)->map;
-    const bool smooth = shape->kind == CA_SHAPE_MESH && shape->as.mesh.mesh->normals;
+    const bool smooth = shape->kind == CA_SHAPE_MESH ? shape->as.mesh.mesh->normals != NULL
+                                                     : shape->kind == CA_SHAPE_SDF_GRID;
     if (shape->kind == CA_SHAPE_MESH) {
         const ca_vec3 ng = map ? ca_normalize(ca_map_normal(map->to, point->ng)) : point->ng;
         mesh_attributes_at(shape, point, ng, surface);

@@ -3,6 +3,7 @@
 #define CA_IMPORT_IMPORT_H
 
 #include "geometry/curve.h"
+#include "geometry/sdf_grid.h"
 #include "image/image.h"
 #include "scene/description.h"
 
@@ -41,5 +42,7 @@ ca_status ca_import_height_field(const ca_image *image, float scale, bool smooth
 void ca_import_grid_triangles(size_t columns, size_t rows, uint32_t *indices);
 /* Curves, as Mitsuba 3 has them: a control point a line, x y z and the radius; blank lines between curves. */
 ca_status ca_import_curves(const char *path, ca_curve_degree degree, ca_curve **curve, ca_error *error);
+/* Signed distances from one of Mitsuba's .vol files. */
+ca_status ca_import_sdf_grid(const char *path, ca_sdf_grid **grid, ca_error *error);
 
 #endif

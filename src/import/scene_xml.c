@@ -94,7 +94,6 @@ static const unsupported_plugin unsupported[] = {
     {"bsdf", "hk", "scattering in layers is not supported"},
     {"bsdf", "irawan", "woven cloth is not supported"},
     {"shape", "hair", "hair is not supported; bsplinecurve and linearcurve are curves"},
-    {"shape", "sdfgrid", "distance fields are not supported"},
     {"shape", "ellipsoids", "sets of ellipsoids are not supported"},
     {"shape", "ellipsoidsmesh", "sets of ellipsoids are not supported"},
     {"emitter", "sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
@@ -335,6 +334,7 @@ static uint64_t content_hash(const ca_importer *importer)
     for (size_t i = 0; i < desc->images.count; i++) hash = ca_hash_add(hash, desc->images.items[i].content_hash);
     for (size_t i = 0; i < desc->meshes.count; i++) hash = ca_hash_add(hash, desc->meshes.items[i].content_hash);
     for (size_t i = 0; i < desc->curves.count; i++) hash = ca_hash_add(hash, desc->curves.items[i]->content_hash);
+    for (size_t i = 0; i < desc->grids.count; i++) hash = ca_hash_add(hash, desc->grids.items[i]->content_hash);
     return hash;
 }
 

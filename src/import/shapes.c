@@ -313,6 +313,36 @@ static void import_curve(ca_props *props, ca_shape_desc *shape, ca_curve_degree 
 static void import_bspline_curve(ca_props *props, void *result) { import_curve(props, result, CA_CURVE_CUBIC); }
 static void import_linear_curve(ca_props *props, void *result) { import_curve(props, result, CA_CURVE_LINEAR); }
 
+/* ---- Grids of signed distances --------------------------------------------------------------------------------- */
+
+static void import_sdf_grid(ca_props *props, void *result)
+{
+    static const char *const normals[] = {"smooth", "analytic"};
+    ca_shape_desc *shape = result;
+    ca_importer *importer = props->importer;
+    ca_sdf_grid *grid;
+    ca_error reason;
+    shape->kind = CA_SHAPE_SDF_GRID;
+    const bool smooth = ca_props_choice(props, "normals", normals, CA_COUNT(normals), 0) == 0;
+    const char *path = ca_import_filename(props, "filename");
+    if (shape->light != CA_NONE)
+        ca_import_fail(importer, &props->node->where, "a grid of distances cannot emit light");
+    if (!path || !ca_import_good(importer)) return;
+    const ca_status status = ca_import_sdf_grid(path, &grid, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(importer, &props->node->where, status, &reason);
+        return;
+    }
+    grid->smooth = smooth;
+    if (!CA_TABLE_ADD(&importer->desc->grids)) {
+        ca_sdf_grid_destroy(grid);
+        ca_import_fail_memory(importer, "grids of distances");
+    } else {
+        shape->as.sdf.index = (uint32_t)(importer->desc->grids.count - 1);
+        importer->desc->grids.items[shape->as.sdf.index] = grid;
+    }
+}
+
 static const ca_plugin plugins[] = {
     {"rectangle", import_rectangle},
     {"cube", import_cube},
@@ -326,6 +356,7 @@ static const ca_plugin plugins[] = {
     {"bsplinecurve", import_bspline_curve},
     {"linearcurve", import_linear_curve},
     {"heightfield", import_height_field},
+    {"sdfgrid", import_sdf_grid},
 };
 
 /* ---- What all of them have ------------------------------------------------------------------------------------- */

@@ -86,6 +86,7 @@ static ca_light_bounds area_bounds(const ca_light *light)
     case CA_SHAPE_SPHERE:
     case CA_SHAPE_CYLINDER:
     case CA_SHAPE_CURVE:
+    case CA_SHAPE_SDF_GRID:
     case CA_SHAPE_KIND_COUNT: break;
     }
     const float flatness = 0.25f + 0.75f * ca_max(cosf(bounds.normal_angle), 0.0f);

@@ -31,6 +31,12 @@ static uint32_t pages_touched(const ca_light_store *store)
     return pages_of(ca_min_u32(used, store->slab_capacity));
 }
 
+/* Each worker needs a new slab for its next path. */
+static void fill_slabs(ca_light_store *store)
+{
+    for (uint32_t i = 0; i < store->worker_count; i++) store->cursors[i].used = CA_LIGHT_SLAB;
+}
+
 ca_status ca_light_store_create(ca_light_store *store, const ca_light_layout *layout, uint32_t path_count,
                                 uint32_t workers, ca_error *error)
 {
@@ -47,7 +53,7 @@ ca_status ca_light_store_create(ca_light_store *store, const ca_light_layout *la
         ca_light_store_destroy(store);
         return ca_fail_memory(error, "the light paths");
     }
-    ca_light_store_clear(store);
+    fill_slabs(store);
     return CA_OK;
 }
 
@@ -63,7 +69,6 @@ void ca_light_store_destroy(ca_light_store *store)
 
 void ca_light_store_clear(ca_light_store *store)
 {
-    memset(store->paths, 0, store->path_count * sizeof *store->paths);
     store->slab_peak = ca_min_u32(ca_max_u32(store->slab_peak, store->slab_used), store->slab_capacity);
     store->slab_used = 0;
     store->failed = false;
@@ -72,9 +77,11 @@ void ca_light_store_clear(ca_light_store *store)
 
 void ca_light_store_begin_chunk(ca_light_store *store, uint32_t chunk)
 {
+    const uint32_t first = ca_min_u32(chunk * (uint32_t)CA_CHUNK_PATHS, store->path_count);
+    const uint32_t count = ca_min_u32(CA_CHUNK_PATHS, store->path_count - first);
+    if (count > 0) memset(store->paths + first, 0, count * sizeof *store->paths);
     store->chunk = chunk;
-    /* as if the worker's slab were full */
-    for (uint32_t i = 0; i < store->worker_count; i++) store->cursors[i].used = CA_LIGHT_SLAB;
+    fill_slabs(store);
 }
 
 void ca_light_store_fail(ca_light_store *store) { __atomic_store_n(&store->failed, true, __ATOMIC_RELAXED); }

@@ -65,9 +65,10 @@ ca_status ca_light_store_create(ca_light_store *store, const ca_light_layout *la
                                 uint32_t workers, ca_error *error);
 void ca_light_store_destroy(ca_light_store *store);
 
-/* Forgets all paths and keeps the memory; what comes next is of chunk 0. */
+/* Forgets the paths of chunk 0, which comes next, and keeps the memory. The paths of the other chunks no longer hold:
+ * each chunk begins before anyone reads it. (Forgetting all at once would take 0.2 s for 50 million paths.) */
 void ca_light_store_clear(ca_light_store *store);
-/* What comes next is of that chunk: paths from chunk * CA_CHUNK_PATHS on. */
+/* What comes next is of that chunk: paths from chunk * CA_CHUNK_PATHS on, which are forgotten. */
 void ca_light_store_begin_chunk(ca_light_store *store, uint32_t chunk);
 
 /* Keeps a path of so many vertices as the path-th of those in memory; *bytes: of its block, 0 where there is nothing

@@ -1,6 +1,7 @@
 #include "scene/description.h"
 
 #include "geometry/curve.h"
+#include "geometry/sdf_grid.h"
 
 #include <string.h>
 
@@ -40,12 +41,14 @@ void ca_scene_desc_destroy(ca_scene_desc *desc)
     for (size_t i = 0; i < desc->images.count; i++) ca_image_destroy(&desc->images.items[i]);
     for (size_t i = 0; i < desc->meshes.count; i++) ca_mesh_destroy(&desc->meshes.items[i]);
     for (size_t i = 0; i < desc->curves.count; i++) ca_curve_destroy(desc->curves.items[i]);
+    for (size_t i = 0; i < desc->grids.count; i++) ca_sdf_grid_destroy(desc->grids.items[i]);
     ca_free(desc->files.items);
     ca_free(desc->textures.items);
     ca_free(desc->images.items);
     ca_free(desc->materials.items);
     ca_free(desc->meshes.items);
     ca_free(desc->curves.items);
+    ca_free(desc->grids.items);
     ca_free(desc->shapes.items);
     ca_free(desc->groups.items);
     ca_free(desc->instances.items);

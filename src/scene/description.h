@@ -54,6 +54,9 @@ typedef struct ca_shape_desc {
         struct {
             uint32_t index; /* in curves, each used by one shape */
         } curve;
+        struct {
+            uint32_t index; /* in grids, each used by one shape */
+        } sdf;
     } as;
     ca_matrix to_world; /* affine; of a group's member: to the group's space */
     bool flip_normals;
@@ -192,6 +195,7 @@ typedef struct ca_scene_desc {
     CA_TABLE(ca_material_desc) materials;
     CA_TABLE(ca_mesh) meshes;
     CA_TABLE(ca_curve *) curves;
+    CA_TABLE(ca_sdf_grid *) grids;
     CA_TABLE(ca_shape_desc) shapes;
     CA_TABLE(ca_group_desc) groups;
     CA_TABLE(ca_instance_desc) instances;

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/processors.h"
 #include "geometry/curve.h"
+#include "geometry/sdf_grid.h"
 #include "geometry/ray_reach.h"
 #include "math/numeric.h"
 
@@ -146,6 +147,18 @@ static ca_status compile_curve(ca_shape *shape, const ca_shape_desc *desc, ca_cu
     return CA_OK;
 }
 
+static ca_status compile_sdf_grid(ca_shape *shape, const ca_shape_desc *desc, ca_sdf_grid *grid, ca_error *error)
+{
+    ca_affine map;
+    if (desc->light != CA_NONE)
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "a grid of distances cannot emit light");
+    CA_TRY(set_map(&map, desc, &desc->to_world, error));
+    if (!grid->placed && !ca_sdf_grid_place(grid, &desc->to_world))
+        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this grid of distances is too far away");
+    shape->as.sdf.grid = grid;
+    return CA_OK;
+}
+
 /* Do layers show coordinates and tangents of surfaces? */
 static bool shows_tangents(const ca_scene_desc *desc)
 {
@@ -176,6 +189,9 @@ static ca_status compile_shape(ca_scene *scene, ca_shape *shape, const ca_shape_
     case CA_SHAPE_CYLINDER: status = compile_cylinder(shape, desc, error); break;
     case CA_SHAPE_CURVE:
         status = compile_curve(shape, desc, scene->desc.curves.items[desc->as.curve.index], error);
+        break;
+    case CA_SHAPE_SDF_GRID:
+        status = compile_sdf_grid(shape, desc, scene->desc.grids.items[desc->as.sdf.index], error);
         break;
     case CA_SHAPE_KIND_COUNT: break;
     }
