@@ -555,9 +555,8 @@ static void height_field_normals(void **state)
 {
     (void)state;
     float bytes[9];
-    char file[64];
+    char file[64] = "Pf\n3 3\n-1\n";
     for (int i = 0; i < 9; i++) bytes[i] = (float)((i % 3 - 1) * (1 - i / 3)); /* PFM rows run from below */
-    memcpy(file, "Pf\n3 3\n-1\n", 10);
     memcpy(file + 10, bytes, sizeof bytes);
     import_write("saddle.pfm", file, 10 + sizeof bytes);
     import(SCENE(HEIGHTS("<string name=\"filename\" value=\"saddle.pfm\"/>")));

@@ -120,7 +120,7 @@ static bool check_record(const ca_light_store *store, uint32_t p, uint32_t rank,
 static void check_path(const ca_light_store *store, uint32_t p, uint32_t pass)
 {
     const ca_light_path *path = &store->paths[p];
-    const float *place = ca_light_words_at(store, path->first) + path->records * store->layout.record_words;
+    const float *place = ca_light_words_at(store, path->first) + (size_t)path->records * store->layout.record_words;
     uint32_t rank = 0;
     check_densities(store, path, p);
     for (uint32_t i = 1; i < path->count; i++)

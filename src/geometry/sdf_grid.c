@@ -56,9 +56,17 @@ size_t ca_sdf_grid_bytes(const ca_sdf_grid *grid)
     return sizeof(float) * sample_count(grid) + sizeof(uint32_t) * grid->voxel_count;
 }
 
+static bool equal_maps(const double a[3][4], const double b[3][4])
+{
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            if (a[row][column] != b[row][column]) return false;
+    return true;
+}
+
 bool ca_sdf_grid_equal(const ca_sdf_grid *a, const ca_sdf_grid *b)
 {
-    return memcmp(a->count, b->count, sizeof a->count) == 0 && memcmp(a->to, b->to, sizeof a->to) == 0 &&
+    return memcmp(a->count, b->count, sizeof a->count) == 0 && equal_maps(a->to, b->to) &&
            memcmp(a->values, b->values, sizeof(float) * sample_count(a)) == 0;
 }
 
