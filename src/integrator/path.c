@@ -198,10 +198,13 @@ static void path_camera_paths(const void *opaque, ca_camera_path *paths, uint32_
 
 static ca_status check_lights_can_be_hit(const ca_scene *scene, ca_error *error)
 {
-    for (uint32_t i = 0; i < scene->light_count; i++)
-        if (ca_light_has_dirac_position(&scene->lights[i]) || ca_light_has_dirac_direction(&scene->lights[i]))
+    for (uint32_t i = 0; i < scene->light_count; i++) {
+        const bool point = ca_light_has_dirac_position(&scene->lights[i]);
+        if (point || ca_light_has_dirac_direction(&scene->lights[i]))
             return ca_fail(error, CA_ERROR_UNSUPPORTED, &scene->desc.lights.items[i].where,
-                           "without next_event the integrator \"path\" cannot find this light: it has no extent");
+                           "without next_event the integrator \"path\" cannot find this light: it %s",
+                           point ? "has no extent" : "shines in one direction only");
+    }
     return CA_OK;
 }
 
