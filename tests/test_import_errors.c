@@ -127,6 +127,12 @@ static void wrong_values(void **state)
          "2:22: unknown texture \"d66\"; the nearest known one is \"d65\""},
         {SCENE("<emitter type=\"point\"><spectrum name=\"intensity\" type=\"blackbody\"/></emitter>"),
          "2:23: parameter \"temperature\" of blackbody is missing"},
+        {SCENE("<emitter type=\"point\"><blackbody name=\"intensity\"/></emitter>"),
+         "2:23: <blackbody> needs the attribute \"temperature\""},
+        {SCENE("<emitter type=\"point\"><blackbody name=\"intensity\" temperature=\"hot\"/></emitter>"),
+         "2:23: \"hot\" is no finite number"},
+        {SCENE("<emitter type=\"point\"><blackbody name=\"intensity\" temperature=\"1e3\" scal=\"2\"/></emitter>"),
+         "2:23: <blackbody> has no attribute \"scal\"; the nearest known one is \"scale\""},
         {SCENE("<emitter type=\"point\"><spectrum name=\"intensity\" type=\"irregular\"><string name=\"wavelengths\" "
                "value=\"400 500\"/><string name=\"values\" value=\"1\"/></spectrum></emitter>"),
          "2:23: there are 2 wavelengths, but 1 value"},

@@ -893,6 +893,10 @@ static void spectra(void **state)
     assert_true(fabsf(hot.r / 15302.0f - 1.0f) < 0.005f);
     assert_true(fabsf(hot.g / 12093.0f - 1.0f) < 0.005f);
     assert_true(fabsf(hot.b / 9621.0f - 1.0f) < 0.005f);
+    const ca_rgb same = intensity_of("<blackbody name=\"intensity\" temperature=\"5000K\"/>");
+    assert_memory_equal(&same, &hot, sizeof hot);
+    const ca_rgb half = intensity_of("<blackbody scale=\"0.5\" name=\"intensity\" temperature=\"5000\"/>");
+    is_rgb(half, 0.5 * (double)hot.r, 0.5 * (double)hot.g, 0.5 * (double)hot.b);
     /* By reference, and where a texture may stand; only as an emitter's own parameter is a constant not grey. */
     import(SCENE("<spectrum type=\"d65\" id=\"white\"><float name=\"scale\" value=\"0.5\"/></spectrum>"
                  "<bsdf type=\"diffuse\"><ref name=\"reflectance\" id=\"white\"/></bsdf>"

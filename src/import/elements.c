@@ -21,6 +21,7 @@ static const element elements[] = {
     {"rgb", CA_ELEMENT_PARAMETER, {"!name", "!value"}},
     {"srgb", CA_ELEMENT_PARAMETER, {"!name", "!value"}},
     {"spectrum", CA_ELEMENT_PARAMETER, {"!name", "value", "filename"}},
+    {"blackbody", CA_ELEMENT_PARAMETER, {"!name", "!temperature", "scale"}}, /* until it is an object */
     {"point", CA_ELEMENT_PARAMETER, {"!name", "x", "y", "z", "value"}},
     {"vector", CA_ELEMENT_PARAMETER, {"!name", "x", "y", "z", "value"}},
     {"transform", CA_ELEMENT_PARAMETER, {"!name"}},
@@ -48,8 +49,8 @@ static const element elements[] = {
 enum { ELEMENT_COUNT = sizeof elements / sizeof *elements };
 
 /* Elements of Mitsuba that are not supported: told apart from typing errors. */
-static const char *const unsupported[] = {"medium", "phase",     "volume", "subsurface", "blackbody", "animation",
-                                          "camera", "luminaire", "random", "utils",      "field"};
+static const char *const unsupported[] = {"medium", "phase",     "volume", "subsurface", "animation",
+                                          "camera", "luminaire", "random", "utils",  "field"};
 
 static bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 static bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
@@ -73,9 +74,55 @@ static const char *snake_case(const char *name, ca_arena *arena)
     return result;
 }
 
+/* A temperature like "7000K" or "7000" without its unit. */
+static const char *in_kelvin(const char *text, ca_arena *arena)
+{
+    const size_t length = strlen(text);
+    char *number = ca_arena_strdup(arena, text);
+    if (number && length > 0 && (text[length - 1] == 'K' || text[length - 1] == 'k')) number[length - 1] = 0;
+    return number;
+}
+
+/* Appends <float name="NAME" value="VALUE"/>. */
+static bool add_float(ca_xml_node *node, const char *name, const char *value, ca_arena *arena)
+{
+    ca_xml_node *child = ca_arena_alloc(arena, 1, sizeof *child);
+    ca_xml_attribute *attributes = ca_arena_alloc(arena, 2, sizeof *attributes);
+    if (!child || !attributes || !value) return false;
+    attributes[0] = (ca_xml_attribute){"name", name};
+    attributes[1] = (ca_xml_attribute){"value", value};
+    *child = (ca_xml_node){.tag = "float", .attributes = attributes, .attribute_count = 2, .where = node->where};
+    if (node->last_child)
+        node->last_child->next = child;
+    else
+        node->first_child = child;
+    node->last_child = child;
+    return true;
+}
+
+/* <blackbody name="intensity" temperature="7000K" scale="0.1"/> of Mitsuba 0.6 becomes <spectrum type="blackbody"
+ * name="intensity"> with these two as parameters, if it is as it should be. */
+static bool upgrade_blackbody(ca_xml_node *node, ca_arena *arena)
+{
+    const char *const name = ca_xml_attribute_value(node, "name");
+    const char *const temperature = ca_xml_attribute_value(node, "temperature");
+    const char *const scale = ca_xml_attribute_value(node, "scale");
+    if (!name || !temperature || node->first_child || node->attribute_count > (scale ? 3 : 2)) return true;
+    ca_xml_attribute *attributes = ca_arena_alloc(arena, 2, sizeof *attributes);
+    if (!attributes) return false;
+    attributes[0] = (ca_xml_attribute){"type", "blackbody"};
+    attributes[1] = (ca_xml_attribute){"name", name};
+    node->tag = "spectrum";
+    node->attributes = attributes;
+    node->attribute_count = 2;
+    return add_float(node, "temperature", in_kelvin(temperature, arena), arena) &&
+           (!scale || add_float(node, "scale", scale, arena));
+}
+
 bool ca_element_upgrade(ca_xml_node *node, ca_arena *arena)
 {
     if (strcmp(node->tag, "lookAt") == 0) node->tag = "lookat";
+    if (strcmp(node->tag, "blackbody") == 0 && !upgrade_blackbody(node, arena)) return false;
     /* A spectrum of a type is an object like a texture, and may stand where one can. */
     if (strcmp(node->tag, "spectrum") == 0 && ca_xml_attribute_value(node, "type")) node->tag = "texture";
     if (strcmp(node->tag, "default") == 0) return true;

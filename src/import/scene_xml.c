@@ -100,7 +100,7 @@ static const unsupported_plugin unsupported[] = {
     {"emitter", "sun", "the sky model is not supported; directional is a sun without size"},
     {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
     {"emitter", "volumelight", "there are no media"},
-    {"sensor", "irradiancemeter", "sensors without a picture are not supported"},
+    {"sensor", "irradiancemeter", "sensors on shapes are not supported"},
     {"sensor", "spherical", "spherical pictures are not supported"},
     {"film", "specfilm", "spectral films are not supported"},
     {"texture", "volume", "volumes are not supported"},

@@ -99,8 +99,10 @@ static ca_rgb import_blackbody(ca_props *props, ca_color_role role)
     ca_spectrum_sample samples[CA_BLACKBODY_SAMPLES];
     if (!ca_props_find(props, "temperature")) ca_props_fail(props, "temperature", "is missing");
     const double kelvin = ca_props_number_in(props, "temperature", 5000.0, 100.0, 1e5);
+    const float scale = (float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30);
     ca_spectrum_blackbody(kelvin, samples);
-    return ca_import_samples(props->importer, props->node, samples, CA_BLACKBODY_SAMPLES, role);
+    const ca_rgb color = ca_import_samples(props->importer, props->node, samples, CA_BLACKBODY_SAMPLES, role);
+    return ca_rgb_scale(color, scale);
 }
 
 /* The white of Rec. 709. */
