@@ -310,6 +310,11 @@ static void nested_bsdfs(void **state)
     m = import(SCENE("<bsdf type=\"roughconductorGGX\"><rgb name=\"eta\" value=\"-0.1 0.2 0.3\"/></bsdf>"));
     assert_int_equal(m->as.rough_conductor.facets.distribution, CA_MICROFACET_GGX);
     near((double)desc.textures.items[m->as.rough_conductor.eta].as.constant.r, -0.1);
+    assert_int_equal(desc.notes.count, 0);
+    done();
+    m = import(SCENE("<bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"phong\"/></bsdf>"));
+    assert_int_equal(m->as.rough_conductor.facets.distribution, CA_MICROFACET_BECKMANN);
+    assert_int_equal(desc.notes.count, 1);
     done();
     m = import(SCENE("<bsdf type=\"bumpmap\"><texture type=\"checkerboard\"/><float name=\"scale\" value=\"2\"/>"
                      "<bsdf type=\"diffuse\"/></bsdf>"));

@@ -407,6 +407,63 @@ static void integrators_of_mitsuba(void **state)
     done();
 }
 
+/* Integrators that have the names of ours, and others, with 0.6's parameters. */
+static void integrators_of_old_mitsuba(void **state)
+{
+    (void)state;
+#define OLD_SCENE(content) "<scene version=\"0.6.0\"><sensor type=\"perspective\"/>\n" content "</scene>"
+#define OLD_PPM                                                                                                      \
+    "<integrator type=\"ppm\"><float name=\"initialRadius\" value=\"0.5\"/>"                                            \
+    "<float name=\"alpha\" value=\"0.7\"/><integer name=\"photonCount\" value=\"1000\"/></integrator>"
+    import(OLD_SCENE(OLD_PPM));
+    assert_string_equal(desc.integrator.name, "ppm");
+    near(parameter("radius"), 0.5);
+    near(parameter("alpha"), 0.3);
+    near(parameter("light_paths"), 1000.0);
+    assert_int_equal(desc.notes.count, 0);
+    done();
+    import(SCENE(OLD_PPM)); /* in scenes of today alpha is ours */
+    near(parameter("alpha"), 0.7);
+    done();
+    import(OLD_SCENE("<integrator type=\"bdpt\"><boolean name=\"lightImage\" value=\"true\"/>"
+                     "<integer name=\"maxDepth\" value=\"8\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "bdpt");
+    near(parameter("max_depth"), 8.0);
+    is_noted("2:25: parameter \"light_image\" of integrator \"bdpt\" has no effect");
+    done();
+    static const char *const chains[] = {"pssmlt", "mlt", "erpt"};
+    for (size_t i = 0; i < 3; i++) {
+        char scene[256], sentence[128];
+        snprintf(scene, sizeof scene,
+                 OLD_SCENE("<integrator type=\"%s\"><integer name=\"maxDepth\" value=\"9\"/></integrator>"),
+                 chains[i]);
+        import(scene);
+        assert_string_equal(desc.integrator.name, "auto");
+        near(parameter("max_depth"), 9.0);
+        snprintf(sentence, sizeof sentence,
+                 "2:1: integrator \"%s\" is read as \"auto\": the same light, without Markov chains", chains[i]);
+        is_noted(sentence);
+        done();
+    }
+    import(OLD_SCENE("<integrator type=\"photonmapper\"><integer name=\"globalPhotons\" value=\"9\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "ppm");
+    assert_int_equal(desc.notes.count, 2);
+    done();
+    import(OLD_SCENE("<integrator type=\"vpl\"><float name=\"clamping\" value=\"0.1\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "bdpt");
+    assert_int_equal(desc.notes.count, 2);
+    done();
+    import(OLD_SCENE("<integrator type=\"adaptive\"><float name=\"maxError\" value=\"5\"/>"
+                     "<integrator type=\"volpath_simple\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "path");
+    assert_int_equal(desc.notes.count, 2);
+    assert_non_null(strstr(desc.notes.items[0], "integrator \"adaptive\" is read as the one in it"));
+    done();
+    import(SCENE("<integrator type=\"path\"><boolean name=\"strictNormals\" value=\"false\"/></integrator>"));
+    is_noted("2:25: strict_normals is always true: no light where the shading normal and the surface disagree");
+    done();
+}
+
 static void integrators_in_integrators(void **state)
 {
     (void)state;
@@ -796,6 +853,10 @@ static void old_textures(void **state)
     is_noted("2:1: texture filter \"ewa\" is read as \"bilinear\"");
     assert_int_equal(desc.textures.items[0].as.bitmap.filter, CA_FILTER_BILINEAR);
     done();
+    import(SCENE("<texture type=\"vertexcolors\" id=\"colors\"/>"));
+    assert_int_equal(desc.textures.items[0].kind, CA_TEXTURE_MESH_ATTRIBUTE);
+    assert_string_equal(desc.textures.items[0].as.mesh_attribute.name, "vertex_color");
+    done();
     import(SCENE(OLD_BITMAP("<string name=\"filterType\" value=\"ewa\"/>")
                      OLD_BITMAP("<string name=\"filterType\" value=\"ewa\"/>"))); /* said once */
     is_noted("2:1: texture filter \"ewa\" is read as \"bilinear\"");
@@ -923,6 +984,7 @@ int main(void)
         cmocka_unit_test(integrator_parameters),
         cmocka_unit_test(samplers_of_mitsuba),
         cmocka_unit_test(integrators_of_mitsuba),
+        cmocka_unit_test(integrators_of_old_mitsuba),
         cmocka_unit_test(integrators_in_integrators),
         cmocka_unit_test(quadrics),
         cmocka_unit_test(stretched_quadrics),

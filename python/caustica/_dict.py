@@ -15,7 +15,8 @@ from caustica._transform import ScalarTransform4f
 TAGS = {
     "scene": ["scene"],
     "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
-                   "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "depth", "sppm", "photonmapper", "vpl"],
+                   "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "depth", "sppm", "photonmapper", "vpl",
+                   "pssmlt", "mlt", "erpt", "adaptive", "irrcache"],
     "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch", "radiancemeter", "distant"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],
     "rfilter": ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
@@ -30,7 +31,7 @@ TAGS = {
              "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",
              "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "directionalarea", "point", "spot", "directional", "constant", "envmap", "projector"],
-    "texture": ["bitmap", "checkerboard", "scale", "mix", "mesh_attribute"],
+    "texture": ["bitmap", "checkerboard", "scale", "mix", "mesh_attribute", "vertexcolors"],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
 

@@ -49,15 +49,16 @@ float ca_import_glass_index(ca_props *props) { return relative_index(props, bk7)
 
 /* ---- Microfacets ----------------------------------------------------------------------------------------------- */
 
-/* Plugins of some 0.6 versions have the distribution in their name. */
+/* Plugins of some 0.6 versions have the distribution in their name; 0.6 has powers of cosines, too. */
 static void import_facets(ca_props *props, ca_material_facets *facets)
 {
-    static const char *const distributions[] = {"beckmann", "ggx"};
+    static const char *const distributions[] = {"beckmann", "ggx", "phong", "as"};
     const size_t length = strlen(props->type), otherwise = length > 3 && strcmp(props->type + length - 3, "GGX") == 0;
-    facets->distribution =
-        ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), otherwise) == 1
-            ? CA_MICROFACET_GGX
-            : CA_MICROFACET_BECKMANN;
+    const size_t chosen = ca_props_choice(props, "distribution", distributions, CA_COUNT(distributions), otherwise);
+    facets->distribution = chosen == 1 ? CA_MICROFACET_GGX : CA_MICROFACET_BECKMANN;
+    if (chosen > 1)
+        ca_import_note(props->importer, &props->node->where,
+                       "distribution \"%s\" is read as \"beckmann\", which it resembles", distributions[chosen]);
     facets->sample_visible = ca_props_boolean(props, "sample_visible", true);
 }
 

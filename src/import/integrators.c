@@ -54,23 +54,29 @@ static void add_parameter(ca_importer *importer, const char *name, ca_parameter 
 /* ---- Mitsuba's names ------------------------------------------------------------------------------------------- */
 
 /* What is done with a parameter of Mitsuba's. */
-typedef enum parameter_use { DROP, RENAME, REVERSE } parameter_use;
+typedef enum parameter_use {
+    DROP,
+    RENAME,
+    REVERSE,
+    OLD_REVERSE /* in scenes of versions 0.x; in others it is ours */
+} parameter_use;
 
 typedef struct translated_parameter {
     const char *name;
     parameter_use use;
-    const char *ours; /* of RENAME and REVERSE, which makes 1 - x of x */
+    const char *ours; /* of all others; REVERSE makes 1 - x of x */
 } translated_parameter;
 
 enum { MAX_TRANSLATED = 16 };
 
 typedef struct translation {
-    const char *name, *ours, *note;
-    int max_depth; /* 0: the scene's */
+    const char *name, *ours, *note; /* note NULL: both mean the same */
+    int max_depth;                  /* 0: the scene's */
     translated_parameter parameters[MAX_TRANSLATED];
 } translation;
 
 #define PHOTONS(name) {name, DROP, NULL}
+#define CHAINS "the same light, without Markov chains"
 
 /* The note: behind `integrator "name" is read as "ours": `. */
 static const translation translations[] = {
@@ -82,11 +88,28 @@ static const translation translations[] = {
     {"volpath", "path", "there are no media", 0, {{NULL, DROP, NULL}}},
     {"volpathmis", "path", "there are no media", 0, {{"use_spectral_mis", DROP, NULL}}},
     {"volpath_simple", "path", "there are no media", 0, {{NULL, DROP, NULL}}},
-    {"ptracer", "light", "the same method", 0, {{NULL, DROP, NULL}}},
+    {"ptracer", "light", "the same method", 0, {{"granularity", DROP, NULL}, {"brute_force", DROP, NULL}}},
+    {"bdpt", "bdpt", NULL, 0, {{"light_image", DROP, NULL}, {"sample_direct", DROP, NULL}}},
+    {"pssmlt", "auto", CHAINS, 0,
+     {{"bidirectional", DROP, NULL}, {"two_stage", DROP, NULL}, {"luminance_samples", DROP, NULL},
+      {"direct_samples", DROP, NULL}, {"p_large", DROP, NULL}}},
+    {"mlt", "auto", CHAINS, 0,
+     {{"direct_samples", DROP, NULL}, {"luminance_samples", DROP, NULL}, {"two_stage", DROP, NULL},
+      {"bidirectional_mutation", DROP, NULL}, {"lens_perturbation", DROP, NULL},
+      {"caustic_perturbation", DROP, NULL}, {"multi_chain_perturbation", DROP, NULL},
+      {"manifold_perturbation", DROP, NULL}, {"lambda", DROP, NULL}}},
+    {"erpt", "auto", CHAINS, 0,
+     {{"num_chains", DROP, NULL}, {"max_chains", DROP, NULL}, {"chain_length", DROP, NULL},
+      {"direct_samples", DROP, NULL}, {"luminance_samples", DROP, NULL}, {"bidirectional_mutation", DROP, NULL},
+      {"lens_perturbation", DROP, NULL}, {"caustic_perturbation", DROP, NULL},
+      {"multi_chain_perturbation", DROP, NULL}, {"manifold_perturbation", DROP, NULL}, {"lambda", DROP, NULL}}},
     {"sppm", "ppm", "its radius shrinks from pass to pass", 0,
      {{"initial_radius", RENAME, "radius"}, {"alpha", REVERSE, "alpha"}, {"photon_count", RENAME, "light_paths"},
       {"gather_locally", DROP, NULL}, {"max_passes", DROP, NULL}, {"granularity", DROP, NULL},
       {"auto_cancel_gathering", DROP, NULL}}},
+    {"ppm", "ppm", NULL, 0,
+     {{"initial_radius", RENAME, "radius"}, {"alpha", OLD_REVERSE, "alpha"}, {"photon_count", RENAME, "light_paths"},
+      {"max_passes", DROP, NULL}, {"granularity", DROP, NULL}}},
     {"photonmapper", "ppm", "photons of all kinds, merged at the first vertex that is no mirror or clear glass", 0,
      {PHOTONS("direct_samples"), PHOTONS("glossy_samples"), PHOTONS("global_photons"), PHOTONS("caustic_photons"),
       PHOTONS("volume_photons"), PHOTONS("global_lookup_radius"), PHOTONS("caustic_lookup_radius"),
@@ -110,6 +133,12 @@ static const translated_parameter *find_translated(const translation *t, const c
     for (int i = 0; t && i < MAX_TRANSLATED && t->parameters[i].name; i++)
         if (strcmp(t->parameters[i].name, name) == 0) return &t->parameters[i];
     return NULL;
+}
+
+static bool reverses(const ca_importer *importer, parameter_use use)
+{
+    const char *version = ca_xml_attribute_value(importer->document.root, "version");
+    return use == REVERSE || (use == OLD_REVERSE && version && version[0] == '0');
 }
 
 static bool is_without_effect(const char *name)
@@ -144,7 +173,7 @@ static void import_parameter(ca_importer *importer, const ca_xml_node *node, con
     } else if (is_without_effect(name)) {
         return;
     } else if (translated) {
-        if (translated->use == REVERSE) parameter.number = 1.0 - parameter.number;
+        if (reverses(importer, translated->use)) parameter.number = 1.0 - parameter.number;
         add_parameter(importer, translated->ours, parameter);
     } else {
         add_parameter(importer, name, parameter);
@@ -173,7 +202,7 @@ static void import_plain(ca_importer *importer, ca_xml_node *node)
     integrator->where = node->where;
     integrator->name = ca_arena_strdup(&importer->desc->strings, t ? t->ours : type);
     if (!integrator->name) ca_import_fail_memory(importer, "the integrator");
-    if (t)
+    if (t && t->note)
         ca_import_note(importer, &node->where, "integrator \"%s\" is read as \"%s\": %s", t->name, t->ours, t->note);
     for (const ca_xml_node *child = node->first_child; child && ca_import_good(importer); child = child->next)
         import_parameter(importer, child, t);
@@ -181,6 +210,16 @@ static void import_plain(ca_importer *importer, ca_xml_node *node)
 }
 
 /* ---- Wrappers -------------------------------------------------------------------------------------------------- */
+
+/* Integrators around others. OLD: 0.6's, which only save work. */
+typedef enum wrapper { WRAPPER_NONE, WRAPPER_AOV, WRAPPER_MOMENT, WRAPPER_OLD } wrapper;
+
+static wrapper wrapper_of(const char *type)
+{
+    if (strcmp(type, "aov") == 0) return WRAPPER_AOV;
+    if (strcmp(type, "moment") == 0) return WRAPPER_MOMENT;
+    return strcmp(type, "adaptive") == 0 || strcmp(type, "irrcache") == 0 ? WRAPPER_OLD : WRAPPER_NONE;
+}
 
 /* Kinds of layers; those behind the known ones are not made. */
 static const char *const aov_kinds[] = {
@@ -260,12 +299,23 @@ static void import_aovs(ca_props *props)
         import_aov(props->importer, node, token, length);
 }
 
-/* moment and aov: the picture is the nested integrator's. */
-static void import_wrapper(ca_importer *importer, ca_xml_node *node, bool is_aov)
+/* What 0.6's wrappers know about their own work, which is not done here. */
+static void import_old_wrapper(ca_props *props)
+{
+    static const char *const names[] = {"max_error", "p_value",         "max_sample_factor",    "resolution",
+                                        "quality",   "quality_adjustment", "clamp_screen",      "clamp_neighbor",
+                                        "gradients", "overture",        "indirect_only",        "debug"};
+    for (size_t i = 0; i < CA_COUNT(names); i++) ca_props_find(props, names[i]);
+    ca_import_note(props->importer, &props->node->where, "integrator \"%s\" is read as the one in it", props->type);
+}
+
+/* The picture is the nested integrator's. */
+static void import_wrapper(ca_importer *importer, ca_xml_node *node, wrapper kind)
 {
     ca_props props;
     ca_props_begin(&props, importer, node);
-    if (is_aov) import_aovs(&props);
+    if (kind == WRAPPER_AOV) import_aovs(&props);
+    if (kind == WRAPPER_OLD) import_old_wrapper(&props);
     for (size_t i = 0; i < CA_COUNT(without_effect); i++) ca_props_find(&props, without_effect[i]);
     ca_props_boolean(&props, "hide_emitters", false);
     ca_xml_node *cursor = NULL;
@@ -274,13 +324,12 @@ static void import_wrapper(ca_importer *importer, ca_xml_node *node, bool is_aov
         ca_import_integrator(importer, nested);
     else
         ca_import_note(importer, &node->where, "integrator \"%s\" holds no other: the picture is the default's",
-                       is_aov ? "aov" : "moment");
-    if (!is_aov)
+                       props.type);
+    if (kind == WRAPPER_MOMENT)
         ca_import_note(importer, &node->where,
                        "integrator \"moment\": instead of second moments there are the layers Variance.*");
     while (ca_import_good(importer) && ca_props_next_object(&props, "integrator", true, &cursor))
-        ca_import_note(importer, &cursor->where, "only the first integrator in \"%s\" is rendered",
-                       is_aov ? "aov" : "moment");
+        ca_import_note(importer, &cursor->where, "only the first integrator in \"%s\" is rendered", props.type);
     ca_props_end(&props);
 }
 
@@ -298,12 +347,12 @@ void ca_import_integrator(ca_importer *importer, ca_xml_node *node)
         import_depth(importer, node);
         return;
     }
-    const bool is_aov = strcmp(type, "aov") == 0;
-    if (!is_aov && strcmp(type, "moment") != 0) {
+    const wrapper kind = wrapper_of(type);
+    if (kind == WRAPPER_NONE) {
         import_plain(importer, node);
         return;
     }
     if (!ca_import_enter(importer, node)) return;
-    import_wrapper(importer, node, is_aov);
+    import_wrapper(importer, node, kind);
     ca_import_leave(importer, node, 0);
 }

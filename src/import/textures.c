@@ -86,18 +86,25 @@ static void import_checkerboard(ca_props *props, void *result)
     texture->as.checkerboard.color1 = ca_props_texture(props, "color1", 0.2f, CA_COLOR_INDEX);
 }
 
-static void import_mesh_attribute(ca_props *props, void *result)
+static void set_attribute(ca_props *props, ca_texture *texture, const char *name)
 {
-    ca_texture *texture = result;
     texture->kind = CA_TEXTURE_MESH_ATTRIBUTE;
     const ca_matrix identity = ca_matrix_identity();
     set_to_uv(texture, &identity);
-    const char *name = ca_props_string(props, "name", "");
-    if (strncmp(name, "vertex_", 7) != 0 && strncmp(name, "face_", 5) != 0)
-        ca_props_fail(props, "name", "must begin with \"vertex_\" or \"face_\"");
     texture->as.mesh_attribute.name = ca_arena_strdup(&props->importer->desc->strings, name);
     if (!texture->as.mesh_attribute.name) ca_import_fail_memory(props->importer, "textures");
 }
+
+static void import_mesh_attribute(ca_props *props, void *result)
+{
+    const char *name = ca_props_string(props, "name", "");
+    if (strncmp(name, "vertex_", 7) != 0 && strncmp(name, "face_", 5) != 0)
+        ca_props_fail(props, "name", "must begin with \"vertex_\" or \"face_\"");
+    set_attribute(props, result, name);
+}
+
+/* 0.6. */
+static void import_vertex_colors(ca_props *props, void *result) { set_attribute(props, result, "vertex_color"); }
 
 static bool has_name(const ca_xml_node *node, const char *wanted)
 {
@@ -155,6 +162,7 @@ static const ca_plugin plugins[] = {
     {"scale", import_scale},
     {"checkerboard", import_checkerboard},
     {"mesh_attribute", import_mesh_attribute},
+    {"vertexcolors", import_vertex_colors},
 };
 
 /* The nearest name of a wrong one may be a spectrum's. */

@@ -275,7 +275,7 @@ static const named_integrator integrators[] = {
     {"directlighting", "path", "paths of at most two segments, without chains of mirrors", 2},
     {"whitted", "path", "paths of at most two segments, without chains of mirrors", 2},
     {"bdpt", "bdpt", NULL, 0},
-    {"mlt", "bdpt", "the same paths, without mutations", 0},
+    {"mlt", "auto", "the same light, without Markov chains", 0},
     {"lightpath", "light", NULL, 0},
     {"sppm", "ppm", "its radius shrinks from pass to pass", 0},
 };
