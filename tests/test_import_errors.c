@@ -157,6 +157,8 @@ static void wrong_structure(void **state)
         {SCENE("<integrator type=\"path\"/><integrator type=\"path\"/>"),
          "2:26: a second <integrator>; the first is at line 2"},
         {SCENE("<film type=\"hdrfilm\"/>"), "2:1: <film> has no meaning directly inside <scene>"},
+        {SCENE("<film type=\"hdrfilm\" id=\"f\"><integer name=\"widht\" value=\"9\"/></film>"),
+         "2:29: unused parameter \"widht\" of hdrfilm; the nearest known one is \"width\""},
         {SCENE("<translate x=\"1\"/>"), "2:1: <translate> cannot stand inside <scene>"},
         {SCENE(
              "<shape type=\"cube\"><transform name=\"to_world\"><float name=\"x\" value=\"1\"/></transform></shape>"),

@@ -275,6 +275,27 @@ static void several_sensors(void **state)
     assert_string_equal(error.message, "there is no sensor 3: the scene has 3, counted from 0");
 }
 
+/* A film, its filter and a sampler that wait for sensors: one without them keeps the defaults. */
+static void shared_parts_of_sensors(void **state)
+{
+    (void)state;
+    static const char parts[] =
+        "<scene version=\"3.0.0\"><rfilter type=\"box\" id=\"flat\"/><film type=\"hdrfilm\" id=\"small\">"
+        "<integer name=\"width\" value=\"9\"/><string name=\"label[1, 2]\" value=\"x\"/><ref id=\"flat\"/></film>"
+        "<sampler type=\"sobol\" id=\"even\"><integer name=\"sample_count\" value=\"7\"/></sampler>";
+    for (int uses = 0; uses < 2; uses++) {
+        char text[1024];
+        snprintf(text, sizeof text, "%s<sensor type=\"perspective\">%s</sensor></scene>", parts,
+                 uses ? "<ref id=\"small\"/><ref id=\"even\"/>" : "");
+        import(text);
+        assert_int_equal(desc.film.width, uses ? 9 : 768);
+        assert_int_equal(desc.film.filter.kind, uses ? CA_RFILTER_BOX : CA_RFILTER_GAUSSIAN);
+        assert_int_equal(desc.sampler.kind, uses ? CA_SAMPLER_SOBOL : CA_SAMPLER_INDEPENDENT);
+        assert_int_equal(desc.samples_per_pixel, uses ? 7 : 4);
+        done();
+    }
+}
+
 static void filters(void **state)
 {
     (void)state;
@@ -413,7 +434,7 @@ static void integrators_of_old_mitsuba(void **state)
     (void)state;
 #define OLD_SCENE(content) "<scene version=\"0.6.0\"><sensor type=\"perspective\"/>\n" content "</scene>"
 #define OLD_PPM                                                                                                      \
-    "<integrator type=\"ppm\"><float name=\"initialRadius\" value=\"0.5\"/>"                                            \
+    "<integrator type=\"ppm\"><float name=\"initialRadius\" value=\"0.5\"/>"                                         \
     "<float name=\"alpha\" value=\"0.7\"/><integer name=\"photonCount\" value=\"1000\"/></integrator>"
     import(OLD_SCENE(OLD_PPM));
     assert_string_equal(desc.integrator.name, "ppm");
@@ -980,6 +1001,7 @@ int main(void)
         cmocka_unit_test(published_lens),
         cmocka_unit_test(samplers),
         cmocka_unit_test(several_sensors),
+        cmocka_unit_test(shared_parts_of_sensors),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),
         cmocka_unit_test(samplers_of_mitsuba),

@@ -85,6 +85,15 @@ static const char *const without_effect[] = {
     "burn",        "label",
 };
 
+/* 0.6 writes text on the picture: label[10, 20]. */
+static void skip_labels(ca_props *props)
+{
+    for (ca_xml_node *child = props->node->first_child; child; child = child->next) {
+        const char *name = ca_xml_attribute_value(child, "name");
+        if (name && strncmp(name, "label[", 6) == 0) child->used = true;
+    }
+}
+
 static void import_crop(ca_props *props, ca_film_desc *film)
 {
     film->crop_x = (uint32_t)ca_props_integer_in(props, "crop_offset_x", 0, 0, film->width - 1);
@@ -106,12 +115,18 @@ static void import_film(ca_props *props, void *result)
         ca_props_fail(props, "width", "times height is over the limit of 2^28 pixels");
     import_crop(props, film);
     for (size_t i = 0; i < CA_COUNT(without_effect); i++) ca_props_find(props, without_effect[i]);
+    skip_labels(props);
     ca_xml_node *cursor = NULL;
     ca_xml_node *filter = ca_props_next_object(props, "rfilter", true, &cursor);
     if (!filter) return;
     import_filter(props->importer, filter, &film->filter);
     if (ca_props_next_object(props, "rfilter", true, &cursor))
         ca_import_fail(props->importer, &cursor->where, "a film has one rfilter, and this is a second");
+}
+
+void ca_import_filter(ca_importer *importer, ca_xml_node *node)
+{
+    import_filter(importer, node, &importer->desc->film.filter);
 }
 
 static const ca_plugin films[] = {{"hdrfilm", import_film}, {"ldrfilm", import_film}, {"tiledhdrfilm", import_film}};

@@ -132,6 +132,7 @@ void ca_import_sensor(ca_importer *importer, ca_xml_node *node);
 /* The sensors in a batch, one by one. */
 void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *));
 void ca_import_film(ca_importer *importer, ca_xml_node *node);
+void ca_import_filter(ca_importer *importer, ca_xml_node *node);
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node);
 void ca_import_integrator(ca_importer *importer, ca_xml_node *node);
 

@@ -255,26 +255,56 @@ static bool is_wanted(ca_importer *importer, const ca_xml_node *node)
     return true;
 }
 
+/* What a sensor decides. */
+typedef struct view {
+    ca_camera_desc camera;
+    ca_film_desc film;
+    ca_sampler sampler;
+    bool names_sampler;
+    uint32_t samples_per_pixel;
+} view;
+
+static view keep_view(const ca_scene_desc *desc)
+{
+    return (view){desc->camera, desc->film, desc->sampler, desc->names_sampler, desc->samples_per_pixel};
+}
+
+static void put_back_view(ca_scene_desc *desc, const view *kept)
+{
+    desc->camera = kept->camera;
+    desc->film = kept->film;
+    desc->sampler = kept->sampler;
+    desc->names_sampler = kept->names_sampler;
+    desc->samples_per_pixel = kept->samples_per_pixel;
+}
+
 /* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
 static void import_view(ca_importer *importer, ca_xml_node *node)
 {
-    ca_scene_desc *desc = importer->desc;
     if (strcmp(ca_xml_attribute_value(node, "type"), "batch") == 0) {
         ca_import_batch(importer, node, import_view);
         return;
     }
-    const ca_camera_desc camera = desc->camera;
-    const ca_film_desc film = desc->film;
-    const ca_sampler sampler = desc->sampler;
-    const bool names_sampler = desc->names_sampler;
-    const uint32_t samples = desc->samples_per_pixel;
+    const view kept = keep_view(importer->desc);
     ca_import_sensor(importer, node);
-    if (is_wanted(importer, node)) return;
-    desc->camera = camera;
-    desc->film = film;
-    desc->sampler = sampler;
-    desc->names_sampler = names_sampler;
-    desc->samples_per_pixel = samples;
+    if (!is_wanted(importer, node)) put_back_view(importer->desc, &kept);
+}
+
+/* A part of sensors that has an id: it waits for sensors to refer to it. */
+static bool import_part_of_view(ca_importer *importer, ca_xml_node *node)
+{
+    static const struct {
+        const char *tag;
+        void (*import)(ca_importer *, ca_xml_node *);
+    } parts[] = {{"film", ca_import_film}, {"rfilter", ca_import_filter}, {"sampler", ca_import_sampler}};
+    for (size_t i = 0; i < CA_COUNT(parts); i++) {
+        if (strcmp(node->tag, parts[i].tag) != 0 || !ca_xml_attribute_value(node, "id")) continue;
+        const view kept = keep_view(importer->desc);
+        parts[i].import(importer, node);
+        put_back_view(importer->desc, &kept);
+        return true;
+    }
+    return false;
 }
 
 /* Objects that only wait to be referenced are imported too: a mistake in them is a mistake. */
@@ -293,7 +323,7 @@ static void import_object(ca_importer *importer, ca_xml_node *node, ca_xml_node 
         import_view(importer, node);
     } else if (strcmp(tag, "integrator") == 0) {
         import_once(importer, node, ca_import_integrator, integrator);
-    } else {
+    } else if (!import_part_of_view(importer, node)) {
         ca_import_fail(importer, &node->where, "<%s> has no meaning directly inside <scene>", tag);
     }
 }

@@ -48,6 +48,9 @@ static void flip_v(ca_mesh *mesh)
 
 static ca_mesh_use import_use(ca_props *props, const ca_shape_desc *shape, bool flips)
 {
+    if (ca_props_find(props, "max_smooth_angle")) /* 0.6 */
+        ca_import_note(props->importer, &props->node->where,
+                       "max_smooth_angle has no effect: normals are smooth across edges, or flat with face_normals");
     return (ca_mesh_use){.to_world = shape->to_world,
                          .flip_normals = shape->flip_normals,
                          .face_normals = ca_props_boolean(props, "face_normals", false),
