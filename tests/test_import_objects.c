@@ -415,6 +415,12 @@ static void integrators_of_mitsuba(void **state)
     assert_string_equal(desc.integrator.name, "light");
     assert_int_equal(desc.integrator.parameters.count, 0);
     done();
+    import(SCENE("<integrator type=\"direct_projective\"><integer name=\"sppi\" value=\"0\"/></integrator>"));
+    assert_string_equal(desc.integrator.name, "path");
+    near(parameter("max_depth"), 2.0);
+    assert_int_equal(desc.notes.count, 2);
+    assert_non_null(strstr(desc.notes.items[0], "the same picture; there are no derivatives"));
+    done();
     import(SCENE("<integrator type=\"sppm\"><float name=\"initialRadius\" value=\"0.5\"/>"
                  "<float name=\"alpha\" value=\"0.7\"/><integer name=\"photonCount\" value=\"1000\"/></integrator>"));
     assert_string_equal(desc.integrator.name, "ppm");

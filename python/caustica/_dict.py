@@ -16,6 +16,7 @@ TAGS = {
     "scene": ["scene"],
     "integrator": ["auto", "path", "light", "bdpt", "ppm", "bdpm", "vcm", "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm",
                    "qmcppm", "direct", "volpath", "volpathmis", "ptracer", "moment", "aov", "depth", "sppm", "photonmapper", "vpl",
+                   "prb", "prb_basic", "prbvolpath", "prb_projective", "direct_projective",
                    "pssmlt", "mlt", "erpt", "adaptive", "irrcache"],
     "sensor": ["perspective", "thinlens", "orthographic", "realistic", "batch", "radiancemeter", "distant"],
     "film": ["hdrfilm", "ldrfilm", "mfilm"],

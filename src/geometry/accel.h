@@ -74,7 +74,8 @@ bool ca_accel_visible(const ca_accel *accel, ca_vec3 a, ca_vec3 a_error, ca_vec3
                       ca_vec3 b_ng);
 
 /* Whether structures made from now on keep quadrics and flat pieces out of Embree where they are few, as they do
- * unless this says otherwise: for tests and measurements, while no other thread makes one. */
+ * unless this says otherwise, and rays that pass by all boxes: for tests and measurements, while no other thread
+ * makes one. */
 void ca_accel_keep_apart(bool keep);
 
 /* Of Embree's structures, without the meshes; of all those that share some. */

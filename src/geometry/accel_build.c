@@ -467,6 +467,8 @@ static void set_boxes(ca_accel *accel)
 {
     const bool few = accel->instance_count <= CA_ACCEL_BOXES;
     struct RTCBounds b;
+    accel->world_boxes.all = accel->world_scene && !keeps_apart;
+    accel->top_boxes.all = accel->top_scene && !keeps_apart;
     if (accel->world_scene) {
         rtcGetSceneBounds(accel->world_scene, &b);
         ca_accel_boxes_add(&accel->world_boxes, (ca_vec3){b.lower_x, b.lower_y, b.lower_z},

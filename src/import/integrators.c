@@ -77,6 +77,10 @@ typedef struct translation {
 
 #define PHOTONS(name) {name, DROP, NULL}
 #define CHAINS "the same light, without Markov chains"
+#define PRIMAL "the same picture; there are no derivatives"
+#define PROJECTIVE                                                                                                   \
+    {"sppc", DROP, NULL}, {"sppp", DROP, NULL}, {"sppi", DROP, NULL}, {"guiding", DROP, NULL},                       \
+        {"guiding_proj", DROP, NULL}, {"guiding_rounds", DROP, NULL}
 
 /* The note: behind `integrator "name" is read as "ours": `. */
 static const translation translations[] = {
@@ -88,6 +92,11 @@ static const translation translations[] = {
     {"volpath", "path", "there are no media", 0, {{NULL, DROP, NULL}}},
     {"volpathmis", "path", "there are no media", 0, {{"use_spectral_mis", DROP, NULL}}},
     {"volpath_simple", "path", "there are no media", 0, {{NULL, DROP, NULL}}},
+    {"prb", "path", PRIMAL, 0, {{NULL, DROP, NULL}}},
+    {"prb_basic", "path", PRIMAL, 0, {{NULL, DROP, NULL}}},
+    {"prbvolpath", "path", PRIMAL, 0, {{NULL, DROP, NULL}}},
+    {"prb_projective", "path", PRIMAL, 0, {PROJECTIVE}},
+    {"direct_projective", "path", PRIMAL, 2, {PROJECTIVE}},
     {"ptracer", "light", "the same method", 0, {{"granularity", DROP, NULL}, {"brute_force", DROP, NULL}}},
     {"bdpt", "bdpt", NULL, 0, {{"light_image", DROP, NULL}, {"sample_direct", DROP, NULL}}},
     {"pssmlt", "auto", CHAINS, 0,

@@ -99,6 +99,7 @@ static const unsupported_plugin unsupported[] = {
     {"emitter", "sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
     {"emitter", "sun", "the sky model is not supported; directional is a sun without size"},
     {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
+    {"emitter", "timed_sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
     {"emitter", "volumelight", "there are no media"},
     {"sensor", "irradiancemeter", "sensors on shapes are not supported"},
     {"sensor", "spherical", "spherical pictures are not supported"},
