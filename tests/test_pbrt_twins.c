@@ -134,6 +134,21 @@ static const twin new_materials[] = {
     NEW("conductor", "Material \"conductor\" \"float roughness\" 0.09\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.3'/></bsdf></bsdf>")),
+    NEW("conductor, a texture of roughness", /* a board of 0.09 and 0.25 is one of 0.3 and 0.5 */
+        "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" .09 \"float tex2\" .25\n"
+        "Material \"conductor\" \"texture roughness\" \"w\"\n" PBRT_BALL,
+        BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
+             "<string name='distribution' value='ggx'/><texture type='checkerboard' name='alpha'>" SIX_BY_FOUR
+             "<float name='color0' value='.5'/><float name='color1' value='.3'/></texture></bsdf></bsdf>")),
+    NEAR("coateddiffuse, a texture of roughness", /* whose table is that of the root of the mean */
+         "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" .09 \"float tex2\" .16\n"
+         "Material \"coateddiffuse\" \"rgb reflectance\" [.4 .2 .1] \"texture roughness\" \"w\"\n" PBRT_BALL,
+         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='.4 .2 .1'/>"
+              "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
+              "<boolean name='nonlinear' value='true'/><string name='distribution' value='ggx'/>"
+              "<texture type='checkerboard' name='alpha'>" SIX_BY_FOUR
+              "<float name='color0' value='.4'/><float name='color1' value='.3'/></texture></bsdf></bsdf>"),
+         2e-3),
     NEW("conductor, two roughnesses",
         "Material \"conductor\" \"float uroughness\" 0.1 \"float vroughness\" 0.3 \"bool remaproughness\" "
         "false\n" PBRT_BALL,
@@ -204,12 +219,41 @@ static const twin new_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"
              "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='picture.pfm'/>"
              "</texture></texture></bsdf></bsdf>")),
+    NEAR("imagemap, brighter than white", /* reflectances are cut to 1 */
+         "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 3\n"
+         "\"string filter\" \"point\" Material \"diffuse\" \"texture reflectance\" \"t\"\n" PBRT_BALL,
+         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='bitmap' name='reflectance'>"
+              "<string name='filename' value='cut.pfm'/><string name='filter_type' value='nearest'/></texture></bsdf>"
+              "</bsdf>"),
+         1e-5),
+    NEAR("imagemap, inverted", /* 1 - 0.4 v of each channel */
+         "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.4\n"
+         "\"bool invert\" true Material \"diffuse\" \"texture reflectance\" \"t\"\n" PBRT_BALL,
+         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='bitmap' name='reflectance'>"
+              "<string name='filename' value='inverse.pfm'/></texture></bsdf></bsdf>"),
+         1e-5),
+    NEAR("imagemap, inverted number", /* 1 - 0.4 v: the mix by 0.4 v of what is exchanged */
+         "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.4\n"
+         "\"bool invert\" true Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9]\n"
+         "\"rgb tex2\" [.9 .1 .1] \"texture amount\" \"w\"\n" PBRT_TEXTURED,
+         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='mix' name='reflectance'>"
+              "<rgb name='color0' value='.9 .1 .1'/><rgb name='color1' value='.1 .1 .9'/>"
+              "<texture type='scale' name='weight'><float name='scale' value='0.4'/><texture type='bitmap'>"
+              "<string name='filename' value='picture.pfm'/></texture></texture></texture></bsdf></bsdf>"),
+         1e-5),
     NEW("displacement",
         "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.1\n"
         "Material \"diffuse\" \"texture displacement\" \"t\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='bumpmap'><texture type='scale' name='height'>"
              "<float name='scale' value='0.1'/><texture type='bitmap'><string name='filename' value='picture.pfm'/>"
              "</texture></texture><bsdf type='diffuse'/></bsdf></bsdf>")),
+    NEAR("negative displacement",
+         "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" -0.1\n"
+         "Material \"diffuse\" \"texture displacement\" \"t\"\n" PBRT_BALL,
+         BALL("<bsdf type='twosided'><bsdf type='bumpmap'><float name='scale' value='-0.1'/>"
+              "<texture type='bitmap'><string name='filename' value='picture.pfm'/></texture><bsdf type='diffuse'/>"
+              "</bsdf></bsdf>"),
+         1e-5),
     NEW("normalmap", "Material \"diffuse\" \"string normalmap\" \"picture.pfm\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='normalmap'><texture type='bitmap' name='normals'>"
              "<string name='filename' value='picture.pfm'/><boolean name='raw' value='true'/></texture>"
@@ -379,6 +423,24 @@ static void write_sky(void)
     import_write("sky.pfm", bytes, sizeof bytes);
 }
 
+static void write_two_by_two(const char *name, const float pixels[12])
+{
+    static const char header[] = "PF\n2 2\n-1.0\n";
+    unsigned char bytes[sizeof header - 1 + 12 * sizeof *pixels];
+    memcpy(bytes, header, sizeof header - 1);
+    memcpy(bytes + sizeof header - 1, pixels, 12 * sizeof *pixels);
+    import_write(name, bytes, sizeof bytes);
+}
+
+/* 1 - 0.4 times picture.pfm, and 3 times it, at most 1. */
+static void write_changed_pictures(void)
+{
+    static const float inverse[12] = {1, 1, 0.6f, 0.2f, 0.2f, 0.2f, 0.6f, 1, 1, 1, 0.6f, 1};
+    static const float cut[12] = {0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1, 0};
+    write_two_by_two("inverse.pfm", inverse);
+    write_two_by_two("cut.pfm", cut);
+}
+
 static const char tent[] = "ply\n"
                            "format ascii 1.0\n"
                            "element vertex 5\n"
@@ -411,6 +473,7 @@ static const unsigned char packed_tent[] = {
 static void write_files(void)
 {
     import_write_picture();
+    write_changed_pictures();
     write_sky();
     import_write_text("ball.pbrt", "Translate 0 1 0\nShape \"sphere\"\nTranslate 0 -1 0\n");
     import_write_text("paint.spd", "# a paint\n400 .1\n500 .8 700 .2\n");

@@ -343,6 +343,111 @@ static void textures_multiply_and_mix(void **state)
                 (1.0 - mean[2]) * mean[0] + mean[2] * 2.0 * mean[0] * mean[1], 1e-6);
 }
 
+/* A negative factor: no value by itself, but a height's slope, a part of a mix and a product of two. */
+static void parts_keep_their_signs(void **state)
+{
+    (void)state;
+    enum { NEGATIVE = 1, ONE, HALF, INVERSE, SQUARE, COUNT };
+    const ca_rgb colour = {-0.5f, -0.25f, -0.125f};
+    float texels[16];
+    ca_image image = {.width = 4, .height = 4, .channels = 1, .data = texels};
+    fill_random(&image, 31);
+    ca_texture table[COUNT] = {
+        [0] = bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT),
+        [NEGATIVE] = {.kind = CA_TEXTURE_SCALE,
+                      .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                      .as.scale = {.child = 0, .factor = colour}},
+        [ONE] = ca_texture_constant(ca_rgb_grey(1.0f)),
+        [HALF] = ca_texture_constant(ca_rgb_grey(0.5f)),
+        [INVERSE] = {.kind = CA_TEXTURE_MIX, .as.mix = {.color0 = ONE, .color1 = NEGATIVE, .weight = HALF}},
+        [SQUARE] = {.kind = CA_TEXTURE_SCALE,
+                    .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                    .as.scale = {.child = NEGATIVE, .factor = {1.0f, 1.0f, 1.0f}, .varies = true, .by = NEGATIVE}},
+    };
+    const double factor = (double)ca_texture_scalar_of(colour);
+    const double mean = (double)ca_texture_mean(table, 0).g;
+    for (int i = 0; i < 16; i++) {
+        const ca_surface here = surface_at(0.25f * (float)(i % 4) + 0.2f, 0.25f * (float)(i / 4) + 0.3f);
+        const double value = (double)ca_texture_eval_scalar(table, 0, &here);
+        const ca_vec2 slope = ca_texture_gradient(table, 0, &here);
+        assert_true(ca_texture_eval_scalar(table, NEGATIVE, &here) == 0.0f);
+        assert_true(ca_texture_eval(table, NEGATIVE, &here).r == 0.0f);
+        assert_near((double)ca_texture_gradient(table, NEGATIVE, &here).x, factor * (double)slope.x, 1e-5);
+        assert_near((double)ca_texture_eval(table, INVERSE, &here).r, 0.5 - 0.25 * value, 1e-6);
+        assert_near((double)ca_texture_eval(table, INVERSE, &here).b, 0.5 - 0.0625 * value, 1e-6);
+        assert_near((double)ca_texture_eval_scalar(table, INVERSE, &here), 0.5 + 0.5 * factor * value, 1e-6);
+        assert_near((double)ca_texture_eval(table, SQUARE, &here).g, 0.0625 * value * value, 1e-6);
+        assert_near((double)ca_texture_eval_scalar(table, SQUARE, &here), factor * factor * value * value, 1e-6);
+        assert_slopes(table, INVERSE, &here);
+        assert_slopes(table, SQUARE, &here);
+        assert_true(0.25 * value * value <= (double)ca_texture_max(table, SQUARE));
+    }
+    assert_true(ca_texture_mean(table, NEGATIVE).r == 0.0f);
+    assert_near((double)ca_texture_mean(table, INVERSE).r, 0.5 - 0.25 * mean, 1e-6);
+    assert_near((double)ca_texture_max(table, NEGATIVE), 0.5 * (double)ca_texture_max(table, 0), 1e-6);
+}
+
+/* Of colours and of numbers, with their slope; what is under 0 counts as 0. */
+static void power_raises(void **state)
+{
+    (void)state;
+    float texels[16];
+    ca_image image = {.width = 4, .height = 4, .channels = 1, .data = texels};
+    fill_random(&image, 12);
+    ca_texture table[4] = {bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT),
+                           {.kind = CA_TEXTURE_POWER, .as.power = {.child = 0, .exponent = 0.5f}},
+                           ca_texture_constant((ca_rgb){0.04f, 0.09f, -0.16f}),
+                           {.kind = CA_TEXTURE_POWER, .as.power = {.child = 2, .exponent = 0.5f}}};
+    for (int i = 0; i < 16; i++) {
+        const ca_surface here = surface_at(0.25f * (float)(i % 4) + 0.2f, 0.25f * (float)(i / 4) + 0.3f);
+        const double value = (double)ca_texture_eval_scalar(table, 0, &here);
+        assert_near((double)ca_texture_eval_scalar(table, 1, &here), sqrt(value), 1e-6);
+        assert_near((double)ca_texture_eval(table, 1, &here).b, sqrt(value), 1e-6);
+        assert_slopes(table, 1, &here);
+        assert_true(sqrt(value) <= (double)ca_texture_max(table, 1));
+    }
+    const ca_surface here = surface_at(0.0f, 0.0f);
+    const ca_rgb roots = ca_texture_eval(table, 3, &here), mean = ca_texture_mean(table, 3);
+    assert_near((double)roots.r, 0.2, 1e-6);
+    assert_near((double)roots.g, 0.3, 1e-6);
+    assert_true(roots.b == 0.0f && mean.b == 0.0f);
+    assert_near((double)mean.g, 0.3, 1e-6);
+    table[2] = ca_texture_constant(ca_rgb_grey(0.0f));
+    assert_true(ca_texture_gradient(table, 3, &here).x == 0.0f);
+}
+
+/* What is over 1 is 1, each component by itself, and has no slope. */
+static void clamp_cuts(void **state)
+{
+    (void)state;
+    float texels[16];
+    ca_image image = {.width = 4, .height = 4, .channels = 1, .data = texels};
+    fill_random(&image, 12);
+    ca_texture table[4] = {bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT),
+                           {.kind = CA_TEXTURE_SCALE,
+                            .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                            .as.scale = {.child = 0, .factor = {1.0f, 2.0f, 3.0f}}},
+                           {.kind = CA_TEXTURE_CLAMP, .as.clamp = {.child = 1}},
+                           {.kind = CA_TEXTURE_CLAMP, .as.clamp = {.child = 0}}};
+    int cut = 0;
+    for (int i = 0; i < 16; i++) {
+        const ca_surface here = surface_at(0.25f * (float)(i % 4) + 0.2f, 0.25f * (float)(i / 4) + 0.3f);
+        const float value = ca_texture_eval_scalar(table, 0, &here);
+        const float luminous = ca_texture_eval_scalar(table, 1, &here);
+        const ca_rgb colour = ca_texture_eval(table, 2, &here);
+        const ca_vec2 slope = ca_texture_gradient(table, 1, &here);
+        assert_near((double)colour.r, fmin((double)value, 1.0), 1e-6);
+        assert_near((double)colour.g, fmin(2.0 * (double)value, 1.0), 1e-6);
+        assert_near((double)colour.b, fmin(3.0 * (double)value, 1.0), 1e-6);
+        assert_near((double)ca_texture_eval_scalar(table, 2, &here), fmin((double)luminous, 1.0), 1e-6);
+        cut += luminous > 1.0f;
+        assert_near((double)ca_texture_gradient(table, 2, &here).y, luminous > 1.0f ? 0.0 : (double)slope.y, 0.0);
+    }
+    assert_in_range(cut, 3, 13);
+    assert_true(ca_texture_max(table, 2) == 1.0f && ca_texture_max(table, 3) <= 1.0f);
+    assert_true(ca_texture_mean(table, 2).b == 1.0f && ca_texture_mean(table, 2).r < 1.0f);
+}
+
 /* As a number a checkerboard has its colours exchanged, also where it is scaled or a weight. */
 static void numbers_are_made_of_numbers(void **state)
 {
@@ -424,6 +529,9 @@ int main(void)
         cmocka_unit_test(checkerboard_alternates),
         cmocka_unit_test(scale_multiplies),
         cmocka_unit_test(textures_multiply_and_mix),
+        cmocka_unit_test(parts_keep_their_signs),
+        cmocka_unit_test(power_raises),
+        cmocka_unit_test(clamp_cuts),
         cmocka_unit_test(numbers_are_made_of_numbers),
         cmocka_unit_test(mesh_attributes_are_interpolated),
         cmocka_unit_test(mean_and_max_of_a_bitmap),

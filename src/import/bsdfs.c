@@ -210,7 +210,11 @@ static void import_plastic(ca_props *props, void *result)
 void ca_import_one_roughness(ca_props *props, ca_material_facets *facets)
 {
     import_facets(props, facets);
-    facets->alpha_u = facets->alpha_v = constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
+    const ca_xml_node *alpha = ca_props_find(props, "alpha");
+    const bool varies = alpha && (strcmp(alpha->tag, "texture") == 0 || strcmp(alpha->tag, "ref") == 0);
+    facets->alpha_v = facets->alpha_u =
+        varies ? ca_props_texture(props, "alpha", 0.1f, CA_COLOR_INDEX)
+               : constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
 }
 
 static void import_rough_plastic(ca_props *props, void *result)

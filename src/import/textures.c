@@ -115,7 +115,7 @@ static bool has_name(const ca_xml_node *node, const char *wanted)
 /* A number or colour, or a texture that varies. */
 static void import_factor(ca_props *props, ca_texture *texture)
 {
-    const ca_texture_id id = ca_props_texture(props, "scale", 1.0f, CA_COLOR_INDEX);
+    const ca_texture_id id = ca_props_texture(props, "scale", 1.0f, CA_COLOR_SIGNED);
     texture->as.scale.factor = ca_rgb_grey(1.0f);
     if (!ca_import_good(props->importer)) return;
     const ca_texture *factor = &props->importer->desc->textures.items[id];
@@ -151,14 +151,46 @@ static void import_mix(ca_props *props, void *result)
     const ca_matrix identity = ca_matrix_identity();
     texture->kind = CA_TEXTURE_MIX;
     set_to_uv(texture, &identity);
-    texture->as.mix.color0 = ca_props_texture(props, "color0", 0.0f, CA_COLOR_INDEX);
-    texture->as.mix.color1 = ca_props_texture(props, "color1", 1.0f, CA_COLOR_INDEX);
+    texture->as.mix.color0 = ca_props_texture(props, "color0", 0.0f, CA_COLOR_SIGNED);
+    texture->as.mix.color1 = ca_props_texture(props, "color1", 1.0f, CA_COLOR_SIGNED);
     texture->as.mix.weight = ca_props_texture(props, "weight", 0.5f, CA_COLOR_INDEX);
+}
+
+static ca_texture_id nested_texture(ca_props *props, const char *of)
+{
+    ca_xml_node *cursor = NULL;
+    ca_xml_node *child = ca_props_next_object(props, "texture", true, &cursor);
+    if (child) return ca_import_texture(props->importer, child);
+    ca_import_fail(props->importer, &props->node->where, "%s needs a nested <texture>", of);
+    return 0;
+}
+
+/* Ours: pbrt's roughness is the square of the distribution's parameter. */
+static void import_power(ca_props *props, void *result)
+{
+    ca_texture *texture = result;
+    const ca_matrix identity = ca_matrix_identity();
+    texture->kind = CA_TEXTURE_POWER;
+    set_to_uv(texture, &identity);
+    texture->as.power.exponent = (float)ca_props_positive(props, "exponent", 1.0);
+    texture->as.power.child = nested_texture(props, "power");
+}
+
+/* Ours: what pbrt does to reflectances. */
+static void import_clamp(ca_props *props, void *result)
+{
+    ca_texture *texture = result;
+    const ca_matrix identity = ca_matrix_identity();
+    texture->kind = CA_TEXTURE_CLAMP;
+    set_to_uv(texture, &identity);
+    texture->as.clamp.child = nested_texture(props, "clamp");
 }
 
 static const ca_plugin plugins[] = {
     {"bitmap", import_bitmap},
     {"mix", import_mix},
+    {"power", import_power},
+    {"clamp", import_clamp},
     {"scale", import_scale},
     {"checkerboard", import_checkerboard},
     {"mesh_attribute", import_mesh_attribute},

@@ -160,22 +160,26 @@ static ca_surface moved_surface(const ca_texture *texture, const ca_surface *sur
     return moved;
 }
 
+/* Parts of scaled and mixed textures keep their signs; a value that leaves this file is not negative. */
+static ca_rgb signed_value(const ca_texture *table, ca_texture_id id, const ca_surface *surface);
+static float signed_scalar(const ca_texture *table, ca_texture_id id, const ca_surface *surface);
+
 static ca_rgb scale_eval(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const ca_surface moved = moved_surface(texture, surface);
     const ca_rgb value =
-        ca_rgb_mul(texture->as.scale.factor, ca_texture_eval(table, texture->as.scale.child, &moved));
+        ca_rgb_mul(texture->as.scale.factor, signed_value(table, texture->as.scale.child, &moved));
     if (!texture->as.scale.varies) return value;
-    return ca_rgb_mul(value, ca_texture_eval(table, texture->as.scale.by, surface));
+    return ca_rgb_mul(value, signed_value(table, texture->as.scale.by, surface));
 }
 
 static float scale_scalar(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const ca_surface moved = moved_surface(texture, surface);
     const float value = ca_texture_scalar_of(texture->as.scale.factor) *
-                        ca_texture_eval_scalar(table, texture->as.scale.child, &moved);
+                        signed_scalar(table, texture->as.scale.child, &moved);
     if (!texture->as.scale.varies) return value;
-    return value * ca_texture_eval_scalar(table, texture->as.scale.by, surface);
+    return value * signed_scalar(table, texture->as.scale.by, surface);
 }
 
 /* By the product rule. */
@@ -188,8 +192,8 @@ static ca_vec2 scale_gradient(const ca_texture *table, const ca_texture *texture
     const ca_vec2 slope = {factor * (m[0][0] * g.x + m[1][0] * g.y), factor * (m[0][1] * g.x + m[1][1] * g.y)};
     const ca_texture_id by = texture->as.scale.by;
     if (!texture->as.scale.varies) return slope;
-    const float value = factor * ca_texture_eval_scalar(table, texture->as.scale.child, &moved);
-    const float times = ca_texture_eval_scalar(table, by, surface);
+    const float value = factor * signed_scalar(table, texture->as.scale.child, &moved);
+    const float times = signed_scalar(table, by, surface);
     const ca_vec2 more = ca_texture_gradient(table, by, surface);
     return (ca_vec2){times * slope.x + value * more.x, times * slope.y + value * more.y};
 }
@@ -197,18 +201,17 @@ static ca_vec2 scale_gradient(const ca_texture *table, const ca_texture *texture
 static ca_rgb mix_eval(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const float weight = ca_texture_eval_scalar(table, texture->as.mix.weight, surface);
-    const ca_rgb a = ca_texture_eval(table, texture->as.mix.color0, surface);
-    const ca_rgb b = ca_texture_eval(table, texture->as.mix.color1, surface);
-    const ca_rgb value = ca_rgb_madd(ca_rgb_scale(a, 1.0f - weight), weight, b);
-    return (ca_rgb){fmaxf(value.r, 0.0f), fmaxf(value.g, 0.0f), fmaxf(value.b, 0.0f)};
+    const ca_rgb a = signed_value(table, texture->as.mix.color0, surface);
+    const ca_rgb b = signed_value(table, texture->as.mix.color1, surface);
+    return ca_rgb_madd(ca_rgb_scale(a, 1.0f - weight), weight, b);
 }
 
 static float mix_scalar(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const float weight = ca_texture_eval_scalar(table, texture->as.mix.weight, surface);
-    const float a = ca_texture_eval_scalar(table, texture->as.mix.color0, surface);
-    const float b = ca_texture_eval_scalar(table, texture->as.mix.color1, surface);
-    return fmaxf((1.0f - weight) * a + weight * b, 0.0f);
+    const float a = signed_scalar(table, texture->as.mix.color0, surface);
+    const float b = signed_scalar(table, texture->as.mix.color1, surface);
+    return (1.0f - weight) * a + weight * b;
 }
 
 /* Of (1 - w) a + w b: that of both, weighted, and (b - a) times that of w. */
@@ -216,15 +219,47 @@ static ca_vec2 mix_gradient(const ca_texture *table, const ca_texture *texture, 
 {
     const ca_texture_id color0 = texture->as.mix.color0, color1 = texture->as.mix.color1;
     const float weight = ca_texture_eval_scalar(table, texture->as.mix.weight, surface);
-    const float rise =
-        ca_texture_eval_scalar(table, color1, surface) - ca_texture_eval_scalar(table, color0, surface);
+    const float rise = signed_scalar(table, color1, surface) - signed_scalar(table, color0, surface);
     const ca_vec2 a = ca_texture_gradient(table, color0, surface), b = ca_texture_gradient(table, color1, surface);
     const ca_vec2 w = ca_texture_gradient(table, texture->as.mix.weight, surface);
     return (ca_vec2){(1.0f - weight) * a.x + weight * b.x + rise * w.x,
                      (1.0f - weight) * a.y + weight * b.y + rise * w.y};
 }
 
-/* The largest value lies at the least weight, 0 or more, or at the largest; colours are not negative. */
+static float power_scalar(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    return powf(fmaxf(ca_texture_eval_scalar(table, texture->as.power.child, surface), 0.0f),
+                texture->as.power.exponent);
+}
+
+static ca_rgb raised(ca_rgb value, float exponent)
+{
+    return (ca_rgb){powf(fmaxf(value.r, 0.0f), exponent), powf(fmaxf(value.g, 0.0f), exponent),
+                    powf(fmaxf(value.b, 0.0f), exponent)};
+}
+
+static ca_vec2 power_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const float value = ca_texture_eval_scalar(table, texture->as.power.child, surface);
+    const ca_vec2 g = ca_texture_gradient(table, texture->as.power.child, surface);
+    const float exponent = texture->as.power.exponent;
+    const float steepness = value > 0.0f ? exponent * powf(value, exponent - 1.0f) : 0.0f;
+    return (ca_vec2){steepness * g.x, steepness * g.y};
+}
+
+static ca_rgb at_most_one(ca_rgb value)
+{
+    return (ca_rgb){fminf(value.r, 1.0f), fminf(value.g, 1.0f), fminf(value.b, 1.0f)};
+}
+
+static ca_vec2 clamp_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const ca_texture_id child = texture->as.clamp.child;
+    if (ca_texture_eval_scalar(table, child, surface) > 1.0f) return (ca_vec2){0.0f, 0.0f};
+    return ca_texture_gradient(table, child, surface);
+}
+
+/* The largest size lies at the least weight, 0 or more, or at the largest. */
 static float mix_max(const ca_texture *table, const ca_texture *texture)
 {
     const float a = ca_texture_max(table, texture->as.mix.color0), b = ca_texture_max(table, texture->as.mix.color1);
@@ -234,6 +269,11 @@ static float mix_max(const ca_texture *table, const ca_texture *texture)
 
 /* ---- All kinds ------------------------------------------------------------------------------------------------- */
 
+static ca_rgb not_negative(ca_rgb value)
+{
+    return (ca_rgb){fmaxf(value.r, 0.0f), fmaxf(value.g, 0.0f), fmaxf(value.b, 0.0f)};
+}
+
 ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     switch (texture->kind) {
@@ -241,18 +281,31 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_BITMAP: return bitmap_eval(texture, surface->uv);
     case CA_TEXTURE_CHECKERBOARD: return ca_texture_eval(table, checkerboard_color(texture, surface->uv), surface);
     case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
-    case CA_TEXTURE_SCALE: return scale_eval(table, texture, surface);
-    case CA_TEXTURE_MIX: return mix_eval(table, texture, surface);
+    case CA_TEXTURE_SCALE: return not_negative(scale_eval(table, texture, surface));
+    case CA_TEXTURE_MIX: return not_negative(mix_eval(table, texture, surface));
+    case CA_TEXTURE_POWER:
+        return raised(ca_texture_eval(table, texture->as.power.child, surface), texture->as.power.exponent);
+    case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_eval(table, texture->as.clamp.child, surface));
     case CA_TEXTURE_KIND_COUNT: break;
     }
     assert(false && "a texture of no kind");
     return (ca_rgb){0.0f, 0.0f, 0.0f};
 }
 
+static ca_rgb signed_value(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
+{
+    const ca_texture *texture = &table[id];
+    if (texture->kind == CA_TEXTURE_SCALE) return scale_eval(table, texture, surface);
+    return texture->kind == CA_TEXTURE_MIX ? mix_eval(table, texture, surface) : ca_texture_eval(table, id, surface);
+}
+
 float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
-    if (texture->kind == CA_TEXTURE_SCALE) return scale_scalar(table, texture, surface);
-    if (texture->kind == CA_TEXTURE_MIX) return mix_scalar(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_SCALE) return fmaxf(scale_scalar(table, texture, surface), 0.0f);
+    if (texture->kind == CA_TEXTURE_MIX) return fmaxf(mix_scalar(table, texture, surface), 0.0f);
+    if (texture->kind == CA_TEXTURE_POWER) return power_scalar(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_CLAMP)
+        return fminf(ca_texture_eval_scalar(table, texture->as.clamp.child, surface), 1.0f);
     if (texture->kind != CA_TEXTURE_CHECKERBOARD)
         return ca_texture_scalar_of(ca_texture_eval_varying(table, texture, surface));
     const bool first = checkerboard_color(texture, surface->uv) == texture->as.checkerboard.color0;
@@ -260,20 +313,34 @@ float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *textu
                                   surface);
 }
 
+static float signed_scalar(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
+{
+    const ca_texture *texture = &table[id];
+    if (texture->kind == CA_TEXTURE_SCALE) return scale_scalar(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_MIX) return mix_scalar(table, texture, surface);
+    return ca_texture_eval_scalar(table, id, surface);
+}
+
 ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_surface *surface)
 {
     const ca_texture *texture = &table[id];
     if (texture->kind == CA_TEXTURE_SCALE) return scale_gradient(table, texture, surface);
     if (texture->kind == CA_TEXTURE_MIX) return mix_gradient(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_POWER) return power_gradient(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_CLAMP) return clamp_gradient(table, texture, surface);
     return texture->kind == CA_TEXTURE_BITMAP ? bitmap_gradient(texture, surface->uv) : (ca_vec2){0.0f, 0.0f};
 }
 
 /* As if factors that vary did so without regard to each other; likewise of a mix. */
-static ca_rgb scale_mean(const ca_texture *table, const ca_texture *texture)
+static ca_rgb signed_mean(const ca_texture *table, ca_texture_id id)
 {
-    const ca_rgb mean = ca_rgb_mul(texture->as.scale.factor, ca_texture_mean(table, texture->as.scale.child));
-    if (!texture->as.scale.varies) return mean;
-    return ca_rgb_mul(mean, ca_texture_mean(table, texture->as.scale.by));
+    const ca_texture *texture = &table[id];
+    if (texture->kind == CA_TEXTURE_MIX)
+        return ca_rgb_lerp(signed_mean(table, texture->as.mix.color0), signed_mean(table, texture->as.mix.color1),
+                           ca_texture_scalar_of(ca_texture_mean(table, texture->as.mix.weight)));
+    if (texture->kind != CA_TEXTURE_SCALE) return ca_texture_mean(table, id);
+    const ca_rgb mean = ca_rgb_mul(texture->as.scale.factor, signed_mean(table, texture->as.scale.child));
+    return texture->as.scale.varies ? ca_rgb_mul(mean, signed_mean(table, texture->as.scale.by)) : mean;
 }
 
 ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
@@ -285,30 +352,35 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_CHECKERBOARD:
         return ca_rgb_lerp(ca_texture_mean(table, texture->as.checkerboard.color0),
                            ca_texture_mean(table, texture->as.checkerboard.color1), 0.5f);
-    case CA_TEXTURE_SCALE: return scale_mean(table, texture);
-    case CA_TEXTURE_MIX:
-        return ca_rgb_lerp(ca_texture_mean(table, texture->as.mix.color0),
-                           ca_texture_mean(table, texture->as.mix.color1),
-                           ca_texture_scalar_of(ca_texture_mean(table, texture->as.mix.weight)));
+    case CA_TEXTURE_SCALE:
+    case CA_TEXTURE_MIX: return not_negative(signed_mean(table, id));
+    case CA_TEXTURE_POWER: /* as if the child were constant */
+        return raised(ca_texture_mean(table, texture->as.power.child), texture->as.power.exponent);
+    case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_mean(table, texture->as.clamp.child));
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }
     return (ca_rgb){1.0f, 1.0f, 1.0f};
 }
 
+static float largest_size(ca_rgb value) { return fmaxf(fabsf(value.r), fmaxf(fabsf(value.g), fabsf(value.b))); }
+
 float ca_texture_max(const ca_texture *table, ca_texture_id id)
 {
     const ca_texture *texture = &table[id];
     switch (texture->kind) {
-    case CA_TEXTURE_CONSTANT: return ca_rgb_max(texture->as.constant);
+    case CA_TEXTURE_CONSTANT: return largest_size(texture->as.constant);
     case CA_TEXTURE_BITMAP: return bitmap_max(texture->as.bitmap.image);
     case CA_TEXTURE_CHECKERBOARD:
         return fmaxf(ca_texture_max(table, texture->as.checkerboard.color0),
                      ca_texture_max(table, texture->as.checkerboard.color1));
     case CA_TEXTURE_SCALE: /* an upper bound where the factor is no grey */
-        return ca_rgb_max(texture->as.scale.factor) * ca_texture_max(table, texture->as.scale.child) *
+        return largest_size(texture->as.scale.factor) * ca_texture_max(table, texture->as.scale.child) *
                (texture->as.scale.varies ? ca_texture_max(table, texture->as.scale.by) : 1.0f);
     case CA_TEXTURE_MIX: return mix_max(table, texture);
+    case CA_TEXTURE_POWER:
+        return powf(ca_texture_max(table, texture->as.power.child), texture->as.power.exponent);
+    case CA_TEXTURE_CLAMP: return fminf(ca_texture_max(table, texture->as.clamp.child), 1.0f);
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }

@@ -20,6 +20,8 @@ typedef enum ca_texture_kind {
     CA_TEXTURE_MESH_ATTRIBUTE,
     CA_TEXTURE_SCALE,
     CA_TEXTURE_MIX,
+    CA_TEXTURE_POWER,
+    CA_TEXTURE_CLAMP,
     CA_TEXTURE_KIND_COUNT
 } ca_texture_kind;
 
@@ -44,7 +46,7 @@ typedef struct ca_texture {
         } checkerboard;
         struct {
             ca_texture_id child; /* looked up at (u', v'). No cycles */
-            ca_rgb factor;
+            ca_rgb factor; /* may be negative: of a height, or of a part of a mix; else the value is 0 */
             bool varies;      /* it is also multiplied by ... */
             ca_texture_id by; /* ... this, at the surface's own coordinates */
         } scale;
@@ -53,6 +55,13 @@ typedef struct ca_texture {
              * up at the surface's own coordinates. No cycles. */
             ca_texture_id color0, color1, weight;
         } mix;
+        struct {
+            ca_texture_id child; /* looked up at the surface's own coordinates. No cycles */
+            float exponent;      /* of each component; positive */
+        } power;
+        struct {
+            ca_texture_id child; /* looked up at the surface's own coordinates; what is over 1 is 1. No cycles */
+        } clamp;
         struct {
             /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
              * none of that name. */
@@ -97,10 +106,12 @@ static inline float ca_texture_eval_scalar(const ca_texture *table, ca_texture_i
                                                 : ca_texture_scalar_varying(table, texture, surface);
 }
 
-/* Derivatives of the scalar by the surface's u and v: exact for constants and bilinear bitmaps, 0 for the others. */
+/* Derivatives of the scalar by the surface's u and v: exact for constants, bilinear bitmaps and what is made of them,
+ * 0 for the others; 0, too, of a power whose value is 0 and of what is clamped. */
 ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_surface *surface);
 
-/* Mean and largest component over the unit square of a texture's own coordinates: for powers and for choosing lobes.
+/* Mean, and an upper bound of the components' size, over the unit square of a texture's own coordinates: for powers
+ * and for choosing lobes.
  * A mesh attribute answers with (1, 1, 1). Cost: one pass over a bitmap's pixels. */
 ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id);
 float ca_texture_max(const ca_texture *table, ca_texture_id id);

@@ -51,10 +51,18 @@ double ca_pbrt_old_alpha(double roughness)
     return 1.62142 + 0.819955 * x + 0.1734 * x * x + 0.0171201 * x * x * x + 0.000640711 * x * x * x * x;
 }
 
+static bool is_same(const ca_pbrt_value *a, const ca_pbrt_value *b)
+{
+    return a->id == b->id && a->rgb[0] == b->rgb[0];
+}
+
 static void remap_value(ca_pbrt *p, const char *name, ca_pbrt_value *value, double (*to_alpha)(double))
 {
     for (int i = 0; i < 3; i++) value->rgb[i] = to_alpha(value->rgb[i]);
-    if (value->id) ca_pbrt_fail(&p->params, name, "cannot be a texture, unless remaproughness is false");
+    if (value->id && to_alpha == remap)
+        *value = ca_pbrt_power(p, value, 0.5);
+    else if (value->id)
+        ca_pbrt_fail(&p->params, name, "cannot be a texture, unless remaproughness is false");
 }
 
 ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3], double fallback,
@@ -66,8 +74,12 @@ ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3],
     if (ca_pbrt_find(&p->params, names[2])) roughness.v = ca_pbrt_number_value(p, names[2], fallback);
     const bool zero = ca_pbrt_is(&roughness.u, 0.0) && ca_pbrt_is(&roughness.v, 0.0);
     if (ca_pbrt_boolean(&p->params, "remaproughness", true)) {
+        const bool same = is_same(&roughness.u, &roughness.v);
         remap_value(p, names[1], &roughness.u, to_alpha);
-        remap_value(p, names[2], &roughness.v, to_alpha);
+        if (same)
+            roughness.v = roughness.u;
+        else
+            remap_value(p, names[2], &roughness.v, to_alpha);
     }
     const bool constant = !roughness.u.id && !roughness.v.id;
     roughness.is_smooth =
@@ -79,11 +91,6 @@ static ca_pbrt_roughness read_roughness(ca_pbrt *p)
 {
     static const char *const names[3] = {"roughness", "uroughness", "vroughness"};
     return ca_pbrt_read_roughness(p, names, 0.0, remap);
-}
-
-static bool is_same(const ca_pbrt_value *a, const ca_pbrt_value *b)
-{
-    return a->id == b->id && a->rgb[0] == b->rgb[0];
 }
 
 void ca_pbrt_put_alpha(ca_pbrt *p, ca_xml_node *object, const ca_pbrt_roughness *roughness)
@@ -107,7 +114,7 @@ void ca_pbrt_put_index(ca_pbrt *p, ca_xml_node *object, double index)
 
 static void read_diffuse(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value reflectance = ca_pbrt_color_value(p, "reflectance", 0.5);
+    const ca_pbrt_value reflectance = ca_pbrt_reflectance_value(p, "reflectance", 0.5);
     ca_pbrt_put_color(p, ca_pbrt_begin_bsdf(p, id, "diffuse", true, NULL), "reflectance", &reflectance);
 }
 
@@ -156,7 +163,7 @@ static void read_conductor_named(ca_pbrt *p, const char *id, const conductor_nam
 {
     double eta[3], k[3];
     const bool reflects = ca_pbrt_find(&p->params, names->reflectance) != NULL;
-    const ca_pbrt_value reflectance = ca_pbrt_color_value(p, names->reflectance, 1.0);
+    const ca_pbrt_value reflectance = ca_pbrt_reflectance_value(p, names->reflectance, 1.0);
     const ca_pbrt_roughness roughness = ca_pbrt_read_roughness(p, names->roughness, 0.0, remap);
     read_metal(p, names->eta, names->k, eta, k);
     if (reflects && (ca_pbrt_find(&p->params, names->eta) || ca_pbrt_find(&p->params, names->k)))
@@ -190,9 +197,21 @@ static void read_layer(ca_pbrt *p)
     if (!ca_pbrt_is(&albedo, 0.0)) ca_pbrt_fail(&p->params, "albedo", "must be 0: media are not supported");
 }
 
+/* A coat has one roughness for both directions. */
+static void put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughness *roughness)
+{
+    const bool same = is_same(&roughness->u, &roughness->v), varies = roughness->u.id || roughness->v.id;
+    ca_pbrt_value alpha = roughness->u.id ? roughness->u : roughness->v;
+    if (!varies) alpha.rgb[0] = sqrt(roughness->u.rgb[0] * roughness->v.rgb[0]);
+    if (!same)
+        ca_import_note(p->importer, &p->params.where, "the roughness of a coat is %s",
+                       varies ? "that of one direction, which is a texture" : "the geometric mean of both");
+    ca_pbrt_put_number(p, bsdf, "alpha", &alpha);
+}
+
 static void read_coated_diffuse(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value reflectance = ca_pbrt_color_value(p, "reflectance", 0.5);
+    const ca_pbrt_value reflectance = ca_pbrt_reflectance_value(p, "reflectance", 0.5);
     const double index = ca_pbrt_index(p, "eta", 1.5);
     const ca_pbrt_roughness roughness = read_roughness(p);
     read_layer(p);
@@ -201,11 +220,8 @@ static void read_coated_diffuse(ca_pbrt *p, const char *id)
     ca_pbrt_put_index(p, bsdf, index);
     ca_tree_boolean(&p->tree, bsdf, "nonlinear", true);
     if (roughness.is_smooth) return;
-    if (roughness.u.id || roughness.v.id) ca_pbrt_fail(&p->params, "roughness", "of a coat must be a number");
-    if (!is_same(&roughness.u, &roughness.v))
-        ca_import_note(p->importer, &p->params.where, "the roughness of a coat is the geometric mean of both");
     ca_tree_string(&p->tree, bsdf, "distribution", "ggx");
-    ca_tree_float(&p->tree, bsdf, "alpha", sqrt(roughness.u.rgb[0] * roughness.v.rgb[0]));
+    put_coat_alpha(p, bsdf, &roughness);
 }
 
 /* Of the two layers the metal, seen from inside of the coat. */

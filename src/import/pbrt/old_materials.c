@@ -237,8 +237,8 @@ static void read_diffuse_transmission(ca_pbrt *p, const char *id)
 {
     lobes sum = {.index = 1.5};
     const double scale = ca_pbrt_number_in(&p->params, "scale", 1.0, 0.0, 1e6);
-    const ca_pbrt_value reflected = ca_pbrt_color_value(p, "reflectance", 0.25);
-    const ca_pbrt_value passed = ca_pbrt_color_value(p, "transmittance", 0.25);
+    const ca_pbrt_value reflected = ca_pbrt_reflectance_value(p, "reflectance", 0.25);
+    const ca_pbrt_value passed = ca_pbrt_reflectance_value(p, "transmittance", 0.25);
     add_lobe(&sum, DIFFUSE, ca_pbrt_scaled(p, &reflected, scale), black);
     add_lobe(&sum, THROUGH, ca_pbrt_scaled(p, &passed, scale), black);
     put_lobes(p, id, &sum, false, NULL);

@@ -61,6 +61,7 @@ typedef struct ca_pbrt_named {
     const char *name;
     const char *id;   /* in the tree; of a coordinate system NULL */
     bool flag;        /* of a material: it is nothing; of an object: it has shapes; of a texture: it is constant */
+    bool is_bright;   /* of a texture: it may be over 1 */
     double value[3];  /* of a constant texture */
     ca_matrix matrix; /* of a coordinate system */
 } ca_pbrt_named;
@@ -153,10 +154,13 @@ void ca_pbrt_read_texture(ca_pbrt *p, const char *name, const char *type, const 
 /* The value of a parameter that may be a texture. */
 typedef struct ca_pbrt_value {
     const char *id; /* of a texture; NULL: constant */
+    bool is_bright; /* a texture that may be over 1 */
     double rgb[3];
 } ca_pbrt_value;
 
 ca_pbrt_value ca_pbrt_color_value(ca_pbrt *p, const char *name, double fallback);
+/* Version 4's materials cut reflectances to at most 1, whatever the texture says. */
+ca_pbrt_value ca_pbrt_reflectance_value(ca_pbrt *p, const char *name, double fallback);
 ca_pbrt_value ca_pbrt_number_value(ca_pbrt *p, const char *name, double fallback);
 static inline bool ca_pbrt_is(const ca_pbrt_value *value, double number)
 {
@@ -167,6 +171,8 @@ void ca_pbrt_put_color(ca_pbrt *p, ca_xml_node *object, const char *name, const 
 void ca_pbrt_put_number(ca_pbrt *p, ca_xml_node *object, const char *name, const ca_pbrt_value *value);
 /* The value times a number. */
 ca_pbrt_value ca_pbrt_scaled(ca_pbrt *p, const ca_pbrt_value *value, double factor);
+/* Of a texture: its values to that power, which is positive. */
+ca_pbrt_value ca_pbrt_power(ca_pbrt *p, const ca_pbrt_value *value, double exponent);
 /* A bitmap in the tree, for a parameter of that name (NULL: with the id). */
 ca_xml_node *ca_pbrt_add_bitmap(ca_pbrt *p, ca_xml_node *parent, const char *name, const char *file, bool raw);
 

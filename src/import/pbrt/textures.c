@@ -5,9 +5,12 @@
  * (su u + du, sv v' + 1 - sv - dv). */
 #include "import/pbrt/reader.h"
 
+#include "base/file.h"
 #include "base/text.h"
 
+#include <math.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- Values ---------------------------------------------------------------------------------------------------- */
 
@@ -26,7 +29,7 @@ static ca_pbrt_value named_value(ca_pbrt *p, const ca_pbrt_parameter *parameter,
                           parameter->texts[0], names);
         return grey(0.0);
     }
-    ca_pbrt_value value = {.id = texture->flag ? NULL : texture->id};
+    ca_pbrt_value value = {.id = texture->flag ? NULL : texture->id, .is_bright = texture->is_bright};
     memcpy(value.rgb, texture->value, sizeof value.rgb);
     return value;
 }
@@ -47,6 +50,21 @@ ca_pbrt_value ca_pbrt_number_value(ca_pbrt *p, const char *name, double fallback
     return grey(ca_pbrt_number(&p->params, name, fallback));
 }
 
+/* A new texture of the scene. */
+static ca_xml_node *add_texture(ca_pbrt *p, const char *type, const char *id)
+{
+    return ca_tree_named_object(&p->tree, ca_tree_root(&p->tree), "texture", type, NULL, id ? id : "");
+}
+
+ca_pbrt_value ca_pbrt_reflectance_value(ca_pbrt *p, const char *name, double fallback)
+{
+    const ca_pbrt_value value = ca_pbrt_color_value(p, name, fallback);
+    if (!value.is_bright) return value;
+    const ca_pbrt_value cut = {.id = ca_pbrt_new_id(p, "clamped", NULL)};
+    ca_tree_ref(&p->tree, add_texture(p, "clamp", cut.id), NULL, value.id);
+    return cut;
+}
+
 void ca_pbrt_put_color(ca_pbrt *p, ca_xml_node *object, const char *name, const ca_pbrt_value *value)
 {
     if (value->id)
@@ -63,16 +81,11 @@ void ca_pbrt_put_number(ca_pbrt *p, ca_xml_node *object, const char *name, const
         ca_tree_float(&p->tree, object, name, value->rgb[0]);
 }
 
-/* A new texture of the scene. */
-static ca_xml_node *add_texture(ca_pbrt *p, const char *type, const char *id)
-{
-    return ca_tree_named_object(&p->tree, ca_tree_root(&p->tree), "texture", type, NULL, id ? id : "");
-}
-
 static ca_pbrt_value multiplied(ca_pbrt *p, const ca_pbrt_value *value, const double factor[3])
 {
     ca_pbrt_value result = *value;
     for (int i = 0; i < 3; i++) result.rgb[i] = value->rgb[i] * factor[i];
+    if (value->id && fmax(factor[0], fmax(factor[1], factor[2])) > 1.0) result.is_bright = true;
     if (!value->id || (factor[0] == 1.0 && factor[1] == 1.0 && factor[2] == 1.0)) return result;
     result.id = ca_pbrt_new_id(p, "scaled", NULL);
     ca_xml_node *node = add_texture(p, "scale", result.id);
@@ -85,6 +98,15 @@ ca_pbrt_value ca_pbrt_scaled(ca_pbrt *p, const ca_pbrt_value *value, double fact
 {
     const double factors[3] = {factor, factor, factor};
     return multiplied(p, value, factors);
+}
+
+ca_pbrt_value ca_pbrt_power(ca_pbrt *p, const ca_pbrt_value *value, double exponent)
+{
+    const ca_pbrt_value result = {.id = ca_pbrt_new_id(p, "power", NULL)};
+    ca_xml_node *node = add_texture(p, "power", result.id);
+    ca_tree_float(&p->tree, node, "exponent", exponent);
+    ca_tree_ref(&p->tree, node, NULL, value->id);
+    return result;
 }
 
 /* ---- Coordinates ----------------------------------------------------------------------------------------------- */
@@ -137,7 +159,7 @@ static ca_pbrt_value put_mix(const texture_reading *r, const ca_pbrt_value *a, c
     put_value(r, node, "color0", a);
     put_value(r, node, "color1", b);
     ca_pbrt_put_number(r->p, node, "weight", weight);
-    return (ca_pbrt_value){.id = r->id};
+    return (ca_pbrt_value){.id = r->id, .is_bright = a->is_bright || b->is_bright};
 }
 
 /* Of two textures that vary; `number`: the second is one. */
@@ -149,7 +171,7 @@ static ca_pbrt_value put_product(const texture_reading *r, const ca_pbrt_value *
     ca_xml_node *node = add_texture(r->p, "scale", r->id);
     ca_tree_ref(&r->p->tree, node, "scale", b->id);
     ca_tree_ref(&r->p->tree, node, NULL, a->id);
-    return (ca_pbrt_value){.id = r->id};
+    return (ca_pbrt_value){.id = r->id, .is_bright = a->is_bright || b->is_bright};
 }
 
 /* Version 3: tex1 times tex2; version 4: tex times scale, a number. */
@@ -190,7 +212,7 @@ static ca_pbrt_value read_checkerboard(const texture_reading *r)
     put_value(r, node, "color0", r->is_number ? &b : &a);
     put_value(r, node, "color1", r->is_number ? &a : &b);
     put_coordinates(p, node, true);
-    return (ca_pbrt_value){.id = r->id};
+    return (ca_pbrt_value){.id = r->id, .is_bright = a.is_bright || b.is_bright};
 }
 
 static const char *wrap_mode(ca_pbrt *p)
@@ -223,6 +245,28 @@ ca_xml_node *ca_pbrt_add_bitmap(ca_pbrt *p, ca_xml_node *parent, const char *nam
     return node;
 }
 
+/* By its name: a format that has values over 1. */
+static bool has_large_values(const char *file)
+{
+    static const char *const endings[] = {".exr", ".hdr", ".pfm"};
+    for (size_t i = 0; i < CA_COUNT(endings); i++)
+        if (strcasecmp(ca_path_extension(file), endings[i]) == 0) return true;
+    return false;
+}
+
+/* 1 - s v, and 0 where that is negative, which is what a mix does. A number is 1 mixed with 1 - s by v; a colour,
+ * whose channels differ, is twice the mean of 1 and -s v. */
+static ca_pbrt_value put_inverse(const texture_reading *r, const ca_pbrt_value *image, double scale)
+{
+    const ca_pbrt_value one = grey(1.0), half = grey(0.5), rest = grey(1.0 - scale);
+    const char *id = ca_pbrt_new_id(r->p, "inverted", NULL);
+    const texture_reading inner = {.p = r->p, .id = id, .is_number = r->is_number};
+    if (r->is_number) return put_mix(&inner, &one, &rest, image);
+    const ca_pbrt_value negative = ca_pbrt_scaled(r->p, image, -scale);
+    const ca_pbrt_value mean = put_mix(&inner, &one, &negative, &half);
+    return ca_pbrt_scaled(r->p, &mean, 2.0);
+}
+
 static ca_pbrt_value read_image(const texture_reading *r)
 {
     ca_pbrt *p = r->p;
@@ -230,17 +274,17 @@ static ca_pbrt_value read_image(const texture_reading *r)
     static const char *const without_effect[] = {"maxanisotropy", "trilinear"};
     const char *file = ca_pbrt_string(&p->params, "filename", NULL);
     if (!file) ca_pbrt_fail(&p->params, "filename", "is missing");
-    if (ca_pbrt_boolean(&p->params, "invert", false))
-        ca_pbrt_fail(&p->params, "invert", "must be false: inverted pictures are not supported");
+    const bool inverted = ca_pbrt_boolean(&p->params, "invert", false);
+    const double scale = ca_pbrt_number(&p->params, "scale", 1.0);
     const size_t filter = ca_pbrt_choice(&p->params, "filter", filters, CA_COUNT(filters), 0);
-    const ca_pbrt_value plain = {.id = r->id};
+    const ca_pbrt_value plain = {.id = r->id, .is_bright = file && has_large_values(file)};
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
     ca_xml_node *node = ca_pbrt_add_bitmap(p, ca_tree_root(&p->tree), NULL, file ? file : "", is_raw(p));
     ca_tree_set(&p->tree, node, "id", r->id ? r->id : "");
     ca_tree_string(&p->tree, node, "filter_type", filter == 1 ? "nearest" : "bilinear");
     ca_tree_string(&p->tree, node, "wrap_mode", wrap_mode(p));
     put_coordinates(p, node, false);
-    return ca_pbrt_scaled(p, &plain, ca_pbrt_number(&p->params, "scale", 1.0));
+    return inverted ? put_inverse(r, &plain, scale) : ca_pbrt_scaled(p, &plain, scale);
 }
 
 typedef struct texture_kind {
@@ -286,6 +330,7 @@ void ca_pbrt_read_texture(ca_pbrt *p, const char *name, const char *type, const 
     if (!named) return;
     named->id = value.id;
     named->flag = value.id == NULL;
+    named->is_bright = value.is_bright;
     p->has_pictures = p->has_pictures || value.id;
     memcpy(named->value, value.rgb, sizeof named->value);
 }
